@@ -1,0 +1,11 @@
+"""Runs kept and looked at: what ``rosbag record`` wrote, read back and drawn.
+
+============  =====================================================================================
+``run``       a bag of one robot becomes a :class:`~pioneer_control.bags.run.Run` of numpy arrays
+``draw``      a ``Run`` becomes one picture: ``python3 -m pioneer_control.bags.draw RUN.bag``
+``recorder``  a program begins when its recorder listens (``nodes/when_recording``)
+``recorder``  a program begins when its recorder listens (``nodes/when_recording``)
+============  =====================================================================================
+
+Recording and playing back are ``launch/record.launch`` and ``launch/replay.launch``; docs/record-and-replay.md has the one-liners.
+"""

@@ -1,0 +1,41 @@
+"""Lets a program begin when its recorder listens, so that a bag holds the run from its first message on.
+
+``launch-prefix="rosrun pioneer_control when_recording /pioneer/recorder"`` on a ``<node>`` does it in a launch file.
+"""
+
+import os
+import sys
+import time
+from typing import Callable, Sequence
+
+PATIENCE = 15.0  # s; a recorder is there in a fraction of one
+INTERVAL = 0.05  # s between two questions
+
+
+def subscribed(recorder: str, state: Sequence) -> bool:
+    """Whether a node subscribes to anything but the clock, by what a ROS master's getSystemState() returns."""
+    _, subscribers, _ = state
+    return any(recorder in nodes for topic, nodes in subscribers if topic != "/clock")
+
+
+def wait_for(ready: Callable[[], bool], patience: float, clock=time.monotonic, sleep=time.sleep) -> bool:
+    """Ask again and again until something is ready, for at most so many seconds; whether it was."""
+    deadline = clock() + patience
+    while not ready():
+        if clock() >= deadline:
+            return False
+        sleep(INTERVAL)
+    return True
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Become a program once a recorder subscribes: RECORDER PROGRAM [ARGUMENT ...]. Without the recorder too, but not silently."""
+    if len(arguments) < 2:
+        sys.exit("usage: when_recording RECORDER PROGRAM [ARGUMENT ...]")
+    import rosgraph
+
+    recorder, command = arguments[0], arguments[1:]
+    master = rosgraph.Master("/when_recording")
+    if not wait_for(lambda: subscribed(recorder, master.getSystemState()), PATIENCE):
+        print(f"when_recording: no recorder {recorder} after {PATIENCE:.0f} s; the run goes unrecorded", file=sys.stderr)
+    os.execv(command[0], list(command))

@@ -1,0 +1,49 @@
+"""The computer's side of a Pioneer: drive it from plain Python, without ROS.
+
+::
+
+    from pioneer_control.client import Robot
+
+    with Robot("socket://localhost:8101") as robot:        # or "/dev/ttyUSB0"
+        robot.enable_motors()
+        robot.set_velocity(0.2, 0.0)                        # m/s, rad/s; again within 0.6 s, or it stops
+        print(robot.wait_for_state())
+
+Leaving the block in any way stops the robot, switches its motors off and closes the connection. ``python3 -m pioneer_control.client PORT``
+prints what the robot is and moves nothing.
+
+Open ``robot.py`` first, then ``session.py``. From the wire upwards:
+
+================  ====================================================================================
+``transport``     bytes through a serial port, a pty or TCP: the URL chooses
+``line``          when bytes may go out: pace, one pending velocity, a stop overtakes
+``handshake``     listen, sync, identify: from an unknown state to a robot that has said its name
+``drive``         velocities, dead man, motors: what to say until the robot does it
+``session``       all of that for one connection, sans-I/O: bytes and time in, bytes and events out
+``odometry``      15-bit counts to an exact pose
+``state``         one SIP to one RobotState in SI units
+``robot``         the I/O thread around it, and the calls a program makes
+================  ====================================================================================
+"""
+
+from .events import BaudFound, CommandTimedOut, Event, LinkDown, MotionCleared, PacketReceived, Ready
+from .gripper import GripperReading
+from .identity import RobotIdentity
+from .robot import LinkCounts, Robot
+from .state import RobotState, SonarRange
+
+__all__ = [
+    "BaudFound",
+    "CommandTimedOut",
+    "Event",
+    "GripperReading",
+    "LinkCounts",
+    "LinkDown",
+    "MotionCleared",
+    "PacketReceived",
+    "Ready",
+    "Robot",
+    "RobotIdentity",
+    "RobotState",
+    "SonarRange",
+]

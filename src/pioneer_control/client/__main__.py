@@ -1,0 +1,116 @@
+"""``python3 -m pioneer_control.client PORT``: what is on that port, without moving it."""
+
+import argparse
+import math
+import signal
+import sys
+from typing import Iterable, List, Optional, Tuple
+
+from .. import p2os
+from ..errors import PioneerError, UsageError
+from .identity import RobotIdentity
+from .robot import LinkCounts, Robot
+from .state import RobotState, SonarRange
+
+SONAR_ROUND = 0.7       # s in which every transducer has fired: eight per array, one each 40 ms, twice
+NO_ECHO = 5.0           # m
+
+Row = Tuple[str, str]
+
+
+def main(arguments: Optional[List[str]] = None) -> int:
+    """Print the report. Returns the exit code: 0 printed, 1 no robot or no port, 2 a wrong argument or an unknown model."""
+    options = _parser().parse_args(arguments)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    try:
+        robot = Robot(options.port, baud=options.baud, model=options.model, models_file=options.models_file)
+        with robot:
+            identity, state = robot.identity, robot.state
+            first = state.time
+            while state.time - first < SONAR_ROUND:
+                state = robot.wait_for_state()
+            link = robot.link
+    except KeyboardInterrupt:
+        return 130
+    except PioneerError as error:
+        print("client: %s" % error, file=sys.stderr)
+        return 2 if isinstance(error, UsageError) else 1
+    print(report(options.port, identity, state, link))
+    return 0
+
+
+def report(port: str, identity: RobotIdentity, state: RobotState, link: LinkCounts) -> str:
+    """The report as text, one line per row."""
+    rows: List[Row] = [("port", port)]
+    rows += _who(identity)
+    rows += _health(identity, state)
+    rows += _fitted(identity, state)
+    rows.append(("link", "%d packets, %d bad checksums, %d bytes discarded" % (link.sips, link.bad_checksums, link.discarded_bytes)))
+    return "\n".join("%-12s %s" % row for row in rows)
+
+
+def _who(identity: RobotIdentity) -> Iterable[Row]:
+    model = identity.model
+    yield "name", identity.name or "(none)"
+    yield "model", "%s (says %s %s)" % (model.subtype, identity.type, identity.subtype)
+    yield "firmware", "%s %s" % (model.firmware_family, identity.firmware or "(does not report its version)")
+    if identity.serial:
+        yield "serial", identity.serial
+    yield "limits", "%.2f m/s, %.0f deg/s; stops by itself after %.1f s without a command" % (
+        identity.max_linear, math.degrees(identity.max_angular), identity.watchdog)
+
+
+def _health(identity: RobotIdentity, state: RobotState) -> Iterable[Row]:
+    low = identity.config.low_battery_dv if identity.config is not None else None
+    alarm = "" if not low else " (alarm at %.1f V)" % (low / 10)
+    charge = "" if state.state_of_charge is None else ", %.0f %%" % (100 * state.state_of_charge)
+    yield "battery", "%.1f V%s%s" % (state.battery_voltage, charge, alarm)
+    yield "motors", "on" if state.motors_enabled else "off"
+    yield "STOP button", "PRESSED: motors stay off until it is released" if state.stop_button else "released"
+    if state.left_stall or state.right_stall:
+        yield "stalled", " and ".join(side for side, stalled in (("left", state.left_stall), ("right", state.right_stall)) if stalled)
+    if state.fault_flags:
+        yield "faults", ", ".join(flag.name for flag in p2os.FaultFlags if flag & state.fault_flags)
+
+
+def _fitted(identity: RobotIdentity, state: RobotState) -> Iterable[Row]:
+    fitted = [transducer.number for transducer in identity.model.sonar]
+    ranges = " ".join("%d:%s" % (number, _range(state.sonar[number])) for number in fitted)
+    yield "sonar", "%s; m: %s" % ("on" if state.sonar_enabled else "off", ranges) if fitted else "none"
+    yield "gripper", _gripper(state)
+    if state.front_bumpers or state.rear_bumpers:
+        yield "bumpers", "%d front, %d rear, %d pressed" % (
+            len(state.front_bumpers), len(state.rear_bumpers), sum(state.front_bumpers) + sum(state.rear_bumpers))
+
+
+def _range(heard: Optional[SonarRange]) -> str:
+    if heard is None:
+        return "?"
+    return "-" if heard.range >= NO_ECHO else "%.2f" % heard.range
+
+
+def _gripper(state: RobotState) -> str:
+    gripper = state.gripper
+    if gripper is None:
+        return "none"
+    paddles = _first_true(moving=gripper.paddles_moving, open=gripper.paddles_open, closed=gripper.paddles_closed)
+    lift = _first_true(moving=gripper.lift_moving, up=gripper.lift_up, down=gripper.lift_down)
+    broken = [name for name, beam in (("inner", gripper.inner_beam), ("outer", gripper.outer_beam)) if beam]
+    return "paddles %s, lift %s, beams %s" % (paddles, lift, "clear" if not broken else " and ".join(broken) + " broken")
+
+
+def _first_true(**states: bool) -> str:
+    return next((name for name, so in states.items() if so), "in between")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.client", description="Say what robot is on a port. Nothing moves.")
+    parser.add_argument("port", metavar="PORT", help="/dev/ttyUSB0, the path of a pty, or socket://host:port")
+    parser.add_argument("--baud", type=int, default=9600, help="line speed of a serial port (default: %(default)s); the others follow")
+    parser.add_argument("--model", help="take it for this model, whatever it says it is")
+    parser.add_argument("--models-file", metavar="FILE", help="a models file that overrides or adds robot models")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,219 @@
+"""What the wheels are told: velocities, the dead man, the motors. Nothing on this line is acknowledged, so all is said until the robot shows it.
+
+**Rounding.** The robot takes whole mm/s and deg/s. A rate between two units is sent as now the lower, now the higher one, so that its average over
+a second is the rate asked for: a turn of 0.4 deg/s makes 24 degrees in a minute, where plain rounding makes none. Zero is always exactly zero.
+"""
+
+import math
+from typing import List, Optional, Tuple
+
+from ..errors import NotConfirmedError, PioneerError, RefusedError, UsageError
+from ..p2os import encode_command
+from .events import CommandTimedOut, Event, MotionCleared
+from .identity import RobotIdentity
+from .line import Line
+from .state import RobotState
+
+REFRESH = 0.2               # s between repetitions of what the robot may have missed
+UNDER_WAY = 0.1             # s that a SIP travels at 9600 baud: what arrives sooner was said before it could have heard us
+WIRE_LIMIT = 32767          # the largest number that VEL and RVEL carry
+ROUNDING_PERIOD = 1.0       # s over which a rate is exact on average
+
+ZERO_VELOCITY = (encode_command("VEL", 0), encode_command("RVEL", 0))
+STOP = (encode_command("STOP"),) + ZERO_VELOCITY
+MOTORS = {on: encode_command("ENABLE", int(on)) for on in (False, True)}
+
+
+class FairRounding:
+    """Whole units whose average over time is the rate asked for."""
+
+    def __init__(self) -> None:
+        self._wanted = 0.0
+        self._sent = 0
+        self._owed = 0.0        # unit-seconds by which the robot is behind
+        self._since = 0.0
+
+    def units(self, wanted: float, limit: int, now: float) -> int:
+        """The whole number to send at ``now`` (s) for a rate of ``wanted`` units, at most ``limit`` either way."""
+        self._owed = _clamped(self._owed + (self._wanted - self._sent) * (now - self._since), 1)
+        self._wanted, self._since = _clamped(wanted, limit), now
+        if wanted == 0:
+            self._owed = 0.0
+        self._sent = round(_clamped(self._wanted + self._owed / ROUNDING_PERIOD, limit))
+        return self._sent
+
+
+class MotorsRequest:
+    """Somebody wants the motors on or off: done when the robot's flags say so, or given up with ``error`` set."""
+
+    def __init__(self, on: bool, now: float, timeout: float) -> None:
+        self.on = on
+        self.asked_at = now         # last
+        self.answer_from = now + UNDER_WAY
+        self.give_up_at = now + timeout
+        self.error: Optional[PioneerError] = None
+        self.done = False
+
+    def finish(self, error: Optional[PioneerError] = None) -> None:
+        """Nothing more will be sent for this request."""
+        self.error, self.done = error, True
+
+
+class Drive:
+    """Set points and motors of one ready robot. ``now`` is monotonic time in s; what happened by itself is appended to ``events``."""
+
+    def __init__(self, line: Line, identity: RobotIdentity, command_timeout: float, events: List[Event]) -> None:
+        self._line = line
+        self._command_timeout = command_timeout
+        self._events = events
+        self._limits = (_units(identity.max_linear * 1000), _units(math.degrees(identity.max_angular)))
+        self._rounding = (FairRounding(), FairRounding())
+        self._wanted: Optional[Tuple[float, float]] = None      # mm/s, deg/s; None while the robot shall stand
+        self._commanded_at = 0.0
+        self._sent_at = 0.0
+        self._stopping = False                                  # told to stand, but not seen to
+        self._motors: Optional[MotorsRequest] = None
+        self._state: Optional[RobotState] = None
+
+    @property
+    def shall_stand(self) -> bool:
+        """Whether no velocity is wanted."""
+        return self._wanted is None
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the robot was told to stand and has shown that it does."""
+        return self._wanted is None and not self._stopping
+
+    @property
+    def due(self) -> float:
+        """When tick() has something to do at the latest."""
+        times = [math.inf]
+        if self._wanted is not None:
+            times += [self._commanded_at + self._command_timeout, self._sent_at + REFRESH]
+        if self._stopping:
+            times.append(self._sent_at + REFRESH)
+        if self._motors is not None:
+            times += [self._motors.asked_at + REFRESH, self._motors.give_up_at]
+        return min(times)
+
+    def set_velocity(self, linear: float, angular: float, now: float) -> None:
+        """m/s, rad/s; clamped to the limits. Raises UsageError on what is no finite number, and changes nothing."""
+        wanted = (_finite("linear", linear) * 1000, math.degrees(_finite("angular", angular)))
+        if wanted == (0, 0):
+            self._stand(now, ZERO_VELOCITY)
+            return
+        self._wanted, self._commanded_at = wanted, now
+        self._stopping = False
+        self._send_velocity(now)
+
+    def stop(self, now: float) -> None:
+        """Stop with the robot's normal deceleration, and say so until it stands."""
+        self._stand(now, STOP)
+
+    def request_motors(self, on: bool, now: float, timeout: float) -> MotorsRequest:
+        """Ask for the motors; an open request for the opposite is overtaken, one for the same is joined. Watch the result."""
+        request = self._motors
+        if request is not None and request.on == on:
+            request.give_up_at = now + timeout
+        else:
+            if request is not None:
+                request.finish(NotConfirmedError("overtaken by another motor command"))
+            request = self._motors = MotorsRequest(on, now, timeout)
+        if not (on and self._state is not None and self._state.motors_enabled):
+            self._stand(now, STOP)
+        self._judge_motors(now, seen=False)
+        if not request.done:
+            self._send_motors(request, now)
+        return request
+
+    def saw(self, state: RobotState) -> None:
+        """Take what the robot reports."""
+        now, before, self._state = state.time, self._state, state
+        if self._wanted is None and now > self._sent_at:    # whatever it seemed before: it may have been a SIP from before a stop that was lost
+            self._stopping = bool(state.linear or state.angular)
+        if before is not None and before.motors_enabled and not state.motors_enabled and not (self._motors and not self._motors.on):
+            reason = "the STOP button is pressed" if state.stop_button else "the robot switched its motors off"
+            self._events.append(MotionCleared(reason))
+            self._stand(now, STOP)
+        self._judge_motors(now, seen=True)
+
+    def tick(self, now: float) -> None:
+        """Repeat, time out, give up."""
+        if self._wanted is not None and now >= self._commanded_at + self._command_timeout:
+            self._events.append(CommandTimedOut(now - self._commanded_at))
+            self._stand(now, STOP)
+        elif self._wanted is not None and now >= self._sent_at + REFRESH:
+            self._send_velocity(now)
+        elif self._stopping and now >= self._sent_at + REFRESH:
+            self._stand(now, STOP)
+        if self._motors is not None:
+            if now >= self._motors.give_up_at:
+                self._give_up_motors(now)
+            elif now >= self._motors.asked_at + REFRESH:
+                self._send_motors(self._motors, now)
+
+    def abandon(self, error: PioneerError) -> None:
+        """The link is gone: whoever waits for motors waits in vain."""
+        if self._motors is not None:
+            self._motors.finish(error)
+            self._motors = None
+
+    def _send_velocity(self, now: float) -> None:
+        assert self._wanted is not None
+        linear, angular = (rounding.units(rate, limit, now) for rounding, rate, limit in zip(self._rounding, self._wanted, self._limits))
+        self._sent_at = now
+        self._line.velocity(now, encode_command("VEL", linear), encode_command("RVEL", angular))
+
+    def _stand(self, now: float, packets: Tuple[bytes, ...]) -> None:
+        """Zero set points, ahead of everything else."""
+        for rounding in self._rounding:
+            rounding.units(0, 0, now)
+        self._wanted, self._stopping, self._sent_at = None, True, now
+        self._line.stop(now, *packets)
+
+    def _send_motors(self, request: MotorsRequest, now: float) -> None:
+        request.asked_at = now
+        if not self._line.full:     # else again after REFRESH
+            self._line.command(now, MOTORS[request.on])
+
+    def _judge_motors(self, now: float, seen: bool) -> None:
+        """Finish the request when the robot's flags answer it: with what they say after it was sent, or at once with a pressed STOP button."""
+        request, state = self._motors, self._state
+        if request is None or state is None:
+            return
+        if request.on and state.stop_button:
+            request.finish(RefusedError("motors stay off: the STOP button is pressed; release it and ask again"))
+            if seen:
+                self._take_back(now)
+        elif seen and now > request.answer_from and state.motors_enabled == request.on:
+            request.finish()
+        if request.done:
+            self._motors = None
+
+    def _give_up_motors(self, now: float) -> None:
+        request, self._motors = self._motors, None
+        assert request is not None
+        if request.on:
+            self._take_back(now)
+        what = "on" if request.on else "off"
+        request.finish(NotConfirmedError("asked to switch its motors %s, the robot did not confirm it in time" % what))
+
+    def _take_back(self, now: float) -> None:
+        """Whoever asked for the motors hears that they are off: an ENABLE 1 that the robot obeys late must not stand."""
+        self._line.command(now, MOTORS[False])
+
+
+def _finite(name: str, value: float) -> float:
+    if not math.isfinite(value):
+        raise UsageError("%s velocity is %r; a finite number is needed" % (name, value))
+    return value
+
+
+def _clamped(rate: float, limit: int) -> float:
+    return min(max(rate, -limit), limit)
+
+
+def _units(limit: float) -> int:
+    """A limit as the largest whole number that does not exceed it."""
+    return min(math.floor(limit + 1e-9), WIRE_LIMIT)

@@ -1,0 +1,50 @@
+"""What a listener hears besides the stream of states: one small value per thing that happened on the link."""
+
+from typing import Any, NamedTuple, Union
+
+from ..errors import PioneerError
+from .identity import RobotIdentity
+
+
+class Ready(NamedTuple):
+    """The handshake is done: states follow. Motors are off."""
+
+    identity: RobotIdentity
+
+
+class LinkDown(NamedTuple):
+    """No link: the port did not open, nothing answered, or it worked and is gone. What to do is in the message of ``error``."""
+
+    error: PioneerError
+    retry_in: float
+    """s until the next attempt; negative when there will be none."""
+
+
+class CommandTimedOut(NamedTuple):
+    """No new velocity came within the command time-out: the robot was told to stop."""
+
+    age: float
+    """s since the last velocity command."""
+
+
+class MotionCleared(NamedTuple):
+    """The robot took the motors away (STOP button, stall, MOTORS button): set points are zero now and stay so until a new command."""
+
+    reason: str
+
+
+class BaudFound(NamedTuple):
+    """The robot answered at another line speed than the one given."""
+
+    baud: int
+
+
+class PacketReceived(NamedTuple):
+    """A packet other than the standard SIP (IOpac, ENCODERpac, ...) as decoded by p2os."""
+
+    packet: Any
+    time: float
+    """Monotonic time (s) of its last byte."""
+
+
+Event = Union[Ready, LinkDown, CommandTimedOut, MotionCleared, BaudFound, PacketReceived]

@@ -1,0 +1,130 @@
+"""From a port in an unknown state to a robot that has said its name (protocol 2.2).
+
+Before a session the numbers 0, 1, 2 mean SYNC0, SYNC1, SYNC2; in one they mean PULSE, OPEN, CLOSE. A robot that a crashed program left open takes a
+SYNC0 for a sign of life and drives on at its old speed. So first of all: listen.
+
+::
+
+    listen 0.3 s ──silence───────────────────────────────> SYNC0 ─echo─> SYNC1 ─echo─> SYNC2 ─> name, type, subtype
+         │                                                   │ no answer: CLOSE (for one that was synced but never opened), try again
+         └─SIPs, or noise──> CLOSE until it falls silent ────┤
+                                   └─ noise goes on ─────────┴─ 2 tries: next line speed
+
+With five line speeds silence is told from a robot within 7 s; on TCP within 4 s.
+"""
+
+from typing import Any, Generator, Optional, Tuple
+
+from .. import p2os
+from ..errors import NoAnswerError
+from .line import Line
+
+RATES = (9600, 38400, 19200, 115200, 57600)     # in the order of their likelihood
+
+LISTEN = 0.3            # s: two SIP cycles and some, and one of the longest that can be set (255 ms)
+DRAIN = 0.1             # s for what was under way when CLOSE was sent
+QUIET = 0.2             # s of silence after that: the robot waits for a SYNC now
+CLOSE_TRIES = 10
+SYNC_TIMEOUT = 0.25     # s for the echo of each SYNC
+SYNC_TRIES = 2          # per line speed
+TCP_TRIES = 6
+
+SYNC = [p2os.encode_frame(number) for number in (p2os.SYNC0, p2os.SYNC1, p2os.SYNC2)]
+CLOSE = p2os.encode_command("CLOSE")
+
+Script = Generator[float, Any, p2os.SyncReply]
+"""Yields the time until which it waits; is sent a packet, or None when that time has come."""
+
+
+class Handshake:
+    """One attempt. The session keeps ``now``, ``packets`` and ``noise`` up to date before it resumes the script.
+
+    Args:
+        line: to send on.
+        url: for the error messages.
+        rates: line speeds to try, the present one first; empty on TCP.
+    """
+
+    def __init__(self, line: Line, url: str, rates: Tuple[int, ...]) -> None:
+        self.now = 0.0
+        self.packets = 0
+        """Packets heard so far."""
+        self.noise = 0
+        """Bytes so far that belonged to no packet."""
+        self.new_rate: Optional[int] = None
+        """A line speed to be set before anything else is done."""
+        self._line = line
+        self._url = url
+        self._rates = rates
+
+    def script(self) -> Script:
+        """Find the robot. Raises NoAnswerError that says what was tried."""
+        noise, packets = self.noise, self.packets
+        for rate in self._rates or (None,):
+            if rate is not None and rate != self._line.baud:
+                self._line.baud = self.new_rate = rate
+            for attempt in range(SYNC_TRIES if self._rates else TCP_TRIES):
+                silent = (attempt == 0 and (yield from self._is_silent(LISTEN))) or (yield from self._silenced())
+                reply = (yield from self._synced()) if silent else None
+                if reply is not None:
+                    return reply
+                if self._rates and not silent:      # noise that no CLOSE ends: not the line speed of this robot
+                    break
+        raise NoAnswerError(self._what_to_do(self.noise - noise, self.packets - packets))
+
+    def _silenced(self) -> Generator[float, Any, bool]:
+        """Close the robot until it is silent; False when what is heard is no robot, or does not obey."""
+        for _ in range(CLOSE_TRIES):
+            self._line.command(self.now, CLOSE)
+            yield from self._hear(DRAIN)
+            noise, packets = self.noise, self.packets
+            if (yield from self._is_silent(QUIET)):
+                return True
+            if self.packets == packets and self.noise > noise:
+                return False
+        return False
+
+    def _is_silent(self, seconds: float) -> Generator[float, Any, bool]:
+        """Whether nothing at all is heard for so long; returns as soon as a packet is."""
+        noise, packets, deadline = self.noise, self.packets, self.now + seconds
+        while self.now < deadline and self.packets == packets:
+            yield deadline
+        return self.packets == packets and self.noise == noise
+
+    def _hear(self, seconds: float) -> Generator[float, Any, None]:
+        """Let what is under way arrive."""
+        deadline = self.now + seconds
+        while self.now < deadline:
+            yield deadline
+
+    def _synced(self) -> Generator[float, Any, Optional[p2os.SyncReply]]:
+        """The three SYNCs, each after the echo of the one before; None when the robot does not play along."""
+        for number, packet in enumerate(SYNC):
+            self._line.command(self.now, packet)
+            answer = yield from self._answer(number)
+            if answer is None:
+                return None
+        return answer
+
+    def _answer(self, number: int) -> Generator[float, Any, Any]:
+        """The robot's answer to one SYNC. Late echoes of earlier ones are passed over; a SIP means that it was open after all."""
+        deadline = self.now + SYNC_TIMEOUT
+        while self.now < deadline:
+            packet = yield deadline
+            if isinstance(packet, p2os.SyncReply) and number == p2os.SYNC2:
+                return packet
+            if isinstance(packet, p2os.SyncEcho) and packet.number == number != p2os.SYNC2:
+                return packet
+            if isinstance(packet, (p2os.Sip, p2os.Reset)):
+                return None
+        return None
+
+    def _what_to_do(self, noise: int, packets: int) -> str:
+        tried = "at %s baud" % ", ".join(map(str, self._rates)) if self._rates else "over TCP"
+        heard = " (%d bytes came that make no packet: is this the robot's port?)" % noise if noise else ""
+        if packets:
+            heard = " (%d packets came: from a robot that does not obey CLOSE, or one that another program drives)" % packets
+        return (
+            "%s: nothing answers as a robot, tried %s%s. Is it switched on, its controller running, the cable in its serial port, and no other "
+            "program connected? Without a robot: launch with sim:=true" % (self._url, tried, heard)
+        )

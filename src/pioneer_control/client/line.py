@@ -1,0 +1,103 @@
+"""When bytes may go out: robots lose commands that come too fast, and a serial line that is fed faster than it carries delays a stop.
+
+Nothing is handed to the operating system before the line can carry it, so no queue builds up where a stop could not overtake it.
+"""
+
+import math
+from collections import deque
+from typing import Callable, Deque, Optional, Sequence
+
+GAP = 0.004             # s per command: firmware may drop what comes faster than one in 3 to 5 ms (ARCOS manual)
+BITS_PER_BYTE = 10      # start, eight data, stop
+LONGEST_QUEUE = 32      # commands
+
+
+class Line:
+    """The outgoing half of a connection: what is due goes to ``write`` in one piece per call.
+
+    Order: a stop at once; then commands, first come first served, and the newest velocity, in turn. ``now`` is monotonic time in s everywhere.
+
+    Args:
+        write: takes the bytes of one write.
+        baud: of a serial line; None when only the robot's pace counts.
+        revival: what must go ahead of anything else after a silence of ``watchdog`` s, because any packet would bring a robot's old set points
+            back to life (protocol 2.4).
+    """
+
+    def __init__(self, write: Callable[[bytes], None], baud: Optional[int], revival: Sequence[bytes]) -> None:
+        self.baud = baud
+        self.watchdog = math.inf
+        self.last_sent = -math.inf
+        self._write = write
+        self._revival = revival
+        self.free_at = -math.inf        # when the last write will have been carried
+        self._stopped = False       # no velocity was written since the last stop
+        self._commands: Deque[Sequence[bytes]] = deque()
+        self._velocity: Optional[Sequence[bytes]] = None
+        self._velocity_next = False     # a flood of commands must not keep the robot at an old speed, nor velocities hold up commands
+
+    @property
+    def due(self) -> float:
+        """When tick() has something to write; infinity when nothing waits."""
+        return self.free_at if self._commands or self._velocity else math.inf
+
+    @property
+    def waiting(self) -> int:
+        """How many commands wait."""
+        return len(self._commands)
+
+    @property
+    def full(self) -> bool:
+        """Whether so many commands wait that one more would come too late."""
+        return len(self._commands) >= LONGEST_QUEUE
+
+    def drop(self) -> None:
+        """Forget all that waits."""
+        self._commands.clear()
+        self._velocity = None
+
+    def busy(self, now: float) -> bool:
+        """Whether the last write is still on its way."""
+        return now < self.free_at
+
+    def command(self, now: float, *packets: bytes) -> None:
+        """Send packets that belong together, in turn."""
+        self._commands.append(packets)
+        self.tick(now)
+
+    def velocity(self, now: float, *packets: bytes) -> None:
+        """Send a velocity now, or when the line is free instead of the one that waits."""
+        self._velocity = packets
+        self.tick(now)
+
+    def stop(self, now: float, *packets: bytes) -> None:
+        """Send at once, ahead of all that waits; a velocity that waits is forgotten. A flood of stops is sent at the pace of the line."""
+        self._velocity = None
+        if self._stopped and self.busy(now):
+            self._velocity = packets
+        else:
+            self._put(now, packets)
+            self._stopped = True
+
+    def tick(self, now: float) -> None:
+        """Write what the line can carry now."""
+        if self.busy(now):
+            return
+        if self._velocity and (self._velocity_next or not self._commands):
+            packets, self._velocity = self._velocity, None
+            self._put(now, packets)
+            self._stopped = self._velocity_next = False
+        elif self._commands:
+            self._put(now, self._commands.popleft())
+            self._velocity_next = True
+
+    def _put(self, now: float, packets: Sequence[bytes]) -> None:
+        if now - self.last_sent > self.watchdog:
+            packets = (*self._revival, *packets)
+        data = b"".join(packets)
+        seconds = len(packets) * GAP
+        if self.baud:
+            seconds = max(seconds, len(data) * BITS_PER_BYTE / self.baud)
+        self.free_at = max(now, self.free_at) + seconds
+        self.last_sent = now
+        self._write(data)

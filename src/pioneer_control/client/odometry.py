@@ -1,0 +1,84 @@
+"""Odometry without rounding: 15-bit counts unwrapped into exact integers, scaled once to a pose in metres.
+
+The robot counts x and y in its own units in fifteen bits that wrap (protocol 4.3). Here the steps between packets are summed as integers, so
+that packets lost in between lose nothing as long as the robot moved less than half the range meanwhile (16 m on a p3dx-sh, 8 m on a p3dx) and
+turned less than half a turn.
+
+The frame is ours and starts at zero. The robot's starts anew with every connect, so the first packet of a connection only ties its frame to the
+pose we had. Resetting is a new tie, too: SETO is never sent, so no packet that was on its way meanwhile can be mistaken for a jump.
+"""
+
+import math
+from typing import Tuple
+
+COUNT_RANGE = 0x8000        # x and y wrap at this many counts
+
+
+def wrapped(difference: int, full: int) -> int:
+    """The step of less than half of ``full`` that two numbers on a circle of ``full`` units are apart: -half <= step < half."""
+    half = full // 2
+    return (difference + half) % full - half
+
+
+class Odometry:
+    """Pose in the odometry frame, from the raw x, y and heading of successive SIPs.
+
+    ``x_counts``, ``y_counts``, ``heading_units``: sums of all steps since the first packet, exact integers in the robot's own units and frame.
+    """
+
+    def __init__(self, mm_per_count: float, units_per_turn: int) -> None:
+        self.x_counts = 0
+        self.y_counts = 0
+        self.heading_units = 0
+        self._mm_per_count = mm_per_count
+        self._units_per_turn = units_per_turn
+        self._rad_per_unit = 2 * math.pi / units_per_turn
+        self._raw = (0, 0, 0)
+        self._tied = False
+        self._tie(0.0, 0.0, 0.0)
+
+    def update(self, x_raw: int, y_raw: int, heading_raw: int) -> None:
+        """Take the numbers of the next SIP as they came; any 16-bit form of them will do."""
+        if self._tied:
+            self.x_counts += wrapped(x_raw - self._raw[0], COUNT_RANGE)
+            self.y_counts += wrapped(y_raw - self._raw[1], COUNT_RANGE)
+            self.heading_units += wrapped(heading_raw - self._raw[2], self._units_per_turn)
+            self._raw = (x_raw, y_raw, heading_raw)
+        else:
+            pose = self.pose
+            self._raw = (x_raw, y_raw, heading_raw)
+            self._tie(*pose)
+            self._tied = True
+
+    def fits(self, mm_per_count: float, units_per_turn: int) -> bool:
+        """Whether this is the odometry of a robot with these units."""
+        return (self._mm_per_count, self._units_per_turn) == (mm_per_count, units_per_turn)
+
+    def rebase(self) -> None:
+        """The link was gone: the next packet counts in a new frame of the robot's; our pose goes on from where it is."""
+        self._tied = False
+
+    def reset(self) -> None:
+        """The robot stands at zero from now on."""
+        self._tie(0.0, 0.0, 0.0)
+
+    @property
+    def pose(self) -> Tuple[float, float, float]:
+        """x, y (m), heading (rad, counter-clockwise, -pi <= heading <= pi)."""
+        x_counts, y_counts, units = self._tie_counts
+        x_tie, y_tie, heading_tie = self._tie_pose
+        forward = (self.x_counts - x_counts) * self._mm_per_count / 1000
+        left = (self.y_counts - y_counts) * self._mm_per_count / 1000
+        heading = heading_tie + wrapped(self.heading_units - units, self._units_per_turn) * self._rad_per_unit
+        return (
+            x_tie + self._cosine * forward - self._sine * left,
+            y_tie + self._sine * forward + self._cosine * left,
+            math.remainder(heading, 2 * math.pi),
+        )
+
+    def _tie(self, x: float, y: float, heading: float) -> None:
+        """Declare that the last packet's counts are this pose of ours."""
+        self._tie_counts = (self.x_counts, self.y_counts, self.heading_units)
+        self._tie_pose = (x, y, heading)
+        rotation = heading - wrapped(self._raw[2], self._units_per_turn) * self._rad_per_unit
+        self._cosine, self._sine = math.cos(rotation), math.sin(rotation)

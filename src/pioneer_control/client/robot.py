@@ -1,0 +1,440 @@
+"""The Robot class: a robot on a port, driven from plain Python. See the folder's docstring for the few lines that do it."""
+
+import atexit
+import contextlib
+import sys
+import threading
+from time import monotonic
+from typing import Callable, List, NamedTuple, Optional, Tuple, Union
+
+from ..errors import LinkError, LinkLostError, NoAnswerError, PioneerError, RefusedError, UsageError
+from ..p2os import GripperCommand, encode_command
+from .events import Event, LinkDown
+from .handshake import RATES
+from .identity import RobotIdentity
+from .session import Counts, Phase, Session, SetBaud
+from .settings import Settings
+from .state import RobotState
+from .transport import Transport, open_transport
+
+BACK_OFF = (0.2, 0.5, 1.0, 2.0)     # s before the next attempt to connect; the last one again and again
+CLOSE_TIMEOUT = 0.9                 # s that close() waits for the I/O thread
+HELD_UP = 0.1                       # s between the guard's looks at a session whose I/O thread is with a listener
+
+
+class LinkCounts(NamedTuple):
+    """How well the line works, counted since start()."""
+
+    sips: int
+    bad_checksums: int
+    discarded_bytes: int
+    unreadable: int
+    """whole packets that nobody understands"""
+    unknown_sonar: int
+    """readings of transducers that the model does not have"""
+    reconnects: int
+    last_error: Optional[str]
+
+
+class Robot:
+    """A Pioneer on a serial port, a pty or TCP.
+
+    Args:
+        url: ``/dev/ttyUSB0``, a pty's path, ``socket://host:port`` (``tcp://host:port`` and ``host:port`` are the same).
+        baud: line speed of a serial port; the others are tried when nothing answers.
+        model: use this model whatever the robot announces. Without it an unknown subtype is an error.
+        models_file: a file of the user's that overrides values of the table of models.
+        pulse: s between PULSE commands (behind a stop while the robot shall stand) when nothing else is sent; 0 sends none, and then the robot's own watchdog stops it after 2 s.
+        use_sonar: sonar on after connecting.
+        command_timeout: s after which a velocity that nobody renewed means stop.
+        max_linear, max_angular: limits in m/s, rad/s below the robot's own; None for just the robot's.
+        has_gripper: None believes the robot (CONFIGpac).
+        on_state: called with every RobotState, on the I/O thread, no lock held. Be quick: nothing is read meanwhile; after 2 s of that the link
+            counts as lost and the robot is stopped. A listener that raises ends the connection: the robot is stopped and closed, and the next command raises.
+        on_event: called with every Event (client.events), likewise.
+        reconnect: keep trying to get the link, for ever; else the first failure is final.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        *,
+        baud: int = 9600,
+        model: Optional[str] = None,
+        models_file: Optional[str] = None,
+        pulse: float = 1.0,
+        use_sonar: bool = True,
+        command_timeout: float = 0.6,
+        max_linear: Optional[float] = None,
+        max_angular: Optional[float] = None,
+        has_gripper: Optional[bool] = None,
+        reconnect: bool = False,
+        on_state: Optional[Callable[[RobotState], None]] = None,
+        on_event: Optional[Callable[[Event], None]] = None,
+    ) -> None:
+        self.url = url
+        self._baud = baud
+        self._settings = Settings(model, models_file, pulse, use_sonar, command_timeout, max_linear, max_angular, has_gripper)
+        self._reconnect = reconnect
+        self._on_state = on_state
+        self._on_event = on_event
+        # Guards all below, and the order of writes. Reentrant, for a signal handler may call close() while its thread holds it. Released
+        # before listeners run.
+        self._changed = threading.Condition(threading.RLock())
+        self._thread = threading.Thread(target=self._run, name="pioneer %s" % url, daemon=True)
+        self._guard = threading.Thread(target=self._watch_over_listeners, name="pioneer %s guard" % url, daemon=True)
+        self._telling = False           # a listener has the I/O thread
+        self._closing = False
+        self._transport: Optional[Transport] = None
+        self._session: Optional[Session] = None
+        self._identity: Optional[RobotIdentity] = None
+        self._state: Optional[RobotState] = None
+        self._states = 0
+        self._reconnects = -1
+        self._past = Counts()
+        self._error: Optional[BaseException] = None
+        self._ended = False             # the I/O thread will not do anything more
+        self._reading_until = 0.0
+
+    def start(self) -> "Robot":
+        """Start the I/O thread and return at once. Never enables the motors."""
+        atexit.register(self.close)
+        self._thread.start()
+        self._guard.start()
+        return self
+
+    def close(self) -> None:
+        """Stop the robot, motors off, CLOSE, port closed; within about a second, whatever the robot does. Can be called twice."""
+        atexit.unregister(self.close)
+        with self._changed:
+            self._closing = True
+            if self._session is not None:
+                self._session.close(monotonic())
+                self._try_act()
+            self._wake()
+            self._changed.notify_all()
+        if self._thread is threading.current_thread() or not self._thread.is_alive():
+            return
+        self._thread.join(CLOSE_TIMEOUT)
+        if self._thread.is_alive():     # a listener holds it up: the robot must not wait for that
+            with self._changed:
+                self._give_up(LinkLostError("%s: closed" % self.url))
+
+    def __enter__(self) -> "Robot":
+        """start() and wait_until_ready()."""
+        with contextlib.ExitStack() as on_failure:
+            on_failure.callback(self.close)
+            self.start()
+            self.wait_until_ready()
+            on_failure.pop_all()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def wait_until_ready(self, timeout: float = 10.0) -> RobotIdentity:
+        """Block until the robot has said what it is and its first state is there.
+
+        Raises PortError, NoAnswerError or UnknownModelError with what to do.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: self.ready or self._ended, timeout)
+            if self.ready:
+                assert self._identity is not None
+                return self._identity
+            raise self._failure(NoAnswerError("%s: not ready within %.1f s" % (self.url, timeout)))
+
+    def wait_for_state(self, timeout: float = 1.0) -> RobotState:
+        """The next state that arrives. Raises LinkLostError when none comes within ``timeout`` s."""
+        with self._changed:
+            before = self._states
+            self._changed.wait_for(lambda: self._states != before or self._ended, timeout)
+            if self._states == before:
+                raise self._failure(LinkLostError("%s: no state within %.1f s" % (self.url, timeout)))
+            assert self._state is not None
+            return self._state
+
+    def wait_until_ended(self, timeout: Optional[float] = None) -> bool:
+        """Block until nothing more will be tried: closed, a failure that is final, or a listener that raised. Whether that came in time (s)."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._ended, timeout)
+
+    @property
+    def ready(self) -> bool:
+        """Whether commands reach the robot now."""
+        session = self._session
+        return session is not None and session.phase is Phase.READY
+
+    @property
+    def identity(self) -> Optional[RobotIdentity]:
+        """What the robot is; None until it was ready for the first time."""
+        return self._identity
+
+    @property
+    def state(self) -> Optional[RobotState]:
+        """The newest state; None before the first."""
+        return self._state
+
+    @property
+    def link(self) -> LinkCounts:
+        """How well the line works."""
+        with self._changed:
+            counts = self._total()
+            error = None if self._error is None else str(self._error)
+            return LinkCounts(*counts, reconnects=max(0, self._reconnects), last_error=error)
+
+    # Commands. Each is written before it returns if the line is idle.
+
+    def set_velocity(self, linear: float, angular: float) -> None:
+        """Drive at ``linear`` m/s (forward positive) and ``angular`` rad/s (counter-clockwise positive) until command_timeout.
+
+        Clamped to the identity's limits. On an idle line the command is written before this returns.
+        Raises UsageError on NaN and infinity (and sends nothing), LinkError (what stands in the way) without a link.
+        """
+        with self._changed:
+            session = self._ready_session()
+            session.drive.set_velocity(linear, angular, monotonic())
+            self._act()
+
+    def stop(self) -> None:
+        """Stop, ahead of all that waits; repeated until the robot reports that it stands. No error without a link: a link begins with a stop."""
+        with self._changed:
+            if self.ready:
+                self._session.drive.stop(monotonic())
+                self._try_act()
+
+    def enable_motors(self, timeout: float = 2.0) -> None:
+        """Motors on; returns when the robot reports it.
+
+        Raises RefusedError with the reason (STOP button), NotConfirmedError after ``timeout`` s, LinkError without a link.
+        """
+        self._switch_motors(True, timeout)
+
+    def disable_motors(self, timeout: float = 2.0) -> None:
+        """Stop, motors off; as enable_motors()."""
+        self._switch_motors(False, timeout)
+
+    def request_motors(self, on: bool, timeout: float = 2.0) -> Callable[[], None]:
+        """Ask for the motors and return at once. Returns a function that waits for the answer, and raises as enable_motors() does."""
+        with self._changed:
+            request = self._ready_session().drive.request_motors(on, monotonic(), timeout)
+            self._act()
+
+        def wait() -> None:
+            with self._changed:
+                self._changed.wait_for(lambda: request.done)
+            if request.error is not None:
+                raise request.error
+
+        return wait
+
+    def set_sonar(self, on: bool) -> None:
+        """Sonar on or off."""
+        self._command(encode_command("SONAR", int(bool(on))))
+
+    def gripper(self, command: GripperCommand, value: Optional[int] = None) -> None:
+        """One sub-command of the gripper; ``value`` for PRESSURE (1..100) and CARRY (-255..255), in units of 20 ms.
+
+        Raises UsageError for a number that means nothing, RefusedError when no gripper is fitted.
+        """
+        packets = _gripper_packets(command, value)
+        with self._changed:
+            if not self._ready_session().identity.has_gripper:
+                raise RefusedError("%s: the robot reports no gripper" % self.url)
+            self._command(*packets)
+
+    def set_digital_out(self, mask: int, states: int) -> None:
+        """Set the digital outputs whose bits are 1 in ``mask`` (0..255) to their bits in ``states``."""
+        self._command(encode_command("DIGOUT", mask, states))
+
+    def reset_odometry(self) -> None:
+        """The robot stands at (0, 0, 0) from the next state on."""
+        with self._changed:
+            self._ready_session().odometry.reset()
+
+    def _switch_motors(self, on: bool, timeout: float) -> None:
+        if self._thread is threading.current_thread():
+            raise UsageError("motors cannot be switched from a listener: it runs on the thread that would hear the answer")
+        self.request_motors(on, timeout)()
+
+    def _command(self, *packets: bytes) -> None:
+        with self._changed:
+            self._ready_session().command(monotonic(), *packets)
+            self._act()
+
+    def _ready_session(self) -> Session:
+        if not self.ready:
+            raise self._failure(LinkLostError("%s: no link to the robot" % self.url))
+        return self._session
+
+    def _failure(self, otherwise: PioneerError) -> BaseException:
+        """The error that stands in the way, as one that can be raised here."""
+        error = None if self.ready else self._error
+        if isinstance(error, PioneerError):
+            return type(error)(*error.args)
+        if error is not None:
+            otherwise.__cause__ = error
+        return otherwise
+
+    # The line; the lock is held.
+
+    def _act(self) -> None:
+        """Carry out what the session wants done. Raises LinkLostError, and then the session is over."""
+        if self._transport is None:
+            return
+        try:
+            for action in self._session.take_actions():
+                if isinstance(action, SetBaud):
+                    self._transport.set_baud(action.baud)
+                else:
+                    self._transport.write(action)
+        except LinkLostError as error:
+            self._session.fail(error)
+            raise
+        finally:
+            self._wake()
+
+    def _try_act(self) -> None:
+        """As _act(), where a dead line is no news for the caller."""
+        try:
+            self._act()
+        except LinkLostError:
+            pass
+
+    def _wake(self) -> None:
+        """Let the I/O thread look again when it would wait too long."""
+        if self._transport is not None and (self._closing or self._session.wake_at < self._reading_until):
+            self._transport.wake()
+
+    def _give_up(self, error: LinkError) -> None:
+        """End a session that is not finished without any further waiting."""
+        if self._transport is not None and self._session.phase is not Phase.FINISHED:
+            self._session.fail(error)
+            self._try_act()
+
+    def _total(self) -> Counts:
+        session = self._session.counts if self._session is not None else Counts()
+        return Counts(*(past + present for past, present in zip(self._past, session)))
+
+    # The I/O thread
+
+    def _run(self) -> None:
+        try:
+            attempt = 0
+            while not self._closing:
+                was_ready = self._connect()
+                error = self._error
+                if self._closing or error is None:
+                    break
+                final = not self._reconnect or not isinstance(error, LinkError)
+                attempt = 0 if was_ready else attempt
+                pause = BACK_OFF[min(attempt, len(BACK_OFF) - 1)]
+                attempt += 1
+                self._tell([LinkDown(error, -1.0 if final else pause)])
+                if final:
+                    break
+                with self._changed:
+                    self._changed.wait_for(lambda: self._closing, pause)
+        finally:
+            if sys.exc_info()[1] is not None:
+                self._error = sys.exc_info()[1]
+            with self._changed:
+                self._ended = True
+                self._changed.notify_all()
+
+    def _connect(self) -> bool:
+        """One connection, from open to close. Whether the robot was ready in it; why it ended is in ``_error``."""
+        try:
+            transport = open_transport(self.url, self._baud)
+        except PioneerError as error:
+            self._error = error
+            return False
+        rates: Tuple[int, ...] = ()
+        if transport.baud is not None:
+            rates = (transport.baud,) + tuple(rate for rate in RATES if rate != transport.baud)
+        previous = self._session.odometry if self._session is not None else None
+        session = Session(self.url, rates, self._settings, previous)
+        with self._changed:
+            self._past = self._total()
+            self._transport, self._session = transport, session
+        try:
+            self._serve(transport, session)
+        finally:
+            with self._changed:
+                self._give_up(LinkLostError("%s: a listener failed" % self.url))
+                self._transport = None
+            transport.close()
+        self._error = session.error or self._error
+        return session.identity is not None
+
+    def _serve(self, transport: Transport, session: Session) -> None:
+        """Read, tick, act and tell, until the session is finished."""
+        with self._changed:
+            session.start(monotonic())
+        while session.phase is not Phase.FINISHED:
+            self._reading_until = session.wake_at
+            data, lost = b"", None
+            try:
+                data = transport.read(self._reading_until - monotonic())
+            except LinkLostError as error:
+                lost = error
+            with self._changed:
+                now = monotonic()
+                if data:
+                    session.receive(data, now)
+                if lost is not None:
+                    session.fail(lost)
+                if self._closing:
+                    session.close(now)
+                session.tick(now)
+                self._try_act()
+                events = session.take_events()
+                self._notice(session, events)
+                self._telling = bool(events)
+            self._tell(events)
+            self._telling = False
+
+    def _watch_over_listeners(self) -> None:
+        """The guard thread: keeps time for the session, the dead man's above all, while a listener holds up the I/O thread."""
+        with self._changed:
+            while not self._changed.wait_for(lambda: self._ended, HELD_UP):
+                if self._telling and self._transport is not None:
+                    self._session.tick(monotonic())
+                    self._try_act()
+                    self._changed.notify_all()
+
+    def _notice(self, session: Session, events: List[Union[RobotState, Event]]) -> None:
+        """Keep what the properties show."""
+        for event in events:
+            if isinstance(event, RobotState):
+                self._state = event
+                self._states += 1
+        if session.identity is not None and session.identity is not self._identity:
+            self._identity = session.identity
+            self._reconnects += 1
+            self._baud = session.baud or self._baud
+        if events or session.phase is Phase.FINISHED:
+            self._changed.notify_all()
+
+    def _tell(self, events: List[Union[RobotState, Event]]) -> None:
+        """Call the listeners; the lock is not held."""
+        for event in events:
+            listener = self._on_state if isinstance(event, RobotState) else self._on_event
+            if listener is not None:
+                listener(event)
+
+
+def _gripper_packets(command: GripperCommand, value: Optional[int]) -> Tuple[bytes, ...]:
+    try:
+        command = GripperCommand(command)
+    except ValueError:
+        legal = ", ".join("%d %s" % (member, member.name) for member in GripperCommand)
+        raise UsageError("gripper command %r means nothing; legal: %s" % (command, legal)) from None
+    low, high = {GripperCommand.PRESSURE: (1, 100), GripperCommand.CARRY: (-255, 255)}.get(command, (0, 0))
+    if not high:
+        if value is not None:
+            raise UsageError("gripper command %s takes no value" % command.name)
+        return (encode_command("GRIPPER", int(command)),)
+    if value is None or not low <= value <= high or not value:
+        raise UsageError("gripper command %s needs a value in %d..%d (units of 20 ms), not 0; got %r" % (command.name, low, high, value))
+    return encode_command("GRIPPER", int(command)), encode_command("GRIPPERVAL", value)

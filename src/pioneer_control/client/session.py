@@ -1,0 +1,342 @@
+"""One connection to one robot, sans-I/O: bytes and time go in, bytes and events come out.
+
+::
+
+    connecting ──> opening ──> ready ──> closing ──> finished
+    (handshake)    (CONFIG,    (SIPs)    (stop,      (``error`` says why, None after close())
+                   first SIP)            CLOSE)
+
+Whoever runs a session calls receive() with what was read, tick() at ``wake_at`` at the latest, and after each call of any kind carries out
+take_actions() in order and hands take_events() to the listeners. Nothing in here knows a clock, a thread or a port.
+"""
+
+import math
+from enum import Enum
+from typing import Any, Generator, List, NamedTuple, Optional, Tuple, Union
+
+from .. import p2os
+from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, UnknownModelError
+from ..robots import RobotModel, find_model
+from .drive import MOTORS, STOP, Drive
+from .events import BaudFound, Event, PacketReceived, Ready
+from .handshake import CLOSE, Handshake
+from .identity import RobotIdentity, identify
+from .line import LONGEST_QUEUE, Line
+from .odometry import Odometry
+from .settings import Settings
+from .state import RobotState, StateReader
+
+BEFORE_OPEN = 0.1       # s that clients are known to leave between the SYNC2 reply and OPEN
+ASK_AGAIN = 0.2         # s between repetitions of OPEN and CONFIG
+CONFIG_TIMEOUT = 1.0    # s: firmware that has not answered CONFIG by then never will
+OPEN_TIMEOUT = 3.0      # s for the first SIP
+SILENCE = 2.0           # s without a SIP: the link is lost
+WATCHDOG_MARGIN = 0.8   # of the robot's watchdog: its clock and the line's delay are not ours
+STAND_TIMEOUT = 0.35    # s that a closing session leaves the robot to come to rest
+MOTORS_OFF = 0.05       # s between ENABLE 0 and CLOSE
+CLOSE_TRIES = 3
+SIP_CYCLE = 0.12        # s: a robot that sends nothing for that long is closed
+
+PULSE = p2os.encode_command("PULSE")
+OPEN = p2os.encode_command("OPEN")
+CONFIG = p2os.encode_command("CONFIG", 1)
+LAST_WORDS = b"".join(STOP) + MOTORS[False] + CLOSE
+"""For a link that has no time left for more."""
+
+
+class Phase(Enum):
+    """Where a session stands."""
+
+    CONNECTING = "connecting"
+    OPENING = "opening"
+    READY = "ready"
+    CLOSING = "closing"
+    FINISHED = "finished"
+
+
+class SetBaud(NamedTuple):
+    """An action: change the line speed."""
+
+    baud: int
+
+
+Action = Union[bytes, SetBaud]
+"""bytes are to be written in one piece."""
+
+
+class Counts(NamedTuple):
+    """Of one session."""
+
+    sips: int = 0
+    bad_checksums: int = 0
+    discarded_bytes: int = 0
+    unreadable: int = 0
+    unknown_sonar: int = 0
+
+
+class Session:
+    """One connection, from its first byte to its last.
+
+    Args:
+        url: for error messages.
+        rates: line speeds to try, the port's present one first; empty on TCP.
+        settings: what the user wants.
+        odometry: of the connection before, to be continued if this is the same kind of robot.
+    """
+
+    def __init__(self, url: str, rates: Tuple[int, ...], settings: Settings, odometry: Optional[Odometry] = None) -> None:
+        self.url = url
+        self.phase = Phase.CONNECTING
+        self.error: Optional[PioneerError] = None
+        self.reply: Optional[p2os.SyncReply] = None
+        self.identity: Optional[RobotIdentity] = None
+        self.odometry = odometry
+        self.drive: Optional[Drive] = None
+        self._settings = settings
+        self._actions: List[Action] = []
+        self._events: List[Union[RobotState, Event]] = []
+        self._line = Line(self._actions.append, rates[0] if rates else None, STOP)
+        self._handshake = Handshake(self._line, url, rates)
+        self._decoder = p2os.FrameDecoder()
+        self._now = -math.inf
+        self._last_byte = -math.inf
+        self._last_sip = -math.inf
+        self._sips = 0
+        self._unreadable = 0
+        self._model: Optional[RobotModel] = None
+        self._config: Optional[p2os.Config] = None
+        self._pending_sip: Optional[p2os.Sip] = None
+        self._reader: Optional[StateReader] = None
+        self._script: Optional[Generator[float, Any, Any]] = None
+        self._resume_at = math.inf
+
+    @property
+    def baud(self) -> Optional[int]:
+        """The present line speed; None on TCP."""
+        return self._line.baud
+
+    @property
+    def counts(self) -> Counts:
+        """What the line brought."""
+        counts = self._decoder.counts
+        unknown_sonar = 0 if self._reader is None else self._reader.unknown_sonar
+        return Counts(self._sips, counts.bad_checksums + counts.bad_counts, counts.discarded_bytes, self._unreadable, unknown_sonar)
+
+    @property
+    def wake_at(self) -> float:
+        """When tick() is to be called at the latest (monotonic, s); infinity once finished. After a tick always in the future."""
+        times = [self._resume_at, self._line.due]
+        if self._decoder.waiting:
+            times.append(self._last_byte + p2os.PARTIAL_TIMEOUT)
+        if self.phase is Phase.READY:
+            times += [self.drive.due, self._last_sip + SILENCE, self._pulse_at]
+        return min(times)
+
+    def take_actions(self) -> List[Action]:
+        """What is to be done on the line, in order; each only once."""
+        actions = self._actions[:]
+        self._actions.clear()
+        return actions
+
+    def take_events(self) -> List[Union[RobotState, Event]]:
+        """What the listeners are to hear, in order; each only once."""
+        events = self._events[:]
+        self._events.clear()
+        return events
+
+    def start(self, now: float) -> None:
+        """Begin to listen. ``now`` is monotonic time in s, here and below."""
+        self._now = now
+        self._run(self._connect())
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Take bytes as they came, in any pieces."""
+        self._now = self._last_byte = now
+        self._take(self._decoder.feed(data))
+
+    def tick(self, now: float) -> None:
+        """Let time pass."""
+        self._now = now
+        if self._decoder.waiting and now >= self._last_byte + p2os.PARTIAL_TIMEOUT:
+            self._take(self._decoder.drop_partial())
+        if now >= self._resume_at:
+            self._resume(None)
+        if self.phase is Phase.READY:
+            self.drive.tick(now)
+            if now >= self._last_sip + SILENCE:
+                self.fail(LinkLostError("%s: the robot has fallen silent: no packet for %.1f s" % (self.url, SILENCE)))
+            elif now >= self._pulse_at and not self._line.waiting:     # a bare PULSE would revive a set point whose stop was lost
+                self._line.command(now, *(STOP if self.drive.shall_stand else ()), PULSE)
+        if self.phase is not Phase.FINISHED:
+            self._line.tick(now)
+
+    def command(self, now: float, *packets: bytes) -> None:
+        """Send packets that belong together to a ready robot. Raises RefusedError when LONGEST_QUEUE others wait for the line."""
+        if self._line.full:
+            raise RefusedError("%s: the line is too slow for so many commands: %d wait already" % (self.url, LONGEST_QUEUE))
+        self._line.command(now, *packets)
+
+    def close(self, now: float) -> None:
+        """Stop, motors off, CLOSE. A robot that was only listened to is told nothing."""
+        self._now = now
+        if self.phase in (Phase.OPENING, Phase.READY):
+            self.phase = Phase.CLOSING
+            self._abandon(LinkLostError("%s: closed" % self.url))
+            self._line.drop()
+            self._run(self._goodbye())
+        elif self.phase is Phase.CONNECTING:
+            self._finish(None)
+
+    def fail(self, error: PioneerError) -> None:
+        """The connection is over, for this reason. A robot that may still hear us is told to stop."""
+        if self.phase is Phase.FINISHED:
+            return
+        if self.phase in (Phase.OPENING, Phase.READY, Phase.CLOSING):
+            self._actions.append(LAST_WORDS)
+        self._abandon(error)
+        self._finish(error if self.phase is not Phase.CLOSING else None)
+
+    @property
+    def _pulse_at(self) -> float:
+        return max(self._line.last_sent + self._settings.pulse, self._line.free_at) if self._settings.pulse else math.inf
+
+    # Packets
+
+    def _take(self, frames: List[p2os.Frame]) -> None:
+        grip_state_first = self._model is None or self._model.grip_state_first
+        for frame in frames:
+            packet = p2os.decode_packet(frame, grip_state_first)
+            if isinstance(packet, p2os.Sip):
+                self._sips += 1
+                self._last_sip = self._now
+            if self._script is not None:
+                self._resume(packet)
+            elif self.phase is Phase.READY:
+                self._while_ready(packet)
+
+    def _while_ready(self, packet: Any) -> None:
+        assert self._reader is not None and self.drive is not None
+        if isinstance(packet, p2os.Sip):
+            state = self._reader.read(packet, self._now)
+            self._events.append(state)
+            self.drive.saw(state)
+        elif isinstance(packet, p2os.Reset):
+            self.fail(LinkLostError("%s: the robot's controller restarted" % self.url))
+        elif isinstance(packet, (p2os.UnknownPacket, p2os.MalformedPacket)):
+            self._unreadable += 1
+        else:
+            self._events.append(PacketReceived(packet, self._now))
+
+    # Scripts: what is done step by step. Each yields the time until which it waits, and is sent a packet, or None at that time.
+
+    def _run(self, script: Generator[float, Any, Any]) -> None:
+        self._script = script
+        self._resume(None)
+
+    def _resume(self, packet: Any) -> None:
+        script = self._script
+        assert script is not None
+        self._handshake.now = self._now
+        self._handshake.noise = self._decoder.counts.discarded_bytes
+        self._handshake.packets += packet is not None
+        try:
+            self._resume_at = script.send(packet)
+        except StopIteration:
+            if self._script is script:
+                self._script, self._resume_at = None, math.inf
+        except PioneerError as error:
+            self.fail(error)
+        if self._handshake.new_rate is not None:
+            self._actions.append(SetBaud(self._handshake.new_rate))
+            self._handshake.new_rate = None
+
+    def _connect(self) -> Generator[float, Any, None]:
+        """Find the robot, open it, and learn what it is."""
+        given = self.baud
+        self.reply = yield from self._handshake.script()
+        model = self._find_model(self.reply)
+        if self.baud != given:
+            self._events.append(BaudFound(self.baud))
+        self._model = model
+        yield from self._wait(BEFORE_OPEN)
+        self.phase = Phase.OPENING
+        for packets in ((OPEN,), STOP, (MOTORS[False],), (p2os.encode_command("SONAR", int(self._settings.use_sonar)),)):
+            self._line.command(self._now, *packets)
+        yield from self._learn()
+        self._become_ready(model)
+
+    def _find_model(self, reply: p2os.SyncReply) -> RobotModel:
+        try:
+            return find_model(self._settings.model or reply.subtype, self._settings.models_file)
+        except UnknownModelError as error:
+            raise UnknownModelError("%s: the robot %r says it is %s %s: %s" % (self.url, reply.name, reply.type, reply.subtype, error)) from error
+
+    def _learn(self) -> Generator[float, Any, None]:
+        """Wait for CONFIGpac, for as long as firmware may need that knows CONFIG, and for a SIP that says that the motors are off."""
+        opened_at = asked_at = self._now
+        self._line.command(self._now, CONFIG)
+        while not self._motors_are_off or (self._config is None and self._now - opened_at < CONFIG_TIMEOUT):
+            if self._now - opened_at >= OPEN_TIMEOUT:
+                what = "sends no packets" if self._pending_sip is None else "does not switch its motors off"
+                raise NoAnswerError("%s: %s was opened, but %s" % (self.url, self.reply.name, what))
+            if self._now - asked_at >= ASK_AGAIN:
+                asked_at = self._now
+                self._line.command(self._now, *((OPEN,) if self._pending_sip is None else ()), MOTORS[False], CONFIG)
+            packet = yield asked_at + ASK_AGAIN
+            if isinstance(packet, p2os.Sip):
+                self._pending_sip = packet
+            elif isinstance(packet, p2os.Config):
+                self._config = packet
+            elif isinstance(packet, p2os.Reset):
+                raise LinkLostError("%s: the robot's controller restarted" % self.url)
+
+    @property
+    def _motors_are_off(self) -> bool:
+        return self._pending_sip is not None and not self._pending_sip.flags & p2os.Flags.MOTORS_ENABLED
+
+    def _become_ready(self, model: RobotModel) -> None:
+        settings = self._settings
+        identity = self.identity = identify(self.reply, model, self._config, settings.max_linear, settings.max_angular, settings.has_gripper)
+        if self.odometry is not None and self.odometry.fits(model.dist_mm_per_unit, model.angle_units_per_rev):
+            self.odometry.rebase()
+        else:
+            self.odometry = Odometry(model.dist_mm_per_unit, model.angle_units_per_rev)
+        self._line.watchdog = identity.watchdog * WATCHDOG_MARGIN
+        self._reader = StateReader(identity, self.odometry)
+        self.drive = Drive(self._line, identity, settings.command_timeout, self._events)
+        self.phase = Phase.READY
+        self._events.append(Ready(identity))
+        self._while_ready(self._pending_sip)
+
+    def _goodbye(self) -> Generator[float, Any, None]:
+        """Stop, let it come to rest for a moment, motors off, CLOSE until it is silent."""
+        self._line.stop(self._now, *STOP)
+        deadline, standing = self._now + STAND_TIMEOUT, self.drive is None or self.drive.at_rest
+        while not standing and self._now < deadline:
+            packet = yield deadline
+            standing = isinstance(packet, p2os.Sip) and not packet.left_velocity_units and not packet.right_velocity_units
+        self._line.command(self._now, MOTORS[False])
+        yield from self._wait(MOTORS_OFF)
+        for _ in range(CLOSE_TRIES):
+            self._line.command(self._now, CLOSE)
+            closed_at = self._now
+            yield from self._wait(SIP_CYCLE)
+            if self._last_sip <= closed_at:
+                break
+        self._finish(None)
+
+    def _wait(self, seconds: float) -> Generator[float, Any, None]:
+        deadline = self._now + seconds
+        while self._now < deadline:
+            yield deadline
+
+    def _abandon(self, error: PioneerError) -> None:
+        if self.drive is not None:
+            self.drive.abandon(error)
+
+    def _finish(self, error: Optional[PioneerError]) -> None:
+        if self.phase is Phase.CONNECTING and self.reply is not None:   # synced but not opened: it would ignore the next SYNC
+            self._actions.append(CLOSE)
+        self._line.drop()
+        self.phase, self.error = Phase.FINISHED, error
+        self._script, self._resume_at = None, math.inf

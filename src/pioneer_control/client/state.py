@@ -1,0 +1,157 @@
+"""From one SIP to one RobotState: the only place where units of the wire become SI."""
+
+import math
+from dataclasses import dataclass
+from typing import List, NamedTuple, Optional, Tuple
+
+from .. import p2os
+from ..p2os import Flags
+from .gripper import GripperReading, read_gripper
+from .identity import RobotIdentity
+from .odometry import Odometry
+
+NO_TEMPERATURE = (-128, -127)
+ARRAYS = Flags.SONAR_1 | Flags.SONAR_2 | Flags.SONAR_3 | Flags.SONAR_4
+
+
+class SonarRange(NamedTuple):
+    """The newest reading of one transducer: range (m; 5.0 is what the firmware says for no echo) and monotonic time heard (s)."""
+
+    range: float
+    time: float
+
+
+@dataclass(frozen=True)
+class RobotState:
+    """What the robot reported in one SIP, in SI units; one stamp for all of it.
+
+    A field that older firmware does not send is None. Poses are in the odometry frame, velocities in base_link (REP 103: x forward, y left,
+    counter-clockwise positive).
+    """
+
+    time: float
+    """Monotonic time (s) at which the packet was whole."""
+    x: float
+    """m"""
+    y: float
+    """m"""
+    heading: float
+    """rad, -pi..pi"""
+    linear: float
+    """m/s forward, as measured by the wheels"""
+    angular: float
+    """rad/s counter-clockwise"""
+    x_counts: int
+    """exact sum of the robot's own x since the first packet, in its units"""
+    y_counts: int
+    motors_enabled: bool
+    stop_button: bool
+    left_stall: bool
+    right_stall: bool
+    front_bumpers: Tuple[bool, ...]
+    """pressed or not, in the order of the bits; ARIA counts them from the left"""
+    rear_bumpers: Tuple[bool, ...]
+    battery_voltage: float
+    """V, real (24 V robots say about 25)"""
+    sonar: Tuple[Optional[SonarRange], ...]
+    """by sonar number; None for one that was never heard"""
+    sonar_enabled: bool
+    gripper: Optional[GripperReading]
+    """None when no gripper is fitted"""
+    digital_in: Optional[int]
+    digital_out: Optional[int]
+    analog_port: Optional[int]
+    analog_voltage: Optional[float]
+    """V, 0..5"""
+    flags: p2os.Flags
+    fault_flags: Optional[p2os.FaultFlags]
+    charge_state: Optional[int]
+    temperature: Optional[float]
+    """degrees Celsius"""
+    state_of_charge: Optional[float]
+    """0..1"""
+
+
+class StateReader:
+    """Turns the SIPs of one robot into states; remembers what a single SIP does not carry: odometry and the sonar's last words."""
+
+    def __init__(self, identity: RobotIdentity, odometry: Odometry) -> None:
+        self.identity = identity
+        self.odometry = odometry
+        self.unknown_sonar = 0
+        """Readings of transducers that the model does not have."""
+        self._sonar: List[Optional[SonarRange]] = [None] * identity.model.sonar_count
+        self._fitted = frozenset(transducer.number for transducer in identity.model.sonar)
+
+    def read(self, sip: p2os.Sip, time: float) -> RobotState:
+        """The state after this SIP, which was whole at ``time`` (monotonic, s)."""
+        model = self.identity.model
+        self.odometry.update(sip.x_counts, sip.y_counts, sip.heading_units)
+        x, y, heading = self.odometry.pose
+        linear, angular = self._velocity(sip)
+        self._hear(sip, time)
+        return RobotState(
+            time=time,
+            x=x,
+            y=y,
+            heading=heading,
+            linear=linear,
+            angular=angular,
+            x_counts=self.odometry.x_counts,
+            y_counts=self.odometry.y_counts,
+            motors_enabled=bool(sip.flags & Flags.MOTORS_ENABLED),
+            stop_button=bool(sip.flags & Flags.STOP_BUTTON),
+            left_stall=bool(sip.left_stall_bits & 1),
+            right_stall=bool(sip.right_stall_bits & 1),
+            front_bumpers=_segments(sip.right_stall_bits, model.front_bumpers),
+            rear_bumpers=_segments(sip.left_stall_bits, model.rear_bumpers),
+            battery_voltage=_battery(sip, model.battery_class),
+            sonar=tuple(self._sonar),
+            sonar_enabled=bool(sip.flags & ARRAYS),
+            gripper=self._gripper(sip),
+            digital_in=sip.digital_in,
+            digital_out=sip.digital_out,
+            analog_port=sip.analog_port,
+            analog_voltage=None if sip.analog is None else sip.analog * 5 / 255,
+            flags=sip.flags,
+            fault_flags=sip.fault_flags,
+            charge_state=sip.charge_state,
+            temperature=None if sip.temperature_c is None or sip.temperature_c in NO_TEMPERATURE else float(sip.temperature_c),
+            state_of_charge=sip.state_of_charge_percent / 100 if sip.state_of_charge_percent else None,
+        )
+
+    def _velocity(self, sip: p2os.Sip) -> Tuple[float, float]:
+        """Forward (m/s) and turning (rad/s) speed; firmware without ROTVEL leaves the turning to the wheels' difference."""
+        model = self.identity.model
+        left = sip.left_velocity_units * model.vel_mm_s_per_unit
+        right = sip.right_velocity_units * model.vel_mm_s_per_unit
+        if sip.rotation_velocity_ddeg_s is None:
+            angular = (right - left) / 2 * model.diff_rad_per_mm
+        else:
+            angular = math.radians(sip.rotation_velocity_ddeg_s / 10)
+        return (left + right) / 2000, angular
+
+    def _hear(self, sip: p2os.Sip, time: float) -> None:
+        mm_per_unit = self.identity.model.range_mm_per_unit
+        for reading in sip.sonar:
+            if reading.number in self._fitted:
+                self._sonar[reading.number] = SonarRange(reading.range_units * mm_per_unit / 1000, time)
+            else:
+                self.unknown_sonar += 1
+
+    def _gripper(self, sip: p2os.Sip) -> Optional[GripperReading]:
+        if not self.identity.has_gripper or sip.grip_state is None or sip.digital_in is None:
+            return None
+        return read_gripper(sip.grip_state, sip.digital_in)
+
+
+def _segments(bits: int, count: int) -> Tuple[bool, ...]:
+    """Bumper segments from bit 1 on; there are seven bits for them."""
+    return tuple(bool(bits & (2 << segment)) for segment in range(min(count, 7)))
+
+
+def _battery(sip: p2os.Sip, battery_class: int) -> float:
+    """Real voltage: BATTERYX10 when sent, else BATTERY, which counts as if every robot had 12 V."""
+    if sip.battery_x10_dv:
+        return sip.battery_x10_dv / 10
+    return sip.battery_dv / 10 * battery_class / 12

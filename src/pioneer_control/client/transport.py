@@ -1,0 +1,223 @@
+"""Bytes to a robot and back: a serial port, a pty or TCP, chosen by the URL alone. The only file that knows pyserial.
+
+pyserial opens and configures serial ports; reading and writing then go to the file descriptor, for sockets and serial ports alike. Its own
+``socket://`` is not used: it cannot be woken from a read, and closes only after 0.3 s.
+"""
+
+import errno
+import grp
+import os
+import re
+import select
+import socket
+import stat
+import termios
+import time
+from typing import NamedTuple, Optional
+
+import serial
+from serial.tools import list_ports
+
+from ..errors import LinkLostError, PortError
+
+DEFAULT_TCP_PORT = 8101         # of simulators and serial-to-network bridges (protocol 2.1)
+CONNECT_TIMEOUT = 3.0           # s
+WRITE_TIMEOUT = 0.25            # s for a few dozen bytes: 25 ms at 9600 baud
+DRAIN_TIMEOUT = 0.15            # s that close() leaves the other side of a socket to take the last bytes
+READ_SIZE = 4096
+
+TCP_URL = re.compile(r"^(?:(?:socket|tcp)://(?P<host>[^/:]+|\[[^\]]+\])(?::(?P<port>\d+))?/?|(?P<bare_host>[^/:]+|\[[^\]]+\]):(?P<bare_port>\d+))$")
+
+
+class Address(NamedTuple):
+    """Where a TCP robot listens."""
+
+    host: str
+    port: int
+
+
+def tcp_address(url: str) -> Optional[Address]:
+    """The address in ``socket://host:port``, ``tcp://host:port`` or ``host:port``; None when it is the path of a serial port."""
+    match = TCP_URL.match(url)
+    if match is None:
+        return None
+    host = match.group("host") or match.group("bare_host")
+    port = match.group("port") or match.group("bare_port") or DEFAULT_TCP_PORT
+    return Address(host.strip("[]"), int(port))
+
+
+def open_transport(url: str, baud: int) -> "Transport":
+    """Open ``/dev/ttyUSB0``, the path of a pty, or ``socket://host:port``; ``baud`` is for serial ports.
+
+    Raises PortError that says why it does not open and what to do.
+    """
+    address = tcp_address(url)
+    if address is not None:
+        return SocketTransport(url, _connect(url, address))
+    if "://" in url:
+        raise PortError("cannot understand the port %r: give a path such as /dev/ttyUSB0, or socket://host:port" % url)
+    return SerialTransport(url, _open_serial(url, baud))
+
+
+class Transport:
+    """An open line. One thread reads; any thread may write (the caller serialises writes) and wake the reader.
+
+    ``baud`` is the line speed, None where there is none (TCP).
+    """
+
+    def __init__(self, url: str, descriptor: int, baud: Optional[int]) -> None:
+        self.url = url
+        self.baud = baud
+        self._descriptor = descriptor
+        self._wake_reader, self._wake_writer = os.pipe()
+        os.set_blocking(self._wake_reader, False)
+        os.set_blocking(self._wake_writer, False)
+        self._readable = select.poll()
+        self._readable.register(descriptor, select.POLLIN)
+        self._readable.register(self._wake_reader, select.POLLIN)
+        self._writable = select.poll()
+        self._writable.register(descriptor, select.POLLOUT)
+
+    def read(self, timeout: float) -> bytes:
+        """What has arrived, as soon as anything has; empty after ``timeout`` s or a wake().
+
+        Raises LinkLostError when the other side is gone.
+        """
+        for descriptor, _ in self._readable.poll(max(0.0, timeout) * 1000):
+            if descriptor == self._wake_reader:
+                os.read(self._wake_reader, READ_SIZE)
+                continue
+            try:
+                data = os.read(self._descriptor, READ_SIZE)
+            except BlockingIOError:
+                continue
+            except OSError as error:
+                raise LinkLostError("%s: the line broke: %s" % (self.url, error.strerror)) from error
+            if not data:
+                raise LinkLostError("%s: the other side closed the line: switched off, cable pulled, or another program is connected" % self.url)
+            return data
+        return b""
+
+    def write(self, data: bytes) -> None:
+        """Write all of ``data``. Raises LinkLostError when it does not go within WRITE_TIMEOUT: then nobody takes it."""
+        deadline = time.monotonic() + WRITE_TIMEOUT
+        while data:
+            try:
+                data = data[os.write(self._descriptor, data):]
+            except BlockingIOError:
+                if not self._writable.poll(max(0.0, deadline - time.monotonic()) * 1000):
+                    raise LinkLostError("%s: takes no more bytes" % self.url) from None
+            except OSError as error:
+                raise LinkLostError("%s: the line broke: %s" % (self.url, error.strerror)) from error
+
+    def wake(self) -> None:
+        """Make a read() that waits return at once."""
+        try:
+            os.write(self._wake_writer, b"\0")
+        except BlockingIOError:     # as many calls as the pipe holds are waiting to be noticed already
+            pass
+
+    def set_baud(self, baud: int) -> None:
+        """Change the line speed and drop what was received at the old one; nothing to do on TCP."""
+
+    def close(self) -> None:
+        """Close the line; what was written still goes out."""
+        os.close(self._wake_reader)
+        os.close(self._wake_writer)
+
+
+class SerialTransport(Transport):
+    """A serial port or a pty."""
+
+    def __init__(self, url: str, port: serial.Serial) -> None:
+        super().__init__(url, port.fileno(), port.baudrate)
+        self._port = port
+
+    def set_baud(self, baud: int) -> None:
+        try:
+            self._port.baudrate = baud
+            self._port.reset_input_buffer()
+        except (serial.SerialException, OSError) as error:
+            raise LinkLostError("%s: cannot change to %d baud: %s" % (self.url, baud, error)) from error
+        self.baud = baud
+
+    def close(self) -> None:
+        self._port.close()
+        super().close()
+
+
+class SocketTransport(Transport):
+    """A TCP connection, without Nagle's delay."""
+
+    def __init__(self, url: str, connection: socket.socket) -> None:
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        connection.setblocking(False)
+        super().__init__(url, connection.fileno(), None)
+        self._connection = connection
+
+    def close(self) -> None:
+        """Half-close, and read on until the other side has taken all: a close with unread input would cancel our last bytes (RST)."""
+        deadline = time.monotonic() + DRAIN_TIMEOUT
+        try:
+            self._connection.shutdown(socket.SHUT_WR)
+            while time.monotonic() < deadline:
+                self.read(deadline - time.monotonic())
+        except OSError:     # LinkLostError is one: the other side is done
+            pass
+        self._connection.close()
+        super().close()
+
+
+def _connect(url: str, address: Address) -> socket.socket:
+    if not 0 < address.port <= 65535:
+        raise PortError("%s: there is no TCP port %d (legal: 1..65535)" % (url, address.port))
+    try:
+        return socket.create_connection(address, timeout=CONNECT_TIMEOUT)
+    except ConnectionRefusedError as error:
+        raise PortError(
+            "%s: connection refused: nothing listens on port %d of %s. For a simulated robot start one there "
+            "(python3 -m pioneer_control.simulator --tcp %d) or launch with sim:=true" % (url, address.port, address.host, address.port)
+        ) from error
+    except (socket.gaierror, UnicodeError) as error:
+        raise PortError("%s: no such host: %s" % (url, getattr(error, "strerror", error))) from error
+    except socket.timeout as error:
+        raise PortError("%s: no answer from %s within %.0f s: is it switched on and in this network?" % (url, address.host, CONNECT_TIMEOUT)) from error
+    except OSError as error:
+        raise PortError("%s: cannot connect: %s" % (url, error)) from error
+
+
+def _open_serial(path: str, baud: int) -> serial.Serial:
+    """8N1, raw, no flow control, locked against a second program (protocol 2.1)."""
+    try:
+        return serial.Serial(path, baudrate=baud, timeout=0, exclusive=True)
+    except serial.SerialException as error:
+        raise PortError(_why_not_open(path, error)) from error
+    except (ValueError, OverflowError) as error:
+        raise PortError("%s: %s" % (path, error)) from error
+
+
+def _why_not_open(path: str, error: serial.SerialException) -> str:
+    if error.errno in (errno.ENOENT, errno.ENOTDIR, errno.ENXIO, errno.ENODEV):
+        if os.path.isabs(path) and not path.startswith("/dev/"):
+            return "%s: no such port. Does the simulated robot run that makes it?" % path
+        ports = ", ".join(sorted(port.device for port in list_ports.comports())) or "none"
+        return "%s: no such port. Serial ports of this machine: %s. Without a robot: launch with sim:=true" % (path, ports)
+    if error.errno in (errno.EACCES, errno.EPERM):
+        return "%s: no permission. %s" % (path, _how_to_get_permission(path))
+    if error.errno in (errno.EBUSY, errno.EAGAIN):
+        return "%s: in use by another program (`fuser -v %s` shows which)" % (path, path)
+    if isinstance(error.__context__, termios.error) or os.path.exists(path) and not stat.S_ISCHR(os.stat(path).st_mode):
+        return "%s: not a serial port" % path
+    return "%s: %s" % (path, error)
+
+
+def _how_to_get_permission(path: str) -> str:
+    """Names the group that may use the device; there is not always one."""
+    status = os.stat(path)
+    if not status.st_mode & stat.S_IRGRP or not status.st_mode & stat.S_IWGRP:
+        return "Only its owner may use it: %s" % stat.filemode(status.st_mode)
+    try:
+        group = grp.getgrgid(status.st_gid).gr_name
+    except KeyError:
+        group = str(status.st_gid)
+    return "The group %s may use it: run `sudo usermod -a -G %s $USER`, then log out and in again" % (group, group)

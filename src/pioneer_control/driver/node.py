@@ -1,0 +1,302 @@
+"""The driver node: a robot on a port, offered to ROS. All names are relative to the node's namespace (`pioneer` in pioneer.launch).
+
+*Publishes*, once per packet of the robot (10 Hz), all with one stamp:
+
+=================  ==============================  ==========================================================================
+``pose``           nav_msgs/Odometry               odometry: pose in the odometry frame, twist in base_link
+``sonar``          pioneer_control/SonarArray      m by sonar number; 5.0 no echo, 0.0 not heard for 2 s; while sonar is on
+``gripper_state``  pioneer_control/GripperState    paddles, lift, beams, contacts; only when a gripper is fitted
+``motor_state``    pioneer_control/MotorState      1 motors on, 0 off
+``battery_state``  pioneer_control/BatteryState    V
+``dio``, ``aio``   pioneer_control/DIO, AIO        user inputs, the selected analog input (V)
+``robot_info``     pioneer_control/RobotInfo       latched, once per connection: what the robot is, has and measures
+``/tf``                                            odometry frame -> base_link
+=================  ==============================  ==========================================================================
+
+*Subscribes*
+
+===================  ============================  ==========================================================================
+``cmd_vel``          geometry_msgs/Twist           linear.x (m/s) and angular.z (rad/s); goes stale after cmd_vel_timeout
+``cmd_motor_state``  pioneer_control/MotorState    1 motors on, 0 off
+``gripper_control``  pioneer_control/GripperState  grip.state 1 open, 2 close, 3 stop; lift.state 4 up, 5 down, 6 stop; 0 neither
+===================  ============================  ==========================================================================
+
+*Service* ``set_motors`` (std_srvs/SetBool): waits until the robot confirms, or says why it does not.
+
+*Parameters* (private; legal ranges in `parameters.py`)
+
+======================  =======  =====  ============  ================================================================
+name                    type     unit   default       meaning
+======================  =======  =====  ============  ================================================================
+``port``                text            /dev/ttyUSB0  serial device, or socket://host:port
+``baud``                integer  baud   9600          line speed tried first; the others follow
+``model``               text                          model to assume; empty: what the robot says it is
+``models_file``         text                          file with your own calibration of models; empty: none
+``gripper``             text            auto          auto, true or false: is a gripper fitted?
+``pulse``               number   s      1.0           time between signs of life to the robot; 0 or less: none
+``use_sonar``           bool            true          sonar on
+``max_xspeed``          number   m/s    0.5           no forward or backward command goes beyond
+``max_yawspeed``        number   rad/s  1.745         no turn goes beyond
+``cmd_vel_timeout``     number   s      0.6           a velocity older than this means stop
+``accept_replay``       bool            false         obey commands that `rosbag play` publishes
+``odom_frame_id``       text            odom          frame of the pose
+``base_link_frame_id``  text            base_link     frame of the robot
+``frame_prefix``        text                          put before every frame name, e.g. robot2/
+``publish_tf``          bool            true          publish the transform odom -> base_link
+======================  =======  =====  ============  ================================================================
+
+Commands that `rosbag play` publishes are refused unless ``accept_replay`` is set. Motors are never switched on unless somebody asks. Every way
+out stops the robot, switches its motors off and ends the session. All safety timers run in the client, on monotonic time.
+"""
+
+import signal
+import sys
+import threading
+from time import monotonic
+from typing import Callable, Dict
+
+import rospy
+import tf2_ros
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from std_srvs.srv import SetBool, SetBoolResponse
+
+from ..client import BaudFound, CommandTimedOut, LinkDown, MotionCleared, Ready, Robot, RobotState
+from ..errors import ParameterError, PioneerError, PortError
+from ..msg import AIO, DIO, BatteryState, GripperState, MotorState, RobotInfo, SonarArray
+from . import commands, conversions
+from .notices import Notice, Throttle, Watch
+from .parameters import DriverParameters, check_parameters
+
+QUEUE = 10
+CONFIRM_TIMEOUT = 2.0
+"""Seconds the robot has to confirm that its motors are on or off."""
+START_GRACE = 3.0
+"""Seconds from the start in which a port that is not there yet is no news: a simulated robot starts beside its driver."""
+
+
+class DriverNode:
+    """Joins one Robot with the topics and the service. Call `run`."""
+
+    def __init__(self, parameters: DriverParameters) -> None:
+        self._parameters = parameters
+        self._throttle = Throttle()
+        self._watch = Watch(parameters.cmd_vel_timeout, "rosservice call %s true" % rospy.resolve_name("set_motors"))
+        self._gripper_reporter = conversions.GripperReporter()
+        self._players: Dict[str, bool] = {}     # nodes that sent commands: is it `rosbag play`?
+        self._asked_to_end = False
+        self._started = monotonic()
+        self._advertise()
+        self._robot = Robot(
+            parameters.port,
+            baud=parameters.baud,
+            model=parameters.model or None,
+            models_file=parameters.models_file or None,
+            pulse=max(0.0, parameters.pulse),
+            use_sonar=parameters.use_sonar,
+            command_timeout=parameters.cmd_vel_timeout,
+            max_linear=parameters.max_xspeed,
+            max_angular=parameters.max_yawspeed,
+            has_gripper=parameters.gripper,
+            reconnect=True,
+            on_state=self._on_state,
+            on_event=self._on_event,
+        )
+        self._subscribe()
+
+    def run(self) -> int:
+        """Drive until ROS shuts down. Returns the exit code: 0, or 1 when the robot cannot be driven at all."""
+        rospy.on_shutdown(self._end)
+        rospy.loginfo("looking for a robot on %s", self._parameters.port)
+        try:
+            self._robot.start().wait_until_ended()
+        finally:
+            self._robot.close()
+        link = self._robot.link
+        rospy.loginfo("closed after %d packets, %d with a bad checksum, %d stray bytes, %d reconnects",
+                      link.sips, link.bad_checksums, link.discarded_bytes, link.reconnects)
+        return 0 if self._asked_to_end else 1
+
+    def _end(self) -> None:
+        """ROS shuts down (a signal, rosnode kill): stop first, whatever thread this is."""
+        self._asked_to_end = True
+        self._robot.close()
+
+    def _advertise(self) -> None:
+        def publisher(name, message_class, latch=False):
+            return rospy.Publisher(name, message_class, queue_size=QUEUE, latch=latch)
+
+        self._pose = publisher("pose", Odometry)
+        self._sonar = publisher("sonar", SonarArray)
+        self._motor_state = publisher("motor_state", MotorState)
+        self._battery_state = publisher("battery_state", BatteryState)
+        self._dio = publisher("dio", DIO)
+        self._aio = publisher("aio", AIO)
+        self._robot_info = publisher("robot_info", RobotInfo, latch=True)
+        self._gripper_state = None  # advertised when a robot with a gripper is there
+        self._transform = tf2_ros.TransformBroadcaster() if self._parameters.publish_tf else None
+
+    def _subscribe(self) -> None:
+        rospy.Subscriber("cmd_vel", Twist, self._on_cmd_vel, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber("cmd_motor_state", MotorState, self._on_cmd_motor_state, queue_size=QUEUE)
+        rospy.Subscriber("gripper_control", GripperState, self._on_gripper_control, queue_size=QUEUE)
+        rospy.Service("set_motors", SetBool, self._set_motors)
+
+    # From the robot, on the client's I/O thread.
+
+    def _on_state(self, state: RobotState) -> None:
+        stamp, base_link = rospy.Time.now(), self._parameters.base_link_frame
+        pose = conversions.odometry(state, stamp, self._parameters.odom_frame, base_link)
+        self._pose.publish(pose)
+        if self._transform is not None:
+            self._transform.sendTransform(conversions.transform(pose))
+        if state.sonar_enabled:
+            self._sonar.publish(conversions.sonar_array(state, stamp, base_link))
+        if state.gripper is not None and self._gripper_state is not None:
+            self._gripper_state.publish(self._gripper_reporter.message(state.gripper))
+        self._motor_state.publish(conversions.motor_state(state))
+        self._battery_state.publish(conversions.battery_state(state, stamp, base_link))
+        for publisher, message in ((self._dio, conversions.digital_inputs(state)), (self._aio, conversions.analog_input(state))):
+            if message is not None:
+                publisher.publish(message)
+        self._warn(self._watch.state(state))
+
+    def _on_event(self, event) -> None:
+        if isinstance(event, Ready):
+            self._welcome(event.identity)
+        elif isinstance(event, LinkDown):
+            self._link_down(event)
+        elif isinstance(event, MotionCleared):
+            rospy.logwarn("the robot stopped: %s; it stands until a new command", event.reason)
+        elif isinstance(event, CommandTimedOut):
+            self._warn([Notice("timed out", "the robot was stopped: no velocity came for %.1f s (cmd_vel_timeout)" % event.age)])
+        elif isinstance(event, BaudFound):
+            rospy.loginfo("the robot answers at %d baud; set the parameter baud to it for a faster start", event.baud)
+
+    def _welcome(self, identity) -> None:
+        self._watch.identified(identity)
+        if identity.has_gripper and self._gripper_state is None:
+            self._gripper_state = rospy.Publisher("gripper_state", GripperState, queue_size=QUEUE)
+        self._robot_info.publish(conversions.robot_info(identity, rospy.Time.now(), self._parameters.base_link_frame))
+        rospy.loginfo(
+            "connected to %s, a %s%s, %d sonar transducers, %s; motors are off",
+            identity.name,
+            identity.model.subtype,
+            " with firmware %s" % identity.firmware if identity.firmware else "",
+            len(identity.model.sonar),
+            "with gripper" if identity.has_gripper else "no gripper",
+        )
+
+    def _link_down(self, event: LinkDown) -> None:
+        if event.retry_in < 0:
+            rospy.logfatal("%s", event.error)
+        elif isinstance(event.error, PortError) and monotonic() - self._started < START_GRACE:
+            rospy.logdebug("%s (trying again)", event.error)
+        elif self._throttle.passes("link: %s" % event.error, monotonic()):
+            rospy.logerr("%s (trying again until it works)", event.error)
+
+    def _warn(self, notices) -> None:
+        now = monotonic()
+        for kind, text in notices:
+            if self._throttle.passes(kind, now):
+                rospy.logwarn("%s", text)
+
+    def _refuse(self, kind: str, error: Exception) -> None:
+        self._warn([Notice(kind, str(error))])
+
+    # To the robot, on the subscribers' threads.
+
+    def _replay_refused(self, message, topic: str) -> bool:
+        """Whether this is a recorded command that must not move the robot; says so."""
+        if self._parameters.accept_replay or not (commands.is_replayed(message) or self._plays_a_bag(commands.sender(message))):
+            return False
+        self._warn([Notice("replay " + topic, "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic)])
+        return True
+
+    def _plays_a_bag(self, node: str) -> bool:
+        """Whether a node is a `rosbag play` under another name: it offers a service of its own. Asked once per node."""
+        if node not in self._players:
+            try:
+                found, _, _ = rospy.get_master().lookupService(node + "/pause_playback")
+            except OSError:     # the master is gone
+                found = 0
+            self._players[node] = found == 1
+        return self._players[node]
+
+    def _on_cmd_vel(self, message: Twist) -> None:
+        if self._replay_refused(message, "cmd_vel"):
+            return
+        try:
+            commands.check_twist(message)
+            self._robot.set_velocity(message.linear.x, message.angular.z)
+        except PioneerError as error:
+            self._refuse("cmd_vel", error)
+        else:
+            self._warn(self._watch.velocity(monotonic(), bool(message.linear.x or message.angular.z), self._robot.state))
+
+    def _on_cmd_motor_state(self, message: MotorState) -> None:
+        if self._replay_refused(message, "cmd_motor_state"):
+            return
+        try:
+            wait = self._request_motors(commands.motors_wanted(message))
+        except PioneerError as error:
+            self._refuse("cmd_motor_state", error)
+        else:   # waits elsewhere: the next message may want the opposite
+            threading.Thread(target=self._hear_answer, args=(wait,), name="motors", daemon=True).start()
+
+    def _hear_answer(self, wait: Callable[[], None]) -> None:
+        try:
+            wait()
+        except PioneerError as error:
+            self._refuse("cmd_motor_state", error)
+
+    def _on_gripper_control(self, message: GripperState) -> None:
+        if self._replay_refused(message, "gripper_control"):
+            return
+        try:
+            for command in commands.gripper_commands(message):
+                self._robot.gripper(command)
+        except PioneerError as error:
+            self._refuse("gripper_control", error)
+
+    def _set_motors(self, request) -> SetBoolResponse:
+        try:
+            self._request_motors(request.data)()
+        except PioneerError as error:
+            return SetBoolResponse(False, str(error))
+        return SetBoolResponse(True, "motors are %s" % ("on" if request.data else "off"))
+
+    def _request_motors(self, on: bool) -> Callable[[], None]:
+        """Ask for the motors at once. Returns what waits for the robot's answer; both raise PioneerError with the reason when it is no."""
+        before = self._robot.state
+        answer = self._robot.request_motors(on, CONFIRM_TIMEOUT)
+
+        def wait() -> None:
+            answer()
+            if before is None or before.motors_enabled != on:
+                rospy.loginfo("motors are %s", "on" if on else "off")
+
+        return wait
+
+
+def main() -> int:
+    """Run the node. Returns the exit code: 0 shut down, 1 the robot cannot be driven, 2 a parameter makes no sense."""
+    rospy.init_node("p2os")
+    if signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:   # rospy leaves the closing of a terminal out; nohup does not
+        signal.signal(signal.SIGHUP, lambda *_: rospy.signal_shutdown("the terminal was closed"))
+    try:
+        parameters, warnings = check_parameters(rospy.get_param("~", {}))
+        for warning in warnings:
+            rospy.logwarn("%s", warning)
+        node = DriverNode(parameters)
+    except ParameterError as error:
+        rospy.logfatal("%s (What an earlier start was given stays until: rosparam delete %s)", error, rospy.get_name())
+        return 2
+    except PioneerError as error:
+        rospy.logfatal("%s", error)
+        return 2
+    return node.run()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,60 @@
+"""What the values in messages mean: names for numbers that the frozen messages cannot name themselves, headings as quaternions.
+
+For the driver that sends them and every program that hears them. No ROS in here.
+
+The numbers of a status and of a command differ although both travel in the same message: grip.state 3 is "moving" in a
+status, "stop" in a command. Hence two enums for each.
+"""
+
+import math
+from enum import IntEnum
+from typing import Tuple
+
+NO_ECHO = 5.0
+"""Range (m) of a SonarArray that says: nothing in sight. Nothing greater is published."""
+NOT_HEARD = 0.0
+"""Range (m) that says: this transducer was not heard of late. It reads as an obstacle, which is the safe side."""
+
+
+class GripStatus(IntEnum):
+    """grip.state of gripper_state."""
+
+    BETWEEN = 0
+    OPEN = 1
+    CLOSED = 2
+    MOVING = 3
+    ERROR = 4
+
+
+class LiftStatus(IntEnum):
+    """lift.state of gripper_state."""
+
+    IDLE = 1
+    MOVING = 2
+    STALLED = 3
+
+
+class GripCommand(IntEnum):
+    """grip.state of gripper_control; 0 leaves the paddles alone."""
+
+    OPEN = 1
+    CLOSE = 2
+    STOP = 3
+
+
+class LiftCommand(IntEnum):
+    """lift.state of gripper_control; 0 leaves the lift alone."""
+
+    UP = 4
+    DOWN = 5
+    STOP = 6
+
+
+def quaternion_of(heading: float) -> Tuple[float, float, float, float]:
+    """A heading (rad) as a rotation about the vertical axis: x, y, z, w."""
+    return 0.0, 0.0, math.sin(heading / 2.0), math.cos(heading / 2.0)
+
+
+def heading_of(x: float, y: float, z: float, w: float) -> float:
+    """The heading (rad, -pi to pi) in a quaternion."""
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

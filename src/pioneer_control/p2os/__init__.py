@@ -1,0 +1,44 @@
+"""The P2OS protocol as values: bytes to typed packets and back. No I/O, no clock, no ROS.
+
+A packet, byte by byte (VEL -200: drive backwards at 200 mm/s)::
+
+    FA FB      header, the same in both directions
+    06         count: six bytes follow
+    0B         id: to the robot, command 11 is VEL; from the robot it would be a packet type
+    1B         argument type: negative integer (3B positive integer, 2B string)
+    C8 00      200, low byte first: the magnitude, its sign is in the type
+    D3 1B      checksum of id and data, high byte first
+
+::
+
+    bytes --FrameDecoder--> Frame --decode_packet--> Sip, Config, ...     on the computer's side
+                                  --decode_command--> ReceivedCommand     on the robot's side
+    encode_command("VEL", -200) --> bytes <-- encode_packet(Sip(...))
+
+Open next: `framing` (where packets begin and end), `commands` (the table of commands), `sip`, `config` and `packets`
+(the tables of what the robot sends), `flags` (bits with names), `fields` (how a table is read and written).
+``python3 -m pioneer_control.p2os FA FB 06 ...`` explains bytes to a person.
+"""
+
+from .commands import (COMMANDS, SYNC0, SYNC1, SYNC2, Argument, Command, ReceivedCommand, decode_command,
+                       encode_command, two_bytes)
+from .config import Config
+from .flags import (ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripperCommand, GripperSwitches, GripState,
+                    StallBits)
+from .framing import PARTIAL_TIMEOUT, DecoderCounts, Frame, FrameDecoder, checksum, encode_frame
+from .packets import (IO, TCM2, Arm, ArmInfo, ArmJoint, Battery, BatteryInfo, Encoder, Gripper, Gyro, GyroReading,
+                      Joystick, MalformedPacket, Playlist, Reset, SerialAux, SyncEcho, SyncReply, UnknownPacket,
+                      decode_packet, encode_packet)
+from .sip import MOVING, STOPPED, Sip, SonarReading
+
+__all__ = [
+    "PARTIAL_TIMEOUT", "DecoderCounts", "Frame", "FrameDecoder", "checksum", "encode_frame",
+    "COMMANDS", "Command", "Argument", "encode_command", "decode_command", "ReceivedCommand", "two_bytes",
+    "SYNC0", "SYNC1", "SYNC2",
+    "decode_packet", "encode_packet", "UnknownPacket", "MalformedPacket",
+    "SyncEcho", "SyncReply", "Config", "Sip", "SonarReading", "STOPPED", "MOVING",
+    "Encoder", "SerialAux", "Gripper", "IO", "Gyro", "GyroReading", "Joystick", "TCM2", "Playlist", "Arm", "ArmInfo",
+    "ArmJoint", "BatteryInfo", "Battery", "Reset",
+    "Flags", "FaultFlags", "Flags3", "StallBits", "GripState", "GripperSwitches", "GripperCommand", "DigitalIn",
+    "ChargeState",
+]

@@ -1,0 +1,41 @@
+"""``python3 -m pioneer_control.p2os FA FB 03 1D 00 1D``: explain bytes to a person."""
+
+import argparse
+import sys
+
+from ..errors import UsageError
+from .explain import explain, parse_hex, pieces
+
+
+def main(arguments=None) -> int:
+    """Explain the bytes that are given, or those on standard input.
+
+    Returns:
+        0 when all bytes were whole packets, 1 when some were not, 2 when something was not hex.
+    """
+    parser = argparse.ArgumentParser(
+        prog="python3 -m pioneer_control.p2os", description="Explain bytes of the P2OS protocol, byte by byte.",
+        epilog="Bytes may be written as FA FB 03, fafb03, 0xFA, 0xFB, 0x03 or \\xfa\\xfb\\x03; without any they are "
+               "read from standard input. Exit code: 0 all were whole packets, 1 some were not, 2 some were no hex.")
+    parser.add_argument("bytes", nargs="*", help="hexadecimal bytes: one packet, several, or a noisy stream")
+    direction = parser.add_mutually_exclusive_group()
+    direction.add_argument("--to-robot", action="store_true", help="they went to the robot: read them as commands")
+    direction.add_argument("--from-robot", action="store_true", help="they came from the robot")
+    parser.add_argument("--port-first", action="store_true",
+                        help="the robot has PSOS, P2OS or AmigOS: its SIP has the analog port before the gripper state")
+    options = parser.parse_args(arguments)
+    if not options.bytes and sys.stdin.isatty():
+        parser.error("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")
+    try:
+        data = parse_hex(" ".join(options.bytes) if options.bytes else sys.stdin.read())
+    except UsageError as error:
+        parser.error(str(error))
+    if not data:
+        parser.error("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")
+    for line in explain(data, not options.from_robot, not options.to_robot, not options.port_first):
+        print(line)
+    return 0 if not any(piece.wrong for piece in pieces(data)) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,148 @@
+"""Frames: where a packet begins and ends on the line, and whether it arrived whole (protocol section 1).
+
+::
+
+    FA FB  06  0B  3B C8 00  D3 3B
+    │      │   │   │         └ checksum of id and data, high byte first (all other numbers: low byte first)
+    │      │   │   └ data
+    │      │   └ id: a command number to the robot, a packet type from it
+    │      └ count N: how many bytes follow it (id, data and checksum)
+    └ header
+
+Both directions are framed alike. Nothing is escaped (``FA FB`` may occur inside a frame), numbered, acknowledged or
+repeated.
+"""
+
+from typing import List, NamedTuple, Optional
+
+from ..errors import EncodingError
+
+HEADER = b"\xFA\xFB"
+SMALLEST_COUNT = 3
+"""Byte count of a frame without data: its id and its checksum."""
+LARGEST_COUNT_SENT = 200
+"""What every firmware accepts (later ones take 249). Received frames may be as long as the count byte can say."""
+LARGEST_DATA_SENT = LARGEST_COUNT_SENT - SMALLEST_COUNT
+PARTIAL_TIMEOUT = 0.1
+"""Seconds without a byte inside a frame after which the rest will not come: call `FrameDecoder.drop_partial`."""
+
+
+class Frame(NamedTuple):
+    """What a frame carries: its id, and the data between id and checksum."""
+
+    id: int
+    data: bytes = b""
+
+
+class DecoderCounts(NamedTuple):
+    """What a `FrameDecoder` has made of the bytes it was fed."""
+
+    frames: int = 0
+    """Frames delivered."""
+    discarded_bytes: int = 0
+    """Bytes that were part of no frame."""
+    bad_checksums: int = 0
+    """Places that looked like a frame, but whose checksum said no."""
+    bad_counts: int = 0
+    """Headers followed by an impossible byte count (below 3)."""
+
+
+def checksum(body: bytes) -> int:
+    """16-bit checksum of `body` (id and data): the sum of its big-endian words; an odd last byte is XORed to it."""
+    even = len(body) & ~1
+    total = (sum(body[0:even:2]) << 8) + sum(body[1:even:2])
+    if even < len(body):
+        total ^= body[-1]
+    return total & 0xFFFF
+
+
+def encode_frame(id: int, data: bytes = b"") -> bytes:
+    """The bytes of one frame, to be sent with one write.
+
+    Raises:
+        EncodingError: `id` is no byte, or `data` is longer than 197 bytes.
+    """
+    if type(id) is bool or not isinstance(id, int) or not 0 <= id <= 0xFF:
+        raise EncodingError(f"frame id {id!r} is not an integer in 0..255")
+    if len(data) > LARGEST_DATA_SENT:
+        raise EncodingError(f"frame {id}: {len(data)} bytes of data are too many (0..{LARGEST_DATA_SENT} are legal)")
+    body = bytes((id,)) + data
+    return HEADER + bytes((len(data) + SMALLEST_COUNT,)) + body + checksum(body).to_bytes(2, "big")
+
+
+class FrameDecoder:
+    """Finds the frames in a stream of bytes that may come in any pieces and with any noise.
+
+    Give it what was read with `feed`. It never raises on what comes from the line, holds back at most one unfinished
+    frame (257 bytes), and works in time proportional to what it is fed. A place that looked like a frame and was none
+    costs only its first byte: the search goes on right behind it, so noise never swallows a good frame.
+    """
+
+    def __init__(self):
+        self._held = bytearray()
+        self._frames = self._bad_checksums = self._bad_counts = self._discarded = 0
+
+    @property
+    def waiting(self) -> bool:
+        """Whether the bytes so far end inside what may become a frame."""
+        return bool(self._held)
+
+    @property
+    def counts(self) -> DecoderCounts:
+        """What was delivered and what was thrown away since the start."""
+        return DecoderCounts(self._frames, self._discarded, self._bad_checksums, self._bad_counts)
+
+    def feed(self, data: bytes) -> List[Frame]:
+        """The frames that `data`, following on all that was fed before, completes."""
+        self._held += data
+        return self._scan()
+
+    def drop_partial(self) -> List[Frame]:
+        """Give up the unfinished frame, because `PARTIAL_TIMEOUT` passed without a byte.
+
+        Returns:
+            Whole frames found among the bytes that were held for it. Nothing is held afterwards.
+        """
+        frames: List[Frame] = []
+        while self._held:
+            del self._held[0]
+            self._discarded += 1
+            frames += self._scan()
+        return frames
+
+    def _scan(self) -> List[Frame]:
+        """Deliver every whole frame, drop what cannot become one, keep an unfinished one."""
+        held, frames, at = self._held, [], 0
+        while at < len(held):
+            end = self._frame_end(at)
+            if end is None:
+                break
+            if end > at:
+                frames.append(Frame(held[at + 3], bytes(held[at + 4:end - 2])))
+            else:
+                next_start = held.find(HEADER[:1], at + 1)
+                end = next_start if next_start >= 0 else len(held)
+                self._discarded += end - at
+            at = end
+        del held[:at]
+        self._frames += len(frames)
+        return frames
+
+    def _frame_end(self, at: int) -> Optional[int]:
+        """Where the frame that starts at `at` ends; `at` itself if none does; None if it takes more bytes to say."""
+        held = self._held
+        start = held[at:at + 3]
+        if start[:2] != HEADER[:len(start)]:
+            return at
+        if len(start) < 3:
+            return None
+        if start[2] < SMALLEST_COUNT:
+            self._bad_counts += 1
+            return at
+        end = at + 3 + start[2]
+        if end > len(held):
+            return None
+        if checksum(held[at + 3:end - 2]) != int.from_bytes(held[end - 2:end], "big"):
+            self._bad_checksums += 1
+            return at
+        return end

@@ -1,0 +1,377 @@
+"""Every packet a robot sends, as a frozen dataclass, and which id brings which (protocol sections 2 and 5).
+
+The large ones, `Sip` and `Config`, have files of their own.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Tuple
+
+from ..errors import EncodingError
+from .config import Config
+from .fields import (BYTE, INT16, INT32, REST, STRING, UINT16, UINT32, Many, Record, Row, Text, TooShort, read_fields,
+                     rows, wire, write_fields)
+from .flags import GripperSwitches, GripState
+from .framing import Frame, encode_frame
+from .sip import Sip
+
+
+@dataclass(frozen=True)
+class SyncEcho:
+    """The robot's answer to SYNC0 and SYNC1: the same packet."""
+
+    number: int
+
+
+@dataclass(frozen=True)
+class SyncReply:
+    """The robot's answer to SYNC2: who it is."""
+
+    name: str = wire(STRING, "", "name of this robot, set by its user")
+    type: str = wire(STRING, "", "robot class: `Pioneer` (Pioneer LX: `MTX`)")
+    subtype: str = wire(STRING, "", "model, such as `p3dx-sh`; compare without regard to case")
+
+
+@dataclass(frozen=True)
+class Encoder:
+    """ENCODERpac: accumulated raw ticks."""
+
+    left_ticks: int = wire(INT32, "ticks", "left wheel")
+    right_ticks: int = wire(INT32, "ticks", "right wheel")
+
+
+@dataclass(frozen=True)
+class SerialAux:
+    """SERAUXpac, SERAUX2pac, SERAUX3pac: bytes from a device on auxiliary port 1, 2 or 3."""
+
+    port: int
+    data: bytes = wire(REST, "", "raw bytes")
+
+
+@dataclass(frozen=True)
+class Gripper:
+    """GRIPPERpac. `state` holds `GripperSwitches` where the firmware sends the SIP's analog port first."""
+
+    has_gripper: int = wire(BYTE, "", "0 is none; other numbers depend on the firmware")
+    state: GripState = wire(BYTE.of(GripState), "", "as in the SIP")
+    grasp_time_units: int = wire(BYTE, "20 ms", "how long the paddles go on closing")
+
+
+@dataclass(frozen=True)
+class IO:
+    """IOpac: digital bytes are electrical levels (bumpers and infrared: 0 means triggered)."""
+
+    digital_in: Tuple[int, ...] = wire(Many(BYTE), "", "user inputs, front bumpers, rear bumpers, infrared")
+    digital_out: Tuple[int, ...] = wire(Many(BYTE), "", "user outputs")
+    analog: Tuple[int, ...] = wire(Many(UINT16), "", "AROS: 5 values of 12 bits; ARCOS: 9 of 10 bits, 1023 is 5 V")
+
+
+@dataclass(frozen=True)
+class GyroReading:
+    """The gyro over 25 ms."""
+
+    rate: int = wire(UINT16, "", "0..1023, about 512 at rest, below it counter-clockwise; full scale 300 deg/s")
+    temperature: int = wire(BYTE, "", "0..255")
+
+
+@dataclass(frozen=True)
+class Gyro:
+    """GYROpac, from a gyro that the client has to read (CONFIGpac: has_gyro 1)."""
+
+    readings: Tuple[GyroReading, ...] = wire(Many(Record(GyroReading)), "", "one per 25 ms")
+
+
+@dataclass(frozen=True)
+class Arm:
+    """ARMpac. The manual's layout is given; the vendor's client reads byte 1 as motion and byte 2 as
+    status (bit 0 good, 1 initialised, 2 power, 3 homing), and some robots send that."""
+
+    status_bits: int = wire(BYTE, "", "bit 0 servo power, bit 1 connected")
+    motion_bits: int = wire(BYTE, "", "bit 0 joint 1 moves, ...")
+    positions: Tuple[int, ...] = wire(Many(BYTE, count=6), "ticks", "servos 1..6")
+
+
+@dataclass(frozen=True)
+class ArmJoint:
+    """One joint of the arm, in servo ticks."""
+
+    speed_ms: int = wire(BYTE, "ms", "time of one tick")
+    home: int = wire(BYTE, "ticks", "")
+    minimum: int = wire(BYTE, "ticks", "")
+    centre: int = wire(BYTE, "ticks", "")
+    maximum: int = wire(BYTE, "ticks", "")
+    ticks_per_90_deg: int = wire(BYTE, "ticks", "joint 6, the gripper, has no angle")
+
+
+@dataclass(frozen=True)
+class ArmInfo:
+    """ARMINFOpac."""
+
+    version: str = wire(STRING, "", "of the arm's server; `No arm` without one")
+    joints: Tuple[ArmJoint, ...] = wire(Many(Record(ArmJoint)), "", "")
+
+
+@dataclass(frozen=True)
+class Joystick:
+    """JOYSTICKpac: axes 0..1023, 512 in the middle."""
+
+    button_1: int = wire(BYTE, "", "1 pressed")
+    button_2: int = wire(BYTE, "", "1 pressed")
+    x: int = wire(UINT16, "", "")
+    y: int = wire(UINT16, "", "")
+    throttle: int = wire(UINT16, "", "")
+
+
+@dataclass(frozen=True)
+class TCM2:
+    """TCM2pac, from a compass module."""
+
+    heading_ddeg: int = wire(INT16, "0.1 deg", "")
+    pitch_ddeg: int = wire(INT16, "0.1 deg", "")
+    roll_ddeg: int = wire(INT16, "0.1 deg", "")
+    magnetic_x_hundredths: int = wire(INT16, "0.01", "")
+    magnetic_y_hundredths: int = wire(INT16, "0.01", "")
+    magnetic_z_hundredths: int = wire(INT16, "0.01", "")
+    temperature_dc: int = wire(INT16, "0.1 deg C", "")
+    error_bits: int = wire(INT16, "", "")
+    calibration_h: int = wire(BYTE, "", "")
+    calibration_v: int = wire(BYTE, "", "")
+    calibration_m_hundredths: int = wire(INT16, "0.01", "")
+
+
+@dataclass(frozen=True)
+class Playlist:
+    """PLAYLIST: one stored sound of an AmigoBot. (P2OS robots answer with 25 zero bytes, one too few: malformed.)"""
+
+    sound: int = wire(BYTE, "", "its number; in the first of all, how many there are")
+    enabled: int = wire(BYTE, "", "1 if sounds are on")
+    name: str = wire(Text(16), "", "a leading ~ marks a group")
+    offset: int = wire(UINT32, "", "")
+    length: int = wire(UINT32, "", "")
+
+
+@dataclass(frozen=True)
+class Battery:
+    """One battery that knows its charge."""
+
+    flags1: int = wire(BYTE, "", "")
+    flags2: int = wire(BYTE, "", "")
+    flags3: int = wire(BYTE, "", "")
+    relative_charge_percent: int = wire(BYTE, "%", "")
+    absolute_charge_percent: int = wire(BYTE, "%", "")
+
+
+@dataclass(frozen=True)
+class BatteryInfo:
+    """Answer to BATTERYINFO."""
+
+    batteries: Tuple[Battery, ...] = wire(Many(Record(Battery), sized=True), "", "")
+
+
+@dataclass(frozen=True)
+class Reset:
+    """The controller restarted (id 0xFF), with data about it (0xFE)."""
+
+    id: int
+    data: bytes = wire(REST, "", "")
+
+
+@dataclass(frozen=True)
+class SimulatedLaser:
+    """Part of a scan of a simulated laser."""
+
+    x: int = wire(INT16, "mm", "robot")
+    y: int = wire(INT16, "mm", "robot")
+    heading: int = wire(INT16, "", "robot")
+    total: int = wire(UINT16, "", "readings of the whole scan")
+    first: int = wire(UINT16, "", "index of the first one here")
+    ranges_mm: Tuple[int, ...] = wire(Many(UINT16), "mm", "")
+
+
+@dataclass(frozen=True)
+class LaserReading:
+    """One reading of a simulated laser, extended."""
+
+    range_mm: int = wire(UINT16, "mm", "")
+    reflectance: int = wire(BYTE, "", "")
+    reserved: int = wire(UINT16, "", "")
+
+
+@dataclass(frozen=True)
+class SimulatedLaserExtended:
+    """Part of a scan of a simulated laser, with reflectance."""
+
+    total: int = wire(UINT16, "", "readings of the whole scan")
+    first: int = wire(UINT16, "", "index of the first one here")
+    readings: Tuple[LaserReading, ...] = wire(Many(Record(LaserReading)), "", "")
+    laser: int = wire(BYTE, "", "which laser")
+    flags: int = wire(BYTE, "", "bit 0: the robot was moved")
+
+
+@dataclass(frozen=True)
+class SimulatorStatus:
+    """SIMSTAT."""
+
+    text_1: str = wire(STRING, "", "empty")
+    text_2: str = wire(STRING, "", "empty")
+    flags: int = wire(UINT32, "", "")
+    times: Tuple[int, ...] = wire(Many(UINT16, count=3), "", "")
+    x_mm: int = wire(INT32, "mm", "true pose")
+    y_mm: int = wire(INT32, "mm", "true pose")
+    z_mm: int = wire(INT32, "mm", "true pose")
+    heading_deg: int = wire(INT32, "deg", "true pose")
+    latitude: int = wire(INT32, "1/10000000 deg", "")
+    longitude: int = wire(INT32, "1/10000000 deg", "")
+    altitude: int = wire(INT32, "0.01 m", "")
+    dilution_of_precision: int = wire(INT32, "0.01", "")
+    error_x: int = wire(INT32, "", "odometry error")
+    error_y: int = wire(INT32, "", "odometry error")
+    error_heading: int = wire(INT32, "", "odometry error")
+
+
+@dataclass(frozen=True)
+class SimulatedDevice:
+    """One device of a simulated robot."""
+
+    name: str = wire(STRING, "", "")
+    type: str = wire(STRING, "", "")
+    number: int = wire(BYTE, "", "")
+    status: int = wire(UINT32, "", "")
+
+
+@dataclass(frozen=True)
+class SimulatorInfo:
+    """SIMINFO."""
+
+    application: str = wire(STRING, "", "")
+    version: str = wire(STRING, "", "")
+    features: int = wire(UINT32, "", "")
+    devices: Tuple[SimulatedDevice, ...] = wire(Many(Record(SimulatedDevice), count=UINT32), "", "")
+
+
+@dataclass(frozen=True)
+class MapChanged:
+    """A simulator loaded another map."""
+
+    by_user: int = wire(BYTE, "", "")
+    status: int = wire(BYTE, "", "")
+    map_name: str = wire(STRING, "", "")
+
+
+@dataclass(frozen=True)
+class UnknownPacket:
+    """A whole frame whose id no table knows. To be ignored."""
+
+    id: int
+    data: bytes
+
+
+@dataclass(frozen=True)
+class MalformedPacket:
+    """A whole frame whose data are too short for its id."""
+
+    id: int
+    data: bytes
+    reason: str
+
+
+PACKETS = {
+    0x00: (SyncEcho, {"number": 0}),
+    0x01: (SyncEcho, {"number": 1}),
+    0x02: (SyncReply, {}),
+    0x20: (Config, {}),
+    0x30: (Sip, {"type_id": 0x30}),
+    0x31: (Sip, {"type_id": 0x31}),
+    0x32: (Sip, {"type_id": 0x32}),
+    0x33: (Sip, {"type_id": 0x33}),
+    0x34: (Sip, {"type_id": 0x34}),
+    0x60: (SimulatedLaser, {}),
+    0x61: (SimulatedLaserExtended, {}),
+    0x62: (SimulatorStatus, {}),
+    0x63: (SimulatorInfo, {}),
+    0x66: (MapChanged, {}),
+    0x90: (Encoder, {}),
+    0x98: (Gyro, {}),
+    0xA0: (Arm, {}),
+    0xA1: (ArmInfo, {}),
+    0xB0: (SerialAux, {"port": 1}),
+    0xB8: (SerialAux, {"port": 2}),
+    0xC8: (SerialAux, {"port": 3}),
+    0xC0: (TCM2, {}),
+    0xD0: (Playlist, {}),
+    0xE0: (Gripper, {}),
+    0xF0: (IO, {}),
+    0xF8: (Joystick, {}),
+    0xFA: (BatteryInfo, {}),
+    0xFE: (Reset, {"id": 0xFE}),
+    0xFF: (Reset, {"id": 0xFF}),
+}
+"""Frame id: the packet it brings, and what the id itself says of it."""
+
+NAMES_ONLY = {
+    0x7B: "acceleration",
+    0x7C: "torque",
+    0x95: "heading",
+    0x9A: "IMU",
+    0xD3: "MARC debug text",
+    0xD5: "absolute maxima",
+    0xDA: "wheel information",
+}
+"""Frame ids whose data no readable source describes (Seekur, Pioneer LX): they stay an `UnknownPacket`."""
+
+
+def _port_first(table):
+    """The table of a `Sip` as PSOS, P2OS and AmigOS send it: with two neighbours changed round."""
+    at = [row.name for row in table].index("grip_state")
+    return table[:at] + (table[at + 1], table[at]) + table[at + 2:]
+
+
+def _with_switches(table):
+    """The table of a `Gripper` as P2OS sends it."""
+    return tuple(row._replace(type=BYTE.of(GripperSwitches)) if row.name == "state" else row for row in table)
+
+
+_OLDER = {Sip: _port_first(rows(Sip)), Gripper: _with_switches(rows(Gripper))}
+
+
+def packet_rows(packet_class, grip_state_first: bool = True) -> Tuple[Row, ...]:
+    """The table of a packet, as the firmware of either kind sends it (see `decode_packet`)."""
+    return rows(packet_class) if grip_state_first else _OLDER.get(packet_class, rows(packet_class))
+
+
+def decode_packet(frame: Frame, grip_state_first: bool = True) -> Any:
+    """What a frame from the robot says: one of the classes above.
+
+    Never raises: an id without a table gives an `UnknownPacket`, data that end too soon a `MalformedPacket`; bytes
+    behind the last field are ignored.
+
+    Args:
+        grip_state_first: which firmware it is, for the bytes do not tell. True: AROS, ARCOS and AmigoSH, whose SIP has
+            the gripper state before the analog port, and whose GRIPPERpac has the same state. False: PSOS, P2OS and
+            AmigOS, with the port first and with switches in GRIPPERpac.
+    """
+    if frame.id == 2 and not frame.data:
+        return SyncEcho(2)
+    if frame.id not in PACKETS:
+        return UnknownPacket(frame.id, frame.data)
+    packet_class, said_by_id = PACKETS[frame.id]
+    try:
+        values = read_fields(packet_rows(packet_class, grip_state_first), frame.data)[0]
+    except TooShort as short:
+        return MalformedPacket(frame.id, frame.data, f"{packet_class.__name__}.{short}")
+    return packet_class(**said_by_id, **values)
+
+
+def encode_packet(packet: Any, grip_state_first: bool = True) -> bytes:
+    """The bytes of `packet`, as a robot sends them; `grip_state_first` as in `decode_packet`.
+
+    Raises:
+        EncodingError: `packet` is no packet, or a value of it does not fit the wire.
+    """
+    if isinstance(packet, (UnknownPacket, MalformedPacket)):
+        return encode_frame(packet.id, packet.data)
+    if packet == SyncEcho(2):
+        return encode_frame(2)
+    for id, (packet_class, said_by_id) in PACKETS.items():
+        if type(packet) is packet_class and said_by_id.items() <= vars(packet).items():
+            return encode_frame(id, write_fields(packet_rows(packet_class, grip_state_first), packet))
+    raise EncodingError(f"no robot sends {packet!r}")

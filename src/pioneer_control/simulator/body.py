@@ -1,0 +1,111 @@
+"""The body of the robot in its world: where it stands, how it moves, and what stops it.
+
+Metres and radians in the map frame; knows neither motors nor packets.
+"""
+
+import math
+from typing import List, Optional, Sequence, Tuple
+
+Point = Tuple[float, float]
+Pose = Tuple[float, float, float]
+
+SKINS = (0.5, 0.1, 0.02)
+"""How much larger than itself (m) the body is taken to be when asking how far it can go before the next question."""
+AWAY = 0.02
+"""How far (m) it has to go from where it touched something before touching again is another contact."""
+
+
+def compose(frame: Pose, pose: Pose) -> Pose:
+    """The pose that `pose`, as seen from `frame`, has in the frame that `frame` is given in."""
+    cosine, sine = math.cos(frame[2]), math.sin(frame[2])
+    x, y, heading = pose
+    return frame[0] + x * cosine - y * sine, frame[1] + x * sine + y * cosine, frame[2] + heading
+
+
+def relative(frame: Pose, pose: Pose) -> Pose:
+    """`pose` as seen from `frame`, both given in the same frame; the heading is not wrapped."""
+    cosine, sine = math.cos(frame[2]), math.sin(frame[2])
+    x, y = pose[0] - frame[0], pose[1] - frame[1]
+    return x * cosine + y * sine, y * cosine - x * sine, pose[2] - frame[2]
+
+
+def along_arc(pose: Pose, distance: float, turn: float) -> Pose:
+    """The pose after driving `distance` while turning by `turn`, both evenly: exact, straight lines included."""
+    x, y, heading = pose
+    half = turn / 2.0
+    chord = distance * (math.sin(half) / half if half else 1.0)
+    return x + chord * math.cos(heading + half), y + chord * math.sin(heading + half), heading + turn
+
+
+def box_round(outline: Sequence[Point], skin: float) -> Tuple[Point, ...]:
+    """The rectangle along the axes round everything that is within `skin` of an outline."""
+    xs, ys = zip(*outline)
+    low_x, high_x, low_y, high_y = min(xs) - skin, max(xs) + skin, min(ys) - skin, max(ys) + skin
+    return (low_x, low_y), (high_x, low_y), (high_x, high_y), (low_x, high_y)
+
+
+class Body:
+    """A solid outline that moves through `world` and is stopped by its walls and posts.
+
+    :param world: answers ``touches``.
+    :param outline: corners of the body in its own frame (m, base_link).
+    :param pose: where it starts (map frame).
+    """
+
+    def __init__(self, world, outline: Sequence[Point], pose: Pose):
+        self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
+        self.contacts = 0
+        self.blocked = False
+        self._world = world
+        self._outlines = [(box_round(outline, skin), skin) for skin in SKINS] + [(tuple(outline), 0.0)]
+        self._reach = max(math.hypot(x, y) for x, y in outline)
+        self._free = 0.0
+        self._contact_at: Optional[Pose] = None
+
+    def move(self, distance: float, turn: float) -> bool:
+        """Drive an arc, unless the body would touch something at its end: then it stays, and a contact is counted.
+
+        A contact counts once until the body has gone away from it, not once for each try.
+        """
+        pose = along_arc(self.pose, distance, turn)
+        swept = abs(distance) + self._reach * abs(turn)
+        if swept < self._free:
+            self._free -= swept
+        elif not self._is_free(pose):
+            self.contacts += self._contact_at is None
+            self._contact_at = self.pose
+            self.blocked = True
+            return False
+        self.pose = pose
+        self.blocked = False
+        if self._contact_at is not None and self._far_from(self._contact_at):
+            self._contact_at = None
+        return True
+
+    def place(self, pose: Pose) -> None:
+        """Put the body somewhere else, as a person would who carries it."""
+        self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
+        self._free = 0.0
+        self.blocked = False
+
+    def touches(self, polygon: Sequence[Point]) -> bool:
+        """Whether a polygon of the body's own frame, at its present pose, overlaps anything solid."""
+        return self._world.touches(_placed(polygon, self.pose))
+
+    def _far_from(self, pose: Pose) -> bool:
+        x, y, heading = relative(pose, self.pose)
+        return math.hypot(x, y) + self._reach * abs(heading) > AWAY
+
+    def _is_free(self, pose: Pose) -> bool:
+        """Whether the body touches nothing at `pose`; if so, also finds how far it can go from there unasked."""
+        for outline, skin in self._outlines:
+            if not self._world.touches(_placed(outline, pose)):
+                self._free = skin
+                return True
+        return False
+
+
+def _placed(polygon: Sequence[Point], pose: Pose) -> List[Point]:
+    """A polygon of the body's frame, where it lies in the map frame when the body stands at `pose`."""
+    cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+    return [(pose[0] + x * cosine - y * sine, pose[1] + x * sine + y * cosine) for x, y in polygon]

@@ -1,0 +1,142 @@
+"""How the drives follow what they are told: trapezoidal ramps, for translation and for rotation alike.
+
+Everything here is in SI units (m and m/s for translation, rad and rad/s for rotation) and knows neither packets
+nor walls.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Optional, Tuple
+
+
+def ramp(speed: float, target: float, rise: float, fall: float, dt: float) -> Tuple[float, float]:
+    """Speed after `dt` seconds on the way from `speed` to `target`, and the distance covered meanwhile.
+
+    Away from zero the speed changes by `rise` per second, towards zero by `fall`; through zero it does first the
+    one and then the other. Exact for any `dt`, so that one long step equals many short ones.
+    """
+    travelled = 0.0
+    while dt > 0.0 and speed != target:
+        slowing = speed * target < 0.0 or abs(speed) > abs(target)
+        goal = (0.0 if speed * target < 0.0 else target) if slowing else target
+        rate = fall if slowing else rise
+        needed = abs(goal - speed) / rate
+        if needed <= dt:
+            after = goal
+        else:
+            needed = dt
+            after = speed + math.copysign(rate * dt, goal - speed)
+        travelled += (speed + after) / 2.0 * needed
+        speed = after
+        dt -= needed
+    return speed, travelled + speed * dt
+
+
+def approach(speed: float, remaining: float, limit: float, rise: float, fall: float, dt: float) -> Tuple[float, float]:
+    """Speed after `dt` seconds on the way to a point `remaining` ahead (behind when negative), and the distance covered.
+
+    The speed stays within `limit`, and such that `fall` still stops the drive at the point: it arrives with speed
+    zero and never runs past.
+    """
+    direction = math.copysign(1.0, remaining)
+    ahead, along = abs(remaining), speed * direction
+    if along < 0.0:
+        after, travelled = ramp(along, 0.0, rise, fall, dt)
+        return after * direction, travelled * direction
+    # The highest speed at the end of this step from which `fall` stops the drive within what is left then.
+    spare = dt * dt / 4.0 + (2.0 * ahead - along * dt) / fall
+    brakable = fall * (math.sqrt(spare) - dt / 2.0) if spare > 0.0 else 0.0
+    after = max(0.0, min(brakable, limit, along + rise * dt), along - fall * dt)
+    travelled = min((along + after) / 2.0 * dt, ahead)
+    return after * direction, travelled * direction
+
+
+@dataclass
+class Limits:
+    """What a channel may do: speed limit and its top, acceleration, deceleration and their top (SI units)."""
+
+    limit: float
+    top: float
+    rise: float
+    fall: float
+    rate_top: float
+
+    def set_limit(self, value: float) -> None:
+        """A new speed limit for later commands, clipped to the top."""
+        self.limit = min(abs(value), self.top)
+
+    def set_rate(self, value: float) -> None:
+        """A new acceleration, or deceleration when negative, clipped to the top; zero changes nothing."""
+        if value > 0.0:
+            self.rise = min(value, self.rate_top)
+        elif value < 0.0:
+            self.fall = min(-value, self.rate_top)
+
+
+class Channel:
+    """One of the two things a robot can be told independently: to translate, or to rotate.
+
+    `arrived` is how near (m or rad) to the goal of a set distance counts as there.
+    """
+
+    def __init__(self, limits: Limits, arrived: float):
+        self.limits = limits
+        self.speed = 0.0
+        self._arrived = arrived
+        self._target = 0.0
+        self._remaining: Optional[float] = None
+        self._emergency = False
+
+    @property
+    def remaining(self) -> Optional[float]:
+        """What is left of a set distance, or None while a speed is set."""
+        return self._remaining
+
+    @property
+    def driven(self) -> bool:
+        """Whether this channel has somewhere to go or has yet to stop."""
+        return self.speed != 0.0 or self._target != 0.0
+
+    def set_speed(self, speed: float) -> None:
+        """Go at `speed`, clipped to the limit of this moment."""
+        self._target = max(-self.limits.limit, min(self.limits.limit, speed))
+        self._remaining = None
+        self._emergency = False
+
+    def set_distance(self, distance: float) -> None:
+        """Go `distance` at the speed limit of this moment, and stop there."""
+        self._target = self.limits.limit
+        self._remaining = distance
+        self._emergency = False
+
+    def emergency_stop(self) -> None:
+        """Stop as fast as the drive can, and stay there until told something else."""
+        self._target = 0.0
+        self._remaining = None
+        self._emergency = True
+
+    def step(self, dt: float, held: bool) -> float:
+        """Advance by `dt` seconds and return the distance covered. `held` stops the drive but keeps what it was told."""
+        limits = self.limits
+        if held or self._remaining is None:
+            target = 0.0 if held else self._target
+            fall = limits.rate_top if self._emergency else limits.fall
+            if self.speed == target:
+                return target * dt
+            self.speed, travelled = ramp(self.speed, target, limits.rise, fall, dt)
+            if self._remaining is not None:
+                self._remaining -= travelled
+            return travelled
+        self.speed, travelled = approach(self.speed, self._remaining, self._target, limits.rise, limits.fall, dt)
+        left = self._remaining - travelled
+        if abs(left) < self._arrived and abs(self.speed) * dt < self._arrived:
+            travelled, left, self.speed = self._remaining, None, 0.0
+            self._target = 0.0
+        self._remaining = left
+        return travelled
+
+    def blocked(self, travelled: float) -> None:
+        """The last step's `travelled` did not happen: something stands in the way."""
+        self.speed = 0.0
+        if self._remaining is not None:
+            self._remaining += travelled

@@ -1,0 +1,259 @@
+"""The robot below its firmware: drives, body, gripper, sonar, battery and STOP button, moved together in fixed steps.
+
+SI units; knows no packets. `Hardware.step` is the only place where simulated time passes for them.
+"""
+
+import math
+from typing import Optional, Tuple
+
+from ..errors import ParameterError
+from ..robots import RobotModel
+from .battery import Battery
+from .body import Body, Pose, relative
+from .drive import Channel, Limits
+from .gripper import Gripper, cans_near
+from .robot_numbers import DriveNumbers, Numbers
+from .pushing import Block, make_way
+from .sonar import Sonar
+
+ARRIVED = 0.0005
+"""How near (m or rad) to its goal a set distance or turn counts as done."""
+BUMPER_DEPTH = 0.02
+"""How far (m) the bumper segments stand out from the body."""
+
+
+class Hardware:
+    """One robot standing in a world.
+
+    :param model: its model (`RobotModel`), arrays that are not fitted already taken out.
+    :param world: the `World` it stands in.
+    :param pose: where (x, y, heading; map frame).
+    :param gripper: whether it has one.
+    :param numbers: the simulator's numbers.
+    :param noise: of the sonar ranges (m).
+    :param seed: of that noise.
+    :raises ParameterError: the model cannot carry a gripper, or the robot does not fit where it is to stand.
+    """
+
+    def __init__(self, model: RobotModel, world, pose: Pose, gripper: bool, numbers: Numbers, noise: float, seed: int):
+        if gripper and not model.can_carry_gripper:
+            raise ParameterError(f"the model {model.subtype} cannot carry a gripper: leave it out or choose another model")
+        self.model = model
+        self.world = world
+        self._numbers = numbers
+        self._block = Block(-model.length_rear, model.length_front, -model.width / 2.0, model.width / 2.0)
+        self.body = Body(world, model.outline(gripper), pose)
+        if self.body.touches(model.outline(gripper)):
+            x, y, _ = pose
+            raise ParameterError(
+                f"the {model.subtype} would stand in a wall or post at x {x:g}, y {y:g} of the world {world.name!r}:"
+                " choose another world, place or model")
+        self.gripper: Optional[Gripper] = None
+        if gripper:
+            self.gripper = Gripper(model.gripper, numbers.gripper, world, model.length_front, self._block)
+        self.sonar = Sonar(model.sonar, numbers.sonar, world, noise, seed)
+        self.battery = Battery(numbers.battery, model.battery_class)
+        self.motors_enabled = False
+        self.stop_button = False
+        self.digital_out = 0
+        self._left_mm = 0.0
+        self._right_mm = 0.0
+        self.left_stalled = False
+        self.right_stalled = False
+        self._pressed_s = 0.0
+        self._rest_s = 0.0
+        linear, angular = limits_of(numbers.drive, model)
+        self.linear = Channel(linear, ARRIVED)
+        self.angular = Channel(angular, ARRIVED)
+        self.reset_parameters()
+        self.reset_odometry()
+
+    def reset_parameters(self) -> None:
+        """Limits, sonar sequence and safety settings as they are at power-on."""
+        self.linear.limits, self.angular.limits = limits_of(self._numbers.drive, self.model)
+        self.sonar.reset()
+        self.stop_button_stalls = True
+        self.bump_stall_front = True
+        self.bump_stall_rear = True
+        self.analog_port = 5
+
+    # -- odometry
+
+    def reset_odometry(self) -> None:
+        """The present pose becomes the origin of the odometry."""
+        self.origin = self.body.pose
+
+    @property
+    def odometry(self) -> Pose:
+        """Pose (m, rad; heading not wrapped) as the robot has added it up since `reset_odometry`."""
+        return relative(self.origin, self.body.pose)
+
+    @property
+    def heading_goal(self) -> float:
+        """The heading (rad, odometry) the robot is turning to; its heading while it is not turning to one."""
+        return self.odometry[2] + (self.angular.remaining or 0.0)
+
+    @property
+    def wheel_speeds(self) -> Tuple[float, float]:
+        """Speeds (m/s) of the left and the right wheels."""
+        difference = self.angular.speed / self.model.diff_rad_per_mm / 1000.0
+        return self.linear.speed - difference, self.linear.speed + difference
+
+    @property
+    def wheel_ticks(self) -> Tuple[int, int]:
+        """Encoder ticks of the left and the right wheels since power-on."""
+        per_mm = self._numbers.drive.encoder_ticks_per_mm
+        return round(self._left_mm * per_mm), round(self._right_mm * per_mm)
+
+    # -- motors
+
+    def enable_motors(self) -> None:
+        """Switch the motors on, unless a pressed STOP button or an empty battery forbids it."""
+        if not self.e_stalled and not self.battery.is_empty:
+            self.motors_enabled = True
+
+    def disable_motors(self) -> None:
+        """Take the power from the motors; set points are forgotten."""
+        self.motors_enabled = False
+        self.linear.emergency_stop()
+        self.angular.emergency_stop()
+
+    def press_stop_button(self, pressed: bool) -> None:
+        """Press the STOP button, which takes the power from the motors, or let it go, which does not give it back."""
+        self.stop_button = pressed
+        if self.e_stalled:
+            self.disable_motors()
+
+    def set_stop_button_stalls(self, stalls: bool) -> None:
+        """Whether the STOP button takes the power from the motors, from now on and if it is pressed already."""
+        self.stop_button_stalls = stalls
+        if self.e_stalled:
+            self.disable_motors()
+
+    @property
+    def e_stalled(self) -> bool:
+        """Whether the STOP button keeps the motors off."""
+        return self.stop_button and self.stop_button_stalls
+
+    @property
+    def moving(self) -> bool:
+        """Whether the robot moves."""
+        return self.linear.speed != 0.0 or self.angular.speed != 0.0
+
+    # -- time
+
+    def step(self, now_us: int, held: bool) -> None:
+        """Advance one physics step, which ends at `now_us`. `held`: the watchdog holds the drives at zero."""
+        step_us = self._numbers.physics.step_us
+        dt = step_us * 1e-6
+        if self.motors_enabled and self.battery.is_empty:
+            self.disable_motors()
+        if self._rest_s > 0.0:
+            self._rest(dt)
+        elif self.linear.driven or self.angular.driven or self._pressed_s:
+            self._drive(dt, held)
+        if self.gripper is not None:
+            self.gripper.step(dt, self.body.pose)
+        self.sonar.step(now_us, self.body.pose)
+        self.battery.step(step_us, self.moving)
+
+    def _drive(self, dt: float, held: bool) -> None:
+        distance, turn = self.linear.step(dt, held), self.angular.step(dt, held)
+        if not distance and not turn:
+            self.body.blocked = False
+            self._pressed_s = 0.0
+        elif self._moved(distance, turn):
+            self._pressed_s = 0.0
+            self._count_wheels(distance, turn)
+        else:
+            self.linear.blocked(distance)
+            self.angular.blocked(turn)
+            self._pressed_s += dt
+            if self._pressed_s >= self._numbers.drive.stall_time - 1e-9 or self._bumped(distance):
+                self._stall(distance, turn)
+
+    def _moved(self, distance: float, turn: float) -> bool:
+        """Move the body, pushing cans aside; False when walls or a jammed can keep it where it is."""
+        before = self.body.pose
+        if not self.body.move(distance, turn):
+            return False
+        if self._make_way(self.body.pose):
+            return True
+        self.body.place(before)
+        self._make_way(before)
+        return False
+
+    def _make_way(self, pose: Pose) -> bool:
+        if self.gripper is not None:
+            return self.gripper.make_way(pose)
+        near = cans_near(self.world, pose, self._block.reach)
+        return not near or make_way(self.world, pose, lambda radius: (self._block,), (), near)
+
+    def _count_wheels(self, distance: float, turn: float) -> None:
+        difference_mm = turn / self.model.diff_rad_per_mm
+        self._left_mm += distance * 1000.0 - difference_mm
+        self._right_mm += distance * 1000.0 + difference_mm
+
+    def _stall(self, distance: float, turn: float) -> None:
+        """The drives give up for a moment, and report which wheels they could not turn."""
+        difference = turn / self.model.diff_rad_per_mm / 1000.0
+        self.left_stalled = distance - difference != 0.0
+        self.right_stalled = distance + difference != 0.0
+        self._pressed_s = 0.0
+        self._rest_s = self._numbers.drive.stall_recovery
+
+    def _rest(self, dt: float) -> None:
+        self._rest_s -= dt
+        if self._rest_s <= 1e-9:
+            self._rest_s = 0.0
+            self.left_stalled = self.right_stalled = False
+
+    # -- bumpers
+
+    def bumper_bits(self) -> Tuple[int, int]:
+        """Pressed segments of the front and of the rear bumper; bit 0 is the left one in front, the right one behind."""
+        return self._pressed(self.model.front_bumpers, True), self._pressed(self.model.rear_bumpers, False)
+
+    def _pressed(self, count: int, front: bool) -> int:
+        if not count or not self.body.blocked:
+            return 0
+        width = self.model.width / count
+        near, far = (self.model.length_front, self.model.length_front + BUMPER_DEPTH) if front else (
+            -self.model.length_rear, -self.model.length_rear - BUMPER_DEPTH)
+        side = 1.0 if front else -1.0
+        bits = 0
+        for segment in range(count):
+            left = side * (self.model.width / 2.0 - segment * width)
+            right = left - side * width
+            if self.body.touches(((near, left), (near, right), (far, right), (far, left))):
+                bits |= 1 << segment
+        return bits
+
+    def _bumped(self, distance: float) -> bool:
+        """Whether a bumper that stalls the wheels is pressed on the side that the robot drives to."""
+        front, rear = self.bumper_bits()
+        if distance > 0.0:
+            return self.bump_stall_front and front != 0
+        return distance < 0.0 and self.bump_stall_rear and rear != 0
+
+
+def limits_of(numbers: DriveNumbers, model: RobotModel) -> Tuple[Limits, Limits]:
+    """Limits of translation (m/s, m/s^2) and of rotation (rad/s, rad/s^2) at power-on."""
+    linear_top = min(numbers.linear_top_mm_s / 1000.0, model.max_linear)
+    angular_top = min(math.radians(numbers.angular_top_deg_s), model.max_angular)
+    return (
+        Limits(
+            limit=min(numbers.linear_limit_mm_s / 1000.0, linear_top),
+            top=linear_top,
+            rise=numbers.linear_acceleration_mm_s2 / 1000.0,
+            fall=numbers.linear_deceleration_mm_s2 / 1000.0,
+            rate_top=numbers.linear_acceleration_top_mm_s2 / 1000.0,
+        ),
+        Limits(
+            limit=min(math.radians(numbers.angular_limit_deg_s), angular_top),
+            top=angular_top,
+            rise=math.radians(numbers.angular_acceleration_deg_s2),
+            fall=math.radians(numbers.angular_deceleration_deg_s2),
+            rate_top=math.radians(numbers.angular_acceleration_top_deg_s2),
+        ),
+    )

@@ -1,0 +1,235 @@
+"""The lines that a simulated robot can be reached by: a TCP port and a pseudo-terminal. Non-blocking, one client each.
+
+A line never waits and never fills up: what a client does not read in time is lost, oldest first, as on a serial line.
+"""
+
+import array
+import collections
+import errno
+import fcntl
+import os
+import socket
+import stat
+import termios
+import tty
+from typing import Deque, List, Optional, Tuple, Union
+
+from ..errors import PortError
+
+UNREAD_LIMIT = 8 * 1024
+"""Bytes kept for a TCP client that does not read: about ten seconds of SIPs; the kernel is asked to keep as much again."""
+PTY_UNREAD_LIMIT = 1024
+"""Bytes left in a pseudo-terminal that nobody reads: about a second of SIPs, so that who opens it later hears no old news."""
+CHUNK = 4096
+
+
+class TcpLine:
+    """A TCP port that welcomes one client at a time.
+
+    :param address: a port (0: any free one) of this machine only, or ``"host:port"``.
+    :raises PortError: it cannot be opened; says what to do.
+    """
+
+    def __init__(self, address: Union[int, str]):
+        host, port = _host_and_port(address)
+        self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            self._listener.bind((host, port))
+            self._listener.listen(4)
+        except OSError as error:
+            self._listener.close()
+            raise PortError(_why_not(host, port, error)) from error
+        self._listener.setblocking(False)
+        host, port = self._listener.getsockname()
+        self.url = f"socket://{host}:{port}"
+        self._client: Optional[socket.socket] = None
+        self._unsent: Deque[bytes] = collections.deque()
+        self._unsent_bytes = 0
+        self._finished = False
+
+    @property
+    def has_client(self) -> bool:
+        """Whether somebody is connected."""
+        return self._client is not None
+
+    def files(self) -> List[socket.socket]:
+        """What to wait on for something to read."""
+        return [self._listener] if self._client is None else [self._listener, self._client]
+
+    def read(self, busy: bool) -> bytes:
+        """What the client sent since the last call. When `busy` that is thrown away, and no client is welcome.
+
+        Welcomes the next client when this one has ended its session or hung up.
+        """
+        self._welcome(busy)
+        if self._client is None:
+            return b""
+        try:
+            data = self._client.recv(CHUNK)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            data = b""
+        if not data:
+            self._dismiss()
+        self._finished = self._finished and not data
+        return b"" if busy else data
+
+    def write(self, data: bytes) -> None:
+        """Send to the client, if there is one."""
+        if self._client is None:
+            return
+        if data:
+            self._unsent.append(data)
+            self._unsent_bytes += len(data)
+        while self._unsent_bytes > UNREAD_LIMIT and len(self._unsent) > 1:
+            self._unsent_bytes -= len(self._unsent[1])
+            del self._unsent[1]  # the first may be half sent already
+        try:
+            while self._unsent:
+                sent = self._client.send(self._unsent[0])
+                self._unsent_bytes -= sent
+                rest = self._unsent.popleft()[sent:]
+                if rest:
+                    self._unsent.appendleft(rest)
+        except BlockingIOError:
+            return
+        except OSError:
+            self._dismiss()
+
+    def finish(self) -> None:
+        """The client has ended its session: another one is welcome, whether or not this one hangs up."""
+        self._finished = True
+
+    def close(self) -> None:
+        """Hang up and give the port back."""
+        self._dismiss()
+        self._listener.close()
+
+    def _welcome(self, busy: bool) -> None:
+        try:
+            client, _ = self._listener.accept()
+        except (BlockingIOError, ConnectionError):
+            return
+        if busy or (self._client is not None and not self._finished and not self._gone()):
+            client.close()
+            return
+        self._dismiss()
+        client.setblocking(False)
+        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD_LIMIT)
+        self._client = client
+
+    def _gone(self) -> bool:
+        """Whether the client has hung up, with nothing of it left to read."""
+        try:
+            return self._client.recv(1, socket.MSG_PEEK) == b""
+        except BlockingIOError:
+            return False
+        except OSError:
+            return True
+
+    def _dismiss(self) -> None:
+        if self._client is not None:
+            self._client.close()
+        self._client = None
+        self._unsent.clear()
+        self._unsent_bytes = 0
+        self._finished = False
+
+
+class PtyLine:
+    """A pseudo-terminal, found under a link whose name stays the same from one start to the next.
+
+    :param link: path of the link; a link that an earlier simulator left there is replaced, anything else is not touched.
+    :raises PortError: the link cannot be made; says why.
+    """
+
+    def __init__(self, link: str):
+        self.link = link
+        self._check_link()
+        # Our own hold on the client's end keeps the terminal raw and alive while clients come and go.
+        self._master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        self.device = os.ttyname(self._slave)
+        try:
+            if os.path.islink(link):
+                os.unlink(link)
+            os.symlink(self.device, link)
+        except OSError as error:
+            self._close_files()
+            raise PortError(f"cannot make the link {link}: {error.strerror}; choose another path") from error
+
+    @property
+    def unread(self) -> int:
+        """How many bytes wait in the terminal for somebody to read them."""
+        count = array.array("i", [0])
+        fcntl.ioctl(self._slave, termios.FIONREAD, count)
+        return count[0]
+
+    def files(self) -> List[int]:
+        """What to wait on for something to read."""
+        return [self._master]
+
+    def read(self, busy: bool) -> bytes:
+        """What clients sent since the last call; thrown away when `busy`."""
+        try:
+            data = os.read(self._master, CHUNK)
+        except BlockingIOError:
+            return b""
+        return b"" if busy else data
+
+    def write(self, data: bytes) -> None:
+        """Send to whoever has the terminal open; forget what nobody has read."""
+        if not data:
+            return
+        if self.unread > PTY_UNREAD_LIMIT:
+            termios.tcflush(self._slave, termios.TCIFLUSH)
+        try:
+            os.write(self._master, data)
+        except BlockingIOError:
+            termios.tcflush(self._slave, termios.TCIFLUSH)
+
+    def finish(self) -> None:
+        """Nothing to do: nobody can tell one client of a terminal from the next."""
+
+    def close(self) -> None:
+        """Remove the link, if it is still ours, and close the terminal."""
+        if os.path.islink(self.link) and os.readlink(self.link) == self.device:
+            os.unlink(self.link)
+        self._close_files()
+
+    def _check_link(self) -> None:
+        try:
+            mode = os.lstat(self.link).st_mode
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            raise PortError(f"cannot make the link {self.link}: {error.strerror}; choose another path") from error
+        target = os.readlink(self.link) if stat.S_ISLNK(mode) else None
+        if target is None or not (target.startswith("/dev/pts/") or not os.path.exists(self.link)):
+            raise PortError(f"{self.link} exists and is not the link of a simulated robot: remove it or choose another path")
+
+    def _close_files(self) -> None:
+        os.close(self._master)
+        os.close(self._slave)
+
+
+Line = Union[TcpLine, PtyLine]
+
+
+def _host_and_port(address: Union[int, str]) -> Tuple[str, int]:
+    host, _, port = str(address).rpartition(":")
+    if not port.isdigit() or int(port) > 65535:
+        raise PortError(f"{address!r} is no TCP port: wanted 0 to 65535 (0 takes any free one), or host:port")
+    return host or "127.0.0.1", int(port)
+
+
+def _why_not(host: str, port: int, error: OSError) -> str:
+    if error.errno == errno.EADDRINUSE:
+        return f"TCP port {port} is in use, perhaps by another simulator: stop that one, or choose another port (0 takes any free one)"
+    if error.errno == errno.EACCES:
+        return f"TCP port {port} may not be opened by this user: choose one above 1023"
+    return f"cannot open TCP port {port} of {host}: {error.strerror or error}"

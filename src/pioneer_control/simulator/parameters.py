@@ -1,0 +1,51 @@
+"""The private parameters of the simulator's ROS node, in one table: defaults, what is legal, and what each does. No ROS in here."""
+
+from dataclasses import dataclass, fields
+from typing import Any, Mapping, NamedTuple, Optional, Union
+
+from ..errors import ParameterError
+from ..parameters import AutoSwitch, Switch, Text, Whole, check, parameter
+
+
+class TcpAddress(NamedTuple):
+    """Where to listen, as `TcpLine` takes it; an empty text (None) for nowhere."""
+
+    legal: str = "a port (0 for any free one), host:port, or an empty text for none"
+
+    def accept(self, value: Any) -> Union[int, str, None]:
+        """The value, None for an empty text. Raises ValueError when it is neither number nor text."""
+        if isinstance(value, bool) or not isinstance(value, (int, str)):
+            raise ValueError
+        return None if value == "" else value
+
+
+@dataclass(frozen=True)
+class SimulatorParameters:
+    """What can be set on the node."""
+
+    model: str = parameter("p3dx-sh", Text(), "robot model, by its subtype")
+    world: str = parameter("tutorial", Text(), "name of a world, or path of a world file")
+    tcp: Union[int, str, None] = parameter(None, TcpAddress(), "TCP port of the robot's line")
+    pty: str = parameter("", Text(empty=True), "path of a link to a pseudo-terminal; empty for none")
+    seed: int = parameter(0, Whole(), "of the sonar noise")
+    gripper: Optional[bool] = parameter(None, AutoSwitch(), "is a gripper fitted? auto: as usual for the model")
+    rear_sonar: bool = parameter(True, Switch(), "whether the rear sonar array is fitted")
+    name: str = parameter("sim_0001", Text(), "the robot's own name")
+    models_file: str = parameter("", Text(empty=True), "a models file that overrides or adds robot models; empty for none")
+    numbers_file: str = parameter("", Text(empty=True), "a file that overrides numbers of robot.yaml; empty for none")
+    map_frame: str = parameter("map", Text(slash=False), "frame of the world")
+    odom_frame_id: str = parameter("odom", Text(slash=False), "frame of the robot's odometry")
+    base_link_frame_id: str = parameter("base_link", Text(slash=False), "frame of the robot")
+    frame_prefix: str = parameter("", Text(empty=True, slash=False), "put before the robot's frames")
+
+
+def check_parameters(given: Mapping[str, Any]) -> SimulatorParameters:
+    """The parameters as set by a user, those not given at their defaults.
+
+    Raises ParameterError, as `parameters.check` does, and for every unknown name.
+    """
+    parameters, unknown = check(SimulatorParameters, given)
+    if unknown:
+        known = ", ~".join(entry.name for entry in fields(SimulatorParameters))
+        raise ParameterError(f"unknown parameter ~{', ~'.join(unknown)}: there are ~{known}")
+    return parameters

@@ -1,0 +1,142 @@
+"""The numbers of the simulated robot, from ``robot.yaml`` and, where wanted, a file of the user's own."""
+
+import dataclasses
+import functools
+import os
+from dataclasses import dataclass
+from typing import Any, Dict, Optional, Tuple
+
+import yaml
+
+from ..errors import ParameterError
+
+OWN_FILE = os.path.join(os.path.dirname(__file__), "robot.yaml")
+
+
+@dataclass(frozen=True)
+class PhysicsNumbers:
+    """Section ``physics`` of the file."""
+
+    step_us: int
+
+
+@dataclass(frozen=True)
+class SessionNumbers:
+    """Section ``session`` of the file."""
+
+    sip_cycle_ms: int
+    watchdog_ms: int
+    firmware_version: str
+    serial: str
+
+
+@dataclass(frozen=True)
+class DriveNumbers:
+    """Section ``drive`` of the file."""
+
+    linear_limit_mm_s: int
+    linear_top_mm_s: int
+    linear_acceleration_mm_s2: int
+    linear_deceleration_mm_s2: int
+    linear_acceleration_top_mm_s2: int
+    angular_limit_deg_s: int
+    angular_top_deg_s: int
+    angular_acceleration_deg_s2: int
+    angular_deceleration_deg_s2: int
+    angular_acceleration_top_deg_s2: int
+    stall_time: float
+    stall_recovery: float
+    encoder_ticks_per_mm: int
+
+
+@dataclass(frozen=True)
+class SonarNumbers:
+    """Section ``sonar`` of the file."""
+
+    minimum: float
+    maximum: float
+    cone_deg: float
+    cycle_ms: int
+    noise: float
+
+
+@dataclass(frozen=True)
+class GripperNumbers:
+    """Section ``gripper`` of the file."""
+
+    fitted_by_default: Tuple[str, ...]
+    open_at_power_on: bool
+    lift_up_at_power_on: bool
+    reach_height: float
+
+
+@dataclass(frozen=True)
+class BatteryNumbers:
+    """Section ``battery`` of the file."""
+
+    full: float
+    standing_fall_per_min: float
+    driving_fall_per_min: float
+    alarm: float
+    shutdown: float
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """All of ``robot.yaml``, section by section; the file says what each number means."""
+
+    physics: PhysicsNumbers
+    session: SessionNumbers
+    drive: DriveNumbers
+    sonar: SonarNumbers
+    gripper: GripperNumbers
+    battery: BatteryNumbers
+
+
+def load_numbers(override_file: Optional[str] = None) -> Numbers:
+    """The simulator's numbers, each overridden by `override_file` where that names it.
+
+    Raises ParameterError, naming the file and the entry, for a file that does not parse, an unknown name, or
+    a value that is not positive or of another type than ours.
+    """
+    values = _read(OWN_FILE)
+    if override_file is not None:
+        for section, entries in _read(override_file).items():
+            if section not in values:
+                raise ParameterError(f"{override_file}: no section {section!r}; there are {', '.join(values)}")
+            for name, value in entries.items():
+                values[section][name] = _checked(override_file, section, name, value, values[section])
+    values["gripper"]["fitted_by_default"] = tuple(values["gripper"]["fitted_by_default"])
+    return Numbers(**{field.name: field.type(**values[field.name]) for field in dataclasses.fields(Numbers)})
+
+
+@functools.lru_cache(maxsize=None)
+def standard_numbers() -> Numbers:
+    """The numbers of ``robot.yaml``, read once."""
+    return load_numbers()
+
+
+def _read(path: str) -> Dict[str, Dict[str, Any]]:
+    try:
+        with open(path, encoding="utf-8") as stream:
+            values = yaml.safe_load(stream)
+    except OSError as error:
+        raise ParameterError(f"cannot read {path}: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ParameterError(f"{path} does not parse: {' '.join(str(error).split())}") from error
+    if not isinstance(values, dict) or not all(isinstance(entries, dict) for entries in values.values()):
+        raise ParameterError(f"{path}: expected sections of 'name: value', as in {OWN_FILE}")
+    return values
+
+
+def _checked(path: str, section: str, name: str, value: Any, known: Dict[str, Any]) -> Any:
+    if name not in known:
+        raise ParameterError(f"{path}: no number {section}.{name}; there are {', '.join(known)}")
+    own = known[name]
+    wanted = (int, float) if isinstance(own, float) else (type(own),)
+    if not isinstance(value, wanted) or isinstance(value, bool) != isinstance(own, bool):
+        raise ParameterError(f"{path}: {section}.{name} is {value!r}, wanted something like {own!r}")
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        if not 0 <= value < float("inf") or (value == 0 and name != "noise"):
+            raise ParameterError(f"{path}: {section}.{name} is {value!r}, wanted a positive number")
+    return value

@@ -1,0 +1,99 @@
+"""The sonar arrays: which transducer fires when, and what it hears in the world.
+
+Arrays of eight fire in step, one transducer each per cycle, in the order of their sequence. A firing remembers where
+the transducer was; the echoes of several firings are looked up together when somebody asks.
+"""
+
+import math
+import random
+from typing import Dict, List, Sequence, Tuple
+
+from ..robots import ARRAY_SIZE, Transducer
+from .body import Pose
+
+LONGEST_SEQUENCE = 16
+"""Firings that the sequence of one array can name (ARCOS manual)."""
+
+Reading = Tuple[int, float]
+
+
+class Sonar:
+    """The transducers that are fitted to a robot, and their firing.
+
+    :param transducers: as `RobotModel.sonar` lists them.
+    :param numbers: ranges, cone, cycle and noise (`SonarNumbers`).
+    :param world: answers ``echoes``.
+    :param noise: every range is off by up to this much (m).
+    :param seed: of the noise.
+
+    `arrays` are the numbers (from 0) of those arrays that have a transducer.
+    """
+
+    def __init__(self, transducers: Sequence[Transducer], numbers, world, noise: float, seed: int):
+        self._transducers = {transducer.number: transducer for transducer in transducers}
+        self._numbers, self._world, self._noise = numbers, world, noise
+        self._random = random.Random(seed)
+        self._half_width = math.radians(numbers.cone_deg) / 2.0
+        self._pings: List[Tuple[int, float, float, float]] = []
+        self.enabled = False
+        self.arrays = sorted({number // ARRAY_SIZE for number in self._transducers})
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the sequence and cycle of the power-on: every fitted transducer once, in the order of the numbers."""
+        self.cycle_us = self._numbers.cycle_ms * 1000
+        self._sequences: Dict[int, List[int]] = {array: [] for array in self.arrays}
+        for number in sorted(self._transducers):
+            self._sequences[number // ARRAY_SIZE].append(number)
+        self._fired = 0
+        self._next_us = 0
+
+    def switch(self, on: bool, now_us: int) -> None:
+        """Start firing, with the first of each array one cycle from now, or stop."""
+        if on and not self.enabled:
+            self._fired = 0
+            self._next_us = now_us + self.cycle_us
+        if not on:
+            self._pings.clear()
+        self.enabled = on
+
+    def set_sequence(self, numbers: Sequence[int], now_us: int) -> None:
+        """Fire these transducers (numbers from 0, repeats allowed) in this order; arrays not named keep theirs.
+
+        No numbers at all switch the sonar off and keep every sequence.
+        """
+        if not numbers:
+            self.switch(False, now_us)
+            return
+        for array in {number // ARRAY_SIZE for number in numbers} & set(self._sequences):
+            named = [number for number in numbers if number // ARRAY_SIZE == array]
+            self._sequences[array] = [number for number in named if number in self._transducers][:LONGEST_SEQUENCE]
+
+    def step(self, now_us: int, pose: Pose) -> None:
+        """Fire what is due at `now_us`, from a robot at `pose` (map frame)."""
+        while self.enabled and self._next_us <= now_us:
+            cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+            for sequence in self._sequences.values():
+                if sequence:
+                    number, x, y, heading = self._transducers[sequence[self._fired % len(sequence)]]
+                    ping_x, ping_y = pose[0] + x * cosine - y * sine, pose[1] + x * sine + y * cosine
+                    self._pings.append((number, ping_x, ping_y, pose[2] + heading))
+            self._fired += 1
+            self._next_us += self.cycle_us
+
+    def take_readings(self, most: int) -> List[Reading]:
+        """Number and range (m) of every firing since the last call, oldest first; only the newest `most` of them."""
+        pings, self._pings = self._pings[-most:], []
+        if not pings:
+            return []
+        numbers, x, y, heading = zip(*pings)
+        ranges = self._world.echoes(x, y, heading, self._half_width, self._numbers.maximum)
+        return [(number, self._reported(float(distance))) for number, distance in zip(numbers, ranges)]
+
+    def _reported(self, distance: float) -> float:
+        """A range as the electronics report it: with its noise, no less than the minimum, the maximum for no echo."""
+        if distance >= self._numbers.maximum:
+            return self._numbers.maximum
+        if self._noise:
+            distance += self._random.uniform(-self._noise, self._noise)
+        return max(self._numbers.minimum, min(distance, self._numbers.maximum))

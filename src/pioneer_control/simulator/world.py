@@ -1,0 +1,193 @@
+"""The floor the simulated robot stands on: what its sonar sees, what stops its body, what its gripper can take.
+
+A world knows nothing of robots' models or packets. Metres, radians, map frame (x and y of REP 103).
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from ..errors import UsageError, WorldError
+from .free_space import flood
+from .geometry import Solids
+
+SONAR_PLANE = 0.17
+"""Height of the sonar above the floor (m): what is lower is not seen."""
+
+FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+"""Values of an occupancy map, as nav_msgs/OccupancyGrid has them."""
+
+_CLOSE = 0.5  # m: where a body moves among solids, and few of them are near
+_KEPT_NEIGHBOURHOODS = 4096
+
+
+@dataclass
+class Can:
+    """An upright tin, light enough to be pushed and small enough to be gripped; too low for the sonar.
+
+    `held_by` is whoever grips it, None while it stands on the floor.
+    """
+
+    x: float
+    y: float
+    radius: float = 0.033
+    height: float = 0.115
+    held_by: Optional[Any] = None
+
+
+class World:
+    """Walls and posts that never move, cans that may, and the poses where a robot starts.
+
+    :param walls: segments ``(x1, y1, x2, y2)``, none of length zero.
+    :param posts: discs ``(x, y, radius)``, like the walls taller than the sonar plane.
+    :param cans: what can be picked up; the list and its cans are the caller's to change.
+    :param starts: poses ``(x, y, heading)``, at least one.
+    :raises WorldError: for numbers that are not finite, a wall without length, a post or a can without size, no start.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        walls: Sequence[Sequence[float]] = (),
+        posts: Sequence[Sequence[float]] = (),
+        cans: Sequence[Can] = (),
+        starts: Sequence[Tuple[float, float, float]] = ((0.0, 0.0, 0.0),),
+    ):
+        self.name = name
+        self.walls = _table(name, "wall", walls, 4)
+        self.posts = _table(name, "post", posts, 3)
+        self.cans: List[Can] = list(cans)
+        self.starts = [tuple(float(value) for value in row) for row in _table(name, "start", starts, 3)]
+        if not self.starts:
+            raise WorldError(f"world {name}: no start; a robot has to stand somewhere")
+        for number, (x1, y1, x2, y2) in enumerate(self.walls.tolist(), 1):
+            if (x1, y1) == (x2, y2):
+                raise WorldError(f"world {name}: wall {number} at ({x1:g}, {y1:g}) has no length")
+        for kind, radii in (("post", self.posts[:, 2]), ("can", [can.radius for can in self.cans])):
+            for number, radius in enumerate(radii, 1):
+                if not radius > 0.0:
+                    raise WorldError(f"world {name}: {kind} {number} has radius {radius:g}; must be above 0")
+        self._solids = Solids(self.walls, self.posts)
+        self._neighbourhoods: Dict[Tuple[float, int, int], Solids] = {}
+        points = [(x, y, x, y) for x, y, _ in self.starts] + [(can.x, can.y, can.x, can.y) for can in self.cans]
+        boxes = np.array(points + ([self._solids.bounds()] if len(self._solids) else []))
+        self.bounds = (*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist())
+
+    def __repr__(self) -> str:
+        return f"World({self.name!r}, {len(self.walls)} walls, {len(self.posts)} posts, {len(self.cans)} cans)"
+
+    def echoes(
+        self, x: Sequence[float], y: Sequence[float], heading: Sequence[float], half_width: float, maximum: float
+    ) -> np.ndarray:
+        """What sonar transducers hear: the nearest wall or post in each one's cone. Cans are too low to be seen.
+
+        Exact, not sampled by rays. Nothing hides the nearest point of a cone, so nothing has to be hidden. One call for several
+        transducers costs little more than for one; they should be near each other (those of one robot).
+
+        :param x: (s,) positions of the transducers, as `y`.
+        :param heading: (s,) the way they look.
+        :param half_width: angle between the axis of a cone and its edge, above 0 and at most pi / 4.
+        :param maximum: how far they hear.
+        :returns: (s,) distances, `maximum` where nothing is nearer, 0 inside a post.
+        :raises UsageError: for a wider cone.
+        """
+        if not 0.0 < half_width <= math.pi / 4.0:
+            raise UsageError(f"half_width {half_width!r} rad: a sonar cone's must be above 0 and at most pi / 4")
+        if not len(x):
+            return np.empty(0)
+        centre_x, centre_y, spread = _middle(x, y)
+        solids = self._near(centre_x, centre_y, maximum + spread)
+        return np.minimum(solids.echoes(x, y, heading, half_width), maximum)
+
+    def touches(self, outline_xy: Sequence[Sequence[float]]) -> bool:
+        """Whether a body overlaps any wall or post, also one that is wholly inside it. Cans give way and do not count.
+
+        :param outline_xy: (k, 2) corners of the body's polygon in order, convex or not.
+        """
+        centre_x, centre_y, radius = _middle(*zip(*outline_xy))
+        solids = self._near(centre_x, centre_y, radius)
+        return len(solids) > 0 and solids.overlap(outline_xy, centre_x, centre_y, radius)
+
+    def clearance(self, x: float, y: float) -> float:
+        """Distance from a point to the nearest wall or post: infinite where there is none, 0 inside a post."""
+        close = self._near(x, y, _CLOSE).nearest(x, y)
+        if close <= _CLOSE:
+            return close
+        walls, posts = self._solids.distances(np.array(x), np.array(y))
+        return float(min(np.min(walls, initial=math.inf), np.min(posts, initial=math.inf)))
+
+    def clearances(self, column_x: np.ndarray, row_y: np.ndarray, limit: float = math.inf) -> np.ndarray:
+        """Clearance at every crossing of a grid: (rows, columns), `limit` where it is more. A low limit saves much time.
+
+        :param column_x: growing, as `row_y`.
+        """
+        grid = np.full((len(row_y), len(column_x)), limit)
+        for solid in self._solids.each():
+            low_x, low_y, high_x, high_y = solid.bounds()
+            columns = slice(*np.searchsorted(column_x, (low_x - limit, high_x + limit)))
+            rows = slice(*np.searchsorted(row_y, (low_y - limit, high_y + limit)))
+            for distances in solid.distances(column_x[None, columns], row_y[rows, None]):
+                grid[rows, columns] = np.minimum(grid[rows, columns], np.minimum.reduce(distances, axis=2, initial=math.inf))
+        return np.maximum(grid, 0.0)
+
+    def occupancy(self, resolution: float = 0.05, margin: float = 0.5) -> Tuple[np.ndarray, Tuple[float, float]]:
+        """The world as a map of square cells, for RViz and pictures.
+
+        :param resolution: side of a cell.
+        :param margin: how far the map goes beyond everything in the world.
+        :returns: int8 array (rows of growing y, columns of growing x) of `OCCUPIED` where a wall or post touches a cell's middle
+            or passes within half a cell of it, `FREE` where a start can be reached from, else `UNKNOWN`; and the map-frame
+            position of the corner with the smallest x and y.
+        """
+        low_x, low_y, high_x, high_y = self.bounds
+        origin = (low_x - margin, low_y - margin)
+        columns = math.ceil((high_x + margin - origin[0]) / resolution)
+        rows = math.ceil((high_y + margin - origin[1]) / resolution)
+        column_x = origin[0] + (np.arange(columns) + 0.5) * resolution
+        row_y = origin[1] + (np.arange(rows) + 0.5) * resolution
+        occupied = self.clearances(column_x, row_y, limit=resolution) <= resolution * math.sqrt(0.5)
+        cells = np.full((rows, columns), UNKNOWN, dtype=np.int8)
+        start_cells = np.zeros_like(occupied)
+        for x, y, _ in self.starts:
+            start_cells[int((y - origin[1]) / resolution), int((x - origin[0]) / resolution)] = True
+        cells[flood(start_cells, ~occupied)] = FREE
+        cells[occupied] = OCCUPIED
+        return cells, origin
+
+    def _near(self, x: float, y: float, reach: float) -> Solids:
+        """At least every solid within `reach` of a point, found once for each small square of floor and kept.
+
+        Wide neighbourhoods are sieved for the narrow ones in them, so a first visit is cheap in a large world too.
+        """
+        reach = math.ceil(4.0 * reach) / 4.0  # a few sizes only, so that squares are shared
+        side = reach / 8.0
+        square = (reach, math.floor(x / side), math.floor(y / side))
+        solids = self._neighbourhoods.get(square)
+        if solids is None:
+            centre_x, centre_y = (square[1] + 0.5) * side, (square[2] + 0.5) * side
+            low_x, low_y, high_x, high_y = self.bounds
+            whole = 2.0 * reach > max(high_x - low_x, high_y - low_y)
+            source = self._solids if whole else self._near(centre_x, centre_y, 4.0 * reach)
+            solids = source.within(centre_x, centre_y, reach + side)  # a corner is 0.71 sides from the middle
+            if len(self._neighbourhoods) >= _KEPT_NEIGHBOURHOODS:
+                self._neighbourhoods.clear()
+            self._neighbourhoods[square] = solids
+        return solids
+
+
+def _middle(xs: Sequence[float], ys: Sequence[float]) -> Tuple[float, float, float]:
+    """Middle of the box round some points, and the distance from it to the farthest of its corners."""
+    low_x, low_y, high_x, high_y = min(xs), min(ys), max(xs), max(ys)
+    return (low_x + high_x) / 2.0, (low_y + high_y) / 2.0, math.hypot(high_x - low_x, high_y - low_y) / 2.0
+
+
+def _table(name: str, kind: str, rows: Sequence[Sequence[float]], width: int) -> np.ndarray:
+    """Rows of numbers as a read-only array (n, width)."""
+    table = np.array(rows, dtype=float).reshape(-1, width)
+    wrong = np.flatnonzero(~np.isfinite(table).all(axis=1))
+    if len(wrong):
+        raise WorldError(f"world {name}: {kind} {wrong[0] + 1} has a number that is not finite")
+    table.setflags(write=False)
+    return table

@@ -1,0 +1,82 @@
+"""What the gripper's reports mean, and the steps of a pick: pure, without ROS."""
+
+from enum import Enum
+from typing import Callable, NamedTuple, Optional
+
+from pioneer_control.message_values import GripCommand, GripStatus, LiftCommand, LiftStatus
+from pioneer_control.tutorial.snapshot import Grip, Lift
+
+DOWN, UP = 0.1, 0.9  # of the lift's position, 0.0 to 1.0: beyond these it counts as there
+
+
+class Outcome(Enum):
+    """How a step of the gripper ended; the value is what to tell people."""
+
+    DONE = "done"
+    ALREADY_THERE = "already there"
+    GRIPPED = "gripped an object"
+    TIMED_OUT = "timed out"
+    NO_GRIPPER = "no gripper fitted"
+
+    @property
+    def succeeded(self) -> bool:
+        """Is the gripper where the step should bring it?"""
+        return self not in (Outcome.TIMED_OUT, Outcome.NO_GRIPPER)
+
+
+class Step(NamedTuple):
+    """One movement of the gripper: its name, the two commands it takes, and how its end shows."""
+
+    name: str
+    grip: GripCommand
+    lift: LiftCommand
+    there: Callable[[Grip, Lift], bool]
+
+
+def is_open(grip: Grip) -> bool:
+    """Are the paddles fully open?"""
+    return grip.state == GripStatus.OPEN
+
+
+def is_closed(grip: Grip) -> bool:
+    """Are the paddles closed, on nothing or on an object?"""
+    return grip.state == GripStatus.CLOSED
+
+
+def is_down(lift: Lift) -> bool:
+    """Does the lift rest at its bottom?"""
+    return lift.state == LiftStatus.IDLE and lift.position <= DOWN
+
+
+def is_up(lift: Lift) -> bool:
+    """Does the lift rest at its top?"""
+    return lift.state == LiftStatus.IDLE and lift.position >= UP
+
+
+def holds(grip: Optional[Grip]) -> bool:
+    """Is an object held? The paddles have closed, both feel it, and it is in a beam.
+
+    All three are needed: contacts alone show while something is only pushed, beams alone when nothing is connected.
+    """
+    return grip is not None and is_closed(grip) and grip.left and grip.right and (grip.inner or grip.outer)
+
+
+LOWER = Step("lower", GripCommand.STOP, LiftCommand.DOWN, lambda grip, lift: is_down(lift))
+OPEN = Step("open", GripCommand.OPEN, LiftCommand.STOP, lambda grip, lift: is_open(grip))
+CLOSE = Step("close", GripCommand.CLOSE, LiftCommand.STOP, lambda grip, lift: is_closed(grip))
+RAISE = Step("raise", GripCommand.STOP, LiftCommand.UP, lambda grip, lift: is_up(lift))
+PICK = (LOWER, OPEN, CLOSE, RAISE)
+
+
+def judge(step: Step, grip: Optional[Grip], lift: Optional[Lift], commanded: bool) -> Optional[Outcome]:
+    """How a step has ended as far as the gripper reports, None while it goes on.
+
+    `commanded` is False before the step's command was given: what shows then was so before.
+    """
+    if grip is None or lift is None:
+        return None if commanded else Outcome.NO_GRIPPER
+    if not step.there(grip, lift):
+        return None
+    if not commanded:
+        return Outcome.ALREADY_THERE
+    return Outcome.GRIPPED if step is CLOSE and holds(grip) else Outcome.DONE

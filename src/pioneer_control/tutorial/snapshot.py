@@ -1,0 +1,162 @@
+"""What the robot knows at one moment, as values that never change.
+
+A decision is taken from one :class:`Snapshot`, so that no callback can exchange a range between two looks at it.
+Everything is in metres, radians and seconds; x is forward, y left, headings count counter-clockwise (REP 103).
+"""
+
+import math
+from functools import cached_property
+from typing import NamedTuple, Optional, Tuple
+
+from pioneer_control.errors import NoAnswerError
+from pioneer_control.tutorial.clearance import Outline
+
+#: Half the opening of a transducer's cone [rad]: an echo comes from anywhere within it.
+HALF_CONE = math.radians(12.5)
+
+#: A transducer belongs to the front when it looks less than this to one side [rad].
+FRONT = math.radians(60)
+
+#: It matters what the sonars see so far ahead of the body, or behind it [m].
+LOOK = 0.25
+
+#: What slips between two cones is thinner than this [m].
+BLIND_GAP = 0.05
+
+
+class Pose(NamedTuple):
+    """Where odometry believes the robot is: x, y [m] and heading [rad], in its own fixed frame."""
+
+    x: float
+    y: float
+    heading: float
+
+
+class Transducer(NamedTuple):
+    """One sonar: its number, where it sits [m] and where it looks [rad], in the robot's frame (base_link)."""
+
+    number: int
+    x: float
+    y: float
+    heading: float
+
+
+class Grip(NamedTuple):
+    """The paddles as reported: state and dir are :class:`~pioneer_control.message_values.GripStatus` and -1, 0, 1."""
+
+    state: int
+    dir: int
+    inner: bool
+    outer: bool
+    left: bool
+    right: bool
+
+
+class Lift(NamedTuple):
+    """The lift as reported: :class:`~pioneer_control.message_values.LiftStatus`, -1 0 1, and 0.0 (down) to 1.0 (up)."""
+
+    state: int
+    dir: int
+    position: float
+
+
+class RobotShape:
+    """What a robot is to its wander: where its sonars look, and how much room its body takes."""
+
+    def __init__(self, transducers, footprint):
+        """Take transducers and the footprint, a polygon of (x, y) [m] around the whole robot, paddles included."""
+        self.transducers: Tuple[Transducer, ...] = tuple(Transducer(*each) for each in transducers)
+        self.outline = Outline(footprint)
+
+    @cached_property
+    def sonar_count(self) -> int:
+        """How long a tuple of ranges must be to be indexed by every transducer's number."""
+        return 1 + max((each.number for each in self.transducers), default=-1)
+
+    @cached_property
+    def axes(self) -> Tuple[Tuple[float, float], ...]:
+        """Where each transducer looks, as (cosine, sine) of its heading."""
+        return tuple((math.cos(each.heading), math.sin(each.heading)) for each in self.transducers)
+
+    @cached_property
+    def front(self) -> Tuple[Transducer, ...]:
+        """The sonars that look ahead, from left to right: the tutorial's 1 to 6 on a robot with a full array."""
+        ahead = [each for each in self.transducers if abs(each.heading) < FRONT]
+        return tuple(sorted(ahead, key=lambda each: -each.heading))
+
+    @cached_property
+    def middle(self) -> Tuple[int, ...]:
+        """Numbers of the two front sonars that look most straight ahead (the tutorial's 3 and 4), and their equals."""
+        aside = sorted(abs(each.heading) for each in self.front)
+        limit = aside[min(1, len(aside) - 1)] + 1e-6 if aside else 0.0
+        return tuple(each.number for each in self.front if abs(each.heading) <= limit)
+
+    @cached_property
+    def sees_ahead(self) -> bool:
+        """Do sonars look at all of the strip straight ahead of the body, LOOK away, but for gaps of BLIND_GAP?"""
+        return self._sees(1, self.outline.front + LOOK)
+
+    @cached_property
+    def sees_behind(self) -> bool:
+        """The same of the strip straight behind it."""
+        return self._sees(-1, self.outline.rear + LOOK)
+
+    def _sees(self, direction: int, distance: float) -> bool:
+        seen = (_seen(each, direction, distance) for each in self.transducers)
+        covered = -self.outline.half_width
+        for right, left in sorted(interval for interval in seen if interval):
+            if right > covered + BLIND_GAP:
+                return False
+            covered = max(covered, left)
+        return covered >= self.outline.half_width - BLIND_GAP
+
+
+def _seen(transducer: Transducer, direction: int, distance: float) -> Optional[Tuple[float, float]]:
+    """What a cone covers of the line `distance` ahead (`direction` 1) or behind (-1), from y to y [m]; None if it does not reach it."""
+    depth = distance - direction * transducer.x
+    off = math.remainder(transducer.heading - (0.0 if direction > 0 else math.pi), 2 * math.pi)
+    if depth <= 0 or abs(off) + HALF_CONE >= math.pi / 2:
+        return None
+    ends = [transducer.y + direction * depth * math.tan(off + side) for side in (-HALF_CONE, HALF_CONE)]
+    return min(ends), max(ends)
+
+
+class Snapshot(NamedTuple):
+    """All that one decision may look at."""
+
+    time: float  #: now [s]
+    age: float  #: how old the oldest of pose and ranges is [s]
+    pose: Pose
+    ranges: Tuple[float, ...]  #: [m], index is the sonar's number; 0.0 is "not heard"
+    robot: RobotShape
+    grip: Optional[Grip] = None  #: None without a gripper
+    lift: Optional[Lift] = None
+
+
+class Heard(NamedTuple):
+    """The last of everything the robot told, each None before its first. Replaced as a whole, so it never changes under a reader."""
+
+    pose: Optional[Pose] = None
+    pose_time: float = 0.0  #: of arrival [s]
+    ranges: Optional[Tuple[float, ...]] = None
+    ranges_time: float = 0.0  #: of arrival [s]
+    grip: Optional[Grip] = None
+    lift: Optional[Lift] = None
+    motors: Optional[bool] = None
+    robot: Optional[RobotShape] = None
+    has_gripper: bool = False
+
+    def snapshot(self, now: float) -> Snapshot:
+        """What is known at time `now` [s]. Raises NoAnswerError before pose, sonar and the robot's shape have been told."""
+        if self.pose is None or self.ranges is None or self.robot is None:
+            raise NoAnswerError("nothing to decide on: the robot has not told its pose, its sonar ranges and its shape yet")
+        ranges = self.ranges + (0.0,) * (self.robot.sonar_count - len(self.ranges))
+        return Snapshot(now, now - min(self.pose_time, self.ranges_time), self.pose, ranges, self.robot, self.grip, self.lift)
+
+
+class Command(NamedTuple):
+    """What the robot shall do until the next decision, and why, for people."""
+
+    linear: float  #: m/s, forward positive
+    angular: float  #: rad/s, left positive
+    reason: str
