@@ -1,0 +1,19 @@
+"""Tests read the package from this source tree, and the generated messages from the workspace that is sourced, if one is."""
+
+import os
+import pathlib
+import sys
+
+SOURCE = str(pathlib.Path(__file__).resolve().parents[1] / "src")
+
+sys.path.insert(0, SOURCE)
+
+import pioneer_control  # noqa: E402  (only now is it this tree's)
+
+# catkin generates pioneer_control.msg next to a relay of this package: let both be one package.
+pioneer_control.__path__.extend(
+    folder for folder in (os.path.join(entry, "pioneer_control") for entry in sys.path[1:])
+    if os.path.isfile(os.path.join(folder, "msg", "__init__.py")))
+
+# Programs that tests start find the package too; a sourced workspace's relay, which has the messages, goes first.
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH"), SOURCE]))

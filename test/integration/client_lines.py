@@ -1,0 +1,75 @@
+"""A line between client and simulator that a test can spoil, cut and splice."""
+
+import random
+import socket
+import threading
+
+
+class SpoiltLine:
+    """A TCP relay to ``port``: spoils a share of the pieces that pass either way, and drops its connections on request."""
+
+    def __init__(self, port, spoil=0.0, seed=1):
+        self.spoil = spoil
+        self.spoilt = 0
+        self._port = port
+        self._chance = random.Random(seed)
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self._sockets = []
+        self._accepting = threading.Thread(target=self._accept, name="spoilt line", daemon=True)
+
+    @property
+    def url(self):
+        return "socket://127.0.0.1:%d" % self._listener.getsockname()[1]
+
+    def __enter__(self):
+        self._accepting.start()
+        return self
+
+    def __exit__(self, *_):
+        self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+        self.cut()
+
+    def cut(self):
+        """Break every connection, as a pulled cable: nobody says goodbye."""
+        while self._sockets:
+            end = self._sockets.pop()
+            try:
+                end.shutdown(socket.SHUT_RDWR)
+            except OSError:     # gone already
+                pass
+            end.close()
+
+    def _accept(self):
+        while True:
+            try:
+                client, _ = self._listener.accept()
+            except OSError:     # closed: the test is over
+                return
+            robot = socket.create_connection(("127.0.0.1", self._port))
+            self._sockets += [client, robot]
+            for source, sink in ((client, robot), (robot, client)):
+                threading.Thread(target=self._relay, args=(source, sink), daemon=True).start()
+
+    def _relay(self, source, sink):
+        try:
+            while True:
+                data = source.recv(4096)
+                if not data:
+                    break
+                sink.sendall(self._spoilt(data))
+            sink.shutdown(socket.SHUT_WR)
+        except OSError:         # cut
+            return
+
+    def _spoilt(self, data):
+        if self._chance.random() >= self.spoil:
+            return data
+        self.spoilt += 1
+        at = self._chance.randrange(len(data))
+        kind = self._chance.randrange(3)
+        if kind == 0:
+            return data[:at] + bytes([data[at] ^ self._chance.randrange(1, 256)]) + data[at + 1:]
+        if kind == 1:
+            return data[:at]
+        return bytes(self._chance.randrange(256) for _ in range(9)) + data[:at] + b"\xFA\xFB" + data[at:]

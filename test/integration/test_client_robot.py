@@ -1,0 +1,450 @@
+"""Robot against the simulated robot, in real time, over TCP and over a pseudo-terminal."""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from pioneer_control.client import LinkDown, Ready, Robot
+from pioneer_control.errors import LinkLostError, NoAnswerError, NotConfirmedError, PortError, RefusedError, UnknownModelError, UsageError
+from pioneer_control.p2os import GripperCommand, encode_command
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.firmware import Firmware, Session
+from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.server import Server
+
+from client_lines import SpoiltLine
+
+LIMIT = 15.0        # s: generous, for a slow machine; nothing waits that long
+
+
+@pytest.fixture
+def server(tmp_path):
+    with Server(Firmware(find_model("p3dx-sh"), load_world("empty")), tcp=0, pty=str(tmp_path / "robot")) as running:
+        yield running
+
+
+@pytest.fixture(params=["tcp", "pty"])
+def url(server, request):
+    return server.url if request.param == "tcp" else server.pty_link
+
+
+def until(condition, what):
+    deadline = time.monotonic() + LIMIT
+    while not condition():
+        assert time.monotonic() < deadline, "not within %.0f s: %s" % (LIMIT, what)
+        time.sleep(0.005)
+
+
+def keep_driving(robot, linear, angular, condition):
+    deadline = time.monotonic() + LIMIT
+    while not condition(robot.state):
+        assert time.monotonic() < deadline, robot.state
+        robot.set_velocity(linear, angular)
+        robot.wait_for_state()
+
+
+def port_of(server):
+    return int(server.url.rsplit(":", 1)[1])
+
+
+def at_rest(server):
+    with server.lock:
+        return server.firmware.velocity == (0.0, 0.0)
+
+
+def waiting(server):
+    with server.lock:
+        return server.firmware.session is Session.WAITING and not server.firmware.motors_enabled
+
+
+def test_connect_drive_stop_and_leave(server, url):
+    with Robot(url) as robot:
+        assert (robot.identity.subtype, robot.identity.name, robot.identity.has_gripper) == ("p3dx-sh", "sim_0001", True)
+        assert not robot.state.motors_enabled and robot.state.gripper is not None
+        robot.enable_motors()
+        assert robot.state.motors_enabled
+        keep_driving(robot, 0.3, 0.0, lambda state: state.x > 0.2)
+        robot.stop()
+        until(lambda: robot.state.linear == 0, "stopped")
+        keep_driving(robot, 0.0, 0.8, lambda state: state.heading > math.pi / 4)
+        pose = robot.state
+    assert waiting(server)
+    assert pose.x > 0.2 and abs(pose.y) < 0.1
+    x, y, heading = server.firmware.true_pose
+    assert math.hypot(x - pose.x, y - pose.y) < 0.2
+    assert robot.link.sips > 5 and robot.link.bad_checksums == 0 and robot.link.last_error is None
+
+
+def test_a_program_that_falls_silent_is_stopped(server):
+    with Robot(server.url) as robot:
+        robot.enable_motors()
+        robot.set_velocity(0.3, 0.0)
+        until(lambda: robot.state.linear > 0.05, "driving")
+        until(lambda: robot.state.linear == 0, "stopped by the command time-out")
+        assert robot.state.motors_enabled
+
+
+def test_an_exception_in_the_program_stops_the_robot(server, url):
+    with pytest.raises(ZeroDivisionError):
+        with Robot(url) as robot:
+            robot.enable_motors()
+            robot.set_velocity(0.3, 0.0)
+            robot.wait_for_state()
+            1 / 0
+    assert waiting(server)
+
+
+def test_an_exception_in_a_listener_stops_the_robot_and_is_kept(server, monkeypatch):
+    loud = []
+    monkeypatch.setattr(threading, "excepthook", loud.append)
+
+    def listener(state):
+        if state.motors_enabled:
+            raise ZeroDivisionError("in the listener")
+
+    robot = Robot(server.url, on_state=listener).start()
+    robot.wait_until_ready()
+    with robot._changed:
+        robot._session.drive.request_motors(True, time.monotonic(), 2.0)
+        robot._act()
+    assert robot.wait_until_ended(LIMIT)
+    until(lambda: loud, "exception said")
+    assert waiting(server)
+    with pytest.raises(LinkLostError) as error:
+        robot.set_velocity(0.1, 0.0)
+    assert isinstance(error.value.__cause__, ZeroDivisionError)
+    robot.close()
+
+
+def test_a_listener_that_hangs_does_not_keep_the_robot_from_stopping(server):
+    hang, hanging = threading.Event(), threading.Event()
+
+    def listener(state):
+        if state.linear > 0.05:
+            hanging.set()
+            hang.wait(10 * LIMIT)
+
+    robot = Robot(server.url, on_state=listener, command_timeout=10 * LIMIT)
+    with robot:
+        robot.enable_motors()
+        robot.set_velocity(0.3, 0.0)
+        assert hanging.wait(LIMIT)
+        start = time.monotonic()
+    assert time.monotonic() - start < 2.0
+    until(lambda: waiting(server), "closed in spite of the listener")
+    hang.set()
+
+
+@pytest.mark.parametrize("goes_on", [False, True], ids=["nobody commands any more", "commands go on"])
+def test_a_listener_that_hangs_holds_up_no_dead_man(server, goes_on):
+    hang, hanging, told, take = threading.Event(), threading.Event(), [], server.firmware.receive
+
+    def listener(state):
+        if state.linear > 0.05:
+            hanging.set()
+            hang.wait(10 * LIMIT)
+
+    with Robot(server.url, on_state=listener, command_timeout=10 * LIMIT if goes_on else 0.6) as robot:
+        robot.enable_motors()
+        robot.set_velocity(0.3, 0.0)
+        assert hanging.wait(LIMIT)
+        server.firmware.receive = lambda data: (told.append(data), take(data))
+        until(lambda: encode_command("STOP") in b"".join(told), "told to stop")
+        hang.set()
+
+
+def test_closing_stops_at_once_and_not_when_the_io_thread_finds_time(server, monkeypatch):
+    monkeypatch.setattr("pioneer_control.client.robot.CLOSE_TIMEOUT", 10 * LIMIT)
+    hang, hanging = threading.Event(), threading.Event()
+
+    def listener(state):
+        if state.linear > 0.05:
+            hanging.set()
+            hang.wait(10 * LIMIT)
+
+    robot = Robot(server.url, on_state=listener, command_timeout=10 * LIMIT).start()
+    robot.wait_until_ready()
+    robot.enable_motors()
+    robot.set_velocity(0.3, 0.0)
+    assert hanging.wait(LIMIT)
+    told, take = [], server.firmware.receive
+    server.firmware.receive = lambda data: (told.append(data), take(data))
+    closing = threading.Thread(target=robot.close)
+    closing.start()
+    until(lambda: encode_command("STOP") in b"".join(told), "told to stop")
+    hang.set()
+    closing.join(LIMIT)
+    assert waiting(server)
+
+
+def test_closing_is_quick_and_can_be_repeated(server):
+    robot = Robot(server.url)
+    robot.close()
+    with Robot(server.url) as robot:
+        assert not robot.wait_until_ended(0.01)
+        start = time.monotonic()
+    assert time.monotonic() - start < 1.0
+    assert robot.wait_until_ended(0.0)
+    robot.close()
+    assert not robot.ready
+    robot.stop()
+    with pytest.raises(LinkLostError):
+        robot.set_velocity(0.1, 0.0)
+
+
+def test_nan_is_refused_and_the_robot_drives_on(server):
+    with Robot(server.url) as robot:
+        robot.enable_motors()
+        robot.set_velocity(0.2, 0.0)
+        with pytest.raises(UsageError):
+            robot.set_velocity(math.nan, 0.5)
+        keep_driving(robot, 0.2, 0.0, lambda state: state.linear > 0.1)
+
+
+def test_the_stop_button(server):
+    with Robot(server.url) as robot:
+        robot.enable_motors()
+        keep_driving(robot, 0.3, 0.0, lambda state: state.linear > 0.1)
+        with server.lock:
+            server.firmware.press_stop_button(True)
+        until(lambda: robot.state.stop_button and not robot.state.motors_enabled, "STOP button reported")
+        with pytest.raises(RefusedError, match="STOP button"):
+            robot.enable_motors()
+        with server.lock:
+            server.firmware.press_stop_button(False)
+        until(lambda: not robot.state.stop_button, "STOP button released")
+        robot.enable_motors()
+        until(lambda: robot.state.linear == 0, "standing")
+        robot.disable_motors()
+        assert not robot.state.motors_enabled
+
+
+def test_of_two_motor_requests_in_a_row_the_last_holds(server):
+    with Robot(server.url) as robot:
+        overtaken, answer = robot.request_motors(True), robot.request_motors(False)
+        answer()
+        with pytest.raises(NotConfirmedError, match="overtaken"):
+            overtaken()
+        assert not robot.wait_for_state().motors_enabled
+
+
+def test_sonar_gripper_outputs_and_odometry_reset(server):
+    with Robot(server.url) as robot:
+        robot.set_sonar(False)
+        until(lambda: not robot.state.sonar_enabled, "sonar off")
+        robot.set_sonar(True)
+        until(lambda: robot.state.sonar_enabled and all(robot.state.sonar), "all sonars heard")
+        assert {heard.range for heard in robot.state.sonar} == {5.0}
+        robot.gripper(GripperCommand.CLOSE)
+        until(lambda: robot.state.gripper.paddles_closed, "closed")
+        robot.gripper(4)
+        robot.set_digital_out(0b11, 0b01)
+        until(lambda: robot.state.digital_out & 0b11 == 0b01, "outputs set")
+        robot.enable_motors()
+        keep_driving(robot, 0.3, 0.5, lambda state: state.heading > 0.3)
+        robot.stop()
+        until(lambda: robot.state.linear == robot.state.angular == 0, "standing")
+        robot.reset_odometry()
+        robot.wait_for_state()
+        assert (robot.state.x, robot.state.y, robot.state.heading) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("command, value", [(0, None), (99, None), ("open", None), (GripperCommand.OPEN, 5), (16, None), (16, 0), (16, 101), (17, 0), (17, -256)])
+def test_gripper_commands_that_mean_nothing_are_refused(server, command, value):
+    with pytest.raises(UsageError, match="gripper command"):
+        Robot(server.url).gripper(command, value)
+
+
+def test_pressure_and_carry_bring_their_value(server):
+    with Robot(server.url) as robot:
+        robot.gripper(GripperCommand.LIFT_DOWN)
+        until(lambda: robot.state.gripper.lift_down, "down")
+        robot.gripper(GripperCommand.CARRY, 25)
+        until(lambda: not robot.state.gripper.lift_down, "half a second up")
+        robot.gripper(GripperCommand.PRESSURE, 10)
+
+
+def test_a_robot_without_gripper_refuses():
+    with Server(Firmware(find_model("p3dx-sh"), load_world("empty"), gripper=False, rear_sonar=False), tcp=0) as server:
+        with Robot(server.url) as robot:
+            assert robot.state.gripper is None and len(robot.state.sonar) == 8
+            with pytest.raises(RefusedError, match="no gripper"):
+                robot.gripper(GripperCommand.OPEN)
+
+
+DRIVES_UNTIL_KILLED = """
+import sys
+from pioneer_control.client import Robot
+robot = Robot(sys.argv[1]).start()
+robot.wait_until_ready()
+robot.enable_motors()
+while True:
+    robot.set_velocity(0.3, 0.0)
+    if robot.wait_for_state().linear > 0.1:
+        print("driving", flush=True)
+"""
+
+
+def test_killed_while_driving_and_started_again(server, url):
+    with subprocess.Popen([sys.executable, "-c", DRIVES_UNTIL_KILLED, url], stdout=subprocess.PIPE) as program:
+        assert program.stdout.readline() == b"driving\n"
+        os.kill(program.pid, signal.SIGKILL)
+        program.wait(LIMIT)
+    assert server.firmware.session is Session.OPEN and server.firmware.motors_enabled
+    start = time.monotonic()
+    with Robot(url) as robot:
+        assert time.monotonic() - start < 2.0
+        assert not robot.state.motors_enabled
+        until(lambda: at_rest(server), "standing")
+        x = robot.state.x
+        time.sleep(0.5)     # the time in which it would have driven on
+        assert robot.state.x == x and at_rest(server)
+
+
+def test_a_program_that_ends_without_closing_is_closed(server):
+    script = DRIVES_UNTIL_KILLED.replace('print("driving", flush=True)', "break")
+    subprocess.run([sys.executable, "-c", script, server.url], check=True, timeout=LIMIT)
+    assert waiting(server)
+
+
+def test_half_of_the_traffic_malformed(server):
+    with SpoiltLine(port_of(server), seed=5) as line, Robot(line.url) as robot:
+        robot.enable_motors()
+        line.spoil = 0.5
+        keep_driving(robot, 0.3, 0.0, lambda state: state.x > 1.0)
+        assert robot.ready and line.spoilt > 20
+        assert robot.link.bad_checksums > 0 and robot.link.discarded_bytes > 100
+        robot.stop()
+        until(lambda: robot.state.linear == 0, "stopped in spite of lost stops")
+
+
+def test_a_cut_line_is_reconnected_the_pose_goes_on_and_nothing_moves(server):
+    events = []
+    with SpoiltLine(port_of(server)) as line, Robot(line.url, reconnect=True, on_event=events.append) as robot:
+        robot.enable_motors()
+        keep_driving(robot, 0.3, 0.0, lambda state: state.x > 0.3)
+        before = robot.state
+        line.cut()
+        until(lambda: any(isinstance(event, LinkDown) for event in events), "link down said")
+        until(lambda: robot.ready and robot.state is not before and robot.link.reconnects == 1, "reconnected")
+        assert robot.state.x == pytest.approx(before.x, abs=0.1)
+        assert not robot.state.motors_enabled
+        until(lambda: at_rest(server), "standing")
+        x = robot.wait_for_state().x
+        time.sleep(0.5)     # the time in which it would have driven on
+        assert robot.state.x == x
+        robot.enable_motors()
+        keep_driving(robot, 0.3, 0.0, lambda state: state.x > x + 0.1)
+    assert len([event for event in events if isinstance(event, Ready)]) == 2
+    assert robot.link.last_error and waiting(server)
+
+
+def test_a_cut_line_without_reconnect_is_final(server):
+    with SpoiltLine(port_of(server)) as line, Robot(line.url) as robot:
+        line.cut()
+        until(lambda: not robot.ready, "link lost")
+        with pytest.raises(LinkLostError):
+            robot.enable_motors()
+        with pytest.raises(LinkLostError):
+            robot.wait_for_state()
+
+
+@pytest.mark.parametrize("by", ["a command", "the I/O thread"])
+def test_a_write_that_fails_is_told_and_ends_the_link(server, by):
+    def refuse(data):
+        raise LinkLostError("takes no more bytes")
+
+    with Robot(server.url) as robot:
+        robot._transport.write = refuse
+        if by == "a command":
+            with pytest.raises(LinkLostError, match="takes no more bytes"):
+                robot.set_velocity(0.1, 0.0)
+        until(lambda: not robot._thread.is_alive(), "I/O thread ended")
+        assert not robot.ready and "takes no more" in robot.link.last_error
+
+
+def test_started_before_the_robot_is_there():
+    firmware = Firmware(find_model("p3dx-sh"), load_world("empty"))
+    with Server(firmware, tcp=0) as placeholder:
+        port = port_of(placeholder)
+    events = []
+    robot = Robot("localhost:%d" % port, reconnect=True, on_event=events.append).start()
+    with pytest.raises(PortError, match="refused"):
+        robot.wait_until_ready(0.3)
+    with Server(firmware, tcp=port):
+        robot.wait_until_ready(LIMIT)
+        robot.close()
+    assert [type(event) for event in events].count(LinkDown) >= 1 and events[0].retry_in > 0
+    assert robot.link.reconnects == 0
+
+
+def test_an_unknown_subtype_is_final_even_with_reconnect(server):
+    known = server.firmware.model
+    server.firmware.model = type(known)(**dict(known.__dict__, subtype="p3dz-sh"))
+    robot = Robot(server.url, reconnect=True).start()
+    with pytest.raises(UnknownModelError, match="p3dz-sh.*near: .*p3dx-sh.*model"):
+        robot.wait_until_ready(LIMIT)
+    until(lambda: not robot._thread.is_alive(), "no further attempt")
+    robot.close()
+    assert waiting(server)
+    with Robot(server.url, model="p3dx-sh") as robot:
+        assert robot.identity.model == known.with_arrays(True, True)
+
+
+def test_nothing_answers():
+    import socket
+    with socket.create_server(("127.0.0.1", 0)) as deaf:
+        with pytest.raises(NoAnswerError, match="nothing answers"):
+            with Robot("localhost:%d" % deaf.getsockname()[1]):
+                pass
+
+
+def test_two_clients_on_a_serial_port(server):
+    with Robot(server.pty_link):
+        with pytest.raises(PortError, match="in use"):
+            with Robot(server.pty_link):
+                pass
+
+
+def test_two_clients_on_tcp_the_first_keeps_its_robot(server):
+    with Robot(server.url) as first:
+        first.enable_motors()
+        with pytest.raises((LinkLostError, NoAnswerError)):
+            with Robot(server.url):
+                pass
+        keep_driving(first, 0.2, 0.0, lambda state: state.linear > 0.1)
+
+
+def test_motors_cannot_be_switched_from_a_listener(server):
+    said = []
+
+    def listener(event):
+        try:
+            robot.enable_motors()
+        except UsageError as error:
+            said.append(error)
+
+    robot = Robot(server.url, on_event=listener)
+    with robot:
+        until(lambda: said, "refused")
+
+
+def test_threads_and_descriptors_are_given_back(server):
+    def descriptors():
+        return len(os.listdir("/proc/self/fd"))
+
+    with Robot(server.url):
+        pass
+    until(lambda: not [thread for thread in threading.enumerate() if thread.name.startswith("pioneer ")], "no thread left")
+    before = descriptors()
+    for _ in range(3):
+        with Robot(server.pty_link):
+            pass
+    until(lambda: not [thread for thread in threading.enumerate() if thread.name.startswith("pioneer ")], "no thread left")
+    assert descriptors() == before

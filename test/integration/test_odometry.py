@@ -1,0 +1,103 @@
+"""The client's odometry against what the simulated robot counted itself: equal to the last count, whatever wraps and whatever is lost."""
+
+import math
+import random
+
+import pytest
+
+from pioneer_control import p2os
+from pioneer_control.client.session import Phase, Session
+from pioneer_control.client.settings import Settings
+from pioneer_control.client.state import RobotState
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.firmware import Firmware
+from pioneer_control.simulator.loading import load_world
+
+STEP = 0.02
+WRAP = 0x8000
+LOST_IN_A_ROW = 5
+
+
+class Drive:
+    """A session and a firmware in one simulated time, with packets lost in rows of five."""
+
+    def __init__(self, subtype, seed):
+        self.chance = random.Random(seed)
+        self.firmware = Firmware(find_model(subtype), load_world("empty"), seed=seed)
+        self.session = Session(subtype, (), Settings())
+        self.now = 0.0
+        self.to_lose = 0
+        self.lost_rows = 0
+        self.compared = 0
+        self.start = None
+        self.wraps = {(axis, way): 0 for axis in "xy" for way in ("up", "down")}
+        self.counts = self.firmware.internal_counts
+        self.session.start(self.now)
+
+    def step(self):
+        for action in self.session.take_actions():
+            self.firmware.receive(action)
+        sent = self.firmware.advance(STEP)
+        self.now += STEP
+        self._note_wraps()
+        if sent and not self._loses(sent):
+            self.session.receive(sent, self.now)
+        self.session.tick(self.now)
+        for event in self.session.take_events():
+            if isinstance(event, RobotState):
+                self._compare(event)
+
+    def steer(self, x, y):
+        """One step towards a point of the robot's own frame (m)."""
+        state = self.state
+        towards = math.remainder(math.atan2(y - state.y, x - state.x) - state.heading, 2 * math.pi)
+        self.session.drive.set_velocity(1.5 if abs(towards) < 0.3 else 0.1, max(-1.0, min(1.0, 2 * towards)), self.now)
+        self.step()
+        return math.hypot(x - self.state.x, y - self.state.y)
+
+    def _loses(self, sent):
+        if self.session.phase is not Phase.READY:
+            return False
+        if not self.to_lose and self.chance.random() < 0.02:
+            self.to_lose, self.lost_rows = LOST_IN_A_ROW, self.lost_rows + 1
+        self.to_lose -= self.to_lose > 0
+        return self.to_lose > 0
+
+    def _compare(self, state):
+        internal = self.firmware.internal_counts
+        self.start = self.start or internal
+        assert (state.x_counts, state.y_counts) == (internal[0] - self.start[0], internal[1] - self.start[1])
+        self.state = state
+        self.compared += 1
+
+    def _note_wraps(self):
+        counts = self.firmware.internal_counts
+        for axis, before, after in zip("xy", self.counts, counts):
+            if before // WRAP != after // WRAP:
+                self.wraps[axis, "up" if after > before else "down"] += 1
+        self.counts = counts
+
+
+@pytest.mark.parametrize("subtype", ["p3dx-sh", "p3dx", "p2at"])
+def test_counts_are_exact_across_wraps_and_lost_packets(subtype):
+    drive = Drive(subtype, seed=3)
+    while drive.session.phase is not Phase.READY:
+        drive.step()
+    request = drive.session.drive.request_motors(True, drive.now, 2.0)
+    while not request.done:
+        drive.step()
+    drive.session.command(drive.now, p2os.encode_command("SETV", 1500))
+    for _ in range(150):        # back and forth across zero, where the counts wrap too
+        command = drive.chance.uniform(-0.75, 0.75), drive.chance.uniform(-1.5, 1.5)
+        for _ in range(drive.chance.randrange(5, 100)):
+            drive.session.drive.set_velocity(*command, drive.now)
+            drive.step()
+    far = WRAP * find_model(subtype).dist_mm_per_unit / 1000 + 1.5
+    for target in ((far, far), (-2.0, -2.0), (-far, 2.0), (2.0, -far), (0.0, 0.0)):
+        while drive.steer(*target) > 0.5:
+            assert drive.now < 2000
+    assert min(drive.wraps.values()) >= 2, drive.wraps
+    assert drive.lost_rows > 20 and drive.compared > 1500
+    model = find_model(subtype)
+    assert drive.state.x == pytest.approx(drive.state.x_counts * model.dist_mm_per_unit / 1000, abs=1e-9)
+    assert drive.state.y == pytest.approx(drive.state.y_counts * model.dist_mm_per_unit / 1000, abs=1e-9)

@@ -1,0 +1,329 @@
+"""The simulated robot behind a TCP port and behind a pseudo-terminal, as a bare socket and pyserial see it."""
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+import serial
+
+from pioneer_control import p2os
+from pioneer_control.errors import PortError
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.firmware import Firmware, Session
+from pioneer_control.simulator.lines import PTY_UNREAD_LIMIT, PtyLine, TcpLine
+from pioneer_control.simulator.server import STANDARD_PORT, Server
+from pioneer_control.simulator.world import World
+
+DEADLINE = 20.0
+
+
+def robot(**options):
+    return Firmware(find_model("p3dx-sh"), World("hall"), **options)
+
+
+def until(condition, what):
+    """Wait until `condition()` is true and return its value; fail after a generous time."""
+    end = time.monotonic() + DEADLINE
+    while time.monotonic() < end:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.005)
+    pytest.fail("never happened: " + what)
+
+
+class Computer:
+    """The far end of a line: sends frames, collects packets."""
+
+    def __init__(self, read, write):
+        self._read, self.write = read, write
+        self._decoder = p2os.FrameDecoder()
+        self.packets = []
+
+    def send(self, name, *values):
+        self.write(p2os.encode_command(name, *values))
+
+    def listen(self):
+        self.packets += [p2os.decode_packet(frame) for frame in self._decoder.feed(self._read())]
+        return self.packets
+
+    def expect(self, kind, count=1):
+        """Wait until this many more packets of a class have come."""
+        have = sum(isinstance(packet, kind) for packet in self.packets)
+        until(lambda: sum(isinstance(packet, kind) for packet in self.listen()) >= have + count, kind.__name__)
+        return [packet for packet in self.packets if isinstance(packet, kind)][-1]
+
+    def open(self):
+        for number in (0, 1):
+            self.write(p2os.encode_frame(number))
+            self.expect(p2os.SyncEcho)
+        self.write(p2os.encode_frame(2))
+        self.expect(p2os.SyncReply)
+        self.send("OPEN")
+        self.expect(p2os.Sip, 2)
+
+
+def dial(server, buffer=None):
+    host, _, port = server.url[len("socket://"):].rpartition(":")
+    line = socket.socket()
+    line.settimeout(DEADLINE)
+    if buffer is not None:
+        line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer)
+    line.connect((host, int(port)))
+    line.settimeout(0.05)
+    return line
+
+
+def over_tcp(line):
+    def read():
+        try:
+            return line.recv(4096)
+        except socket.timeout:
+            return b""
+    return Computer(read, line.sendall)
+
+
+@contextlib.contextmanager
+def tcp_computer(server):
+    with contextlib.closing(dial(server)) as line:
+        yield over_tcp(line)
+
+
+@contextlib.contextmanager
+def pty_computer(server):
+    with contextlib.closing(serial.Serial(server.pty_link, timeout=0.05)) as line:
+        yield Computer(lambda: line.read(max(1, line.in_waiting)), line.write)
+
+
+@pytest.fixture(params=[tcp_computer, pty_computer])
+def line(request, tmp_path):
+    """A server with one kind of line, and how to connect to it."""
+    options = {"tcp": 0} if request.param is tcp_computer else {"pty": str(tmp_path / "robot")}
+    with Server(robot(), **options) as server:
+        yield server, request.param
+
+
+def test_a_session_in_real_time(line):
+    server, connect = line
+    with connect(server) as computer:
+        computer.open()
+        computer.send("ENABLE", 1)
+        computer.send("VEL", 200)
+        until(lambda: computer.expect(p2os.Sip).left_velocity_units == 200, "200 mm/s")
+        with server.lock:
+            assert server.firmware.motors_enabled
+        start, sips = time.monotonic(), len(computer.packets)
+        computer.expect(p2os.Sip, 20)
+        assert 1.0 < time.monotonic() - start < 2.0 + DEADLINE and len(computer.packets) >= sips + 20
+
+
+def test_a_polite_client_can_come_again_and_again(line):
+    server, connect = line
+    for _ in range(3):
+        with connect(server) as computer:
+            computer.open()
+            computer.send("CLOSE")
+            until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+
+
+def test_a_rude_client_leaves_the_robot_open_until_the_next_one_closes_it(line):
+    server, connect = line
+    with connect(server) as computer:
+        computer.open()
+        computer.send("ENABLE", 1)
+        computer.send("VEL", 300)
+        until(lambda: server.firmware.velocity[0] == 0.3, "300 mm/s")
+    assert server.firmware.session is Session.OPEN
+    until(lambda: server.firmware.watchdog_expired and server.firmware.velocity[0] == 0.0, "stop by the watchdog")
+    assert server.firmware.session is Session.OPEN and server.firmware.motors_enabled
+    with connect(server) as computer:
+        computer.send("CLOSE")   # not PULSE: any other packet would let it drive on
+        until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+        assert not server.firmware.motors_enabled
+        until(lambda: computer.listen() is None or server.firmware.velocity[0] == 0.0, "standstill")
+        computer.open()
+
+
+def packets_of(seconds):
+    """What a robot with everything asked for says in this time, packet by packet."""
+    firmware = robot()
+    for packet in [p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("IOREQUEST", 2)]:
+        firmware.receive(packet)
+    firmware.advance(0.0)
+    return [firmware.advance(0.1) for _ in range(round(seconds * 10))]
+
+
+def test_a_tcp_client_that_does_not_read_loses_the_oldest_and_finds_whole_packets():
+    with contextlib.closing(TcpLine(0)) as line, contextlib.closing(dial(line, buffer=4096)) as client:
+        until(lambda: line.read(False) or line.has_client, "connection")
+        said = packets_of(60) * 10
+        for packet in said:
+            line.write(packet)
+        computer = over_tcp(client)
+        newest = p2os.decode_packet(p2os.FrameDecoder().feed(said[-1])[-1])
+        line.write(p2os.encode_frame(255))
+        until(lambda: line.write(b"") or computer.listen()[-1:] == [p2os.Reset(255, b"")], "the last packet")
+        heard = len(computer.packets)
+        assert 100 < heard < len(said)
+        assert not any(isinstance(packet, (p2os.MalformedPacket, p2os.UnknownPacket)) for packet in computer.packets)
+        assert computer.packets[-2] == newest
+
+
+def test_a_terminal_that_nobody_reads_keeps_the_newest(tmp_path):
+    with contextlib.closing(PtyLine(str(tmp_path / "robot"))) as line:
+        said = packets_of(60) * 10
+        for packet in said:
+            line.write(packet)
+        with contextlib.closing(serial.Serial(line.link, timeout=0.2)) as client:
+            # pyserial forgets on opening what came before; what comes now arrives
+            client.reset_input_buffer()
+            line.write(said[-1])
+            assert client.read(len(said[-1])) == said[-1]
+
+
+def test_close_makes_room_though_the_old_socket_stays_open():
+    with Server(robot(), tcp=0) as server, tcp_computer(server) as first:
+        first.open()
+        first.send("CLOSE")
+        until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+        with tcp_computer(server) as second:
+            second.open()
+        assert server.firmware.session is Session.OPEN
+
+
+def test_a_second_client_is_turned_away():
+    with Server(robot(), tcp=0) as server, tcp_computer(server) as first:
+        first.open()
+        with contextlib.closing(dial(server)) as intruder:
+            intruder.settimeout(DEADLINE)
+            assert intruder.recv(10) == b""
+        first.expect(p2os.Sip, 3)
+
+
+def test_two_lines_one_client(tmp_path):
+    with Server(robot(), tcp=0, pty=str(tmp_path / "robot")) as server:
+        with pty_computer(server) as first:
+            first.open()
+            with contextlib.closing(dial(server)) as intruder:
+                intruder.settimeout(DEADLINE)
+                first.send("PULSE")
+                assert intruder.recv(10) == b""
+            first.send("CLOSE")
+            until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+        with tcp_computer(server) as second:
+            second.open()
+
+
+def test_old_news_is_not_kept_in_a_terminal(tmp_path):
+    with contextlib.closing(PtyLine(str(tmp_path / "robot"))) as line:
+        for packet in packets_of(60):
+            line.write(packet)
+            time.sleep(0.001)   # a robot's pace, times a hundred: the kernel needs a moment to bring a packet across
+            assert line.unread < PTY_UNREAD_LIMIT + 5 * len(packet)
+
+
+# -- links and ports
+
+def test_the_link_is_removed_and_a_stale_one_replaced(tmp_path):
+    link = tmp_path / "robot"
+    link.symlink_to("/dev/pts/999999")
+    with Server(robot(), pty=str(link)):
+        assert os.path.realpath(str(link)).startswith("/dev/pts/") and link.exists()
+    assert not os.path.lexists(str(link))
+
+
+def test_what_is_not_our_link_is_left_alone(tmp_path):
+    precious = tmp_path / "thesis.tex"
+    precious.write_text("words")
+    pointer = tmp_path / "pointer"
+    pointer.symlink_to(precious)
+    for path in (precious, pointer, tmp_path):
+        with pytest.raises(PortError, match="is not the link of a simulated robot"):
+            Server(robot(), pty=str(path))
+    assert precious.read_text() == "words" and pointer.is_symlink()
+    with pytest.raises(PortError, match="No such file or directory"):
+        Server(robot(), pty=str(tmp_path / "nowhere" / "robot"))
+
+
+def test_a_link_that_somebody_else_took_over_is_left_to_him(tmp_path):
+    link = str(tmp_path / "robot")
+    first = Server(robot(), pty=link).start()
+    with Server(robot(), pty=link) as second:
+        first.stop()
+        assert os.path.realpath(link) == second._lines[0].device
+
+
+def test_a_port_in_use_says_what_to_do(tmp_path):
+    with Server(robot(), tcp=0) as server:
+        port = int(server.url.rpartition(":")[2])
+        with pytest.raises(PortError, match=f"TCP port {port} is in use.*choose another port"):
+            Server(robot(), tcp=port, pty=str(tmp_path / "robot"))
+    assert not os.path.lexists(str(tmp_path / "robot"))
+    with Server(robot(), tcp=port):
+        pass
+
+
+@pytest.mark.parametrize("address", ["abc", 65536, "host:x", -1])
+def test_a_senseless_port(address):
+    with pytest.raises(PortError, match="is no TCP port"):
+        Server(robot(), tcp=address)
+
+
+def test_the_standard_port_is_used_when_no_line_is_asked_for(monkeypatch):
+    assert STANDARD_PORT == 8101
+    monkeypatch.setattr("pioneer_control.simulator.server.STANDARD_PORT", 0)    # another simulator may have it
+    with Server(robot()) as simulator:
+        assert simulator.url.startswith("socket://127.0.0.1:")
+
+
+def test_stop_before_start_and_twice(tmp_path):
+    server = Server(robot(), tcp=0, pty=str(tmp_path / "robot"))
+    server.stop()
+    server.stop()
+    assert not server.running and not os.path.lexists(str(tmp_path / "robot"))
+
+
+# -- the command line
+
+@contextlib.contextmanager
+def program(*arguments):
+    with subprocess.Popen(
+        [sys.executable, "-m", "pioneer_control.simulator", *arguments],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_the_program_says_where_to_connect_and_ends_cleanly(tmp_path, number):
+    link = tmp_path / "robot"
+    with program("--tcp", "0", "--pty", str(link), "--world", "empty") as process:
+        said = [process.stdout.readline() for _ in range(4)]
+        assert "p3dx-sh stands in the world 'empty'" in said[0] and said[2].strip() == str(link)
+        host, _, port = said[1].strip()[len("socket://"):].rpartition(":")
+        with contextlib.closing(socket.create_connection((host, int(port)), timeout=DEADLINE)) as line:
+            over_tcp(line).open()
+        process.send_signal(number)
+        assert process.wait(DEADLINE) == 0 and process.stderr.read() == ""
+    assert not os.path.lexists(str(link))
+
+
+@pytest.mark.parametrize("arguments, code, message", [
+    (("--model", "p3dx-hs"), 2, "unknown robot model 'p3dx-hs'"),
+    (("--world", "nowhere"), 2, "no world named 'nowhere'"),
+    (("--gripper", "--model", "amigo-sh"), 2, "amigo-sh cannot carry a gripper"),
+    (("--tcp", "seven"), 1, "is no TCP port"),
+    (("--numbers", "/nowhere.yaml"), 2, "cannot read /nowhere.yaml"),
+])
+def test_mistakes_are_told_in_one_line(arguments, code, message):
+    with program(*arguments) as process:
+        errors = process.communicate(timeout=DEADLINE)[1]
+        assert process.returncode == code and message in errors and errors.count("\n") == 1

@@ -1,0 +1,118 @@
+"""Bags for tests: messages of any package name with our definitions, and the run of an invented robot."""
+
+import functools
+import math
+import pathlib
+
+import genpy
+import genpy.dynamic
+import rosbag
+from geometry_msgs.msg import Point32, Pose, Pose2D, PoseArray
+from nav_msgs.msg import OccupancyGrid, Odometry
+from std_msgs.msg import Header, String
+
+MESSAGES = pathlib.Path(__file__).resolve().parents[3] / "msg"
+STANDARD = {"Header": Header, "geometry_msgs/Pose2D": Pose2D, "geometry_msgs/Point32": Point32}
+SQUARE = [(0.36, -0.2), (0.36, 0.2), (-0.3, 0.2), (-0.3, -0.2)]
+
+
+@functools.lru_cache(maxsize=None)
+def message_class(name, package="pioneer_control"):
+    """A message class with the definition of ours, under any package's name: what an old bag holds."""
+    text = (MESSAGES / f"{name}.msg").read_text()
+    parts = [text]
+    for field in (line.split("#")[0].split() for line in text.splitlines()):
+        kind = field[0].replace("[]", "") if field else ""
+        if (MESSAGES / f"{kind}.msg").exists():
+            parts.append(f"MSG: {package}/{kind}\n" + (MESSAGES / f"{kind}.msg").read_text())
+        elif kind == "geometry_msgs/Polygon":
+            parts += ["MSG: geometry_msgs/Polygon\nPoint32[] points", "MSG: geometry_msgs/Point32\n" + Point32._full_text]
+        elif kind in STANDARD:
+            full = "std_msgs/Header" if kind == "Header" else kind
+            parts.append(f"MSG: {full}\n" + STANDARD[kind]._full_text)
+    return genpy.dynamic.generate_dynamic(f"{package}/{name}", ("\n" + "=" * 80 + "\n").join(parts))[f"{package}/{name}"]
+
+
+def odometry(x, y, heading, frame="odom"):
+    """An Odometry message at a pose."""
+    message = Odometry()
+    message.header.frame_id = frame
+    message.pose.pose.position.x, message.pose.pose.position.y = x, y
+    message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(heading / 2), math.cos(heading / 2)
+    return message
+
+
+def sonar(ranges, package="pioneer_control"):
+    """A SonarArray message."""
+    return message_class("SonarArray", package)(ranges_count=len(ranges), ranges=list(ranges))
+
+
+def gripper(state, pressed, package="pioneer_control"):
+    """A GripperState message: GripState.state, and whether both paddles press on something."""
+    message = message_class("GripperState", package)()
+    message.grip.state = state
+    message.grip.left_contact = message.grip.right_contact = pressed
+    return message
+
+
+def robot_info(transducers):
+    """A RobotInfo message of a square robot with transducers {number: (x, y, heading)}."""
+    message = message_class("RobotInfo")(type="Pioneer", subtype="p3dx-sh", has_gripper=True)
+    message.sonar_numbers = list(transducers)
+    message.sonar_poses = [Pose2D(*pose) for pose in transducers.values()]
+    message.footprint.points = [Point32(x, y, 0.0) for x, y in SQUARE]
+    return message
+
+
+def cans(*positions):
+    """A PoseArray message of cans at (x, y, height lifted)."""
+    message = PoseArray()
+    for x, y, z in positions:
+        pose = Pose()
+        pose.position.x, pose.position.y, pose.position.z = x, y, z
+        message.poses.append(pose)
+    return message
+
+
+def room(width, depth, resolution=0.05):
+    """An OccupancyGrid message: walls round a rectangle whose inner lower left corner is at (0, 0)."""
+    message = OccupancyGrid()
+    columns, rows = round(width / resolution) + 2, round(depth / resolution) + 2
+    message.info.resolution, message.info.width, message.info.height = resolution, columns, rows
+    message.info.origin.position.x = message.info.origin.position.y = -resolution
+    message.info.origin.orientation.w = 1.0
+    wall, inside = [100] * columns, [100] + [0] * (columns - 2) + [100]
+    message.data = wall + inside * (rows - 2) + wall
+    return message
+
+
+def write_bag(path, messages, compression="none", latched=()):
+    """A bag of (topic, message, seconds); topics in ``latched`` were published so."""
+    with rosbag.Bag(str(path), "w", compression=compression) as bag:
+        for topic, message, seconds in messages:
+            header = dict(topic=topic, type=message._type, md5sum=message._md5sum, message_definition=message._full_text)
+            header["latching"] = "1" if topic in latched else "0"
+            bag.write(topic, message, genpy.Time.from_sec(seconds), connection_header=header)
+    return str(path)
+
+
+def driven(start=(1.0, 1.0, 0.0), seconds=10, speed=0.1, name="pioneer", drift=0.0):
+    """(topic, message, seconds) of a robot that drives straight on in a room, picks up a can ahead and puts it down again.
+
+    ``drift`` is how many m its odometry falls short of each m driven.
+    """
+    topic = f"/{name}/%s" if name else "/%s"
+    begin = 1000.0
+    yield topic % "robot_info", robot_info({0: (0.0, 0.1, math.pi / 2), 3: (0.2, 0.0, 0.0)}), begin
+    yield topic % "map", room(8.0, 6.0), begin
+    yield topic % "world", String("tutorial"), begin
+    yield topic % "cans", cans((2.0, 1.0, 0.0), (5.0, 4.0, 0.0)), begin
+    for step in range(seconds * 10 + 1):
+        time, way = begin + 0.1 * step, 0.1 * step * speed
+        x, y = start[0] + way * math.cos(start[2]), start[1] + way * math.sin(start[2])
+        yield topic % "pose", odometry(way * (1 - drift), 0.0, 0.0), time
+        yield topic % "ground_truth", odometry(x, y, start[2], "map"), time
+        yield topic % "sonar", sonar([6.0 - 0.1 - y, 0.0, 5.0, min(8.0 - 0.2 - x, 5.0)]), time
+        closed = seconds * 5 <= step < seconds * 8
+        yield topic % "gripper_state", gripper(2 if closed else 1, closed), time
+    yield topic % "cans", cans((x + 0.3, y, 0.0), (5.0, 4.0, 0.0)), time

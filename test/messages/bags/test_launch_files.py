@@ -1,0 +1,109 @@
+"""What the launch files, the URDF and the RViz configuration say, without starting anything."""
+
+import os
+import pathlib
+import shlex
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pytest
+import yaml
+from roslaunch.config import load_config_default
+
+from pioneer_control.bags.run import ROLES
+from pioneer_control.robots import find_model
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+COMMANDS = "cmd_vel", "cmd_motor_state", "gripper_control"
+
+
+def node(launch, *arguments):
+    """The only node of a launch file."""
+    (only,) = load_config_default([(str(ROOT / "launch" / launch), list(arguments))], None, verbose=False).nodes
+    return only
+
+
+class TestRecord:
+    def test_all_that_is_drawn_and_commanded_is_recorded(self):
+        topics = set(shlex.split(node("record.launch").args))
+        assert {f"/pioneer/{name}" for name in [*ROLES, *COMMANDS]} <= topics
+        assert {"/tf", "/tf_static", "/rosout"} <= topics
+
+    def test_another_robot(self):
+        recorder = node("record.launch", "robot:=alice")
+        assert (recorder.namespace, recorder.name) == ("/alice/", "recorder")
+        assert "/alice/pose" in recorder.args and "pioneer/" not in recorder.args.replace(os.getcwd(), "")
+
+    @pytest.mark.parametrize("given, used", [("/tmp/with space/x.bag", "/tmp/with space/x.bag"), ("x.bag", "/here/x.bag")])
+    def test_the_bag_goes_where_it_was_said(self, monkeypatch, given, used):
+        monkeypatch.setenv("PWD", "/here")
+        assert "--output-name=" + used in shlex.split(node("record.launch", "bag:=" + given).args)
+
+    def test_a_bag_without_a_name_is_named_by_robot_and_time(self, monkeypatch):
+        monkeypatch.setenv("PWD", "/here")
+        assert shlex.split(node("record.launch").args)[0] == "--output-prefix=/here/pioneer"
+
+
+class TestReplay:
+    def test_commands_go_where_nobody_listens(self):
+        player = node("replay.launch", "bag:=/tmp/x.bag", "robot:=alice")
+        assert dict(player.remap_args) == {f"/alice/{name}": f"/alice/recorded/{name}" for name in COMMANDS}
+
+    def test_the_driver_would_know_it_for_a_player(self):
+        assert node("replay.launch", "bag:=/tmp/x.bag").name.startswith("play_")
+
+    def test_it_brings_its_own_time(self):
+        config = load_config_default([(str(ROOT / "launch" / "replay.launch"), ["bag:=/tmp/x.bag"])], None, verbose=False)
+        assert config.params["/use_sim_time"].value is True
+        assert "--clock" in config.nodes[0].args
+
+
+class TestShape:
+    @pytest.fixture
+    def urdf(self):
+        return ElementTree.parse(ROOT / "urdf" / "pioneer3dx.urdf").getroot()
+
+    @staticmethod
+    def boxes(urdf, link):
+        """(centre, size) of each box of a link, in the link's frame."""
+        visuals = urdf.findall(f"link[@name='{link}']/visual")
+        return [
+            (np.fromstring(visual.find("origin").get("xyz"), sep=" "), np.fromstring(visual.find("geometry/box").get("size"), sep=" "))
+            for visual in visuals
+            if visual.find("geometry/box") is not None
+        ]
+
+    def test_nothing_moves_and_everything_hangs_together(self, urdf):
+        joints = urdf.findall("joint")
+        assert {joint.get("type") for joint in joints} == {"fixed"}
+        assert {joint.find("parent").get("link") for joint in joints} == {"base_link"}
+        links = {link.get("name") for link in urdf.findall("link")}
+        assert links == {"base_link"} | {joint.find("child").get("link") for joint in joints}
+
+    def test_length_is_the_models(self, urdf):
+        model = find_model("p3dx-sh")
+        ends = [centre[0] + side * size[0] / 2 for centre, size in self.boxes(urdf, "base_link") for side in (-1, 1)]
+        assert (max(ends), min(ends)) == pytest.approx((model.length_front, -model.length_rear), abs=1e-3)
+
+    def test_transducers_are_the_models(self, urdf):
+        drawn = [
+            np.fromstring(visual.find("origin").get("xyz"), sep=" ")[:2]
+            for visual in urdf.findall("link[@name='sonar']/visual")
+            if visual.find("material").get("name") == "gold"
+        ]
+        fitted = [(transducer.x, transducer.y) for transducer in find_model("p3dx-sh").sonar]
+        assert np.array(drawn) == pytest.approx(np.array(fitted), abs=0.005)
+
+    def test_paddles_are_open_as_wide_and_reach_as_far_as_the_models(self, urdf):
+        model = find_model("p3dx-sh")
+        gripper = model.gripper
+        palm = float(urdf.find("joint[@name='gripper_joint']/origin").get("xyz").split()[0])
+        left, right = (box for box in self.boxes(urdf, "gripper") if box[1][0] == pytest.approx(find_model("p3dx-sh").gripper.paddle_length))
+        assert palm + left[0][0] + left[1][0] / 2 == pytest.approx(find_model("p3dx-sh").length_front + find_model("p3dx-sh").gripper.reach)
+        assert left[0][1] - right[0][1] - find_model("p3dx-sh").gripper.paddle_thickness == pytest.approx(find_model("p3dx-sh").gripper.opening)
+
+
+def test_rviz_shows_the_topics_of_the_robot_in_whose_namespace_it_is():
+    config = yaml.safe_load((ROOT / "config" / "pioneer.rviz").read_text())
+    topics = {display["Topic"] for display in config["Visualization Manager"]["Displays"] if "Topic" in display}
+    assert topics == {"map", "pose", "ground_truth", "cans"}

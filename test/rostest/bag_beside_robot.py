@@ -1,0 +1,137 @@
+#!/usr/bin/python3
+"""A bag played beside a live robot moves it only where the driver was told to accept that.
+
+The two robots get the same commands from the same bag: that the trusting one drives shows that they were sent.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
+from std_srvs.srv import SetBool
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "messages", "bags"))
+
+import bag_factory as make  # noqa: E402
+from pioneer_control.msg import GripperState, MotorState  # noqa: E402
+
+PATIENCE = 40.0  # s
+ROBOTS = "careful", "trusting"
+GRIP_CLOSE = 2  # GripState.state of a command
+
+
+class Witness:
+    """Keeps what everybody reports, and wakes those who wait for it."""
+
+    def __init__(self):
+        self.changed = threading.Condition()
+        self.way = dict.fromkeys(ROBOTS, 0.0)  # m from where the robot was first seen
+        self.places = {}
+        self.motors = {robot: [] for robot in ROBOTS}
+        self.paddles = {robot: [] for robot in ROBOTS}
+        self.said = []
+        for robot in ROBOTS:
+            rospy.Subscriber(f"/{robot}/ground_truth", Odometry, self.see_place, robot)
+            rospy.Subscriber(f"/{robot}/motor_state", MotorState, lambda m, r=robot: self.keep(self.motors[r], m.state))
+            rospy.Subscriber(f"/{robot}/gripper_state", GripperState, lambda m, r=robot: self.keep(self.paddles[r], m.grip.state))
+        rospy.Subscriber("/rosout", Log, lambda m: self.keep(self.said, (m.name, m.msg)))
+
+    def keep(self, where, value):
+        with self.changed:
+            where.append(value)
+            self.changed.notify_all()
+
+    def see_place(self, message, robot):
+        place = message.pose.pose.position
+        with self.changed:
+            first = self.places.setdefault(robot, place)
+            self.way[robot] = max(self.way[robot], abs(place.x - first.x) + abs(place.y - first.y))
+            self.changed.notify_all()
+
+    def wait(self, what, condition):
+        """Until a condition holds; AssertionError that says what did not happen."""
+        with self.changed:
+            assert self.changed.wait_for(condition, PATIENCE), f"not within {PATIENCE:.0f} s: {what}"
+
+
+def commands():
+    """What a recorder keeps of a robot that was driven, for both robots: motors on, forward, paddles closed."""
+    for robot in ROBOTS:
+        yield f"/{robot}/cmd_motor_state", MotorState(1), 10.0
+        for step in range(20):
+            twist = Twist()
+            twist.linear.x = 0.3
+            yield f"/{robot}/cmd_vel", twist, 10.5 + 0.1 * step
+        close = GripperState()
+        close.grip.state = GRIP_CLOSE
+        yield f"/{robot}/gripper_control", close, 11.0
+
+
+class BesideRobot(unittest.TestCase):
+    """Both drivers, and the real rosbag play."""
+
+    def setUp(self):
+        self.witness = Witness()
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        motors = [f"/{robot}/cmd_motor_state" for robot in ROBOTS]
+        self.bag = make.write_bag(os.path.join(self.folder.name, "commands.bag"), commands(), latched=motors)
+        for robot in ROBOTS:
+            self.witness.wait(f"{robot} is there", lambda r=robot: r in self.witness.places and self.witness.motors[r])
+
+    def play(self, *arguments):
+        command = ["rosbag", "play", "--quiet", "--wait-for-subscribers", self.bag, *arguments]
+        subprocess.run(command, check=True, timeout=PATIENCE, stdin=subprocess.DEVNULL)
+
+    def heard_from(self, robot):
+        """A motor_state that is younger than now: whatever was sent before has had its effect."""
+        count = len(self.witness.motors[robot]) + 5
+        self.witness.wait(f"{robot} goes on reporting", lambda: len(self.witness.motors[robot]) >= count)
+
+    def assert_untouched(self, robot):
+        self.heard_from(robot)
+        self.assertLess(self.witness.way[robot], 0.001)
+        self.assertNotIn(GRIP_CLOSE, self.witness.paddles[robot])
+
+    def test_1_motors_stay_off(self):
+        """The careful driver refuses all of it and says so; the trusting one obeys all of it."""
+        self.play()
+        self.witness.wait("trusting drives", lambda: self.witness.way["trusting"] > 0.2)
+        self.witness.wait("trusting closes its paddles", lambda: GRIP_CLOSE in self.witness.paddles["trusting"])
+        self.assertIn(1, self.witness.motors["trusting"])
+        self.assert_untouched("careful")
+        self.assertEqual(set(self.witness.motors["careful"]), {0})
+        says_so = lambda name, text: name == "/careful/p2os" and "accept_replay" in text  # noqa: E731
+        self.witness.wait("careful says why", lambda: any(says_so(*entry) for entry in self.witness.said))
+        self.assertFalse([text for name, text in self.witness.said if name == "/trusting/p2os" and "accept_replay" in text])
+
+    def test_2_motors_that_are_on_do_not_obey_either(self):
+        """Somebody has the motors of the careful robot on when the bag is played."""
+        rospy.wait_for_service("/careful/set_motors", PATIENCE)
+        answer = rospy.ServiceProxy("/careful/set_motors", SetBool)(True)
+        self.assertTrue(answer.success, answer.message)
+        self.witness.wait("motors are on", lambda: self.witness.motors["careful"][-1] == 1)
+        self.play()
+        self.witness.wait("trusting drives", lambda: self.witness.way["trusting"] > 0.2)
+        self.assert_untouched("careful")
+
+    def test_3_a_bag_under_another_name_is_still_a_bag(self):
+        """As the test before, but the player calls itself somebody."""
+        way = self.witness.way["trusting"]
+        rospy.ServiceProxy("/careful/set_motors", SetBool)(True)
+        self.play("__name:=somebody")
+        self.witness.wait("trusting drives on", lambda: self.witness.way["trusting"] > way + 0.2)
+        self.assert_untouched("careful")
+
+
+if __name__ == "__main__":
+    rospy.init_node("bag_beside_robot_witness")
+    rostest.rosrun("pioneer_control", "bag_beside_robot", BesideRobot)

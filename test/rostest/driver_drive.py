@@ -1,0 +1,224 @@
+#!/usr/bin/python3
+"""The driver drives the simulated robot: motors, distances, angles, sonar by closed form, and everything that must stop it or keep it still."""
+
+import math
+import os
+import sys
+import threading
+import unittest
+
+import rospy
+import rostest
+import tf
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
+from std_msgs.msg import Bool
+from std_srvs.srv import SetBool
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+from pioneer_control.msg import (AIO, DIO, BatteryState, GripperState, GripState, LiftState, MotorState, RobotInfo,  # noqa: E402
+                                 SonarArray)
+from witness import PATIENCE, Witness, heading_of  # noqa: E402
+
+TOPICS = {
+    "pioneer/pose": Odometry, "pioneer/sonar": SonarArray, "pioneer/gripper_state": GripperState, "pioneer/motor_state": MotorState,
+    "pioneer/battery_state": BatteryState, "pioneer/dio": DIO, "pioneer/aio": AIO, "pioneer/robot_info": RobotInfo,
+    "pioneer/ground_truth": Odometry, "/rosout": Log,
+}
+HALF_CONE = math.radians(12.5)
+
+
+class Commander:
+    """Publishes one velocity at 10 Hz until told another; None: nothing."""
+
+    def __init__(self):
+        self.publisher = rospy.Publisher("pioneer/cmd_vel", Twist, queue_size=1)
+        self.velocity = None
+        self._ended = threading.Event()
+        threading.Thread(target=self._run, daemon=True).start()
+
+    def _run(self):
+        while not self._ended.wait(0.1):
+            velocity = self.velocity
+            if velocity is not None:
+                twist = Twist()
+                twist.linear.x, twist.angular.z = velocity
+                self.publisher.publish(twist)
+
+
+class DriverDrives(unittest.TestCase):
+    """One robot, test after test, each from where the one before left it standing."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.witness = Witness(TOPICS)
+        cls.commander = Commander()
+        cls.stop_button = rospy.Publisher("pioneer/stop_button", Bool, queue_size=1)
+        rospy.wait_for_service("pioneer/set_motors", PATIENCE)
+        cls.set_motors = rospy.ServiceProxy("pioneer/set_motors", SetBool)
+        for topic in ("pioneer/sonar", "pioneer/gripper_state", "pioneer/ground_truth"):
+            cls.witness.last(topic)
+        cls.witness.wait("the driver listens", lambda: cls.commander.publisher.get_num_connections() == 1)
+
+    def truth(self):
+        return self.witness.next("pioneer/ground_truth").pose.pose
+
+    def motors_on(self):
+        answer = self.set_motors(True)
+        self.assertTrue(answer.success, answer.message)
+
+    def stands(self):
+        def still():
+            twist = self.witness.seen["pioneer/ground_truth"][-1].twist.twist
+            return twist.linear.x == 0.0 and twist.angular.z == 0.0
+
+        self.witness.next("pioneer/ground_truth")
+        self.witness.wait("the robot stands", still)
+
+    def halt(self):
+        self.commander.velocity = (0.0, 0.0)
+        self.stands()
+        self.commander.velocity = None
+
+    def drive_until(self, velocity, what, condition):
+        self.commander.velocity = velocity
+        self.witness.wait(what, lambda: condition(self.witness.seen["pioneer/pose"][-1].pose.pose))
+        self.halt()
+
+    def warned(self, text, since=0):
+        return any(text in entry.msg and entry.name == "/pioneer/p2os" for entry in self.witness.seen["/rosout"][since:])
+
+    def expect_warning(self, text, since=0):
+        self.witness.wait(f"a warning with {text!r}", lambda: self.warned(text, since))
+
+    def test_01_every_topic_says_something_sensible(self):
+        seen = {topic: self.witness.last(topic) for topic in TOPICS}
+        self.assertEqual(seen["pioneer/pose"].header.frame_id, "odom")
+        self.assertEqual(seen["pioneer/pose"].child_frame_id, "base_link")
+        self.assertEqual((seen["pioneer/sonar"].ranges_count, len(seen["pioneer/sonar"].ranges)), (16, 16))
+        self.assertEqual(seen["pioneer/motor_state"].state, 0)
+        self.assertAlmostEqual(seen["pioneer/battery_state"].voltage, 13.0, delta=0.3)
+        self.assertEqual((seen["pioneer/dio"].count, seen["pioneer/aio"].voltages_count), (8, 1))
+        info = seen["pioneer/robot_info"]
+        self.assertEqual((info.type, info.subtype, info.has_gripper), ("Pioneer", "p3dx-sh", True))
+        self.assertEqual(list(info.sonar_numbers), list(range(16)))
+
+    def test_02_one_stamp_for_all_messages_of_a_packet(self):
+        self.witness.next("pioneer/sonar", 3)
+        stamps = {message.header.stamp for message in self.witness.seen["pioneer/pose"]}
+        self.assertIn(self.witness.seen["pioneer/sonar"][-2].header.stamp, stamps)
+        self.assertIn(self.witness.seen["pioneer/battery_state"][-2].header.stamp, stamps)
+
+    def test_03_sonar_sees_what_geometry_says(self):
+        """Each expectation is worked out here from the transducer's place and the world's file, in closed form."""
+        self.witness.next("pioneer/sonar", 5)  # every transducer has fired since the robot stands here
+        ranges = self.witness.seen["pioneer/sonar"][-1].ranges
+        edge_of_2 = math.radians(30) - HALF_CONE
+        edge_of_13 = math.radians(180 - 150) + HALF_CONE
+        expected = {
+            3: 2.5 - 0.166,                                         # wall square on: the foot of the perpendicular is in the cone
+            4: 2.5 - 0.166,
+            2: (2.5 - 0.148) / math.cos(edge_of_2),                 # ... and here outside: the edge of the cone is nearest
+            0: 1.0 * math.cos(math.radians(5)),                     # wall at 5 degrees: the perpendicular is 5 degrees off the axis
+            7: 1.186 - 0.136 - 0.05,                                # pole
+            13: (0.9 - 0.078) / math.sin(edge_of_13),               # corner from inside: the nearer of its two walls
+            10: 1.2,                                                # corner from outside: the corner itself
+        }
+        for number, distance in expected.items():
+            self.assertAlmostEqual(ranges[number], distance, delta=0.003, msg=f"transducer {number}")
+        self.assertEqual(ranges[6], 5.0, "nothing there: no echo")
+
+    def test_04_motors_stay_off_until_asked(self):
+        before, since = self.truth(), len(self.witness.seen["/rosout"])
+        self.commander.velocity = (0.3, 0.0)
+        self.expect_warning("motors are off; to switch them on: rosservice call /pioneer/set_motors true", since)
+        self.witness.next("pioneer/motor_state", 10)
+        self.commander.velocity = None
+        self.assertEqual({message.state for message in self.witness.seen["pioneer/motor_state"]}, {0})
+        self.assertEqual(self.truth().position, before.position)
+
+    def test_05_a_distance(self):
+        self.motors_on()
+        start = self.truth()
+        self.drive_until((0.2, 0.0), "0.4 m", lambda pose: pose.position.x > 0.4)
+        odometry, truth = self.witness.next("pioneer/pose").pose.pose, self.truth()
+        self.assertAlmostEqual(truth.position.x - start.position.x, odometry.position.x, delta=0.003)
+        self.assertAlmostEqual(truth.position.y, start.position.y, delta=0.003)
+        self.assertLess(odometry.position.x, 0.7)
+        self.witness.next("pioneer/sonar", 5)
+        self.assertAlmostEqual(self.witness.seen["pioneer/sonar"][-1].ranges[3], 2.5 - 0.166 - truth.position.x, delta=0.004)
+
+    def test_06_an_angle(self):
+        self.drive_until((0.0, 0.5), "a quarter turn to the left", lambda pose: heading_of(pose) > math.pi / 2)
+        heading = heading_of(self.witness.next("pioneer/pose").pose.pose)
+        self.assertAlmostEqual(heading_of(self.truth()), heading, delta=0.005)
+        self.assertLess(heading, math.pi / 2 + 0.4)
+        self.drive_until((0.0, -0.5), "and back", lambda pose: heading_of(pose) < 0.1)
+
+    def test_07_tf_agrees_with_pose(self):
+        listener = tf.TransformListener()
+        listener.waitForTransform("odom", "base_link", rospy.Time(0), rospy.Duration(PATIENCE))
+        pose = self.witness.next("pioneer/pose", 3).pose.pose
+        listener.waitForTransform("odom", "base_link", self.witness.seen["pioneer/pose"][-1].header.stamp, rospy.Duration(PATIENCE))
+        place, _ = listener.lookupTransform("odom", "base_link", rospy.Time(0))
+        self.assertAlmostEqual(place[0], pose.position.x, delta=0.002)
+
+    def test_08_a_commander_that_falls_silent_stops_the_robot(self):
+        self.commander.velocity = (0.2, 0.0)
+        self.witness.wait("it drives", lambda: self.witness.seen["pioneer/ground_truth"][-1].twist.twist.linear.x > 0.15)
+        since = len(self.witness.seen["/rosout"])
+        self.commander.velocity = None  # the publisher stays connected, and the driver keeps the link alive with PULSE
+        self.stands()
+        self.expect_warning("no velocity came for 0.6 s", since)
+        self.assertEqual(self.witness.last("pioneer/motor_state").state, 1)
+
+    def test_09_a_velocity_that_is_not_a_number_moves_nothing(self):
+        before, since = self.truth(), len(self.witness.seen["/rosout"])
+        self.commander.velocity = (math.nan, 0.5)
+        self.expect_warning("linear.x is nan", since)
+        self.witness.next("pioneer/ground_truth", 5)
+        self.commander.velocity = None
+        self.assertEqual(self.truth(), before)
+
+    def test_10_a_velocity_beyond_the_limits_is_clamped(self):
+        self.commander.velocity = (-65.6, 0.0)
+        self.witness.wait("it drives back", lambda: self.witness.seen["pioneer/ground_truth"][-1].twist.twist.linear.x < -0.25)
+        self.halt()
+        self.assertGreaterEqual(min(message.twist.twist.linear.x for message in self.witness.seen["pioneer/ground_truth"]), -0.501)
+
+    def test_11_the_stop_button_is_a_reason_and_nothing_moves_after_it(self):
+        self.stop_button.publish(True)
+        self.witness.wait("motors go off", lambda: self.witness.seen["pioneer/motor_state"][-1].state == 0)
+        answer = self.set_motors(True)
+        self.assertFalse(answer.success)
+        self.assertIn("STOP button", answer.message)
+        self.expect_warning("STOP button is pressed")
+        self.stop_button.publish(False)
+        before = self.truth()
+        self.witness.wait("motors can be switched on again", lambda: self.set_motors(True).success)
+        self.witness.next("pioneer/ground_truth", 5)
+        self.assertEqual(self.truth().position, before.position)
+
+    def test_12_gripper_commands_work_and_a_status_is_refused(self):
+        gripper, since = rospy.Publisher("pioneer/gripper_control", GripperState, queue_size=5), len(self.witness.seen["/rosout"])
+        self.witness.wait("the driver listens", lambda: gripper.get_num_connections() == 1)
+        gripper.publish(GripperState(GripState(state=2), LiftState(state=1)))
+        self.expect_warning("lift.state 1 is a status", since)
+        self.assertEqual(self.witness.next("pioneer/gripper_state").grip.state, 1)
+        gripper.publish(GripperState(GripState(state=2), LiftState(state=5)))
+        self.witness.wait("paddles closed, lift down", lambda: (
+            self.witness.seen["pioneer/gripper_state"][-1].grip.state, self.witness.seen["pioneer/gripper_state"][-1].lift.position) == (2, 0.0))
+
+    def test_13_the_topic_switches_motors_too(self):
+        motors = rospy.Publisher("pioneer/cmd_motor_state", MotorState, queue_size=5)
+        self.witness.wait("the driver listens", lambda: motors.get_num_connections() == 1)
+        for state in (0, 1, 0):
+            motors.publish(MotorState(state))
+            self.witness.wait(f"motors {state}", lambda: self.witness.seen["pioneer/motor_state"][-1].state == state)
+
+
+if __name__ == "__main__":
+    rospy.init_node("driver_drive_commander")
+    rostest.rosrun("pioneer_control", "driver_drive", DriverDrives)

@@ -1,0 +1,325 @@
+#!/usr/bin/python3
+"""The driver between ROS and the wire: what parameters put on it, bad lines, bad parameters, a driver that is killed, two robots."""
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import termios
+import threading
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from std_srvs.srv import SetBool
+from tf2_msgs.msg import TFMessage
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(HERE, "..", "integration")]
+
+from client_lines import SpoiltLine  # noqa: E402
+from pioneer_control.msg import GripperState, MotorState, RobotInfo, SonarArray  # noqa: E402
+from pioneer_control.p2os import FrameDecoder, decode_command  # noqa: E402
+from pioneer_control.robots import find_model  # noqa: E402
+from pioneer_control.simulator.firmware import Firmware, Session  # noqa: E402
+from pioneer_control.simulator.loading import load_world  # noqa: E402
+from pioneer_control.simulator.server import Server  # noqa: E402
+from witness import PATIENCE, Witness  # noqa: E402
+
+
+class OverheardFirmware(Firmware):
+    """A robot that keeps the commands it got, as (simulated time, name, value)."""
+
+    def __init__(self, **options):
+        super().__init__(find_model("p3dx-sh"), load_world("empty"), **options)
+        self.heard = []
+        self._ear = FrameDecoder()
+
+    def receive(self, data):
+        self.heard += [(self.time, command.name, command.value) for command in map(decode_command, self._ear.feed(data))]
+        super().receive(data)
+
+
+class Driver:
+    """A p2os_driver process in a namespace of its own, with what it printed."""
+
+    def __init__(self, namespace, **parameters):
+        self.namespace = namespace
+        arguments = ["_%s:=%s" % item for item in parameters.items()]
+        self.process = subprocess.Popen(["rosrun", "pioneer_control", "p2os_driver", "__ns:=" + namespace] + arguments,
+                                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+        self.printed, self._changed = "", threading.Condition()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self):
+        for line in self.process.stdout:
+            with self._changed:
+                self.printed += line
+                self._changed.notify_all()
+
+    def says(self, text):
+        with self._changed:
+            assert self._changed.wait_for(lambda: text in self.printed, PATIENCE), "not said: %s\n%s" % (text, self.printed)
+
+    def end(self, how=signal.SIGINT):
+        if self.process.poll() is None:
+            self.process.send_signal(how)
+        code = self.process.wait(PATIENCE)
+        self._reader.join(PATIENCE)
+        return code
+
+
+class DriverLines(unittest.TestCase):
+    """Each test has a robot and a driver of its own, and a namespace."""
+
+    def setUp(self):
+        self.ending = contextlib.ExitStack()
+        self.addCleanup(self.ending.close)
+        self.namespace = "/" + self.id().rpartition(".")[2]
+
+    def robot(self, **options):
+        firmware = OverheardFirmware(**options)
+        server = self.ending.enter_context(Server(firmware, tcp=0))
+        return firmware, server
+
+    def driver(self, port, namespace=None, **parameters):
+        driver = Driver(namespace or self.namespace, port=port, **parameters)
+        self.ending.callback(driver.end)
+        return driver
+
+    def witness(self, **topics):
+        return Witness({"%s/%s" % (self.namespace, topic): kind for topic, kind in topics.items()})
+
+    def motors_on(self, driver):
+        driver.says("connected to")
+        service = driver.namespace + "/set_motors"
+        rospy.wait_for_service(service, PATIENCE)
+        answer = rospy.ServiceProxy(service, SetBool)(True)
+        self.assertTrue(answer.success, answer.message)
+
+    def until(self, what, condition):
+        """Until a condition holds that no message announces."""
+        deadline = threading.Event()
+        for _ in range(int(PATIENCE / 0.05)):
+            if condition():
+                return
+            deadline.wait(0.05)
+        self.fail("not within %.0f s: %s" % (PATIENCE, what))
+
+    @contextlib.contextmanager
+    def commanding(self, linear, namespace=None, angular=0.0):
+        """A commander at 10 Hz."""
+        publisher = rospy.Publisher((namespace or self.namespace) + "/cmd_vel", Twist, queue_size=1)
+        ended = threading.Event()
+
+        def run():
+            twist = Twist()
+            twist.linear.x, twist.angular.z = linear, angular
+            while not ended.wait(0.1):
+                publisher.publish(twist)
+
+        thread = threading.Thread(target=run)
+        thread.start()
+        try:
+            yield
+        finally:
+            ended.set()
+            thread.join()
+            publisher.unregister()
+
+    def test_use_sonar_false_switches_the_sonar_off_and_its_topic(self):
+        firmware, server = self.robot()
+        seen = self.witness(sonar=SonarArray, motor_state=MotorState)
+        self.driver(server.url, use_sonar="false")
+        seen.next(self.namespace + "/motor_state", 10)
+        self.assertIn(("SONAR", 0), [(name, value) for _, name, value in firmware.heard])
+        self.assertEqual(seen.seen[self.namespace + "/sonar"], [])
+
+    def test_use_sonar_true_switches_it_on(self):
+        firmware, server = self.robot()
+        seen = self.witness(sonar=SonarArray)
+        self.driver(server.url)
+        seen.last(self.namespace + "/sonar")
+        self.assertNotIn(("SONAR", 0), [(name, value) for _, name, value in firmware.heard])
+
+    def test_pulse_is_the_time_between_signs_of_life_and_zero_sends_none(self):
+        """Counted over 3 simulated seconds of idle drivers."""
+        robots = {}
+        for pulse in (0.2, 1.5, 0.0):
+            firmware, server = self.robot()
+            robots[pulse] = firmware, self.driver(server.url, namespace="%s_%d" % (self.namespace, 10 * pulse), pulse=pulse)
+        counts = {}
+        for pulse, (firmware, driver) in robots.items():
+            driver.says("motors are off")
+            start = firmware.time + 0.5
+            self.until("3 simulated seconds", lambda: firmware.time > start + 3)
+            counts[pulse] = sum(1 for time, name, _ in firmware.heard if name == "PULSE" and start < time < start + 3)
+        self.assertGreater(counts[0.2], 8)
+        self.assertLess(counts[1.5], 4)
+        self.assertEqual(counts[0.0], 0)
+
+    def test_pulse_does_not_keep_the_robot_driving(self):
+        firmware, server = self.robot()
+        self.motors_on(self.driver(server.url, pulse=0.2))
+        with self.commanding(0.2):
+            self.until("it drives", lambda: firmware.velocity[0] > 0.15)
+        self.until("it stands", lambda: firmware.velocity == (0.0, 0.0))
+
+    def test_limits_of_the_parameters_hold(self):
+        firmware, server = self.robot()
+        driver = self.driver(server.url, max_xspeed=0.15, max_yawspeed=0.5, cmd_vel_timeout=0.3)
+        self.motors_on(driver)
+        with self.commanding(2.0, angular=-2.0):
+            self.until("it drives", lambda: firmware.velocity[0] > 0.14)
+        self.assertEqual(max(value for _, name, value in firmware.heard if name == "VEL"), 150)
+        self.assertEqual(min(value for _, name, value in firmware.heard if name == "RVEL"), -28)
+        driver.says("no velocity came for 0.3 s")
+
+    def test_frames_gripper_and_calibration_are_the_users(self):
+        firmware, server = self.robot()
+        seen = self.witness(pose=Odometry, robot_info=RobotInfo)
+        transforms = Witness({"/tf": TFMessage})
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as models:
+            models.write("models: {p3at-sh: {width_mm: 480}}")
+            models.flush()
+            self.driver(server.url, model="p3at-sh", models_file=models.name, gripper="false", publish_tf="false",
+                        odom_frame_id="here", base_link_frame_id="me", frame_prefix="my/")
+            pose, info = seen.next(self.namespace + "/pose", 5), seen.last(self.namespace + "/robot_info")
+        self.assertEqual((pose.header.frame_id, pose.child_frame_id), ("my/here", "my/me"))
+        self.assertEqual([message for message in transforms.seen["/tf"] if message.transforms[0].child_frame_id == "my/me"], [])
+        self.assertFalse(info.has_gripper)
+        self.assertAlmostEqual(max(point.y for point in info.footprint.points), 0.24)
+
+    def test_baud_is_the_speed_of_the_serial_line(self):
+        with tempfile.TemporaryDirectory() as folder:
+            link = os.path.join(folder, "robot")
+            self.ending.enter_context(Server(OverheardFirmware(), pty=link))
+            self.driver(link, baud=38400).says("connected to")
+            line = os.open(link, os.O_RDWR | os.O_NOCTTY)
+            self.addCleanup(os.close, line)
+            self.assertEqual(termios.tcgetattr(line)[5], termios.B38400)
+
+    def test_half_of_the_traffic_malformed(self):
+        """It drives all the same, and what it reports is never wrong."""
+        firmware, server = self.robot()
+        seen = self.witness(pose=Odometry)
+        with SpoiltLine(int(server.url.rpartition(":")[2])) as line:
+            driver = self.driver(line.url)
+            self.motors_on(driver)
+            line.spoil = 0.5
+            with self.commanding(0.3):
+                self.until("it drives", lambda: firmware.velocity[0] > 0.2)
+                self.until("it goes on", lambda: firmware.internal_counts[0] > 500)
+            self.until("it stands", lambda: firmware.velocity == (0.0, 0.0))
+            line.spoil = 0.0
+            seen.next(self.namespace + "/pose", 3)
+            self.assertGreater(line.spoilt, 20)
+            self.assertAlmostEqual(seen.seen[self.namespace + "/pose"][-1].pose.pose.position.x, firmware.internal_counts[0] / 1000, delta=0.002)
+            driver.end()
+        counted = re.search(r"closed after (\d+) packets, (\d+) with a bad checksum, (\d+) stray bytes", driver.printed)
+        self.assertIsNotNone(counted, driver.printed)
+        for number in counted.groups():
+            self.assertGreater(int(number), 0)
+
+    def test_killed_while_driving_and_restarted_while_the_robot_streams(self):
+        firmware, server = self.robot()
+        first = self.driver(server.url, namespace="/first")
+        self.motors_on(first)
+        with self.commanding(0.2, "/first"):
+            self.until("it drives", lambda: firmware.velocity[0] > 0.15)
+            first.end(signal.SIGKILL)
+        self.assertEqual(firmware.session, Session.OPEN)
+        before = len(firmware.heard)
+        seen = self.witness(motor_state=MotorState)
+        second = self.driver(server.url)
+        second.says("connected to sim_0001")
+        self.assertEqual(firmware.heard[before][1], "CLOSE", "before anything that could revive the old set points")
+        self.assertEqual(seen.last(self.namespace + "/motor_state").state, 0)
+        self.assertEqual(firmware.velocity, (0.0, 0.0))
+
+    def ended_while_driving(self, end):
+        firmware, server = self.robot()
+        driver = self.driver(server.url)
+        self.motors_on(driver)
+        with self.commanding(0.2):
+            self.until("it drives", lambda: firmware.velocity[0] > 0.15)
+            end(driver)
+        self.assertEqual(driver.process.wait(PATIENCE), 0, driver.printed)
+        self.until("the session is closed", lambda: firmware.session is Session.WAITING)
+        self.assertFalse(firmware.motors_enabled)
+        self.assertIn("CLOSE", [name for _, name, _ in firmware.heard])
+
+    def test_sigint_stops_the_robot(self):
+        self.ended_while_driving(lambda driver: driver.process.send_signal(signal.SIGINT))
+
+    def test_sigterm_stops_the_robot(self):
+        self.ended_while_driving(lambda driver: driver.process.send_signal(signal.SIGTERM))
+
+    def test_a_closed_terminal_stops_the_robot(self):
+        self.ended_while_driving(lambda driver: driver.process.send_signal(signal.SIGHUP))
+
+    def test_rosnode_kill_stops_the_robot(self):
+        self.ended_while_driving(lambda driver: subprocess.run(["rosnode", "kill", self.namespace + "/p2os"], check=True, stdout=subprocess.DEVNULL))
+
+    def test_a_robot_without_gripper_publishes_no_gripper_state(self):
+        _, server = self.robot(gripper=False)
+        seen = self.witness(motor_state=MotorState, gripper_state=GripperState)
+        self.driver(server.url)
+        seen.next(self.namespace + "/motor_state", 10)
+        self.assertNotIn(self.namespace + "/gripper_state", [name for name, _ in rospy.get_published_topics()])
+
+    def test_two_robots_in_one_graph(self):
+        robots = {}
+        for name in ("left", "right"):
+            firmware, server = self.robot(name=name)
+            namespace = "%s/%s" % (self.namespace, name)
+            driver = self.driver(server.url, namespace=namespace, frame_prefix=name + "/")
+            robots[namespace] = (firmware, driver, Witness({namespace + "/pose": Odometry}))
+        for namespace, (_, _, seen) in robots.items():
+            self.assertEqual(seen.last(namespace + "/pose").header.frame_id, namespace.rpartition("/")[2] + "/odom")
+        driven, standing = robots
+        self.motors_on(robots[driven][1])
+        with self.commanding(0.2, driven):
+            self.until("one drives", lambda: robots[driven][0].velocity[0] > 0.15)
+        self.assertEqual(robots[standing][0].internal_counts, (0, 0))
+        self.assertNotIn(("ENABLE", 1), [(name, value) for _, name, value in robots[standing][0].heard])
+
+    def test_bad_parameters_are_named_and_end_the_driver(self):
+        driver = self.driver("/dev/null", pulse="often", max_xspeed=-1, use_sonr="true")
+        self.assertEqual(driver.end(0), 2)
+        for text in ("~pulse = 'often' is not legal", "~max_xspeed = -1 is not legal: give a number from 0.01 to 3", "did you mean ~use_sonar?"):
+            self.assertIn(text, driver.printed)
+        self.assertNotIn("Traceback", driver.printed)
+
+    def test_a_model_that_nobody_knows_ends_the_driver(self):
+        driver = self.driver("/dev/null", model="p3dz")
+        self.assertEqual(driver.end(0), 2)
+        self.assertIn("p3dz", driver.printed)
+        self.assertIn("p3dx", driver.printed)
+        self.assertNotIn("Traceback", driver.printed)
+
+    def test_a_port_that_does_not_exist_is_named_and_tried_again(self):
+        driver = self.driver("/dev/nowhere")
+        driver.says("/dev/nowhere: no such port")
+        driver.says("sim:=true")
+        self.assertIsNone(driver.process.poll(), "the robot may still be plugged in")
+
+    def test_an_unknown_subtype_is_final_and_says_what_to_do(self):
+        firmware, server = self.robot()
+        firmware.model = type(firmware.model)(**dict(vars(firmware.model), subtype="p3dz"))
+        driver = self.driver(server.url)
+        self.assertEqual(driver.process.wait(PATIENCE), 1)
+        driver.end()
+        self.assertIn("unknown robot model 'p3dz' (near: p3dx", driver.printed)
+        self.assertFalse(firmware.motors_enabled)
+
+
+if __name__ == "__main__":
+    rospy.init_node("driver_lines_commander")
+    rostest.rosrun("pioneer_control", "driver_lines", DriverLines)

@@ -1,0 +1,233 @@
+"""A robot of few words for tests of the session: no body, no world, but every bad habit a test asks for. And a clock that a test turns."""
+
+from typing import Callable, Dict, List, NamedTuple, Optional
+
+from pioneer_control import p2os
+from pioneer_control.client.session import Phase, Session, SetBaud
+from pioneer_control.client.settings import Settings
+from pioneer_control.client.state import RobotState
+
+STEP = 0.005
+SIP_CYCLE = 0.1
+WAITING, SYNCED, OPEN = "waiting", "synced", "open"
+
+
+class Heard(NamedTuple):
+    time: float
+    name: str
+    value: object
+
+
+def config(**fields) -> p2os.Config:
+    """A CONFIGpac up to the firmware version, as the protocol notes have it."""
+    values = dict(
+        type="Pioneer", subtype="p3dx-sh", serial="P3DX0001", four_motors=0, rotation_velocity_top_deg_s=360, translation_velocity_top_mm_s=1500,
+        rotation_acceleration_top_deg_s2=300, translation_acceleration_top_mm_s2=2000, pwm_max=500, name="fake", sip_cycle_ms=100, host_baud=0,
+        aux1_baud=0, has_gripper=0, front_sonar=1, rear_sonar=1, low_battery_dv=115, rev_count=16570, watchdog_ms=2000, alternative_sips=0,
+        stall_value=200, stall_count=100, joystick_velocity_mm_s=750, joystick_rotation_deg_s=50, rotation_velocity_max_deg_s=100,
+        translation_velocity_max_mm_s=750, rotation_acceleration_deg_s2=100, rotation_deceleration_deg_s2=100, rotation_kp=40, rotation_kv=20,
+        rotation_ki=0, translation_acceleration_mm_s2=300, translation_deceleration_mm_s2=300, translation_kp=40, translation_kv=30, translation_ki=0,
+        front_bumpers=0, rear_bumpers=0, charger=0, sonar_cycle_ms=40, autobaud=2, has_gyro=0, drift_factor=0, aux2_baud=0, aux3_baud=0,
+        ticks_per_mm=128, shutdown_dv=110, firmware_version="2.9",
+    )
+    values.update(fields)
+    return p2os.Config(**values)
+
+
+def sip(**fields) -> p2os.Sip:
+    """A SIP of ARCOS length with nothing going on in it."""
+    values = dict(
+        type_id=p2os.STOPPED, x_counts=0, y_counts=0, heading_units=0, left_velocity_units=0, right_velocity_units=0, battery_dv=128,
+        left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0), control_units=0, flags=p2os.Flags(0), compass=0, sonar=(),
+        grip_state=p2os.GripState(0), analog_port=0, analog=0, digital_in=p2os.DigitalIn(255), digital_out=0, battery_x10_dv=128, charge_state=0,
+        rotation_velocity_ddeg_s=0, fault_flags=p2os.FaultFlags(0),
+    )
+    values.update(fields)
+    return p2os.Sip(**values)
+
+
+class FakeRobot:
+    """Obeys at once: a velocity is reached with the next SIP. Set its attributes to misbehave."""
+
+    def __init__(self) -> None:
+        self.phase = WAITING
+        self.subtype = "p3dx-sh"
+        self.config: Optional[p2os.Config] = config()
+        self.motors = False
+        self.stop_button = False
+        self.set_point = {"VEL": 0, "RVEL": 0}
+        self.watchdog_expired = False
+        self.heard: List[Heard] = []
+        self.deaf: Callable[[Heard], bool] = lambda heard: False
+        self.mute: Callable[[object], bool] = lambda packet: False
+        self.coasts = False                     # wheels go on turning whatever it is told
+        self.revived = False                    # an old set point came back to life
+        self.baud: Optional[int] = None
+        self._decoder = p2os.FrameDecoder()
+        self._next_sync = 0
+        self._out = b""
+        self._next_sip = 0.0
+        self._last_command = 0.0
+
+    def receive(self, data: bytes, now: float) -> None:
+        for frame in self._decoder.feed(data):
+            command = p2os.decode_command(frame)
+            heard = Heard(now, command.name, command.value)
+            self.heard.append(heard)
+            if not self.deaf(heard):
+                self._take(heard, frame.id, now)
+
+    def advance(self, now: float) -> bytes:
+        if self.phase == OPEN and now - self._last_command > 2.0:
+            self.watchdog_expired = True
+        while self.phase == OPEN and now >= self._next_sip - 1e-9:
+            self._next_sip += SIP_CYCLE
+            self.send(self._sip())
+        out, self._out = self._out, b""
+        return out
+
+    def send(self, packet) -> None:
+        if not self.mute(packet):
+            self._out += p2os.encode_packet(packet)
+
+    def open(self, now: float = 0.0) -> None:
+        self.phase, self._next_sip, self._last_command = OPEN, now, now
+
+    @property
+    def moving(self) -> bool:
+        return self.coasts or self.motors and not self.watchdog_expired and any(self.set_point.values())
+
+    def names(self) -> List[str]:
+        return [heard.name for heard in self.heard]
+
+    def _take(self, heard: Heard, number: int, now: float) -> None:
+        if self.phase == OPEN:
+            self._obey(heard, now)
+        elif self.phase == SYNCED:
+            if number == 1:
+                self.open(now)
+            elif number == 2:
+                self.phase, self._next_sync = WAITING, 0
+        elif number == self._next_sync:
+            self._next_sync += 1
+            if number < 2:
+                self.send(p2os.SyncEcho(number))
+            else:
+                self.phase = SYNCED
+                self.send(p2os.SyncReply("fake", "Pioneer", self.subtype))
+        else:
+            self._next_sync = 0
+
+    def _obey(self, heard: Heard, now: float) -> None:
+        if heard.name == "CLOSE":
+            self.__dict__.update(phase=WAITING, motors=False, watchdog_expired=False, set_point={"VEL": 0, "RVEL": 0}, _next_sync=0)
+            return
+        if heard.name in ("STOP", "VEL", "RVEL"):
+            self.set_point.update({"VEL": 0, "RVEL": 0} if heard.name == "STOP" else {heard.name: heard.value})
+        if self.watchdog_expired and self.motors and any(self.set_point.values()):
+            self.revived = True
+        self.watchdog_expired, self._last_command = False, now
+        if heard.name == "ENABLE":
+            self.motors = bool(heard.value) and not self.stop_button
+        elif heard.name == "CONFIG" and self.config is not None:
+            self.send(self.config)
+
+    def _sip(self) -> p2os.Sip:
+        flags = p2os.Flags.SONAR_1
+        flags |= p2os.Flags.MOTORS_ENABLED if self.motors else p2os.Flags(0)
+        flags |= p2os.Flags.STOP_BUTTON if self.stop_button else p2os.Flags(0)
+        speed = 100 if self.coasts else self.set_point["VEL"] if self.moving else 0
+        turn = self.set_point["RVEL"] * 10 if self.moving else 0
+        return sip(flags=flags, left_velocity_units=speed, right_velocity_units=speed, rotation_velocity_ddeg_s=turn)
+
+    def press_stop_button(self, pressed: bool) -> None:
+        self.stop_button = pressed
+        if pressed:
+            self.motors = False
+
+
+class Bench:
+    """A session and a fake robot on a line, and their clock."""
+
+    def __init__(self, robot: Optional[FakeRobot] = None, rates=(), to_client: Callable[[bytes], bytes] = bytes, **settings) -> None:
+        self.robot = robot or FakeRobot()
+        self.session = Session("fake", tuple(rates), Settings(**settings))
+        self.now = 0.0
+        self.baud = rates[0] if rates else None
+        self.states: List[RobotState] = []
+        self.events: List[object] = []
+        self.writes: Dict[float, List[bytes]] = {}
+        self._to_client = to_client
+        self.session.start(self.now)
+        self._act()
+
+    def step(self) -> None:
+        self._act()
+        self.now += STEP
+        sent = self.robot.advance(self.now)
+        if sent:
+            self.session.receive(self._to_client(sent if self.line_speed_fits else bytes(byte ^ 0x5A for byte in sent)), self.now)
+        self.session.tick(self.now)
+        assert self.session.wake_at > self.now, "a thread would spin"
+        self._act()
+
+    @property
+    def line_speed_fits(self) -> bool:
+        return self.robot.baud is None or self.robot.baud == self.baud
+
+    def run(self, seconds: float) -> None:
+        end = self.now + seconds
+        while self.now < end - STEP / 2:
+            self.step()
+
+    def run_until(self, condition: Callable[[], bool], limit: float = 10.0) -> float:
+        """Seconds until the condition holds."""
+        start = self.now
+        while not condition():
+            assert self.now - start < limit, "not within %g s; heard: %s" % (limit, self.robot.names())
+            self.step()
+        return self.now - start
+
+    def until_ready(self) -> "Bench":
+        self.run_until(lambda: self.session.phase is Phase.READY)
+        return self
+
+    def until_driving(self, linear: float = 0.2, angular: float = 0.0) -> "Bench":
+        """Ready, motors on, moving; the robot's memory of what it heard begins with the velocity."""
+        self.until_ready()
+        request = self.session.drive.request_motors(True, self.now, 2.0)
+        self.run_until(lambda: request.done)
+        assert request.error is None
+        self.run(0.5)
+        self.robot.heard.clear()
+        self.drive(linear, angular)
+        self.run(0.15)
+        assert self.robot.moving
+        return self
+
+    def drive(self, linear: float, angular: float) -> None:
+        self.session.drive.set_velocity(linear, angular, self.now)
+        self._act()
+
+    def close(self) -> None:
+        self.session.close(self.now)
+        self._act()
+
+    @property
+    def finished(self) -> bool:
+        return self.session.phase is Phase.FINISHED
+
+    def event(self, kind: type):
+        """The one event of this kind."""
+        found, = (event for event in self.events if isinstance(event, kind))
+        return found
+
+    def _act(self) -> None:
+        for action in self.session.take_actions():
+            if isinstance(action, SetBaud):
+                self.baud = action.baud
+                continue
+            self.writes.setdefault(self.now, []).append(action)
+            self.robot.receive(action if self.line_speed_fits else bytes(byte ^ 0x5A for byte in action), self.now)
+        for event in self.session.take_events():
+            (self.states if isinstance(event, RobotState) else self.events).append(event)

@@ -1,0 +1,281 @@
+"""From a port in an unknown state to a robot that has said its name."""
+
+import pytest
+
+from pioneer_control import p2os
+from pioneer_control.client.events import BaudFound, Ready
+from pioneer_control.client.handshake import RATES
+from pioneer_control.client.session import Phase
+from pioneer_control.errors import LinkLostError, NoAnswerError, UnknownModelError
+
+from fake_robot import OPEN, SYNCED, WAITING, Bench, FakeRobot
+
+CLOSE, SYNC0 = bytes.fromhex("FAFB03020002"), bytes.fromhex("FAFB03000000")
+
+
+def first_write(bench):
+    return next(iter(bench.writes.items()))
+
+
+def test_listens_for_two_sip_cycles_before_it_says_anything():
+    bench = Bench().until_ready()
+    time, (data,) = first_write(bench)
+    assert 0.2 <= time <= 0.31
+    assert data == SYNC0
+
+
+def test_a_waiting_robot_is_synced_opened_and_stopped_before_anything_else():
+    bench = Bench().until_ready()
+    assert bench.robot.names()[:9] == ["PULSE", "OPEN", "CLOSE", "OPEN", "STOP", "VEL", "RVEL", "ENABLE", "SONAR"]
+    assert [heard.value for heard in bench.robot.heard[5:9]] == [0, 0, 0, 1]
+    assert bench.now < 0.6
+
+
+def test_the_next_sync_waits_for_the_echo():
+    robot = FakeRobot()
+    robot.mute = lambda packet: isinstance(packet, p2os.SyncEcho)
+    bench = Bench(robot)
+    bench.run(0.4)
+    assert robot.names() == ["PULSE"]
+
+
+def test_a_robot_left_open_and_driving_gets_close_first_and_never_moves_again():
+    robot = FakeRobot()
+    robot.open()
+    robot.motors, robot.set_point["VEL"], robot.watchdog_expired = True, 300, True
+    bench = Bench(robot).until_ready()
+    time, (data,) = first_write(bench)
+    assert data == CLOSE and time < 0.15
+    assert not robot.revived and not robot.motors and not robot.moving
+    assert bench.now < 1.0
+
+
+def test_a_robot_with_the_longest_sip_cycle_is_heard_before_it_is_spoken_to():
+    robot = FakeRobot()
+    robot.open()
+    robot.motors, robot.set_point["VEL"], robot.watchdog_expired = True, 300, True
+    robot._next_sip = 0.255
+    Bench(robot).until_ready()
+    assert robot.names()[0] == "CLOSE" and not robot.revived
+
+
+def test_a_robot_that_does_not_close_is_named_as_such_and_never_opened():
+    robot = FakeRobot()
+    robot.open()
+    robot.deaf = lambda heard: heard.name == "CLOSE"
+    bench = Bench(robot)
+    bench.run_until(lambda: bench.finished, limit=20.0)
+    assert "does not obey CLOSE" in str(bench.session.error) and "OPEN" not in robot.names()
+
+
+def with_motors_on(robot, by_itself):
+    """Motors that nobody asked for."""
+    send = robot.send
+
+    def switch_on_and_send(packet):
+        robot.motors = robot.motors or by_itself()
+        send(packet)
+
+    robot.send = switch_on_and_send
+
+
+def test_a_robot_is_ready_only_once_its_motors_are_off():
+    robot = FakeRobot()
+    robot.deaf = lambda heard: heard.name == "ENABLE" and heard.time < 1.0
+    with_motors_on(robot, lambda: bench.now < 0.6)
+    bench = Bench(robot)
+    bench.until_ready()
+    assert bench.now > 1.0 and not robot.motors and not bench.states[0].motors_enabled
+
+
+def test_a_robot_whose_motors_stay_on_is_closed_again():
+    robot = FakeRobot()
+    robot.deaf = lambda heard: heard.name == "ENABLE"
+    with_motors_on(robot, lambda: True)
+    bench = Bench(robot)
+    bench.run_until(lambda: bench.finished)
+    assert "does not switch its motors off" in str(bench.session.error)
+    bench.step()
+    assert robot.phase == WAITING
+
+
+def test_close_is_repeated_while_packets_still_come():
+    robot = FakeRobot()
+    robot.open()
+    robot.deaf = lambda heard: robot.names().count("CLOSE") < 3
+    Bench(robot).until_ready()
+    assert robot.names()[:4] == ["CLOSE", "CLOSE", "CLOSE", "PULSE"]
+
+
+def test_an_open_robot_of_which_only_noise_arrives_gets_close_before_sync():
+    robot = FakeRobot()
+    robot.open()
+    bench = Bench(robot, to_client=lambda data: data[:-1] + b"\x00" if len(data) > 12 else data)
+    bench.run_until(lambda: robot.phase == WAITING)
+    assert set(robot.names()) == {"CLOSE"}
+
+
+def test_a_robot_that_was_synced_but_never_opened_is_dislodged():
+    robot = FakeRobot()
+    robot.phase = SYNCED
+    bench = Bench(robot).until_ready()
+    assert bench.now < 1.5
+
+
+@pytest.mark.parametrize("lost", [p2os.SyncEcho(0), p2os.SyncEcho(1), p2os.SyncReply("fake", "Pioneer", "p3dx-sh")])
+def test_a_lost_echo_costs_one_try(lost):
+    robot, dropped = FakeRobot(), []
+    robot.mute = lambda packet: packet == lost and not dropped and not dropped.append(packet)
+    bench = Bench(robot).until_ready()
+    assert dropped and bench.now < 2.0
+
+
+@pytest.mark.parametrize("wrong", [p2os.SyncEcho(1), p2os.Reset(0xFF, b""), p2os.SyncReply("other", "Pioneer", "p3at-sh")])
+def test_an_answer_with_the_wrong_number_is_none(wrong):
+    robot, swapped = FakeRobot(), []
+
+    def swap(packet):
+        if packet == p2os.SyncEcho(0) and not swapped:
+            swapped.append(packet)
+            robot.send(wrong)
+            return True
+        return False
+
+    robot.mute = swap
+    bench = Bench(robot).until_ready()
+    assert robot.names().count("PULSE") == 2
+    assert bench.session.reply.name == "fake"
+
+
+def test_late_echoes_of_an_earlier_try_do_no_harm():
+    robot = FakeRobot()
+    robot.mute = lambda packet: isinstance(packet, p2os.SyncEcho) and packet.number == 1 and (robot.send(p2os.SyncEcho(0)) or False)
+    Bench(robot).until_ready()
+
+
+def test_a_sip_during_sync_means_it_was_open_after_all():
+    robot = FakeRobot()
+    robot.mute = lambda packet: robot.phase == OPEN and bench.now < 0.35
+    bench = Bench(robot)
+    robot.open()
+    robot.motors, robot.set_point["VEL"] = True, 300
+    bench.until_ready()
+    assert robot.names()[:2] == ["PULSE", "CLOSE"] and not robot.moving
+    assert robot.heard[1].time - robot.heard[0].time < 0.15
+
+
+def test_nobody_on_tcp():
+    robot = FakeRobot()
+    robot.deaf = lambda heard: True
+    bench = Bench(robot)
+    assert bench.run_until(lambda: bench.finished) < 4.0
+    assert isinstance(bench.session.error, NoAnswerError) and isinstance(bench.session.error, TimeoutError)
+    assert "over TCP" in str(bench.session.error) and "sim:=true" in str(bench.session.error)
+
+
+def test_nobody_on_a_serial_port_all_rates_are_tried_in_a_bounded_time():
+    robot = FakeRobot()
+    robot.deaf = lambda heard: True
+    bench = Bench(robot, rates=RATES)
+    rates = []
+    while not bench.finished:
+        bench.step()
+        if bench.baud not in rates:
+            rates.append(bench.baud)
+    assert rates == [9600, 38400, 19200, 115200, 57600]
+    assert bench.now < 6.0
+    assert "9600, 38400, 19200, 115200, 57600 baud" in str(bench.session.error)
+
+
+@pytest.mark.parametrize("baud", RATES)
+def test_a_robot_at_any_speed_is_found(baud):
+    robot = FakeRobot()
+    robot.baud = baud
+    bench = Bench(robot, rates=RATES).until_ready()
+    assert bench.now < 6.0 and bench.session.baud == baud
+    assert baud == 9600 or bench.event(BaudFound) == BaudFound(baud)
+
+
+@pytest.mark.parametrize("baud", RATES)
+def test_a_robot_left_open_at_any_speed_is_found_and_never_revived(baud):
+    robot = FakeRobot()
+    robot.baud = baud
+    robot.open()
+    robot.motors, robot.set_point["VEL"], robot.watchdog_expired = True, 300, True
+    bench = Bench(robot, rates=RATES).until_ready()
+    assert bench.now < 3.5 and not robot.revived and not robot.motors
+
+
+def test_bytes_that_make_no_packets_are_mentioned():
+    robot = FakeRobot()
+    robot.baud = 1200
+    robot.open()
+    bench = Bench(robot, rates=RATES)
+    bench.run_until(lambda: bench.finished)
+    assert "bytes came that make no packet" in str(bench.session.error)
+
+
+def test_an_unknown_subtype_is_said_loudly_and_the_robot_left_waiting():
+    robot = FakeRobot()
+    robot.subtype = "p3dx-shh"
+    bench = Bench(robot)
+    bench.run_until(lambda: bench.finished)
+    assert isinstance(bench.session.error, UnknownModelError)
+    for word in ("'fake'", "p3dx-shh", "p3dx-sh", "model"):
+        assert word in str(bench.session.error)
+    assert robot.names() == ["PULSE", "OPEN", "CLOSE", "CLOSE"] and robot.phase == WAITING
+
+
+def test_an_explicit_model_overrides_an_unknown_subtype():
+    robot = FakeRobot()
+    robot.subtype = "made-here"
+    bench = Bench(robot, model="p3at-sh").until_ready()
+    assert bench.session.identity.model.subtype == "p3at-sh" and bench.session.identity.subtype == "made-here"
+
+
+def test_the_subtype_is_compared_without_regard_to_case():
+    robot = FakeRobot()
+    robot.subtype = "P3DX-SH"
+    assert Bench(robot).until_ready().session.identity.model.subtype == "p3dx-sh"
+
+
+def test_open_and_config_are_repeated_until_answered():
+    robot, lost = FakeRobot(), []
+    robot.deaf = lambda heard: heard.name in ("OPEN", "CONFIG") and robot.phase == SYNCED and len(lost) < 2 and not lost.append(heard)
+    bench = Bench(robot).until_ready()
+    assert bench.session.identity.firmware == "2.9"
+
+
+def test_firmware_without_configpac_is_ready_after_a_second():
+    robot = FakeRobot()
+    robot.config = None
+    bench = Bench(robot).until_ready()
+    assert 1.2 < bench.now < 1.8
+    identity = bench.event(Ready).identity
+    assert identity.firmware is None and not identity.has_gripper and identity.max_linear == identity.model.max_linear
+    assert [heard.value for heard in robot.heard if heard.name == "CONFIG"] == [1] * robot.names().count("CONFIG")
+    assert 4 <= robot.names().count("CONFIG") <= 6
+
+
+def test_a_robot_that_opens_but_sends_no_sips_is_no_answer():
+    robot = FakeRobot()
+    robot.mute = lambda packet: isinstance(packet, p2os.Sip)
+    bench = Bench(robot)
+    bench.run_until(lambda: bench.finished)
+    assert isinstance(bench.session.error, NoAnswerError) and "sends no packets" in str(bench.session.error)
+    assert robot.phase == WAITING
+
+
+def test_a_controller_that_restarts_while_opening():
+    robot = FakeRobot()
+    robot.mute = lambda packet: isinstance(packet, p2os.Sip)
+    bench = Bench(robot)
+    bench.run_until(lambda: bench.session.phase is Phase.OPENING)
+    robot.send(p2os.Reset(0xFF, b""))
+    bench.run_until(lambda: bench.finished)
+    assert isinstance(bench.session.error, LinkLostError) and "restarted" in str(bench.session.error)
+
+
+def test_sonar_stays_off_when_not_wanted():
+    bench = Bench(use_sonar=False).until_ready()
+    assert [heard.value for heard in bench.robot.heard if heard.name == "SONAR"] == [0]

@@ -1,0 +1,73 @@
+"""15-bit counts to an exact pose (protocol 4.3)."""
+
+import math
+
+import pytest
+
+from pioneer_control.client.odometry import Odometry, wrapped
+
+
+@pytest.mark.parametrize("before, after, step", [(32760, 8, 16), (5, 32763, -10), (0, 0xFFC8, -56), (0, 0x7FC8, -56), (0, 0x3FFF, 0x3FFF), (0, 0x4000, -0x4000)])
+def test_steps_across_the_wrap(before, after, step):
+    odometry = Odometry(1.0, 4096)
+    odometry.update(before, 0, 0)
+    odometry.update(after, 0, 0)
+    assert odometry.x_counts == step
+
+
+def test_the_first_packet_is_no_motion():
+    odometry = Odometry(1.0, 4096)
+    odometry.update(1234, 30000, 512)
+    assert odometry.pose == (0.0, 0.0, 0.0) and (odometry.x_counts, odometry.y_counts) == (0, 0)
+
+
+@pytest.mark.parametrize("units", [4096, 1024])
+@pytest.mark.parametrize("form", [lambda raw, full: raw % full, lambda raw, full: wrapped(raw, full), lambda raw, full: raw])
+def test_a_heading_may_come_in_any_range(units, form):
+    odometry = Odometry(1.0, units)
+    for eighth in range(0, 25):
+        odometry.update(0, 0, form(eighth * units // 8, units))
+        turns = math.remainder(eighth * math.pi / 4, 2 * math.pi)
+        assert abs(odometry.pose[2]) == pytest.approx(abs(turns)) and abs(odometry.pose[2]) <= math.pi
+    assert odometry.heading_units == 3 * units
+
+
+def test_a_thousand_small_steps_lose_nothing():
+    odometry = Odometry(0.485, 4096)
+    for counts in range(5001):
+        odometry.update(counts, -counts, 0)
+    assert odometry.pose[0] == pytest.approx(2.425, abs=1e-12) and odometry.pose[1] == pytest.approx(-2.425, abs=1e-12)
+
+
+def test_reset_makes_here_and_now_the_origin_whatever_way_the_robot_looks():
+    odometry = Odometry(1.0, 4096)
+    odometry.update(0, 0, 0)
+    odometry.update(2000, 1000, 1024)
+    odometry.reset()
+    assert odometry.pose == (0.0, 0.0, 0.0)
+    odometry.update(2000, 1500, 1024)           # half a metre in the robot's y, which is straight ahead
+    assert odometry.pose == pytest.approx((0.5, 0.0, 0.0))
+    assert (odometry.x_counts, odometry.y_counts) == (2000, 1500)
+
+
+def test_reset_before_the_first_packet():
+    odometry = Odometry(1.0, 4096)
+    odometry.reset()
+    odometry.update(7, 7, 7)
+    assert odometry.pose == (0.0, 0.0, 0.0)
+
+
+def test_after_a_reconnect_the_pose_goes_on_in_the_robots_new_frame():
+    odometry = Odometry(1.0, 4096)
+    odometry.update(0, 0, 0)
+    odometry.update(3000, 0, 1024)
+    odometry.rebase()
+    odometry.update(40, 50, 0)                  # the robot calls its heading zero again
+    assert odometry.pose == pytest.approx((3.0, 0.0, math.pi / 2))
+    odometry.update(1040, 50, 0)
+    assert odometry.pose == pytest.approx((3.0, 1.0, math.pi / 2))
+
+
+def test_an_odometry_fits_robots_with_its_units_only():
+    odometry = Odometry(0.485, 4096)
+    assert odometry.fits(0.485, 4096) and not odometry.fits(1.0, 4096) and not odometry.fits(0.485, 1024)

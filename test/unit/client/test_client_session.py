@@ -1,0 +1,279 @@
+"""A ready connection: keep-alive, revival, silence, nonsense on the line, and every way to end."""
+
+import random
+
+import pytest
+
+from pioneer_control import p2os
+from pioneer_control.client.events import PacketReceived
+from pioneer_control.client.session import LONGEST_QUEUE, Phase, Session
+from pioneer_control.client.settings import Settings
+from pioneer_control.errors import LinkLostError, PioneerError, RefusedError
+
+from fake_robot import OPEN, WAITING, Bench, FakeRobot, config, sip
+
+
+def test_pulses_keep_an_idle_robot_awake():
+    bench = Bench(pulse=1.0).until_ready()
+    bench.run(0.5)
+    bench.robot.heard.clear()
+    bench.run(10.0)
+    times = [heard.time for heard in bench.robot.heard if heard.name == "PULSE"]
+    assert 9 <= len(times) <= 10
+    assert max(later - earlier for earlier, later in zip(times, times[1:])) < 1.02
+
+
+def test_a_sign_of_life_revives_nothing_when_every_stop_was_lost():
+    bench = Bench(pulse=1.0).until_driving(0.2)
+    bench.robot.deaf = lambda heard: True       # the line to the robot is broken, the one back is not
+    bench.drive(0.0, 0.0)
+    bench.run(3.0)
+    assert bench.robot.watchdog_expired and not bench.states[-1].linear, "the robot has stopped by itself"
+    bench.robot.deaf = lambda heard: False
+    bench.run(2.0)
+    assert "PULSE" in bench.robot.names() and not bench.robot.revived and not bench.robot.moving
+
+
+def test_no_pulse_while_other_commands_go_out():
+    bench = Bench(pulse=1.0, command_timeout=30.0).until_driving()
+    bench.run(3.0)
+    assert "PULSE" not in bench.robot.names()
+
+
+def test_pulses_go_no_faster_than_the_line():
+    bench = Bench(rates=(9600,), pulse=0.0001).until_ready()
+    bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+    bench.run(5.0)
+    assert bench.robot.names().count("PULSE") < 900
+
+
+def test_without_pulses_an_idle_robot_hears_nothing():
+    bench = Bench(pulse=0.0).until_ready()
+    bench.run(0.5)
+    bench.robot.heard.clear()
+    bench.run(10.0)
+    assert bench.robot.heard == []
+
+
+def test_after_a_silence_longer_than_the_watchdog_a_stop_goes_first():
+    bench = Bench(pulse=0.0, command_timeout=30.0).until_ready()
+    request = bench.session.drive.request_motors(True, bench.now, 2.0)
+    bench.run_until(lambda: request.done)
+    bench.run(5.0)
+    bench.robot.set_point["VEL"] = 300          # as if it remembered
+    bench.robot.watchdog_expired = True
+    bench.robot.heard.clear()
+    bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+    bench.run(0.1)
+    assert bench.robot.names() == ["STOP", "VEL", "RVEL", "SONAR"]
+    assert not bench.robot.revived and not bench.robot.moving
+
+
+def test_a_hold_up_of_the_whole_process_revives_nothing():
+    bench = Bench(command_timeout=0.6).until_driving(0.2)
+    bench.now += 30.0                           # nobody called, the robot's packets wait in a buffer
+    bench.session.receive(bench.robot.advance(bench.now), bench.now)
+    assert bench.robot.watchdog_expired
+    bench.session.tick(bench.now)
+    bench.run(1.0)
+    assert not bench.robot.revived and not bench.robot.moving and bench.session.phase is Phase.READY
+
+
+def test_the_watchdog_is_the_robots_own():
+    robot = FakeRobot()
+    robot.config = config(watchdog_ms=500)
+    bench = Bench(robot, pulse=0.0).until_ready()
+    assert bench.session.identity.watchdog == 0.5
+    bench.run(0.7)
+    robot.heard.clear()
+    bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+    bench.run(0.1)
+    assert robot.names() == ["STOP", "VEL", "RVEL", "SONAR"]
+
+
+def test_silence_of_the_robot_loses_the_link_and_it_is_told_to_stop():
+    bench = Bench(command_timeout=30.0).until_driving(0.2)
+    bench.robot.mute = lambda packet: True
+    bench.run_until(lambda: bench.finished)
+    assert isinstance(bench.session.error, LinkLostError) and "silent" in str(bench.session.error)
+    bench.run(0.1)
+    assert bench.robot.phase == WAITING and not bench.robot.motors
+
+
+def test_a_short_silence_is_borne():
+    bench = Bench().until_ready()
+    bench.robot.mute = lambda packet: True
+    bench.run(1.5)
+    bench.robot.mute = lambda packet: False
+    bench.run(3.0)
+    assert bench.session.phase is Phase.READY
+
+
+@pytest.mark.parametrize("notice", ["FAFB03FF00FF", "FAFB05FE0102FF00"])
+def test_a_restarted_controller_loses_the_link(notice):
+    bench = Bench().until_ready()
+    frame = p2os.encode_frame(bytes.fromhex(notice)[3], bytes.fromhex(notice)[4:-2])
+    bench.session.receive(frame, bench.now)
+    assert bench.finished and "restarted" in str(bench.session.error)
+
+
+def test_other_packets_reach_the_listeners_and_unknown_ones_are_counted():
+    bench = Bench().until_ready()
+    encoder = p2os.Encoder(123456, -1234)
+    bench.robot.send(encoder)
+    bench.step()
+    bench.session.receive(p2os.encode_frame(0x77, b"what"), bench.now)
+    bench.session.receive(p2os.encode_frame(0x32, b"short"), bench.now)
+    bench.step()
+    assert bench.event(PacketReceived).packet == encoder
+    assert bench.session.counts.unreadable == 2
+
+
+def test_half_of_all_packets_malformed_still_drives_and_is_counted():
+    chance = random.Random(7)
+
+    def spoil(data):
+        at = chance.randrange(len(data))
+        return data if chance.random() < 0.5 else data[:at] + bytes([data[at] ^ chance.randrange(1, 256)]) + data[at + 1:]
+
+    bench = Bench(to_client=spoil)
+    bench.until_ready()
+    request = bench.session.drive.request_motors(True, bench.now, 2.0)
+    bench.run_until(lambda: request.done)
+    assert request.error is None
+    states = len(bench.states)
+    for _ in range(100):
+        bench.drive(0.2, 0.0)
+        bench.run(0.1)
+        assert bench.robot.moving and bench.session.phase is Phase.READY
+    assert 30 < len(bench.states) - states < 70
+    assert bench.session.counts.bad_checksums > 20 and bench.session.counts.discarded_bytes > 500
+    assert all(state.battery_voltage == 12.8 for state in bench.states)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_whatever_comes_from_the_line_nothing_raises(seed):
+    chance = random.Random(seed)
+    bench = Bench()
+    packets = [p2os.encode_frame(number, bytes(chance.randrange(256) for _ in range(chance.randrange(60)))) for number in range(256)]
+    if seed % 2:
+        bench.until_ready()
+    while bench.now < 8.0 and not bench.finished:
+        noise = bytes(chance.randrange(256) for _ in range(chance.randrange(300)))
+        bench.session.receive(chance.choice((noise, chance.choice(packets))), bench.now)
+        if bench.session.phase is Phase.READY:
+            bench.drive(chance.uniform(-2, 2), chance.uniform(-2, 2))
+        bench.run(0.02)
+    assert not bench.finished or isinstance(bench.session.error, PioneerError)
+
+
+def test_a_cut_packet_does_not_hold_up_the_next():
+    bench = Bench().until_ready()
+    whole = p2os.encode_packet(sip(battery_x10_dv=111))
+    bench.session.receive(whole[:10], bench.now)
+    bench.session.receive(whole[:3], bench.now)
+    bench.robot.mute = lambda packet: True
+    bench.run(0.15)
+    bench.session.receive(whole, bench.now)
+    bench.run(0.01)
+    assert bench.states[-1].battery_voltage == 11.1
+
+
+def test_a_flood_of_commands_is_refused_before_it_delays_everything():
+    bench = Bench().until_ready()
+    with pytest.raises(RefusedError, match="wait already"):
+        for _ in range(LONGEST_QUEUE + 2):
+            bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+
+
+# Ends
+
+def test_closing_stops_switches_off_and_closes_in_this_order():
+    bench = Bench().until_driving(0.2)
+    bench.robot.heard.clear()
+    bench.close()
+    assert bench.robot.names() == ["STOP", "VEL", "RVEL"], "the stop is out before anything is waited for"
+    assert bench.run_until(lambda: bench.finished) < 0.5
+    assert bench.robot.names() == ["STOP", "VEL", "RVEL", "ENABLE", "CLOSE"] and bench.robot.heard[3].value == 0
+    assert bench.session.error is None and bench.robot.phase == WAITING
+
+
+def test_closing_waits_a_moment_for_the_wheels_and_is_bounded():
+    bench = Bench().until_driving(0.2)
+    bench.robot.coasts = True
+    start = bench.now
+    bench.close()
+    bench.run_until(lambda: "ENABLE" in bench.robot.names())
+    assert 0.2 < bench.now - start < 0.5
+    bench.robot.deaf = lambda heard: True
+    bench.run_until(lambda: bench.finished)
+    assert bench.now - start < 0.85
+    assert bench.robot.names().count("CLOSE") == 3
+
+
+def test_a_lost_close_is_repeated():
+    bench = Bench().until_ready()
+    bench.robot.deaf = lambda heard: heard.name == "CLOSE" and bench.robot.names().count("CLOSE") < 3
+    bench.close()
+    bench.run_until(lambda: bench.finished)
+    assert bench.robot.phase == WAITING
+
+
+def test_closing_drops_what_waits():
+    bench = Bench().until_ready()
+    for _ in range(20):
+        bench.session.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
+    bench.robot.heard.clear()
+    bench.close()
+    assert bench.run_until(lambda: bench.finished) < 0.5
+    assert "TTY2" not in bench.robot.names()[1:]
+
+
+def test_closing_while_only_listening_says_nothing():
+    robot = FakeRobot()
+    robot.open()
+    robot.mute = lambda packet: True
+    bench = Bench(robot)
+    bench.run(0.1)
+    bench.close()
+    bench.run(0.5)
+    assert bench.finished and bench.session.error is None and robot.heard == []
+
+
+def test_closing_while_opening_closes_the_robot():
+    robot = FakeRobot()
+    robot.config = None
+    bench = Bench(robot)
+    bench.run_until(lambda: bench.session.phase is Phase.OPENING)
+    bench.run(0.2)
+    assert robot.phase == OPEN
+    bench.close()
+    bench.run_until(lambda: bench.finished)
+    assert robot.phase == WAITING
+
+
+def test_nothing_happens_after_the_end():
+    bench = Bench().until_ready()
+    bench.session.fail(LinkLostError("pulled"))
+    bench.session.fail(LinkLostError("again"))
+    bench.step()
+    bench.robot.heard.clear()
+    bench.session.receive(p2os.encode_packet(sip()), bench.now)
+    bench.session.close(bench.now)
+    states = len(bench.states)
+    bench.run(3.0)
+    assert str(bench.session.error) == "pulled" and bench.robot.heard == [] and len(bench.states) == states
+
+
+def test_the_odometry_goes_on_over_a_reconnect():
+    bench = Bench().until_ready()
+    bench.session.receive(p2os.encode_packet(sip(x_counts=1500, y_counts=200, heading_units=1024)), bench.now)
+    before = bench.session.odometry.pose
+    bench.session = Session("fake", (), Settings(), bench.session.odometry)
+    bench.robot = FakeRobot()
+    bench.session.start(bench.now)
+    bench.until_ready()
+    assert bench.session.odometry.pose == pytest.approx(before)
+    assert bench.states[-1].x == pytest.approx(1.5)
+    bench.session.odometry.update(100, 0, 0)
+    assert bench.session.odometry.pose == pytest.approx((1.5, 0.3, before[2]))

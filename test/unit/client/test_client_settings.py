@@ -1,0 +1,34 @@
+"""Settings are checked once, with messages that name the value and what is legal."""
+
+import math
+
+import pytest
+
+from pioneer_control.client import Robot
+from pioneer_control.client.settings import Settings
+from pioneer_control.errors import ParameterError, UnknownModelError, UsageError
+
+
+@pytest.mark.parametrize("field, value", [
+    ("pulse", -0.1), ("pulse", math.nan), ("pulse", math.inf), ("command_timeout", 0.0), ("command_timeout", -1.0), ("command_timeout", math.inf),
+    ("max_linear", -0.1), ("max_angular", math.nan)])
+def test_nonsense_is_refused(field, value):
+    with pytest.raises(ParameterError, match="%s is .*legal" % field):
+        Settings(**{field: value})
+
+
+def test_a_model_or_file_that_is_none_is_refused_at_once(tmp_path):
+    with pytest.raises(UnknownModelError, match="p3dx-sh"):
+        Settings(model="p3dx-shh")
+    with pytest.raises(UsageError, match="nonesuch"):
+        Settings(models_file=str(tmp_path / "nonesuch.yaml"))
+
+
+def test_a_robot_checks_before_anything_is_opened():
+    with pytest.raises(ParameterError, match="command_timeout"):
+        Robot("/dev/nonesuch", command_timeout=0)
+
+
+@pytest.mark.parametrize("field, value", [("pulse", 0), ("max_linear", 0), ("max_angular", None), ("command_timeout", 0.05)])
+def test_sense_is_taken(field, value):
+    assert getattr(Settings(**{field: value}), field) == value

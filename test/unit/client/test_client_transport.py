@@ -1,0 +1,238 @@
+"""Ports of every kind, and what is said about those that do not open."""
+
+import errno
+import os
+import pty
+import select
+import socket
+import stat
+import threading
+import types
+
+import pytest
+import serial
+
+from pioneer_control.client import transport
+from pioneer_control.client.transport import open_transport, tcp_address
+from pioneer_control.errors import LinkLostError, PortError
+
+
+@pytest.mark.parametrize("url, address", [
+    ("socket://localhost:8101", ("localhost", 8101)), ("tcp://robot:9000", ("robot", 9000)), ("robot:9000", ("robot", 9000)),
+    ("10.0.0.7:8101", ("10.0.0.7", 8101)), ("socket://robot", ("robot", 8101)), ("socket://[::1]:5", ("::1", 5)), ("[::1]:5", ("::1", 5)),
+    ("/dev/ttyUSB0", None), ("/tmp/pty:1", None), ("COM1", None), ("http://robot:1", None)])
+def test_the_url_chooses(url, address):
+    assert tcp_address(url) == address
+
+
+@pytest.fixture
+def pseudo_terminal():
+    master, slave = pty.openpty()
+    os.set_blocking(master, False)
+    yield master, os.ttyname(slave)
+    for descriptor in (master, slave):
+        try:
+            os.close(descriptor)
+        except OSError:
+            pass
+
+
+@pytest.fixture
+def peer():
+    listener = socket.create_server(("127.0.0.1", 0))
+    listener.settimeout(5)
+    yield listener
+    listener.close()
+
+
+def url_of(listener):
+    return "socket://127.0.0.1:%d" % listener.getsockname()[1]
+
+
+def connected(listener):
+    line = open_transport(url_of(listener), 9600)
+    other, _ = listener.accept()
+    other.settimeout(5)
+    return line, other
+
+
+def test_a_pty_carries_every_byte_both_ways(pseudo_terminal):
+    master, path = pseudo_terminal
+    line = open_transport(path, 38400)
+    every = bytes(range(256))
+    line.write(every)
+    assert os.read(master, 1000) == every
+    os.write(master, every)
+    assert line.read(1.0) == every
+    assert line.baud == 38400
+    line.set_baud(9600)
+    assert line.baud == 9600
+    line.close()
+
+
+def test_tcp_carries_every_byte_both_ways(peer):
+    line, other = connected(peer)
+    every = bytes(range(256))
+    line.write(every)
+    assert other.recv(1000) == every
+    other.sendall(every)
+    assert line.read(5.0) == every
+    assert line.baud is None
+    other.close()
+    line.close()
+
+
+def test_a_read_without_bytes_ends_empty(peer):
+    line, other = connected(peer)
+    assert line.read(0.01) == b"" and line.read(-1.0) == b""
+    other.close()
+    line.close()
+
+
+def test_a_read_can_be_woken(peer):
+    line, other = connected(peer)
+    for _ in range(100000):
+        line.wake()
+    assert line.read(60.0) == b""
+    while line.read(0.0) or select.select([line._wake_reader], [], [], 0)[0]:
+        pass
+    waiting = threading.Thread(target=line.read, args=(60.0,))
+    waiting.start()
+    line.wake()
+    waiting.join(5.0)
+    assert not waiting.is_alive()
+    other.close()
+    line.close()
+
+
+def test_the_last_bytes_arrive_though_unread_input_waits(peer):
+    line, other = connected(peer)
+    other.sendall(b"SIP" * 1000)
+    line.write(b"CLOSE")
+    closing = threading.Thread(target=line.close)
+    closing.start()
+    assert other.recv(100) == b"CLOSE" and other.recv(100) == b""
+    other.close()
+    closing.join(5.0)
+    assert not closing.is_alive()
+
+
+@pytest.mark.parametrize("leave", ["close", "reset"])
+def test_the_other_side_is_gone_tcp(peer, leave):
+    line, other = connected(peer)
+    if leave == "reset":
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
+    other.close()
+    with pytest.raises(LinkLostError, match="127.0.0.1"):
+        line.read(5.0)
+    line.close()
+
+
+def test_the_other_side_is_gone_pty(pseudo_terminal):
+    master, path = pseudo_terminal
+    line = open_transport(path, 9600)
+    os.close(master)
+    with pytest.raises(LinkLostError, match=path):
+        line.read(5.0)
+    line.close()
+
+
+def test_a_line_that_takes_no_bytes_is_lost(peer):
+    line, other = connected(peer)
+    with pytest.raises(LinkLostError, match="takes no more bytes"):
+        for _ in range(1000):
+            line.write(bytes(100000))
+    other.close()
+    line.close()
+
+
+def test_a_write_that_the_line_takes_in_parts_arrives_whole(peer):
+    line, other = connected(peer)
+    data = os.urandom(5_000_000)
+    received = []
+
+    def receive():
+        while sum(map(len, received)) < len(data):
+            received.append(other.recv(65536))
+
+    receiving = threading.Thread(target=receive)
+    receiving.start()
+    line.write(data)
+    receiving.join(5.0)
+    assert b"".join(received) == data
+    other.close()
+    line.close()
+
+
+def test_a_serial_port_is_locked(pseudo_terminal):
+    _, path = pseudo_terminal
+    line = open_transport(path, 9600)
+    with pytest.raises(PortError, match="in use by another program"):
+        open_transport(path, 9600)
+    line.close()
+    open_transport(path, 9600).close()
+
+
+def test_no_such_port_names_those_that_are_there(monkeypatch):
+    monkeypatch.setattr(transport.list_ports, "comports", lambda: [types.SimpleNamespace(device="/dev/ttyUSB7")])
+    with pytest.raises(PortError, match="/dev/nonesuch: no such port.*/dev/ttyUSB7.*sim:=true"):
+        open_transport("/dev/nonesuch", 9600)
+    monkeypatch.setattr(transport.list_ports, "comports", lambda: [])
+    with pytest.raises(PortError, match="machine: none"):
+        open_transport("/dev/nonesuch/port", 9600)
+
+
+def test_no_such_pseudo_terminal_speaks_of_the_simulated_robot(tmp_path):
+    with pytest.raises(PortError, match="no such port. Does the simulated robot run"):
+        open_transport(str(tmp_path / "line"), 9600)
+
+
+@pytest.mark.parametrize("mode, gid, message", [
+    (0o660, 20, "group dialout .*usermod -a -G dialout"), (0o660, 54321, "usermod -a -G 54321"), (0o600, 20, "Only its owner")])
+def test_no_permission_names_the_group_and_the_command(monkeypatch, mode, gid, message):
+    def refuse(*_, **__):
+        raise serial.SerialException(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(transport.serial, "Serial", refuse)
+    monkeypatch.setattr(transport.os, "stat", lambda path: types.SimpleNamespace(st_mode=stat.S_IFCHR | mode, st_gid=gid))
+    monkeypatch.setattr(transport.grp, "getgrgid", lambda number: {20: types.SimpleNamespace(gr_name="dialout")}[number])
+    with pytest.raises(PortError, match="/dev/ttyUSB0: no permission.*" + message):
+        open_transport("/dev/ttyUSB0", 9600)
+
+
+def test_busy_by_the_kernels_word(monkeypatch):
+    def refuse(*_, **__):
+        raise serial.SerialException(errno.EBUSY, "Device or resource busy")
+
+    monkeypatch.setattr(transport.serial, "Serial", refuse)
+    with pytest.raises(PortError, match="in use"):
+        open_transport("/dev/ttyUSB0", 9600)
+
+
+@pytest.mark.parametrize("url, message", [
+    (__file__, "not a serial port"), ("/dev/null", "not a serial port"), ("socket://..:1", "no such host"), ("http://robot:1", "cannot understand"), ("socket://no.such.host.invalid:1", "no such host"),
+    ("socket://localhost:99999999", "no TCP port 99999999")])
+def test_other_ports_that_do_not_open(url, message):
+    with pytest.raises(PortError, match=message):
+        open_transport(url, 9600)
+
+
+def test_a_silly_baud_rate(pseudo_terminal):
+    with pytest.raises(PortError, match="-5|baud"):
+        open_transport(pseudo_terminal[1], -5)
+
+
+def test_connection_refused_mentions_the_simulator(peer):
+    url = url_of(peer)
+    peer.close()
+    with pytest.raises(PortError, match="refused.*pioneer_control.simulator.*sim:=true"):
+        open_transport(url, 9600)
+
+
+def test_a_host_that_never_answers(monkeypatch):
+    def hang(*_, **__):
+        raise socket.timeout("timed out")
+
+    monkeypatch.setattr(transport.socket, "create_connection", hang)
+    with pytest.raises(PortError, match="no answer from robot within 3 s"):
+        open_transport("robot:8101", 9600)

@@ -1,0 +1,97 @@
+"""What the driver's user is warned of: once per period, and only when it is so."""
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Optional
+
+import pytest
+
+from pioneer_control.driver.notices import PERIOD, Throttle, Watch
+
+
+@dataclass
+class State:
+    """The fields of a RobotState that are watched, all well."""
+
+    battery_voltage: float = 12.5
+    left_stall: bool = False
+    right_stall: bool = False
+    stop_button: bool = False
+    motors_enabled: bool = True
+
+
+def identity(battery_class=12, low_battery_dv: Optional[int] = 115):
+    return SimpleNamespace(model=SimpleNamespace(battery_class=battery_class), config=SimpleNamespace(low_battery_dv=low_battery_dv))
+
+
+@pytest.fixture
+def watch():
+    watch = Watch(0.6, "rosservice call /pioneer/set_motors true")
+    watch.identified(identity())
+    return watch
+
+
+def kinds(notices):
+    return [notice.kind for notice in notices]
+
+
+def test_all_well_is_not_mentioned(watch):
+    assert watch.state(State()) == [] and watch.velocity(0.0, True, State()) == []
+
+
+def test_low_battery_names_voltage_and_level(watch):
+    notice, = watch.state(State(battery_voltage=11.4))
+    assert "11.4 V" in notice.text and "11.5 V" in notice.text
+    assert watch.state(State(battery_voltage=11.5)) == []
+
+
+@pytest.mark.parametrize(
+    "battery_class, reported_dv, level",
+    [(12, 115, 11.5), (12, None, 11.5), (12, 0, 11.5), (24, None, 23.0), (24, 230, 23.0), (24, 115, 23.0), (12, 120, 12.0)],
+)
+def test_the_alarm_level_is_the_robots_own_in_its_own_volts(watch, battery_class, reported_dv, level):
+    watch.identified(identity(battery_class, reported_dv))
+    assert kinds(watch.state(State(battery_voltage=level - 0.05))) == ["battery"]
+    assert watch.state(State(battery_voltage=level + 0.05)) == []
+
+
+def test_a_stalled_wheel_is_named(watch):
+    assert "the left wheel is stalled" in watch.state(State(left_stall=True))[0].text
+    assert "the left and the right wheels are stalled" in watch.state(State(left_stall=True, right_stall=True))[0].text
+
+
+def test_the_stop_button_explains_its_stalls_and_says_what_to_do(watch):
+    notice, = watch.state(State(stop_button=True, left_stall=True, right_stall=True, motors_enabled=False))
+    assert notice.kind == "stop button" and "release it, then rosservice call /pioneer/set_motors true" in notice.text
+
+
+def test_a_velocity_with_motors_off_says_how_to_enable(watch):
+    notice, = watch.velocity(0.0, True, State(motors_enabled=False))
+    assert "motors are off" in notice.text and "rosservice call /pioneer/set_motors true" in notice.text
+
+
+def test_a_zero_velocity_with_motors_off_is_nothing(watch):
+    assert watch.velocity(0.0, False, State(motors_enabled=False)) == []
+
+
+def test_commands_slower_than_the_time_out_are_told(watch):
+    assert watch.velocity(0.0, True, State()) == watch.velocity(1.0, True, State()) == []
+    notice, = watch.velocity(2.0, True, State())
+    assert "every 1.0 s" in notice.text and "0.6 s" in notice.text
+
+
+@pytest.mark.parametrize("moves, gap", [(True, 0.5), (True, 6.0), (False, 1.0)])
+def test_steady_commanders_and_separate_drives_are_not(watch, moves, gap):
+    for turn in range(4):
+        assert watch.velocity(turn * gap, moves, State()) == []
+
+
+def test_a_pause_between_two_drives_is_not(watch):
+    for time in (0.0, 0.1, 2.1, 2.2, 4.2, 4.3):
+        assert watch.velocity(time, True, State()) == []
+
+
+def test_the_throttle_lets_each_kind_pass_once_a_period():
+    throttle = Throttle()
+    assert throttle.passes("a", 0.0) and throttle.passes("b", 0.1)
+    assert not throttle.passes("a", PERIOD - 0.1) and throttle.passes("a", PERIOD + 0.1)

@@ -1,0 +1,52 @@
+"""The golden packets of test/data/p2os-golden.yaml, ready for tests."""
+
+import enum
+import pathlib
+
+import yaml
+
+from pioneer_control import p2os
+
+FILE = pathlib.Path(__file__).parents[2] / "data" / "p2os-golden.yaml"
+DATA = yaml.safe_load(FILE.read_text())
+EXAMPLES = DATA["examples"]
+COMMANDS = [example for example in EXAMPLES if "command" in example]
+PACKETS = [example for example in EXAMPLES if "packet" in example]
+SIP = next(example for example in PACKETS if example["packet"] == "Sip")
+CONFIG = next(example for example in PACKETS if example["packet"] == "Config")
+
+
+def wire(example) -> bytes:
+    """The bytes of an example."""
+    return bytes.fromhex(example["bytes"])
+
+
+def label(example) -> str:
+    """How an example is called in a test report."""
+    return f"{example['where']} {example['bytes'][:26]}" if "where" in example else example["meaning"]
+
+
+def frame(data: bytes) -> p2os.Frame:
+    """The frame in `data`, cut by hand: the tests of packets do not lean on the decoder of frames."""
+    assert data[:2] == b"\xFA\xFB" and len(data) == data[2] + 3
+    return p2os.Frame(data[3], data[4:-2])
+
+
+def command_values(example) -> tuple:
+    """Name and values of a command, strings as bytes."""
+    name, *values = example["command"]
+    return (name, *(bytes.fromhex(value) if isinstance(value, str) else value for value in values))
+
+
+def matches(value, expected) -> bool:
+    """Whether a decoded value is the one the data file states: bits by name, bytes as hex, records as mappings."""
+    if isinstance(value, enum.IntFlag):
+        return value == sum(type(value)[name] for name in expected)
+    if isinstance(value, bytes):
+        return value == bytes.fromhex(expected)
+    if isinstance(value, tuple):
+        return len(value) == len(expected) and all(map(matches, value, expected))
+    if isinstance(expected, dict):
+        fields = vars(value)
+        return set(fields) == set(expected) and all(matches(fields[name], expected[name]) for name in fields)
+    return value == expected

@@ -1,0 +1,173 @@
+"""The model table: every robot loads with the values of its row, a user's file overrides, nonsense is refused by name."""
+
+import math
+
+import pytest
+
+from pioneer_control.errors import UnknownModelError, UsageError
+from pioneer_control.robots import find_model, load_models, load_table
+
+# A sample of the vendor's parameter files, by hand: one row of each family.
+# subtype, family, front, rear, width (m), top speed (m/s), top rate (deg/s), units per turn, dist, vel, range, diff, transducers, bumpers
+ROWS = [
+    ("p3dx-sh", "ARCOS", 0.210, 0.301, 0.425, 2.2, 500, 4096, 1.0, 1.0, 1.0, 0.0056, 16, (0, 0)),
+    ("p3at-sh", "ARCOS", 0.313, 0.313, 0.505, 1.2, 300, 4096, 1.0, 1.0, 1.0, 0.0034, 16, (0, 0)),
+    ("p3dx", "AROS", 0.210, 0.301, 0.425, 2.2, 500, 4096, 0.485, 1.0, 1.0, 0.0056, 16, (0, 0)),
+    ("p2at", "P2OS", 0.313, 0.313, 0.505, 1.2, 300, 4096, 1.32, 1.0, 0.268, 0.0034, 16, (0, 0)),
+    ("p2at8+", "AROS", 0.313, 0.313, 0.505, 1.2, 300, 4096, 0.465, 1.0, 1.0, 0.0034, 16, (0, 0)),
+    ("p2it", "P2OS", 0.313, 0.313, 0.505, 1.2, 300, 4096, 1.136, 1.0, 0.268, 0.0032, 16, (0, 0)),
+    ("p2pp", "P2OS", 0.2565, 0.2565, 0.425, 2.2, 500, 4096, 0.485, 1.0, 0.268, 0.006, 24, (5, 5)),
+    ("peoplebot-sh", "ARCOS", 0.2565, 0.2565, 0.425, 2.2, 500, 4096, 1.0, 1.0, 1.0, 0.006, 32, (5, 5)),
+    ("amigo-sh", "AmigoSH", 0.160, 0.170, 0.279, 1.0, 300, 4096, 1.0, 1.0, 1.0, 0.011, 8, (0, 0)),
+    ("amigo", "AmigOS", 0.160, 0.170, 0.279, 1.0, 300, 4096, 0.5083, 0.6154, 1.0, 0.011, 8, (0, 0)),
+    ("mt400", "ARCOS", 0.255, 0.255, 0.425, 2.2, 500, 4096, 1.0, 1.0, 1.0, 0.0056, 16, (6, 6)),
+    ("powerbot", "AROS", 0.369, 0.542, 0.680, 2.0, 360, 4096, 0.5813, 1.0, 1.0, 0.00373, 28, (7, 5)),
+    ("pion1m", "PSOS", 0.250, 0.250, 0.400, 0.4, 100, 1024, 0.05066, 2.5332, 0.1734, 0.00333333, 7, (0, 0)),
+    ("pionat", "PSOS", 0.250, 0.250, 0.400, 0.5, 100, 1024, 0.07, 2.5332, 0.1734, 0.00333333, 7, (0, 0)),
+    ("pioneer-lx", "MARCOS", 0.348, 0.348, 0.500, 2.5, 180, 4096, 1.0, 1.0, 1.0, 0.0056, 4, (3, 3)),
+    ("seekurjr", "uARCS", 0.600, 0.600, 0.830, 1.2, 80, 4096, 1.0, 1.0, 1.0, 0.0056, 0, (4, 4)),
+]
+
+
+@pytest.mark.parametrize("row", ROWS, ids=[row[0] for row in ROWS])
+def test_a_model_has_the_values_of_its_row(row):
+    subtype, family, front, rear, width, linear, angular_deg, turn, dist, vel, ranges, diff, transducers, bumpers = row
+    model = find_model(subtype)
+    assert (model.subtype, model.firmware_family, model.angle_units_per_rev) == (subtype, family, turn)
+    assert (model.length_front, model.length_rear, model.width, model.max_linear) == pytest.approx((front, rear, width, linear))
+    assert math.degrees(model.max_angular) == pytest.approx(angular_deg)
+    assert (model.dist_mm_per_unit, model.vel_mm_s_per_unit, model.range_mm_per_unit, model.diff_rad_per_mm) == (dist, vel, ranges, diff)
+    assert len(model.sonar) == transducers
+    assert (model.front_bumpers, model.rear_bumpers) == bumpers
+
+
+def test_every_robot_loads_and_mappr_is_left_out_with_a_reason():
+    assert len(load_models()) == 49
+    with pytest.raises(UnknownModelError, match="'mappr' is not supported: .*limits"):
+        find_model("mappr")
+
+
+def test_every_model_is_physically_plausible():
+    for model in load_models().values():
+        assert 0.2 < model.width < 1.5 and 0.1 < model.length_front < 1.0 and 0.1 < model.length_rear < 1.0
+        assert model.angle_rad_per_unit == 2 * math.pi / model.angle_units_per_rev
+        assert 0.15 < 2 / model.diff_rad_per_mm / 1000 < 0.7, "effective track of %s" % model.subtype
+        for transducer in model.sonar:
+            assert abs(transducer.x) < 0.6 and abs(transducer.y) < 0.6 and abs(transducer.heading) <= math.pi
+        assert [transducer.number for transducer in model.sonar] == sorted({transducer.number for transducer in model.sonar})
+
+
+def test_transducers_of_the_p3dx_sh():
+    model = find_model("p3dx-sh")
+    assert model.sonar_count == 16
+    assert model.sonar[1][:3] == (1, 0.114, 0.119) and math.degrees(model.sonar[1].heading) == pytest.approx(50)
+    assert model.sonar[15][:3] == (15, -0.157, 0.136) and math.degrees(model.sonar[15].heading) == pytest.approx(90)
+
+
+def test_numbers_without_a_transducer_are_gaps():
+    numbers = [transducer.number for transducer in find_model("powerbot").sonar]
+    assert not {7, 15, 23} & set(numbers) and max(numbers) == 30 and find_model("powerbot").sonar_count == 31
+
+
+@pytest.mark.parametrize("announced, subtype", [
+    ("P3DX-SH", "p3dx-sh"), ("researchpb", "researchPB"), ("lynx", "pioneer-lx"), ("amigo-sh-tim5xx", "amigo-sh-tim3xx"),
+])
+def test_a_subtype_is_found_in_any_case_and_by_alias(announced, subtype):
+    assert find_model(announced).subtype == subtype
+
+
+def test_an_unknown_subtype_is_refused_and_near_ones_named():
+    with pytest.raises(UnknownModelError, match=r"'p3dx_sh' \(near: p3dx-sh.*'model'"):
+        find_model("p3dx_sh")
+    with pytest.raises(UnknownModelError, match=r"'qqq' \(known: amigo, "):
+        find_model("qqq")
+
+
+def test_an_absent_array_takes_its_transducers_away():
+    p3dx, amigo, peoplebot = (find_model(name) for name in ("p3dx-sh", "amigo-sh", "peoplebot-sh"))
+    assert [t.number for t in p3dx.with_arrays(front=True, rear=False).sonar] == list(range(8))
+    assert [t.number for t in p3dx.with_arrays(front=False, rear=True).sonar] == list(range(8, 16))
+    assert p3dx.with_arrays(True, True) == p3dx and p3dx.with_arrays(False, False).sonar_count == 0
+    assert len(amigo.with_arrays(front=True, rear=False).sonar) == 8, "one array, though two of it look back"
+    assert [t.number // 8 for t in peoplebot.with_arrays(True, False).sonar] == [0] * 8 + [2] * 8
+
+
+def area(polygon):
+    return sum(x1 * y2 - x2 * y1 for (x1, y1), (x2, y2) in zip(polygon, polygon[1:] + polygon[:1])) / 2
+
+
+def test_outlines_run_counter_clockwise_and_include_the_paddles():
+    model = find_model("p3dx-sh")
+    assert area(model.outline()) == pytest.approx(0.511 * 0.425)
+    assert area(model.outline(gripper=True)) == pytest.approx(0.511 * 0.425 + 0.14 * 0.25)
+    assert max(x for x, _ in model.outline(gripper=True)) == pytest.approx(0.35)
+
+
+def test_the_gripper_is_in_metres_and_seconds():
+    gripper = find_model("p3dx-sh").gripper
+    assert (gripper.opening, gripper.close_time, gripper.lift_height, gripper.lift_speed) == pytest.approx((0.21, 2.5, 0.07, 0.02))
+
+
+@pytest.mark.parametrize("family, first", [("ARCOS", True), ("AROS", True), ("P2OS", False), ("PSOS", False)])
+def test_the_order_of_the_gripper_byte_follows_the_firmware(family, first):
+    assert {model.grip_state_first for model in load_models().values() if model.firmware_family == family} == {first}
+
+
+@pytest.fixture
+def user_file(tmp_path):
+    def write(text):
+        path = tmp_path / "mine.yaml"
+        path.write_text(text)
+        return str(path)
+
+    return write
+
+
+def test_a_users_file_overrides_any_value(user_file):
+    path = user_file("models:\n  p3dx-sh: {dist_mm_per_unit: 0.997, sonar: [[100, 0, 0], null, [0, 90, 90]]}\ngripper: {}\n")
+    model = find_model("p3dx-sh", path)
+    assert model.dist_mm_per_unit == 0.997 and model.diff_rad_per_mm == 0.0056
+    assert [transducer.number for transducer in model.sonar] == [0, 2]
+    assert find_model("p3dx-sh-lms1xx", path).dist_mm_per_unit == 0.997, "models like it follow"
+    assert find_model("p3dx-sh").dist_mm_per_unit == 1
+
+
+def test_a_users_file_adds_models_and_gripper_measures(user_file):
+    table = load_table(user_file("models: {mine: {like: p3at-sh, width_mm: 600}}\naliases: {p9: mine}\ngripper: {opening_mm: 180}\n"))
+    assert table.find("P9").width == 0.6 and table.find("p9").gripper.opening == 0.18
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("models: {p3dx-sh: {lenght_front_mm: 1}}", "model p3dx-sh: unknown key 'lenght_front_mm', did you mean 'length_front_mm'"),
+        ("models: {p3dx-sh: {width_mm: wide}}", "width_mm is 'wide', but must be a number"),
+        ("models: {p3dx-sh: {width_mm: true}}", "width_mm is True"),
+        ("models: {p3dx-sh: {width_mm: .nan}}", "width_mm is nan"),
+        ("models: {p3dx-sh: {dist_mm_per_unit: -1}}", "dist_mm_per_unit is -1, but must be a finite number of at least"),
+        ("models: {p3dx-sh: {angle_units_per_turn: 10.5}}", "must be a whole number"),
+        ("models: {p3dx-sh: {firmware_family: DOS}}", "firmware_family is 'DOS' .legal: PSOS"),
+        ("models: {p3dx-sh: {sonar: circle}}", "unknown sonar layout 'circle'"),
+        ("models: {p3dx-sh: {sonar: [[1, 2]]}}", "sonar 0 must be"),
+        ("models: {mine: {width_mm: 300}}", "mine lacks firmware_family"),
+        ("models: {mine: {like: yours}}", "like 'yours', which is not in the table"),
+        ("models: {mine: {like: other}, other: {like: mine}}", "circle"),
+        ("models: [p3dx-sh]", "section models must be a mapping"),
+        ("models: {p3dx-sh: 3}", "model p3dx-sh must be a mapping"),
+        ("robots: {}", "unknown section 'robots' .legal: gripper"),
+        ("aliases: {a: b}", "alias a names the model 'b'"),
+        ("gripper: {close_time_s: 0}", "gripper: close_time_s is 0, but must be a finite number of at least 0.01"),
+        ("gripper: {opening: 1}", "gripper: missing or unknown: opening "),
+        ("- 1", "must be a mapping with the sections"),
+        ("models: {", "is not valid YAML"),
+    ],
+)
+def test_a_users_file_that_makes_no_sense_is_refused_by_name(user_file, text, message):
+    with pytest.raises(UsageError, match=message) as refused:
+        load_models(user_file(text))
+    assert "mine.yaml" in str(refused.value)
+
+
+def test_a_users_file_that_is_not_there_is_named():
+    with pytest.raises(UsageError, match="models file /nowhere/robots.yaml cannot be read: No such file"):
+        load_models("/nowhere/robots.yaml")

@@ -1,0 +1,34 @@
+"""Parameters of the simulator's node."""
+
+import dataclasses
+
+import pytest
+
+from pioneer_control.errors import ParameterError
+from pioneer_control.simulator.parameters import SimulatorParameters, check_parameters
+
+
+def test_nothing_given_is_all_defaults():
+    assert check_parameters({}) == SimulatorParameters()
+
+
+def test_every_default_is_legal():
+    for entry in dataclasses.fields(SimulatorParameters):
+        given = {"tcp": "", "gripper": "auto"}.get(entry.name, entry.default)
+        assert entry.metadata["kind"].accept(given) == entry.default
+
+
+@pytest.mark.parametrize("given, tcp", [(0, 0), (8101, 8101), ("0.0.0.0:81", "0.0.0.0:81"), ("", None)])
+def test_tcp(given, tcp):
+    assert check_parameters({"tcp": given}).tcp == tcp
+
+
+@pytest.mark.parametrize("given, message", [
+    ({"wrold": "x"}, "did you mean ~world"), ({"qqqq": 1}, "unknown parameter ~qqqq: there are ~model, ~world"),
+    ({"seed": 1.5}, "~seed = 1.5 .*a whole number"), ({"seed": True}, "~seed = True"), ({"world": 3}, "~world = 3 .*a text"),
+    ({"gripper": "maybe"}, "auto, true or false"), ({"map_frame": "/map"}, "not beginning with '/'"),
+    ({"odom_frame_id": ""}, "not empty"), ({"tcp": True}, "~tcp = True .*host:port"), ({"tcp": 1.5}, "~tcp = 1.5"),
+])
+def test_mistakes(given, message):
+    with pytest.raises(ParameterError, match=message):
+        check_parameters(given)

@@ -1,0 +1,45 @@
+"""robot.yaml and a user's file over it."""
+
+import pytest
+
+from pioneer_control.errors import ParameterError
+from pioneer_control.simulator.robot_numbers import load_numbers
+
+
+def test_own_numbers():
+    numbers = load_numbers()
+    assert (numbers.session.watchdog_ms, numbers.drive.linear_limit_mm_s, numbers.sonar.maximum) == (2000, 750, 5.0)
+
+
+def test_an_override_changes_what_it_names(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("sonar: {noise: 0, maximum: 3}\nsession: {watchdog_ms: 500}\n")
+    numbers = load_numbers(str(path))
+    assert (numbers.sonar.noise, numbers.sonar.maximum, numbers.session.watchdog_ms, numbers.sonar.minimum) == (0, 3, 500, 0.1)
+
+
+@pytest.mark.parametrize("text, message", [
+    ("snoar: {noise: 0}", "no section 'snoar'"),
+    ("sonar: {nosie: 0}", "no number sonar.nosie"),
+    ("sonar: {cycle_ms: fast}", "sonar.cycle_ms is 'fast'"),
+    ("sonar: {cycle_ms: true}", "sonar.cycle_ms is True"),
+    ("sonar: {maximum: 0}", "wanted a positive number"),
+    ("drive: {stall_time: .inf}", "wanted a positive number"),
+    ("gripper: {open_at_power_on: 1}", "open_at_power_on is 1"),
+    ("sonar: 5", "expected sections"),
+    ("- 1", "expected sections"),
+    ("{", "does not parse"),
+])
+def test_mistakes(tmp_path, text, message):
+    path = tmp_path / "mine.yaml"
+    path.write_text(text)
+    with pytest.raises(ParameterError, match=message) as refused:
+        load_numbers(str(path))
+    assert "\n" not in str(refused.value)
+
+
+def test_a_file_that_is_no_text(tmp_path):
+    path = tmp_path / "picture.yaml"
+    path.write_bytes(b"\x89PNG\xff")
+    with pytest.raises(ParameterError, match="picture.yaml does not parse"):
+        load_numbers(str(path))

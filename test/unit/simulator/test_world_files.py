@@ -1,0 +1,169 @@
+"""World files: those of the package, the form of a file, and what a wrong file is told."""
+
+import math
+import os
+
+import pytest
+
+from pioneer_control.errors import WorldError
+from pioneer_control.robots import load_models
+from pioneer_control.simulator.free_space import room
+from pioneer_control.simulator.loading import known_worlds, load_world
+from pioneer_control.simulator.world import World
+
+EVERYTHING = """\
+description: All there can be.
+walls:
+  - {corners_m: [[0, 0], [4, 0], [4, 3]]}
+  - {corners_m: [[0, 0], [1, 0], [1, 1]], closed: true}
+boxes:
+  - {centre_m: [2, 1], size_m: [2, 1]}
+  - {centre_m: [0, 0], size_m: [2, 2], angle_deg: 45}
+posts:
+  - {centre_m: [3, 2.5], diameter_m: 0.05}
+cans:
+  - {centre_m: [1, 1]}
+  - {centre_m: [1, 2], diameter_m: 0.1, height_m: 0.05}
+starts:
+  - {position_m: [1, 2], heading_deg: 90}
+  - {position_m: [3, 1], heading_deg: -180}
+"""
+
+
+def written(tmp_path, text):
+    path = tmp_path / "own.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def placed(outline, pose):
+    x, y, heading = pose
+    cosine, sine = math.cos(heading), math.sin(heading)
+    return [(x + px * cosine - py * sine, y + px * sine + py * cosine) for px, py in outline]
+
+
+def test_every_section_and_key(tmp_path):
+    world = load_world(written(tmp_path, EVERYTHING))
+    assert world.name == "own"
+    assert world.walls[:5].tolist() == [[0, 0, 4, 0], [4, 0, 4, 3], [0, 0, 1, 0], [1, 0, 1, 1], [1, 1, 0, 0]]
+    assert world.walls[5:9].tolist() == [[1, .5, 3, .5], [3, .5, 3, 1.5], [3, 1.5, 1, 1.5], [1, 1.5, 1, .5]]
+    diagonal = math.sqrt(2.0)
+    assert world.walls[9] == pytest.approx([0.0, -diagonal, diagonal, 0.0], abs=1e-12)
+    assert world.posts.tolist() == [[3.0, 2.5, 0.025]]
+    assert [(can.x, can.y, can.radius, can.height, can.held_by) for can in world.cans] == [
+        (1.0, 1.0, 0.033, 0.115, None), (1.0, 2.0, 0.05, 0.05, None)]
+    assert world.starts == [(1.0, 2.0, math.pi / 2), (3.0, 1.0, -math.pi)]
+    assert world.bounds == pytest.approx((-diagonal, -diagonal, 4.0, 3.0))
+
+
+def test_only_a_start_is_needed(tmp_path):
+    world = load_world(str(written(tmp_path, "starts: [{position_m: [1, 2], heading_deg: 0}]")))
+    assert len(world.walls) == len(world.posts) == len(world.cans) == 0
+
+
+START = "starts: [{position_m: [0, 0], heading_deg: 0}]\n"
+
+
+@pytest.mark.parametrize("text, message", [
+    ("", "is empty; it needs at least 'starts'"),
+    ("just words", "line 1: a world must be a mapping with the keys starts, description, walls"),
+    (START + "walls:\n  - [1, 2\n", "line 4: not YAML: expected ',' or ']'"),
+    (START + "walls: \x07\n", "not YAML: .*special characters"),
+    (START + "--- \n", "line 2: not YAML: but found another document"),
+    ("posts: []\n", "line 1: a world needs starts"),
+    ("starts: []\n", "line 1: starts is empty; a robot has to stand somewhere"),
+    ("starts: [{position_m: [0, 0]}]\n", "line 1: a start needs heading_deg"),
+    (START + "wals: []\n", "line 2: a world has no 'wals'; did you mean 'walls'?"),
+    (START + "xyzzy: 1\n", "line 2: a world has no 'xyzzy'; known: starts, description"),
+    (START + "[1, 2]: 1\n", "line 2: keys must be plain words"),
+    (START + START, "line 2: a world has 'starts' twice"),
+    (START + "description: [1]\n", "line 2: text is needed here"),
+    (START + "walls: 3\n", "line 2: walls must be a list"),
+    (START + "walls:\n  - [[0, 0], [1, 1]]\n", "line 3: a wall must be a mapping with the keys corners_m, closed"),
+    (START + "walls:\n  - {corners_m: [[0, 0]]}\n", "line 3: corners_m needs two points or more"),
+    (START + "walls:\n  - {corners_m: [[0, 0], [1]]}\n", "line 3: a point must be two numbers"),
+    (START + "walls:\n  - {corners_m: [[0, 0], [1, 1], [1, 1]]}\n", "line 3: a wall from .* to itself"),
+    (START + "walls:\n  - {corners_m: [[0, 0], [1, 1]], closed: 1}\n", "line 3: true or false is needed here"),
+    (START + "boxes:\n  - {centre_m: [0, 0], size_m: [1, 0]}\n", "line 3: must be above 0, not 0"),
+    (START + "boxes:\n  - {centre_m: [0, 0], size_m: 1}\n", "line 3: a size must be two numbers above 0"),
+    (START + "boxes:\n  - {centre: [0, 0], size_m: [1, 1]}\n", "line 3: a box has no 'centre'; did you mean 'centre_m'?"),
+    (START + "posts:\n  - {centre_m: [0, 0], diameter_m: -1}\n", "line 3: must be above 0, not -1"),
+    (START + "posts:\n  - {centre_m: [0, zero], diameter_m: 1}\n", "line 3: a finite number is needed here, not 'zero'"),
+    (START + "posts:\n  - {centre_m: [0, '1'], diameter_m: 1}\n", "line 3: a finite number is needed here, not '1'"),
+    (START + "posts:\n  - {centre_m: [0, .nan], diameter_m: 1}\n", "line 3: a finite number is needed here, not '.nan'"),
+    (START + "posts:\n  - {centre_m: [0, true], diameter_m: 1}\n", "line 3: a finite number is needed here, not 'true'"),
+    (START + "posts:\n  - {centre_m: [0, 1:30], diameter_m: 1}\n", "line 3: a finite number is needed here, not '1:30'"),
+    (START + "posts:\n  - {centre_m: [0, [1]], diameter_m: 1}\n", "line 3: a finite number is needed here, not a list or mapping"),
+    (START + "cans:\n  - {centre_m: [0, 0], height_m: 0.2}\n", "line 3: a can must be lower than the sonar, 0.17 m, not 0.2"),
+])
+def test_wrong_files_are_told_the_line_and_what_is_legal(tmp_path, text, message):
+    path = written(tmp_path, text)
+    with pytest.raises(WorldError, match=message) as raised:
+        load_world(path)
+    assert str(path) in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_numbers_in_all_plain_forms(tmp_path):
+    text = "starts: [{position_m: [-1.5e+1, 1_0], heading_deg: 0}]"
+    assert load_world(written(tmp_path, text)).starts == [(-15.0, 10.0, 0.0)]
+
+
+def test_unknown_name_lists_the_known_ones():
+    names = "cans, clutter, corridor, empty, office, tutorial"
+    with pytest.raises(WorldError, match=rf"no world named 'tutoral'; did you mean 'tutorial'\?.*{names}"):
+        load_world("tutoral")
+    with pytest.raises(WorldError, match="no world named 'xyzzy'; known: cans"):
+        load_world("xyzzy")
+
+
+@pytest.mark.parametrize("name", ["no/such/file", "missing.yaml", "missing.yml"])
+def test_missing_file(name):
+    with pytest.raises(WorldError, match=f"world file {name} does not exist.*tutorial"):
+        load_world(name)
+
+
+def test_file_that_is_no_text(tmp_path):
+    path = tmp_path / "picture.yaml"
+    path.write_bytes(b"\x89PNG\xff\xfe")
+    with pytest.raises(WorldError, match="picture.yaml cannot be read"):
+        load_world(path)
+
+
+def test_folder_instead_of_a_file(tmp_path):
+    with pytest.raises(WorldError, match="does not exist"):
+        load_world(os.path.join(str(tmp_path), ""))
+
+
+def test_the_gallery_is_complete():
+    assert known_worlds() == ["cans", "clutter", "corridor", "empty", "office", "tutorial"]
+
+
+@pytest.mark.parametrize("name", known_worlds())
+def test_gallery_worlds_have_free_starts_for_every_robot(name):
+    world = load_world(name)
+    assert world.name == name
+    for model in load_models().values():
+        for pose in world.starts:
+            outline = placed(model.outline(gripper=model.can_carry_gripper), pose)
+            assert not world.touches(outline), (model.subtype, pose)
+            for can in world.cans:
+                assert not World("can", posts=[(can.x, can.y, can.radius)]).touches(outline), (model.subtype, pose, can)
+
+
+@pytest.mark.parametrize("name", [name for name in known_worlds() if name != "empty"])
+def test_gallery_worlds_have_room_and_reachable_cans(name):
+    world = load_world(name)
+    for x, y, _ in world.starts:
+        assert room(world, x, y) > 1.5
+    for can in world.cans:
+        assert world.clearance(can.x, can.y) > can.radius
+
+
+def test_tutorial_has_a_can_straight_ahead_with_a_clear_way_to_it():
+    world = load_world("tutorial")
+    x, y, heading = world.starts[0]
+    ahead, aside = math.cos(heading), math.sin(heading)
+    from_start = [((can.x - x) * ahead + (can.y - y) * aside, (can.y - y) * ahead - (can.x - x) * aside) for can in world.cans]
+    assert any(1.0 <= distance <= 1.5 and abs(offset) < 0.02 for distance, offset in from_start)
+    (echo,) = world.echoes([x], [y], [heading], math.radians(12.5), 5.0)
+    assert echo > 2.5

@@ -1,0 +1,87 @@
+"""The last line of `./pioneer test` tells the truth."""
+
+import pathlib
+import sys
+
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+
+import summary  # noqa: E402  (test/summary.py)
+
+GOOD = '<testcase classname="c" name="good"/>'
+BAD = '<testcase classname="c" name="bad"><failure>why</failure></testcase>'
+BROKEN = '<testcase classname="c" name="broken"><error>why</error></testcase>'
+SKIPPED = '<testcase classname="c" name="left out"><skipped/></testcase>'
+
+
+def write_suite(results, kind, name, cases, status="0", report="rosunit-x.xml"):
+    folder = results / kind / name
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / report).write_text("<testsuite>%s</testsuite>" % cases)
+    (folder / "status").write_text(status + "\n")
+
+
+@pytest.fixture
+def results(tmp_path):
+    """A run in which everything is fine: one test of each kind."""
+    for kind in summary.KINDS:
+        write_suite(tmp_path, kind, "suite", GOOD)
+    return tmp_path
+
+
+def last_line(capsys):
+    return capsys.readouterr().out.splitlines()[-1]
+
+
+def test_all_is_well(results, capsys):
+    assert summary.main(str(results)) == 0
+    assert last_line(capsys) == "4 passed, 0 failed"
+
+
+@pytest.mark.parametrize("case", [BAD, BROKEN])
+def test_failures_and_errors_count_and_are_named(results, capsys, case):
+    write_suite(results, "rostest", "suite", GOOD + case, status="1")
+    assert summary.main(str(results)) == 1
+    output = capsys.readouterr().out
+    assert output.endswith("4 passed, 1 failed\n")
+    assert "FAILED rostest suite: c." in output
+
+
+def test_what_rostest_writes_twice_counts_once(results, capsys):
+    write_suite(results, "rostest", "suite", GOOD, report="rostest-test_suite.xml")
+    summary.main(str(results))
+    assert last_line(capsys) == "4 passed, 0 failed"
+
+
+def test_a_skipped_test_is_not_hidden(results, capsys):
+    write_suite(results, "unit", "suite", GOOD + SKIPPED)
+    assert summary.main(str(results)) == 0
+    assert last_line(capsys) == "4 passed, 0 failed, 1 skipped"
+
+
+def test_a_kind_without_tests_is_a_failure(results, capsys):
+    for path in sorted((results / "integration").rglob("*"), reverse=True):
+        path.rmdir() if path.is_dir() else path.unlink()
+    assert summary.main(str(results)) == 1
+    assert last_line(capsys) == "3 passed, 1 failed"
+
+
+def test_a_suite_without_tests_is_a_failure(results, capsys):
+    write_suite(results, "rostest", "empty", "", status="0")
+    assert summary.main(str(results)) == 1
+    assert last_line(capsys) == "4 passed, 1 failed"
+
+
+def test_a_suite_that_hung_after_its_last_test_is_a_failure(results, capsys):
+    write_suite(results, "rostest", "hung", GOOD, status="124")
+    assert summary.main(str(results)) == 1
+    assert last_line(capsys) == "5 passed, 1 failed"
+
+
+def test_a_report_that_breaks_off_is_a_failure(results, capsys):
+    write_suite(results, "rostest", "suite", GOOD)
+    write_suite(results, "rostest", "killed", GOOD, status="124")
+    (results / "rostest" / "killed" / "rosunit-x.xml").write_text("<testsuite>" + GOOD)
+    assert summary.main(str(results)) == 1
+    assert last_line(capsys) == "4 passed, 1 failed"
