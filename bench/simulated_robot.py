@@ -1,0 +1,90 @@
+"""A simulated robot as the benches use it: connected, open, enabled, seen and driven through its packets, without ROS."""
+
+import math
+import os
+import sys
+from typing import List, NamedTuple, Optional, Tuple
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src"))
+
+from pioneer_control import p2os
+from pioneer_control.client.gripper import GripperReading, read_gripper
+from pioneer_control.client.odometry import Odometry
+from pioneer_control.message_values import GripStatus, LiftStatus
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.firmware import Firmware
+from pioneer_control.tutorial.snapshot import Grip, Lift, Pose, RobotShape, Snapshot
+
+CYCLE = 0.1  # s from one standard packet to the next
+LATENCY = 0.08  # s from a packet to the arrival of the command that answers it
+NOT_HEARD = 2.0  # s after which the driver forgets a range
+
+
+class Setup(NamedTuple):
+    """A robot as it is fitted out for the bench."""
+
+    model: str
+    gripper: bool = False
+    rear_sonar: bool = True
+
+
+class SimulatedRobot:
+    """A robot that is connected, open and enabled, seen and driven through its packets."""
+
+    def __init__(self, setup: Setup, world, seed: int):
+        model = find_model(setup.model)
+        self.firmware = Firmware(model, world, gripper=setup.gripper, rear_sonar=setup.rear_sonar, seed=seed)
+        fitted = model.with_arrays(front=True, rear=setup.rear_sonar)
+        self.shape = RobotShape(fitted.sonar, model.outline(setup.gripper))
+        self.model = model
+        self._decoder = p2os.FrameDecoder()
+        self._odometry = Odometry(model.dist_mm_per_unit, model.angle_units_per_rev)
+        self._lift_position = 0.0
+        self._heard: List[Optional[Tuple[float, float]]] = [None] * fitted.sonar_count
+        for step in (p2os.SYNC0, p2os.SYNC1, p2os.SYNC2):
+            self.firmware.receive(p2os.encode_frame(step))
+        for command in (("OPEN",), ("ENABLE", 1), ("SONAR", 1)):
+            self.firmware.receive(p2os.encode_command(*command))
+
+    def listen(self) -> Snapshot:
+        """Let time pass until a standard packet has come, and tell what is known then."""
+        while True:
+            frames = self._decoder.feed(self.firmware.advance(CYCLE / 5))
+            for frame in frames:
+                packet = p2os.decode_packet(frame)
+                if isinstance(packet, p2os.Sip):
+                    return self._snapshot(packet)
+
+    def _snapshot(self, sip: p2os.Sip) -> Snapshot:
+        now = self.firmware.time
+        self._odometry.update(sip.x_counts, sip.y_counts, sip.heading_units)
+        for reading in sip.sonar:
+            self._heard[reading.number] = (reading.range_units * self.model.range_mm_per_unit / 1000.0, now)
+        ranges = tuple(heard[0] if heard and now - heard[1] < NOT_HEARD else 0.0 for heard in self._heard)
+        grip = lift = None
+        if self.firmware.gripper:
+            grip, lift = self._reported(read_gripper(sip.grip_state, sip.digital_in))
+        return Snapshot(now, 0.0, Pose(*self._odometry.pose), ranges, self.shape, grip, lift)
+
+    def _reported(self, reading: GripperReading) -> Tuple[Grip, Lift]:
+        """The gripper as gripper_state would tell of it."""
+        paddles = GripStatus.OPEN if reading.paddles_open else GripStatus.CLOSED if reading.paddles_closed else GripStatus.BETWEEN
+        state = GripStatus.MOVING if reading.paddles_moving else paddles
+        grip = Grip(state, 0, reading.inner_beam, reading.outer_beam, reading.left_contact, reading.right_contact)
+        at_an_end = reading.lift_up or reading.lift_down
+        if at_an_end and not reading.lift_moving:
+            self._lift_position = float(reading.lift_up)
+        lift = LiftStatus.MOVING if reading.lift_moving else LiftStatus.IDLE if at_an_end else LiftStatus.STALLED
+        return grip, Lift(lift, 0, self._lift_position)
+
+    def command(self, linear: float, angular: float) -> None:
+        """Drive at m/s and rad/s, from LATENCY after the last packet on."""
+        self.firmware.advance(LATENCY)
+        self.firmware.receive(p2os.encode_command("VEL", round(linear * 1000)))
+        self.firmware.receive(p2os.encode_command("RVEL", round(math.degrees(angular))))
+
+    def command_gripper(self, grip: int, lift: int) -> None:
+        """Give the two commands of a step, from LATENCY after the last packet on."""
+        self.firmware.advance(LATENCY)
+        for number in (grip, lift):
+            self.firmware.receive(p2os.encode_command("GRIPPER", int(number)))

@@ -1,0 +1,83 @@
+#!/usr/bin/env python3
+"""What one look of the sonar, one contact test and one clearance cost in small and large worlds: `python3 bench/world.py`.
+
+A look is five transducers of one robot in one call, as a SIP asks for. Large worlds are as dense as an office, one wall of 1 to 2 m for each
+square metre. Robots stand at random places; each first looks once, which finds its neighbourhood, and that is listed apart.
+
+Measured on two cores that others were using too (Python 3.11, numpy 1.24), in microseconds:
+
+world             walls  posts   first look    look   contact   clearance
+tutorial             25      2          382      68       6.0         5.7
+office              160     15          509      82       7.3         8.3
+10 walls             10      0          140      52       6.5         4.1
+1000 walls         1000      0          506      79       7.3         4.7
+100000 walls     100000      0        19654      84       7.7         5.6
+"""
+
+import math
+import pathlib
+import random
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "src"))
+
+from pioneer_control.robots import find_model  # noqa: E402
+from pioneer_control.simulator.loading import load_world  # noqa: E402
+from pioneer_control.simulator.world import World  # noqa: E402
+
+HALF_WIDTH, MAXIMUM = math.radians(12.5), 5.0
+PLACES, ROUNDS = 50, 20
+
+
+def plain(count, rng):
+    """A square floor with one wall a square metre."""
+    side, walls = math.sqrt(count), []
+    for _ in range(count):
+        x, y, angle, length = rng.uniform(0, side), rng.uniform(0, side), rng.uniform(-math.pi, math.pi), rng.uniform(1.0, 2.0)
+        walls.append((x, y, x + length * math.cos(angle), y + length * math.sin(angle)))
+    return World(f"{count} walls", walls)
+
+
+def microseconds(function, arguments):
+    """The median over all arguments of the least time that a call took."""
+    least = []
+    for argument in arguments:
+        times = []
+        for _ in range(ROUNDS):
+            begin = time.perf_counter()
+            function(*argument)
+            times.append(time.perf_counter() - begin)
+        least.append(min(times))
+    return sorted(least)[len(least) // 2] * 1e6
+
+
+def measure(world, model, rng):
+    """One row of the table."""
+    low_x, low_y, high_x, high_y = world.bounds
+    places = [(rng.uniform(low_x, high_x), rng.uniform(low_y, high_y), rng.uniform(-3.0, 3.0)) for _ in range(PLACES)]
+    looks, outlines = [], []
+    for x, y, heading in places:
+        cosine, sine = math.cos(heading), math.sin(heading)
+        sensors = [(x + s.x * cosine - s.y * sine, y + s.x * sine + s.y * cosine, heading + s.heading) for s in model.sonar[1:6]]
+        looks.append((*zip(*sensors), HALF_WIDTH, MAXIMUM))
+        outlines.append(([(x + px * cosine - py * sine, y + px * sine + py * cosine) for px, py in model.outline(gripper=True)],))
+    begin = time.perf_counter()
+    for look in looks:
+        world.echoes(*look)
+    first = (time.perf_counter() - begin) / PLACES * 1e6
+    return (first, microseconds(world.echoes, looks), microseconds(world.touches, outlines),
+            microseconds(world.clearance, [place[:2] for place in places]))
+
+
+def main():
+    rng, model = random.Random(1), find_model("p3dx-sh")
+    worlds = [load_world("tutorial"), load_world("office")] + [plain(count, rng) for count in (10, 1000, 100000)]
+    print(f"{'world':15}{'walls':>8}{'posts':>7}{'first look':>13}{'look':>8}{'contact':>10}{'clearance':>12}")
+    for world in worlds:
+        row = "{:13.0f}{:8.0f}{:10.1f}{:12.1f}".format(*measure(world, model, rng))
+        print(f"{world.name:15}{len(world.walls):8d}{len(world.posts):7d}{row}")
+
+
+if __name__ == "__main__":
+    main()
