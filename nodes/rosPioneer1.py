@@ -11,6 +11,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from pioneer_control.msg import MotorState, SonarArray
+from pioneer_control.ros_node import init_node
 
 NAMESPACE = "pioneer"
 SPEED = 0.1  # m/s
@@ -46,7 +47,7 @@ def switch_motors_on(motors):
 
 
 def main():
-    rospy.init_node("rosPioneer1")
+    init_node("rosPioneer1")
     duration = float(rospy.get_param("~duration", 20.0))  # s
 
     velocity = rospy.Publisher(NAMESPACE + "/cmd_vel", Twist, queue_size=1)
@@ -55,22 +56,21 @@ def main():
         rospy.logerr("the motors do not go on: does the driver run, is the robot's STOP button released?")
         return 1
 
+    forward = Twist()
+    forward.linear.x = SPEED
+    driving = rospy.Timer(rospy.Duration(0.1), lambda event: velocity.publish(forward))  # the driver forgets after 0.6 s
+
     def stop():
-        for _ in range(3):  # the process may end next: give the message time to leave
+        driving.shutdown()
+        for _ in range(3):  # one "forward" may still be on its way, and the process may end next
             velocity.publish(Twist())
             rospy.rostime.wallsleep(0.05)
 
     rospy.on_shutdown(stop)  # at the end, at Ctrl-C and at rosnode kill
     rospy.Subscriber(NAMESPACE + "/pose", Odometry, print_odometry, queue_size=1)
     rospy.Subscriber(NAMESPACE + "/sonar", SonarArray, print_sonar, queue_size=1)
-
-    forward = Twist()
-    forward.linear.x = SPEED
-    rate = rospy.Rate(10)  # the driver stops a robot that is not told for 0.6 s
-    end = rospy.get_time() + duration
-    while rospy.get_time() < end and not rospy.is_shutdown():
-        velocity.publish(forward)
-        rate.sleep()
+    rospy.sleep(duration)
+    return 0
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ import rospy
 
 from pioneer_control.errors import ParameterError, PioneerError
 from pioneer_control.parameters import Number, Switch, Whole, check, parameter
+from pioneer_control.ros_node import init_node
 from pioneer_control.tutorial.pioneer import Pioneer
 
 
@@ -38,7 +39,7 @@ def run(namespace):
 
 
 def main():
-    rospy.init_node("rosPioneer2")
+    init_node("rosPioneer2")
     arguments = rospy.myargv()[1:]
     try:
         run(arguments[0] if arguments else "pioneer")

@@ -22,16 +22,17 @@ ROOMS = {
     "errors": set(),
     "message_values": set(),
     "parameters": set(),
+    "ros_node": set(),
     "p2os": set(),
     "robots": {"p2os"},
     "client": {"p2os", "robots"},
-    "driver": {"message_values", "parameters", "p2os", "robots", "client", "msg"},
-    "simulator": {"message_values", "parameters", "p2os", "robots"},
+    "driver": {"message_values", "parameters", "ros_node", "p2os", "robots", "client", "msg"},
+    "simulator": {"message_values", "parameters", "ros_node", "p2os", "robots"},
     "tutorial": {"message_values", "msg"},
     "bags": {"message_values", "p2os", "msg"},
 }
 # Files that may use ROS, by the start of their path in the package.
-ROS_PLACES = ("driver/", "tutorial/", "bags/", "simulator/node.py")
+ROS_PLACES = ("ros_node.py", "driver/", "tutorial/", "bags/", "simulator/node.py")
 ROS_MODULES = {"rospy", "tf", "tf2_ros", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib", "rospkg", "rostest", "rostopic",
                "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs"}
 # Heavy or special libraries, and the only places that may use them.

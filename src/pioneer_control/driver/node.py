@@ -49,7 +49,6 @@ Commands that `rosbag play` publishes are refused unless ``accept_replay`` is se
 out stops the robot, switches its motors off and ends the session. All safety timers run in the client, on monotonic time.
 """
 
-import signal
 import sys
 import threading
 from time import monotonic
@@ -64,6 +63,7 @@ from std_srvs.srv import SetBool, SetBoolResponse
 from ..client import BaudFound, CommandTimedOut, LinkDown, MotionCleared, Ready, Robot, RobotState
 from ..errors import ParameterError, PioneerError, PortError
 from ..msg import AIO, DIO, BatteryState, GripperState, MotorState, RobotInfo, SonarArray
+from ..ros_node import init_node
 from . import commands, conversions
 from .notices import Notice, Throttle, Watch
 from .parameters import DriverParameters, check_parameters
@@ -281,9 +281,7 @@ class DriverNode:
 
 def main() -> int:
     """Run the node. Returns the exit code: 0 shut down, 1 the robot cannot be driven, 2 a parameter makes no sense."""
-    rospy.init_node("p2os")
-    if signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:   # rospy leaves the closing of a terminal out; nohup does not
-        signal.signal(signal.SIGHUP, lambda *_: rospy.signal_shutdown("the terminal was closed"))
+    init_node("p2os")
     try:
         parameters, warnings = check_parameters(rospy.get_param("~", {}))
         for warning in warnings:

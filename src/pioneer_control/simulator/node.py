@@ -21,6 +21,7 @@ from std_msgs.msg import Bool, String
 from ..errors import PioneerError
 from ..message_values import quaternion_of
 from ..robots import find_model
+from ..ros_node import init_node
 from .firmware import Firmware
 from .loading import load_world
 from .robot_numbers import load_numbers
@@ -39,7 +40,7 @@ CanPlaces = List[Tuple[float, float, float]]
 
 def main() -> int:
     """Run the node. Returns the exit code: 0 shut down, 1 something failed, 2 a parameter makes no sense."""
-    rospy.init_node("p2os_simulator")
+    init_node("p2os_simulator")
     try:
         parameters = check_parameters(rospy.get_param("~", {}))
         firmware = Firmware(

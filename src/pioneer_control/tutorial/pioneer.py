@@ -2,7 +2,7 @@
 
 ::
 
-    rospy.init_node("mine")
+    init_node("mine")                      # of ros_node; rospy.init_node may hang at Ctrl-C, with the robot stopped
     with Pioneer("pioneer") as robot:      # waits for the driver, has the motors switched on
         robot.wander(20)
         if robot.pick():
@@ -16,6 +16,7 @@ import time
 from enum import Enum
 from typing import Callable, List, Optional, Tuple
 
+import genpy
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
@@ -25,6 +26,7 @@ from pioneer_control.errors import NoAnswerError, NotConfirmedError, RefusedErro
 from pioneer_control.message_values import GripCommand, LiftCommand, heading_of
 from pioneer_control.msg import GripperState, MotorState, RobotInfo, SonarArray
 from pioneer_control.tutorial.pick import CLOSE, LOWER, OPEN, PICK, RAISE, Outcome, Step, holds, judge
+from pioneer_control.tutorial.sender import Sender
 from pioneer_control.tutorial.snapshot import Grip, Heard, Lift, Pose, RobotShape, Snapshot, Transducer
 from pioneer_control.tutorial.wander import SPEED, Memory, wander
 
@@ -60,11 +62,11 @@ class Pioneer:
         self._seed = int(time.time()) if seed is None else seed
         self._heard = Heard()
         self._news = threading.Condition()
-        self._commanding = threading.RLock()
         self._driving = self._closed = False
         self._velocity = rospy.Publisher(self._name("cmd_vel"), Twist, queue_size=1)
         self._motors = rospy.Publisher(self._name("cmd_motor_state"), MotorState, queue_size=1)
         self._gripper = rospy.Publisher(self._name("gripper_control"), GripperState, queue_size=2)
+        self._sender = Sender(self._velocity, Twist())
         self._subscribers = [
             rospy.Subscriber(self._name("pose"), Odometry, self._hear_pose, queue_size=1),
             rospy.Subscriber(self._name("sonar"), SonarArray, self._hear_sonar, queue_size=1),
@@ -72,7 +74,7 @@ class Pioneer:
             rospy.Subscriber(self._name("motor_state"), MotorState, self._hear_motors, queue_size=1),
             rospy.Subscriber(self._name("robot_info"), RobotInfo, self._hear_info, queue_size=1),
         ]
-        rospy.on_shutdown(self._close_beside)
+        rospy.on_shutdown(self.close)
 
     def __enter__(self) -> "Pioneer":
         self.wait_until_ready()
@@ -132,9 +134,7 @@ class Pioneer:
                 raise NotConfirmedError(
                     "the motors stay off after %.0f s of asking. Is the STOP button of the robot pressed? Release it and start again; "
                     "the driver's log tells more." % timeout)
-            with self._commanding:
-                self._check_open()
-                self._motors.publish(MotorState(state=MOTORS_ON))
+            self._send(self._motors, MotorState(state=MOTORS_ON))
             self._wait(lambda: self._heard.motors, ASK_AGAIN)
 
     def _all_connected(self) -> bool:
@@ -162,21 +162,21 @@ class Pioneer:
     def drive(self, linear: float, angular: float) -> None:
         """Command a velocity [m/s, rad/s]. The driver stops the robot when it is not repeated within 0.6 s.
 
-        Raises RefusedError while the motors are off: nobody but `enable_motors` switches them on again.
+        Raises UsageError for what is not a finite number, and RefusedError while the motors are off: nobody but
+        `enable_motors` switches them on again.
         """
-        with self._commanding:
-            self._check_open()
-            if not self._heard.motors:
-                raise RefusedError("the robot's motors are off, it does not drive. Was its STOP button pressed? Release it and start again")
-            self._driving = True
-            self._publish_velocity(linear, angular)
+        twist = Twist()
+        twist.linear.x, twist.angular.z = _finite("linear", linear, "m/s"), _finite("angular", angular, "rad/s")
+        if not self._heard.motors:
+            raise RefusedError("the robot's motors are off, it does not drive. Was its STOP button pressed? Release it and start again")
+        self._driving = True
+        self._send(self._velocity, twist)
 
     def stop(self) -> None:
         """Stand still. Does nothing unless this program drives."""
-        with self._commanding:
-            if self._driving:
-                self._publish_velocity(0.0, 0.0)
-                self._driving = False
+        if self._driving:
+            self._sender.send(self._velocity, Twist())
+            self._driving = False
 
     def wander(self, duration: float = 20.0, *, stop_at_can: bool = True) -> WanderEnd:
         """Drive about for `duration` seconds of ROS time and touch nothing, then stop.
@@ -218,11 +218,6 @@ class Pioneer:
         if self.has_gripper and not holds(self.grip):
             self.gripper_open()
             self.gripper_lower()
-
-    def _publish_velocity(self, linear: float, angular: float) -> None:
-        twist = Twist()
-        twist.linear.x, twist.angular.z = linear, angular
-        self._velocity.publish(twist)
 
     # The gripper
 
@@ -271,27 +266,18 @@ class Pioneer:
     def _command_gripper(self, grip: GripCommand, lift: LiftCommand) -> None:
         message = GripperState()
         message.grip.state, message.lift.state = grip, lift
-        with self._commanding:
-            self._check_open()
-            self._gripper.publish(message)
+        self._send(self._gripper, message)
 
     # The end
 
-    def _close_beside(self) -> None:
-        """close(), from a thread: a signal may have interrupted this one in the middle of publishing, with locks held that are not its to take twice."""
-        closing = threading.Thread(target=self.close, daemon=True)
-        closing.start()
-        closing.join(0.5)
-
     def close(self) -> None:
         """Stand still and command nothing any more. Also called when ROS shuts down."""
-        with self._commanding:
-            drove, self._closed = self._driving, True
-            self.stop()
-        if drove:
-            for _ in range(4):  # the process may end next: give the threads that send time to do it
-                time.sleep(0.05)
-                self._publish_velocity(0.0, 0.0)
+        self._closed = True
+        self._sender.end()
+
+    def _send(self, publisher: rospy.Publisher, message: genpy.Message) -> None:
+        self._check_open()
+        self._sender.send(publisher, message)
 
     def _check_open(self) -> None:
         if self._closed or rospy.is_shutdown():
@@ -355,6 +341,13 @@ class Narrator:
         if headline != self._told:
             rospy.loginfo("%s", reason)
             self._told = headline
+
+
+def _finite(name: str, value: float, unit: str) -> float:
+    """The value, if it is a finite number. Raises UsageError that says what it is instead."""
+    if isinstance(value, (int, float)) and math.isfinite(value):
+        return value
+    raise UsageError("%s is %r: it must be a finite number (%s)" % (name, value, unit))
 
 
 def _above_zero(name: str, value: float, unit: str) -> float:

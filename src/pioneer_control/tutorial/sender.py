@@ -1,0 +1,44 @@
+"""Publishing from a thread of its own, so that the robot can be stopped from inside a signal handler."""
+
+import queue
+import threading
+import time
+
+END_TIMEOUT = 1.0  #: s that `Sender.end` waits at most
+REPEATS, REPEAT_AFTER = 5, 0.05  #: the last stop: how often, and s between
+
+
+class Sender:
+    """Publishes what it is given, in order, and at its end a stop, if what was sent before was a movement.
+
+    rospy runs shutdown hooks in the signal handler, on top of whatever the main thread was just doing. Had that been publishing,
+    the hook would wait for ever for locks which the interrupted call holds. Here the main thread never publishes, and giving
+    a message takes no lock: a SimpleQueue may be used in a signal handler (Python's documentation of `queue`).
+    """
+
+    def __init__(self, velocity, stop):
+        """`velocity`: the publisher of movements. `stop`: its message for standing still."""
+        self._velocity, self._stop = velocity, stop
+        self._messages = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._run, name="sender", daemon=True)
+        self._thread.start()
+
+    def send(self, publisher, message) -> None:
+        """Publish a message soon. After `end` it is dropped."""
+        self._messages.put((publisher, message))
+
+    def end(self) -> None:
+        """Publish what was given until now, then the stop, and nothing any more. Any thread and signal handler may call it, again too."""
+        self._messages.put(None)
+        self._thread.join(END_TIMEOUT)
+
+    def _run(self) -> None:
+        last = self._stop
+        for publisher, message in iter(self._messages.get, None):
+            publisher.publish(message)
+            if publisher is self._velocity:
+                last = message
+        if last != self._stop:
+            for _ in range(REPEATS):  # the process may end next: give the threads that send time to do it
+                self._velocity.publish(self._stop)
+                time.sleep(REPEAT_AFTER)
