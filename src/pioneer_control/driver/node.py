@@ -50,27 +50,18 @@ out stops the robot, switches its motors off and ends the session. All safety ti
 """
 
 import sys
-import threading
 from time import monotonic
-from typing import Callable, Dict
 
 import rospy
-import tf2_ros
-from geometry_msgs.msg import Twist
-from nav_msgs.msg import Odometry
-from std_srvs.srv import SetBool, SetBoolResponse
 
 from ..client import BaudFound, CommandTimedOut, LinkDown, MotionCleared, Ready, Robot, RobotState
 from ..errors import ParameterError, PioneerError, PortError
-from ..msg import AIO, DIO, BatteryState, GripperState, MotorState, RobotInfo, SonarArray
 from ..ros_node import init_node
-from . import commands, conversions
 from .notices import Notice, Throttle, Watch
 from .parameters import DriverParameters, check_parameters
+from .publications import Publications
+from .requests import Requests
 
-QUEUE = 10
-CONFIRM_TIMEOUT = 2.0
-"""Seconds the robot has to confirm that its motors are on or off."""
 START_GRACE = 3.0
 """Seconds from the start in which a port that is not there yet is no news: a simulated robot starts beside its driver."""
 
@@ -82,11 +73,9 @@ class DriverNode:
         self._parameters = parameters
         self._throttle = Throttle()
         self._watch = Watch(parameters.cmd_vel_timeout, "rosservice call %s true" % rospy.resolve_name("set_motors"))
-        self._gripper_reporter = conversions.GripperReporter()
-        self._players: Dict[str, bool] = {}     # nodes that sent commands: is it `rosbag play`?
         self._asked_to_end = False
         self._started = monotonic()
-        self._advertise()
+        self._publications = Publications(parameters)
         self._robot = Robot(
             parameters.port,
             baud=parameters.baud,
@@ -102,7 +91,7 @@ class DriverNode:
             on_state=self._on_state,
             on_event=self._on_event,
         )
-        self._subscribe()
+        self._requests = Requests(parameters, self._robot, self._watch, self._warn)
 
     def run(self) -> int:
         """Drive until ROS shuts down. Returns the exit code: 0, or 1 when the robot cannot be driven at all."""
@@ -122,43 +111,10 @@ class DriverNode:
         self._asked_to_end = True
         self._robot.close()
 
-    def _advertise(self) -> None:
-        def publisher(name, message_class, latch=False):
-            return rospy.Publisher(name, message_class, queue_size=QUEUE, latch=latch)
-
-        self._pose = publisher("pose", Odometry)
-        self._sonar = publisher("sonar", SonarArray)
-        self._motor_state = publisher("motor_state", MotorState)
-        self._battery_state = publisher("battery_state", BatteryState)
-        self._dio = publisher("dio", DIO)
-        self._aio = publisher("aio", AIO)
-        self._robot_info = publisher("robot_info", RobotInfo, latch=True)
-        self._gripper_state = None  # advertised when a robot with a gripper is there
-        self._transform = tf2_ros.TransformBroadcaster() if self._parameters.publish_tf else None
-
-    def _subscribe(self) -> None:
-        rospy.Subscriber("cmd_vel", Twist, self._on_cmd_vel, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber("cmd_motor_state", MotorState, self._on_cmd_motor_state, queue_size=QUEUE)
-        rospy.Subscriber("gripper_control", GripperState, self._on_gripper_control, queue_size=QUEUE)
-        rospy.Service("set_motors", SetBool, self._set_motors)
-
     # From the robot, on the client's I/O thread.
 
     def _on_state(self, state: RobotState) -> None:
-        stamp, base_link = rospy.Time.now(), self._parameters.base_link_frame
-        pose = conversions.odometry(state, stamp, self._parameters.odom_frame, base_link)
-        self._pose.publish(pose)
-        if self._transform is not None:
-            self._transform.sendTransform(conversions.transform(pose))
-        if state.sonar_enabled:
-            self._sonar.publish(conversions.sonar_array(state, stamp, base_link))
-        if state.gripper is not None and self._gripper_state is not None:
-            self._gripper_state.publish(self._gripper_reporter.message(state.gripper))
-        self._motor_state.publish(conversions.motor_state(state))
-        self._battery_state.publish(conversions.battery_state(state, stamp, base_link))
-        for publisher, message in ((self._dio, conversions.digital_inputs(state)), (self._aio, conversions.analog_input(state))):
-            if message is not None:
-                publisher.publish(message)
+        self._publications.state(state)
         self._warn(self._watch.state(state))
 
     def _on_event(self, event) -> None:
@@ -175,9 +131,7 @@ class DriverNode:
 
     def _welcome(self, identity) -> None:
         self._watch.identified(identity)
-        if identity.has_gripper and self._gripper_state is None:
-            self._gripper_state = rospy.Publisher("gripper_state", GripperState, queue_size=QUEUE)
-        self._robot_info.publish(conversions.robot_info(identity, rospy.Time.now(), self._parameters.base_link_frame))
+        self._publications.identity(identity)
         rospy.loginfo(
             "connected to %s, a %s%s, %d sonar transducers, %s; motors are off",
             identity.name,
@@ -200,83 +154,6 @@ class DriverNode:
         for kind, text in notices:
             if self._throttle.passes(kind, now):
                 rospy.logwarn("%s", text)
-
-    def _refuse(self, kind: str, error: Exception) -> None:
-        self._warn([Notice(kind, str(error))])
-
-    # To the robot, on the subscribers' threads.
-
-    def _replay_refused(self, message, topic: str) -> bool:
-        """Whether this is a recorded command that must not move the robot; says so."""
-        if self._parameters.accept_replay or not (commands.is_replayed(message) or self._plays_a_bag(commands.sender(message))):
-            return False
-        self._warn([Notice("replay " + topic, "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic)])
-        return True
-
-    def _plays_a_bag(self, node: str) -> bool:
-        """Whether a node is a `rosbag play` under another name: it offers a service of its own. Asked once per node."""
-        if node not in self._players:
-            try:
-                found, _, _ = rospy.get_master().lookupService(node + "/pause_playback")
-            except OSError:     # the master is gone
-                found = 0
-            self._players[node] = found == 1
-        return self._players[node]
-
-    def _on_cmd_vel(self, message: Twist) -> None:
-        if self._replay_refused(message, "cmd_vel"):
-            return
-        try:
-            commands.check_twist(message)
-            self._robot.set_velocity(message.linear.x, message.angular.z)
-        except PioneerError as error:
-            self._refuse("cmd_vel", error)
-        else:
-            self._warn(self._watch.velocity(monotonic(), bool(message.linear.x or message.angular.z), self._robot.state))
-
-    def _on_cmd_motor_state(self, message: MotorState) -> None:
-        if self._replay_refused(message, "cmd_motor_state"):
-            return
-        try:
-            wait = self._request_motors(commands.motors_wanted(message))
-        except PioneerError as error:
-            self._refuse("cmd_motor_state", error)
-        else:   # waits elsewhere: the next message may want the opposite
-            threading.Thread(target=self._hear_answer, args=(wait,), name="motors", daemon=True).start()
-
-    def _hear_answer(self, wait: Callable[[], None]) -> None:
-        try:
-            wait()
-        except PioneerError as error:
-            self._refuse("cmd_motor_state", error)
-
-    def _on_gripper_control(self, message: GripperState) -> None:
-        if self._replay_refused(message, "gripper_control"):
-            return
-        try:
-            for command in commands.gripper_commands(message):
-                self._robot.gripper(command)
-        except PioneerError as error:
-            self._refuse("gripper_control", error)
-
-    def _set_motors(self, request) -> SetBoolResponse:
-        try:
-            self._request_motors(request.data)()
-        except PioneerError as error:
-            return SetBoolResponse(False, str(error))
-        return SetBoolResponse(True, "motors are %s" % ("on" if request.data else "off"))
-
-    def _request_motors(self, on: bool) -> Callable[[], None]:
-        """Ask for the motors at once. Returns what waits for the robot's answer; both raise PioneerError with the reason when it is no."""
-        before = self._robot.state
-        answer = self._robot.request_motors(on, CONFIRM_TIMEOUT)
-
-        def wait() -> None:
-            answer()
-            if before is None or before.motors_enabled != on:
-                rospy.loginfo("motors are %s", "on" if on else "off")
-
-        return wait
 
 
 def main() -> int:
