@@ -30,9 +30,10 @@ from .events import BaudFound, CommandTimedOut, Event, LinkDown, MotionCleared, 
 from .gripper import GripperReading
 from .identity import RobotIdentity
 from .robot import LinkCounts, Robot
-from .state import RobotState, SonarRange
+from .state import NO_ECHO, RobotState, SonarRange
 
 __all__ = [
+    "NO_ECHO",
     "BaudFound",
     "CommandTimedOut",
     "Event",

@@ -10,10 +10,9 @@ from .. import p2os
 from ..errors import PioneerError, UsageError
 from .identity import RobotIdentity
 from .robot import LinkCounts, Robot
-from .state import RobotState, SonarRange
+from .state import NO_ECHO, RobotState, SonarRange
 
 SONAR_ROUND = 0.7       # s in which every transducer has fired: eight per array, one each 40 ms, twice
-NO_ECHO = 5.0           # m
 
 Row = Tuple[str, str]
 

@@ -45,6 +45,8 @@ class PacketReceived(NamedTuple):
     packet: Any
     time: float
     """Monotonic time (s) of its last byte."""
+    sent_time: float
+    """... of its first byte: ``time`` without what the line took to carry it."""
 
 
 Event = Union[Ready, LinkDown, CommandTimedOut, MotionCleared, BaudFound, PacketReceived]

@@ -51,6 +51,10 @@ class Line:
         """Whether so many commands wait that one more would come too late."""
         return len(self._commands) >= LONGEST_QUEUE
 
+    def transfer_time(self, count: int) -> float:
+        """How long (s) so many bytes are under way, in either direction; 0 where there is no line speed (TCP)."""
+        return count * BITS_PER_BYTE / self.baud if self.baud else 0.0
+
     def drop(self) -> None:
         """Forget all that waits."""
         self._commands.clear()
@@ -96,8 +100,6 @@ class Line:
             packets = (*self._revival, *packets)
         data = b"".join(packets)
         seconds = len(packets) * GAP
-        if self.baud:
-            seconds = max(seconds, len(data) * BITS_PER_BYTE / self.baud)
-        self.free_at = max(now, self.free_at) + seconds
+        self.free_at = max(now, self.free_at) + max(seconds, self.transfer_time(len(data)))
         self.last_sent = now
         self._write(data)

@@ -24,12 +24,14 @@ class Odometry:
     """Pose in the odometry frame, from the raw x, y and heading of successive SIPs.
 
     ``x_counts``, ``y_counts``, ``heading_units``: sums of all steps since the first packet, exact integers in the robot's own units and frame.
+    ``travel``: m, the sum of the way straight ahead, back is negative.
     """
 
     def __init__(self, mm_per_count: float, units_per_turn: int) -> None:
         self.x_counts = 0
         self.y_counts = 0
         self.heading_units = 0
+        self.travel = 0.0
         self._mm_per_count = mm_per_count
         self._units_per_turn = units_per_turn
         self._rad_per_unit = 2 * math.pi / units_per_turn
@@ -40,15 +42,26 @@ class Odometry:
     def update(self, x_raw: int, y_raw: int, heading_raw: int) -> None:
         """Take the numbers of the next SIP as they came; any 16-bit form of them will do."""
         if self._tied:
-            self.x_counts += wrapped(x_raw - self._raw[0], COUNT_RANGE)
-            self.y_counts += wrapped(y_raw - self._raw[1], COUNT_RANGE)
-            self.heading_units += wrapped(heading_raw - self._raw[2], self._units_per_turn)
+            forward, left, turn = (
+                wrapped(x_raw - self._raw[0], COUNT_RANGE),
+                wrapped(y_raw - self._raw[1], COUNT_RANGE),
+                wrapped(heading_raw - self._raw[2], self._units_per_turn))
+            self.x_counts += forward
+            self.y_counts += left
+            self.heading_units += turn
+            half_way = (self._raw[2] + turn / 2) * self._rad_per_unit
+            self.travel += (forward * math.cos(half_way) + left * math.sin(half_way)) * self._mm_per_count / 1000
             self._raw = (x_raw, y_raw, heading_raw)
         else:
             pose = self.pose
             self._raw = (x_raw, y_raw, heading_raw)
             self._tie(*pose)
             self._tied = True
+
+    @property
+    def turned(self) -> float:
+        """rad, the sum of all turning since the first packet, counter-clockwise."""
+        return self.heading_units * self._rad_per_unit
 
     def fits(self, mm_per_count: float, units_per_turn: int) -> bool:
         """Whether this is the odometry of a robot with these units."""

@@ -101,11 +101,13 @@ class Session:
         self._now = -math.inf
         self._last_byte = -math.inf
         self._last_sip = -math.inf
+        self._transfer_time = 0.0       # of the packet that was taken last
         self._sips = 0
         self._unreadable = 0
         self._model: Optional[RobotModel] = None
         self._config: Optional[p2os.Config] = None
         self._pending_sip: Optional[p2os.Sip] = None
+        self._pending_times = (0.0, 0.0)
         self._reader: Optional[StateReader] = None
         self._script: Optional[Generator[float, Any, Any]] = None
         self._resume_at = math.inf
@@ -209,23 +211,27 @@ class Session:
             if isinstance(packet, p2os.Sip):
                 self._sips += 1
                 self._last_sip = self._now
+            self._transfer_time = self._line.transfer_time(frame.length)
             if self._script is not None:
                 self._resume(packet)
             elif self.phase is Phase.READY:
                 self._while_ready(packet)
 
     def _while_ready(self, packet: Any) -> None:
-        assert self._reader is not None and self.drive is not None
         if isinstance(packet, p2os.Sip):
-            state = self._reader.read(packet, self._now)
-            self._events.append(state)
-            self.drive.saw(state)
+            self._report(packet, self._now, self._transfer_time)
         elif isinstance(packet, p2os.Reset):
             self.fail(LinkLostError("%s: the robot's controller restarted" % self.url))
         elif isinstance(packet, (p2os.UnknownPacket, p2os.MalformedPacket)):
             self._unreadable += 1
         else:
-            self._events.append(PacketReceived(packet, self._now))
+            self._events.append(PacketReceived(packet, self._now, self._now - self._transfer_time))
+
+    def _report(self, sip: p2os.Sip, time: float, transfer_time: float) -> None:
+        assert self._reader is not None and self.drive is not None
+        state = self._reader.read(sip, time, transfer_time)
+        self._events.append(state)
+        self.drive.saw(state)
 
     # Scripts: what is done step by step. Each yields the time until which it waits, and is sent a packet, or None at that time.
 
@@ -284,7 +290,7 @@ class Session:
                 self._line.command(self._now, *((OPEN,) if self._pending_sip is None else ()), MOTORS[False], CONFIG)
             packet = yield asked_at + ASK_AGAIN
             if isinstance(packet, p2os.Sip):
-                self._pending_sip = packet
+                self._pending_sip, self._pending_times = packet, (self._now, self._transfer_time)
             elif isinstance(packet, p2os.Config):
                 self._config = packet
             elif isinstance(packet, p2os.Reset):
@@ -306,7 +312,7 @@ class Session:
         self.drive = Drive(self._line, identity, settings.command_timeout, self._events)
         self.phase = Phase.READY
         self._events.append(Ready(identity))
-        self._while_ready(self._pending_sip)
+        self._report(self._pending_sip, *self._pending_times)
 
     def _goodbye(self) -> Generator[float, Any, None]:
         """Stop, let it come to rest for a moment, motors off, CLOSE until it is silent."""

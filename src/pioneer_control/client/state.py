@@ -11,11 +11,13 @@ from .identity import RobotIdentity
 from .odometry import Odometry
 
 NO_TEMPERATURE = (-128, -127)
+NO_ECHO = 5.0           # m: what the firmware says for no echo
+LARGEST_COMPASS = 180   # units of 2 degrees; 0 and what is larger mean that there is no compass
 ARRAYS = Flags.SONAR_1 | Flags.SONAR_2 | Flags.SONAR_3 | Flags.SONAR_4
 
 
 class SonarRange(NamedTuple):
-    """The newest reading of one transducer: range (m; 5.0 is what the firmware says for no echo) and monotonic time heard (s)."""
+    """The newest reading of one transducer: range (m; NO_ECHO when nothing is in sight) and monotonic time heard (s)."""
 
     range: float
     time: float
@@ -31,6 +33,8 @@ class RobotState:
 
     time: float
     """Monotonic time (s) at which the packet was whole."""
+    sent_time: float
+    """... at which the robot began to send it: ``time`` without what the serial line took to carry the whole packet; on TCP the same as ``time``"""
     x: float
     """m"""
     y: float
@@ -41,6 +45,10 @@ class RobotState:
     """m/s forward, as measured by the wheels"""
     angular: float
     """rad/s counter-clockwise"""
+    wheel_velocities: Tuple[float, float]
+    """left, right, m/s forward"""
+    wheel_angles: Optional[Tuple[float, float]]
+    """left, right, rad forward, summed since the first packet; None for a model whose wheel radius nobody knows"""
     x_counts: int
     """exact sum of the robot's own x since the first packet, in its units"""
     y_counts: int
@@ -65,6 +73,8 @@ class RobotState:
     """V, 0..5"""
     flags: p2os.Flags
     fault_flags: Optional[p2os.FaultFlags]
+    compass: Optional[float]
+    """rad, 0..2 pi in the compass's own sense, to 2 degrees; None without a compass"""
     charge_state: Optional[int]
     temperature: Optional[float]
     """degrees Celsius"""
@@ -83,20 +93,23 @@ class StateReader:
         self._sonar: List[Optional[SonarRange]] = [None] * identity.model.sonar_count
         self._fitted = frozenset(transducer.number for transducer in identity.model.sonar)
 
-    def read(self, sip: p2os.Sip, time: float) -> RobotState:
-        """The state after this SIP, which was whole at ``time`` (monotonic, s)."""
+    def read(self, sip: p2os.Sip, time: float, transfer_time: float = 0.0) -> RobotState:
+        """The state after this SIP, which was whole at ``time`` (monotonic, s) after ``transfer_time`` s on the line."""
         model = self.identity.model
         self.odometry.update(sip.x_counts, sip.y_counts, sip.heading_units)
         x, y, heading = self.odometry.pose
-        linear, angular = self._velocity(sip)
+        left, right = (units * model.vel_mm_s_per_unit / 1000 for units in (sip.left_velocity_units, sip.right_velocity_units))
         self._hear(sip, time)
         return RobotState(
             time=time,
+            sent_time=time - transfer_time,
             x=x,
             y=y,
             heading=heading,
-            linear=linear,
-            angular=angular,
+            linear=(left + right) / 2,
+            angular=self._angular(sip, left, right),
+            wheel_velocities=(left, right),
+            wheel_angles=self._wheel_angles(),
             x_counts=self.odometry.x_counts,
             y_counts=self.odometry.y_counts,
             motors_enabled=bool(sip.flags & Flags.MOTORS_ENABLED),
@@ -115,21 +128,25 @@ class StateReader:
             analog_voltage=None if sip.analog is None else sip.analog * 5 / 255,
             flags=sip.flags,
             fault_flags=sip.fault_flags,
+            compass=math.radians(2 * sip.compass) if 0 < sip.compass <= LARGEST_COMPASS else None,
             charge_state=sip.charge_state,
             temperature=None if sip.temperature_c is None or sip.temperature_c in NO_TEMPERATURE else float(sip.temperature_c),
             state_of_charge=sip.state_of_charge_percent / 100 if sip.state_of_charge_percent else None,
         )
 
-    def _velocity(self, sip: p2os.Sip) -> Tuple[float, float]:
-        """Forward (m/s) and turning (rad/s) speed; firmware without ROTVEL leaves the turning to the wheels' difference."""
-        model = self.identity.model
-        left = sip.left_velocity_units * model.vel_mm_s_per_unit
-        right = sip.right_velocity_units * model.vel_mm_s_per_unit
+    def _angular(self, sip: p2os.Sip, left: float, right: float) -> float:
+        """Turning speed (rad/s); firmware without ROTVEL leaves it to the difference of the wheels (m/s)."""
         if sip.rotation_velocity_ddeg_s is None:
-            angular = (right - left) / 2 * model.diff_rad_per_mm
-        else:
-            angular = math.radians(sip.rotation_velocity_ddeg_s / 10)
-        return (left + right) / 2000, angular
+            return (right - left) / 2 * 1000 * self.identity.model.diff_rad_per_mm
+        return math.radians(sip.rotation_velocity_ddeg_s / 10)
+
+    def _wheel_angles(self) -> Optional[Tuple[float, float]]:
+        """From the way that the robot went and turned: its own odometry is made of the same wheels, and no packet has to be asked for."""
+        model, odometry = self.identity.model, self.odometry
+        if model.wheel_radius is None:
+            return None
+        half_difference = odometry.turned / model.diff_rad_per_mm / 1000
+        return (odometry.travel - half_difference) / model.wheel_radius, (odometry.travel + half_difference) / model.wheel_radius
 
     def _hear(self, sip: p2os.Sip, time: float) -> None:
         mm_per_unit = self.identity.model.range_mm_per_unit

@@ -33,6 +33,11 @@ class Frame(NamedTuple):
     id: int
     data: bytes = b""
 
+    @property
+    def length(self) -> int:
+        """How many bytes it takes on the line, from header to checksum."""
+        return len(HEADER) + 1 + SMALLEST_COUNT + len(self.data)
+
 
 class DecoderCounts(NamedTuple):
     """What a `FrameDecoder` has made of the bytes it was fed."""

@@ -5,7 +5,7 @@ Factors that turn units of the wire into millimetres and radians keep the unit i
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Tuple
+from typing import NamedTuple, Optional, Tuple
 
 Point = Tuple[float, float]
 
@@ -55,7 +55,7 @@ class RobotModel:
     """One row of the model table.
 
     ``sonar`` holds the transducers that are fitted, in the order of their numbers; numbers may have gaps. ``angle_rad_per_unit`` is
-    the exact fraction of a turn, not a rounded number from a parameter file.
+    the exact fraction of a turn, not a rounded number from a parameter file; ``wheel_radius`` is None where nobody knows it.
     """
 
     subtype: str
@@ -77,6 +77,7 @@ class RobotModel:
     battery_class: int
     can_carry_gripper: bool
     gripper: GripperShape
+    wheel_radius: Optional[float] = None
 
     @property
     def angle_rad_per_unit(self) -> float:

@@ -50,7 +50,10 @@ MODEL_KEYS: Dict[str, Key] = {
     "rear_bumpers": Key("rear_bumpers", _same, int, 0),
     "battery_v": Key("battery_class", _same, int, 6),
     "can_carry_gripper": Key("can_carry_gripper", _same, bool, 0),
+    "wheel_radius_mm": Key("wheel_radius", lambda value_mm: value_mm / 1000.0 or None, float, 0),
 }
+DEFAULTS = {"wheel_radius_mm": 0}
+"""What a model need not say."""
 GRIPPER_KEYS: Dict[str, Key] = {
     "paddle_start_mm": Key("paddle_start", _metres, float, 0),
     "paddle_length_mm": Key("paddle_length", _metres, float, 0),
@@ -166,7 +169,7 @@ def _resolved(name: str, models: Dict[str, Dict[str, Any]], source: str, seen: T
 
 def _model(name: str, content: Dict[str, Dict[str, Any]], gripper: GripperShape, source: str) -> RobotModel:
     where = "%s: model %s" % (source, name)
-    values = _resolved(name, content["models"], source)
+    values = dict(DEFAULTS, **_resolved(name, content["models"], source))
     values.pop("like", None)
     sonar = values.pop("sonar", None)
     legal = ["like", "sonar"] + list(MODEL_KEYS)

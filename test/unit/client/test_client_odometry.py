@@ -50,6 +50,26 @@ def test_reset_makes_here_and_now_the_origin_whatever_way_the_robot_looks():
     assert (odometry.x_counts, odometry.y_counts) == (2000, 1500)
 
 
+def test_the_way_travelled_and_turned_is_summed_whatever_the_frame():
+    odometry = Odometry(1.0, 4096)
+    for x, y, heading in ((0, 0, 1024), (0, 300, 1024), (0, 200, 1024), (0, 200, 2048), (-500, 200, -2048), (-500, 200, 1024)):
+        odometry.update(x, y, heading)
+    odometry.reset()
+    assert odometry.travel == pytest.approx(0.3 - 0.1 + 0.5) and odometry.turned == pytest.approx(0.0)
+    odometry.rebase()
+    odometry.update(9000, 9000, 0)              # a new frame is no way
+    odometry.update(9100, 9000, 1024)           # a quarter turn along the chord
+    assert odometry.travel == pytest.approx(0.7 + 0.1 * math.sqrt(0.5)) and odometry.turned == pytest.approx(math.pi / 2)
+
+
+def test_a_circle_of_small_steps_is_as_long_as_it_is():
+    odometry = Odometry(1.0, 4096)
+    for step in range(1025):
+        angle = step / 512 * math.pi
+        odometry.update(round(1000 * math.sin(angle)), round(1000 - 1000 * math.cos(angle)), step * 4 % 4096)
+    assert odometry.travel == pytest.approx(2 * math.pi, rel=1e-3) and odometry.turned == pytest.approx(2 * math.pi)
+
+
 def test_reset_before_the_first_packet():
     odometry = Odometry(1.0, 4096)
     odometry.reset()

@@ -129,6 +129,33 @@ def test_other_packets_reach_the_listeners_and_unknown_ones_are_counted():
     assert bench.session.counts.unreadable == 2
 
 
+@pytest.mark.parametrize("rates, delay", [((9600,), (37 + 6) * 10 / 9600), ((115200,), (37 + 6) * 10 / 115200), ((), 0.0)])
+def test_states_and_packets_say_when_the_robot_sent_them(rates, delay):
+    bench = Bench(rates=rates).until_ready()
+    bench.run(0.5)
+    data = bytes.fromhex("FAFB2833D204C8FF0002BE00D20080000200020700000203DC05049808210500F00080000020000000260D")
+    bench.robot.mute = lambda packet: True
+    bench.session.receive(data[:20], bench.now)
+    bench.step()
+    bench.session.receive(data[20:], bench.now)
+    at = bench.now
+    bench.robot.mute = lambda packet: False
+    bench.robot.send(p2os.Encoder(1, 2))
+    bench.step()
+    state = next(state for state in bench.states if state.sonar[4])
+    assert state.time == at and state.sent_time == pytest.approx(at - delay)
+    packet = bench.event(PacketReceived)
+    assert packet.time - packet.sent_time == pytest.approx(14 * 10 / rates[0] if rates else 0.0)
+
+
+def test_the_first_state_is_as_old_as_its_packet():
+    robot, sips = FakeRobot(), []
+    robot.config = None         # so that it is waited for, after the last SIP
+    robot.mute = lambda packet: isinstance(packet, p2os.Sip) and (len(sips) == 3 or sips.append(packet))
+    bench = Bench(robot).until_ready()
+    assert bench.states[0].time < bench.now - 0.5
+
+
 def test_half_of_all_packets_malformed_still_drives_and_is_counted():
     chance = random.Random(7)
 

@@ -69,6 +69,29 @@ def test_without_rotvel_the_wheels_say_how_fast_it_turns():
     assert state.angular == pytest.approx(10 * find_model("p3dx-sh").diff_rad_per_mm)
 
 
+def test_the_time_on_the_line_is_taken_off():
+    assert reader().read(packet(DRIVING), 12.5).sent_time == 12.5
+    assert reader().read(packet(DRIVING), 12.5, 0.045).sent_time == pytest.approx(12.455)
+
+
+def test_each_wheel_has_its_speed_and_its_angle():
+    model = find_model("p3dx-sh")
+    read = reader().read
+    assert read(sip(left_velocity_units=190, right_velocity_units=210), 0.0).wheel_velocities == pytest.approx((0.19, 0.21))
+    assert read(sip(x_counts=200), 0.1).wheel_angles == pytest.approx((0.2 / 0.0975, 0.2 / 0.0975))
+    assert read(sip(x_counts=100), 0.2).wheel_angles == pytest.approx((0.1 / 0.0975, 0.1 / 0.0975)), "backwards"
+    turned = math.pi / 2 / model.diff_rad_per_mm / 1000 / 0.0975
+    assert read(sip(x_counts=100, heading_units=1024), 0.3).wheel_angles == pytest.approx((0.1 / 0.0975 - turned, 0.1 / 0.0975 + turned))
+    state = reader("powerbot").read(sip(left_velocity_units=100), 0.0)
+    assert state.wheel_angles is None and state.wheel_velocities == (0.1, 0.0)
+
+
+@pytest.mark.parametrize("byte, degrees", [(0, None), (1, 2), (90, 180), (180, 360), (181, None), (255, None)])
+def test_the_compass(byte, degrees):
+    compass = reader().read(sip(compass=byte), 0.0).compass
+    assert compass is None if degrees is None else compass == pytest.approx(math.radians(degrees))
+
+
 def test_units_of_older_models():
     model = find_model("p3dx")
     read = reader("p3dx").read

@@ -132,6 +132,13 @@ def test_a_users_file_overrides_any_value(user_file):
     assert find_model("p3dx-sh").dist_mm_per_unit == 1
 
 
+def test_the_wheel_radius_is_known_for_some_and_may_be_left_out(user_file):
+    assert (find_model("p3dx").wheel_radius, find_model("p3at-sh").wheel_radius, find_model("amigo-sh").wheel_radius) == (0.0975, 0.1075, None)
+    assert find_model("amigo-sh", user_file("models: {amigo-sh: {wheel_radius_mm: 50}}")).wheel_radius == 0.05
+    with pytest.raises(UsageError, match="wheel_radius_mm is -1"):
+        load_models(user_file("models: {amigo-sh: {wheel_radius_mm: -1}}"))
+
+
 def test_a_users_file_adds_models_and_gripper_measures(user_file):
     table = load_table(user_file("models: {mine: {like: p3at-sh, width_mm: 600}}\naliases: {p9: mine}\ngripper: {opening_mm: 180}\n"))
     assert table.find("P9").width == 0.6 and table.find("p9").gripper.opening == 0.18
