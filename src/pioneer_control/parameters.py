@@ -35,32 +35,78 @@ class Number(NamedTuple):
         return float(value)
 
 
-class Whole(NamedTuple):
-    """A whole number, any."""
+class Rate(NamedTuple):
+    """A number whose size is in [least, high], or 0 for none given; with ``signed`` either sign will do, and means the same."""
 
-    legal: str = "a whole number"
+    least: float
+    high: float
+    signed: bool = False
+
+    @property
+    def low(self) -> float:
+        return -self.high if self.signed else 0.0
+
+    @property
+    def legal(self) -> str:
+        return f"0 or a number from {self.least:g} to {self.high:g}" + (", with any sign" if self.signed else "")
+
+    def accept(self, value: Any) -> float:
+        """The value as float. Raises ValueError when it is not legal."""
+        value = Number(self.low, self.high).accept(value)
+        if 0 < abs(value) < self.least:
+            raise ValueError
+        return value
+
+
+class Whole(NamedTuple):
+    """A whole number in [low, high], or any."""
+
+    low: float = -math.inf
+    high: float = math.inf
+
+    @property
+    def legal(self) -> str:
+        return "a whole number" + (f" from {self.low} to {self.high}" if math.isfinite(self.low) else "")
 
     def accept(self, value: Any) -> int:
         """The value itself. Raises ValueError when it is not legal."""
-        if isinstance(value, bool) or not isinstance(value, int):
+        if isinstance(value, bool) or not isinstance(value, int) or not self.low <= value <= self.high:
             raise ValueError
         return value
 
 
 class Choice(NamedTuple):
-    """One of a few numbers."""
+    """One of a few numbers or words."""
 
-    choices: Tuple[int, ...]
+    choices: Tuple[Any, ...]
 
     @property
     def legal(self) -> str:
         return "one of " + ", ".join(map(str, self.choices))
 
-    def accept(self, value: Any) -> int:
-        """The number chosen. Raises ValueError when it is not legal."""
-        if isinstance(value, bool) or value not in self.choices:
+    def accept(self, value: Any) -> Any:
+        """The one chosen, as the table has it. Raises ValueError when it is not legal."""
+        if isinstance(value, bool):
             raise ValueError
-        return int(value)
+        return self.choices[self.choices.index(value)]
+
+
+class Numbers(NamedTuple):
+    """So many numbers, each in [low, high]."""
+
+    count: int
+    low: float
+    high: float
+
+    @property
+    def legal(self) -> str:
+        return f"{self.count} numbers from {self.low:g} to {self.high:g}, as a list"
+
+    def accept(self, value: Any) -> Tuple[float, ...]:
+        """The numbers as floats. Raises ValueError when it is not legal."""
+        if not isinstance(value, (list, tuple)) or len(value) != self.count:
+            raise ValueError
+        return tuple(map(Number(self.low, self.high).accept, value))
 
 
 class Switch(NamedTuple):
@@ -105,9 +151,9 @@ class Text(NamedTuple):
         return value
 
 
-def parameter(default: Any, kind: Any, meaning: str, unit: str = "") -> Any:
-    """A row of a table: a field whose metadata say what is legal."""
-    return field(default=default, metadata={"kind": kind, "unit": unit, "meaning": meaning})
+def parameter(default: Any, kind: Any, meaning: str, unit: str = "", live: bool = False) -> Any:
+    """A row of a table: a field whose metadata say what is legal. A ``live`` one may change while the node runs."""
+    return field(default=default, metadata={"kind": kind, "unit": unit, "meaning": meaning, "live": live})
 
 
 def check(table: type, given: Mapping[str, Any]) -> Tuple[Any, List[str]]:

@@ -25,25 +25,47 @@
 
 *Parameters* (private; legal ranges in `parameters.py`)
 
-======================  =======  =====  ============  ================================================================
-name                    type     unit   default       meaning
-======================  =======  =====  ============  ================================================================
-``port``                text            /dev/ttyUSB0  serial device, or socket://host:port
-``baud``                integer  baud   9600          line speed tried first; the others follow
-``model``               text                          model to assume; empty: what the robot says it is
-``models_file``         text                          file with your own calibration of models; empty: none
-``gripper``             text            auto          auto, true or false: is a gripper fitted?
-``pulse``               number   s      1.0           time between signs of life to the robot; 0 or less: none
-``use_sonar``           bool            true          sonar on
-``max_xspeed``          number   m/s    0.5           no forward or backward command goes beyond
-``max_yawspeed``        number   rad/s  1.745         no turn goes beyond
-``cmd_vel_timeout``     number   s      0.6           a velocity older than this means stop
-``accept_replay``       bool            false         obey commands that `rosbag play` publishes
-``odom_frame_id``       text            odom          frame of the pose
-``base_link_frame_id``  text            base_link     frame of the robot
-``frame_prefix``        text                          put before every frame name, e.g. robot2/
-``publish_tf``          bool            true          publish the transform odom -> base_link
-======================  =======  =====  ============  ================================================================
+===========================  =======  =======  ============================  ========================================================================
+name                         type     unit     default                       meaning
+===========================  =======  =======  ============================  ========================================================================
+``port``                     text              /dev/ttyUSB0                  serial device, or socket://host:port
+``baud``                     integer  baud     9600                          line speed tried first, the others follow
+``host_baud``                integer  baud     0                             line speed to change to once connected; 0: none
+``model``                    text                                            robot model to assume; empty: what the robot says it is
+``models_file``              text                                            file with your own calibration of models; empty: none
+``gripper``                  text              auto                          is a gripper fitted? auto: what the robot says
+``beam_polarity``            integer           1                             what the gripper's beams read when something breaks them
+``pulse``                    number   s        1.0                           time between signs of life to the robot; 0 or less: none
+``use_sonar``                bool              true                          sonar on; false: off, and no sonar topic is fed
+``max_xspeed``               number   m/s      0.5                           no forward or backward command goes beyond
+``max_yawspeed``             number   rad/s    1.745                         no turn goes beyond
+``cmd_vel_timeout``          number   s        0.6                           a velocity older than this means stop
+``max_xaccel``               number   m/s^2    0.0                           acceleration; 0: the robot's own
+``max_xdecel``               number   m/s^2    0.0                           deceleration, with any sign; 0: the robot's own
+``max_yawaccel``             number   rad/s^2  0.0                           acceleration of turns; 0: the robot's own
+``max_yawdecel``             number   rad/s^2  0.0                           deceleration of turns, with any sign; 0: the robot's own
+``rot_kp``                   integer           -1                            rotation PID, proportional; -1: the robot's own
+``rot_kv``                   integer           -1                            rotation PID, derivative; -1: the robot's own
+``rot_ki``                   integer           -1                            rotation PID, integral; -1: the robot's own
+``trans_kp``                 integer           -1                            translation PID, proportional; -1: the robot's own
+``trans_kv``                 integer           -1                            translation PID, derivative; -1: the robot's own
+``trans_ki``                 integer           -1                            translation PID, integral; -1: the robot's own
+``bumpstall``                integer           -1                            bumpers that stall: 0 none, 1 front, 2 rear, 3 both; -1: the robot's own
+``ticks_mm``                 integer  1/mm     0                             calibration TicksMM; 0: the robot's own
+``drift_factor``             integer           -32768                        calibration DriftFactor; -32768: the robot's own
+``rev_count``                integer  1/turn   0                             calibration RevCount; 0: the robot's own
+``enable_motors_on_start``   bool              false                         motors on when the robot is found for the first time, with nobody asking
+``accept_replay``            bool              false                         obey commands that `rosbag play` publishes
+``odom_frame_id``            text              odom                          frame of the pose
+``base_link_frame_id``       text              base_link                     frame of the robot
+``frame_prefix``             text                                            put before every frame name, e.g. robot2/
+``publish_tf``               bool              true                          publish the transform odom -> base_link
+``sonar_no_echo``            text              inf                           range in sonar_ranges when nothing is in sight: inf or max
+``pose_covariance_moving``   list              0.001 0.001 1e6 1e6 1e6 0.01  of pose, while the robot moves
+``pose_covariance_still``    list              0.001 0.001 1e6 1e6 1e6 0.01  of pose, while it stands
+``twist_covariance_moving``  list              0.001 0.001 1e6 1e6 1e6 0.01  of twist, while the robot moves
+``twist_covariance_still``   list              1e-6 1e-6 1e6 1e6 1e6 1e-6    of twist, while it stands
+===========================  =======  =======  ============================  ========================================================================
 
 Commands that `rosbag play` publishes are refused unless ``accept_replay`` is set. Motors are never switched on unless somebody asks. Every way
 out stops the robot, switches its motors off and ends the session. All safety timers run in the client, on monotonic time.

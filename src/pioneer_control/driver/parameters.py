@@ -5,14 +5,16 @@ legal, its unit and what it does.
 from dataclasses import dataclass
 from typing import Any, List, Mapping, Optional, Tuple
 
-from ..parameters import AutoSwitch, Choice, Number, Switch, Text, check, parameter
+from ..parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole, check, parameter
 
 BAUD_RATES = (9600, 19200, 38400, 57600, 115200)
+GAIN = Whole(-1, 65535)
+NO_DRIFT_GIVEN = -32768
+UNKNOWN = 1e6   # variance of what wheels cannot tell
+VARIANCES = Numbers(6, 0.0, 1e9)
+Variances = Tuple[float, float, float, float, float, float]     # of x, y, z (m^2), roll, pitch, yaw (rad^2)
 
 WITHOUT_EFFECT = {
-    **dict.fromkeys((
-        "bumpstall rot_kp rot_kv rot_ki trans_kp trans_kv trans_ki max_xaccel max_xdecel max_yawaccel max_yawdecel").split(),
-        "it is known from p2os, but not supported yet"),
     **dict.fromkeys("use_tcp tcp_remote_host tcp_remote_port".split(), "give the address as the port: port:=socket://host:8101"),
     **dict.fromkeys("radio joystick direct_wheel_vel_control".split(), "it never had one in p2os either"),
 }
@@ -25,19 +27,41 @@ class DriverParameters:
 
     port: str = parameter("/dev/ttyUSB0", Text(), "serial device, or socket://host:port")
     baud: int = parameter(9600, Choice(BAUD_RATES), "line speed tried first, the others follow", "baud")
+    host_baud: int = parameter(0, Choice((0,) + BAUD_RATES), "line speed to change to once connected; 0: none", "baud")
     model: str = parameter("", Text(empty=True), "robot model to assume; empty: what the robot says it is")
     models_file: str = parameter("", Text(empty=True), "file with your own calibration of models; empty: none")
     gripper: Optional[bool] = parameter(None, AutoSwitch(), "is a gripper fitted? auto: what the robot says")
+    beam_polarity: int = parameter(1, Choice((0, 1)), "what the gripper's beams read when something breaks them")
     pulse: float = parameter(1.0, Number(-1.0, 1.5), "time between signs of life to the robot; 0 or less: none", "s")
     use_sonar: bool = parameter(True, Switch(), "sonar on; false: off, and no sonar topic is fed")
-    max_xspeed: float = parameter(0.5, Number(0.01, 3.0), "no forward or backward command goes beyond", "m/s")
-    max_yawspeed: float = parameter(1.745, Number(0.02, 6.3), "no turn goes beyond", "rad/s")
-    cmd_vel_timeout: float = parameter(0.6, Number(0.1, 2.0), "a velocity older than this means stop", "s")
+    max_xspeed: float = parameter(0.5, Number(0.01, 3.0), "no forward or backward command goes beyond", "m/s", live=True)
+    max_yawspeed: float = parameter(1.745, Number(0.02, 6.3), "no turn goes beyond", "rad/s", live=True)
+    cmd_vel_timeout: float = parameter(0.6, Number(0.1, 2.0), "a velocity older than this means stop", "s", live=True)
+    max_xaccel: float = parameter(0.0, Rate(0.01, 10.0), "acceleration; 0: the robot's own", "m/s^2", live=True)
+    max_xdecel: float = parameter(0.0, Rate(0.1, 10.0, signed=True), "deceleration, with any sign; 0: the robot's own", "m/s^2", live=True)
+    max_yawaccel: float = parameter(0.0, Rate(0.1, 20.0), "acceleration of turns; 0: the robot's own", "rad/s^2", live=True)
+    max_yawdecel: float = parameter(0.0, Rate(0.2, 20.0, signed=True), "deceleration of turns, with any sign; 0: the robot's own", "rad/s^2", live=True)
+    rot_kp: int = parameter(-1, GAIN, "rotation PID, proportional; -1: the robot's own", live=True)
+    rot_kv: int = parameter(-1, GAIN, "rotation PID, derivative; -1: the robot's own", live=True)
+    rot_ki: int = parameter(-1, GAIN, "rotation PID, integral; -1: the robot's own", live=True)
+    trans_kp: int = parameter(-1, GAIN, "translation PID, proportional; -1: the robot's own", live=True)
+    trans_kv: int = parameter(-1, GAIN, "translation PID, derivative; -1: the robot's own", live=True)
+    trans_ki: int = parameter(-1, GAIN, "translation PID, integral; -1: the robot's own", live=True)
+    bumpstall: int = parameter(-1, Whole(-1, 3), "bumpers that stall: 0 none, 1 front, 2 rear, 3 both; -1: the robot's own", live=True)
+    ticks_mm: int = parameter(0, Whole(0, 65535), "calibration TicksMM; 0: the robot's own", "1/mm", live=True)
+    drift_factor: int = parameter(NO_DRIFT_GIVEN, Whole(NO_DRIFT_GIVEN, 32767), "calibration DriftFactor; -32768: the robot's own", live=True)
+    rev_count: int = parameter(0, Whole(0, 65535), "calibration RevCount; 0: the robot's own", "1/turn", live=True)
+    enable_motors_on_start: bool = parameter(False, Switch(), "motors on when the robot is found for the first time, with nobody asking")
     accept_replay: bool = parameter(False, Switch(), "obey commands that `rosbag play` publishes")
     odom_frame_id: str = parameter("odom", Text(slash=False), "frame of the pose")
     base_link_frame_id: str = parameter("base_link", Text(slash=False), "frame of the robot")
     frame_prefix: str = parameter("", Text(empty=True, slash=False), "put before every frame name, e.g. robot2/")
     publish_tf: bool = parameter(True, Switch(), "publish the transform odom -> base_link")
+    sonar_no_echo: str = parameter("inf", Choice(("inf", "max")), "range in sonar_ranges when nothing is in sight: inf or max")
+    pose_covariance_moving: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES, "of pose, while the robot moves")
+    pose_covariance_still: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES, "of pose, while it stands")
+    twist_covariance_moving: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES, "of twist, while the robot moves")
+    twist_covariance_still: Variances = parameter((1e-6, 1e-6, UNKNOWN, UNKNOWN, UNKNOWN, 1e-6), VARIANCES, "of twist, while it stands")
 
     @property
     def odom_frame(self) -> str:

@@ -11,6 +11,9 @@ from pioneer_control.driver import parameters as parameters_module
 from pioneer_control.driver.parameters import WITHOUT_EFFECT, DriverParameters, check_parameters
 from pioneer_control.errors import ParameterError
 
+GAINS = ["%s_%s" % (motion, gain) for motion in ("rot", "trans") for gain in ("kp", "kv", "ki")]
+VARIANCES = ["%s_covariance_%s" % (what, how) for what in ("pose", "twist") for how in ("moving", "still")]
+
 LEGAL = [
     ("port", "socket://localhost:8101", "socket://localhost:8101"), ("baud", 115200, 115200),
     ("model", "p3at-sh", "p3at-sh"), ("models_file", "", ""),
@@ -19,6 +22,14 @@ LEGAL = [
     ("max_xspeed", 1, 1.0), ("max_yawspeed", 0.5, 0.5), ("cmd_vel_timeout", 0.1, 0.1), ("cmd_vel_timeout", 2, 2.0),
     ("accept_replay", True, True), ("odom_frame_id", "o", "o"), ("base_link_frame_id", "b", "b"),
     ("frame_prefix", "two/", "two/"), ("publish_tf", False, False),
+    ("host_baud", 38400, 38400), ("host_baud", 0, 0), ("beam_polarity", 0, 0), ("enable_motors_on_start", True, True),
+    ("max_xaccel", 0.3, 0.3), ("max_xaccel", 0, 0.0), ("max_xdecel", -0.3, -0.3), ("max_xdecel", 10, 10.0),
+    ("max_yawaccel", 2, 2.0), ("max_yawdecel", -20.0, -20.0), ("max_yawdecel", 0.2, 0.2),
+    ("bumpstall", 3, 3), ("bumpstall", -1, -1), ("ticks_mm", 128, 128), ("rev_count", 16570, 16570),
+    ("drift_factor", -40, -40), ("drift_factor", -32768, -32768), ("drift_factor", 32767, 32767),
+    ("sonar_no_echo", "max", "max"),
+] + [(gain, value, value) for gain in GAINS for value in (-1, 0, 65535)] + [
+    (variances, [0, 0.1, 0, 0, 0, 1e6], (0.0, 0.1, 0.0, 0.0, 0.0, 1e6)) for variances in VARIANCES
 ]
 
 ILLEGAL = [
@@ -33,6 +44,13 @@ ILLEGAL = [
     ("odom_frame_id", "", "not empty"), ("odom_frame_id", "/odom", "not beginning with '/'"),
     ("base_link_frame_id", "/base_link", "not beginning"), ("frame_prefix", "/two", "not beginning"),
     ("publish_tf", 0, "true or false"),
+    ("host_baud", 9601, "0, 9600, 19200"), ("beam_polarity", 2, "0, 1"), ("beam_polarity", True, "0, 1"), ("enable_motors_on_start", "yes", "true or false"),
+    ("max_xaccel", -0.3, "0 or a number from 0.01 to 10"), ("max_xaccel", 0.001, "0.01 to 10 (m/s^2)"), ("max_xdecel", -0.05, "0.1 to 10, with any sign"),
+    ("max_xdecel", -10.5, "0.1 to 10"), ("max_xdecel", math.nan, "0.1 to 10"), ("max_yawaccel", "fast", "0.1 to 20"), ("max_yawdecel", 20.5, "with any sign (rad/s^2)"),
+    ("bumpstall", 4, "-1 to 3"), ("bumpstall", 1.0, "a whole number"), ("ticks_mm", -1, "0 to 65535"), ("rev_count", 65536, "0 to 65535"),
+    ("drift_factor", 32768, "-32768 to 32767"), ("sonar_no_echo", "5", "inf, max"), ("sonar_no_echo", math.inf, "inf, max"),
+] + [(gain, value, "-1 to 65535") for gain in GAINS for value in (-2, 65536, 0.5, True)] + [
+    (variances, value, "6 numbers from 0 to 1e+09") for variances in VARIANCES for value in ([0] * 5, [0, 0, 0, 0, 0, -1], 0.1, [math.nan] * 6)
 ]
 
 
@@ -111,9 +129,14 @@ def test_the_node_tells_of_every_parameter_what_is_true():
     heading = next(line for line in table if line.startswith("name "))
     unit, default, meaning = (heading.index(column) for column in ("unit", "default", "meaning"))
     told = {row.split("``")[1]: (row[unit:default].strip(), row[default:meaning].strip()) for row in table if row.startswith("``")}
-    spelled = {"None": "auto", "True": "true", "False": "false"}
-    assert told == {entry.name: (entry.metadata["unit"], spelled.get(str(entry.default), str(entry.default)))
-                    for entry in dataclasses.fields(DriverParameters)}
+    assert told == {entry.name: (entry.metadata["unit"], spelled(entry.default)) for entry in dataclasses.fields(DriverParameters)}
+
+
+def spelled(default):
+    """A default as the user reads it."""
+    if isinstance(default, tuple):
+        return " ".join("%g" % number for number in default).replace("e+0", "e").replace("e-0", "e-")
+    return {"None": "auto", "True": "true", "False": "false"}.get(str(default), str(default))
 
 
 def test_frozen():
