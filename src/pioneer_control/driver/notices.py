@@ -8,6 +8,8 @@ PERIOD = 10.0
 """The same warning is not repeated within so many seconds."""
 LOW_BATTERY_12_V = 11.5
 """Alarm level (V) of a 12 V robot that does not report its own (CONFIGpac LowBattery)."""
+EMPTY_BATTERY_12_V = 11.0
+"""Level (V) at which a 12 V robot switches itself off that does not report its own (CONFIGpac ShutdownVolts)."""
 SAME_COMMANDER = 5.0
 """Velocities that come further apart (s) than this are two drives, not one slow commander."""
 
@@ -17,6 +19,44 @@ class Notice(NamedTuple):
 
     kind: str
     text: str
+
+
+class BatteryLevels(NamedTuple):
+    """Voltages (V, real) below which a battery is low, and empty: there the robot switches itself off."""
+
+    low: float
+    empty: float
+
+
+def battery_levels(identity: RobotIdentity) -> BatteryLevels:
+    """The robot's own levels, else the usual ones of its class."""
+    config, volts_of_class = identity.config, identity.model.battery_class / 12
+
+    def level(reported_dv: Optional[int], usual_12_v: float) -> float:
+        volts = reported_dv / 10 if reported_dv else usual_12_v * volts_of_class
+        # Some 24 V robots report a level as if they had 12 V.
+        return volts * volts_of_class if volts < 8 * volts_of_class else volts
+
+    low = level(config and config.low_battery_dv, LOW_BATTERY_12_V)
+    return BatteryLevels(low, min(low, level(config and config.shutdown_dv, EMPTY_BATTERY_12_V)))
+
+
+def low_battery(voltage: float, levels: BatteryLevels) -> str:
+    """What to say of a low battery (V)."""
+    return "battery low: %.1f V, the alarm level is %.1f V; charge it" % (voltage, levels.low)
+
+
+def stalled_wheels(state: RobotState) -> str:
+    """What to say of stalled wheels; empty when none is, or when the STOP button holds them."""
+    stalled = [name for name, stall in (("left", state.left_stall), ("right", state.right_stall)) if stall]
+    if not stalled or state.stop_button:
+        return ""
+    return "the %s wheel%s stalled: something holds the robot" % (" and the ".join(stalled), "s are" if len(stalled) > 1 else " is")
+
+
+def stop_button_pressed(how_to_enable: str) -> str:
+    """What to say of a pressed STOP button."""
+    return "the STOP button is pressed: motors are off; release it, then %s" % how_to_enable
 
 
 class Throttle:
@@ -46,31 +86,25 @@ class Watch:
     def __init__(self, cmd_vel_timeout: float, how_to_enable: str) -> None:
         self._timeout = cmd_vel_timeout
         self._how_to_enable = how_to_enable
-        self._low_battery = LOW_BATTERY_12_V
+        self._battery = BatteryLevels(LOW_BATTERY_12_V, EMPTY_BATTERY_12_V)
         self._last_command: Optional[float] = None
         self._was_moving = False
         self._gaps = 0  # in a row that were too long
 
     def identified(self, identity: RobotIdentity) -> None:
-        """Take the battery's alarm level: the robot's own, else the usual one of its class."""
-        volts_of_class = identity.model.battery_class / 12
-        reported = identity.config.low_battery_dv if identity.config is not None else None
-        level = reported / 10 if reported else LOW_BATTERY_12_V * volts_of_class
-        # Some 24 V robots report the level as if they had 12 V.
-        self._low_battery = level * volts_of_class if level < 8 * volts_of_class else level
+        """Take the levels of the robot's battery."""
+        self._battery = battery_levels(identity)
 
     def state(self, state: RobotState) -> List[Notice]:
         """What is to be said about a state."""
         notices = []
-        if state.battery_voltage < self._low_battery:
-            levels = state.battery_voltage, self._low_battery
-            notices.append(Notice("battery", "battery low: %.1f V, the alarm level is %.1f V; charge it" % levels))
-        stalled = [name for name, stall in (("left", state.left_stall), ("right", state.right_stall)) if stall]
-        if stalled and not state.stop_button:
-            plural = "s are" if len(stalled) > 1 else " is"
-            notices.append(Notice("stall", "the %s wheel%s stalled: something holds the robot" % (" and the ".join(stalled), plural)))
+        if state.battery_voltage < self._battery.low:
+            notices.append(Notice("battery", low_battery(state.battery_voltage, self._battery)))
+        stall = stalled_wheels(state)
+        if stall:
+            notices.append(Notice("stall", stall))
         if state.stop_button:
-            notices.append(Notice("stop button", "the STOP button is pressed: motors are off; release it, then %s" % self._how_to_enable))
+            notices.append(Notice("stop button", stop_button_pressed(self._how_to_enable)))
         return notices
 
     def velocity(self, now: float, moving: bool, state: Optional[RobotState]) -> List[Notice]:

@@ -6,7 +6,7 @@ from typing import Optional
 
 import pytest
 
-from pioneer_control.driver.notices import PERIOD, Throttle, Watch
+from pioneer_control.driver.notices import PERIOD, Throttle, Watch, battery_levels
 
 
 @dataclass
@@ -20,8 +20,9 @@ class State:
     motors_enabled: bool = True
 
 
-def identity(battery_class=12, low_battery_dv: Optional[int] = 115):
-    return SimpleNamespace(model=SimpleNamespace(battery_class=battery_class), config=SimpleNamespace(low_battery_dv=low_battery_dv))
+def identity(battery_class=12, low_battery_dv: Optional[int] = 115, shutdown_dv: Optional[int] = 110):
+    config = SimpleNamespace(low_battery_dv=low_battery_dv, shutdown_dv=shutdown_dv)
+    return SimpleNamespace(model=SimpleNamespace(battery_class=battery_class), config=config)
 
 
 @pytest.fixture
@@ -53,6 +54,19 @@ def test_the_alarm_level_is_the_robots_own_in_its_own_volts(watch, battery_class
     watch.identified(identity(battery_class, reported_dv))
     assert kinds(watch.state(State(battery_voltage=level - 0.05))) == ["battery"]
     assert watch.state(State(battery_voltage=level + 0.05)) == []
+
+
+@pytest.mark.parametrize(
+    "battery_class, low_dv, shutdown_dv, empty",
+    [(12, 115, 108, 10.8), (12, 115, None, 11.0), (24, 230, 0, 22.0), (24, 230, 110, 22.0), (24, 230, 216, 21.6), (12, 105, 110, 10.5)],
+)
+def test_an_empty_battery_is_at_the_robots_own_shutdown_and_never_above_a_low_one(battery_class, low_dv, shutdown_dv, empty):
+    assert battery_levels(identity(battery_class, low_dv, shutdown_dv)).empty == pytest.approx(empty)
+
+
+def test_the_levels_of_a_robot_that_never_sent_its_configuration_are_those_of_its_class():
+    silent = SimpleNamespace(model=SimpleNamespace(battery_class=24), config=None)
+    assert battery_levels(silent) == (23.0, 22.0)
 
 
 def test_a_stalled_wheel_is_named(watch):
