@@ -10,7 +10,8 @@ import time
 
 import pytest
 
-from pioneer_control.client import LinkDown, Ready, Robot
+from pioneer_control import p2os
+from pioneer_control.client import LinkDown, PacketReceived, Ready, Robot
 from pioneer_control.errors import LinkLostError, NoAnswerError, NotConfirmedError, PortError, RefusedError, UnknownModelError, UsageError
 from pioneer_control.p2os import GripperCommand, encode_command
 from pioneer_control.robots import find_model
@@ -268,6 +269,29 @@ def test_pressure_and_carry_bring_their_value(server):
         robot.gripper(GripperCommand.CARRY, 25)
         until(lambda: not robot.state.gripper.lift_down, "half a second up")
         robot.gripper(GripperCommand.PRESSURE, 10)
+
+
+def test_packets_besides_the_sip_are_asked_for_again_after_a_reconnect_and_end_with_the_session(server):
+    got = []
+    with SpoiltLine(port_of(server)) as line:
+        robot = Robot(line.url, reconnect=True, on_event=lambda event: isinstance(event, PacketReceived) and got.append(type(event.packet)))
+        robot.request_data("io")
+        with robot:
+            robot.request_data("encoder")
+            until(lambda: {p2os.IO, p2os.Encoder} <= set(got), "both kinds")
+            line.cut()
+            until(lambda: robot.link.reconnects == 1, "reconnected")
+            got.clear()
+            until(lambda: {p2os.IO, p2os.Encoder} <= set(got), "both kinds again")
+            robot.request_data("encoder", False)
+            until(lambda: got[-3:] == [p2os.IO] * 3, "no more of one")
+            with pytest.raises(UsageError, match="'sonar'; legal: io, gyro"):
+                robot.request_data("sonar")
+    got.clear()
+    with Robot(server.url, on_event=lambda event: isinstance(event, PacketReceived) and got.append(type(event.packet))) as robot:
+        robot.wait_for_state()
+        robot.wait_for_state()
+        assert got == []
 
 
 def test_a_robot_without_gripper_refuses():

@@ -19,6 +19,7 @@ Open ``robot.py`` first, then ``session.py``. From the wire upwards:
 ``line``          when bytes may go out: pace, one pending velocity, a stop overtakes
 ``handshake``     listen, sync, identify: from an unknown state to a robot that has said its name
 ``drive``         velocities, dead man, motors: what to say until the robot does it
+``data``          packets besides the SIP, asked for until they come
 ``session``       all of that for one connection, sans-I/O: bytes and time in, bytes and events out
 ``odometry``      15-bit counts to an exact pose
 ``state``         one SIP to one RobotState in SI units

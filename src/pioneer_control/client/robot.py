@@ -5,10 +5,11 @@ import contextlib
 import sys
 import threading
 from time import monotonic
-from typing import Callable, List, NamedTuple, Optional, Tuple, Union
+from typing import Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from ..errors import LinkError, LinkLostError, NoAnswerError, PioneerError, RefusedError, UsageError
 from ..p2os import GripperCommand, encode_command
+from .data import DATA
 from .events import Event, LinkDown
 from .handshake import RATES
 from .identity import RobotIdentity
@@ -90,6 +91,7 @@ class Robot:
         self._identity: Optional[RobotIdentity] = None
         self._state: Optional[RobotState] = None
         self._states = 0
+        self._wanted_data: Dict[str, bool] = {}
         self._reconnects = -1
         self._past = Counts()
         self._error: Optional[BaseException] = None
@@ -247,6 +249,20 @@ class Robot:
         """Set the digital outputs whose bits are 1 in ``mask`` (0..255) to their bits in ``states``."""
         self._command(encode_command("DIGOUT", mask, states))
 
+    def request_data(self, kind: str, on: bool = True) -> None:
+        """Packets of this kind with every SIP, as PacketReceived events, or no more of them; asked for again after a reconnect.
+
+        ``kind`` is one of data.DATA: "io", "gyro", "encoder", "battery", ... What the robot does not have never comes. Without a link it is asked for as
+        soon as there is one. Raises UsageError for another kind.
+        """
+        if kind not in DATA:
+            raise UsageError("there are no packets called %r; legal: %s" % (kind, ", ".join(DATA)))
+        with self._changed:
+            self._wanted_data[kind] = bool(on)
+            if self.ready:
+                self._session.data.request(kind, bool(on), monotonic())
+                self._try_act()
+
     def reset_odometry(self) -> None:
         """The robot stands at (0, 0, 0) from the next state on."""
         with self._changed:
@@ -353,8 +369,8 @@ class Robot:
         if transport.baud is not None:
             rates = (transport.baud,) + tuple(rate for rate in RATES if rate != transport.baud)
         previous = self._session.odometry if self._session is not None else None
-        session = Session(self.url, rates, self._settings, previous)
         with self._changed:
+            session = Session(self.url, rates, self._settings, previous, self._wanted_data)
             self._past = self._total()
             self._transport, self._session = transport, session
         try:

@@ -12,11 +12,13 @@ take_actions() in order and hands take_events() to the listeners. Nothing in her
 
 import math
 from enum import Enum
-from typing import Any, Generator, List, NamedTuple, Optional, Tuple, Union
+from types import MappingProxyType
+from typing import Any, Generator, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 from .. import p2os
 from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, UnknownModelError
 from ..robots import RobotModel, find_model
+from .data import DataRequests
 from .drive import MOTORS, STOP, Drive
 from .events import BaudFound, Event, PacketReceived, Ready
 from .handshake import CLOSE, Handshake
@@ -82,9 +84,12 @@ class Session:
         rates: line speeds to try, the port's present one first; empty on TCP.
         settings: what the user wants.
         odometry: of the connection before, to be continued if this is the same kind of robot.
+        wanted_data: kinds of packets to be asked for (data.DATA).
     """
 
-    def __init__(self, url: str, rates: Tuple[int, ...], settings: Settings, odometry: Optional[Odometry] = None) -> None:
+    def __init__(
+        self, url: str, rates: Tuple[int, ...], settings: Settings, odometry: Optional[Odometry] = None, wanted_data: Mapping[str, bool] = MappingProxyType({}),
+    ) -> None:
         self.url = url
         self.phase = Phase.CONNECTING
         self.error: Optional[PioneerError] = None
@@ -92,7 +97,9 @@ class Session:
         self.identity: Optional[RobotIdentity] = None
         self.odometry = odometry
         self.drive: Optional[Drive] = None
+        self.data: Optional[DataRequests] = None
         self._settings = settings
+        self._wanted_data = wanted_data
         self._actions: List[Action] = []
         self._events: List[Union[RobotState, Event]] = []
         self._line = Line(self._actions.append, rates[0] if rates else None, STOP)
@@ -131,7 +138,7 @@ class Session:
         if self._decoder.waiting:
             times.append(self._last_byte + p2os.PARTIAL_TIMEOUT)
         if self.phase is Phase.READY:
-            times += [self.drive.due, self._last_sip + SILENCE, self._pulse_at]
+            times += [self.drive.due, self.data.due, self._last_sip + SILENCE, self._pulse_at]
         return min(times)
 
     def take_actions(self) -> List[Action]:
@@ -165,6 +172,7 @@ class Session:
             self._resume(None)
         if self.phase is Phase.READY:
             self.drive.tick(now)
+            self.data.tick(now)
             if now >= self._last_sip + SILENCE:
                 self.fail(LinkLostError("%s: the robot has fallen silent: no packet for %.1f s" % (self.url, SILENCE)))
             elif now >= self._pulse_at and not self._line.waiting:     # a bare PULSE would revive a set point whose stop was lost
@@ -225,6 +233,7 @@ class Session:
         elif isinstance(packet, (p2os.UnknownPacket, p2os.MalformedPacket)):
             self._unreadable += 1
         else:
+            self.data.saw(packet, self._now)
             self._events.append(PacketReceived(packet, self._now, self._now - self._transfer_time))
 
     def _report(self, sip: p2os.Sip, time: float, transfer_time: float) -> None:
@@ -310,6 +319,7 @@ class Session:
         self._line.watchdog = identity.watchdog * WATCHDOG_MARGIN
         self._reader = StateReader(identity, self.odometry)
         self.drive = Drive(self._line, identity, settings.command_timeout, self._events)
+        self.data = DataRequests(self._line, identity, self._wanted_data, self._now)
         self.phase = Phase.READY
         self._events.append(Ready(identity))
         self._report(self._pending_sip, *self._pending_times)

@@ -149,9 +149,9 @@ class FakeRobot:
 class Bench:
     """A session and a fake robot on a line, and their clock."""
 
-    def __init__(self, robot: Optional[FakeRobot] = None, rates=(), to_client: Callable[[bytes], bytes] = bytes, **settings) -> None:
+    def __init__(self, robot: Optional[FakeRobot] = None, rates=(), to_client: Callable[[bytes], bytes] = bytes, wanted_data=(), **settings) -> None:
         self.robot = robot or FakeRobot()
-        self.session = Session("fake", tuple(rates), Settings(**settings))
+        self.session = Session("fake", tuple(rates), Settings(**settings), wanted_data=dict(wanted_data))
         self.now = 0.0
         self.baud = rates[0] if rates else None
         self.states: List[RobotState] = []

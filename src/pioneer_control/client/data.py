@@ -1,0 +1,93 @@
+"""Packets that a robot sends besides the SIP when it is asked for them (protocol 3.2). They arrive as PacketReceived events.
+
+Nothing says that a request was heard but the packets themselves: one for packets is repeated a few times until they come, one for silence
+when they still come. What a robot does not have it never sends, and that is no error. CLOSE ends them all, so nothing is stopped before it.
+"""
+
+import math
+from typing import Dict, Mapping, NamedTuple
+
+from .. import p2os
+from ..p2os import encode_command
+from .identity import RobotIdentity
+from .line import Line
+
+TRIES = 3               # times that packets are asked for
+AGAIN = 0.5             # s for the first of them: five SIP cycles, for on a slow line the SIP goes first
+GYRO_OF_CLIENT = 1      # CONFIGpac's has_gyro: its client reads it; from 2 on the robot does, and GYRO chooses what its heading is made of
+
+
+class Data(NamedTuple):
+    """One kind of packet: the command that asks for it, its values for each time (on) and for no more, and what then comes."""
+
+    command: str
+    on: int
+    off: int
+    packet: type
+
+
+DATA: Dict[str, Data] = {
+    "io": Data("IOREQUEST", 2, 0, p2os.IO),
+    "gyro": Data("GYRO", 1, 0, p2os.Gyro),
+    "encoder": Data("ENCODER", 2, 0, p2os.Encoder),
+    "battery": Data("BATTERYINFO", 2, 0, p2os.BatteryInfo),
+    "gripper": Data("GRIPREQUEST", 2, 0, p2os.Gripper),
+    "joystick": Data("JOYREQUEST", 2, 0, p2os.Joystick),
+    "compass": Data("TCM2", 3, 1, p2os.TCM2),       # off: back to the SIP alone
+    "arm": Data("ARM_STATUS", 2, 0, p2os.Arm),
+}
+KINDS = {data.packet: kind for kind, data in DATA.items()}
+
+
+class DataRequests:
+    """What one ready robot is asked for. ``wanted``, by kind, is asked for at once; ``now`` is monotonic time in s."""
+
+    def __init__(self, line: Line, identity: RobotIdentity, wanted: Mapping[str, bool], now: float) -> None:
+        self._line = line
+        self._identity = identity
+        self._wanted: Dict[str, bool] = {}
+        self._asked_at: Dict[str, float] = {}
+        self._tries: Dict[str, int] = {}        # left for what has not come yet
+        for kind, on in wanted.items():
+            if on:
+                self.request(kind, True, now)
+
+    @property
+    def due(self) -> float:
+        """When tick() has something to do."""
+        return min((self._asked_at[kind] + AGAIN for kind in self._tries), default=math.inf)
+
+    def request(self, kind: str, on: bool, now: float) -> None:
+        """Ask for packets of this kind with every SIP, or for no more of them."""
+        if kind == "gyro" and (self._identity.config is None or self._identity.config.has_gyro != GYRO_OF_CLIENT):
+            return
+        self._wanted[kind] = on
+        self._tries.pop(kind, None)
+        if on:
+            self._tries[kind] = TRIES
+        self._ask(kind, now)
+
+    def saw(self, packet: object, now: float) -> None:
+        """Take a packet that came."""
+        kind = KINDS.get(type(packet))
+        if kind is None:
+            return
+        self._tries.pop(kind, None)
+        if self._wanted.get(kind) is False and now >= self._asked_at[kind] + AGAIN:
+            self._ask(kind, now)
+
+    def tick(self, now: float) -> None:
+        """Ask again for what has not come."""
+        for kind in [kind for kind in self._tries if now >= self._asked_at[kind] + AGAIN]:
+            self._ask(kind, now)
+
+    def _ask(self, kind: str, now: float) -> None:
+        self._asked_at[kind] = now
+        if self._line.full:     # else again after AGAIN
+            return
+        if kind in self._tries:
+            self._tries[kind] -= 1
+            if not self._tries[kind]:
+                del self._tries[kind]
+        data = DATA[kind]
+        self._line.command(now, encode_command(data.command, data.on if self._wanted[kind] else data.off))
