@@ -1,7 +1,4 @@
 """What the wheels are told: velocities, the dead man, the motors. Nothing on this line is acknowledged, so all is said until the robot shows it.
-
-**Rounding.** The robot takes whole mm/s and deg/s. A rate between two units is sent as now the lower, now the higher one, so that its average over
-a second is the rate asked for: a turn of 0.4 deg/s makes 24 degrees in a minute, where plain rounding makes none. Zero is always exactly zero.
 """
 
 import math
@@ -13,34 +10,14 @@ from .events import CommandTimedOut, Event, MotionCleared
 from .identity import RobotIdentity
 from .line import Line
 from .state import RobotState
+from .velocities import BodyVelocity, Velocity, WheelVelocities
 
 REFRESH = 0.2               # s between repetitions of what the robot may have missed
 UNDER_WAY = 0.1             # s that a SIP travels at 9600 baud: what arrives sooner was said before it could have heard us
-WIRE_LIMIT = 32767          # the largest number that VEL and RVEL carry
-ROUNDING_PERIOD = 1.0       # s over which a rate is exact on average
 
 ZERO_VELOCITY = (encode_command("VEL", 0), encode_command("RVEL", 0))
 STOP = (encode_command("STOP"),) + ZERO_VELOCITY
 MOTORS = {on: encode_command("ENABLE", int(on)) for on in (False, True)}
-
-
-class FairRounding:
-    """Whole units whose average over time is the rate asked for."""
-
-    def __init__(self) -> None:
-        self._wanted = 0.0
-        self._sent = 0
-        self._owed = 0.0        # unit-seconds by which the robot is behind
-        self._since = 0.0
-
-    def units(self, wanted: float, limit: int, now: float) -> int:
-        """The whole number to send at ``now`` (s) for a rate of ``wanted`` units, at most ``limit`` either way."""
-        self._owed = _clamped(self._owed + (self._wanted - self._sent) * (now - self._since), 1)
-        self._wanted, self._since = _clamped(wanted, limit), now
-        if wanted == 0:
-            self._owed = 0.0
-        self._sent = round(_clamped(self._wanted + self._owed / ROUNDING_PERIOD, limit))
-        return self._sent
 
 
 class MotorsRequest:
@@ -66,9 +43,10 @@ class Drive:
         self._line = line
         self._command_timeout = command_timeout
         self._events = events
-        self._limits = (_units(identity.max_linear * 1000), _units(math.degrees(identity.max_angular)))
-        self._rounding = (FairRounding(), FairRounding())
-        self._wanted: Optional[Tuple[float, float]] = None      # mm/s, deg/s; None while the robot shall stand
+        self._body = BodyVelocity(identity)
+        self._wheels = WheelVelocities(identity)
+        self._driven: Velocity = self._body     # which of them the newest velocity is for
+        self._wanted: Optional[Tuple[float, float]] = None      # None while the robot shall stand
         self._commanded_at = 0.0
         self._sent_at = 0.0
         self._stopping = False                                  # told to stand, but not seen to
@@ -99,13 +77,16 @@ class Drive:
 
     def set_velocity(self, linear: float, angular: float, now: float) -> None:
         """m/s, rad/s; clamped to the limits. Raises UsageError on what is no finite number, and changes nothing."""
-        wanted = (_finite("linear", linear) * 1000, math.degrees(_finite("angular", angular)))
-        if wanted == (0, 0):
-            self._stand(now, ZERO_VELOCITY)
-            return
-        self._wanted, self._commanded_at = wanted, now
-        self._stopping = False
-        self._send_velocity(now)
+        self._want(self._body, (_finite("linear", linear), _finite("angular", angular)), now)
+
+    def set_wheel_velocities(self, left: float, right: float, now: float) -> None:
+        """m/s; both made smaller alike to the limits, so that the curve stays. Otherwise as set_velocity()."""
+        self._want(self._wheels, (_finite("left", left), _finite("right", right)), now)
+
+    def follow(self, identity: RobotIdentity) -> None:
+        """The robot has other limits now."""
+        self._body.follow(identity)
+        self._wheels.follow(identity)
 
     def stop(self, now: float) -> None:
         """Stop with the robot's normal deceleration, and say so until it stands."""
@@ -159,16 +140,24 @@ class Drive:
             self._motors.finish(error)
             self._motors = None
 
+    def _want(self, driven: Velocity, wanted: Tuple[float, float], now: float) -> None:
+        if wanted == (0, 0):
+            self._stand(now, ZERO_VELOCITY)
+            return
+        if driven is not self._driven:
+            self._driven.rest(now)
+        self._driven, self._wanted, self._commanded_at = driven, wanted, now
+        self._stopping = False
+        self._send_velocity(now)
+
     def _send_velocity(self, now: float) -> None:
         assert self._wanted is not None
-        linear, angular = (rounding.units(rate, limit, now) for rounding, rate, limit in zip(self._rounding, self._wanted, self._limits))
         self._sent_at = now
-        self._line.velocity(now, encode_command("VEL", linear), encode_command("RVEL", angular))
+        self._line.velocity(now, *self._driven.packets(*self._wanted, now))
 
     def _stand(self, now: float, packets: Tuple[bytes, ...]) -> None:
         """Zero set points, ahead of everything else."""
-        for rounding in self._rounding:
-            rounding.units(0, 0, now)
+        self._driven.rest(now)
         self._wanted, self._stopping, self._sent_at = None, True, now
         self._line.stop(now, *packets)
 
@@ -208,12 +197,3 @@ def _finite(name: str, value: float) -> float:
     if not math.isfinite(value):
         raise UsageError("%s velocity is %r; a finite number is needed" % (name, value))
     return value
-
-
-def _clamped(rate: float, limit: int) -> float:
-    return min(max(rate, -limit), limit)
-
-
-def _units(limit: float) -> int:
-    """A limit as the largest whole number that does not exceed it."""
-    return min(math.floor(limit + 1e-9), WIRE_LIMIT)

@@ -1,9 +1,10 @@
 """What a listener hears besides the stream of states: one small value per thing that happened on the link."""
 
-from typing import Any, NamedTuple, Union
+from typing import Any, NamedTuple, Tuple, Union
 
 from ..errors import PioneerError
 from .identity import RobotIdentity
+from .tuning import Change
 
 
 class Ready(NamedTuple):
@@ -39,6 +40,15 @@ class BaudFound(NamedTuple):
     baud: int
 
 
+class Tuned(NamedTuple):
+    """Settings were sent, after connecting or by tune(), and the robot was asked for what it has now."""
+
+    changes: Tuple[Change, ...]
+    """one per value; its ``problem`` says if the robot did not take it"""
+    identity: RobotIdentity
+    """with the new CONFIGpac, and the limits that follow from it"""
+
+
 class PacketReceived(NamedTuple):
     """A packet other than the standard SIP (IOpac, ENCODERpac, ...) as decoded by p2os."""
 
@@ -49,4 +59,4 @@ class PacketReceived(NamedTuple):
     """... of its first byte: ``time`` without what the line took to carry it."""
 
 
-Event = Union[Ready, LinkDown, CommandTimedOut, MotionCleared, BaudFound, PacketReceived]
+Event = Union[Ready, LinkDown, CommandTimedOut, MotionCleared, BaudFound, Tuned, PacketReceived]

@@ -6,6 +6,7 @@ from typing import Optional
 
 from ..errors import ParameterError
 from ..robots import find_model, load_models
+from .tuning import Tuning
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,7 @@ class Settings:
     max_linear: Optional[float] = None
     max_angular: Optional[float] = None
     has_gripper: Optional[bool] = None
+    tuning: Tuning = Tuning()
 
     def __post_init__(self) -> None:
         _check("pulse", self.pulse, self.pulse >= 0, "0 (none) or more seconds")

@@ -20,11 +20,11 @@ Open next: `framing` (where packets begin and end), `commands` (the table of com
 ``python3 -m pioneer_control.p2os FA FB 06 ...`` explains bytes to a person.
 """
 
-from .commands import (COMMANDS, SYNC0, SYNC1, SYNC2, Argument, Command, ReceivedCommand, decode_command,
+from .commands import (COMMANDS, SYNC0, SYNC1, SYNC2, UNKNOWN_TO, Argument, Command, ReceivedCommand, decode_command,
                        encode_command, two_bytes)
 from .config import Config
-from .flags import (ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripperCommand, GripperSwitches, GripState,
-                    StallBits)
+from .flags import (GRIPPER_VALUES, ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripperCommand, GripperSwitches,
+                    GripState, StallBits)
 from .framing import PARTIAL_TIMEOUT, DecoderCounts, Frame, FrameDecoder, checksum, encode_frame
 from .packets import (IO, TCM2, Arm, ArmInfo, ArmJoint, Battery, BatteryInfo, Encoder, Gripper, Gyro, GyroReading,
                       Joystick, MalformedPacket, Playlist, Reset, SerialAux, SyncEcho, SyncReply, UnknownPacket,
@@ -33,12 +33,12 @@ from .sip import MOVING, STOPPED, Sip, SonarReading
 
 __all__ = [
     "PARTIAL_TIMEOUT", "DecoderCounts", "Frame", "FrameDecoder", "checksum", "encode_frame",
-    "COMMANDS", "Command", "Argument", "encode_command", "decode_command", "ReceivedCommand", "two_bytes",
+    "COMMANDS", "UNKNOWN_TO", "Command", "Argument", "encode_command", "decode_command", "ReceivedCommand", "two_bytes",
     "SYNC0", "SYNC1", "SYNC2",
     "decode_packet", "encode_packet", "UnknownPacket", "MalformedPacket",
     "SyncEcho", "SyncReply", "Config", "Sip", "SonarReading", "STOPPED", "MOVING",
     "Encoder", "SerialAux", "Gripper", "IO", "Gyro", "GyroReading", "Joystick", "TCM2", "Playlist", "Arm", "ArmInfo",
     "ArmJoint", "BatteryInfo", "Battery", "Reset",
-    "Flags", "FaultFlags", "Flags3", "StallBits", "GripState", "GripperSwitches", "GripperCommand", "DigitalIn",
+    "Flags", "FaultFlags", "Flags3", "StallBits", "GripState", "GripperSwitches", "GripperCommand", "GRIPPER_VALUES", "DigitalIn",
     "ChargeState",
 ]

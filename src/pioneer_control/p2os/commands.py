@@ -171,6 +171,13 @@ COMMANDS: Dict[str, Command] = {command.name: command for command in (
 )}
 """Every command a Pioneer knows, by name."""
 
+UNKNOWN_TO: Dict[str, Tuple[str, ...]] = {
+    **dict.fromkeys(("SETA", "SETRA", "BUMPSTALL", "E_STALL", "REVCOUNT"), ("PSOS",)),
+    **dict.fromkeys(("ROTKP", "ROTKV", "ROTKI", "TRANSKP", "TRANSKV", "TRANSKI"), ("PSOS",)),
+    **dict.fromkeys(("DRIFTFACTOR", "TICKSMM", "BATTEST"), ("PSOS", "P2OS", "AROS", "AmigOS")),
+}
+"""Settings, and the families of firmware that are too old for them. Of those that know one, early versions may not: what they report tells."""
+
 COMMAND_NUMBERS: Dict[int, Command] = {command.number: command for command in COMMANDS.values()}
 
 

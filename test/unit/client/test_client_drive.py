@@ -5,7 +5,7 @@ import math
 import pytest
 
 from pioneer_control import p2os
-from pioneer_control.client.drive import FairRounding
+from pioneer_control.client.velocities import FairRounding
 from pioneer_control.client.events import CommandTimedOut, MotionCleared
 from pioneer_control.errors import LinkLostError, NotConfirmedError, RefusedError, UsageError
 

@@ -1,0 +1,113 @@
+"""How a Tuning gets into a robot: nothing is acknowledged, so each value is sent until CONFIGpac shows it, or the robot has had its chances."""
+
+import math
+from typing import Dict, List, Optional
+
+from .. import p2os
+from ..p2os import UNKNOWN_TO, encode_command
+from .events import Event, Tuned
+from .identity import RobotIdentity
+from .line import Line
+from .state import RobotState
+from .tuning import ROWS, Change, Tuning
+
+TRIES = 4               # rounds in which a value is sent
+AGAIN = 0.4             # s for the answer to a round: CONFIGpac alone takes 0.14 s at 9600 baud
+
+CONFIG = encode_command("CONFIG", 1)
+
+
+class Tuner:
+    """The settings of one ready robot. ``now`` is monotonic time in s; what came of a Tuning is appended to ``events``.
+
+    The first values are not sent before the robot has shown that it stands, later ones at once. They go out in rounds, each with a question
+    for CONFIGpac where that shows any of them; a value that CONFIGpac never shows (bump_stall) goes out in every round, for it may get lost.
+    """
+
+    def __init__(self, line: Line, identity: RobotIdentity, tuning: Tuning, events: List[Event]) -> None:
+        self._line = line
+        self._identity = identity
+        self._events = events
+        self._tuning = tuning
+        self._stood = False
+        self._told: Dict[str, float] = {}               # all that this robot was ever told
+        self._before: Dict[str, Optional[float]] = {}   # what is on its way, and what the robot reported before
+        self._config = identity.config
+        self._answer: Optional[p2os.Config] = None      # to what is on its way
+        self._tries = 0
+        self.due = math.inf
+        """When tick() has something to do at the latest."""
+
+    def tune(self, tuning: Tuning, now: float) -> None:
+        """Values over those of before; what differs from what the robot was last told is sent."""
+        self._tuning = self._tuning.overlaid(tuning)
+        if self._stood:
+            self._begin(now)
+
+    def saw(self, state: RobotState) -> None:
+        """Take what the robot reports."""
+        if not self._stood and not state.linear and not state.angular:
+            self._stood = True
+            self._begin(state.time)
+
+    def saw_config(self, identity: RobotIdentity, now: float) -> None:
+        """Take a new CONFIGpac, as part of the identity."""
+        self._identity, self._config = identity, identity.config
+        if self._before:
+            self._answer = identity.config
+            self._judge(now)
+
+    def tick(self, now: float) -> None:
+        """Ask again, give up."""
+        if now >= self.due:
+            self._judge(now)
+
+    def _begin(self, now: float) -> None:
+        new = {name: value for name, value in self._tuning.values.items() if self._told.get(name) != value}
+        if not new:
+            return
+        under_way = bool(self._before)
+        for name in new:
+            self._before.setdefault(name, ROWS[name].value(ROWS[name].shown(self._config)))
+        self._told.update(new)
+        self._tries = 0
+        if not under_way:       # else the next round takes it along: however fast values come, no queue builds up
+            self._send(now)
+
+    def _send(self, now: float) -> None:
+        self._tries += 1
+        self.due = now + AGAIN
+        if self._line.full:
+            return
+        waiting = [name for name in self._before if not self._unknown(name) and not self._taken(name)]
+        for name in waiting:
+            self._line.command(now, ROWS[name].packet(self._told[name]))
+        if any(ROWS[name].config for name in waiting):
+            self._line.command(now, CONFIG)
+
+    def _judge(self, now: float) -> None:
+        """The end of a round: another one, or the last word."""
+        if self._tries < TRIES and not all(self._unknown(name) or self._taken(name) for name in self._before):
+            self._send(now)
+            return
+        changes = tuple(map(self._change, self._before))
+        self._before, self._answer, self.due = {}, None, math.inf
+        self._events.append(Tuned(changes, self._identity))
+
+    def _unknown(self, name: str) -> bool:
+        return self._identity.model.firmware_family in UNKNOWN_TO.get(ROWS[name].command, ())
+
+    def _taken(self, name: str) -> bool:
+        return ROWS[name].shown(self._answer) == ROWS[name].number(self._told[name])
+
+    def _change(self, name: str) -> Change:
+        row = ROWS[name]
+        reported = row.shown(self._answer)
+        problem = ""
+        if self._unknown(name):
+            problem = "%s firmware does not know %s" % (self._identity.model.firmware_family, row.command)
+        elif row.config and reported is None:
+            problem = "sent, but the robot does not report it"
+        elif row.config and not self._taken(name):
+            problem = "the robot did not take it"
+        return Change(name, row.unit, self._told[name], self._before[name], row.value(reported), problem)

@@ -1,0 +1,132 @@
+"""What a user may set in the robot itself: ramps, PID, bumpers, calibration. One table: a field is a row, with its command and its place in CONFIGpac.
+
+The robot forgets all of it at CLOSE (protocol 2.5), so it is told again after each OPEN. See tuner for how it is told.
+"""
+
+import math
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Dict, NamedTuple, Optional, Tuple
+
+from .. import p2os
+from ..errors import ParameterError
+from ..p2os import encode_command
+
+MM = 0.001                      # m, or m/s^2
+DEGREE = math.radians(1)        # rad, or rad/s^2
+INT, UINT = 0x7FFF, 0xFFFF      # largest numbers of the wire
+
+
+class Row(NamedTuple):
+    """How a field travels: the command, with its number between ``low`` and ``high`` and then ``sign``; the field of CONFIGpac that shows it.
+
+    ``scale`` is one unit of the wire in the field's own ``unit``; None for a whole number that travels as it is.
+    """
+
+    command: str
+    config: Optional[str]
+    low: int
+    high: int
+    scale: Optional[float] = None
+    unit: str = ""
+    sign: int = 1
+
+    def number(self, value: float) -> int:
+        """The value as CONFIGpac counts it."""
+        return int(value) if self.scale is None else round(value / self.scale)
+
+    def value(self, number: Optional[int]) -> Optional[float]:
+        """A number of CONFIGpac in the field's own unit."""
+        return number if self.scale is None or number is None else number * self.scale
+
+    def packet(self, value: float) -> bytes:
+        """The command that sets it."""
+        return encode_command(self.command, self.sign * self.number(value))
+
+    def shown(self, config: Optional[p2os.Config]) -> Optional[int]:
+        """What the robot reports, as CONFIGpac counts it; None when it does not."""
+        return None if config is None or self.config is None else getattr(config, self.config)
+
+    def check(self, name: str, value: Any) -> None:
+        """Raises ParameterError that names the value and what is legal."""
+        kind = int if self.scale is None else (int, float)
+        sane = isinstance(value, kind) and not isinstance(value, bool) and abs(value) < 1e9     # NaN is not
+        if not sane or not self.low <= self.number(value) <= self.high:
+            legal = "a whole number from %d to %d" % (self.low, self.high)
+            if self.scale is not None:
+                legal = "%.4g to %.6g %s" % (self.low * self.scale, self.high * self.scale, self.unit)
+            raise ParameterError("%s is %r; legal: %s, or None to leave it as the robot has it" % (name, value, legal))
+
+
+def _row(*row: Any, **more: Any) -> Any:
+    return field(default=None, metadata={"row": Row(*row, **more)})
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Settings of the robot, valid while it is connected; None leaves each as the robot has it.
+
+    Raises ParameterError that names the value and its legal range. Accelerations and decelerations are magnitudes; the robot clips them to limits of
+    its own. What the numbers of the PID and of the calibration mean, the robot's manual says.
+    """
+
+    max_linear_acceleration: Optional[float] = _row("SETA", "translation_acceleration_mm_s2", 1, INT, MM, "m/s^2")
+    max_linear_deceleration: Optional[float] = _row("SETA", "translation_deceleration_mm_s2", 1, INT, MM, "m/s^2", sign=-1)
+    max_angular_acceleration: Optional[float] = _row("SETRA", "rotation_acceleration_deg_s2", 1, INT, DEGREE, "rad/s^2")
+    max_angular_deceleration: Optional[float] = _row("SETRA", "rotation_deceleration_deg_s2", 1, INT, DEGREE, "rad/s^2", sign=-1)
+    rotation_kp: Optional[int] = _row("ROTKP", "rotation_kp", 0, UINT)
+    rotation_kv: Optional[int] = _row("ROTKV", "rotation_kv", 0, UINT)
+    rotation_ki: Optional[int] = _row("ROTKI", "rotation_ki", 0, UINT)
+    translation_kp: Optional[int] = _row("TRANSKP", "translation_kp", 0, UINT)
+    translation_kv: Optional[int] = _row("TRANSKV", "translation_kv", 0, UINT)
+    translation_ki: Optional[int] = _row("TRANSKI", "translation_ki", 0, UINT)
+    bump_stall: Optional[int] = _row("BUMPSTALL", None, 0, 3)
+    """which bumpers stop the wheels: 0 none, 1 front, 2 rear, 3 both"""
+    ticks_mm: Optional[int] = _row("TICKSMM", "ticks_per_mm", 1, UINT)
+    """encoder ticks of a mm"""
+    drift_factor: Optional[int] = _row("DRIFTFACTOR", "drift_factor", -INT, INT)
+    """straight-line correction"""
+    rev_count: Optional[int] = _row("REVCOUNT", "rev_count", 1, UINT)
+    """differential encoder count of a turn"""
+
+    def __post_init__(self) -> None:
+        for name, value in self.values.items():
+            ROWS[name].check(name, value)
+
+    @property
+    def values(self) -> Dict[str, float]:
+        """What is to be set, by name, in the order in which it is sent."""
+        return {name: getattr(self, name) for name in ROWS if getattr(self, name) is not None}
+
+    def overlaid(self, newer: "Tuning") -> "Tuning":
+        """This with the values of a newer one over it."""
+        return replace(self, **newer.values)
+
+
+ROWS: Dict[str, Row] = {entry.name: entry.metadata["row"] for entry in fields(Tuning)}
+"""The table, by the names of the fields."""
+
+
+def packets(tuning: Tuning) -> Tuple[bytes, ...]:
+    """The commands that set all that a Tuning has."""
+    return tuple(ROWS[name].packet(value) for name, value in tuning.values.items())
+
+
+class Change(NamedTuple):
+    """What became of one value of a Tuning, in its own unit."""
+
+    name: str
+    unit: str
+    wanted: float
+    old: Optional[float]
+    """as CONFIGpac showed it before; None when it did not"""
+    new: Optional[float]
+    """as CONFIGpac shows it now; None when it does not"""
+    problem: str = ""
+    """why it is not as wanted, or not known to be; empty when all is well"""
+
+    def __str__(self) -> str:
+        old, new, wanted = ("?" if value is None else "%.4g %s" % (value, self.unit) if self.unit else "%d" % value
+                            for value in (self.old, self.new, self.wanted))
+        if self.problem:
+            return "%s %s -> %s, wanted %s: %s" % (self.name, old, new, wanted, self.problem)
+        return "%s %s" % (self.name, "set to " + wanted if self.new is None else "%s -> %s" % (old, new))

@@ -1,0 +1,121 @@
+"""From velocities in SI to commands in whole units of the wire: the robot's (VEL, RVEL) or its wheels' (VEL2), within the limits of both.
+
+**Rounding.** The robot takes whole mm/s and deg/s, and for its wheels steps of 20 mm/s. A rate between two units is sent as now the lower, now the
+higher one, so that its average over a second is the rate asked for: a turn of 0.4 deg/s makes 24 degrees in a minute, where plain rounding makes
+none. Zero is always exactly zero.
+"""
+
+import itertools
+import math
+from typing import Tuple
+
+from ..p2os import COMMANDS, encode_command
+from .identity import RobotIdentity
+
+WIRE_LIMIT = 32767              # the largest number that VEL and RVEL carry
+WHEEL_LIMIT = COMMANDS["VEL2"].high[0]
+ROUNDING_PERIOD = 1.0           # s over which a rate is exact on average
+ANY_RATE = 1e9                  # more than any wheel is asked for, and small enough to reckon with
+
+
+class FairRounding:
+    """Whole units whose average over time is the rate asked for."""
+
+    def __init__(self) -> None:
+        self._wanted = 0.0
+        self._sent = 0
+        self._owed = 0.0        # unit-seconds by which the robot is behind
+        self._since = 0.0
+
+    def units(self, wanted: float, limit: int, now: float) -> int:
+        """The whole number to send at ``now`` (s) for a rate of ``wanted`` units, at most ``limit`` either way."""
+        return self.send(round(clamped(self.aim(clamped(wanted, limit), now), limit)))
+
+    def aim(self, wanted: float, now: float) -> float:
+        """The rate that from ``now`` on makes good what is owed; send() says what became of it."""
+        self._owed = clamped(self._owed + (self._wanted - self._sent) * (now - self._since), 1)
+        self._wanted, self._since = wanted, now
+        if wanted == 0:
+            self._owed = 0.0
+        return wanted + self._owed / ROUNDING_PERIOD
+
+    def send(self, units: int) -> int:
+        """Those, and not the rate aimed at, are sent."""
+        self._sent = units
+        return units
+
+
+class Velocity:
+    """Two rates that are wanted, rounded and sent together."""
+
+    def __init__(self, identity: RobotIdentity) -> None:
+        self._rounding = (FairRounding(), FairRounding())
+        self.follow(identity)
+
+    def follow(self, identity: RobotIdentity) -> None:
+        """Take the limits of a robot."""
+        raise NotImplementedError
+
+    def packets(self, first: float, second: float, now: float) -> Tuple[bytes, ...]:
+        """What to send at ``now`` (s) for two rates in SI."""
+        raise NotImplementedError
+
+    def rest(self, now: float) -> None:
+        """Nothing is wanted, nothing owed."""
+        for rounding in self._rounding:
+            rounding.units(0, 0, now)
+
+
+class BodyVelocity(Velocity):
+    """Translation (m/s) and rotation (rad/s), each clamped to its own limit."""
+
+    def follow(self, identity: RobotIdentity) -> None:
+        self._limits = (_units(identity.max_linear * 1000), _units(math.degrees(identity.max_angular)))
+
+    def packets(self, linear: float, angular: float, now: float) -> Tuple[bytes, ...]:
+        rates = (linear * 1000, math.degrees(angular))
+        vel, rvel = (rounding.units(rate, limit, now) for rounding, rate, limit in zip(self._rounding, rates, self._limits))
+        return encode_command("VEL", vel), encode_command("RVEL", rvel)
+
+
+class WheelVelocities(Velocity):
+    """Left and right wheel (m/s), both made smaller alike where one of them or the robot as a whole would go beyond a limit: the curve stays."""
+
+    def follow(self, identity: RobotIdentity) -> None:
+        model = identity.model
+        self._unit = model.vel2_mm_s_per_unit / 1000
+        self._max_sum = 2 * identity.max_linear / self._unit
+        self._max_difference = 2 * identity.max_angular / (model.diff_rad_per_mm * model.vel2_mm_s_per_unit)
+
+    def packets(self, left: float, right: float, now: float) -> Tuple[bytes, ...]:
+        wheels = self._within(clamped(left / self._unit, ANY_RATE), clamped(right / self._unit, ANY_RATE))
+        aims = self._within(*(rounding.aim(wheel, now) for rounding, wheel in zip(self._rounding, wheels)))
+        units = self._nearest(*aims)
+        for rounding, each in zip(self._rounding, units):
+            rounding.send(each)
+        return (encode_command("VEL2", *units),)
+
+    def _excess(self, left: float, right: float) -> float:
+        """How many times the tightest limit these are (units of VEL2)."""
+        pairs = ((left, WHEEL_LIMIT), (right, WHEEL_LIMIT), (left + right, self._max_sum), (right - left, self._max_difference))
+        return max(abs(rate) / limit if limit else math.inf if rate else 0.0 for rate, limit in pairs)
+
+    def _within(self, left: float, right: float) -> Tuple[float, float]:
+        excess = max(1.0, self._excess(left, right))
+        return left / excess, right / excess
+
+    def _nearest(self, left: float, right: float) -> Tuple[int, int]:
+        """The whole units within the limits that are nearest to a pair within them."""
+        choices = itertools.product(*(range(math.floor(aim) - 1, math.floor(aim) + 3) for aim in (left, right)))
+        legal = (choice for choice in choices if self._excess(*choice) <= 1 + 1e-9)
+        return min(legal, key=lambda choice: (choice[0] - left) ** 2 + (choice[1] - right) ** 2, default=(0, 0))
+
+
+def clamped(rate: float, limit: float) -> float:
+    """The rate, at most ``limit`` either way."""
+    return min(max(rate, -limit), limit)
+
+
+def _units(limit: float) -> int:
+    """A limit as the largest whole number that does not exceed it."""
+    return min(math.floor(limit + 1e-9), WIRE_LIMIT)
