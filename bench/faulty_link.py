@@ -1,0 +1,429 @@
+"""A client's session and a simulated robot in one simulated time, a line between them that can be spoilt, and what must hold whatever happens to it.
+
+No thread, no clock, no ROS: a `Rig` lives as fast as the machine allows, and the same seed gives the same run. Commands are given by a user who
+goes on or falls silent; a `Judge` looks at the wire, the robot and the states in every step and keeps a list of what was wrong. Used by soak.py and
+by test/integration/test_faults.py.
+"""
+
+import math
+import os
+import random
+import sys
+from collections import deque
+from typing import Any, Callable, Deque, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src"))
+
+from pioneer_control import p2os
+from pioneer_control.client.drive import MotorsRequest
+from pioneer_control.client.events import LinkDown, MotionCleared
+from pioneer_control.client.line import BITS_PER_BYTE, LONGEST_QUEUE
+from pioneer_control.client.odometry import Odometry
+from pioneer_control.client.robot import BACK_OFF
+from pioneer_control.client.session import Counts, Phase, Session, SetBaud
+from pioneer_control.client.settings import Settings
+from pioneer_control.client.state import RobotState
+from pioneer_control.errors import LinkError, LinkLostError, PioneerError, PortError
+from pioneer_control.p2os.framing import SMALLEST_COUNT
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.firmware import Firmware
+from pioneer_control.simulator.world import World
+
+STEP = 0.01             # s from one look of the rig at everything to the next
+COMMAND_TIMEOUT = 0.6   # s, of the session
+REACTION = 0.1          # s after that in which zero velocity must be on the wire
+WATCHDOG = 2.0          # s, of the robot
+SETTLED = 0.15          # s for a packet's way, a physics step and the like
+LINEAR_FALL = 0.3       # m/s^2 with which the simulated robot comes to rest
+ANGULAR_FALL = math.radians(100)
+WAITING = 0.3           # s that a whole packet may wait behind bytes that look like a longer one
+JITTER = 0.004          # m or rad by which a reported step may exceed the true one: rounding to the units of the wire
+
+Fault = Callable[[bytes], Sequence[bytes]]
+"""What arrives of one packet: the pieces, in order; none when it is lost."""
+
+
+def whole(packet: bytes) -> Sequence[bytes]:
+    """No fault."""
+    return (packet,)
+
+
+def lost(packet: bytes) -> Sequence[bytes]:
+    """Silence."""
+    return ()
+
+
+def packets_in(data: bytes) -> Iterator[bytes]:
+    """The packets of bytes that are whole packets."""
+    while data:
+        length = data[2] + SMALLEST_COUNT
+        yield data[:length]
+        data = data[length:]
+
+
+class Way:
+    """One direction of the line.
+
+    Args:
+        chance: of garbling.
+    """
+
+    def __init__(self, chance: random.Random) -> None:
+        self.fault: Fault = whole
+        self.delay = 0.0                    # s, on top of the time of transfer
+        self.baud: Optional[int] = None     # of the side that sends; None: no line speed
+        self._chance = chance
+        self._free_at = 0.0
+        self._under_way: Deque[Tuple[float, int, bytes]] = deque()
+
+    def send(self, data: bytes, now: float) -> None:
+        """Take whole packets."""
+        for packet in packets_in(data):
+            if self.baud is not None:
+                self._free_at = max(now, self._free_at) + len(packet) * BITS_PER_BYTE / self.baud
+            for piece in self.fault(packet):
+                self._under_way.append((max(now, self._free_at) + self.delay, self.baud, piece))
+
+    def arrived(self, now: float, baud: Optional[int]) -> List[bytes]:
+        """The pieces that have come to a side that listens at ``baud``."""
+        pieces = []
+        while self._under_way and self._under_way[0][0] <= now:
+            _, sent_at, piece = self._under_way.popleft()
+            pieces.append(piece if sent_at == baud else self._garbled(piece, sent_at, baud))
+        return pieces
+
+    def backlog(self, now: float) -> float:
+        """s that the line needs for what it has taken."""
+        return max(0.0, self._free_at - now)
+
+    def clear(self) -> None:
+        """What is under way is gone."""
+        self._under_way.clear()
+        self._free_at = 0.0
+
+    def _garbled(self, piece: bytes, sent_at: int, baud: int) -> bytes:
+        """What a receiver makes of another line speed: as many bytes as fit its own, none of them right."""
+        return bytes(self._chance.randrange(256) for _ in range(max(1, len(piece) * baud // sent_at)))
+
+
+class Velocity(NamedTuple):
+    """m/s forward, rad/s counter-clockwise."""
+
+    linear: float
+    angular: float
+
+
+class Rig:
+    """One user, one client, one line, one robot.
+
+    Args:
+        firmware: the robot; a p3dx-sh on an endless floor if None.
+        baud: line speeds of the client's port and of the robot; None for TCP.
+        seed: of everything that is left to chance.
+        settings: of the session.
+    """
+
+    def __init__(self, firmware: Optional[Firmware] = None, baud: Optional[Tuple[int, int]] = None, seed: int = 0, **settings: Any) -> None:
+        self.chance = random.Random(seed)
+        self.firmware = firmware or Firmware(find_model("p3dx-sh"), World("floor"), (0.0, 0.0, 0.0), seed=seed)
+        self.to_robot, self.to_client = Way(self.chance), Way(self.chance)
+        self.to_robot.baud, self.to_client.baud = baud or (None, None)
+        self.now = 0.0
+        self.plugged = True
+        self.commanding: Optional[Velocity] = None
+        self.commands_per_step = 0.1        # 10 Hz
+        self.state: Optional[RobotState] = None
+        self.states = 0
+        self.events: Deque[Any] = deque(maxlen=100)
+        self.session: Optional[Session] = None
+        self.judge = Judge(self)
+        self._settings = Settings(command_timeout=COMMAND_TIMEOUT, **settings)
+        self._commands_due = 0.0
+        self._odometry: Optional[Odometry] = None
+        self._past = Counts()
+        self._attempt = 0
+        self._connect_at = 0.0
+        self._connect()
+
+    @property
+    def ready(self) -> bool:
+        """Whether commands are accepted."""
+        return self.session is not None and self.session.phase is Phase.READY
+
+    @property
+    def counts(self) -> Counts:
+        """Of all sessions so far."""
+        present = self.session.counts if self.session is not None else Counts()
+        return Counts(*(past + more for past, more in zip(self._past, present)))
+
+    def heard(self, kind: type) -> List[Any]:
+        """The recent events of a kind."""
+        return [event for event in self.events if isinstance(event, kind)]
+
+    # What the user does
+
+    def command(self, velocity: Velocity) -> None:
+        """One velocity; without a link it is refused, as Robot does."""
+        if self.ready:
+            self.session.drive.set_velocity(*velocity, self.now)
+            self.judge.commanded(velocity)
+            self._act()
+
+    def request_motors(self, on: bool) -> Optional[MotorsRequest]:
+        """Ask once; None without a link."""
+        if not self.ready:
+            return None
+        request = self.session.drive.request_motors(on, self.now, 2.0)
+        self.judge.asked_for_motors(on, request)
+        self._act()
+        return request
+
+    def switch_motors_on(self, limit: float = 10.0) -> None:
+        """Ask until they are on."""
+        end = self.now + limit
+        request = None
+        while not (request is not None and request.done and request.error is None):
+            if self.now > end:
+                raise AssertionError("motors did not come on within %g s: %s" % (limit, request and request.error))
+            if request is None or request.done:
+                request = self.request_motors(True)
+            self.step()
+
+    # What befalls it
+
+    def mend(self) -> None:
+        """The line is as good as new."""
+        self.plugged = True
+        for way in (self.to_robot, self.to_client):
+            way.fault, way.delay = whole, 0.0
+
+    def pull(self) -> None:
+        """The cable is out, and the computer notices."""
+        self.plugged = False
+        self.to_robot.clear()
+        self.to_client.clear()
+        self.session.fail(LinkLostError("rig: the line broke: Input/output error"))
+
+    def kill(self, down_for: float = 0.0) -> None:
+        """The program is gone without a word, and started again after so many s."""
+        self.judge.killed()
+        self._past, self._odometry, self.session = self.counts, None, None
+        self._connect_at = self.now + down_for
+
+    # Time
+
+    def run(self, seconds: float) -> None:
+        """Let time pass."""
+        end = self.now + seconds - STEP / 2
+        while self.now < end:
+            self.step()
+
+    def run_until(self, condition: Callable[[], bool], limit: float = 20.0) -> float:
+        """Seconds until the condition holds; AssertionError when it takes longer than ``limit`` s."""
+        start = self.now
+        while not condition():
+            if self.now - start >= limit:
+                raise AssertionError("not within %g s; session is %s, events %s" % (limit, self.session and self.session.phase, list(self.events)[-5:]))
+            self.step()
+        return self.now - start
+
+    def step(self) -> None:
+        """STEP s in the life of all of them."""
+        self._give_commands()
+        for piece in self.to_robot.arrived(self.now, self.to_client.baud):
+            self.firmware.receive(piece)
+            self.judge.arrived(piece)
+        sent = self.firmware.advance(STEP)
+        self.now += STEP
+        if self.plugged:
+            self.to_client.send(sent, self.now)
+        if self.session is None:
+            if self.now >= self._connect_at:
+                self._connect()
+        else:
+            self._serve()
+        self.judge.look()
+
+    def _give_commands(self) -> None:
+        self._commands_due += self.commands_per_step
+        while self._commands_due >= 1.0:
+            self._commands_due -= 1.0
+            if self.commanding is not None:
+                self.command(self.commanding)
+
+    def _serve(self) -> None:
+        """As Robot's I/O thread does: receive, tick, act, tell; and connect again after a while."""
+        session = self.session
+        for piece in self.to_client.arrived(self.now, session.baud):
+            session.receive(piece, self.now)
+        session.tick(self.now)
+        if session.wake_at <= self.now:
+            self.judge.wrong("a thread would spin")
+        self._act()
+        for event in session.take_events():
+            self._tell(event)
+        if session.phase is Phase.FINISHED:
+            if session.identity is not None:
+                self._attempt = 0
+            self._past, self._odometry, self.session = self.counts, session.odometry, None
+            if session.error is not None:
+                self._try_again_after(session.error)
+
+    def _tell(self, event: Any) -> None:
+        if isinstance(event, RobotState):
+            self.judge.reported(event)
+            self.state = event
+            self.states += 1
+        else:
+            self.judge.happened(event)
+            self.events.append(event)
+
+    def _act(self) -> None:
+        for action in self.session.take_actions():
+            if isinstance(action, SetBaud):
+                self.to_robot.baud = action.baud
+                continue
+            self.judge.wrote(action)
+            if self.plugged:
+                self.to_robot.send(action, self.now)
+
+    def _connect(self) -> None:
+        if not self.plugged:
+            self._try_again_after(PortError("rig: no such port"))
+            return
+        given = self.to_robot.baud
+        rates = () if given is None else (given,) + tuple(rate for rate in (9600, 38400, 19200, 115200, 57600) if rate != given)
+        self.session = Session("rig", rates, self._settings, self._odometry)
+        self.to_client.clear()
+        self.session.start(self.now)
+
+    def _try_again_after(self, error: PioneerError) -> None:
+        pause = BACK_OFF[min(self._attempt, len(BACK_OFF) - 1)] if isinstance(error, LinkError) else math.inf
+        self._attempt += 1
+        self._connect_at = self.now + pause
+        self._tell(LinkDown(error, pause))
+
+
+class Judge:
+    """Looks on, and writes down what must not be.
+
+    Attributes:
+        lossy: whether stops may get lost, so that only the robot's watchdog bounds how long it drives on.
+        late: s by which a packet may be late, besides the time that the decoder waits for the rest of another.
+        wrongs: what was wrong, each with its time; the first hundred.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self.lossy = False
+        self.late = 0.0
+        self.wrongs: List[str] = []
+        self.bytes_written = 0
+        self.distance = 0.0                         # m, and
+        self.turned = 0.0                           # rad that the body has really covered
+        self._rig = rig
+        self._commanded_at = -math.inf
+        self._void_at = -math.inf                   # set points from before this are void
+        self._stand_by = 0.0                        # when the robot must stand at the latest
+        self._heard_at = 0.0                        # by the robot, last
+        self._wanted = Velocity(0.0, 0.0)
+        self._on_wire = {"VEL": 0, "RVEL": 0}
+        self._request: Optional[MotorsRequest] = None
+        self._may_be_on = False
+        self._were_on = False
+        self._true_pose = rig.firmware.true_pose
+        self._covered: Deque[Tuple[float, float]] = deque([(0.0, 0.0)] * 300, maxlen=300)   # in the last steps
+        self._pose: Optional[Tuple[float, float, float]] = None
+        self._pose_at = 0.0
+
+    def wrong(self, what: str) -> None:
+        """Keep it."""
+        if len(self.wrongs) < 100:
+            self.wrongs.append("%.2f s: %s" % (self._rig.now, what))
+
+    # What is told to it
+
+    def commanded(self, velocity: Velocity) -> None:
+        """The session took a velocity."""
+        self._commanded_at, self._wanted = self._rig.now, velocity
+        self._stand_by = self._rig.now + COMMAND_TIMEOUT + REACTION + self._rest_time()
+
+    def asked_for_motors(self, on: bool, request: MotorsRequest) -> None:
+        """The user did."""
+        self._request, self._may_be_on = (request, True) if on else (None, False)
+
+    def killed(self) -> None:
+        """Nothing more will be written; the robot drives on for as long as its watchdog lets it."""
+        self._on_wire = {"VEL": 0, "RVEL": 0}
+        self._stand_by = self._rig.now + WATCHDOG + self._rest_time()
+        self._void_at, self._request, self._pose = self._rig.now, None, None
+
+    def happened(self, event: Any) -> None:
+        """Motors taken away, or a link: no older command holds after it."""
+        if isinstance(event, (MotionCleared, LinkDown)):
+            self._void_at = self._rig.now
+        if isinstance(event, LinkDown):
+            self._request = None
+
+    def wrote(self, data: bytes) -> None:
+        """The session put this on the wire."""
+        now = self._rig.now
+        self.bytes_written += len(data)
+        for packet in packets_in(data):
+            command = p2os.decode_command(p2os.Frame(packet[3], packet[4:-2]))
+            if command.name in self._on_wire:
+                self._on_wire[command.name] = command.value
+                if command.value and (now > self._commanded_at + COMMAND_TIMEOUT + REACTION or self._commanded_at < self._void_at):
+                    self.wrong("%s %s, which nobody wants any more" % (command.name, command.value))
+            elif command.name == "STOP":
+                self._on_wire = {"VEL": 0, "RVEL": 0}
+            elif command.name == "ENABLE" and command.value and (self._request is None or self._request.done):
+                self.wrong("motors switched on by itself")
+
+    def arrived(self, data: bytes) -> None:
+        """Bytes came to the robot, whatever became of them."""
+        self._heard_at = self._rig.now
+
+    def reported(self, state: RobotState) -> None:
+        """The pose goes no farther than the body went."""
+        now, pose = self._rig.now, (state.x, state.y, state.heading)
+        if self._pose is not None:
+            step = math.hypot(pose[0] - self._pose[0], pose[1] - self._pose[1])
+            turn = abs(math.remainder(pose[2] - self._pose[2], 2 * math.pi))
+            steps_ago = (now - self._pose_at + self.late + WAITING) / STEP
+            distance, turned = self._covered[-min(len(self._covered), math.ceil(steps_ago) + 2)]
+            if step > self.distance - distance + JITTER or turn > self.turned - turned + JITTER:
+                self.wrong("the pose jumps from %s to %s" % (self._pose, pose))
+        self._pose, self._pose_at = pose, now
+
+    def look(self) -> None:
+        """At the end of every step."""
+        rig, now = self._rig, self._rig.now
+        self._follow_the_body()
+        if any(self._on_wire.values()) and now > self._commanded_at + COMMAND_TIMEOUT + REACTION + STEP:
+            self.wrong("no zero velocity on the wire, the last command is %.2f s old" % (now - self._commanded_at))
+        moving = rig.firmware.velocity != (0.0, 0.0)
+        if moving and now > min(self._stand_by + WATCHDOG * self.lossy, self._heard_at + WATCHDOG + self._rest_time()) + SETTLED:
+            self.wrong("it moves: %s" % (rig.firmware.velocity,))
+        on = rig.firmware.motors_enabled
+        if on and not self._were_on and not self._may_be_on:
+            self.wrong("motors are on, and nobody asked")
+        if self._were_on and not on:
+            self._may_be_on = False
+        self._were_on = on
+        if rig.session is not None:
+            if rig.session._line.waiting > LONGEST_QUEUE:
+                self.wrong("%d commands wait" % rig.session._line.waiting)
+            if rig.to_robot.backlog(now) > REACTION:
+                self.wrong("%.2f s of bytes wait in the line" % rig.to_robot.backlog(now))
+
+    def _follow_the_body(self) -> None:
+        before, pose = self._true_pose, self._rig.firmware.true_pose
+        self.distance += math.hypot(pose[0] - before[0], pose[1] - before[1])
+        self.turned += abs(pose[2] - before[2])
+        self._true_pose = pose
+        self._covered.append((self.distance, self.turned))
+
+    def _rest_time(self) -> float:
+        """s in which the robot comes to rest from what it does, or what it may be about to do."""
+        linear, angular = self._rig.firmware.velocity
+        return max(abs(linear), abs(self._wanted.linear)) / LINEAR_FALL + max(abs(angular), abs(self._wanted.angular)) / ANGULAR_FALL

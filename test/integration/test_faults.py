@@ -1,0 +1,490 @@
+"""The fault matrix: a client's session drives a simulated robot over a line that is spoilt in every way there is, in simulated time.
+
+A row of FAULTS says what goes wrong, for how long, how it is named afterwards, and how much longer than its deceleration the robot may take to
+rest. Each is run twice: the user goes on commanding through the fault, or falls silent when it begins. What must hold in every step of every row
+is the Judge's in bench/faulty_link.py; what must hold before, between and afterwards is in test_the_matrix().
+"""
+
+import itertools
+import random
+import sys
+from pathlib import Path
+from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
+
+from faulty_link import COMMAND_TIMEOUT, REACTION, STEP, WATCHDOG, Rig, Velocity, lost, packets_in
+
+from pioneer_control import p2os
+from pioneer_control.client.events import BaudFound, CommandTimedOut, LinkDown, MotionCleared
+from pioneer_control.driver.notices import Watch
+from pioneer_control.errors import PortError
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.firmware import Firmware
+from pioneer_control.simulator.world import World
+
+DRIVE = Velocity(0.3, 0.2)
+RECOVERY = 12.0         # s after the end of any fault until the robot is ready again: a try at every line speed, and a pause before it
+BAUD_BOUND = 8.0        # s within which a robot at any line speed is ready
+BAUD_RATES = (9600, 19200, 38400, 57600, 115200)
+
+
+# Spoilt packets
+
+def lose(share: float) -> Callable[[bytes], Sequence[bytes]]:
+    """This share of the packets is lost."""
+    chance = random.Random(1)
+    return lambda packet: () if chance.random() < share else (packet,)
+
+
+class EachForm:
+    """Every second SIP arrives in the next of all its spoilt forms, in turn; ``count`` says how many."""
+
+    def __init__(self, forms: Callable[[bytes], Iterator[Sequence[bytes]]]) -> None:
+        self.count = 0
+        self.finished = False
+        self._forms = forms
+        self._spoil = False
+
+    def __call__(self, packet: bytes) -> Sequence[bytes]:
+        if packet[3] not in (p2os.STOPPED, p2os.MOVING) or self.finished:
+            return (packet,)
+        self._spoil = not self._spoil
+        if not self._spoil:
+            return (packet,)
+        form = next(itertools.islice(self._forms(packet), self.count, None), None)
+        self.count += 1
+        self.finished = form is None
+        return (packet,) if form is None else form
+
+
+def flipped_bits(packet):
+    """One bit wrong."""
+    for at in range(len(packet)):
+        for bit in range(8):
+            yield (packet[:at] + bytes([packet[at] ^ 1 << bit]) + packet[at + 1:],)
+
+
+def junk_everywhere(packet):
+    """Bytes between the bytes, such as begin, end or look like a packet."""
+    for junk in (b"\x00", b"\xFA", b"\xFA\xFB", b"\xFA\xFB\xFF", b"\xFA\xFB\x02", p2os.encode_frame(0x32, b"short"), bytes(range(240, 256)) * 3):
+        for at in range(len(packet) + 1):
+            yield (packet[:at] + junk + packet[at:],)
+
+
+def wrong_checksums(packet):
+    """The checksum swapped, off by one, zero, or that of another packet."""
+    body, (high, low) = packet[:-2], packet[-2:]
+    for wrong in ((low, high), (high, low ^ 1), (high ^ 1, low), (0, 0), (255, 255)):
+        if wrong != (high, low):
+            yield (body + bytes(wrong),)
+
+
+def truncated(packet):
+    """Only its beginning, only its end, or a hole of one byte."""
+    for at in range(1, len(packet)):
+        yield (packet[:at],)
+        yield (packet[at:],)
+        yield (packet[:at - 1] + packet[at:],)
+
+
+def split(packet):
+    """In two pieces, and byte by byte."""
+    for at in range(1, len(packet)):
+        yield (packet[:at], packet[at:])
+    yield tuple(packet[at:at + 1] for at in range(len(packet)))
+
+
+def glue(count: int) -> Callable[[bytes], Sequence[bytes]]:
+    """So many packets are kept and come in one piece."""
+    kept: List[bytes] = []
+
+    def fault(packet):
+        kept.append(packet)
+        if len(kept) < count:
+            return ()
+        together = b"".join(kept)
+        kept.clear()
+        return (together,)
+
+    return fault
+
+
+def noise(packet: bytes) -> Sequence[bytes]:
+    """Nothing of it is right."""
+    return (bytes(byte ^ 0x5A for byte in packet),)
+
+
+# What befalls a rig: each of these begins, lasts while the generator is at its yield, and ends
+
+def on_the_way_back(make_fault):
+    def befall(rig):
+        rig.to_client.fault = make_fault()
+        yield
+    return befall
+
+
+def on_the_way_there(make_fault):
+    def befall(rig):
+        rig.judge.lossy = True
+        rig.to_robot.fault = make_fault()
+        yield
+    return befall
+
+
+def both_ways(make_fault):
+    def befall(rig):
+        rig.judge.lossy = True
+        rig.to_robot.fault, rig.to_client.fault = make_fault(), make_fault()
+        yield
+    return befall
+
+
+def nothing(rig):
+    yield
+
+
+def late(befall, seconds):
+    """The same, where packets are late."""
+    def wrapped(rig):
+        rig.judge.late = seconds
+        yield from befall(rig)
+    return wrapped
+
+
+def forms(generator):
+    """Until every spoilt form of a SIP has arrived once."""
+    def befall(rig):
+        each = rig.to_client.fault = EachForm(generator)
+        rig.run_until(lambda: each.finished, limit=1000.0)
+        yield
+    return befall
+
+
+def delayed(seconds):
+    def befall(rig):
+        rig.to_robot.delay = rig.to_client.delay = seconds
+        rig.judge.lossy = True
+        yield
+    return befall
+
+
+def cable_pulled(rig):
+    rig.judge.lossy = True
+    rig.pull()
+    yield
+
+
+def controller_restarts(rig):
+    rig.firmware.restart()
+    yield
+
+
+def power_cycled(rig):
+    rig.firmware.close_session()
+    yield
+
+
+def stop_button(rig):
+    rig.firmware.press_stop_button(True)
+    yield
+    rig.firmware.press_stop_button(False)
+
+
+def driven_against_a_wall(rig):
+    rig.commanding = rig.commanding and Velocity(0.3, 0.0)
+    rig.firmware.hardware.body.move = lambda distance, turn: False
+    yield
+    del rig.firmware.hardware.body.move
+
+
+def low_battery(volts):
+    def befall(rig):
+        rig.firmware.hardware.battery.pretend(volts)
+        yield
+        rig.firmware.hardware.battery.pretend(0.0)
+    return befall
+
+
+def flood_of_commands(rig):
+    rig.commands_per_step = 1000 * STEP
+    before = rig.judge.bytes_written
+    yield
+    baud = rig.to_robot.baud or 115200
+    assert rig.judge.bytes_written - before < 10.5 * baud / 10, "no more than the line carries"
+    rig.commands_per_step = 10 * STEP
+
+
+# How it is named afterwards
+
+def counted(*names):
+    return lambda rig, before: all(getattr(rig.counts, name) > getattr(before.counts, name) for name in names)
+
+
+def link_down(text):
+    return lambda rig, before: any(text in str(event.error) for event in rig.heard(LinkDown))
+
+
+def cleared(text):
+    return lambda rig, before: any(text in event.reason for event in rig.heard(MotionCleared)) or not before.moving
+
+
+def fewer_sips(rig, before):
+    return before.sips_during < 0.995 * 10 * before.seconds
+
+
+def noticed(kind):
+    return lambda rig, before: kind in before.notices
+
+
+def unnamed(rig, before):
+    """Nothing tells: no packet of this protocol is acknowledged."""
+    return True
+
+
+class Row(NamedTuple):
+    """A fault: what befalls the rig, for how many s, how it is named, and the line speed (None: TCP)."""
+
+    befall: Callable[[Rig], Iterator[None]]
+    seconds: float
+    named: Callable
+    baud: Optional[int] = None
+    ends_link: bool = False
+
+
+FAULTS = {
+    "none": Row(nothing, 5.0, unnamed),
+    "none, at 9600 baud": Row(nothing, 5.0, unnamed, baud=9600),
+    "junk at every position of a SIP": Row(forms(junk_everywhere), 1.0, counted("discarded_bytes", "bad_checksums", "unreadable")),
+    "every bit of a SIP flipped": Row(forms(flipped_bits), 1.0, counted("discarded_bytes", "bad_checksums")),
+    "bad checksums": Row(forms(wrong_checksums), 1.0, counted("discarded_bytes", "bad_checksums")),
+    "truncated at every position": Row(forms(truncated), 1.0, counted("discarded_bytes")),
+    "split at every position": Row(forms(split), 1.0, unnamed),
+    "three packets glued": Row(late(on_the_way_back(lambda: glue(3)), 0.3), 10.0, unnamed),
+    "ten packets glued": Row(late(on_the_way_back(lambda: glue(10)), 1.0), 20.0, unnamed),
+    "all SIPs are noise": Row(on_the_way_back(lambda: noise), 10.0, link_down("silent"), ends_link=True),
+    "all commands are noise": Row(on_the_way_there(lambda: noise), 10.0, unnamed),
+    **{"%g %% of the packets %s lost" % (100 * share, name): Row(way(lambda share=share: lose(share)), 100.0 if share < 0.1 else 30.0, fewer_sips if way is not on_the_way_there else unnamed)
+       for share in (0.01, 0.2, 0.5)
+       for way, name in ((on_the_way_there, "to the robot"), (on_the_way_back, "to the client"), (both_ways, "either way"))},
+    **{"%g s of silence %s" % (seconds, name): Row(way(lambda: lost), seconds, named, ends_link=down)
+       for seconds in (0.5, 3.0, 60.0)
+       for way, name, named, down in (
+           (on_the_way_there, "to the robot", unnamed, False),
+           (on_the_way_back, "to the client", link_down("silent") if seconds > 2 else fewer_sips, seconds > 2),
+           (both_ways, "either way", link_down("silent") if seconds > 2 else fewer_sips, seconds > 2))},
+    "late by 0.3 s either way": Row(late(delayed(0.3), 0.3), 10.0, unnamed),
+    "cable pulled and put back at once": Row(cable_pulled, 0.1, link_down("line broke"), ends_link=True),
+    "cable pulled and put back": Row(cable_pulled, 5.0, link_down("no such port"), ends_link=True),
+    "cable pulled and put back, serial": Row(cable_pulled, 5.0, link_down("no such port"), baud=9600, ends_link=True),
+    "controller restarts": Row(controller_restarts, 1.0, link_down("restarted"), ends_link=True),
+    "power cycled without a notice": Row(power_cycled, 3.0, link_down("silent"), ends_link=True),
+    "STOP button pressed and released": Row(stop_button, 3.0, cleared("STOP button")),
+    "STOP button tapped between two SIPs": Row(stop_button, 0.05, unnamed),
+    "driven against a wall": Row(driven_against_a_wall, 5.0, lambda rig, before: before.stalled or not before.moving),
+    "battery low": Row(low_battery(11.4), 3.0, noticed("battery")),
+    "battery empty": Row(low_battery(10.9), 3.0, cleared("switched its motors off")),
+    "1000 velocities per second": Row(flood_of_commands, 10.0, unnamed),
+    "1000 velocities per second at 9600 baud": Row(flood_of_commands, 10.0, unnamed, baud=9600),
+}
+
+
+class Before:
+    """What a row is compared with, and what was seen meanwhile."""
+
+    def __init__(self, rig, goes_on, row):
+        self.counts = rig.counts
+        self.moving = goes_on
+        self.seconds = row.seconds
+        self.notices = set()
+        self.stalled = False
+        self.sips_during = 0
+
+    def watch(self, rig, seconds):
+        watch = Watch(COMMAND_TIMEOUT, "...")
+        states, start, sips = rig.states, rig.now, rig.counts.sips
+        while rig.now < start + seconds - STEP / 2:
+            rig.step()
+            if rig.states != states:
+                states = rig.states
+                self.notices.update(notice.kind for notice in watch.state(rig.state))
+                self.stalled |= rig.state.left_stall and rig.state.right_stall
+        self.sips_during = rig.counts.sips - sips
+
+
+def at_rest(rig):
+    return rig.firmware.velocity == (0.0, 0.0)
+
+
+def driving(rig):
+    rig.run_until(lambda: rig.ready)
+    rig.switch_motors_on()
+    rig.commanding = DRIVE
+    rig.run_until(lambda: rig.firmware.velocity == pytest.approx(DRIVE, rel=0.1))
+    return rig
+
+
+@pytest.mark.parametrize("goes_on", [True, False], ids=["the user goes on", "the user falls silent"])
+@pytest.mark.parametrize("name", sorted(FAULTS))
+def test_the_matrix(name, goes_on):
+    row = FAULTS[name]
+    rig = driving(Rig(baud=(row.baud, row.baud) if row.baud else None, seed=len(name)))
+    before = Before(rig, goes_on, row)
+    if not goes_on:
+        rig.commanding = None
+    for _ in row.befall(rig):
+        before.watch(rig, row.seconds)
+    rig.mend()
+    rig.run_until(lambda: rig.ready, RECOVERY)
+    rig.run(1.0)
+    rig.commanding = None
+    rig.run_until(lambda: at_rest(rig) and rig.state is not None, COMMAND_TIMEOUT + REACTION + 1.0 + WATCHDOG * row.ends_link)
+    assert row.named(rig, before), (rig.counts, list(rig.events))
+    assert bool(rig.heard(LinkDown)) == row.ends_link
+    assert rig.heard(CommandTimedOut) or row.ends_link or rig.heard(MotionCleared)
+    rig.judge.lossy = False
+    pose = rig.firmware.true_pose
+    rig.run(5.0)
+    assert rig.firmware.true_pose == pose, "nothing moves until it is told to"
+    assert not rig.judge.wrongs
+    if not row.ends_link:
+        assert (rig.state.x_counts, rig.state.y_counts) == rig.firmware.internal_counts, "not one count is lost"
+    driving(rig)
+    rig.session.close(rig.now)
+    rig.run_until(lambda: rig.session is None, 1.0)
+    assert not rig.firmware.motors_enabled
+    assert not rig.judge.wrongs
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_half_of_all_packets_lost_in_ten_other_ways(seed):
+    rig = driving(Rig(seed=seed))
+    rig.judge.lossy = True
+    rig.to_robot.fault = rig.to_client.fault = lambda packet: (packet,) if rig.chance.random() < 0.5 else ()
+    rig.run(20.0)
+    rig.commanding = None
+    rig.run(20.0)
+    assert at_rest(rig) and not rig.judge.wrongs
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_revives_a_robot_after_a_silence_is_a_stop_whatever_is_lost(seed):
+    """Every stop was lost, and the first packets that come through again, some lost, find a robot that remembers its set points."""
+    rig = driving(Rig(seed=seed))
+    rig.judge.lossy = True
+    rig.to_robot.fault = lost
+    rig.commanding = None
+    rig.run_until(lambda: at_rest(rig))
+    rig.run(rig.chance.uniform(0.0, 2.0))
+    pose = rig.firmware.true_pose
+    rig.to_robot.fault = lambda packet: (packet,) if rig.chance.random() < 0.3 else ()
+    rig.run(10.0)
+    assert rig.firmware.true_pose == pose and not rig.judge.wrongs
+
+
+@pytest.mark.parametrize("down_for", [0.0, 0.7, 2.5, 30.0])
+@pytest.mark.parametrize("baud", [None, 9600])
+def test_a_robot_left_open_and_driving_by_a_killed_driver(baud, down_for):
+    rig = driving(Rig(baud=baud and (baud, baud)))
+    rig.commanding = None
+    left = rig.firmware.true_pose
+    rig.kill(down_for)
+    assert rig.run_until(lambda: rig.ready, down_for + 20.0) < down_for + 2.0
+    assert not rig.firmware.motors_enabled and at_rest(rig)
+    pose = rig.firmware.true_pose
+    assert pose != left
+    rig.run(5.0)
+    assert rig.firmware.true_pose == pose and not rig.judge.wrongs
+
+
+@pytest.mark.parametrize("left_open", [False, True], ids=["waiting", "left open and driving"])
+@pytest.mark.parametrize("robots", BAUD_RATES)
+@pytest.mark.parametrize("given", BAUD_RATES)
+def test_a_robot_at_any_line_speed_is_found_in_a_bounded_time(given, robots, left_open):
+    """Bytes at another speed than the receiver's arrive as so many others."""
+    rig = Rig(baud=(robots, robots) if left_open else (given, robots), seed=given + robots)
+    if left_open:
+        driving(rig)
+        rig.commanding = None
+        rig.to_robot.baud = given
+        rig.kill()
+    assert rig.run_until(lambda: rig.ready) < BAUD_BOUND
+    assert [event.baud for event in rig.heard(BaudFound)] == ([robots] if robots != given else [])
+    assert at_rest(rig) and not rig.firmware.motors_enabled
+    pose = rig.firmware.true_pose
+    rig.run(3.0)
+    assert rig.firmware.true_pose == pose
+    driving(rig)
+    assert not rig.judge.wrongs
+
+
+# That nothing was wrong would mean nothing if nothing could be.
+
+def breaks_the_dead_man(rig):
+    rig.session.drive._command_timeout = 60.0
+    rig.commanding = None
+    rig.run(1.0)
+
+
+def commands_by_itself(rig):
+    rig.commanding = None
+    rig.run(3.0)
+    rig.session.drive.set_velocity(0.1, 0.0, rig.now)
+
+
+def switches_motors_on_by_itself(rig):
+    rig.session.command(rig.now, p2os.encode_command("ENABLE", 1))
+
+
+def robot_switches_motors_on_by_itself(rig):
+    rig.firmware.press_stop_button(True)
+    rig.run(0.5)
+    rig.firmware.press_stop_button(False)
+    rig.firmware.hardware.enable_motors()
+
+
+def coasts(rig):
+    rig.commanding = None
+    rig.firmware.hardware.linear.limits.fall = 0.01
+    rig.run(5.0)
+
+
+def pose_jumps(rig):
+    rig.session.odometry.x_counts += 200
+
+
+def pose_turns(rig):
+    rig.session.odometry.heading_units += 200
+
+
+def queue_builds_up(rig):
+    for _ in range(50):
+        rig.session._line._write(p2os.encode_command("PULSE"))
+
+
+@pytest.mark.parametrize("misdeed, said", [
+    (breaks_the_dead_man, "no zero velocity on the wire"),
+    (commands_by_itself, "nobody wants any more"),
+    (switches_motors_on_by_itself, "motors switched on by itself"),
+    (robot_switches_motors_on_by_itself, "motors are on, and nobody asked"),
+    (coasts, "it moves"),
+    (pose_jumps, "the pose jumps"),
+    (pose_turns, "the pose jumps"),
+    (queue_builds_up, "bytes wait in the line"),
+])
+def test_the_judge_sees(misdeed, said):
+    rig = driving(Rig(baud=(9600, 9600)))
+    assert not rig.judge.wrongs
+    misdeed(rig)
+    rig.run(0.5)
+    assert any(said in wrong for wrong in rig.judge.wrongs), rig.judge.wrongs
+
+
+def test_every_spoilt_form_is_one():
+    """None of them is what was sent, but for the pieces of a split one; and there are as many as their names say."""
+    sip = next(packets_in(p2os.encode_frame(p2os.STOPPED, bytes(range(60)))))
+    for forms_of, count in ((flipped_bits, 8 * len(sip)), (junk_everywhere, 7 * (len(sip) + 1)), (truncated, 3 * (len(sip) - 1)), (split, len(sip))):
+        made = [b"".join(pieces) for pieces in forms_of(sip)]
+        assert len(made) == count and (forms_of is split) == (sip in made)
