@@ -40,6 +40,10 @@ class GripCommand(IntEnum):
     OPEN = 1
     CLOSE = 2
     STOP = 3
+    STORE = 7       # close and raise
+    DEPLOY = 8      # open and lower
+    HALT = 15       # stop both
+    PRESSURE = 16   # how long paddles that hold something go on closing: grip.dir times 20 ms, 1..100
 
 
 class LiftCommand(IntEnum):
@@ -48,6 +52,7 @@ class LiftCommand(IntEnum):
     UP = 4
     DOWN = 5
     STOP = 6
+    CARRY = 17      # move for a while: lift.dir times 20 ms, 1..255 up, -1..-255 down
 
 
 def quaternion_of(heading: float) -> Tuple[float, float, float, float]:

@@ -30,6 +30,9 @@ def test_a_robot_that_tilts_has_not_turned(axis):
 
 def test_commands_are_the_robots_own_and_no_status():
     """Row 25 of them: the original's bare 1 to 6 meant one thing as a command, another as a status."""
-    assert [int(each) for each in GripCommand] == [GripperCommand.OPEN, GripperCommand.CLOSE, GripperCommand.STOP]
-    assert [int(each) for each in LiftCommand] == [GripperCommand.LIFT_UP, GripperCommand.LIFT_DOWN, GripperCommand.LIFT_STOP]
+    assert [int(each) for each in GripCommand] == [
+        GripperCommand.OPEN, GripperCommand.CLOSE, GripperCommand.STOP,
+        GripperCommand.STORE, GripperCommand.DEPLOY, GripperCommand.HALT, GripperCommand.PRESSURE]
+    assert [int(each) for each in LiftCommand] == [
+        GripperCommand.LIFT_UP, GripperCommand.LIFT_DOWN, GripperCommand.LIFT_STOP, GripperCommand.CARRY]
     assert not set(map(int, LiftCommand)) & set(map(int, LiftStatus))

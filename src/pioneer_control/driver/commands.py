@@ -1,18 +1,26 @@
 """Incoming messages: what is obeyed, what is refused, and why. Pure functions; a refusal is a UsageError with the reason."""
 
 import math
-from typing import List
+from typing import List, NamedTuple, Optional
 
 from geometry_msgs.msg import Twist
 
 from ..errors import UsageError
 from ..message_values import GripCommand, LiftCommand, LiftStatus
-from ..msg import GripperState, MotorState
-from ..p2os import GripperCommand
+from ..msg import GripperState, MotorState, WheelVelocities
+from ..p2os import GRIPPER_VALUES, GripperCommand
 
 LEAVE_ALONE = 0
-LEGAL_GRIP = "legal: 1 open, 2 close, 3 stop, 0 leave alone"
-LEGAL_LIFT = "legal: 4 up, 5 down, 6 stop, 0 leave alone"
+LEGAL_GRIP = "legal: 1 open, 2 close, 3 stop, 7 store, 8 deploy, 15 halt, 16 pressure, 0 leave alone"
+LEGAL_LIFT = "legal: 4 up, 5 down, 6 stop, 17 carry, 0 leave alone"
+MOVES_BOTH = (GripCommand.STORE, GripCommand.DEPLOY, GripCommand.HALT)
+
+
+class GripperOrder(NamedTuple):
+    """One sub-command of the gripper, with the value (20 ms) of those that need one."""
+
+    command: GripperCommand
+    value: Optional[int] = None
 
 
 def sender(message) -> str:
@@ -29,9 +37,18 @@ def check_twist(twist: Twist) -> None:
     """Refuse a velocity in which any number is not finite, whether it is used or not: its sender is in trouble."""
     for part in ("linear", "angular"):
         for axis in "xyz":
-            value = getattr(getattr(twist, part), axis)
-            if not math.isfinite(value):
-                raise UsageError("cmd_vel refused: %s.%s is %s, and a velocity must be finite" % (part, axis, value))
+            _check_finite("cmd_vel", "%s.%s" % (part, axis), getattr(getattr(twist, part), axis))
+
+
+def check_wheels(wheels: WheelVelocities) -> None:
+    """Refuse a velocity of a wheel that is not finite."""
+    for side in ("left", "right"):
+        _check_finite("cmd_wheels", side, getattr(wheels, side))
+
+
+def _check_finite(topic: str, name: str, value: float) -> None:
+    if not math.isfinite(value):
+        raise UsageError("%s refused: %s is %s, and a velocity must be finite" % (topic, name, value))
 
 
 def motors_wanted(message: MotorState) -> bool:
@@ -41,8 +58,11 @@ def motors_wanted(message: MotorState) -> bool:
     return message.state == 1
 
 
-def gripper_commands(message: GripperState) -> List[GripperCommand]:
+def gripper_orders(message: GripperState) -> List[GripperOrder]:
     """The sub-commands in a gripper_control message, paddles first; 0 leaves that part alone.
+
+    The messages of p2os have no field for the value of PRESSURE and CARRY. It is taken from ``dir`` beside the number, which no other command
+    uses: for CARRY its sign is the direction, as in a status.
 
     Refuses the whole message when a number means nothing, or when its lift.state is that of a status: then it is a gripper_state, and
     would move the paddles.
@@ -54,4 +74,17 @@ def gripper_commands(message: GripperState) -> List[GripperCommand]:
         raise UsageError("gripper_control refused: grip.state is %d (%s)" % (grip, LEGAL_GRIP))
     if lift not in (LEAVE_ALONE, *LiftCommand):
         raise UsageError("gripper_control refused: lift.state is %d (%s)" % (lift, LEGAL_LIFT))
-    return [GripperCommand(number) for number in (grip, lift) if number != LEAVE_ALONE]
+    if grip in MOVES_BOTH and lift != LEAVE_ALONE:
+        raise UsageError("gripper_control refused: grip.state %d moves the lift too, so lift.state must be 0, not %d" % (grip, lift))
+    return [_order(part, GripperCommand(number), value)
+            for part, number, value in (("grip", grip, message.grip.dir), ("lift", lift, message.lift.dir)) if number != LEAVE_ALONE]
+
+
+def _order(part: str, command: GripperCommand, value: int) -> GripperOrder:
+    if command not in GRIPPER_VALUES:
+        return GripperOrder(command)
+    low, high = GRIPPER_VALUES[command]
+    if not low <= value <= high or not value:
+        raise UsageError("gripper_control refused: %s.state %d needs %s.dir in %d..%d (units of 20 ms), not 0; it is %d"
+                         % (part, command, part, low, high, value))
+    return GripperOrder(command, value)

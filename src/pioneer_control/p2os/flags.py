@@ -138,3 +138,7 @@ class GripperCommand(IntEnum):
     HALT = 15
     PRESSURE = 16
     CARRY = 17
+
+
+GRIPPER_VALUES = {GripperCommand.PRESSURE: (1, 100), GripperCommand.CARRY: (-255, 255)}
+"""Least and greatest GRIPPERVAL (20 ms) behind a sub-command that needs one; never 0."""
