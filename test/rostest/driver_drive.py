@@ -169,7 +169,7 @@ class DriverDrives(unittest.TestCase):
         self.commander.velocity = (0.2, 0.0)
         self.witness.wait("it drives", lambda: self.witness.seen["pioneer/ground_truth"][-1].twist.twist.linear.x > 0.15)
         since = len(self.witness.seen["/rosout"])
-        self.commander.velocity = None  # the publisher stays connected, and the driver keeps the link alive with PULSE
+        self.commander.velocity = None  # the publisher stays connected, and the driver keeps the link alive
         self.stands()
         self.expect_warning("no velocity came for 0.6 s", since)
         self.assertEqual(self.witness.last("pioneer/motor_state").state, 1)

@@ -45,7 +45,7 @@ class Robot:
         baud: line speed of a serial port; the others are tried when nothing answers.
         model: use this model whatever the robot announces. Without it an unknown subtype is an error.
         models_file: a file of the user's that overrides values of the table of models.
-        pulse: s between PULSE commands (behind a stop while the robot shall stand) when nothing else is sent; 0 sends none, and then the robot's own watchdog stops it after 2 s.
+        pulse: s between signs of life (PULSE; a stop while the robot shall stand) when nothing else is sent; 0 sends none, and then the robot's own watchdog stops it after 2 s.
         use_sonar: sonar on after connecting.
         command_timeout: s after which a velocity that nobody renewed means stop.
         max_linear, max_angular: limits in m/s, rad/s below the robot's own; None for just the robot's.

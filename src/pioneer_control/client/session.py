@@ -39,6 +39,7 @@ MOTORS_OFF = 0.05       # s between ENABLE 0 and CLOSE
 CLOSE_TRIES = 3
 SIP_CYCLE = 0.12        # s: a robot that sends nothing for that long is closed
 
+KNOWS_STOP = ("P2OS", "AROS", "ARCOS", "AmigoSH")   # firmware for which STOP alone is a stop (protocol 3.1)
 PULSE = p2os.encode_command("PULSE")
 OPEN = p2os.encode_command("OPEN")
 CONFIG = p2os.encode_command("CONFIG", 1)
@@ -175,8 +176,8 @@ class Session:
             self.data.tick(now)
             if now >= self._last_sip + SILENCE:
                 self.fail(LinkLostError("%s: the robot has fallen silent: no packet for %.1f s" % (self.url, SILENCE)))
-            elif now >= self._pulse_at and not self._line.waiting:     # a bare PULSE would revive a set point whose stop was lost
-                self._line.command(now, *(STOP if self.drive.shall_stand else ()), PULSE)
+            elif now >= self._pulse_at and not self._line.waiting:
+                self._line.command(now, *self._sign_of_life())
         if self.phase is not Phase.FINISHED:
             self._line.tick(now)
 
@@ -205,6 +206,12 @@ class Session:
             self._actions.append(LAST_WORDS)
         self._abandon(error)
         self._finish(error if self.phase is not Phase.CLOSING else None)
+
+    def _sign_of_life(self) -> Tuple[bytes, ...]:
+        """While the robot shall stand, a stop in one packet: whatever else came through alone would revive a set point whose stop was lost."""
+        if not self.drive.shall_stand:
+            return (PULSE,)
+        return STOP[:1] if self._model.firmware_family in KNOWS_STOP else STOP
 
     @property
     def _pulse_at(self) -> float:

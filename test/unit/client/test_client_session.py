@@ -18,7 +18,7 @@ def test_pulses_keep_an_idle_robot_awake():
     bench.run(0.5)
     bench.robot.heard.clear()
     bench.run(10.0)
-    times = [heard.time for heard in bench.robot.heard if heard.name == "PULSE"]
+    times = [heard.time for heard in bench.robot.heard]
     assert 9 <= len(times) <= 10
     assert max(later - earlier for earlier, later in zip(times, times[1:])) < 1.02
 
@@ -31,7 +31,29 @@ def test_a_sign_of_life_revives_nothing_when_every_stop_was_lost():
     assert bench.robot.watchdog_expired and not bench.states[-1].linear, "the robot has stopped by itself"
     bench.robot.deaf = lambda heard: False
     bench.run(2.0)
-    assert "PULSE" in bench.robot.names() and not bench.robot.revived and not bench.robot.moving
+    assert "STOP" in bench.robot.names()[-2:] and not bench.robot.revived and not bench.robot.moving
+
+
+@pytest.mark.parametrize("through", ["first", "second", "third", "fourth"])
+def test_a_sign_of_life_revives_nothing_when_only_one_packet_of_it_comes_through(through):
+    bench = Bench(pulse=1.0).until_driving(0.2)
+    bench.robot.deaf = lambda heard: True
+    bench.drive(0.0, 0.0)
+    bench.run(3.0)
+    assert bench.robot.watchdog_expired
+    number = ["first", "second", "third", "fourth"].index(through)
+    bench.robot.deaf = lambda heard: [each.time for each in bench.robot.heard].count(heard.time) != number + 1
+    bench.robot.set_point["RVEL"] = 20
+    bench.run(5.0)
+    assert not bench.robot.revived and not bench.robot.moving
+
+
+def test_firmware_that_may_not_know_stop_is_told_in_other_words_too():
+    bench = Bench(model="pion1m", pulse=1.0).until_ready()
+    bench.run(0.5)
+    bench.robot.heard.clear()
+    bench.run(1.2)
+    assert bench.robot.names() == ["STOP", "VEL", "RVEL"]
 
 
 def test_no_pulse_while_other_commands_go_out():
@@ -44,7 +66,7 @@ def test_pulses_go_no_faster_than_the_line():
     bench = Bench(rates=(9600,), pulse=0.0001).until_ready()
     bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
     bench.run(5.0)
-    assert bench.robot.names().count("PULSE") < 900
+    assert 100 < bench.robot.names().count("STOP") < 1100
 
 
 def test_without_pulses_an_idle_robot_hears_nothing():
