@@ -1,0 +1,444 @@
+#!/usr/bin/python3
+"""How fast the driver is and what it costs, side by side with the least a rospy node can do on the same bytes: the floor, bench/relay_node.py.
+
+    ./pioneer shell /usr/bin/python3 bench/driver.py            # five minutes; writes bench/driver.md
+    ./pioneer shell /usr/bin/python3 bench/driver.py --quick    # one minute; writes nothing
+
+Each node has a robot of its own (bench/scripted_robot.py, a pty) and the same commander and subscriber, in this process; a ROS master is started
+for the run. The two take turns: SIPs and commands of the one go out half a cycle after those of the other, so that both meet the same machine
+in the same state. Commands drift slowly against the SIPs, and so meet every phase of the cycle.
+
+A time begins right before the write of a SIP or the publish() of a command, and ends when the subscriber's callback is called or the robot has
+read the last byte of RVEL. On a machine that does other work too, all figures are upper bounds; the ratios to the floor say more. A real line of
+9600 baud adds 1.04 ms for each byte, and so about 0.3 s to the start.
+
+Exit status 1 when a limit is exceeded.
+"""
+
+import argparse
+import bisect
+import contextlib
+import math
+import os
+import platform
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from time import monotonic
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "..", "src"))
+
+from pioneer_control import p2os  # noqa: E402
+from relay_node import SIP_LENGTH  # noqa: E402
+from scripted_robot import Record, ScriptedRobot  # noqa: E402
+
+import rosgraph  # noqa: E402
+import rospy  # noqa: E402
+from geometry_msgs.msg import Twist  # noqa: E402
+from nav_msgs.msg import Odometry  # noqa: E402
+from std_srvs.srv import SetBool  # noqa: E402
+
+RESULTS = os.path.join(HERE, "driver.md")
+NODES = {"floor": [sys.executable, os.path.join(HERE, "relay_node.py"), "{port}"],
+         "ours": [sys.executable, os.path.join(HERE, "..", "nodes", "p2os_driver"), "_port:={port}"]}
+ENOUGH = 115200         # baud: 9600 carries 53 pairs of VEL and RVEL a second
+DRIFT = 1.013           # commands come so much more often than said
+SLOWEST, FASTEST = 100, 499     # mm/s: each command of a second has a speed of its own, to be known by on the wire
+PATIENCE = 20.0         # s for what should take one
+
+
+class Phase(NamedTuple):
+    """Some time of driving."""
+
+    cycle: float
+    """s between SIPs"""
+    rate: float
+    """Hz of cmd_vel"""
+
+    def __str__(self) -> str:
+        return "SIPs every %.0f ms, cmd_vel at %g Hz" % (self.cycle * 1000, self.rate)
+
+
+SLOW, FAST, MANY = PHASES = (Phase(0.1, 10), Phase(0.02, 10), Phase(0.1, 100))
+
+
+class Usage(NamedTuple):
+    """What a process takes."""
+
+    cpu: float
+    """s a minute"""
+    rss: float
+    """MiB, at the end"""
+    growth: float
+    """MiB, meanwhile"""
+
+
+class Drive(NamedTuple):
+    """What was measured of one node in one phase. Times in ms."""
+
+    pose: List[float]
+    """from a SIP to its Odometry"""
+    command: List[float]
+    """from a cmd_vel to the complete command"""
+    arrived: float
+    """share of the commands"""
+    usage: Usage
+
+
+# Processes
+
+class Node:
+    """A node that is measured: its process, and the topics it has."""
+
+    def __init__(self, name: str, port: str, *arguments: str) -> None:
+        command = [part.format(port=port) for part in NODES[name]] + ["__ns:=/" + name, *arguments]
+        self.started = monotonic()
+        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+
+    def cpu(self) -> float:
+        """s of processor time so far."""
+        with open("/proc/%d/stat" % self.process.pid) as stat:
+            fields = stat.read().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def rss(self) -> float:
+        """MiB in memory."""
+        with open("/proc/%d/statm" % self.process.pid) as statm:
+            return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2 ** 20
+
+    def end(self, how: int) -> int:
+        """Send a signal and wait. Returns the exit status."""
+        if self.process.poll() is None:
+            self.process.send_signal(how)
+        return self.process.wait(PATIENCE)
+
+
+@contextlib.contextmanager
+def master():
+    """A ROS master of our own, for as long as the run takes."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    os.environ.update(ROS_MASTER_URI="http://127.0.0.1:%d" % port, ROS_HOSTNAME="localhost")
+    process = subprocess.Popen(["rosmaster", "--core", "-p", str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        while not rosgraph.is_master_online():
+            time.sleep(0.05)
+        yield
+    finally:
+        process.terminate()
+        process.wait()
+
+
+# What a user of the nodes has: subscribers, and a commander
+
+class Poses:
+    """When which Odometry of a node arrived."""
+
+    def __init__(self, name: str) -> None:
+        self.heard: List[Tuple[int, float]] = []     # number (the publisher counts), time
+        self._changed = threading.Condition()
+        rospy.Subscriber("/%s/pose" % name, Odometry, self._take)
+
+    def _take(self, message: Odometry) -> None:
+        now = monotonic()
+        with self._changed:
+            self.heard.append((message.header.seq, now))
+            self._changed.notify_all()
+
+    def forget(self) -> None:
+        """Begin anew."""
+        self.heard = []
+
+    def first(self) -> float:
+        """When the first one came that has not been forgotten; waits for it."""
+        with self._changed:
+            if not self._changed.wait_for(lambda: self.heard, PATIENCE):
+                raise SystemExit("no Odometry within %.0f s" % PATIENCE)
+            return self.heard[0][1]
+
+
+class Commander:
+    """Publishes cmd_vel to one or more nodes in turn, from a thread of its own, while the `with` block lasts."""
+
+    def __init__(self, publishers: Dict[str, rospy.Publisher], rate: float, speeds: Sequence[int] = range(SLOWEST, FASTEST + 1)) -> None:
+        self.sent: Dict[str, List[Tuple[float, int]]] = {name: [] for name in publishers}     # time, mm/s
+        self._publishers, self._speeds = publishers, speeds
+        self._period = 1 / rate / DRIFT / len(publishers)
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def _run(self) -> None:
+        due = monotonic()
+        for number in range(sys.maxsize):
+            for name, publisher in self._publishers.items():
+                due += self._period
+                if self._ended.wait(max(0.0, due - monotonic())):
+                    return
+                twist, speed = Twist(), self._speeds[number % len(self._speeds)]
+                twist.linear.x = speed / 1000
+                self.sent[name].append((monotonic(), speed))
+                publisher.publish(twist)
+
+    def __enter__(self) -> "Commander":
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        self._thread.join()
+
+
+class Bench:
+    """The two robots, and what a user of their nodes has."""
+
+    def __init__(self) -> None:
+        self.robots = {"floor": ScriptedRobot(0.0, is_open=True), "ours": ScriptedRobot(0.5, is_open=False)}
+
+    def connect(self) -> None:
+        """Join the graph; the robots must have been started before, for they are forks of this process."""
+        rospy.init_node("bench", disable_signals=True)
+        self.poses = {name: Poses(name) for name in NODES}
+        self.publishers = {name: rospy.Publisher("/%s/cmd_vel" % name, Twist, queue_size=1, tcp_nodelay=True) for name in NODES}
+        for topic in ("/ours/sonar", "/tf"):
+            rospy.Subscriber(topic, rospy.AnyMsg, lambda message: None)
+
+    def start(self, name: str, *arguments: str) -> Tuple[Node, float]:
+        """A node, and how long it took to the first Odometry."""
+        self.poses[name].forget()
+        node = Node(name, self.robots[name].port, *arguments)
+        return node, self.poses[name].first() - node.started
+
+    def until_driving(self) -> None:
+        """Motors on; returns when the node has heard a command."""
+        rospy.wait_for_service("/ours/set_motors", PATIENCE)
+        assert rospy.ServiceProxy("/ours/set_motors", SetBool)(True).success
+        deadline = monotonic() + PATIENCE
+        while not self.publishers["ours"].get_num_connections() and monotonic() < deadline:
+            time.sleep(0.01)
+
+    def driving(self, name: str) -> Commander:
+        """Someone who drives one node at 0.2 m/s."""
+        return Commander({name: self.publishers[name]}, 10, (200,))
+
+
+# What is measured
+
+def drive(bench: Bench, seconds: float) -> Dict[Tuple[str, Phase], Drive]:
+    """Latencies and costs of both nodes side by side, in all phases."""
+    for robot in bench.robots.values():
+        robot.set_cycle(SLOW.cycle)
+    nodes = {"floor": bench.start("floor")[0], "ours": bench.start("ours", "_baud:=%d" % ENOUGH)[0]}
+    bench.until_driving()
+    found = {}
+    for phase in PHASES:
+        print(phase, flush=True)
+        for robot in bench.robots.values():
+            robot.set_cycle(phase.cycle)
+        with Commander(bench.publishers, phase.rate):
+            time.sleep(2.0)     # what is done once is done
+        for name in NODES:
+            bench.robots[name].record()
+            bench.poses[name].forget()
+        before = {name: (monotonic(), node.cpu(), node.rss()) for name, node in nodes.items()}
+        with Commander(bench.publishers, phase.rate) as commander:
+            time.sleep(seconds)
+        after = {name: (monotonic(), node.cpu(), node.rss()) for name, node in nodes.items()}
+        time.sleep(0.1)
+        for name, robot in bench.robots.items():
+            record = robot.record()
+            wall, cpu, growth = (new - old for new, old in zip(after[name], before[name]))
+            commands, arrived = command_latencies(commander.sent[name], record)
+            found[name, phase] = Drive(pose_latencies(bench.poses[name].heard, record), commands, arrived,
+                                       Usage(cpu / wall * 60, after[name][2], growth))
+    nodes["ours"].end(signal.SIGINT)
+    nodes["floor"].end(signal.SIGKILL)
+    return found
+
+
+def pose_latencies(heard: List[Tuple[int, float]], record: Record) -> List[float]:
+    """ms from each SIP to its Odometry. Both are counted, but not from the same number on: no Odometry comes before its SIP."""
+    sent = record.sent
+    offset = min(bisect.bisect_right(sent, now) - 1 - number for number, now in heard if now > sent[0] + 1.0)
+    return [(now - sent[number + offset]) * 1000 for number, now in heard if 0 <= number + offset < len(sent)]
+
+
+def command_latencies(sent: List[Tuple[float, int]], record: Record) -> Tuple[List[float], float]:
+    """ms from each command to the last byte of its RVEL on the wire, and the share of those that got there."""
+    written = []    # time, mm/s
+    decoder, speed = p2os.FrameDecoder(), None
+    for now, data in record.heard:
+        for command in map(p2os.decode_command, decoder.feed(data)):
+            if command.name == "VEL":
+                speed = command.value
+            elif command.name == "RVEL":
+                written.append((now, speed))
+    times, at = [], 0
+    for published, speed in sent:
+        found = next((index for index in range(at, len(written)) if written[index][1] == speed and written[index][0] > published), None)
+        if found is not None and written[found][0] < published + 1.0:
+            times.append((written[found][0] - published) * 1000)
+            at = found + 1
+    return times, len(times) / len(sent)
+
+
+def start_times(bench: Bench, times: int) -> Dict[str, List[float]]:
+    """s from the start of a process to its first Odometry: the floor; ours, robot waiting; ours, robot left open by a killed driver."""
+    found: Dict[str, List[float]] = {"floor": [], "waiting": [], "left open": []}
+    for _ in range(times):
+        print("start", flush=True)
+        node, seconds = bench.start("floor")
+        found["floor"].append(seconds)
+        node.end(signal.SIGKILL)
+        node, seconds = bench.start("ours")
+        found["waiting"].append(seconds)
+        bench.until_driving()
+        with bench.driving("ours"):
+            time.sleep(1.0)
+            node.end(signal.SIGKILL)
+        node, seconds = bench.start("ours")
+        found["left open"].append(seconds)
+        node.end(signal.SIGINT)
+    return found
+
+
+def ends(bench: Bench, how: int, times: int) -> Tuple[List[float], List[float]]:
+    """Of a driver that gets a signal while driving: ms to a zero velocity on the wire, s to its clean exit (infinite if not clean)."""
+    zeros, exits = [], []
+    for _ in range(times):
+        print(signal.Signals(how).name, flush=True)
+        node, _ = bench.start("ours")
+        bench.until_driving()
+        with bench.driving("ours"):
+            time.sleep(1.0)
+            bench.robots["ours"].record()
+            asked = monotonic()
+            status = node.end(how)
+            exits.append(monotonic() - asked if status == 0 else math.inf)
+        record = bench.robots["ours"].record()
+        commands = heard_after(asked, record)
+        zeros.append(next(((now - asked) * 1000 for now, name, value in commands if name == "STOP" or (name, value) == ("VEL", 0)), math.inf))
+        if [name for _, name, _ in commands][-1:] != ["CLOSE"]:
+            exits[-1] = math.inf
+    return zeros, exits
+
+
+def heard_after(then: float, record: Record) -> List[Tuple[float, str, Optional[int]]]:
+    """The commands a robot got after a time: when, name, value."""
+    decoder = p2os.FrameDecoder()
+    commands = [(now, command.name, command.value) for now, data in record.heard for command in map(p2os.decode_command, decoder.feed(data))]
+    return [command for command in commands if command[0] > then]
+
+
+# What is said of it
+
+class Row(NamedTuple):
+    """One limit."""
+
+    what: str
+    limit: str
+    floor: str
+    ours: str
+    kept: bool
+
+
+def share(values: Sequence[float], percent: float) -> float:
+    """The value that `percent` % of the values do not exceed (nearest rank)."""
+    ordered = sorted(values) or [math.nan]
+    return ordered[max(0, math.ceil(len(ordered) * percent / 100) - 1)]
+
+
+def median(values: Sequence[float]) -> float:
+    return share(values, 50)
+
+
+def rows(drives: Dict[Tuple[str, Phase], Drive], starts: Dict[str, List[float]], signals: Dict[str, Tuple[List[float], List[float]]]) -> List[Row]:
+    """The limits and what became of them."""
+    def compared(what: str, phase: Phase, figure: Callable[[Drive], float], form: str, factor: float) -> Row:
+        floor, ours = figure(drives["floor", phase]), figure(drives["ours", phase])
+        return Row(what, "%g x floor" % factor, form % floor, (form + " (%.2f x)") % (ours, ours / floor), ours <= factor * floor)
+
+    def within(what: str, limit: float, form: str, ours: float, floor: str = "") -> Row:
+        return Row(what, form % limit, floor, form % ours, ours <= limit)
+
+    found = []
+    for phase in (SLOW, FAST):
+        what = "SIP to Odometry, %.0f ms cycle: " % (phase.cycle * 1000)
+        found += [compared(what + "median", phase, lambda each: median(each.pose), "%.2f ms", 1.15),
+                  within(what + "p99", 5.0, "%.2f ms", share(drives["ours", phase].pose, 99), "%.2f ms" % share(drives["floor", phase].pose, 99))]
+    for phase in (SLOW, MANY):
+        what = "cmd_vel to wire, %g Hz: " % phase.rate
+        arrived = {name: 100 * drives[name, phase].arrived for name in NODES}
+        found += [compared(what + "median", phase, lambda each: median(each.command), "%.2f ms", 1.5),
+                  Row(what + "commands that arrive", "100 %", "%.1f %%" % arrived["floor"], "%.1f %%" % arrived["ours"], arrived["ours"] == 100)]
+    found += [within("process start to first pose, robot waiting: worst", 1.0, "%.2f s", max(starts["waiting"]), "%.2f s" % max(starts["floor"])),
+              within("the same, robot left open by a killed driver: worst", 2.0, "%.2f s", max(starts["left open"]))]
+    for name, (zeros, exits) in signals.items():
+        found += [within("%s while driving to zero velocity on the wire: worst" % name, 50.0, "%.0f ms", max(zeros)),
+                  within("%s to clean exit: worst" % name, 1.0, "%.2f s", max(exits))]
+    growth = sum(drives["ours", phase].usage.growth for phase in PHASES)
+    return found + [
+        compared("CPU a minute, 10 Hz, pose, sonar, tf subscribed", SLOW, lambda each: each.usage.cpu, "%.2f s", 2.0),
+        compared("memory", MANY, lambda each: each.usage.rss, "%.1f MiB", 1.3),
+        Row("growth of memory over all phases", "none (below 0.5 MiB)", "", "%.2f MiB" % growth, growth < 0.5),
+    ]
+
+
+def report(limits: List[Row], drives: Dict[Tuple[str, Phase], Drive], starts: Dict[str, List[float]],
+           signals: Dict[str, Tuple[List[float], List[float]]], seconds: float, load: float) -> str:
+    """The text of bench/driver.md."""
+    lines = [
+        "# What `bench/driver.py` measured", "",
+        "Written by the program. Python %s, %d cores, load average %.1f before the start; %.0f s in each phase of driving, SIPs of %d bytes. The floor is"
+        % (platform.python_version(), os.cpu_count() or 1, load, seconds, SIP_LENGTH),
+        "`bench/relay_node.py`, measured at the same time. On a machine that does other work too, figures are upper bounds.", "",
+        "| what | limit | floor | ours | |", "|---|---|---|---|---|",
+        *("| %s | %s | %s | %s | %s |" % (row[:4] + ("kept" if row.kept else "**exceeded**",)) for row in limits), "",
+        "| ms | node | n | median | p95 | p99 | worst |", "|---|---|---|---|---|---|---|",
+    ]
+    for what, of in (("SIP to Odometry", lambda each: each.pose), ("cmd_vel to wire", lambda each: each.command)):
+        for phase in PHASES:
+            for name in NODES:
+                values = of(drives[name, phase])
+                figures = len(values), median(values), share(values, 95), share(values, 99), max(values, default=math.nan)
+                lines.append("| %s; %s | %s | %d | %.2f | %.2f | %.2f | %.2f |" % (what, phase, name, *figures))
+    lines += ["", "| driving | node | CPU, s a minute | memory, MiB | growth, MiB |", "|---|---|---|---|---|"]
+    for phase in PHASES:
+        for name in NODES:
+            lines.append("| %s | %s | %.2f | %.1f | %.2f |" % (phase, name, *drives[name, phase].usage))
+    lines += ["", "| once | n | median | worst |", "|---|---|---|---|"]
+    once = [("start to first pose, %s (s)" % name, "%.2f", values) for name, values in starts.items()]
+    for name, (zeros, exits) in signals.items():
+        once += [("%s to zero velocity (ms)" % name, "%.1f", zeros), ("%s to exit (s)" % name, "%.2f", exits)]
+    lines += ["| %s | %d | %s | %s |" % (what, len(values), form % median(values), form % max(values)) for what, form, values in once]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> int:
+    """Measure, print, and write the results."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="10 s of each phase, each start and end twice; writes no file")
+    quick = parser.parse_args().quick
+    seconds, times, load = (10.0, 2, os.getloadavg()[0]) if quick else (60.0, 5, os.getloadavg()[0])
+    with master():
+        bench = Bench()
+        bench.connect()
+        drives = drive(bench, seconds)
+        starts = start_times(bench, times)
+        signals = {number.name: ends(bench, number, times) for number in (signal.SIGINT, signal.SIGTERM)}
+    limits = rows(drives, starts, signals)
+    text = report(limits, drives, starts, signals, seconds, load)
+    print(text)
+    if not quick:
+        with open(RESULTS, "w", encoding="utf-8") as file:
+            file.write(text)
+    return int(not all(row.kept for row in limits))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,42 @@
+#!/usr/bin/python3
+"""The floor that bench/driver.py measures the driver against: a rospy node that only relays bytes, as little as one can do. Never drive with it.
+
+    python3 bench/relay_node.py PORT
+
+One fixed Odometry on `pose` for each SIP_LENGTH bytes read, VEL and RVEL for each `cmd_vel`; nothing is parsed, checked, clamped or timed out.
+"""
+
+import os
+import struct
+import sys
+
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+
+SIP_LENGTH = 85
+"""Bytes of the SIPs that the bench's robot sends: ARCOS, 16 sonar readings."""
+RVEL_0 = bytes.fromhex("FA FB 06 15 3B 00 00 15 3B")
+
+
+def main():
+    port = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)
+    rospy.init_node("relay")
+    pose = rospy.Publisher("pose", Odometry, queue_size=10, tcp_nodelay=True)
+
+    def write(twist):
+        """A whole number of mm/s forward, 0 to 999, and no turn."""
+        speed, = struct.unpack(">H", struct.pack("<H", round(twist.linear.x * 1000)))
+        os.write(port, struct.pack(">HBHHH", 0xFAFB, 6, 0x0B3B, speed, 0x0B3B + speed & 0xFFFF) + RVEL_0)
+
+    rospy.Subscriber("cmd_vel", Twist, write, queue_size=1, tcp_nodelay=True)
+    message, length = Odometry(), 0
+    while not rospy.is_shutdown():
+        length += len(os.read(port, 4096))
+        while length >= SIP_LENGTH:
+            length -= SIP_LENGTH
+            pose.publish(message)
+
+
+if __name__ == "__main__":
+    main()
