@@ -36,7 +36,7 @@ class Number(NamedTuple):
 
 
 class Rate(NamedTuple):
-    """A number whose size is in [least, high], or 0 for none given; with ``signed`` either sign will do, and means the same."""
+    """A number whose size, which is what counts, is in [least, high], or 0 for none given; ``signed``: may it be negative?"""
 
     least: float
     high: float
@@ -51,11 +51,11 @@ class Rate(NamedTuple):
         return f"0 or a number from {self.least:g} to {self.high:g}" + (", with any sign" if self.signed else "")
 
     def accept(self, value: Any) -> float:
-        """The value as float. Raises ValueError when it is not legal."""
-        value = Number(self.low, self.high).accept(value)
-        if 0 < abs(value) < self.least:
+        """The size as float. Raises ValueError when it is not legal."""
+        size = abs(Number(self.low, self.high).accept(value))
+        if 0 < size < self.least:
             raise ValueError
-        return value
+        return size
 
 
 class Whole(NamedTuple):

@@ -41,7 +41,8 @@ class Drive:
 
     def __init__(self, line: Line, identity: RobotIdentity, command_timeout: float, events: List[Event]) -> None:
         self._line = line
-        self._command_timeout = command_timeout
+        self.command_timeout = command_timeout
+        """s after which a velocity that nobody renewed means stop."""
         self._events = events
         self._body = BodyVelocity(identity)
         self._wheels = WheelVelocities(identity)
@@ -68,7 +69,7 @@ class Drive:
         """When tick() has something to do at the latest."""
         times = [math.inf]
         if self._wanted is not None:
-            times += [self._commanded_at + self._command_timeout, self._sent_at + REFRESH]
+            times += [self._commanded_at + self.command_timeout, self._sent_at + REFRESH]
         if self._stopping:
             times.append(self._sent_at + REFRESH)
         if self._motors is not None:
@@ -121,7 +122,7 @@ class Drive:
 
     def tick(self, now: float) -> None:
         """Repeat, time out, give up."""
-        if self._wanted is not None and now >= self._commanded_at + self._command_timeout:
+        if self._wanted is not None and now >= self._commanded_at + self.command_timeout:
             self._events.append(CommandTimedOut(now - self._commanded_at))
             self._stand(now, STOP)
         elif self._wanted is not None and now >= self._sent_at + REFRESH:

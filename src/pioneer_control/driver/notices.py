@@ -43,7 +43,7 @@ def battery_levels(identity: RobotIdentity) -> BatteryLevels:
 
 def low_battery(voltage: float, levels: BatteryLevels) -> str:
     """What to say of a low battery (V)."""
-    return "battery low: %.1f V, the alarm level is %.1f V; charge it" % (voltage, levels.low)
+    return "battery low: %.1f V, the alarm level is %.1f V" % (voltage, levels.low)
 
 
 def stalled_wheels(state: RobotState) -> str:
@@ -84,7 +84,7 @@ class Watch:
     """
 
     def __init__(self, cmd_vel_timeout: float, how_to_enable: str) -> None:
-        self._timeout = cmd_vel_timeout
+        self.cmd_vel_timeout = cmd_vel_timeout
         self._how_to_enable = how_to_enable
         self._battery = BatteryLevels(LOW_BATTERY_12_V, EMPTY_BATTERY_12_V)
         self._last_command: Optional[float] = None
@@ -99,7 +99,7 @@ class Watch:
         """What is to be said about a state."""
         notices = []
         if state.battery_voltage < self._battery.low:
-            notices.append(Notice("battery", low_battery(state.battery_voltage, self._battery)))
+            notices.append(Notice("battery", low_battery(state.battery_voltage, self._battery) + "; charge it"))
         stall = stalled_wheels(state)
         if stall:
             notices.append(Notice("stall", stall))
@@ -113,12 +113,12 @@ class Watch:
         if moving and state is not None and not state.motors_enabled:
             notices.append(Notice("motors off", "a velocity arrived, but the motors are off; to switch them on: %s" % self._how_to_enable))
         gap = now - self._last_command if self._last_command is not None else 0.0
-        self._gaps = self._gaps + 1 if self._was_moving and self._timeout < gap < SAME_COMMANDER else 0
+        self._gaps = self._gaps + 1 if self._was_moving and self.cmd_vel_timeout < gap < SAME_COMMANDER else 0
         if self._gaps > 1:  # one alone may be the pause between two drives
             notices.append(Notice(
                 "slow",
                 "velocities come every %.1f s, but are too old after %.1f s (cmd_vel_timeout): the robot stops in between; publish at 10 Hz"
-                % (gap, self._timeout),
+                % (gap, self.cmd_vel_timeout),
             ))
         self._last_command, self._was_moving = now, moving
         return notices

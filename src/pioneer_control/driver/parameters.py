@@ -2,9 +2,11 @@
 legal, its unit and what it does.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any, List, Mapping, Optional, Tuple
 
+from ..client import Tuning
+from ..errors import ParameterError
 from ..parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole, check, parameter
 
 BAUD_RATES = (9600, 19200, 38400, 57600, 115200)
@@ -19,6 +21,24 @@ WITHOUT_EFFECT = {
     **dict.fromkeys("radio joystick direct_wheel_vel_control".split(), "it never had one in p2os either"),
 }
 """Parameters of p2os that do nothing here, and what to say of them: named in a warning, never read."""
+
+TUNING = {
+    "max_xaccel": "max_linear_acceleration",
+    "max_xdecel": "max_linear_deceleration",
+    "max_yawaccel": "max_angular_acceleration",
+    "max_yawdecel": "max_angular_deceleration",
+    "rot_kp": "rotation_kp",
+    "rot_kv": "rotation_kv",
+    "rot_ki": "rotation_ki",
+    "trans_kp": "translation_kp",
+    "trans_kv": "translation_kv",
+    "trans_ki": "translation_ki",
+    "bumpstall": "bump_stall",
+    "ticks_mm": "ticks_mm",
+    "drift_factor": "drift_factor",
+    "rev_count": "rev_count",
+}
+"""Parameters that are set in the robot, by their names in client.Tuning; at its default each leaves the robot's own value."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +84,11 @@ class DriverParameters:
     twist_covariance_still: Variances = parameter((1e-6, 1e-6, UNKNOWN, UNKNOWN, UNKNOWN, 1e-6), VARIANCES, "of twist, while it stands")
 
     @property
+    def tuning(self) -> Tuning:
+        """What is to be set in the robot; None where it is to be left as the robot has it."""
+        return Tuning(**{name: getattr(self, ours) for ours, name in TUNING.items() if getattr(self, ours) != getattr(DriverParameters, ours)})
+
+    @property
     def odom_frame(self) -> str:
         """The odometry frame, prefix included."""
         return self.frame_prefix + self.odom_frame_id
@@ -72,6 +97,26 @@ class DriverParameters:
     def base_link_frame(self) -> str:
         """The robot's frame, prefix included."""
         return self.frame_prefix + self.base_link_frame_id
+
+
+LIVE = {entry.name: entry for entry in fields(DriverParameters) if entry.metadata["live"]}
+"""The rows of the table that may change while the driver runs."""
+
+
+def changed(parameters: DriverParameters, wanted: Mapping[str, Any]) -> DriverParameters:
+    """The parameters with some live ones changed.
+
+    Raises ParameterError for what check_parameters() refuses, for what is not live, and for what would have to be the robot's own again: it has
+    forgotten that until it is closed.
+    """
+    fixed = sorted(set(wanted) - set(LIVE))
+    if fixed:
+        raise ParameterError("~%s cannot change while the driver runs" % ", ~".join(fixed))
+    accepted, _ = check(DriverParameters, wanted)
+    for name in sorted(set(wanted) & set(TUNING)):
+        if getattr(accepted, name) == LIVE[name].default != getattr(parameters, name):
+            raise ParameterError("~%s stays %s: the robot's own comes back when the driver is started without it" % (name, getattr(parameters, name)))
+    return replace(parameters, **{name: getattr(accepted, name) for name in wanted})
 
 
 def check_parameters(given: Mapping[str, Any]) -> Tuple[DriverParameters, List[str]]:

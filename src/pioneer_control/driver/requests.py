@@ -1,23 +1,25 @@
-"""In: commands to the robot, from topics and services. Called on the subscribers' threads; `commands` says what is obeyed."""
+"""In: commands to the robot, from topics and services: a table of each, and what obeys by it. Called on threads of rospy's; `commands` says what is obeyed."""
 
 import threading
 from time import monotonic
-from typing import Callable, Dict, Iterable
+from typing import Any, Callable, Dict, Iterable, NamedTuple
 
 import rospy
 from geometry_msgs.msg import Twist
-from std_srvs.srv import SetBool, SetBoolResponse
+from std_srvs.srv import Empty, SetBool, Trigger
 
 from ..client import Robot
-from ..errors import PioneerError
-from ..msg import GripperState, MotorState
+from ..errors import NotConfirmedError, PioneerError
+from ..msg import GripperState, MotorState, WheelVelocities
 from . import commands
 from .notices import Notice, Watch
 from .parameters import DriverParameters
 
 QUEUE = 10
 CONFIRM_TIMEOUT = 2.0
-"""Seconds the robot has to confirm that its motors are on or off."""
+"""Seconds the robot has to confirm that its motors or its sonar are on or off."""
+ANSWER_WITHIN = 3
+"""States within which the robot shows a command that it has heard."""
 
 
 class Requests:
@@ -35,15 +37,121 @@ class Requests:
         self._watch = watch
         self._warn = warn
         self._players: Dict[str, bool] = {}     # nodes that sent commands: is it `rosbag play`?
-        rospy.Subscriber("cmd_vel", Twist, self._on_cmd_vel, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber("cmd_motor_state", MotorState, self._on_cmd_motor_state, queue_size=QUEUE)
-        rospy.Subscriber("gripper_control", GripperState, self._on_gripper_control, queue_size=QUEUE)
-        rospy.Service("set_motors", SetBool, self._set_motors)
+        self._first_connection = True
+        for topic in TOPICS:
+            rospy.Subscriber(topic.name, topic.message, self._listener(topic), queue_size=topic.queue, tcp_nodelay=True)
+        for service in SERVICES:
+            rospy.Service(service.name, service.kind, self._server(service))
+
+    def connected(self) -> None:
+        """The robot is found; for the first time it may be told to switch its motors on, if the user wants that."""
+        first, self._first_connection = self._first_connection, False
+        if first and self._parameters.enable_motors_on_start:
+            rospy.logwarn("enable_motors_on_start is set: motors are switched on now, with nobody asking")
+            try:
+                self.switch_motors_and_tell(True, "enable_motors_on_start")
+            except PioneerError as error:
+                self._refuse("enable_motors_on_start", error)
+
+    # What is obeyed. Each raises PioneerError with the reason why not; those of services return what they say when it worked.
+
+    def drive(self, message: Twist) -> None:
+        """Forward and turning speed."""
+        commands.check_twist(message)
+        self._robot.set_velocity(message.linear.x, message.angular.z)
+        self._show(message.linear.x, message.angular.z)
+
+    def drive_wheels(self, message: WheelVelocities) -> None:
+        """Left and right speed."""
+        commands.check_wheels(message)
+        self._robot.set_wheel_velocities(message.left, message.right)
+        self._show(message.left, message.right)
+
+    def _show(self, *rates: float) -> None:
+        self._warn(self._watch.velocity(monotonic(), any(rates), self._robot.state))
+
+    def move_gripper(self, message: GripperState) -> None:
+        """Paddles and lift."""
+        for order in commands.gripper_orders(message):
+            self._robot.gripper(*order)
+
+    def switch_motors_and_tell(self, on: bool, who: str) -> None:
+        """Ask for the motors, and do not wait: the next message may want the opposite. Why they do not obey becomes a warning."""
+        wait = self._request_motors(on)
+
+        def hear_answer() -> None:
+            try:
+                wait()
+            except PioneerError as error:
+                self._refuse(who, error)
+
+        threading.Thread(target=hear_answer, name="motors", daemon=True).start()
+
+    def switch_motors(self, on: bool) -> str:
+        """Ask for the motors and wait until the robot has confirmed it."""
+        self._request_motors(on)()
+        return "motors are %s" % ("on" if on else "off")
+
+    def switch_sonar(self, on: bool) -> str:
+        """Tell the sonar to go on or off until the robot's flags show it."""
+        what = "on" if on else "off"
+        give_up_at = monotonic() + CONFIRM_TIMEOUT
+        while monotonic() < give_up_at:
+            self._robot.set_sonar(on)
+            if any(self._robot.wait_for_state().sonar_enabled == on for _ in range(ANSWER_WITHIN)):
+                return "the sonar is %s" % what
+        raise NotConfirmedError("asked to switch its sonar %s, the robot did not confirm it within %.0f s" % (what, CONFIRM_TIMEOUT))
+
+    def reset_odometry(self) -> str:
+        """The robot stands at 0, 0, 0 of the odometry frame; the robot itself is told nothing."""
+        self._robot.reset_odometry()
+        return "the next pose is 0, 0, 0"
+
+    def _request_motors(self, on: bool) -> Callable[[], None]:
+        """Ask for the motors at once. Returns what waits for the robot's answer; both raise PioneerError with the reason when it is no."""
+        before = self._robot.state
+        answer = self._robot.request_motors(on, CONFIRM_TIMEOUT)
+
+        def wait() -> None:
+            answer()
+            if before is None or before.motors_enabled != on:
+                rospy.loginfo("motors are %s", "on" if on else "off")
+
+        return wait
+
+    # How it is heard.
+
+    def _listener(self, topic: "Topic") -> Callable[[Any], None]:
+        def hear(message: Any) -> None:
+            if self._replay_refused(message, topic.name):
+                return
+            try:
+                topic.obey(self, message)
+            except PioneerError as error:
+                self._refuse(topic.name, error)
+
+        return hear
+
+    def _server(self, service: "Service") -> Callable[[Any], Any]:
+        """What answers a service: with success and a text where it has fields for them, else with nothing, or with an error that says why."""
+        response = service.kind._response_class
+        tells = "success" in response.__slots__
+
+        def serve(request: Any) -> Any:
+            try:
+                text = service.obey(self, request)
+            except PioneerError as error:
+                if tells:
+                    return response(False, str(error))
+                raise rospy.ServiceException(str(error)) from None
+            return response(True, text) if tells else response()
+
+        return serve
 
     def _refuse(self, kind: str, error: Exception) -> None:
         self._warn([Notice(kind, str(error))])
 
-    def _replay_refused(self, message, topic: str) -> bool:
+    def _replay_refused(self, message: Any, topic: str) -> bool:
         """Whether this is a recorded command that must not move the robot; says so."""
         if self._parameters.accept_replay or not (commands.is_replayed(message) or self._plays_a_bag(commands.sender(message))):
             return False
@@ -60,57 +168,35 @@ class Requests:
             self._players[node] = found == 1
         return self._players[node]
 
-    def _on_cmd_vel(self, message: Twist) -> None:
-        if self._replay_refused(message, "cmd_vel"):
-            return
-        try:
-            commands.check_twist(message)
-            self._robot.set_velocity(message.linear.x, message.angular.z)
-        except PioneerError as error:
-            self._refuse("cmd_vel", error)
-        else:
-            self._warn(self._watch.velocity(monotonic(), bool(message.linear.x or message.angular.z), self._robot.state))
 
-    def _on_cmd_motor_state(self, message: MotorState) -> None:
-        if self._replay_refused(message, "cmd_motor_state"):
-            return
-        try:
-            wait = self._request_motors(commands.motors_wanted(message))
-        except PioneerError as error:
-            self._refuse("cmd_motor_state", error)
-        else:   # waits elsewhere: the next message may want the opposite
-            threading.Thread(target=self._hear_answer, args=(wait,), name="motors", daemon=True).start()
+class Topic(NamedTuple):
+    """A row: a topic that commands come on, how many may wait, and what obeys them."""
 
-    def _hear_answer(self, wait: Callable[[], None]) -> None:
-        try:
-            wait()
-        except PioneerError as error:
-            self._refuse("cmd_motor_state", error)
+    name: str
+    message: type
+    queue: int
+    obey: Callable[[Requests, Any], None]
 
-    def _on_gripper_control(self, message: GripperState) -> None:
-        if self._replay_refused(message, "gripper_control"):
-            return
-        try:
-            for command in commands.gripper_commands(message):
-                self._robot.gripper(command)
-        except PioneerError as error:
-            self._refuse("gripper_control", error)
 
-    def _set_motors(self, request) -> SetBoolResponse:
-        try:
-            self._request_motors(request.data)()
-        except PioneerError as error:
-            return SetBoolResponse(False, str(error))
-        return SetBoolResponse(True, "motors are %s" % ("on" if request.data else "off"))
+class Service(NamedTuple):
+    """A row: a service, and what obeys a request and returns the answer's text."""
 
-    def _request_motors(self, on: bool) -> Callable[[], None]:
-        """Ask for the motors at once. Returns what waits for the robot's answer; both raise PioneerError with the reason when it is no."""
-        before = self._robot.state
-        answer = self._robot.request_motors(on, CONFIRM_TIMEOUT)
+    name: str
+    kind: type
+    obey: Callable[[Requests, Any], str]
 
-        def wait() -> None:
-            answer()
-            if before is None or before.motors_enabled != on:
-                rospy.loginfo("motors are %s", "on" if on else "off")
 
-        return wait
+TOPICS = (
+    Topic("cmd_vel", Twist, 1, Requests.drive),
+    Topic("cmd_wheels", WheelVelocities, 1, Requests.drive_wheels),
+    Topic("cmd_motor_state", MotorState, QUEUE, lambda self, message: self.switch_motors_and_tell(commands.motors_wanted(message), "cmd_motor_state")),
+    Topic("gripper_control", GripperState, QUEUE, Requests.move_gripper),
+)
+
+SERVICES = (
+    Service("set_motors", SetBool, lambda self, request: self.switch_motors(request.data)),
+    Service("enable_motors", Empty, lambda self, _: self.switch_motors(True)),
+    Service("disable_motors", Empty, lambda self, _: self.switch_motors(False)),
+    Service("set_sonar", SetBool, lambda self, request: self.switch_sonar(request.data)),
+    Service("reset_odometry", Trigger, lambda self, _: self.reset_odometry()),
+)

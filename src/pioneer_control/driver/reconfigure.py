@@ -1,0 +1,83 @@
+"""dynamic_reconfigure without a .cfg file: what may change while the driver runs, and within which bounds, is what the table of parameters says.
+
+Its own server would move a value that is out of range to the bound, and let NaN pass; here it is refused, and the caller reads why.
+"""
+
+import threading
+from typing import Any, Callable, Dict, Mapping
+
+import rospy
+from dynamic_reconfigure.msg import BoolParameter, Config, ConfigDescription, DoubleParameter, Group, GroupState, IntParameter, ParamDescription, StrParameter
+from dynamic_reconfigure.srv import Reconfigure, ReconfigureRequest, ReconfigureResponse
+
+from ..errors import PioneerError
+from .parameters import LIVE, DriverParameters, changed
+
+TYPES = {bool: ("bool", "bools", BoolParameter), int: ("int", "ints", IntParameter), float: ("double", "doubles", DoubleParameter), str: ("str", "strs", StrParameter)}
+"""Python's types: by their names in a description, where a Config lists them, and in which message."""
+GROUP = "Default"
+
+
+def encode(values: Mapping[str, Any]) -> Config:
+    """Parameters and their values as a message."""
+    config = Config(groups=[GroupState(GROUP, True, 0, 0)])
+    for name, value in values.items():
+        _, place, message = TYPES[type(value)]
+        getattr(config, place).append(message(name, value))
+    return config
+
+
+def decode(config: Config) -> Dict[str, Any]:
+    """The parameters in a message."""
+    return {entry.name: entry.value for _, place, _ in TYPES.values() for entry in getattr(config, place)}
+
+
+def description() -> ConfigDescription:
+    """What may change, from the table."""
+    rows = []
+    for name, row in LIVE.items():
+        unit = " (%s)" % row.metadata["unit"] if row.metadata["unit"] else ""
+        rows.append(ParamDescription(name, TYPES[type(row.default)][0], 0, row.metadata["meaning"] + unit, ""))
+    bounds = [encode({name: type(row.default)(getattr(row.metadata["kind"], bound)) for name, row in LIVE.items()}) for bound in ("low", "high")]
+    return ConfigDescription(groups=[Group(GROUP, "", rows, 0, 0)], min=bounds[0], max=bounds[1], dflt=encode(values_of(DriverParameters())))
+
+
+def values_of(parameters: DriverParameters) -> Dict[str, Any]:
+    """The values that may change."""
+    return {name: getattr(parameters, name) for name in LIVE}
+
+
+class Reconfiguration:
+    """The topics and the service of dynamic_reconfigure.
+
+    Args:
+        parameters: as they are.
+        apply: is given what they shall be, and makes it so; a PioneerError that it raises is the answer, and then nothing has changed.
+    """
+
+    def __init__(self, parameters: DriverParameters, apply: Callable[[DriverParameters], None]) -> None:
+        self._parameters = parameters
+        self._apply = apply
+        self._lock = threading.Lock()
+        descriptions = rospy.Publisher("~parameter_descriptions", ConfigDescription, queue_size=1, latch=True)
+        descriptions.publish(description())
+        self._updates = rospy.Publisher("~parameter_updates", Config, queue_size=1, latch=True)
+        self._updates.publish(encode(values_of(parameters)))
+        rospy.Service("~set_parameters", Reconfigure, self._set)
+
+    def _set(self, request: ReconfigureRequest) -> ReconfigureResponse:
+        with self._lock:
+            before = values_of(self._parameters)
+            try:
+                wanted = changed(self._parameters, decode(request.config))
+                self._apply(wanted)
+            except PioneerError as error:
+                raise rospy.ServiceException(str(error)) from None
+            self._parameters = wanted
+            after = values_of(wanted)
+            for name in (name for name in LIVE if after[name] != before[name]):
+                rospy.loginfo("~%s: %s -> %s", name, before[name], after[name])
+                rospy.set_param("~" + name, after[name])
+            message = encode(after)
+            self._updates.publish(message)
+        return ReconfigureResponse(message)
