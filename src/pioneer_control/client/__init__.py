@@ -20,6 +20,9 @@ Open ``robot.py`` first, then ``session.py``. From the wire upwards:
 ``handshake``     listen, sync, identify: from an unknown state to a robot that has said its name
 ``drive``         velocities, dead man, motors: what to say until the robot does it
 ``data``          packets besides the SIP, asked for until they come
+``velocities``    of the robot or of its wheels: limits, and units of the wire that are right on average
+``tuning``        settings of the robot itself: the table of them, and what became of each
+``tuner``         tells them, and asks the robot whether it took them
 ``session``       all of that for one connection, sans-I/O: bytes and time in, bytes and events out
 ``odometry``      15-bit counts to an exact pose
 ``state``         one SIP to one RobotState in SI units
@@ -27,15 +30,17 @@ Open ``robot.py`` first, then ``session.py``. From the wire upwards:
 ================  ====================================================================================
 """
 
-from .events import BaudFound, CommandTimedOut, Event, LinkDown, MotionCleared, PacketReceived, Ready
+from .events import BaudFound, CommandTimedOut, Event, LinkDown, MotionCleared, PacketReceived, Ready, Tuned
 from .gripper import GripperReading
 from .identity import RobotIdentity
 from .robot import LinkCounts, Robot
 from .state import NO_ECHO, RobotState, SonarRange
+from .tuning import Change, Tuning
 
 __all__ = [
     "NO_ECHO",
     "BaudFound",
+    "Change",
     "CommandTimedOut",
     "Event",
     "GripperReading",
@@ -48,4 +53,6 @@ __all__ = [
     "RobotIdentity",
     "RobotState",
     "SonarRange",
+    "Tuned",
+    "Tuning",
 ]

@@ -4,19 +4,21 @@ import atexit
 import contextlib
 import sys
 import threading
+from dataclasses import replace
 from time import monotonic
 from typing import Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from ..errors import LinkError, LinkLostError, NoAnswerError, PioneerError, RefusedError, UsageError
 from ..p2os import GripperCommand, encode_command
 from .data import DATA
-from .events import Event, LinkDown
+from .events import Event, LinkDown, Ready
 from .handshake import RATES
 from .identity import RobotIdentity
 from .session import Counts, Phase, Session, SetBaud
 from .settings import Settings
 from .state import RobotState
 from .transport import Transport, open_transport
+from .tuning import Tuning
 
 BACK_OFF = (0.2, 0.5, 1.0, 2.0)     # s before the next attempt to connect; the last one again and again
 CLOSE_TIMEOUT = 0.9                 # s that close() waits for the I/O thread
@@ -50,6 +52,7 @@ class Robot:
         command_timeout: s after which a velocity that nobody renewed means stop.
         max_linear, max_angular: limits in m/s, rad/s below the robot's own; None for just the robot's.
         has_gripper: None believes the robot (CONFIGpac).
+        tuning: settings of the robot itself, sent after every connecting when it stands; see tune().
         on_state: called with every RobotState, on the I/O thread, no lock held. Be quick: nothing is read meanwhile; after 2 s of that the link
             counts as lost and the robot is stopped. A listener that raises ends the connection: the robot is stopped and closed, and the next command raises.
         on_event: called with every Event (client.events), likewise.
@@ -69,13 +72,14 @@ class Robot:
         max_linear: Optional[float] = None,
         max_angular: Optional[float] = None,
         has_gripper: Optional[bool] = None,
+        tuning: Tuning = Tuning(),
         reconnect: bool = False,
         on_state: Optional[Callable[[RobotState], None]] = None,
         on_event: Optional[Callable[[Event], None]] = None,
     ) -> None:
         self.url = url
         self._baud = baud
-        self._settings = Settings(model, models_file, pulse, use_sonar, command_timeout, max_linear, max_angular, has_gripper)
+        self._settings = Settings(model, models_file, pulse, use_sonar, command_timeout, max_linear, max_angular, has_gripper, tuning)
         self._reconnect = reconnect
         self._on_state = on_state
         self._on_event = on_event
@@ -197,6 +201,38 @@ class Robot:
             session = self._ready_session()
             session.drive.set_velocity(linear, angular, monotonic())
             self._act()
+
+    def set_wheel_velocities(self, left: float, right: float) -> None:
+        """Drive the left and the right wheels at these speeds (m/s, forward positive) until command_timeout; in steps of 20 mm/s, fair on average.
+
+        Where a wheel or the robot as a whole would go beyond a limit, both are made smaller alike: the curve stays. Otherwise as set_velocity().
+        """
+        with self._changed:
+            session = self._ready_session()
+            session.drive.set_wheel_velocities(left, right, monotonic())
+            self._act()
+
+    def set_limits(self, max_linear: Optional[float], max_angular: Optional[float], command_timeout: float) -> None:
+        """These three as the constructor takes them, from now on; a robot that drives faster is slowed down within 0.2 s.
+
+        The identity with the new limits comes as the event Tuned. Raises ParameterError, and then all stays as it was.
+        """
+        with self._changed:
+            self._settings = replace(self._settings, max_linear=max_linear, max_angular=max_angular, command_timeout=command_timeout)
+            if self._session is not None:
+                self._session.limit(self._settings)
+                self._try_act()
+
+    def tune(self, tuning: Tuning) -> None:
+        """Settings of the robot itself: what ``tuning`` names and what differs from before is sent at once, and again after every connecting.
+
+        Without a link it is kept for the next one. What the robot made of it comes as the event Tuned; it forgets all of it at the end of the session.
+        """
+        with self._changed:
+            self._settings = replace(self._settings, tuning=self._settings.tuning.overlaid(tuning))
+            if self._session is not None:
+                self._session.tune(tuning, monotonic())
+                self._try_act()
 
     def stop(self) -> None:
         """Stop, ahead of all that waits; repeated until the robot reports that it stands. No error without a link: a link begins with a stop."""
@@ -425,10 +461,10 @@ class Robot:
             if isinstance(event, RobotState):
                 self._state = event
                 self._states += 1
-        if session.identity is not None and session.identity is not self._identity:
-            self._identity = session.identity
-            self._reconnects += 1
-            self._baud = session.baud or self._baud
+            elif isinstance(event, Ready):
+                self._reconnects += 1
+                self._baud = session.baud or self._baud
+        self._identity = session.identity or self._identity
         if events or session.phase is Phase.FINISHED:
             self._changed.notify_all()
 

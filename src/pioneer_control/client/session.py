@@ -11,6 +11,7 @@ take_actions() in order and hands take_events() to the listeners. Nothing in her
 """
 
 import math
+from dataclasses import replace
 from enum import Enum
 from types import MappingProxyType
 from typing import Any, Generator, List, Mapping, NamedTuple, Optional, Tuple, Union
@@ -20,13 +21,15 @@ from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, U
 from ..robots import RobotModel, find_model
 from .data import DataRequests
 from .drive import MOTORS, STOP, Drive
-from .events import BaudFound, Event, PacketReceived, Ready
+from .events import BaudFound, Event, PacketReceived, Ready, Tuned
 from .handshake import CLOSE, Handshake
 from .identity import RobotIdentity, identify
 from .line import LONGEST_QUEUE, Line
 from .odometry import Odometry
 from .settings import Settings
 from .state import RobotState, StateReader
+from .tuner import CONFIG, Tuner
+from .tuning import Tuning
 
 BEFORE_OPEN = 0.1       # s that clients are known to leave between the SYNC2 reply and OPEN
 ASK_AGAIN = 0.2         # s between repetitions of OPEN and CONFIG
@@ -99,6 +102,7 @@ class Session:
         self.odometry = odometry
         self.drive: Optional[Drive] = None
         self.data: Optional[DataRequests] = None
+        self.tuner: Optional[Tuner] = None
         self._settings = settings
         self._wanted_data = wanted_data
         self._actions: List[Action] = []
@@ -139,7 +143,7 @@ class Session:
         if self._decoder.waiting:
             times.append(self._last_byte + p2os.PARTIAL_TIMEOUT)
         if self.phase is Phase.READY:
-            times += [self.drive.due, self.data.due, self._last_sip + SILENCE, self._pulse_at]
+            times += [self.drive.due, self.data.due, self.tuner.due, self._last_sip + SILENCE, self._pulse_at]
         return min(times)
 
     def take_actions(self) -> List[Action]:
@@ -174,6 +178,7 @@ class Session:
         if self.phase is Phase.READY:
             self.drive.tick(now)
             self.data.tick(now)
+            self.tuner.tick(now)
             if now >= self._last_sip + SILENCE:
                 self.fail(LinkLostError("%s: the robot has fallen silent: no packet for %.1f s" % (self.url, SILENCE)))
             elif now >= self._pulse_at and not self._line.waiting:
@@ -186,6 +191,20 @@ class Session:
         if self._line.full:
             raise RefusedError("%s: the line is too slow for so many commands: %d wait already" % (self.url, LONGEST_QUEUE))
         self._line.command(now, *packets)
+
+    def limit(self, settings: Settings) -> None:
+        """Take the limits and the command time-out of these settings, from now on."""
+        self._settings = settings
+        if self.phase is Phase.READY:
+            self.drive.command_timeout = settings.command_timeout
+            self.drive.follow(self._identify())
+            self._events.append(Tuned((), self.identity))
+
+    def tune(self, tuning: Tuning, now: float) -> None:
+        """Settings over those of before; a robot that is not ready hears of them when it is."""
+        self._settings = replace(self._settings, tuning=self._settings.tuning.overlaid(tuning))
+        if self.phase is Phase.READY:
+            self.tuner.tune(tuning, now)
 
     def close(self, now: float) -> None:
         """Stop, motors off, CLOSE. A robot that was only listened to is told nothing."""
@@ -241,6 +260,8 @@ class Session:
             self._unreadable += 1
         else:
             self.data.saw(packet, self._now)
+            if isinstance(packet, p2os.Config):
+                self._reconfigure(packet)
             self._events.append(PacketReceived(packet, self._now, self._now - self._transfer_time))
 
     def _report(self, sip: p2os.Sip, time: float, transfer_time: float) -> None:
@@ -248,6 +269,15 @@ class Session:
         state = self._reader.read(sip, time, transfer_time)
         self._events.append(state)
         self.drive.saw(state)
+        self.tuner.saw(state)
+
+    def _reconfigure(self, config: p2os.Config) -> None:
+        """The robot says again what it is: limits and watchdog may be others now."""
+        self._config = config
+        identity = self._identify()
+        self._line.watchdog = identity.watchdog * WATCHDOG_MARGIN
+        self.drive.follow(identity)
+        self.tuner.saw_config(identity, self._now)
 
     # Scripts: what is done step by step. Each yields the time until which it waits, and is sent a packet, or None at that time.
 
@@ -317,19 +347,24 @@ class Session:
         return self._pending_sip is not None and not self._pending_sip.flags & p2os.Flags.MOTORS_ENABLED
 
     def _become_ready(self, model: RobotModel) -> None:
-        settings = self._settings
-        identity = self.identity = identify(self.reply, model, self._config, settings.max_linear, settings.max_angular, settings.has_gripper)
+        identity = self._identify()
         if self.odometry is not None and self.odometry.fits(model.dist_mm_per_unit, model.angle_units_per_rev):
             self.odometry.rebase()
         else:
             self.odometry = Odometry(model.dist_mm_per_unit, model.angle_units_per_rev)
         self._line.watchdog = identity.watchdog * WATCHDOG_MARGIN
         self._reader = StateReader(identity, self.odometry)
-        self.drive = Drive(self._line, identity, settings.command_timeout, self._events)
+        self.drive = Drive(self._line, identity, self._settings.command_timeout, self._events)
         self.data = DataRequests(self._line, identity, self._wanted_data, self._now)
+        self.tuner = Tuner(self._line, identity, self._settings.tuning, self._events)
         self.phase = Phase.READY
         self._events.append(Ready(identity))
         self._report(self._pending_sip, *self._pending_times)
+
+    def _identify(self) -> RobotIdentity:
+        settings = self._settings
+        self.identity = identify(self.reply, self._model, self._config, settings.max_linear, settings.max_angular, settings.has_gripper)
+        return self.identity
 
     def _goodbye(self) -> Generator[float, Any, None]:
         """Stop, let it come to rest for a moment, motors off, CLOSE until it is silent."""

@@ -1,5 +1,6 @@
 """A robot of few words for tests of the session: no body, no world, but every bad habit a test asks for. And a clock that a test turns."""
 
+import math
 from typing import Callable, Dict, List, NamedTuple, Optional
 
 from pioneer_control import p2os
@@ -124,6 +125,9 @@ class FakeRobot:
             return
         if heard.name in ("STOP", "VEL", "RVEL"):
             self.set_point.update({"VEL": 0, "RVEL": 0} if heard.name == "STOP" else {heard.name: heard.value})
+        elif heard.name == "VEL2":
+            left, right = (units * 20 for units in p2os.two_bytes(heard.value))
+            self.set_point = {"VEL": (left + right) // 2, "RVEL": round(math.degrees((right - left) / 2 * 0.0056))}
         if self.watchdog_expired and self.motors and any(self.set_point.values()):
             self.revived = True
         self.watchdog_expired, self._last_command = False, now
