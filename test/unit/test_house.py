@@ -34,7 +34,8 @@ ROOMS = {
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "driver/", "tutorial/", "bags/", "simulator/node.py")
 ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib", "rospkg", "rostest", "rostopic",
-               "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs"}
+               "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs",
+               "diagnostic_updater"}
 # Heavy or special libraries, and the only places that may use them.
 LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/",)}
 

@@ -296,13 +296,14 @@ BROUGHT_BY = {
     "message_runtime": "ros-core-python-dev", "nav_msgs": "ros-core-python-dev", "python3-setuptools": "ros-core-python-dev",
     "roslaunch": "ros-core-python-dev", "rospy": "ros-core-python-dev",
     "std_msgs": "ros-core-python-dev", "std_srvs": "ros-core-python-dev",
+    "diagnostic_aggregator": "libdiagnostic-aggregator-tools", "diagnostic_updater": "python3-diagnostic-updater",
     "dynamic_reconfigure": "python3-dynamic-reconfigure",
     "robot_state_publisher": "ros-robot-state-publisher", "rosbag": "python3-rosbag", "rostest": "python3-rostest",
     "sensor_msgs": "python3-sensor-msgs", "tf": "python3-tf", "tf2_msgs": "python3-tf2-msgs",
 }
 # Needed by the build itself, or by those above for their package.xml.
 BUILD_TOOLS = {"cmake", "make", "g++", "rosbash", "librostest-dev", "libtf-dev", "libtf2-msgs-dev", "libsensor-msgs-dev",
-               "libdynamic-reconfigure-config-init-mutex-dev"}
+               "libdynamic-reconfigure-config-init-mutex-dev", "libdiagnostic-updater-dev", "libdiagnostic-aggregator-dev"}
 
 
 def test_the_list_of_packages_agrees_with_package_xml():

@@ -8,5 +8,7 @@
 ``requests.py``      in: all subscribers and services
 ``commands.py``      incoming messages: what is obeyed, what is refused and why
 ``notices.py``       what a user is warned of, and how often
+``health.py``        what diagnostics say of a robot, by REP 107: pure
+``diagnostics.py``   out: publishes it, once a second and when a level changes
 ===================  =====================================================================================
 """

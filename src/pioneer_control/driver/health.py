@@ -1,0 +1,357 @@
+"""What diagnostics say of a robot, by REP 107. Pure: time (monotonic, s) is an argument; `diagnostics` publishes it.
+
+One finding per task, always the same six, so that who watches can miss one:
+
+===========  ===================================================================================================================
+task         OK                        WARN                                          ERROR
+===========  ===================================================================================================================
+Link         packets come as often     fewer come than the robot sends; damaged      no link, and why
+             as the robot sends them   packets or stray bytes in the last seconds
+Battery      above the alarm level     below it; below the next, but charging        below the level of switching itself off
+Motors       on, or off                the STOP button is pressed; a lasting fault   a fault of the drives or of the safety
+                                       that leaves them working                      system
+Stall        wheels turn freely        a wheel is stalled
+Bumpers      free, or none fitted      a segment is pressed
+Temperature  as it should be, or       near the level of switching itself off        beyond it, or the robot says it is too hot
+             the robot reports none
+===========  ===================================================================================================================
+
+WARN is what passes when somebody helps, ERROR what keeps the robot from its work or harms it. Without a link all but Link are STALE, the level
+of REP 107 for what is not heard of any more: neither an OK nor the alarm of an hour ago would be true.
+"""
+
+from collections import deque
+from enum import IntEnum
+from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Tuple
+
+from ..client import BaudFound, CommandTimedOut, Event, LinkCounts, LinkDown, MotionCleared, Ready, RobotIdentity, RobotState
+from ..p2os import ChargeState, FaultFlags, Flags
+from .notices import battery_levels, low_battery, stalled_wheels, stop_button_pressed
+
+NOT_YET = "still looking for the robot"
+NO_HARDWARE = "none"
+"""Id of the hardware as long as no robot has said its name."""
+USUAL_CYCLE = 0.1
+"""Time (s) between two packets of a robot that does not report it (CONFIGpac SipCycle)."""
+WINDOW = 4.0
+"""Time (s) over which packets and damage are counted: a silence of most of a second shows, jitter does not."""
+SHORTEST_WINDOW = 1.0   # s: a younger link is not judged
+SAMPLING = 0.5          # s between two samples of the counts
+RATE_OK = 0.9
+"""Share of the packets that must arrive."""
+NO_LIMIT = (None, -128)
+NEAR_LIMIT = 5.0
+"""A temperature (deg C) this close to the limit is a warning."""
+CHARGING = {ChargeState.BULK: "bulk", ChargeState.OVERCHARGE: "overcharge", ChargeState.FLOAT: "float", ChargeState.BALANCE: "balance"}
+
+
+class Level(IntEnum):
+    """The levels of diagnostic_msgs/DiagnosticStatus."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3
+
+
+class Finding(NamedTuple):
+    """What one task found: how bad it is, what a person reads, and named values."""
+
+    level: Level
+    message: str
+    values: Tuple[Tuple[str, str], ...] = ()
+
+
+class Problem(NamedTuple):
+    """One thing that is wrong, in words that say what to do."""
+
+    level: Level
+    text: str
+
+
+class Fault(NamedTuple):
+    """What a bit of FAULTFLAGS means for which task."""
+
+    task: str
+    level: Level
+    text: str
+
+
+FAULTS: Dict[FaultFlags, Fault] = {
+    FaultFlags.HIGH_TEMPERATURE: Fault("Temperature", Level.ERROR, "the robot says it is too hot: let it cool down"),
+    FaultFlags.POWER_BOARD_ERROR: Fault("Battery", Level.ERROR, "the power board reports an error: switch the robot off and on; have it looked at"),
+    FaultFlags.UNDERVOLTAGE: Fault("Battery", Level.WARN, "the robot itself reports a low voltage: charge it"),
+    FaultFlags.GYRO_FAULT: Fault("Motors", Level.WARN, "the gyro fails: headings come from the wheels alone"),
+    FaultFlags.BATTERY_OVER_TEMPERATURE: Fault("Battery", Level.ERROR, "the battery is too hot: stop driving and charging, let it cool down"),
+    FaultFlags.BATTERY_BALANCE_NEEDED: Fault("Battery", Level.WARN, "the cells have drifted apart: leave the robot on its charger for a full charge"),
+    FaultFlags.ENCODER_DEGRADATION: Fault("Motors", Level.WARN, "a wheel encoder is getting worse: clean or replace it"),
+    FaultFlags.ENCODER_FAILURE: Fault("Motors", Level.ERROR, "a wheel encoder fails: do not trust the pose; replace it"),
+    FaultFlags.DRIVE_FAULT: Fault("Motors", Level.ERROR, "a motor amplifier reports a fault: switch the robot off and on"),
+    FaultFlags.E_STOP_MISMATCH: Fault("Motors", Level.ERROR, "the channels of the emergency stop disagree: check the STOP buttons and their wires"),
+    FaultFlags.E_STOP_SAFETY_FAULT: Fault("Motors", Level.ERROR, "the emergency stop's circuit reports a fault: do not drive; have it looked at"),
+    FaultFlags.SPEED_ZONE_FAULT: Fault("Motors", Level.WARN, "the safety system saw too high a speed in its zone: drive slower"),
+    FaultFlags.UNKNOWN_SAFETY_FAULT: Fault("Motors", Level.ERROR, "the safety system reports a fault it does not name: switch the robot off and on"),
+    FaultFlags.REVERSE_SPEED_EXCEEDED: Fault("Motors", Level.WARN, "too fast backwards for the safety system: drive slower"),
+    FaultFlags.JOYSTICK_WITH_SAFETY_OFF: Fault("Motors", Level.WARN, "the joystick drives the robot with its safety system off"),
+}
+"""Every bit but LASER_POWER, which is no fault."""
+
+
+class Recent(NamedTuple):
+    """What the line brought within the window."""
+
+    seconds: float
+    packets: int
+    bad_checksums: int
+    stray_bytes: int
+
+
+class Facts(NamedTuple):
+    """All that is known at one moment."""
+
+    port: str
+    how_to_enable: str
+    """the command that switches motors on, as a user would type it"""
+    baud: Optional[int] = None
+    """line speed; None on TCP"""
+    no_link: Optional[str] = NOT_YET
+    """why there is no link; None while there is one"""
+    identity: Optional[RobotIdentity] = None
+    state: Optional[RobotState] = None
+    """None until the first one of this link"""
+    last_stop: Optional[str] = None
+    """why the robot last stopped without being told to"""
+    counts: Optional[LinkCounts] = None
+    recent: Optional[Recent] = None
+    """None while the link is too young to tell"""
+
+
+def _finding(problems: List[Problem], otherwise: str, values: List[Tuple[str, str]]) -> Finding:
+    """All problems, the worst first; OK and other words where there is none."""
+    if not problems:
+        return Finding(Level.OK, otherwise, tuple(values))
+    problems = sorted(problems, key=lambda problem: -problem.level)
+    return Finding(problems[0].level, "; ".join(problem.text for problem in problems), tuple(values))
+
+
+def _faults(state: RobotState, task: str) -> List[Problem]:
+    """What the robot's own fault flags say about a task."""
+    flags = state.fault_flags or 0
+    return [Problem(fault.level, fault.text) for flag, fault in FAULTS.items() if fault.task == task and flags & flag] if flags else []
+
+
+def _link(facts: Facts) -> Finding:
+    values = [("Port", facts.port)]
+    if facts.baud is not None:
+        values.append(("Baud", str(facts.baud)))
+    identity, counts, recent = facts.identity, facts.counts, facts.recent
+    cycle = USUAL_CYCLE
+    if identity is not None:
+        if identity.config is not None and identity.config.sip_cycle_ms:
+            cycle = identity.config.sip_cycle_ms / 1000
+        values += [
+            ("Robot", identity.name), ("Model", identity.subtype), ("Firmware", identity.firmware or "not reported"),
+            ("Serial number", identity.serial or "not reported")]
+    rate = None if recent is None else recent.packets / recent.seconds
+    if facts.no_link is None:
+        values += [
+            ("Packets a second", "not known yet" if rate is None else "%.1f" % rate), ("Packets a second the robot sends", "%.1f" % (1 / cycle))]
+    if counts is not None:
+        values += [
+            ("Packets", str(counts.sips)), ("Bad checksums", str(counts.bad_checksums)), ("Stray bytes", str(counts.discarded_bytes)),
+            ("Packets nobody understands", str(counts.unreadable)), ("Readings of unknown sonar", str(counts.unknown_sonar)),
+            ("Reconnects", str(counts.reconnects)), ("Last error", counts.last_error or "none")]
+    problems = []
+    if facts.no_link is not None:
+        problems.append(Problem(Level.ERROR, "no link: %s" % facts.no_link))
+    elif recent is not None:
+        if rate < RATE_OK / cycle:
+            problems.append(Problem(
+                Level.WARN, "only %.1f of %.1f packets a second arrive: check cable, radio and the computer's load" % (rate, 1 / cycle)))
+        if recent.bad_checksums or recent.stray_bytes:
+            problems.append(Problem(Level.WARN, "%d packets with a bad checksum and %d stray bytes within %.0f s: check cable and plugs" % (
+                recent.bad_checksums, recent.stray_bytes, recent.seconds)))
+    return _finding(problems, "connected" if rate is None else "connected, %.1f packets a second" % rate, values)
+
+
+def _battery(facts: Facts) -> Finding:
+    state, config = facts.state, facts.identity.config
+    voltage, levels = state.battery_voltage, battery_levels(facts.identity)
+    charges, charger = _charger(state)
+    problems = []
+    values = [
+        ("Voltage (V)", "%.1f" % voltage), ("Alarm level (V)", "%.1f" % levels.low), ("Switches itself off at (V)", "%.1f" % levels.empty),
+        ("Charger", charger)]
+    if state.state_of_charge is not None:
+        percent = state.state_of_charge * 100
+        low, empty = (0, 0) if config is None else (config.charge_low_percent or 0, config.charge_shutdown_percent or 0)
+        values.append(("State of charge (%)", "%.0f" % percent))
+        if percent < max(low, empty):
+            problems.append(_running_out("battery low: %.0f %% of its charge is left" % percent, percent < empty, charges))
+    if voltage < levels.empty:
+        text = "battery nearly empty: %.1f V, the robot switches itself off at %.1f V" % (voltage, levels.empty)
+        problems.append(_running_out(text, True, charges))
+    elif voltage < levels.low:
+        problems.append(_running_out(low_battery(voltage, levels), False, charges))
+    problems += _faults(state, "Battery")
+    return _finding(problems, "%.1f V, %s" % (voltage, charger) if charges else "%.1f V" % voltage, values)
+
+
+def _charger(state: RobotState) -> Tuple[bool, str]:
+    """Whether the battery is charged, and how to say it."""
+    if state.charge_state in CHARGING:
+        return True, "charging (%s)" % CHARGING[state.charge_state]
+    if state.flags & Flags.CHARGER_POWER:
+        return True, "on its charger"
+    return False, "not charging" if state.charge_state == ChargeState.NOT_CHARGING else "not reported"
+
+
+def _running_out(text: str, is_empty: bool, charges: bool) -> Problem:
+    """A low battery, which is half as bad on the charger."""
+    if charges:
+        return Problem(Level.WARN, text + "; it is on its charger")
+    return Problem(Level.ERROR if is_empty else Level.WARN, text + "; charge it")
+
+
+def _motors(facts: Facts) -> Finding:
+    state = facts.state
+    values = [
+        ("Motors", "on" if state.motors_enabled else "off"), ("STOP button", "pressed" if state.stop_button else "not pressed"),
+        ("Stopped by itself last", facts.last_stop or "never")]
+    problems = _faults(state, "Motors")
+    if state.stop_button:
+        problems.append(Problem(Level.WARN, stop_button_pressed(facts.how_to_enable)))
+    elif state.flags & Flags.E_STALL:
+        problems.append(Problem(Level.WARN, "an emergency stop holds the wheels: release it, then %s" % facts.how_to_enable))
+    return _finding(problems, "motors are on" if state.motors_enabled else "motors are off; to switch them on: %s" % facts.how_to_enable, values)
+
+
+def _stall(facts: Facts) -> Finding:
+    text = stalled_wheels(facts.state)
+    values = [("Left wheel", _stalled(facts.state.left_stall)), ("Right wheel", _stalled(facts.state.right_stall))]
+    return _finding([Problem(Level.WARN, text)] if text else [], "no wheel is stalled", values)
+
+
+def _stalled(stall: bool) -> str:
+    return "stalled" if stall else "free"
+
+
+def _bumpers(facts: Facts) -> Finding:
+    bumpers = (("front", facts.state.front_bumpers), ("rear", facts.state.rear_bumpers))
+    problems, values = [], []
+    for name, segments in bumpers:
+        pressed = [str(number) for number, segment in enumerate(segments, 1) if segment]
+        values.append((name.capitalize(), ("pressed: " + ", ".join(pressed) if pressed else "free") if segments else "none fitted"))
+        if pressed:
+            problems.append(Problem(Level.WARN, "the %s bumper is pressed (segment %s of %d): drive away from what touches it" % (
+                name, " and ".join(pressed), len(segments))))
+    return _finding(problems, "free" if any(segments for _, segments in bumpers) else "no bumpers are fitted", values)
+
+
+def _temperature(facts: Facts) -> Finding:
+    state, config = facts.state, facts.identity.config
+    problems, values, words = _faults(state, "Temperature"), [], "this robot reports none"
+    if state.flags & Flags.HIGH_TEMPERATURE and not problems:
+        problems.append(Problem(*FAULTS[FaultFlags.HIGH_TEMPERATURE][1:]))
+    if state.temperature is not None:
+        words = "%.0f deg C" % state.temperature
+        values.append(("Temperature (deg C)", "%.0f" % state.temperature))
+        limit = config.high_temperature_shutdown_c if config is not None else None
+        if limit not in NO_LIMIT:
+            values.append(("Switches itself off at (deg C)", str(limit)))
+            if state.temperature >= limit - NEAR_LIMIT:
+                problems.append(Problem(
+                    Level.ERROR if state.temperature >= limit else Level.WARN,
+                    "%s, the robot switches itself off at %d deg C: let it cool down" % (words, limit)))
+    return _finding(problems, words, values)
+
+
+TASKS: Dict[str, Callable[[Facts], Finding]] = {
+    "Link": _link,
+    "Battery": _battery,
+    "Motors": _motors,
+    "Stall": _stall,
+    "Bumpers": _bumpers,
+    "Temperature": _temperature,
+}
+"""Name of the task -> what finds it. `config/diagnostics.yaml` names the same."""
+
+
+def find(task: str, facts: Facts) -> Finding:
+    """What is to be said of a task. All but the link itself are STALE without one."""
+    if task != "Link" and (facts.no_link is not None or facts.state is None):
+        return Finding(Level.STALE, "not known: there is no link to the robot")
+    return TASKS[task](facts)
+
+
+class LinkWindow:
+    """What the line brought lately, from the counts since the start. A new link begins anew: the noise of connecting does not count."""
+
+    def __init__(self) -> None:
+        self._samples: Deque[Tuple[float, LinkCounts]] = deque()
+
+    def recent(self, now: float, counts: LinkCounts) -> Optional[Recent]:
+        """Take the counts of this moment. Returns what came since those of WINDOW ago; None within the first second of a link."""
+        samples = self._samples
+        if samples and samples[-1][1].reconnects != counts.reconnects:
+            samples.clear()
+        if not samples or now - samples[-1][0] >= SAMPLING:
+            samples.append((now, counts))
+        while len(samples) > 1 and now - samples[1][0] >= WINDOW:
+            samples.popleft()
+        since, before = samples[0]
+        if now - since < SHORTEST_WINDOW:
+            return None
+        return Recent(
+            now - since, counts.sips - before.sips, counts.bad_checksums - before.bad_checksums, counts.discarded_bytes - before.discarded_bytes)
+
+
+class Health:
+    """Gathers what is known of the robot. It is told by one thread, and may be asked by another.
+
+    Args:
+        port: as the user gave it.
+        baud: line speed; None on TCP.
+        how_to_enable: the command that switches motors on, as the user would type it.
+    """
+
+    def __init__(self, port: str, baud: Optional[int], how_to_enable: str) -> None:
+        self._facts = Facts(port, how_to_enable, baud)
+        self._window = LinkWindow()
+        self._levels: List[Level] = []      # of all tasks but the link, after the last state
+
+    @property
+    def hardware_id(self) -> str:
+        """The robot's name, also while it is not there."""
+        identity = self._facts.identity
+        return NO_HARDWARE if identity is None else identity.name
+
+    def state(self, state: RobotState) -> bool:
+        """Take a state. Whether the level of any task has changed by it."""
+        self._facts = self._facts._replace(state=state)
+        levels = [find(task, self._facts).level for task in TASKS if task != "Link"]
+        changed, self._levels = levels != self._levels, levels
+        return changed
+
+    def event(self, event: Event) -> bool:
+        """Take an event. Whether the link has gone by it; that it is there shows with the first state."""
+        facts, was_gone = self._facts, self._facts.no_link not in (None, NOT_YET)
+        if isinstance(event, Ready):
+            self._facts = facts._replace(identity=event.identity, no_link=None, state=None)
+        elif isinstance(event, LinkDown):
+            self._facts, self._levels = facts._replace(no_link=str(event.error)), []
+            return not was_gone
+        elif isinstance(event, BaudFound):
+            self._facts = facts._replace(baud=event.baud)
+        elif isinstance(event, MotionCleared):
+            self._facts = facts._replace(last_stop=event.reason)
+        elif isinstance(event, CommandTimedOut):
+            self._facts = facts._replace(last_stop="no velocity came for %.1f s" % event.age)
+        return False
+
+    def report(self, now: float, counts: LinkCounts) -> Dict[str, Finding]:
+        """What is to be said of all tasks now (monotonic, s); call it once a second, or more often."""
+        facts = self._facts._replace(counts=counts)
+        if facts.no_link is None:
+            facts = facts._replace(recent=self._window.recent(now, counts))
+        return {task: find(task, facts) for task in TASKS}
