@@ -15,7 +15,7 @@ from .identity import RobotIdentity
 WIRE_LIMIT = 32767              # the largest number that VEL and RVEL carry
 WHEEL_LIMIT = COMMANDS["VEL2"].high[0]
 ROUNDING_PERIOD = 1.0           # s over which a rate is exact on average
-ANY_RATE = 1e9                  # more than any wheel is asked for, and small enough to reckon with
+FASTEST = 1000.0                # m/s: more than any wheel does, and small enough to reckon with
 
 
 class FairRounding:
@@ -88,7 +88,8 @@ class WheelVelocities(Velocity):
         self._max_difference = 2 * identity.max_angular / (model.diff_rad_per_mm * model.vel2_mm_s_per_unit)
 
     def packets(self, left: float, right: float, now: float) -> Tuple[bytes, ...]:
-        wheels = self._within(clamped(left / self._unit, ANY_RATE), clamped(right / self._unit, ANY_RATE))
+        scale = FASTEST / max(FASTEST, abs(left), abs(right)) / self._unit
+        wheels = self._within(left * scale, right * scale)
         aims = self._within(*(rounding.aim(wheel, now) for rounding, wheel in zip(self._rounding, wheels)))
         units = self._nearest(*aims)
         for rounding, each in zip(self._rounding, units):
