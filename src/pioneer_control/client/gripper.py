@@ -1,8 +1,15 @@
-"""The gripper as the robot reports it in every SIP: its own state byte and the switches on the digital inputs (protocol 6.2, 6.4)."""
+"""The gripper as the robot reports it in every SIP: its own state byte and the switches on the digital inputs (protocol 6.2, 6.4).
 
-from dataclasses import dataclass
+What differs: a Pioneer 1 has one motor and other switches; a gripper on the general I/O port of a P2OS robot leaves the digital inputs alone,
+and its switches come in a GRIPPERpac that has to be asked for.
+"""
 
-from ..p2os import DigitalIn, GripState
+from dataclasses import dataclass, replace
+
+from ..p2os import DigitalIn, GripperSwitches, GripState
+from .identity import RobotIdentity
+
+ON_GENERAL_IO = 2       # has_gripper in CONFIGpac, and in GRIPPERpac
 
 
 @dataclass(frozen=True)
@@ -45,6 +52,41 @@ def read_gripper(grip_state: int, digital_in: int) -> GripperReading:
         outer_beam=bool(inputs & DigitalIn.OUTER_BEAM_BROKEN),
         left_contact=not inputs & DigitalIn.LEFT_CONTACT_FREE,
         right_contact=not inputs & DigitalIn.RIGHT_CONTACT_FREE,
+    )
+
+
+def read_pioneer_1_gripper(digital_in: int) -> GripperReading:
+    """Read the DIGIN of a Pioneer 1, whose one motor opens the paddles at the bottom; it tells neither motion nor errors (protocol 6.4)."""
+    at_top, closed, opened, touching = (not digital_in & bit for bit in (1, 2, 4, 32))
+    return GripperReading(
+        paddles_open=opened,
+        paddles_closed=(closed or at_top) and not opened,
+        paddles_moving=False,
+        paddles_error=False,
+        lift_up=at_top and not opened,
+        lift_down=opened,
+        lift_moving=False,
+        lift_error=False,
+        inner_beam=bool(digital_in & 8),
+        outer_beam=bool(digital_in & 16),
+        left_contact=touching,
+        right_contact=touching,
+    )
+
+
+def is_on_general_io(identity: RobotIdentity) -> bool:
+    """Whether the gripper's switches are not on the digital inputs but in GRIPPERpac. (To AROS and ARCOS the same number is a PeopleBot's.)"""
+    return identity.config is not None and identity.config.has_gripper == ON_GENERAL_IO and not identity.model.grip_state_first
+
+
+def with_switches(reading: GripperReading, switches: GripperSwitches) -> GripperReading:
+    """A reading with the beams and contacts that a GRIPPERpac of P2OS has (protocol 6.3)."""
+    return replace(
+        reading,
+        inner_beam=bool(switches & GripperSwitches.INNER_BEAM),
+        outer_beam=bool(switches & GripperSwitches.OUTER_BEAM),
+        left_contact=not switches & GripperSwitches.LEFT_CONTACT_FREE,
+        right_contact=not switches & GripperSwitches.RIGHT_CONTACT_FREE,
     )
 
 

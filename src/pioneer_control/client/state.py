@@ -6,7 +6,7 @@ from typing import List, NamedTuple, Optional, Tuple
 
 from .. import p2os
 from ..p2os import Flags
-from .gripper import GripperReading, read_gripper
+from .gripper import GripperReading, read_gripper, read_pioneer_1_gripper
 from .identity import RobotIdentity
 from .odometry import Odometry
 
@@ -159,6 +159,8 @@ class StateReader:
     def _gripper(self, sip: p2os.Sip) -> Optional[GripperReading]:
         if not self.identity.has_gripper or sip.grip_state is None or sip.digital_in is None:
             return None
+        if self.identity.model.firmware_family == "PSOS":
+            return read_pioneer_1_gripper(sip.digital_in)
         return read_gripper(sip.grip_state, sip.digital_in)
 
 

@@ -1,82 +1,111 @@
-"""Robot state to ROS messages: pure functions; all messages of one packet carry one stamp.
+"""Robot state to ROS messages: pure functions; all messages of one packet carry one stamp. What the sonar heard is in `ranges`.
 
 Units and axes are those of REP 103; the encoding of the frozen messages is that of p2os, so that its peers and bags go on working.
 """
 
-from typing import Optional, Tuple
+import math
+from typing import Dict, NamedTuple, Optional, Sequence, Tuple
 
-from geometry_msgs.msg import Point, Point32, Pose2D, Quaternion, TransformStamped
+import sensor_msgs.msg
+from geometry_msgs.msg import Point, Point32, Pose2D, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
+from std_msgs.msg import Bool, Header
 
+from .. import p2os
 from ..client import GripperReading, RobotIdentity, RobotState
-from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, LiftStatus, quaternion_of
-from ..msg import AIO, DIO, BatteryState, GripperState, GripState, LiftState, MotorState, RobotInfo, SonarArray
+from ..message_values import GripStatus, LiftStatus, quaternion_of
+from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, GripState, LiftState, MotorState, RobotInfo, Stall
+from .parameters import UNKNOWN, DriverParameters
 
-SONAR_LIFETIME = 2.0
-"""Age (s) at which a reading expires; a full round of an array takes 0.32 s."""
+WHEEL_JOINTS = ("left_wheel_joint", "right_wheel_joint")
+"""Names in urdf/, the left one first."""
+COMPASS_VARIANCE = 0.01
+"""rad^2: a floor bends the earth's field by some degrees."""
+GYRO_VARIANCE = 1e-4
+"""(rad/s)^2"""
+NOT_MEASURED = [-1.0] + [0.0] * 8
+"""Covariance that tells that a field of an Imu means nothing (REP 145)."""
 
-UNKNOWN = 1e6
-# Variances of x, y, z, roll, pitch, yaw. A standing robot knows that it stands; odometry of a moving one drifts.
-POSE_VARIANCES = (1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2)
-TWIST_VARIANCES_MOVING = (1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2)
-TWIST_VARIANCES_STILL = (1e-6, 1e-6, UNKNOWN, UNKNOWN, UNKNOWN, 1e-6)
+_Power = sensor_msgs.msg.BatteryState
+POWER_SUPPLY_STATUS = {
+    p2os.ChargeState.NOT_CHARGING: _Power.POWER_SUPPLY_STATUS_DISCHARGING,
+    p2os.ChargeState.BULK: _Power.POWER_SUPPLY_STATUS_CHARGING,
+    p2os.ChargeState.OVERCHARGE: _Power.POWER_SUPPLY_STATUS_CHARGING,
+    p2os.ChargeState.FLOAT: _Power.POWER_SUPPLY_STATUS_FULL,
+    p2os.ChargeState.BALANCE: _Power.POWER_SUPPLY_STATUS_CHARGING,
+}
+"""What the charger does, as sensor_msgs/BatteryState says it; the rest is unknown."""
+ANALOG_FULL_SCALE = {5: 2047, 9: 1023}
+"""What 5 V are in an IOpac with so many analog inputs: AROS has 5, ARCOS 9 (protocol 5.5)."""
 
 
-def diagonal(variances: Tuple[float, ...]) -> Tuple[float, ...]:
-    """The six variances as a row-major 6 x 6 covariance."""
-    return tuple(variances[row] if row == column else 0.0 for row in range(6) for column in range(6))
+class Covariance(NamedTuple):
+    """Row-major 6 x 6, of x, y, z, roll, pitch, yaw."""
+
+    pose: Tuple[float, ...]
+    twist: Tuple[float, ...]
 
 
-POSE_COVARIANCE = diagonal(POSE_VARIANCES)
-TWIST_COVARIANCES = {True: diagonal(TWIST_VARIANCES_MOVING), False: diagonal(TWIST_VARIANCES_STILL)}
+def covariances(parameters: DriverParameters) -> Dict[bool, Covariance]:
+    """What goes into odometry while the robot moves (True) and while it stands (False)."""
+    return {
+        True: Covariance(_diagonal(parameters.pose_covariance_moving), _diagonal(parameters.twist_covariance_moving)),
+        False: Covariance(_diagonal(parameters.pose_covariance_still), _diagonal(parameters.twist_covariance_still)),
+    }
 
 
-def odometry(state: RobotState, stamp, odom_frame: str, base_link_frame: str) -> Odometry:
-    """Pose in the odometry frame, twist in base_link, with variances for a robot that moves or stands."""
-    message = Odometry()
-    message.header.stamp = stamp
-    message.header.frame_id = odom_frame
-    message.child_frame_id = base_link_frame
+def _diagonal(variances: Sequence[float]) -> Tuple[float, ...]:
+    size = len(variances)
+    return tuple(variances[row] if row == column else 0.0 for row in range(size) for column in range(size))
+
+
+def odometry(state: RobotState, stamp, odom_frame: str, base_link_frame: str, covariance: Dict[bool, Covariance]) -> Odometry:
+    """Pose in the odometry frame, twist in base_link, with the covariances for a robot that moves or stands."""
+    message = Odometry(header=Header(stamp=stamp, frame_id=odom_frame), child_frame_id=base_link_frame)
     message.pose.pose.position = Point(state.x, state.y, 0.0)
     message.pose.pose.orientation = Quaternion(*quaternion_of(state.heading))
-    message.pose.covariance = POSE_COVARIANCE
     message.twist.twist.linear.x = state.linear
     message.twist.twist.angular.z = state.angular
-    message.twist.covariance = TWIST_COVARIANCES[bool(state.linear or state.angular)]
+    message.pose.covariance, message.twist.covariance = covariance[bool(state.linear or state.angular)]
     return message
 
 
-def transform(pose: Odometry) -> TransformStamped:
-    """The transform odometry frame -> base_link that says the same as a `pose` message."""
-    message = TransformStamped(header=pose.header, child_frame_id=pose.child_frame_id)
-    position = pose.pose.pose.position
-    message.transform.translation.x, message.transform.translation.y = position.x, position.y
-    message.transform.rotation = pose.pose.pose.orientation
+def transform(state: RobotState, stamp, odom_frame: str, base_link_frame: str) -> TransformStamped:
+    """The transform odometry frame -> base_link that says the same as `odometry`."""
+    message = TransformStamped(header=Header(stamp=stamp, frame_id=odom_frame), child_frame_id=base_link_frame)
+    message.transform.translation = Vector3(state.x, state.y, 0.0)
+    message.transform.rotation = Quaternion(*quaternion_of(state.heading))
     return message
 
 
-def sonar_array(state: RobotState, stamp, base_link_frame: str) -> SonarArray:
-    """Ranges (m) by sonar number; NO_ECHO where nothing is in sight, NOT_HEARD where the last reading has expired."""
-    ranges = [_range(reading, state.time) for reading in state.sonar]
-    message = SonarArray(ranges_count=len(ranges), ranges=ranges)
-    message.header.stamp, message.header.frame_id = stamp, base_link_frame
-    return message
-
-
-def _range(reading, now: float) -> float:
-    if reading is None or now - reading.time > SONAR_LIFETIME:
-        return NOT_HEARD
-    return min(reading.range, NO_ECHO)
+def joint_states(state: RobotState, stamp, wheel_radius: float) -> sensor_msgs.msg.JointState:
+    """How far (rad) and how fast (rad/s) the wheels have turned; only for a model whose wheel radius (m) is known."""
+    return sensor_msgs.msg.JointState(
+        header=Header(stamp=stamp),
+        name=list(WHEEL_JOINTS),
+        position=list(state.wheel_angles),
+        velocity=[velocity / wheel_radius for velocity in state.wheel_velocities],
+    )
 
 
 class GripperReporter:
-    """Turns readings into gripper_state. Remembers the lift's last end position, which a moving lift goes on reporting."""
+    """Turns readings into gripper_state. Remembers the lift's last end position, which a moving lift goes on reporting.
 
-    def __init__(self) -> None:
+    Args:
+        broken_beam: what the bit of a beam reads when something breaks it.
+    """
+
+    def __init__(self, broken_beam: int = 1) -> None:
+        self._beams_inverted = not broken_beam
         self._position = 0.0
 
+    def saw(self, reading: GripperReading) -> None:
+        """Remember a reading, whether somebody wants to hear of it or not."""
+        if not reading.lift_moving and (reading.lift_up or reading.lift_down):
+            self._position = float(reading.lift_up)
+
     def message(self, reading: GripperReading) -> GripperState:
-        """The reading in the encoding of p2os (GripStatus, LiftStatus)."""
+        """The reading, seen last, in the encoding of p2os (GripStatus, LiftStatus)."""
         return GripperState(self._grip(reading), self._lift(reading))
 
     def _grip(self, reading: GripperReading) -> GripState:
@@ -88,15 +117,15 @@ class GripperReporter:
             at_rest = GripStatus.CLOSED if reading.paddles_closed else GripStatus.BETWEEN
             state = GripStatus.OPEN if reading.paddles_open else at_rest
         direction = reading.paddles_open - reading.paddles_closed if state == GripStatus.MOVING else 0
-        return GripState(state, direction, reading.inner_beam, reading.outer_beam, reading.left_contact, reading.right_contact)
+        beams = (beam != self._beams_inverted for beam in (reading.inner_beam, reading.outer_beam))
+        return GripState(state, direction, *beams, reading.left_contact, reading.right_contact)
 
     def _lift(self, reading: GripperReading) -> LiftState:
-        at_an_end = reading.lift_up or reading.lift_down
         if reading.lift_moving:
             state = LiftStatus.MOVING
         else:
+            at_an_end = reading.lift_up or reading.lift_down
             state = LiftStatus.IDLE if at_an_end and not reading.lift_error else LiftStatus.STALLED
-            self._position = float(reading.lift_up) if at_an_end else self._position
         direction = reading.lift_up - reading.lift_down if state == LiftStatus.MOVING else 0
         return LiftState(state, direction, self._position)
 
@@ -108,9 +137,41 @@ def motor_state(state: RobotState) -> MotorState:
 
 def battery_state(state: RobotState, stamp, base_link_frame: str) -> BatteryState:
     """Battery voltage (V)."""
-    message = BatteryState(voltage=state.battery_voltage)
-    message.header.stamp, message.header.frame_id = stamp, base_link_frame
-    return message
+    return BatteryState(Header(stamp=stamp, frame_id=base_link_frame), state.battery_voltage)
+
+
+def battery(state: RobotState, stamp, base_link_frame: str) -> sensor_msgs.msg.BatteryState:
+    """Voltage (V), state of charge where the robot reports it, and what the charger does; what it does not measure is NaN."""
+    status = POWER_SUPPLY_STATUS.get(state.charge_state, _Power.POWER_SUPPLY_STATUS_UNKNOWN)
+    if status == _Power.POWER_SUPPLY_STATUS_DISCHARGING and state.flags & p2os.Flags.CHARGER_POWER:
+        status = _Power.POWER_SUPPLY_STATUS_NOT_CHARGING
+    return sensor_msgs.msg.BatteryState(
+        header=Header(stamp=stamp, frame_id=base_link_frame),
+        voltage=state.battery_voltage,
+        temperature=math.nan,
+        current=math.nan,
+        charge=math.nan,
+        capacity=math.nan,
+        design_capacity=math.nan,
+        percentage=math.nan if state.state_of_charge is None else state.state_of_charge,
+        power_supply_status=status,
+        present=True,
+    )
+
+
+def bumpers(state: RobotState, stamp, base_link_frame: str) -> Bumpers:
+    """Pressed or not, segment by segment."""
+    return Bumpers(Header(stamp=stamp, frame_id=base_link_frame), list(state.front_bumpers), list(state.rear_bumpers))
+
+
+def stall(state: RobotState, stamp, base_link_frame: str) -> Stall:
+    """Which wheels are stalled."""
+    return Stall(Header(stamp=stamp, frame_id=base_link_frame), state.left_stall, state.right_stall)
+
+
+def e_stop(state: RobotState) -> Bool:
+    """Whether the STOP button is pressed."""
+    return Bool(state.stop_button)
 
 
 def digital_inputs(state: RobotState) -> Optional[DIO]:
@@ -123,10 +184,44 @@ def analog_input(state: RobotState) -> Optional[AIO]:
     return None if state.analog_voltage is None else AIO(1, [state.analog_voltage])
 
 
+def ports(packet: p2os.IO, stamp, base_link_frame: str) -> IO:
+    """Every port of an IOpac: digital ones as they came, analog ones in V."""
+    volts = 5.0 / ANALOG_FULL_SCALE.get(len(packet.analog), 1023)
+    return IO(Header(stamp=stamp, frame_id=base_link_frame), packet.digital_in, packet.digital_out, [value * volts for value in packet.analog])
+
+
+def turn_rate(rate: float, stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
+    """What a gyro tells: the turn rate (rad/s), and nothing else."""
+    message = _imu(stamp, base_link_frame)
+    message.angular_velocity.z = rate
+    message.angular_velocity_covariance = _diagonal((UNKNOWN, UNKNOWN, GYRO_VARIANCE))
+    return message
+
+
+def compass(state: RobotState, stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
+    """What a compass tells: the heading, by REP 103 from magnetic east counter-clockwise. It counts from north, clockwise."""
+    message = _imu(stamp, base_link_frame)
+    message.orientation = Quaternion(*quaternion_of(math.remainder(math.pi / 2 - state.compass, 2 * math.pi)))
+    message.orientation_covariance = _diagonal((UNKNOWN, UNKNOWN, COMPASS_VARIANCE))
+    return message
+
+
+def _imu(stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
+    """A message that says nothing yet."""
+    return sensor_msgs.msg.Imu(
+        header=Header(stamp=stamp, frame_id=base_link_frame),
+        orientation=Quaternion(0.0, 0.0, 0.0, 1.0),
+        orientation_covariance=NOT_MEASURED,
+        angular_velocity_covariance=NOT_MEASURED,
+        linear_acceleration_covariance=NOT_MEASURED,
+    )
+
+
 def robot_info(identity: RobotIdentity, stamp, base_link_frame: str) -> RobotInfo:
     """What the robot is: name, model, limits, where its transducers look and what its outline is (m, rad, base_link)."""
     model = identity.model
     message = RobotInfo(
+        header=Header(stamp=stamp, frame_id=base_link_frame),
         name=identity.name,
         type=identity.type,
         subtype=identity.subtype,
@@ -138,5 +233,4 @@ def robot_info(identity: RobotIdentity, stamp, base_link_frame: str) -> RobotInf
         sonar_poses=[Pose2D(transducer.x, transducer.y, transducer.heading) for transducer in model.sonar],
     )
     message.footprint.points = [Point32(x, y, 0.0) for x, y in model.outline(identity.has_gripper)]
-    message.header.stamp, message.header.frame_id = stamp, base_link_frame
     return message

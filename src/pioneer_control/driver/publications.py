@@ -1,56 +1,190 @@
-"""Out: what the robot reports, on topics. Called on the client's I/O thread."""
+"""Out: what the robot reports, on topics: one table, and what publishes by it. Called from any thread."""
+
+import math
+import threading
+from time import monotonic
+from typing import Any, Callable, Dict, NamedTuple, Optional, Set, Tuple
 
 import rospy
-import tf2_ros
 from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState as Battery
+from sensor_msgs.msg import Imu, JointState, PointCloud2, Range
+from std_msgs.msg import Bool
+from tf2_msgs.msg import TFMessage
 
-from ..client import RobotIdentity, RobotState
-from ..msg import AIO, DIO, BatteryState, GripperState, MotorState, RobotInfo, SonarArray
-from . import conversions
+from .. import p2os
+from ..client import PacketReceived, RobotIdentity, RobotState
+from ..client.data import GYRO_OF_CLIENT
+from ..client.gripper import is_on_general_io, with_switches
+from ..client.gyro import GyroReader
+from ..message_values import NO_ECHO
+from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, MotorState, RobotInfo, SonarArray, Stall
+from . import conversions, ranges
 from .parameters import DriverParameters
 
 QUEUE = 10
+WITHOUT_IO = ("PSOS", "AmigOS")     # firmware that knows no IOREQUEST
+
+
+class Topic(NamedTuple):
+    """A row of the table."""
+
+    name: str
+    message: type
+    source: type
+    """What it is made from: RobotState, RobotIdentity, or a packet of p2os."""
+    convert: Callable[[Any, rospy.Time], Any]
+    """From a source and its stamp: a message, a list of them, or None when there is nothing to say."""
+    fed_by: Optional[Callable[[RobotIdentity], Any]] = None
+    """Whether a robot can feed it: only then it is advertised. None: every robot can, so that it is there before the first one is."""
+    asks: Optional[Callable[[RobotIdentity], str]] = None
+    """The kind of packets (client.data.DATA) that a robot has to be asked for while somebody listens; empty if it need not be."""
+    latch: bool = False
+    """Published when it changes, whether somebody listens or not; else with each source, as long as somebody listens."""
 
 
 class Publications:
-    """All publishers of the node."""
+    """All publishers of the node.
 
-    def __init__(self, parameters: DriverParameters) -> None:
-        self._parameters = parameters
-        self._gripper_reporter = conversions.GripperReporter()
-        self._pose = _publisher("pose", Odometry)
-        self._sonar = _publisher("sonar", SonarArray)
-        self._motor_state = _publisher("motor_state", MotorState)
-        self._battery_state = _publisher("battery_state", BatteryState)
-        self._dio = _publisher("dio", DIO)
-        self._aio = _publisher("aio", AIO)
-        self._robot_info = _publisher("robot_info", RobotInfo, latch=True)
-        self._gripper_state = None  # advertised when a robot with a gripper is there
-        self._transform = tf2_ros.TransformBroadcaster() if parameters.publish_tf else None
+    Args:
+        request_data: switches packets of a kind on or off (Robot.request_data).
+    """
+
+    def __init__(self, parameters: DriverParameters, request_data: Callable[[str, bool], None]) -> None:
+        self._request_data = request_data
+        self._topics = self._table(parameters)
+        self._publishers: Dict[str, rospy.Publisher] = {}
+        self._latched: Dict[str, Any] = {}
+        self._requested: Set[str] = set()
+        self._identity: Optional[RobotIdentity] = None
+        self._has_compass = False
+        self._standing = False
+        self._gripper = conversions.GripperReporter(parameters.beam_polarity)
+        self._switches: Optional[p2os.GripperSwitches] = None
+        self._gyro = GyroReader()
+        self._lock = threading.Lock()
+        self._advertise()
+
+    def _table(self, parameters: DriverParameters) -> Tuple[Topic, ...]:
+        odom, base, prefix = parameters.odom_frame, parameters.base_link_frame, parameters.frame_prefix
+        covariances = conversions.covariances(parameters)
+        no_echo = math.inf if parameters.sonar_no_echo == "inf" else NO_ECHO
+
+        transform = [Topic("/tf", TFMessage, RobotState, lambda state, stamp: TFMessage([conversions.transform(state, stamp, odom, base)]))]
+
+        def has_sonar(identity):
+            return identity.model.sonar
+
+        return (
+            Topic("pose", Odometry, RobotState, lambda state, stamp: conversions.odometry(state, stamp, odom, base, covariances)),
+            *(transform if parameters.publish_tf else []),
+            Topic("sonar", SonarArray, RobotState, lambda state, stamp: ranges.sonar_array(state, stamp, base) if state.sonar_enabled else None,
+                  fed_by=has_sonar),
+            Topic("sonar_ranges", Range, RobotState, lambda state, stamp: ranges.sonar_ranges(state, stamp, prefix, no_echo), fed_by=has_sonar),
+            Topic("sonar_points", PointCloud2, RobotState, lambda state, stamp: self._sonar_points(state, stamp, base), fed_by=has_sonar),
+            Topic("/tf_static", TFMessage, RobotIdentity,
+                  lambda identity, stamp: ranges.sonar_frames(identity.model.sonar, stamp, base, prefix), fed_by=has_sonar, latch=True),
+            Topic("joint_states", JointState, RobotState,
+                  lambda state, stamp: conversions.joint_states(state, stamp, self._identity.model.wheel_radius),
+                  fed_by=lambda identity: identity.model.wheel_radius),
+            Topic("motor_state", MotorState, RobotState, lambda state, stamp: conversions.motor_state(state)),
+            Topic("e_stop", Bool, RobotState, lambda state, stamp: conversions.e_stop(state), latch=True),
+            Topic("stall", Stall, RobotState, lambda state, stamp: conversions.stall(state, stamp, base)),
+            Topic("bumpers", Bumpers, RobotState, lambda state, stamp: conversions.bumpers(state, stamp, base),
+                  fed_by=lambda identity: identity.model.front_bumpers or identity.model.rear_bumpers),
+            Topic("battery_state", BatteryState, RobotState, lambda state, stamp: conversions.battery_state(state, stamp, base)),
+            Topic("battery", Battery, RobotState, lambda state, stamp: conversions.battery(state, stamp, base)),
+            Topic("gripper_state", GripperState, RobotState, lambda state, stamp: self._gripper_state(state),
+                  fed_by=lambda identity: identity.has_gripper, asks=lambda identity: "gripper" if is_on_general_io(identity) else ""),
+            Topic("dio", DIO, RobotState, lambda state, stamp: conversions.digital_inputs(state)),
+            Topic("aio", AIO, RobotState, lambda state, stamp: conversions.analog_input(state)),
+            Topic("io", IO, p2os.IO, lambda packet, stamp: conversions.ports(packet, stamp, base),
+                  fed_by=lambda identity: identity.model.firmware_family not in WITHOUT_IO, asks=lambda identity: "io"),
+            Topic("imu", Imu, p2os.Gyro, lambda packet, stamp: self._imu(packet, stamp, base),
+                  fed_by=lambda identity: identity.config is not None and identity.config.has_gyro == GYRO_OF_CLIENT, asks=lambda identity: "gyro"),
+            Topic("compass", Imu, RobotState, lambda state, stamp: conversions.compass(state, stamp, base) if state.compass is not None else None,
+                  fed_by=lambda identity: self._has_compass),
+            Topic("robot_info", RobotInfo, RobotIdentity, lambda identity, stamp: conversions.robot_info(identity, stamp, base), latch=True),
+        )
 
     def identity(self, identity: RobotIdentity) -> None:
-        """Once per connection: what robot it is."""
-        if identity.has_gripper and self._gripper_state is None:
-            self._gripper_state = _publisher("gripper_state", GripperState)
-        self._robot_info.publish(conversions.robot_info(identity, rospy.Time.now(), self._parameters.base_link_frame))
+        """Once per connection, and when its limits change: what robot it is."""
+        with self._lock:
+            if self._identity is None or self._identity.name != identity.name:
+                self._has_compass, self._switches = False, None
+            self._identity = identity
+            self._advertise()
+            self._publish(RobotIdentity, identity, rospy.Time.now())
 
     def state(self, state: RobotState) -> None:
         """Once per SIP; all messages with one stamp."""
-        stamp, base_link = rospy.Time.now(), self._parameters.base_link_frame
-        pose = conversions.odometry(state, stamp, self._parameters.odom_frame, base_link)
-        self._pose.publish(pose)
-        if self._transform is not None:
-            self._transform.sendTransform(conversions.transform(pose))
-        if state.sonar_enabled:
-            self._sonar.publish(conversions.sonar_array(state, stamp, base_link))
-        if state.gripper is not None and self._gripper_state is not None:
-            self._gripper_state.publish(self._gripper_reporter.message(state.gripper))
-        self._motor_state.publish(conversions.motor_state(state))
-        self._battery_state.publish(conversions.battery_state(state, stamp, base_link))
-        for publisher, message in ((self._dio, conversions.digital_inputs(state)), (self._aio, conversions.analog_input(state))):
-            if message is not None:
-                publisher.publish(message)
+        with self._lock:
+            self._standing = not (state.linear or state.angular)
+            if state.gripper is not None:
+                self._gripper.saw(state.gripper)
+            if state.compass is not None and not self._has_compass:     # no other packet tells that there is one
+                self._has_compass = True
+                self._advertise()
+            self._publish(RobotState, state, stamp_of(state.sent_time))
+            self._ask()
+
+    def packet(self, event: PacketReceived) -> None:
+        """Any other packet."""
+        with self._lock:
+            if isinstance(event.packet, p2os.Gripper):
+                self._switches = event.packet.state
+            self._publish(type(event.packet), event.packet, stamp_of(event.sent_time))
+
+    def _publish(self, source: type, value: Any, stamp: rospy.Time) -> None:
+        for topic in self._topics:
+            if topic.source is not source or not (self._has_listener(topic) or topic.latch and topic.name in self._publishers):
+                continue
+            messages = topic.convert(value, stamp)
+            if topic.latch:
+                if messages == self._latched.get(topic.name):
+                    continue
+                self._latched[topic.name] = messages
+            if messages is not None:
+                for message in messages if isinstance(messages, list) else [messages]:
+                    self._publishers[topic.name].publish(message)
+
+    def _advertise(self) -> None:
+        """Offer what the robot can feed, and nothing else."""
+        for topic in self._topics:
+            wanted = topic.fed_by is None or self._identity is not None and bool(topic.fed_by(self._identity))
+            if wanted and topic.name not in self._publishers:
+                self._publishers[topic.name] = rospy.Publisher(topic.name, topic.message, queue_size=QUEUE, latch=topic.latch)
+            elif not wanted and topic.name in self._publishers:
+                self._publishers.pop(topic.name).unregister()
+                self._latched.pop(topic.name, None)
+
+    def _ask(self) -> None:
+        """Ask the robot for the packets that somebody listens for, and for no others."""
+        wanted = {topic.asks(self._identity) for topic in self._topics if topic.asks is not None and self._has_listener(topic)} - {""}
+        for kind in wanted ^ self._requested:
+            self._request_data(kind, kind in wanted)
+        self._requested = wanted
+
+    def _has_listener(self, topic: Topic) -> bool:
+        publisher = self._publishers.get(topic.name)
+        return publisher is not None and publisher.get_num_connections() > 0
+
+    # Conversions that need more than the packet.
+
+    def _sonar_points(self, state: RobotState, stamp: rospy.Time, base_link_frame: str) -> Optional[PointCloud2]:
+        return ranges.sonar_points(state, stamp, base_link_frame, self._identity.model.sonar) if state.sonar_enabled else None
+
+    def _gripper_state(self, state: RobotState) -> Optional[GripperState]:
+        if state.gripper is None:
+            return None
+        return self._gripper.message(state.gripper if self._switches is None else with_switches(state.gripper, self._switches))
+
+    def _imu(self, packet: p2os.Gyro, stamp: rospy.Time, base_link_frame: str) -> Optional[Imu]:
+        rate = self._gyro.rate(packet, self._standing)
+        return None if rate is None else conversions.turn_rate(rate, stamp, base_link_frame)
 
 
-def _publisher(name: str, message_class: type, latch: bool = False) -> rospy.Publisher:
-    return rospy.Publisher(name, message_class, queue_size=QUEUE, latch=latch)
+def stamp_of(moment: float) -> rospy.Time:
+    """A monotonic time (s) of late as ROS time."""
+    now, age = rospy.Time.now(), rospy.Duration.from_sec(monotonic() - moment)
+    return now - age if now.to_sec() > age.to_sec() else rospy.Time()

@@ -4,32 +4,26 @@ import dataclasses
 import math
 
 import pytest
-import rospy
 
-from pioneer_control import client
-from pioneer_control.client.identity import RobotIdentity
+from pioneer_control import p2os
 from pioneer_control.driver import conversions
-from pioneer_control.p2os import Flags
-from pioneer_control.robots import find_model
+from pioneer_control.driver.parameters import DriverParameters
+from pioneer_control.p2os import ChargeState, Flags
+from sensor_msgs.msg import BatteryState as Battery
 
-STAMP = rospy.Time(12, 340000000)
-STATE = client.RobotState(
-    time=100.0, sent_time=99.96, x=1.5, y=-0.25, heading=math.pi / 2, linear=0.2, angular=-0.1, wheel_velocities=(0.22, 0.18),
-    wheel_angles=(3.0, -2.0), x_counts=1500, y_counts=-250, motors_enabled=True,
-    stop_button=False, left_stall=False, right_stall=False, front_bumpers=(), rear_bumpers=(), battery_voltage=12.8,
-    sonar=(client.SonarRange(1.5, 99.9), client.SonarRange(5.0, 99.0), client.SonarRange(0.8, 97.9), None, client.SonarRange(5.4, 100.0)),
-    sonar_enabled=True, gripper=None, digital_in=0xF0, digital_out=0, analog_port=5, analog_voltage=2.5, flags=Flags(7), fault_flags=None,
-    compass=None, charge_state=None, temperature=None, state_of_charge=None,
-)
-READING = client.GripperReading(*[False] * 12)
+from robot_reports import DRIVING, IO, OLD, READING, STALLED, STAMP, STATE, identity_of, packet_of, state_of
+
+COVARIANCES = conversions.covariances(DriverParameters())
 
 
 def gripper_message(reporter=None, **true):
-    return (reporter or conversions.GripperReporter()).message(dataclasses.replace(READING, **true))
+    reading, reporter = dataclasses.replace(READING, **true), reporter or conversions.GripperReporter()
+    reporter.saw(reading)
+    return reporter.message(reading)
 
 
 def test_odometry_carries_pose_twist_frames_and_stamp():
-    message = conversions.odometry(STATE, STAMP, "two/odom", "two/base_link")
+    message = conversions.odometry(STATE, STAMP, "two/odom", "two/base_link", COVARIANCES)
     assert (message.header.stamp, message.header.frame_id, message.child_frame_id) == (STAMP, "two/odom", "two/base_link")
     position, orientation = message.pose.pose.position, message.pose.pose.orientation
     assert (position.x, position.y, position.z) == (1.5, -0.25, 0.0)
@@ -38,24 +32,38 @@ def test_odometry_carries_pose_twist_frames_and_stamp():
     assert (message.twist.twist.linear.x, message.twist.twist.angular.z) == (0.2, -0.1)
 
 
+STILL = dataclasses.replace(STATE, linear=0.0, angular=0.0)
+
+
 def test_a_standing_robot_is_surer_of_its_speed_than_a_moving_one():
-    still = dataclasses.replace(STATE, linear=0.0, angular=0.0)
-    moving, standing = (conversions.odometry(state, STAMP, "odom", "base_link").twist.covariance for state in (STATE, still))
+    moving, standing = (conversions.odometry(state, STAMP, "odom", "base_link", COVARIANCES).twist.covariance for state in (STATE, STILL))
     assert len(moving) == 36 and all(moving[i] > 0 for i in (0, 7, 35)) and standing[0] < moving[0] and standing[35] < moving[35]
 
 
+@pytest.mark.parametrize("what", ["pose", "twist"])
+@pytest.mark.parametrize("how, state", [("moving", STATE), ("still", STILL), ("moving", dataclasses.replace(STILL, angular=0.01))])
+def test_each_covariance_parameter_is_the_diagonal_of_its_message(what, how, state):
+    parameters = DriverParameters(**{"%s_covariance_%s" % (what, how): (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)})
+    message = conversions.odometry(state, STAMP, "odom", "base_link", conversions.covariances(parameters))
+    covariance = getattr(message, what).covariance
+    assert [covariance[7 * axis] for axis in range(6)] == [1, 2, 3, 4, 5, 6] and sum(covariance) == 21
+    other = message.twist if what == "pose" else message.pose
+    assert other.covariance[0] < 0.01, "the other parameters are untouched"
+
+
 def test_the_transform_says_what_the_pose_says():
-    pose = conversions.odometry(STATE, STAMP, "odom", "base_link")
-    message = conversions.transform(pose)
+    pose = conversions.odometry(STATE, STAMP, "odom", "base_link", COVARIANCES)
+    message = conversions.transform(STATE, STAMP, "odom", "base_link")
     assert (message.header.stamp, message.header.frame_id, message.child_frame_id) == (STAMP, "odom", "base_link")
-    assert (message.transform.translation.x, message.transform.translation.y) == (1.5, -0.25)
+    translation, position = message.transform.translation, pose.pose.pose.position
+    assert (translation.x, translation.y, translation.z) == (position.x, position.y, position.z)
     assert message.transform.rotation == pose.pose.pose.orientation
 
 
-def test_sonar_ranges_expire_to_zero_and_end_at_no_echo():
-    message = conversions.sonar_array(STATE, STAMP, "base_link")
-    assert message.ranges == [1.5, 5.0, 0.0, 0.0, 5.0], "heard, no echo, too old, never heard, beyond"
-    assert (message.ranges_count, message.header.stamp, message.header.frame_id) == (5, STAMP, "base_link")
+def test_joint_states_of_the_wheels():
+    message = conversions.joint_states(STATE, STAMP, 0.1)
+    assert (message.header.stamp, message.name) == (STAMP, ["left_wheel_joint", "right_wheel_joint"])
+    assert message.position == [3.0, -2.0] and message.velocity == pytest.approx([2.2, 1.8]) and message.effort == []
 
 
 @pytest.mark.parametrize(
@@ -78,6 +86,20 @@ def test_grip_state(true, state, direction):
 def test_beams_and_contacts():
     message = gripper_message(inner_beam=True, left_contact=True).grip
     assert (message.inner_beam, message.outer_beam, message.left_contact, message.right_contact) == (True, False, True, False)
+
+
+@pytest.mark.parametrize("broken, expected", [(1, (True, False)), (0, (False, True))])
+def test_the_parameter_beam_polarity_says_which_beam_is_broken(broken, expected):
+    reporter = conversions.GripperReporter(DriverParameters(beam_polarity=broken).beam_polarity)
+    message = gripper_message(reporter, inner_beam=True, left_contact=True).grip
+    assert (message.inner_beam, message.outer_beam) == expected
+    assert (message.left_contact, message.right_contact) == (True, False), "contacts have no polarity"
+
+
+def test_an_end_of_the_lift_is_remembered_though_nobody_listened():
+    reporter = conversions.GripperReporter()
+    reporter.saw(dataclasses.replace(READING, lift_up=True))
+    assert gripper_message(reporter, lift_moving=True).lift.position == 1.0
 
 
 def test_the_lift_reports_its_last_end_while_it_moves():
@@ -103,8 +125,84 @@ def test_what_firmware_does_not_report_is_not_made_up():
     assert conversions.digital_inputs(older) is None and conversions.analog_input(older) is None
 
 
+@pytest.mark.parametrize(
+    "charge_state, flags, status",
+    [
+        (None, 0, Battery.POWER_SUPPLY_STATUS_UNKNOWN),
+        (ChargeState.UNKNOWN, 0, Battery.POWER_SUPPLY_STATUS_UNKNOWN),
+        (77, 0, Battery.POWER_SUPPLY_STATUS_UNKNOWN),
+        (ChargeState.NOT_CHARGING, 0, Battery.POWER_SUPPLY_STATUS_DISCHARGING),
+        (ChargeState.NOT_CHARGING, Flags.CHARGER_POWER, Battery.POWER_SUPPLY_STATUS_NOT_CHARGING),
+        (ChargeState.BULK, 0, Battery.POWER_SUPPLY_STATUS_CHARGING),
+        (ChargeState.OVERCHARGE, Flags.CHARGER_POWER, Battery.POWER_SUPPLY_STATUS_CHARGING),
+        (ChargeState.BALANCE, 0, Battery.POWER_SUPPLY_STATUS_CHARGING),
+        (ChargeState.FLOAT, Flags.CHARGER_POWER, Battery.POWER_SUPPLY_STATUS_FULL),
+    ],
+)
+def test_battery_says_what_the_charger_does(charge_state, flags, status):
+    state = dataclasses.replace(STATE, charge_state=charge_state, flags=Flags(flags))
+    assert conversions.battery(state, STAMP, "base_link").power_supply_status == status
+
+
+def test_battery_of_a_24_v_robot_on_its_charger():
+    message = conversions.battery(state_of(STALLED, identity_of("powerbot-sh")), STAMP, "base_link")
+    assert message.voltage == pytest.approx(25.3) and message.power_supply_status == Battery.POWER_SUPPLY_STATUS_CHARGING
+    assert message.present and (message.header.stamp, message.header.frame_id) == (STAMP, "base_link")
+
+
+def test_battery_makes_nothing_up():
+    message = conversions.battery(state_of(OLD, identity_of("p2dx")), STAMP, "base_link")
+    assert message.voltage == pytest.approx(13.0) and message.power_supply_status == Battery.POWER_SUPPLY_STATUS_UNKNOWN
+    nothing = (message.percentage, message.current, message.charge, message.capacity, message.design_capacity, message.temperature)
+    assert all(map(math.isnan, nothing))
+    assert (message.power_supply_health, message.power_supply_technology, list(message.cell_voltage)) == (0, 0, [])
+    assert conversions.battery(dataclasses.replace(STATE, state_of_charge=0.87), STAMP, "base_link").percentage == 0.87
+
+
+def test_bumpers_stall_and_stop_button():
+    driving = state_of(DRIVING, identity_of(front_bumpers=5, rear_bumpers=5))
+    message = conversions.bumpers(driving, STAMP, "base_link")
+    assert (message.front, message.rear) == ([True] + [False] * 4, [False] * 5) and message.header.stamp == STAMP
+    stalled = state_of(STALLED)
+    assert conversions.e_stop(stalled).data and not conversions.e_stop(driving).data
+    for state, expected in ((driving, (False, False)), (stalled, (True, True)), (dataclasses.replace(STATE, right_stall=True), (False, True))):
+        message = conversions.stall(state, STAMP, "base_link")
+        assert (message.left, message.right) == expected and message.header.frame_id == "base_link"
+
+
+@pytest.mark.parametrize("analog, volts", [
+    ((0, 512, 1023, 2047, 300), (0.0, 1.2506, 2.4988, 5.0, 0.7328)),        # AROS: 2047 is 5 V
+    ((0, 512, 1023) + (0,) * 6, (0.0, 2.5024, 5.0) + (0.0,) * 6),           # ARCOS: 1023 is 5 V
+    ((), ()),
+])
+def test_ports_have_all_that_an_iopac_has(analog, volts):
+    packet = packet_of(IO)
+    assert packet.analog == (0, 512, 1023, 2047, 300)
+    message = conversions.ports(dataclasses.replace(packet, analog=analog), STAMP, "base_link")
+    assert (list(message.digital_in), list(message.digital_out)) == ([0xF0, 0, 0, 0x0F], [5])
+    assert list(message.analog) == pytest.approx(volts, abs=1e-4) and message.header.stamp == STAMP
+
+
+def test_a_gyro_tells_its_rate_and_nothing_else():
+    message = conversions.turn_rate(-0.5, STAMP, "base_link")
+    assert (message.angular_velocity.x, message.angular_velocity.y, message.angular_velocity.z) == (0.0, 0.0, -0.5)
+    assert (message.orientation_covariance[0], message.linear_acceleration_covariance[0]) == (-1, -1)
+    assert message.angular_velocity_covariance[0] > 1e5 > message.angular_velocity_covariance[8] > 0
+    assert (message.header.stamp, message.header.frame_id) == (STAMP, "base_link")
+
+
+@pytest.mark.parametrize("clockwise_from_north, from_east", [(0, 90), (90, 0), (180, -90), (270, 180), (358, 92)])
+def test_a_compass_becomes_a_heading_by_rep_103(clockwise_from_north, from_east):
+    message = conversions.compass(dataclasses.replace(STATE, compass=math.radians(clockwise_from_north)), STAMP, "base_link")
+    heading = 2 * math.atan2(message.orientation.z, message.orientation.w)
+    assert math.remainder(heading - math.radians(from_east), 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+    assert message.orientation_covariance[0] > 1e5 > message.orientation_covariance[8] > 0
+    assert (message.angular_velocity_covariance[0], message.linear_acceleration_covariance[0]) == (-1, -1)
+
+
 def test_robot_info_describes_the_robot():
-    identity = RobotIdentity("Fred", "Pioneer", "p3dx-sh", None, None, find_model("p3dx-sh").with_arrays(True, False), True, 0.5, 1.0)
+    identity = dataclasses.replace(identity_of(name="Fred", gripper=True), max_linear=0.5, max_angular=1.0)
+    identity = dataclasses.replace(identity, model=identity.model.with_arrays(True, False))
     message = conversions.robot_info(identity, STAMP, "base_link")
     assert (message.name, message.type, message.subtype, message.firmware) == ("Fred", "Pioneer", "p3dx-sh", "")
     assert (message.max_linear, message.max_angular, message.has_gripper) == (0.5, 1.0, True)

@@ -1,0 +1,34 @@
+"""A gyro that the client has to read (CONFIGpac: has_gyro 1; protocol 5.6): raw readings to a turn rate."""
+
+import math
+from typing import Optional
+
+from .. import p2os
+
+RAD_S_PER_UNIT = math.radians(5 / 1023 * 300 / 2.5 * 1.626)     # volts, full scale, and the calibration that all models share
+NOMINAL_CENTRE = 512.0      # what a gyro at rest reads, more or less
+NEAR_CENTRE = 30.0          # how much more or less; beyond, the robot is turned although its wheels stand
+MOST_AT_REST = 200          # readings (5 s) over which the centre is averaged
+
+
+class GyroReader:
+    """Turns GYROpacs into turn rates; learns from a standing robot what the gyro reads at rest."""
+
+    def __init__(self) -> None:
+        self._centre = NOMINAL_CENTRE
+        self._at_rest = 0
+
+    def rate(self, packet: p2os.Gyro, standing: bool) -> Optional[float]:
+        """The mean turn rate (rad/s, counter-clockwise) of one packet; None for an empty one. ``standing``: the wheels do not turn."""
+        rates = [reading.rate for reading in packet.readings]
+        if not rates:
+            return None
+        if standing:
+            self._learn(rates)
+        return (self._centre - sum(rates) / len(rates)) * RAD_S_PER_UNIT
+
+    def _learn(self, rates) -> None:
+        for rate in rates:
+            if abs(rate - NOMINAL_CENTRE) <= NEAR_CENTRE:
+                self._at_rest = min(self._at_rest + 1, MOST_AT_REST)
+                self._centre += (rate - self._centre) / self._at_rest

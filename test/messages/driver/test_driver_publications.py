@@ -1,0 +1,254 @@
+"""What is advertised for which robot, and that nothing is made for a topic that nobody listens to."""
+
+import dataclasses
+import math
+from time import monotonic
+
+import pytest
+import rospy
+
+from pioneer_control import p2os
+from pioneer_control.client import PacketReceived
+from pioneer_control.driver import conversions, publications, ranges
+from pioneer_control.driver.parameters import DriverParameters
+from pioneer_control.driver.publications import Publications, stamp_of
+
+from robot_reports import DRIVING, GRIPPER_SWITCHES, GYRO, IO, OLD, STATE, identity_of, packet_of, state_of
+
+ALWAYS = {"pose", "/tf", "motor_state", "e_stop", "stall", "battery_state", "battery", "dio", "aio", "robot_info"}
+SONAR = {"sonar", "sonar_ranges", "sonar_points", "/tf_static"}
+
+
+class Publisher:
+    """A publisher whose listeners the test counts."""
+
+    def __init__(self, name, message_class, queue_size, latch=False):
+        self.name, self.message_class, self.latch = name, message_class, latch
+        self.listeners = 0
+        self.published = []
+        Publisher.all[name] = self
+
+    def get_num_connections(self):
+        return self.listeners
+
+    def publish(self, message):
+        assert type(message) is self.message_class
+        self.published.append(message)
+
+    def unregister(self):
+        del Publisher.all[self.name]
+
+
+@pytest.fixture
+def topics(monkeypatch):
+    """The publishers that are advertised, by name."""
+    Publisher.all = {}
+    monkeypatch.setattr(publications.rospy, "Publisher", Publisher)
+    monkeypatch.setattr(publications.rospy.Time, "now", lambda: rospy.Time(1000))
+    return Publisher.all
+
+
+@pytest.fixture
+def requested():
+    return []
+
+
+@pytest.fixture
+def driver(topics, requested):
+    return Publications(DriverParameters(), lambda kind, on: requested.append((kind, on)))
+
+
+def listen(topics, *names):
+    for name in names or topics:
+        topics[name].listeners = 1
+
+
+def test_what_every_robot_feeds_is_there_before_the_first_one(driver, topics):
+    assert set(topics) == ALWAYS
+    assert {name for name, topic in topics.items() if topic.latch} == {"e_stop", "robot_info"}
+
+
+def test_publish_tf_false_leaves_tf_to_others_but_not_the_frames_of_the_sonar(topics, requested):
+    driver = Publications(DriverParameters(publish_tf=False), requested.append)
+    driver.identity(identity_of())
+    assert "/tf" not in topics and "/tf_static" in topics
+
+
+@pytest.mark.parametrize("identity, more", [
+    (identity_of("p3dx-sh"), SONAR | {"joint_states", "io"}),
+    (identity_of("p3dx-sh", gripper=True), SONAR | {"joint_states", "io", "gripper_state"}),
+    (identity_of("peoplebot-sh"), SONAR | {"joint_states", "io", "bumpers"}),
+    (identity_of("p3dx-sh", has_gyro=1), SONAR | {"joint_states", "io", "imu"}),
+    (identity_of("p3dx-sh", has_gyro=2), SONAR | {"joint_states", "io"}),
+    (identity_of("p2dx"), SONAR | {"io"}),                  # nobody knows its wheels
+    (identity_of("pion1m"), SONAR),                         # PSOS has no IOpac either
+    (identity_of("wheelchair-sh"), {"io", "bumpers"}),
+])
+def test_a_robot_has_the_topics_that_it_can_feed(driver, topics, identity, more):
+    driver.identity(identity)
+    assert set(topics) - ALWAYS == more
+
+
+def test_another_robot_brings_its_own_topics_and_takes_those_of_the_one_before(driver, topics):
+    driver.identity(identity_of("peoplebot-sh", gripper=True))
+    assert {"bumpers", "gripper_state"} <= set(topics)
+    driver.identity(identity_of("amigo-sh", name="other"))
+    assert not {"bumpers", "gripper_state"} & set(topics) and "sonar" in topics
+    driver.identity(identity_of("p3dx-sh", name="third", gripper=True))
+    assert "gripper_state" in topics
+
+
+def test_nothing_is_made_for_nobody(driver, topics, monkeypatch):
+    driver.identity(identity_of("peoplebot-sh", gripper=True, has_gyro=1))
+    for module in (conversions, ranges):
+        for name, function in list(vars(module).items()):
+            if callable(function) and getattr(function, "__module__", "") == module.__name__ and name != "e_stop":
+                monkeypatch.setattr(module, name, None)     # calling it would raise
+    monkeypatch.setattr(driver._gripper, "message", None)
+    monkeypatch.setattr(driver._gyro, "rate", None)
+    driver.state(dataclasses.replace(STATE, compass=1.0))
+    driver.packet(PacketReceived(packet_of(IO), 100.0, 99.9))
+    driver.packet(PacketReceived(packet_of(GYRO), 100.0, 99.9))
+    with pytest.raises(TypeError):
+        listen(topics, "stall")
+        driver.state(STATE)
+
+
+def test_all_messages_of_a_packet_have_the_stamp_of_its_sending(driver, topics, monkeypatch):
+    monkeypatch.setattr(publications, "monotonic", lambda: 100.5)
+    identity = identity_of("peoplebot-sh", gripper=True)
+    driver.identity(identity)
+    driver.state(dataclasses.replace(state_of(DRIVING, identity), sent_time=99.25, compass=1.0))
+    listen(topics)
+    driver.state(dataclasses.replace(state_of(DRIVING, identity), sent_time=99.25, compass=1.0))
+    messages = [message for name, topic in topics.items() for message in topic.published if name not in ("robot_info", "/tf_static")]
+    stamped = [message for message in messages if hasattr(message, "header")] + topics["/tf"].published[0].transforms
+    assert {message.header.stamp for message in stamped} == {rospy.Time(998, 750000000)}
+    assert {name for name, topic in topics.items() if topic.published} == set(topics) - {"io"}
+    assert len(topics["sonar_ranges"].published) == 2
+
+
+def test_stamps_work_before_simulated_time_begins(monkeypatch):
+    monkeypatch.setattr(publications.rospy.Time, "now", rospy.Time)
+    assert stamp_of(monotonic() - 1.0) == rospy.Time(0)
+
+
+def test_the_stop_button_is_said_once_per_change_and_kept(driver, topics):
+    driver.identity(identity_of())
+    for pressed in (False, False, True, True, False):
+        driver.state(dataclasses.replace(STATE, stop_button=pressed))
+    assert [message.data for message in topics["e_stop"].published] == [False, True, False]
+
+
+def test_what_the_robot_is_is_said_once_per_connection(driver, topics):
+    for number in (1, 2):
+        driver.identity(identity_of())
+        driver.state(state_of(DRIVING))
+        assert len(topics["robot_info"].published) == 1
+        assert len(topics["/tf_static"].published) == 1
+    driver.identity(identity_of("amigo-sh"))
+    assert len(topics["robot_info"].published) == 2 and len(topics["/tf_static"].published[-1].transforms) == 8
+
+
+def test_ports_and_gyro_are_asked_for_while_somebody_listens(driver, topics, requested):
+    driver.identity(identity_of(has_gyro=1))
+    driver.state(STATE)
+    assert requested == []
+    listen(topics, "io", "imu")
+    driver.state(STATE)
+    driver.state(STATE)
+    assert sorted(requested) == [("gyro", True), ("io", True)]
+    topics["io"].listeners = 0
+    driver.state(STATE)
+    assert requested[2:] == [("io", False)]
+
+
+def test_ports_and_gyro_are_published_when_their_packets_come(driver, topics):
+    driver.identity(identity_of(has_gyro=1))
+    listen(topics, "io", "imu")
+    driver.state(dataclasses.replace(STATE, linear=0.0, angular=0.0))
+    driver.packet(PacketReceived(packet_of(IO), 100.0, 99.9))
+    driver.packet(PacketReceived(packet_of(GYRO), 100.0, 99.9))
+    driver.packet(PacketReceived(p2os.Gyro(()), 100.0, 99.9))
+    assert len(topics["io"].published) == len(topics["imu"].published) == 1
+    assert topics["imu"].published[0].angular_velocity.z == pytest.approx(0.0)
+
+
+def test_switches_of_a_p2os_gripper_on_the_general_port_are_asked_for(driver, topics, requested):
+    identity = identity_of("p2dx", has_gripper=2)
+    driver.identity(identity)
+    listen(topics, "gripper_state")
+    floating = state_of(OLD, identity)
+    assert floating.gripper.inner_beam
+    driver.state(floating)
+    assert requested == [("gripper", True)]
+    driver.packet(PacketReceived(packet_of(GRIPPER_SWITCHES, False), 100.0, 99.9))
+    driver.state(floating)
+    assert [message.grip.inner_beam for message in topics["gripper_state"].published] == [True, False]
+
+
+def test_other_grippers_need_no_asking(driver, topics, requested):
+    driver.identity(identity_of(has_gripper=2))
+    listen(topics, "gripper_state")
+    driver.state(state_of(DRIVING, identity_of(has_gripper=2)))
+    assert requested == [] and topics["gripper_state"].published[0].grip.state == 1
+
+
+def test_a_compass_is_advertised_once_it_speaks_and_stays_through_north(driver, topics):
+    driver.identity(identity_of())
+    driver.state(STATE)
+    assert "compass" not in topics
+    driver.state(dataclasses.replace(STATE, compass=1.0))
+    listen(topics, "compass")
+    driver.state(dataclasses.replace(STATE, compass=None))
+    driver.identity(identity_of())
+    driver.state(dataclasses.replace(STATE, compass=1.5))
+    assert len(topics["compass"].published) == 1
+    driver.identity(identity_of(name="other"))
+    assert "compass" not in topics
+
+
+def test_sonar_that_is_off_says_nothing(driver, topics):
+    driver.identity(identity_of())
+    listen(topics)
+    driver.state(dataclasses.replace(state_of(DRIVING), sonar_enabled=False, sonar=(None,) * 16))
+    assert not any(topics[name].published for name in ("sonar", "sonar_ranges", "sonar_points"))
+
+
+@pytest.mark.parametrize("sonar_no_echo, expected", [("inf", math.inf), ("max", 5.0)])
+def test_the_parameter_sonar_no_echo(topics, requested, sonar_no_echo, expected):
+    driver = Publications(DriverParameters(sonar_no_echo=sonar_no_echo), requested.append)
+    driver.identity(identity_of())
+    listen(topics, "sonar_ranges")
+    state = state_of(DRIVING)
+    driver.state(dataclasses.replace(state, sonar=(state.sonar[3]._replace(range=5.0),) + state.sonar[1:3]))
+    assert [message.range for message in topics["sonar_ranges"].published] == [expected]
+
+
+@pytest.mark.parametrize("broken", [1, 0])
+def test_the_parameter_beam_polarity(topics, requested, broken):
+    driver = Publications(DriverParameters(beam_polarity=broken), requested.append)
+    identity = identity_of(has_gripper=1)
+    driver.identity(identity)
+    listen(topics, "gripper_state")
+    driver.state(state_of(DRIVING, identity))       # its beams read 0
+    assert topics["gripper_state"].published[0].grip.inner_beam is (broken == 0)
+
+
+@pytest.mark.parametrize("given, frames", [
+    ({}, {"odom", "base_link", "sonar_3"}),
+    ({"frame_prefix": "two/"}, {"two/odom", "two/base_link", "two/sonar_3"}),
+    ({"odom_frame_id": "wheels", "base_link_frame_id": "body"}, {"wheels", "body", "sonar_3"}),
+])
+def test_the_parameters_of_frames(topics, requested, given, frames):
+    driver = Publications(DriverParameters(**given), requested.append)
+    driver.identity(identity_of())
+    listen(topics, "pose", "/tf", "sonar", "sonar_ranges", "sonar_points", "battery", "stall")
+    driver.state(state_of(DRIVING))
+    pose, transform = topics["pose"].published[0], topics["/tf"].published[0].transforms[0]
+    assert (pose.header.frame_id, pose.child_frame_id) == (transform.header.frame_id, transform.child_frame_id)
+    static = topics["/tf_static"].published[0].transforms
+    assert {transform.header.frame_id for transform in static} == {pose.child_frame_id}
+    named = {message.header.frame_id for name in ("pose", "sonar", "sonar_points", "battery", "stall") for message in topics[name].published}
+    assert named | {topics["sonar_ranges"].published[0].header.frame_id} == frames
+    assert topics["sonar_ranges"].published[0].header.frame_id in {transform.child_frame_id for transform in static}
