@@ -12,6 +12,7 @@ from .line import Line
 from .state import RobotState
 from .velocities import BodyVelocity, Velocity, WheelVelocities
 
+TAKE_BACK = 2.0             # s in which the robot has to show that motors that nobody may use are off
 REFRESH = 0.2               # s between repetitions of what the robot may have missed
 UNDER_WAY = 0.1             # s that a SIP travels at 9600 baud: what arrives sooner was said before it could have heard us
 
@@ -178,7 +179,7 @@ class Drive:
                 self._take_back(now)
         elif seen and now > request.answer_from and state.motors_enabled == request.on:
             request.finish()
-        if request.done:
+        if request.done and self._motors is request:
             self._motors = None
 
     def _give_up_motors(self, now: float) -> None:
@@ -190,8 +191,9 @@ class Drive:
         request.finish(NotConfirmedError("asked to switch its motors %s, the robot did not confirm it in time" % what))
 
     def _take_back(self, now: float) -> None:
-        """Whoever asked for the motors hears that they are off: an ENABLE 1 that the robot obeys late must not stand."""
-        self._line.command(now, MOTORS[False])
+        """Whoever asked for the motors hears that they are off: an ENABLE 1 that the robot obeys late must not stand, nor an ENABLE 0 be lost."""
+        self._motors = MotorsRequest(False, now, TAKE_BACK)
+        self._send_motors(self._motors, now)
 
 
 def _finite(name: str, value: float) -> float:

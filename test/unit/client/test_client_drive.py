@@ -319,6 +319,23 @@ def test_motors_that_come_on_after_they_were_given_up_are_switched_off():
     assert isinstance(request.error, NotConfirmedError) and not bench.robot.motors
 
 
+@pytest.mark.parametrize("why", ["not confirmed", "STOP button"])
+def test_taking_back_the_motors_is_repeated_until_the_robot_shows_it(why):
+    bench = Bench().until_ready()
+    bench.robot.deaf = lambda heard: heard.name == "ENABLE" and not heard.value and bench.robot.heard.count(heard) < 2 and len(
+        [each for each in bench.robot.heard if (each.name, each.value) == ("ENABLE", 0)]) < 4
+    bench.robot.mute = lambda packet: True
+    request = enable(bench, timeout=1.0)
+    if why == "STOP button":
+        bench.run(0.1)
+        bench.robot.stop_button = True          # seen by the robot, its motors not yet off
+        bench.robot.mute = lambda packet: False
+    bench.run_until(lambda: request.done)
+    bench.robot.mute = lambda packet: False
+    bench.run(1.5)
+    assert request.error is not None and not bench.robot.motors
+
+
 def test_a_link_that_breaks_ends_the_wait():
     bench = Bench().until_ready()
     bench.robot.deaf = lambda heard: heard.name == "ENABLE"

@@ -1,0 +1,108 @@
+"""What holds for all bytes and all values, searched for by hypothesis."""
+
+from hypothesis import example, given
+from hypothesis import strategies as some
+
+from pioneer_control import p2os
+from pioneer_control.errors import EncodingError
+from pioneer_control.p2os.commands import Argument
+from pioneer_control.p2os.explain import explain
+
+LONGEST = 3 + 0xFF
+FRAMES = some.builds(p2os.encode_frame, some.integers(0, 255), some.binary(max_size=197))
+NOISE = some.one_of(some.binary(max_size=40), some.sampled_from([b"\xFA", b"\xFA\xFA", b"\xFA\xFB", b"\xFA\xFB\xFF", b"\xFA\xFB\x02"]))
+STREAMS = some.lists(some.one_of(FRAMES, NOISE), max_size=8).map(b"".join)
+COMMANDS = some.sampled_from(sorted(p2os.COMMANDS))
+
+
+def cut(data, at):
+    """The pieces of data between these places."""
+    places = sorted({0, len(data), *(place % (len(data) + 1) for place in at)})
+    return [data[begin:end] for begin, end in zip(places, places[1:])]
+
+
+def all_frames(pieces):
+    """What a decoder makes of the pieces, and the decoder."""
+    decoder = p2os.FrameDecoder()
+    frames = []
+    for piece in pieces:
+        frames += decoder.feed(piece)
+        assert len(decoder._held) < LONGEST
+    return frames, decoder
+
+
+@given(STREAMS, some.lists(some.integers(0), max_size=10))
+@example(b"\xFA\xFB\xFF" + p2os.encode_frame(29), [])
+def test_however_it_is_cut_a_stream_says_the_same(stream, places):
+    whole, one = all_frames([stream])
+    parts, other = all_frames(cut(stream, places))
+    assert whole == parts and one.counts == other.counts and one._held == other._held
+
+
+@given(STREAMS)
+def test_every_byte_is_part_of_a_frame_or_counted_as_none(stream):
+    frames, decoder = all_frames([stream])
+    frames += decoder.drop_partial()
+    assert not decoder.waiting
+    assert sum(len(frame.data) + 6 for frame in frames) + decoder.counts.discarded_bytes == len(stream)
+    assert decoder.counts.frames == len(frames)
+
+
+@given(some.lists(FRAMES, min_size=1, max_size=4), some.lists(some.lists(some.integers(0, 0xF9), max_size=20).map(bytes), max_size=5))
+def test_no_noise_without_a_header_hides_a_frame(sent, noises):
+    noises += [b""] * (len(sent) + 1 - len(noises))
+    frames, _ = all_frames([b"".join(noise + frame for noise, frame in zip(noises, sent))])
+    assert [p2os.encode_frame(*frame) for frame in frames] == sent
+
+
+@given(STREAMS, FRAMES)
+def test_after_a_pause_a_frame_is_heard_whatever_came_before(stream, sent):
+    _, decoder = all_frames([stream])
+    decoder.drop_partial()
+    assert [p2os.encode_frame(*frame) for frame in decoder.feed(sent)] == [sent]
+
+
+@given(FRAMES, some.integers(0), some.integers(0, 7))
+def test_one_wrong_bit_is_never_believed(sent, place, bit):
+    at = place % len(sent)
+    _, decoder = all_frames([sent[:at] + bytes([sent[at] ^ 1 << bit]) + sent[at + 1:]])
+    decoder.drop_partial()
+    assert decoder.counts.frames == 0 or at == 2, "with another count, another frame may be found inside"
+
+
+@given(some.integers(0, 255), some.binary(max_size=250), some.booleans())
+def test_any_frame_is_some_packet_and_goes_back_to_the_same_meaning(number, data, grip_state_first):
+    packet = p2os.decode_packet(p2os.Frame(number, data), grip_state_first)
+    try:
+        again = p2os.encode_packet(packet, grip_state_first)
+    except EncodingError:      # longer than anybody may send
+        return
+    assert p2os.decode_packet(p2os.Frame(again[3], again[4:-2]), grip_state_first) == packet
+
+
+@given(some.integers(0, 255), some.binary(max_size=250))
+def test_any_frame_is_some_command(number, data):
+    command = p2os.decode_command(p2os.Frame(number, data))
+    assert command.number == number and isinstance(command.value, (int, bytes, type(None)))
+
+
+@given(some.data(), COMMANDS)
+def test_every_command_arrives_as_it_was_meant(data, name):
+    command = p2os.COMMANDS[name]
+    values = ()
+    if command.argument in (Argument.INT, Argument.UINT):
+        values = (data.draw(some.integers(command.low, command.high)),)
+    elif command.argument is Argument.STRING:
+        values = (data.draw(some.binary(min_size=command.low, max_size=command.high)),)
+    elif command.argument is Argument.TWO_BYTES:
+        values = tuple(data.draw(some.integers(low, high)) for low, high in zip(command.low, command.high))
+    encoded = p2os.encode_command(name, *values)
+    received = p2os.decode_command(p2os.Frame(encoded[3], encoded[4:-2]))
+    meant = values[0] if len(values) == 1 else None if not values else values
+    got = tuple(byte & 0xFF for byte in p2os.two_bytes(received.value)) if len(values) == 2 else received.value
+    assert received.name == name and got == (tuple(value & 0xFF for value in meant) if len(values) == 2 else meant)
+
+
+@given(STREAMS)
+def test_whatever_it_is_it_can_be_explained(stream):
+    assert isinstance("\n".join(explain(stream)), str)
