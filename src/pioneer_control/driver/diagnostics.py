@@ -7,12 +7,13 @@ name. A second is one of real time, also where the clock of ROS stands, jumps or
 
 import threading
 from time import monotonic
-from typing import Callable, Dict, Optional
+from typing import Callable, Dict
 
 import diagnostic_updater
 import rospy
 
 from ..client import Event, LinkCounts, RobotState
+from ..client.transport import tcp_address
 from .health import TASKS, Finding, Health
 
 PERIOD = 1.0
@@ -25,17 +26,16 @@ class Diagnostics:
     """Reports on one robot. It is told of it on the client's I/O thread, and never keeps that waiting.
 
     Args:
-        port, baud, how_to_enable: as `Health` takes them.
+        port: serial device or TCP address, as the user gave it.
+        baud: line speed of a serial one.
+        how_to_enable: the command that switches motors on, as the user would type it.
         link: how well the line works.
     """
 
-    def __init__(self, port: str, baud: Optional[int], how_to_enable: str, link: Callable[[], LinkCounts]) -> None:
-        self._health = Health(port, baud, how_to_enable)
+    def __init__(self, port: str, baud: int, how_to_enable: str, link: Callable[[], LinkCounts]) -> None:
+        self._health = Health(port, None if tcp_address(port) else baud, how_to_enable)
         self._link = link
         self._findings: Dict[str, Finding] = {}
-        self._updater = diagnostic_updater.Updater()
-        for task in TASKS:
-            self._updater.add(task, self._filler(task))
         self._wanted = threading.Event()    # a report, at once
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="diagnostics", daemon=True)
@@ -60,18 +60,19 @@ class Diagnostics:
             self._wanted.set()
 
     def _run(self) -> None:
-        while not self._ended.wait(SHORTEST):
-            self._wanted.clear()
-            try:
-                self._report()
-            except rospy.ROSException:      # ROS has shut down meanwhile: the topic is closed
-                return
-            self._wanted.wait(PERIOD - SHORTEST)
-
-    def _report(self) -> None:
-        self._findings = self._health.report(monotonic(), self._link())
-        self._updater.setHardwareID(self._health.hardware_id)
-        self._updater.force_update()        # update() counts in ROS time
+        try:
+            updater = diagnostic_updater.Updater()      # asks the master: not while the driver starts
+            for task in TASKS:
+                updater.add(task, self._filler(task))
+            while not self._ended.wait(SHORTEST):
+                self._wanted.clear()
+                self._findings = self._health.report(monotonic(), self._link())
+                updater.setHardwareID(self._health.hardware_id)
+                updater.force_update()                  # update() counts in ROS time
+                self._wanted.wait(PERIOD - SHORTEST)
+        except rospy.ROSException:
+            if not rospy.is_shutdown():                 # then the topic is closed
+                raise
 
     def _filler(self, task: str) -> Callable:
         def fill(status):
