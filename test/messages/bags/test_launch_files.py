@@ -11,6 +11,7 @@ import yaml
 from roslaunch.config import load_config_default
 
 from pioneer_control.bags.run import ROLES
+from pioneer_control.driver.conversions import WHEEL_JOINTS
 from pioneer_control.robots import find_model
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -28,6 +29,7 @@ class TestRecord:
         topics = set(shlex.split(node("record.launch").args))
         assert {f"/pioneer/{name}" for name in [*ROLES, *COMMANDS]} <= topics
         assert {"/tf", "/tf_static", "/rosout"} <= topics
+        assert "/pioneer/joint_states" in topics, "the wheels of a robot that is played back"
 
     def test_another_robot(self):
         recorder = node("record.launch", "robot:=alice")
@@ -73,12 +75,25 @@ class TestShape:
             if visual.find("geometry/box") is not None
         ]
 
-    def test_nothing_moves_and_everything_hangs_together(self, urdf):
+    def test_everything_hangs_together_and_only_the_wheels_turn(self, urdf):
         joints = urdf.findall("joint")
-        assert {joint.get("type") for joint in joints} == {"fixed"}
+        turning = {joint.get("name"): joint for joint in joints if joint.get("type") != "fixed"}
+        assert set(turning) == set(WHEEL_JOINTS), "as joint_states name them: else the wheels have no tf"
+        assert {(joint.get("type"), joint.find("axis").get("xyz")) for joint in turning.values()} == {("continuous", "0 1 0")}
         assert {joint.find("parent").get("link") for joint in joints} == {"base_link"}
         links = {link.get("name") for link in urdf.findall("link")}
         assert links == {"base_link"} | {joint.find("child").get("link") for joint in joints}
+
+    def test_wheels_are_as_large_as_the_models_and_stand_on_the_floor_each_on_its_side(self, urdf):
+        radius = find_model("p3dx-sh").wheel_radius
+        sides = []
+        for name in WHEEL_JOINTS:
+            joint = urdf.find(f"joint[@name='{name}']")
+            drawn = urdf.findall(f"link[@name='{joint.find('child').get('link')}']/visual/geometry/cylinder")
+            _, y, z = map(float, joint.find("origin").get("xyz").split())
+            assert (max(float(cylinder.get("radius")) for cylinder in drawn), z) == (radius, radius)
+            sides.append(y)
+        assert sides[0] > 0 > sides[1], "left, right"
 
     def test_length_is_the_models(self, urdf):
         model = find_model("p3dx-sh")
@@ -106,4 +121,4 @@ class TestShape:
 def test_rviz_shows_the_topics_of_the_robot_in_whose_namespace_it_is():
     config = yaml.safe_load((ROOT / "config" / "pioneer.rviz").read_text())
     topics = {display["Topic"] for display in config["Visualization Manager"]["Displays"] if "Topic" in display}
-    assert topics == {"map", "pose", "ground_truth", "cans"}
+    assert topics == {"map", "pose", "ground_truth", "cans", "sonar_points"}
