@@ -13,7 +13,7 @@ from pioneer_control.driver.health import FAULTS, NO_HARDWARE, TASKS, WINDOW, Fa
 from pioneer_control.errors import LinkLostError
 from pioneer_control.p2os import ChargeState, FaultFlags, Flags
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
+AGGREGATOR = (pathlib.Path(__file__).resolve().parents[3] / "config" / "diagnostics.yaml").read_text(encoding="utf-8")
 OK, WARN, ERROR, STALE = Level
 ENABLE = "rosservice call /pioneer/set_motors true"
 STATE_TASKS = [task for task in TASKS if task != "Link"]
@@ -345,10 +345,23 @@ def test_noise_while_connecting_is_not_held_against_the_link(health):
 
 # --- The aggregator's file ---
 
-def test_the_aggregator_expects_what_the_driver_emits_and_no_more():
-    """For two robots; the driver's names are those of diagnostic_updater: node without its first slash, colon, task."""
-    text = (ROOT / "config" / "diagnostics.yaml").read_text(encoding="utf-8")
-    for robot in ("pioneer", "fleet/left"):
-        analyzer = yaml.safe_load(text.replace("$(arg robot)", robot))
-        assert sorted(analyzer["expected"]) == sorted("%s/p2os: %s" % (robot, task) for task in TASKS)
-        assert analyzer["path"] == robot and analyzer["remove_prefix"] == robot + "/p2os: "
+def fits(text, robot):
+    """Whether a file for the aggregator names what the driver emits and no more: node without its first slash, colon, task."""
+    analyzer = yaml.safe_load(text.replace("$(arg robot)", robot))
+    names = ["%s/p2os: %s" % (robot, task) for task in TASKS]
+    return sorted(analyzer["expected"]) == sorted(names) and all(name.startswith(analyzer["remove_prefix"]) for name in names)
+
+
+@pytest.mark.parametrize("robot", ["pioneer", "fleet/left"])
+def test_the_aggregators_file_fits_the_driver(robot):
+    assert fits(AGGREGATOR, robot)
+
+
+@pytest.mark.parametrize("old, new", [
+    ("p2os: Link", "p2os: Line"),
+    ('  - "$(arg robot)/p2os: Bumpers"\n', ""),
+    ('  - "$(arg robot)/p2os: Stall"\n', '  - "$(arg robot)/p2os: Stall"\n  - "$(arg robot)/p2os: Arm"\n'),
+    ("/p2os: ", "/driver: "),
+])
+def test_a_name_too_few_too_many_or_misspelt_does_not(old, new):
+    assert old in AGGREGATOR and not fits(AGGREGATOR.replace(old, new), "pioneer")
