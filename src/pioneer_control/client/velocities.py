@@ -15,6 +15,8 @@ from .identity import RobotIdentity
 WIRE_LIMIT = 32767              # the largest number that VEL and RVEL carry
 WHEEL_LIMIT = COMMANDS["VEL2"].high[0]
 ROUNDING_PERIOD = 1.0           # s over which a rate is exact on average
+HOLD = 0.2                      # s for which wheels keep one of two steps: their ramps take 0.07 s, and what is shorter they average wrongly
+LEGAL = 1 + 1e-9                # times a limit
 FASTEST = 1000.0                # m/s: more than any wheel does, and small enough to reckon with
 
 
@@ -81,6 +83,11 @@ class BodyVelocity(Velocity):
 class WheelVelocities(Velocity):
     """Left and right wheel (m/s), both made smaller alike where one of them or the robot as a whole would go beyond a limit: the curve stays."""
 
+    def __init__(self, identity: RobotIdentity) -> None:
+        super().__init__(identity)
+        self._units = (0, 0)
+        self._until = -math.inf         # when the units may be chosen anew though nothing has changed
+
     def follow(self, identity: RobotIdentity) -> None:
         model = identity.model
         self._unit = model.vel2_mm_s_per_unit / 1000
@@ -91,10 +98,19 @@ class WheelVelocities(Velocity):
         scale = FASTEST / max(FASTEST, abs(left), abs(right)) / self._unit
         wheels = self._within(left * scale, right * scale)
         aims = self._within(*(rounding.aim(wheel, now) for rounding, wheel in zip(self._rounding, wheels)))
-        units = self._nearest(*aims)
-        for rounding, each in zip(self._rounding, units):
+        if now >= self._until or not self._still_near(*wheels):
+            self._until, self._units = now + HOLD, self._nearest(*aims)
+        for rounding, each in zip(self._rounding, self._units):
             rounding.send(each)
-        return (encode_command("VEL2", *units),)
+        return (encode_command("VEL2", *self._units),)
+
+    def rest(self, now: float) -> None:
+        super().rest(now)
+        self._until = now
+
+    def _still_near(self, left: float, right: float) -> bool:
+        """Whether the present units are among those that a pair is rounded to."""
+        return abs(self._units[0] - left) < 1 and abs(self._units[1] - right) < 1 and self._excess(*self._units) <= LEGAL
 
     def _excess(self, left: float, right: float) -> float:
         """How many times the tightest limit these are (units of VEL2)."""
@@ -108,7 +124,7 @@ class WheelVelocities(Velocity):
     def _nearest(self, left: float, right: float) -> Tuple[int, int]:
         """The whole units within the limits that are nearest to a pair within them."""
         choices = itertools.product(*(range(math.floor(aim) - 1, math.floor(aim) + 3) for aim in (left, right)))
-        legal = (choice for choice in choices if self._excess(*choice) <= 1 + 1e-9)
+        legal = (choice for choice in choices if self._excess(*choice) <= LEGAL)
         return min(legal, key=lambda choice: (choice[0] - left) ** 2 + (choice[1] - right) ** 2, default=(0, 0))
 
 

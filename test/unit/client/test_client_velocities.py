@@ -103,6 +103,14 @@ def test_speeds_between_two_units_are_right_on_average(left, right):
     assert totals == pytest.approx([left, right], abs=0.0008)
 
 
+def test_a_step_is_kept_for_as_long_as_a_ramp_needs_however_often_it_is_asked_for():
+    wheels = WheelVelocities(identity())
+    steps = [sent(wheels, 0.05, 0.05, number * 0.01)[0] for number in range(1000)]
+    changes = [number * 0.01 for number in range(1, 1000) if steps[number] != steps[number - 1]]
+    assert set(steps) == {2, 3} and min(after - before for before, after in zip(changes, changes[1:])) > 0.19
+    assert sent(wheels, 0.2, 0.05, 9.995)[0] == 10, "a new speed does not wait"
+
+
 def test_a_wheel_that_shall_stand_stands():
     wheels = WheelVelocities(identity())
     assert {sent(wheels, 0.0, 0.113, step * 0.1)[0] for step in range(100)} == {0}
