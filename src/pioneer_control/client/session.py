@@ -139,6 +139,8 @@ class Session:
     @property
     def wake_at(self) -> float:
         """When tick() is to be called at the latest (monotonic, s); infinity once finished. After a tick always in the future."""
+        if self.phase is Phase.FINISHED:
+            return math.inf
         times = [self._resume_at, self._line.due]
         if self._decoder.waiting:
             times.append(self._last_byte + p2os.PARTIAL_TIMEOUT)
@@ -331,7 +333,7 @@ class Session:
             if self._now - opened_at >= OPEN_TIMEOUT:
                 what = "sends no packets" if self._pending_sip is None else "does not switch its motors off"
                 raise NoAnswerError("%s: %s was opened, but %s" % (self.url, self.reply.name, what))
-            if self._now - asked_at >= ASK_AGAIN:
+            if self._now >= asked_at + ASK_AGAIN:
                 asked_at = self._now
                 self._line.command(self._now, *((OPEN,) if self._pending_sip is None else ()), MOTORS[False], CONFIG)
             packet = yield asked_at + ASK_AGAIN

@@ -77,6 +77,22 @@ def test_without_pulses_an_idle_robot_hears_nothing():
     assert bench.robot.heard == []
 
 
+@pytest.mark.parametrize("start", [0.0, 0.01, 0.52, 1.13, 86400.3])
+def test_woken_exactly_when_it_wants_to_be_it_never_spins(start):
+    """Sums and differences of times are rounded: 1.03 - 0.83 is less than 0.2."""
+    session, now = Session("fake", (), Settings()), start
+    answers = [p2os.encode_frame(0), p2os.encode_frame(1), p2os.encode_packet(p2os.SyncReply("fake", "Pioneer", "p3dx-sh"))]
+    session.start(now)
+    for answer in answers:
+        now = round(now + 0.35, 2)
+        session.tick(now)
+        session.receive(answer, now)
+    while session.phase is not Phase.FINISHED:      # the robot never sends a SIP: it is asked again and again, then given up
+        now = session.wake_at
+        session.tick(now)
+        assert session.wake_at > now
+
+
 def test_after_a_silence_longer_than_the_watchdog_a_stop_goes_first():
     bench = Bench(pulse=0.0, command_timeout=30.0).until_ready()
     request = bench.session.drive.request_motors(True, bench.now, 2.0)
@@ -312,6 +328,16 @@ def test_nothing_happens_after_the_end():
     states = len(bench.states)
     bench.run(3.0)
     assert str(bench.session.error) == "pulled" and bench.robot.heard == [] and len(bench.states) == states
+
+
+@pytest.mark.parametrize("ready", [False, True])
+def test_a_session_that_ends_in_the_middle_of_a_packet_wants_no_time_for_the_rest(ready):
+    bench = Bench()
+    if ready:
+        bench.until_ready()
+    bench.session.receive(bytes.fromhex("FA FB 09 0F FB"), bench.now)
+    bench.session.fail(LinkLostError("pulled"))
+    assert bench.session.wake_at == float("inf")
 
 
 def test_the_odometry_goes_on_over_a_reconnect():
