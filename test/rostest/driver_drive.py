@@ -10,23 +10,31 @@ import unittest
 import rospy
 import rostest
 import tf
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Point, PointStamped, Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
-from std_msgs.msg import Bool
+from sensor_msgs.msg import BatteryState as Battery
+from sensor_msgs.msg import JointState, PointCloud2, Range
+from sensor_msgs.point_cloud2 import read_points
+from std_msgs.msg import Bool, Header
 from std_srvs.srv import SetBool
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from pioneer_control.msg import (AIO, DIO, BatteryState, GripperState, GripState, LiftState, MotorState, RobotInfo,  # noqa: E402
-                                 SonarArray)
+from pioneer_control.msg import (AIO, DIO, IO, BatteryState, GripperState, GripState, LiftState, MotorState, RobotInfo,  # noqa: E402
+                                 SonarArray, Stall)
 from witness import PATIENCE, Witness, heading_of  # noqa: E402
 
 TOPICS = {
     "pioneer/pose": Odometry, "pioneer/sonar": SonarArray, "pioneer/gripper_state": GripperState, "pioneer/motor_state": MotorState,
     "pioneer/battery_state": BatteryState, "pioneer/dio": DIO, "pioneer/aio": AIO, "pioneer/robot_info": RobotInfo,
+    "pioneer/sonar_ranges": Range, "pioneer/sonar_points": PointCloud2, "pioneer/joint_states": JointState, "pioneer/battery": Battery,
+    "pioneer/stall": Stall, "pioneer/e_stop": Bool, "pioneer/io": IO,
     "pioneer/ground_truth": Odometry, "/rosout": Log,
 }
+OF_EVERY_PACKET = "sonar", "sonar_points", "joint_states", "battery", "battery_state", "stall"
+WHEEL_RADIUS = 0.0975
+NOISE = 0.004   # m: the simulated sonar's, and the wire's whole millimetres
 HALF_CONE = math.radians(12.5)
 
 
@@ -104,12 +112,29 @@ class DriverDrives(unittest.TestCase):
         info = seen["pioneer/robot_info"]
         self.assertEqual((info.type, info.subtype, info.has_gripper), ("Pioneer", "p3dx-sh", True))
         self.assertEqual(list(info.sonar_numbers), list(range(16)))
+        battery = seen["pioneer/battery"]
+        self.assertAlmostEqual(battery.voltage, 13.0, delta=0.3)
+        self.assertTrue(math.isnan(battery.percentage))
+        self.assertEqual(battery.power_supply_status, Battery.POWER_SUPPLY_STATUS_DISCHARGING)
+        self.assertEqual((len(seen["pioneer/io"].digital_in), len(seen["pioneer/io"].analog)), (4, 9))
+        self.assertEqual((seen["pioneer/stall"].left, seen["pioneer/stall"].right, seen["pioneer/e_stop"].data), (False, False, False))
 
     def test_02_one_stamp_for_all_messages_of_a_packet(self):
-        self.witness.next("pioneer/sonar", 3)
+        for name in OF_EVERY_PACKET:
+            self.witness.next("pioneer/" + name, 3)
         stamps = {message.header.stamp for message in self.witness.seen["pioneer/pose"]}
-        self.assertIn(self.witness.seen["pioneer/sonar"][-2].header.stamp, stamps)
-        self.assertIn(self.witness.seen["pioneer/battery_state"][-2].header.stamp, stamps)
+        for name in OF_EVERY_PACKET:
+            self.assertIn(self.witness.seen["pioneer/" + name][-2].header.stamp, stamps, name)
+        self.witness.next("pioneer/sonar_ranges", 20)
+        ranges = self.witness.seen["pioneer/sonar_ranges"][:]
+        together = [message.header.frame_id for message in ranges if message.header.stamp == ranges[-10].header.stamp]
+        self.assertIn(ranges[-10].header.stamp, {message.header.stamp for message in self.witness.seen["pioneer/pose"]})
+        self.assertTrue(4 <= len(set(together)) == len(together) <= 6, "two arrays fire two or three times in a cycle: %s" % together)
+
+    def test_02_what_this_robot_cannot_feed_is_not_there(self):
+        there = {name for name, _ in rospy.get_published_topics("/pioneer")}
+        self.assertLessEqual({"/pioneer/" + name for name in OF_EVERY_PACKET}, there)
+        self.assertFalse({"/pioneer/bumpers", "/pioneer/imu", "/pioneer/compass"} & there)
 
     def test_03_sonar_sees_what_geometry_says(self):
         """Each expectation is worked out here from the transducer's place and the world's file, in closed form."""
@@ -127,8 +152,27 @@ class DriverDrives(unittest.TestCase):
             10: 1.2,                                                # corner from outside: the corner itself
         }
         for number, distance in expected.items():
-            self.assertAlmostEqual(ranges[number], distance, delta=0.003, msg=f"transducer {number}")
+            self.assertAlmostEqual(ranges[number], distance, delta=NOISE, msg=f"transducer {number}")
         self.assertEqual(ranges[6], 5.0, "nothing there: no echo")
+        heard = {message.header.frame_id: message.range for message in self.witness.seen["pioneer/sonar_ranges"]}
+        self.assertEqual(heard["sonar_6"], math.inf)
+        for number, distance in expected.items():
+            self.assertAlmostEqual(heard["sonar_%d" % number], distance, delta=NOISE, msg=f"frame of transducer {number}")
+
+    def test_03_points_lie_on_the_axes_of_the_transducers(self):
+        """Each frame of a transducer is in tf, and an echo lies on its x axis, as far away as the range is."""
+        listener = tf.TransformListener()
+        ranges = self.witness.next("pioneer/sonar", 5).ranges
+        echoes = [number for number, distance in enumerate(ranges) if distance < 5.0]
+        points = list(read_points(self.witness.next("pioneer/sonar_points")))
+        self.assertEqual(len(points), len(echoes))
+        for number, (x, y, z) in zip(echoes, points):
+            frame = "sonar_%d" % number
+            listener.waitForTransform(frame, "odom", rospy.Time(0), rospy.Duration(PATIENCE))
+            point = PointStamped(header=Header(frame_id="base_link"), point=Point(x, y, z))
+            there = listener.transformPoint(frame, point).point
+            self.assertAlmostEqual(there.x, ranges[number], delta=0.01)
+            self.assertAlmostEqual(math.hypot(there.y, there.z), 0.0, delta=1e-4)
 
     def test_04_motors_stay_off_until_asked(self):
         before, since = self.truth(), len(self.witness.seen["/rosout"])
@@ -141,12 +185,15 @@ class DriverDrives(unittest.TestCase):
 
     def test_05_a_distance(self):
         self.motors_on()
-        start = self.truth()
+        start, before = self.truth(), self.witness.next("pioneer/joint_states").position
         self.drive_until((0.2, 0.0), "0.4 m", lambda pose: pose.position.x > 0.4)
         odometry, truth = self.witness.next("pioneer/pose").pose.pose, self.truth()
         self.assertAlmostEqual(truth.position.x - start.position.x, odometry.position.x, delta=0.003)
         self.assertAlmostEqual(truth.position.y, start.position.y, delta=0.003)
         self.assertLess(odometry.position.x, 0.7)
+        for turned in (angle - angle_before for angle, angle_before in zip(self.witness.next("pioneer/joint_states").position, before)):
+            self.assertAlmostEqual(turned * WHEEL_RADIUS, truth.position.x - start.position.x, delta=0.003)
+        self.assertAlmostEqual(max(message.velocity[0] for message in self.witness.seen["pioneer/joint_states"]), 0.2 / WHEEL_RADIUS, delta=0.05)
         self.witness.next("pioneer/sonar", 5)
         self.assertAlmostEqual(self.witness.seen["pioneer/sonar"][-1].ranges[3], 2.5 - 0.166 - truth.position.x, delta=0.004)
 
@@ -164,6 +211,10 @@ class DriverDrives(unittest.TestCase):
         listener.waitForTransform("odom", "base_link", self.witness.seen["pioneer/pose"][-1].header.stamp, rospy.Duration(PATIENCE))
         place, _ = listener.lookupTransform("odom", "base_link", rospy.Time(0))
         self.assertAlmostEqual(place[0], pose.position.x, delta=0.002)
+        for wheel, side in (("left_wheel", 0.1885), ("right_wheel", -0.1885)):
+            listener.waitForTransform("odom", wheel, rospy.Time(0), rospy.Duration(PATIENCE))
+            (x, y, z), _ = listener.lookupTransform("base_link", wheel, rospy.Time(0))
+            self.assertEqual((x, round(y, 6), round(z, 6)), (0.0, side, WHEEL_RADIUS))
 
     def test_08_a_commander_that_falls_silent_stops_the_robot(self):
         self.commander.velocity = (0.2, 0.0)
@@ -195,11 +246,15 @@ class DriverDrives(unittest.TestCase):
         self.assertFalse(answer.success)
         self.assertIn("STOP button", answer.message)
         self.expect_warning("STOP button is pressed")
+        self.assertTrue(self.witness.seen["pioneer/e_stop"][-1].data)
+        stall = self.witness.next("pioneer/stall")
+        self.assertEqual((stall.left, stall.right), (True, True))
         self.stop_button.publish(False)
         before = self.truth()
         self.witness.wait("motors can be switched on again", lambda: self.set_motors(True).success)
         self.witness.next("pioneer/ground_truth", 5)
         self.assertEqual(self.truth().position, before.position)
+        self.assertEqual([message.data for message in self.witness.seen["pioneer/e_stop"]], [False, True, False], "on change")
 
     def test_12_gripper_commands_work_and_a_status_is_refused(self):
         gripper, since = rospy.Publisher("pioneer/gripper_control", GripperState, queue_size=5), len(self.witness.seen["/rosout"])
