@@ -12,8 +12,9 @@ All integers are little-endian, negative ones two's complement; strings end with
 import operator
 import struct
 from dataclasses import field, fields
-from functools import lru_cache
-from typing import Any, Dict, NamedTuple, Tuple
+from functools import cached_property, lru_cache
+from itertools import groupby, starmap
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from ..errors import EncodingError
 
@@ -42,20 +43,62 @@ def later(type, unit: str, meaning: str):
     return field(default=None, metadata={"wire": (type, unit, meaning, True)})
 
 
+class Numbers:
+    """Rows of numbers that follow one another, read in one go: they are nearly all of what a robot says ten times a second."""
+
+    def __init__(self, numbers: Tuple[Row, ...]):
+        self.rows = numbers
+        self._names = [row.name for row in numbers]
+        self._named = [(row.name, row.type.named) for row in numbers if row.type.names is not None]
+        self._struct = struct.Struct("<" + "".join(row.type.letter for row in numbers))
+        self.size = self._struct.size
+
+    @lru_cache(maxsize=None)
+    def fitting(self, room: int) -> "Numbers":
+        """As many of them, from the first on, as `room` bytes hold."""
+        return self if self.size <= room else Numbers(self.rows[:-1]).fitting(room)
+
+    def read(self, data: bytes, at: int) -> Dict[str, Any]:
+        """The values at `at`, by name; they are all there."""
+        values = dict(zip(self._names, self._struct.unpack_from(data, at)))
+        for name, named in self._named:
+            values[name] = named(values[name])
+        return values
+
+
+class Table(tuple):
+    """The rows of a packet or record, in wire order."""
+
+    @cached_property
+    def runs(self) -> List[Union[Row, Numbers]]:
+        """The rows as they are read: numbers that follow one another together, all else alone."""
+        runs: List[Union[Row, Numbers]] = []
+        for are_numbers, some in groupby(self, lambda row: isinstance(row.type, Number)):
+            runs += [Numbers(tuple(some))] if are_numbers else some
+        return runs
+
+
 @lru_cache(maxsize=None)
-def rows(packet_class) -> Tuple[Row, ...]:
-    """The table of a packet class, in wire order."""
-    return tuple(Row(f.name, *f.metadata["wire"]) for f in fields(packet_class) if "wire" in f.metadata)
+def rows(packet_class) -> Table:
+    """The table of a packet class."""
+    return Table(Row(f.name, *f.metadata["wire"]) for f in fields(packet_class) if "wire" in f.metadata)
 
 
-def read_fields(table: Tuple[Row, ...], data: bytes, at: int = 0) -> Tuple[Dict[str, Any], int]:
+def read_fields(table: Table, data: bytes, at: int = 0) -> Tuple[Dict[str, Any], int]:
     """The values of the fields of `table` in `data` from `at` on, and where they end. Bytes behind them are ignored.
 
     Raises:
         TooShort: a field that is not optional is missing.
     """
-    values = {}
-    for row in table:
+    values: Dict[str, Any] = {}
+    for row in table.runs:
+        if isinstance(row, Numbers):
+            numbers = row.fitting(len(data) - at)
+            values.update(numbers.read(data, at))
+            at += numbers.size
+            if numbers is row:
+                continue
+            row = row.rows[len(numbers.rows)]
         try:
             values[row.name], at = row.type.read(data, at)
         except TooShort as short:
@@ -65,7 +108,7 @@ def read_fields(table: Tuple[Row, ...], data: bytes, at: int = 0) -> Tuple[Dict[
     return values, at
 
 
-def write_fields(table: Tuple[Row, ...], packet) -> bytes:
+def write_fields(table: Table, packet) -> bytes:
     """The data of `packet`, up to its last field that is not None.
 
     Raises:
@@ -98,6 +141,7 @@ class Number:
     def __init__(self, letter: str, names=None):
         self.letter, self.names = letter, names
         self._struct = struct.Struct("<" + letter)
+        self.named = lru_cache(maxsize=1024)(self._named)
         bits = 8 * self._struct.size
         self.low, self.high = (-1 << bits - 1, (1 << bits - 1) - 1) if letter.islower() else (0, (1 << bits) - 1)
 
@@ -111,12 +155,13 @@ class Number:
         if end > len(data):
             raise TooShort(f"needs {self._struct.size} bytes, {len(data) - at} left")
         value, = self._struct.unpack_from(data, at)
-        if self.names is not None:
-            try:
-                value = self.names(value)
-            except ValueError:  # an IntEnum: newer firmware may know more numbers than we do
-                pass
-        return value, end
+        return value if self.names is None else self.named(value), end
+
+    def _named(self, value: int) -> int:
+        try:
+            return self.names(value)
+        except ValueError:  # an IntEnum: newer firmware may know more numbers than we do
+            return value
 
     def write(self, value: int, what: str) -> bytes:
         """The bytes of `value`."""
@@ -172,6 +217,16 @@ class Record:
 
     def __init__(self, record_class):
         self.record_class = record_class
+        types = [row.type for row in rows(record_class)]
+        plain = all(isinstance(each, Number) and each.names is None for each in types)
+        self._struct = struct.Struct("<" + "".join(each.letter for each in types)) if plain else None
+
+    def read_several(self, number: int, data: bytes, at: int) -> Optional[Tuple[tuple, int]]:
+        """`number` records in one go, and where the next field begins; None unless they are plain numbers, and all there."""
+        if self._struct is None or at + number * self._struct.size > len(data):
+            return None
+        end = at + number * self._struct.size
+        return tuple(starmap(self.record_class, self._struct.iter_unpack(data[at:end]))), end
 
     def read(self, data: bytes, at: int):
         """The record at `at`, and where the next field begins."""
@@ -201,6 +256,10 @@ class Many:
             number, at = number.read(data, at)
         if self.sized:
             size, at = BYTE.read(data, at)
+        elif isinstance(self.item, Record):
+            several = self.item.read_several(number, data, at)
+            if several is not None:
+                return several
         items = []
         for index in range(number):
             try:
@@ -208,7 +267,7 @@ class Many:
             except TooShort as short:
                 raise TooShort(f"item {index + 1} of {number}: {short}") from None
             items.append(item)
-            at = at + size if self.sized else end
+            at = min(at + size, len(data)) if self.sized else end
         return tuple(items), at
 
     def write(self, value: tuple, what: str) -> bytes:

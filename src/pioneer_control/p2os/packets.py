@@ -8,7 +8,7 @@ from typing import Any, Tuple
 
 from ..errors import EncodingError
 from .config import Config
-from .fields import (BYTE, INT16, INT32, REST, STRING, UINT16, UINT32, Many, Record, Row, Text, TooShort, read_fields,
+from .fields import (BYTE, INT16, INT32, REST, STRING, UINT16, UINT32, Many, Record, Table, Text, TooShort, read_fields,
                      rows, wire, write_fields)
 from .flags import GripperSwitches, GripState
 from .framing import Frame, encode_frame
@@ -322,18 +322,18 @@ NAMES_ONLY = {
 def _port_first(table):
     """The table of a `Sip` as PSOS, P2OS and AmigOS send it: with two neighbours changed round."""
     at = [row.name for row in table].index("grip_state")
-    return table[:at] + (table[at + 1], table[at]) + table[at + 2:]
+    return Table(table[:at] + (table[at + 1], table[at]) + table[at + 2:])
 
 
 def _with_switches(table):
     """The table of a `Gripper` as P2OS sends it."""
-    return tuple(row._replace(type=BYTE.of(GripperSwitches)) if row.name == "state" else row for row in table)
+    return Table(row._replace(type=BYTE.of(GripperSwitches)) if row.name == "state" else row for row in table)
 
 
 _OLDER = {Sip: _port_first(rows(Sip)), Gripper: _with_switches(rows(Gripper))}
 
 
-def packet_rows(packet_class, grip_state_first: bool = True) -> Tuple[Row, ...]:
+def packet_rows(packet_class, grip_state_first: bool = True) -> Table:
     """The table of a packet, as the firmware of either kind sends it (see `decode_packet`)."""
     return rows(packet_class) if grip_state_first else _OLDER.get(packet_class, rows(packet_class))
 
