@@ -18,6 +18,7 @@ Open ``robot.py`` first, then ``session.py``. From the wire upwards:
 ``transport``     bytes through a serial port, a pty or TCP: the URL chooses
 ``line``          when bytes may go out: pace, one pending velocity, a stop overtakes
 ``handshake``     listen, sync, identify: from an unknown state to a robot that has said its name
+``host_baud``     a faster serial line for one session, and back where that does not work
 ``drive``         velocities, dead man, motors: what to say until the robot does it
 ``data``          packets besides the SIP, asked for until they come
 ``velocities``    of the robot or of its wheels: limits, and units of the wire that are right on average
@@ -30,7 +31,7 @@ Open ``robot.py`` first, then ``session.py``. From the wire upwards:
 ================  ====================================================================================
 """
 
-from .events import BaudFound, CommandTimedOut, Event, LinkDown, MotionCleared, PacketReceived, Ready, Tuned
+from .events import BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, MotionCleared, PacketReceived, Ready, Tuned
 from .gripper import GripperReading
 from .identity import RobotIdentity
 from .robot import LinkCounts, Robot
@@ -44,6 +45,7 @@ __all__ = [
     "CommandTimedOut",
     "Event",
     "GripperReading",
+    "LineSpeed",
     "LinkCounts",
     "LinkDown",
     "MotionCleared",

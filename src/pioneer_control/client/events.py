@@ -40,11 +40,19 @@ class BaudFound(NamedTuple):
     baud: int
 
 
+class LineSpeed(NamedTuple):
+    """The line speed of this session, where host_baud asked for another than the robot's own."""
+
+    baud: int
+    problem: str
+    """Why it is still the robot's own; empty when it is the one asked for."""
+
+
 class Tuned(NamedTuple):
-    """Settings were sent, after connecting or by tune(), and the robot was asked for what it has now."""
+    """Settings were sent, after connecting or by tune(), and the robot was asked for what it has now; or set_limits() changed the limits."""
 
     changes: Tuple[Change, ...]
-    """one per value; its ``problem`` says if the robot did not take it"""
+    """one per value sent; its ``problem`` says if the robot did not take it"""
     identity: RobotIdentity
     """with the new CONFIGpac, and the limits that follow from it"""
 
@@ -59,4 +67,4 @@ class PacketReceived(NamedTuple):
     """... of its first byte: ``time`` without what the line took to carry it."""
 
 
-Event = Union[Ready, LinkDown, CommandTimedOut, MotionCleared, BaudFound, Tuned, PacketReceived]
+Event = Union[Ready, LinkDown, CommandTimedOut, MotionCleared, BaudFound, LineSpeed, Tuned, PacketReceived]

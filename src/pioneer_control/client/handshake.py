@@ -51,8 +51,6 @@ class Handshake:
         """Packets heard so far."""
         self.noise = 0
         """Bytes so far that belonged to no packet."""
-        self.new_rate: Optional[int] = None
-        """A line speed to be set before anything else is done."""
         self._line = line
         self._url = url
         self._rates = rates
@@ -60,16 +58,21 @@ class Handshake:
     def script(self) -> Script:
         """Find the robot. Raises NoAnswerError that says what was tried."""
         noise, packets = self.noise, self.packets
-        for rate in self._rates or (None,):
+        rates, fell_back = list(self._rates) or [None], False
+        while rates:
+            rate, heard_before = rates.pop(0), self.packets
             if rate is not None and rate != self._line.baud:
-                self._line.baud = self.new_rate = rate
+                self._line.set_baud(rate)
             for attempt in range(SYNC_TRIES if self._rates else TCP_TRIES):
                 silent = (attempt == 0 and (yield from self._is_silent(LISTEN))) or (yield from self._silenced())
+                spoke = self.packets > heard_before
                 reply = (yield from self._synced()) if silent else None
                 if reply is not None:
                     return reply
                 if self._rates and not silent:      # noise that no CLOSE ends: not the line speed of this robot
                     break
+            if spoke and not fell_back:     # it obeyed CLOSE, and waits at its own speed now: HOSTBAUD had raised this one
+                rates, fell_back = [each for each in self._rates if each != rate], True
         raise NoAnswerError(self._what_to_do(self.noise - noise, self.packets - packets))
 
     def _silenced(self) -> Generator[float, Any, bool]:

@@ -5,11 +5,17 @@ Nothing is handed to the operating system before the line can carry it, so no qu
 
 import math
 from collections import deque
-from typing import Callable, Deque, Optional, Sequence
+from typing import Callable, Deque, NamedTuple, Optional, Sequence, Union
 
 GAP = 0.004             # s per command: firmware may drop what comes faster than one in 3 to 5 ms (ARCOS manual)
 BITS_PER_BYTE = 10      # start, eight data, stop
 LONGEST_QUEUE = 32      # commands
+
+
+class SetBaud(NamedTuple):
+    """To be done on the line: change its speed."""
+
+    baud: int
 
 
 class Line:
@@ -18,13 +24,13 @@ class Line:
     Order: a stop at once; then commands, first come first served, and the newest velocity, in turn. ``now`` is monotonic time in s everywhere.
 
     Args:
-        write: takes the bytes of one write.
+        write: takes the bytes of one write, or a change of the line speed.
         baud: of a serial line; None when only the robot's pace counts.
         revival: what must go ahead of anything else after a silence of ``watchdog`` s, because any packet would bring a robot's old set points
             back to life (protocol 2.4).
     """
 
-    def __init__(self, write: Callable[[bytes], None], baud: Optional[int], revival: Sequence[bytes]) -> None:
+    def __init__(self, write: Callable[[Union[bytes, SetBaud]], None], baud: Optional[int], revival: Sequence[bytes]) -> None:
         self.baud = baud
         self.watchdog = math.inf
         self.last_sent = -math.inf
@@ -54,6 +60,11 @@ class Line:
     def transfer_time(self, count: int) -> float:
         """How long (s) so many bytes are under way, in either direction; 0 where there is no line speed (TCP)."""
         return count * BITS_PER_BYTE / self.baud if self.baud else 0.0
+
+    def set_baud(self, baud: int) -> None:
+        """Go on at another line speed."""
+        self.baud = baud
+        self._write(SetBaud(baud))
 
     def drop(self) -> None:
         """Forget all that waits."""

@@ -56,6 +56,8 @@ class Robot:
         on_state: called with every RobotState, on the I/O thread, no lock held. Be quick: nothing is read meanwhile; after 2 s of that the link
             counts as lost and the robot is stopped. A listener that raises ends the connection: the robot is stopped and closed, and the next command raises.
         on_event: called with every Event (client.events), likewise.
+        host_baud: line speed to change to once the robot is open, if it is a serial line and the robot can; where that does not work the old one is kept.
+            None for the speed at which the robot was found.
         reconnect: keep trying to get the link, for ever; else the first failure is final.
     """
 
@@ -73,13 +75,14 @@ class Robot:
         max_angular: Optional[float] = None,
         has_gripper: Optional[bool] = None,
         tuning: Tuning = Tuning(),
+        host_baud: Optional[int] = None,
         reconnect: bool = False,
         on_state: Optional[Callable[[RobotState], None]] = None,
         on_event: Optional[Callable[[Event], None]] = None,
     ) -> None:
         self.url = url
         self._baud = baud
-        self._settings = Settings(model, models_file, pulse, use_sonar, command_timeout, max_linear, max_angular, has_gripper, tuning)
+        self._settings = Settings(model, models_file, pulse, use_sonar, command_timeout, max_linear, max_angular, has_gripper, tuning, host_baud)
         self._reconnect = reconnect
         self._on_state = on_state
         self._on_event = on_event
@@ -403,7 +406,8 @@ class Robot:
             return False
         rates: Tuple[int, ...] = ()
         if transport.baud is not None:
-            rates = (transport.baud,) + tuple(rate for rate in RATES if rate != transport.baud)
+            first = (transport.baud,) + ((self._settings.host_baud,) if self._settings.host_baud else ())   # a crash may have left it at that
+            rates = tuple(dict.fromkeys(first + RATES))
         previous = self._session.odometry if self._session is not None else None
         with self._changed:
             session = Session(self.url, rates, self._settings, previous, self._wanted_data)
@@ -414,7 +418,9 @@ class Robot:
         finally:
             with self._changed:
                 self._give_up(LinkLostError("%s: a listener failed" % self.url))
-                self._transport = None
+                self._transport, self._telling = None, False
+                if session.host_baud_failed:
+                    self._settings = replace(self._settings, host_baud=None)
             transport.close()
         self._error = session.error or self._error
         return session.identity is not None
@@ -424,7 +430,8 @@ class Robot:
         with self._changed:
             session.start(monotonic())
         while session.phase is not Phase.FINISHED:
-            self._reading_until = session.wake_at
+            with self._changed:
+                self._telling, self._reading_until = False, session.wake_at
             data, lost = b"", None
             try:
                 data = transport.read(self._reading_until - monotonic())
@@ -444,7 +451,6 @@ class Robot:
                 self._notice(session, events)
                 self._telling = bool(events)
             self._tell(events)
-            self._telling = False
 
     def _watch_over_listeners(self) -> None:
         """The guard thread: keeps time for the session, the dead man's above all, while a listener holds up the I/O thread."""
@@ -463,7 +469,7 @@ class Robot:
                 self._states += 1
             elif isinstance(event, Ready):
                 self._reconnects += 1
-                self._baud = session.baud or self._baud
+                self._baud = session.own_baud or self._baud
         self._identity = session.identity or self._identity
         if events or session.phase is Phase.FINISHED:
             self._changed.notify_all()

@@ -21,10 +21,11 @@ from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, U
 from ..robots import RobotModel, find_model
 from .data import DataRequests
 from .drive import MOTORS, STOP, Drive
-from .events import BaudFound, Event, PacketReceived, Ready, Tuned
+from .events import BaudFound, Event, LineSpeed, PacketReceived, Ready, Tuned
 from .handshake import CLOSE, Handshake
+from .host_baud import CAN_CHANGE, changed
 from .identity import RobotIdentity, identify
-from .line import LONGEST_QUEUE, Line
+from .line import LONGEST_QUEUE, Line, SetBaud
 from .odometry import Odometry
 from .settings import Settings
 from .state import RobotState, StateReader
@@ -37,6 +38,7 @@ CONFIG_TIMEOUT = 1.0    # s: firmware that has not answered CONFIG by then never
 OPEN_TIMEOUT = 3.0      # s for the first SIP
 SILENCE = 2.0           # s without a SIP: the link is lost
 WATCHDOG_MARGIN = 0.8   # of the robot's watchdog: its clock and the line's delay are not ours
+COME_TO_REST = 1.0      # s that a robot gets which still rolls when it is found
 STAND_TIMEOUT = 0.35    # s that a closing session leaves the robot to come to rest
 MOTORS_OFF = 0.05       # s between ENABLE 0 and CLOSE
 CLOSE_TRIES = 3
@@ -58,12 +60,6 @@ class Phase(Enum):
     READY = "ready"
     CLOSING = "closing"
     FINISHED = "finished"
-
-
-class SetBaud(NamedTuple):
-    """An action: change the line speed."""
-
-    baud: int
 
 
 Action = Union[bytes, SetBaud]
@@ -99,6 +95,10 @@ class Session:
         self.error: Optional[PioneerError] = None
         self.reply: Optional[p2os.SyncReply] = None
         self.identity: Optional[RobotIdentity] = None
+        self.own_baud: Optional[int] = None
+        """The line speed at which the robot was found, and to which it returns; None before that, and on TCP."""
+        self.host_baud_failed = False
+        """Whether settings.host_baud did not work."""
         self.odometry = odometry
         self.drive: Optional[Drive] = None
         self.data: Optional[DataRequests] = None
@@ -107,7 +107,7 @@ class Session:
         self._wanted_data = wanted_data
         self._actions: List[Action] = []
         self._events: List[Union[RobotState, Event]] = []
-        self._line = Line(self._actions.append, rates[0] if rates else None, STOP)
+        self._line = Line(self._do, rates[0] if rates else None, STOP)
         self._handshake = Handshake(self._line, url, rates)
         self._decoder = p2os.FrameDecoder()
         self._now = -math.inf
@@ -238,6 +238,11 @@ class Session:
     def _pulse_at(self) -> float:
         return max(self._line.last_sent + self._settings.pulse, self._line.free_at) if self._settings.pulse else math.inf
 
+    def _do(self, action: Action) -> None:
+        if isinstance(action, SetBaud):
+            self._decoder.drop_partial()    # what came at the old speed
+        self._actions.append(action)
+
     # Packets
 
     def _take(self, frames: List[p2os.Frame]) -> None:
@@ -247,6 +252,8 @@ class Session:
             if isinstance(packet, p2os.Sip):
                 self._sips += 1
                 self._last_sip = self._now
+                if self.phase is Phase.OPENING:
+                    self._pending_sip, self._pending_times = packet, (self._now, self._line.transfer_time(frame.length))
             self._transfer_time = self._line.transfer_time(frame.length)
             if self._script is not None:
                 self._resume(packet)
@@ -300,15 +307,13 @@ class Session:
                 self._script, self._resume_at = None, math.inf
         except PioneerError as error:
             self.fail(error)
-        if self._handshake.new_rate is not None:
-            self._actions.append(SetBaud(self._handshake.new_rate))
-            self._handshake.new_rate = None
 
     def _connect(self) -> Generator[float, Any, None]:
         """Find the robot, open it, and learn what it is."""
         given = self.baud
         self.reply = yield from self._handshake.script()
         model = self._find_model(self.reply)
+        self.own_baud = self.baud
         if self.baud != given:
             self._events.append(BaudFound(self.baud))
         self._model = model
@@ -317,6 +322,7 @@ class Session:
         for packets in ((OPEN,), STOP, (MOTORS[False],), (p2os.encode_command("SONAR", int(self._settings.use_sonar)),)):
             self._line.command(self._now, *packets)
         yield from self._learn()
+        yield from self._change_speed()
         self._become_ready(model)
 
     def _find_model(self, reply: p2os.SyncReply) -> RobotModel:
@@ -337,9 +343,7 @@ class Session:
                 asked_at = self._now
                 self._line.command(self._now, *((OPEN,) if self._pending_sip is None else ()), MOTORS[False], CONFIG)
             packet = yield asked_at + ASK_AGAIN
-            if isinstance(packet, p2os.Sip):
-                self._pending_sip, self._pending_times = packet, (self._now, self._transfer_time)
-            elif isinstance(packet, p2os.Config):
+            if isinstance(packet, p2os.Config):
                 self._config = packet
             elif isinstance(packet, p2os.Reset):
                 raise LinkLostError("%s: the robot's controller restarted" % self.url)
@@ -347,6 +351,27 @@ class Session:
     @property
     def _motors_are_off(self) -> bool:
         return self._pending_sip is not None and not self._pending_sip.flags & p2os.Flags.MOTORS_ENABLED
+
+    def _change_speed(self) -> Generator[float, Any, None]:
+        """Take a serial line to host_baud, if the robot can change its own and stands."""
+        wanted, own = self._settings.host_baud, self.own_baud
+        if wanted is None or own is None or wanted == own:
+            return
+        if self._config is None or self._config.autobaud not in CAN_CHANGE:
+            self._events.append(LineSpeed(own, "the robot's firmware cannot change it"))
+            return
+        deadline = self._now + COME_TO_REST
+        while not _stands(self._pending_sip) and self._now < deadline:
+            yield deadline
+        if not _stands(self._pending_sip):
+            self._events.append(LineSpeed(own, "the robot does not stand still"))
+            return
+        self.host_baud_failed = True    # until it is seen to work: a line that breaks over it would break again
+        works = yield from changed(self._line, wanted, lambda: self._now)
+        if works is None:
+            raise LinkLostError("%s: lost the robot when its line was to change from %d to %d baud; not tried again" % (self.url, own, wanted))
+        self.host_baud_failed = works != wanted
+        self._events.append(LineSpeed(works, "" if works == wanted else "no answer at %d baud; not tried again" % wanted))
 
     def _become_ready(self, model: RobotModel) -> None:
         identity = self._identify()
@@ -374,7 +399,7 @@ class Session:
         deadline, standing = self._now + STAND_TIMEOUT, self.drive is None or self.drive.at_rest
         while not standing and self._now < deadline:
             packet = yield deadline
-            standing = isinstance(packet, p2os.Sip) and not packet.left_velocity_units and not packet.right_velocity_units
+            standing = isinstance(packet, p2os.Sip) and _stands(packet)
         self._line.command(self._now, MOTORS[False])
         yield from self._wait(MOTORS_OFF)
         for _ in range(CLOSE_TRIES):
@@ -400,3 +425,7 @@ class Session:
         self._line.drop()
         self.phase, self.error = Phase.FINISHED, error
         self._script, self._resume_at = None, math.inf
+
+
+def _stands(sip: Optional[p2os.Sip]) -> bool:
+    return sip is not None and not sip.left_velocity_units and not sip.right_velocity_units

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Optional
 
 from ..errors import ParameterError
+from ..p2os import BAUD_RATES
 from ..robots import find_model, load_models
 from .tuning import Tuning
 
@@ -25,6 +26,7 @@ class Settings:
     max_angular: Optional[float] = None
     has_gripper: Optional[bool] = None
     tuning: Tuning = Tuning()
+    host_baud: Optional[int] = None
 
     def __post_init__(self) -> None:
         _check("pulse", self.pulse, self.pulse >= 0, "0 (none) or more seconds")
@@ -33,6 +35,8 @@ class Settings:
             value = getattr(self, name)
             if value is not None:
                 _check(name, value, value >= 0, "0 or more, or None for the robot's own limit")
+        if self.host_baud is not None and self.host_baud not in BAUD_RATES:
+            raise ParameterError("host_baud is %r; legal: %s, or None for the robot's own" % (self.host_baud, ", ".join(map(str, BAUD_RATES))))
         if self.model is not None:
             find_model(self.model, self.models_file)
         elif self.models_file is not None:

@@ -20,7 +20,7 @@ Open next: `framing` (where packets begin and end), `commands` (the table of com
 ``python3 -m pioneer_control.p2os FA FB 06 ...`` explains bytes to a person.
 """
 
-from .commands import (COMMANDS, SYNC0, SYNC1, SYNC2, UNKNOWN_TO, Argument, Command, ReceivedCommand, decode_command,
+from .commands import (BAUD_RATES, COMMANDS, SYNC0, SYNC1, SYNC2, UNKNOWN_TO, Argument, Command, ReceivedCommand, decode_command,
                        encode_command, two_bytes)
 from .config import Config
 from .flags import (GRIPPER_VALUES, ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripperCommand, GripperSwitches,
@@ -33,7 +33,7 @@ from .sip import MOVING, STOPPED, Sip, SonarReading
 
 __all__ = [
     "PARTIAL_TIMEOUT", "DecoderCounts", "Frame", "FrameDecoder", "checksum", "encode_frame",
-    "COMMANDS", "UNKNOWN_TO", "Command", "Argument", "encode_command", "decode_command", "ReceivedCommand", "two_bytes",
+    "BAUD_RATES", "COMMANDS", "UNKNOWN_TO", "Command", "Argument", "encode_command", "decode_command", "ReceivedCommand", "two_bytes",
     "SYNC0", "SYNC1", "SYNC2",
     "decode_packet", "encode_packet", "UnknownPacket", "MalformedPacket",
     "SyncEcho", "SyncReply", "Config", "Sip", "SonarReading", "STOPPED", "MOVING",

@@ -52,6 +52,9 @@ class Command(NamedTuple):
 
 INT_MAX, UINT_MAX, STRING_MAX = 0x7FFF, 0xFFFF, 195
 
+BAUD_RATES = (9600, 19200, 38400, 57600, 115200)
+"""Line speeds in the order of their codes, 0 to 4, in HOSTBAUD, AUXBAUD and CONFIGpac."""
+
 COMMANDS: Dict[str, Command] = {command.name: command for command in (
     # Session
     Command(0, "PULSE", NONE, None, None, "reset the watchdog, nothing else (SYNC0 before a session)"),

@@ -1,7 +1,7 @@
 """A robot of few words for tests of the session: no body, no world, but every bad habit a test asks for. And a clock that a test turns."""
 
 import math
-from typing import Callable, Dict, List, NamedTuple, Optional
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence
 
 from pioneer_control import p2os
 from pioneer_control.client.session import Phase, Session, SetBaud
@@ -64,6 +64,8 @@ class FakeRobot:
         self.coasts = False                     # wheels go on turning whatever it is told
         self.revived = False                    # an old set point came back to life
         self.baud: Optional[int] = None
+        self.own_baud: Optional[int] = None     # to which it returns from another that HOSTBAUD set
+        self.noisy: Sequence[int] = ()          # line speeds that the line does not carry
         self._decoder = p2os.FrameDecoder()
         self._next_sync = 0
         self._out = b""
@@ -121,6 +123,7 @@ class FakeRobot:
 
     def _obey(self, heard: Heard, now: float) -> None:
         if heard.name == "CLOSE":
+            self.baud = self.own_baud or self.baud
             self.__dict__.update(phase=WAITING, motors=False, watchdog_expired=False, set_point={"VEL": 0, "RVEL": 0}, _next_sync=0)
             return
         if heard.name in ("STOP", "VEL", "RVEL"):
@@ -131,7 +134,10 @@ class FakeRobot:
         if self.watchdog_expired and self.motors and any(self.set_point.values()):
             self.revived = True
         self.watchdog_expired, self._last_command = False, now
-        if heard.name == "ENABLE":
+        if heard.name == "HOSTBAUD":
+            self.own_baud = self.own_baud or self.baud
+            self.baud = p2os.BAUD_RATES[heard.value]
+        elif heard.name == "ENABLE":
             self.motors = bool(heard.value) and not self.stop_button
         elif heard.name == "CONFIG" and self.config is not None:
             self.send(self.config)
@@ -177,7 +183,7 @@ class Bench:
 
     @property
     def line_speed_fits(self) -> bool:
-        return self.robot.baud is None or self.robot.baud == self.baud
+        return self.robot.baud is None or self.robot.baud == self.baud and self.baud not in self.robot.noisy
 
     def run(self, seconds: float) -> None:
         end = self.now + seconds
