@@ -122,6 +122,43 @@ def test_a_session_in_real_time(line):
         assert 1.0 < time.monotonic() - start < 2.0 + DEADLINE and len(computer.packets) >= sips + 20
 
 
+def test_a_terminal_at_another_speed_carries_only_noise(tmp_path):
+    with Server(robot(), pty=str(tmp_path / "robot")) as server, serial.Serial(server.pty_link, 19200, timeout=0.05) as port:
+        computer = Computer(lambda: port.read(max(1, port.in_waiting)), port.write)
+        for _ in range(10):
+            computer.write(p2os.encode_frame(0))
+            assert computer.listen() == []
+        assert server.firmware.session is Session.WAITING
+        port.baudrate = 9600
+        computer.open()
+        port.baudrate = 115200
+        noise = until(lambda: port.read(1), "noise")
+        port.baudrate = 9600
+        assert noise
+        computer.expect(p2os.Sip, 3)
+
+
+def test_hostbaud_changes_the_speed_until_the_end_of_the_session(tmp_path):
+    with Server(robot(), pty=str(tmp_path / "robot")) as server, serial.Serial(server.pty_link, 9600, timeout=0.05) as port:
+        computer = Computer(lambda: port.read(max(1, port.in_waiting)), port.write)
+        computer.open()
+        computer.send("CONFIG", 1)
+        config = computer.expect(p2os.Config)
+        assert (config.host_baud, config.autobaud) == (0, 2)
+        computer.send("HOSTBAUD", 4)
+        until(lambda: server.firmware.baud == 115200, "changed")
+        port.baudrate = 115200
+        computer.expect(p2os.Sip, 3)
+        computer.write(bytes.fromhex("FAFB06323B0900 3B3B".replace(" ", "")))       # there is no code 9
+        computer.expect(p2os.Sip, 2)
+        assert server.firmware.baud == 115200
+        computer.send("CLOSE")
+        until(lambda: server.firmware.session is Session.WAITING, "closed")
+        assert server.firmware.baud == 9600
+        port.baudrate = 9600
+        computer.open()
+
+
 def test_a_polite_client_can_come_again_and_again(line):
     server, connect = line
     for _ in range(3):

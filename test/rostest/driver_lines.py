@@ -2,6 +2,7 @@
 """The driver between ROS and the wire: what parameters put on it, bad lines, bad parameters, a driver that is killed, two robots."""
 
 import contextlib
+import dataclasses
 import os
 import re
 import signal
@@ -28,6 +29,7 @@ from pioneer_control.p2os import FrameDecoder, decode_command  # noqa: E402
 from pioneer_control.robots import find_model  # noqa: E402
 from pioneer_control.simulator.firmware import Firmware, Session  # noqa: E402
 from pioneer_control.simulator.loading import load_world  # noqa: E402
+from pioneer_control.simulator.robot_numbers import standard_numbers  # noqa: E402
 from pioneer_control.simulator.server import Server  # noqa: E402
 from witness import PATIENCE, Witness  # noqa: E402
 
@@ -199,7 +201,9 @@ class DriverLines(unittest.TestCase):
     def test_baud_is_the_speed_of_the_serial_line(self):
         with tempfile.TemporaryDirectory() as folder:
             link = os.path.join(folder, "robot")
-            self.ending.enter_context(Server(OverheardFirmware(), pty=link))
+            numbers = standard_numbers()
+            numbers = dataclasses.replace(numbers, session=dataclasses.replace(numbers.session, host_baud=38400))
+            self.ending.enter_context(Server(OverheardFirmware(numbers=numbers), pty=link))
             self.driver(link, baud=38400).says("connected to")
             line = os.open(link, os.O_RDWR | os.O_NOCTTY)
             self.addCleanup(os.close, line)

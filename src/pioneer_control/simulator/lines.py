@@ -15,12 +15,17 @@ import tty
 from typing import Deque, List, Optional, Tuple, Union
 
 from ..errors import PortError
+from ..p2os import BAUD_RATES
+from .uart import as_heard
 
 UNREAD_LIMIT = 8 * 1024
 """Bytes kept for a TCP client that does not read: about ten seconds of SIPs; the kernel is asked to keep as much again."""
 PTY_UNREAD_LIMIT = 1024
 """Bytes left in a pseudo-terminal that nobody reads: about a second of SIPs, so that who opens it later hears no old news."""
 CHUNK = 4096
+ISPEED, OSPEED = 4, 5
+SPEEDS = {getattr(termios, f"B{baud}"): baud for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400)}
+"""Speeds that a terminal can have, by the number that stands for them; a client that sets another one is not disturbed."""
 
 
 class TcpLine:
@@ -43,6 +48,8 @@ class TcpLine:
         self._listener.setblocking(False)
         host, port = self._listener.getsockname()
         self.url = f"socket://{host}:{port}"
+        self.baud: Optional[int] = None
+        """Has no effect here."""
         self._client: Optional[socket.socket] = None
         self._unsent: Deque[bytes] = collections.deque()
         self._unsent_bytes = 0
@@ -142,16 +149,23 @@ class TcpLine:
 class PtyLine:
     """A pseudo-terminal, found under a link whose name stays the same from one start to the next.
 
+    Like a serial line it garbles what goes through while its two ends have different speeds.
+
     :param link: path of the link; a link that an earlier simulator left there is replaced, anything else is not touched.
+    :param baud: speed of the robot's end; also that of the client's until a client sets it.
     :raises PortError: the link cannot be made; says why.
     """
 
-    def __init__(self, link: str):
+    def __init__(self, link: str, baud: int = 9600):
         self.link = link
+        self.baud = baud
         self._check_link()
         # Our own hold on the client's end keeps the terminal raw and alive while clients come and go.
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
+        settings = termios.tcgetattr(self._slave)
+        settings[ISPEED] = settings[OSPEED] = getattr(termios, f"B{baud}")
+        termios.tcsetattr(self._slave, termios.TCSANOW, settings)
         os.set_blocking(self._master, False)
         self.device = os.ttyname(self._slave)
         try:
@@ -161,6 +175,11 @@ class PtyLine:
         except OSError as error:
             self._close_files()
             raise PortError(f"cannot make the link {link}: {error.strerror}; choose another path") from error
+
+    @property
+    def client_baud(self) -> int:
+        """Speed of the client's end: what it was last set to, by this client or one before it."""
+        return SPEEDS.get(termios.tcgetattr(self._slave)[OSPEED], self.baud)
 
     @property
     def unread(self) -> int:
@@ -179,10 +198,11 @@ class PtyLine:
             data = os.read(self._master, CHUNK)
         except BlockingIOError:
             return b""
-        return b"" if busy else data
+        return b"" if busy else as_heard(data, self.client_baud, self.baud)
 
     def write(self, data: bytes) -> None:
         """Send to whoever has the terminal open; forget what nobody has read."""
+        data = as_heard(data, self.baud, self.client_baud)
         if not data:
             return
         if self.unread > PTY_UNREAD_LIMIT:

@@ -9,6 +9,7 @@ from typing import Any, Dict, Optional, Tuple
 import yaml
 
 from ..errors import ParameterError
+from ..p2os import BAUD_RATES
 
 OWN_FILE = os.path.join(os.path.dirname(__file__), "robot.yaml")
 
@@ -26,6 +27,8 @@ class SessionNumbers:
 
     sip_cycle_ms: int
     watchdog_ms: int
+    host_baud: int
+    autobaud: int
     firmware_version: str
     serial: str
 
@@ -139,4 +142,6 @@ def _checked(path: str, section: str, name: str, value: Any, known: Dict[str, An
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         if not 0 <= value < float("inf") or (value == 0 and name != "noise"):
             raise ParameterError(f"{path}: {section}.{name} is {value!r}, wanted a positive number")
+    if name == "host_baud" and value not in BAUD_RATES:
+        raise ParameterError(f"{path}: {section}.{name} is {value!r}, legal: {', '.join(map(str, BAUD_RATES))}")
     return value

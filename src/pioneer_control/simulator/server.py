@@ -54,7 +54,7 @@ class Server:
                 self._lines.append(line)
                 self.url = line.url
             if pty is not None:
-                self._lines.append(PtyLine(pty))
+                self._lines.append(PtyLine(pty, firmware.baud))
         except LinkError:
             self._close_lines()
             raise
@@ -100,6 +100,7 @@ class Server:
 
     def _listen(self, now: float) -> None:
         for line in self._lines:
+            line.baud = self.firmware.baud
             data = line.read(self._busy_elsewhere(line, now))
             if not data:
                 continue
@@ -116,6 +117,7 @@ class Server:
 
     def _write(self, data: bytes) -> None:
         if self._line is not None:
+            self._line.baud = self.firmware.baud
             self._line.write(data)
 
     def _close_lines(self) -> None:

@@ -26,6 +26,7 @@ def test_an_override_changes_what_it_names(tmp_path):
     ("sonar: {maximum: 0}", "wanted a positive number"),
     ("drive: {stall_time: .inf}", "wanted a positive number"),
     ("gripper: {open_at_power_on: 1}", "open_at_power_on is 1"),
+    ("session: {host_baud: 4800}", "session.host_baud is 4800, legal: 9600, 19200"),
     ("sonar: 5", "expected sections"),
     ("- 1", "expected sections"),
     ("{", "does not parse"),
