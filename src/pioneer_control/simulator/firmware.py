@@ -16,7 +16,7 @@ from typing import Dict, List, NamedTuple, Optional, Tuple
 
 from .. import p2os
 from ..errors import ParameterError
-from ..p2os import SYNC0, SYNC2, Frame, FrameDecoder, ReceivedCommand
+from ..p2os import SYNC0, SYNC2, UNKNOWN_TO, Frame, FrameDecoder, ReceivedCommand
 from ..robots import RobotModel
 from . import reports
 from .body import Pose
@@ -82,6 +82,8 @@ class Firmware:
         self.previous: Optional[ReceivedCommand] = None
         self.wheel_mode = False
         self.closed_sessions = 0
+        self.baud = self._numbers.session.host_baud
+        """Present speed of its serial line."""
         self._remainder_us = 0.0
         self._next_step_us = self._numbers.physics.step_us
         self._next_sip_us = 0
@@ -234,6 +236,7 @@ class Firmware:
         self.closed_sessions += 1
         self.previous = None
         self.wheel_mode = False
+        self.baud = self._numbers.session.host_baud
         self._requests.clear()
         self.hardware.disable_motors()
         self.hardware.sonar.switch(False, self.time_us)
@@ -249,13 +252,17 @@ class Firmware:
 
     def _obey(self, command: ReceivedCommand) -> None:
         handler = HANDLERS.get(command.name)
-        if handler is None:
+        if handler is None or self.model.firmware_family in UNKNOWN_TO.get(command.name, ()):
             self._counts[1] += 1
         elif handler.value is not None and not isinstance(command.value, handler.value):
             self._counts[2] += 1
         else:
             self._counts[0] += 1
             handler.act(self, command.value)
+
+    def change_baud(self, baud: int) -> None:
+        """The serial line has another speed from now on, until the session ends."""
+        self.baud = baud
 
     def can_drive(self) -> bool:
         """Whether a motion command is obeyed now; with the motors off it is forgotten."""

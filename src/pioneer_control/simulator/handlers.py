@@ -7,7 +7,7 @@ leave in SI.
 import math
 from typing import Callable, Dict, NamedTuple, Optional
 
-from ..p2os import GripperCommand, two_bytes
+from ..p2os import BAUD_RATES, GripperCommand, two_bytes
 
 GRIPPER_UNIT = 0.02
 """Seconds in one unit of the gripper's times on the wire (protocol 6.1)."""
@@ -38,6 +38,12 @@ def close(robot, _):
 def reset(robot, _):
     """Like CLOSE, as a fresh start of the controller."""
     robot.restart()
+
+
+def host_baud(robot, code):
+    """Another speed of the line, until the session ends."""
+    if 0 <= code < len(BAUD_RATES):
+        robot.change_baud(BAUD_RATES[code])
 
 
 # -- motion; with the motors off nothing of it is remembered either
@@ -228,6 +234,14 @@ def bump_stall(robot, which):
     robot.hardware.bump_stall_rear = bool(which & 2)
 
 
+def setting(name, lowest=0):
+    """A handler that keeps a number under its name in CONFIGpac, unless it is too low to mean anything."""
+    def keep(robot, number):
+        if number >= lowest:
+            robot.hardware.settings[name] = number
+    return Handler(int, keep)
+
+
 def e_stall(robot, on):
     """Whether the STOP button takes the power from the motors."""
     robot.hardware.set_stop_button_stalls(bool(on))
@@ -235,12 +249,9 @@ def e_stall(robot, on):
 
 def battery_test(robot, decivolts):
     """Pretend a battery voltage (0.1 V), 0 for the real one."""
-    if decivolts >= 0 and robot.hardware.model.firmware_family not in OTHER_250:
+    if decivolts >= 0:
         robot.hardware.battery.pretend(decivolts / 10.0)
 
-
-OTHER_250 = ("PSOS", "P2OS", "AROS", "AmigOS")
-"""Firmware that does not know BATTEST: AROS 1.6 has a shutdown of the computer under its number."""
 
 GRIPPER_ACTIONS = {
     GripperCommand.OPEN: lambda fitted: fitted.open(),
@@ -259,6 +270,7 @@ HANDLERS: Dict[str, Handler] = {
     "OPEN": Handler(None, open_again),
     "CLOSE": Handler(None, close),
     "RESET": Handler(None, reset),
+    "HOSTBAUD": Handler(int, host_baud),
     "ENABLE": Handler(int, enable),
     "VEL": Handler(int, velocity),
     "RVEL": Handler(int, rotation),
@@ -291,4 +303,13 @@ HANDLERS: Dict[str, Handler] = {
     "BUMPSTALL": Handler(int, bump_stall),
     "E_STALL": Handler(int, e_stall),
     "BATTEST": Handler(int, battery_test),
+    "ROTKP": setting("rotation_kp"),
+    "ROTKV": setting("rotation_kv"),
+    "ROTKI": setting("rotation_ki"),
+    "TRANSKP": setting("translation_kp"),
+    "TRANSKV": setting("translation_kv"),
+    "TRANSKI": setting("translation_ki"),
+    "REVCOUNT": setting("rev_count", lowest=1),
+    "TICKSMM": setting("ticks_per_mm", lowest=1),
+    "DRIFTFACTOR": setting("drift_factor", lowest=-0x7FFF),
 }

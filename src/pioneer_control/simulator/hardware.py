@@ -9,7 +9,7 @@ from typing import Optional, Tuple
 from ..errors import ParameterError
 from ..robots import RobotModel
 from .battery import Battery
-from .body import Body, Pose, relative
+from .body import Body, Pose, along_arc
 from .drive import Channel, Limits
 from .gripper import Gripper, cans_near
 from .robot_numbers import DriveNumbers, Numbers
@@ -20,6 +20,11 @@ ARRIVED = 0.0005
 """How near (m or rad) to its goal a set distance or turn counts as done."""
 BUMPER_DEPTH = 0.02
 """How far (m) the bumper segments stand out from the body."""
+
+SETTINGS = dict(
+    rotation_kp=40, rotation_kv=20, rotation_ki=0, translation_kp=40, translation_kv=30, translation_ki=0, drift_factor=0, rev_count=16570,
+)
+"""What a client may set besides limits, as at power-on, by its name in CONFIGpac; ``ticks_per_mm`` is among the simulator's numbers."""
 
 
 class Hardware:
@@ -71,6 +76,7 @@ class Hardware:
     def reset_parameters(self) -> None:
         """Limits, sonar sequence and safety settings as they are at power-on."""
         self.linear.limits, self.angular.limits = limits_of(self._numbers.drive, self.model)
+        self.settings = dict(SETTINGS, ticks_per_mm=self._numbers.drive.encoder_ticks_per_mm)
         self.sonar.reset()
         self.stop_button_stalls = True
         self.bump_stall_front = True
@@ -80,13 +86,9 @@ class Hardware:
     # -- odometry
 
     def reset_odometry(self) -> None:
-        """The present pose becomes the origin of the odometry."""
+        """The present pose becomes the origin of the odometry: the pose (m, rad; heading not wrapped) as the robot adds it up from then on."""
         self.origin = self.body.pose
-
-    @property
-    def odometry(self) -> Pose:
-        """Pose (m, rad; heading not wrapped) as the robot has added it up since `reset_odometry`."""
-        return relative(self.origin, self.body.pose)
+        self.odometry: Pose = (0.0, 0.0, 0.0)
 
     @property
     def heading_goal(self) -> float:
@@ -159,18 +161,27 @@ class Hardware:
 
     def _drive(self, dt: float, held: bool) -> None:
         distance, turn = self.linear.step(dt, held), self.angular.step(dt, held)
+        really = self._really(distance, turn)
         if not distance and not turn:
             self.body.blocked = False
             self._pressed_s = 0.0
-        elif self._moved(distance, turn):
+        elif self._moved(*really):
             self._pressed_s = 0.0
-            self._count_wheels(distance, turn)
+            self.odometry = along_arc(self.odometry, distance, turn)
+            self._count_wheels(*really)
         else:
             self.linear.blocked(distance)
             self.angular.blocked(turn)
             self._pressed_s += dt
             if self._pressed_s >= self._numbers.drive.stall_time - 1e-9 or self._bumped(distance):
                 self._stall(distance, turn)
+
+    def _really(self, distance: float, turn: float) -> Tuple[float, float]:
+        """How far the body goes when the firmware, which counts ticks of the encoders, takes it for `distance` and `turn`."""
+        return (
+            distance * self.settings["ticks_per_mm"] / self._numbers.drive.encoder_ticks_per_mm,
+            turn * self.settings["rev_count"] / SETTINGS["rev_count"],
+        )
 
     def _moved(self, distance: float, turn: float) -> bool:
         """Move the body, pushing cans aside; False when walls or a jammed can keep it where it is."""

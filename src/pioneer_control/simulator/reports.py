@@ -1,5 +1,6 @@
 """What the robot tells its client: packets made from the hardware, in units and length of its firmware family."""
 
+import dataclasses
 import math
 from typing import Tuple
 
@@ -21,6 +22,8 @@ CONFIG_ENDS = {
     "AmigoSH": "firmware_version",
 }
 """Last field of CONFIGpac by firmware family (protocol 5.1); all others end as ARCOS does."""
+
+CONFIG_FIELDS = tuple(field.name for field in dataclasses.fields(p2os.Config))
 
 # The bits that are set from truth values, in the order in which these are given: as plain numbers, many times quicker.
 GRIP_STATE = tuple(map(int, (
@@ -179,28 +182,26 @@ def config(hardware: Hardware, name: str, numbers: Numbers) -> p2os.Config:
         rotation_velocity_top_deg_s=_degrees(angular.top), translation_velocity_top_mm_s=_millimetres(linear.top),
         rotation_acceleration_top_deg_s2=_degrees(angular.rate_top),
         translation_acceleration_top_mm_s2=_millimetres(linear.rate_top),
-        pwm_max=500, name=name, sip_cycle_ms=numbers.session.sip_cycle_ms, host_baud=0, aux1_baud=0,
+        pwm_max=500, name=name, sip_cycle_ms=numbers.session.sip_cycle_ms,
+        host_baud=p2os.BAUD_RATES.index(numbers.session.host_baud), aux1_baud=0,
         has_gripper=int(hardware.gripper is not None), front_sonar=int(front), rear_sonar=int(rear),
-        low_battery_dv=round(numbers.battery.alarm * 10.0), rev_count=16570, watchdog_ms=numbers.session.watchdog_ms,
+        low_battery_dv=round(numbers.battery.alarm * 10.0), watchdog_ms=numbers.session.watchdog_ms,
         alternative_sips=0, stall_value=200, stall_count=round(drive.stall_recovery * 1000.0),
         joystick_velocity_mm_s=750, joystick_rotation_deg_s=50,
         rotation_velocity_max_deg_s=_degrees(angular.limit), translation_velocity_max_mm_s=_millimetres(linear.limit),
         rotation_acceleration_deg_s2=_degrees(angular.rise), rotation_deceleration_deg_s2=_degrees(angular.fall),
-        rotation_kp=40, rotation_kv=20, rotation_ki=0,
         translation_acceleration_mm_s2=_millimetres(linear.rise),
         translation_deceleration_mm_s2=_millimetres(linear.fall),
-        translation_kp=40, translation_kv=30, translation_ki=0,
         front_bumpers=model.front_bumpers, rear_bumpers=model.rear_bumpers, charger=0,
-        sonar_cycle_ms=hardware.sonar.cycle_us // 1000, autobaud=0, has_gyro=0,
-        drift_factor=0, aux2_baud=0, aux3_baud=0, ticks_per_mm=drive.encoder_ticks_per_mm,
-        shutdown_dv=round(numbers.battery.shutdown * 10.0), firmware_version=numbers.session.firmware_version,
+        sonar_cycle_ms=hardware.sonar.cycle_us // 1000, autobaud=numbers.session.autobaud, has_gyro=0,
+        aux2_baud=0, aux3_baud=0, shutdown_dv=round(numbers.battery.shutdown * 10.0), firmware_version=numbers.session.firmware_version,
         gyro_cw=0, gyro_ccw=0, kinematics_delay_ms=0, lateral_velocity_top_mm_s=0, lateral_acceleration_top_mm_s2=0,
         lateral_velocity_max_mm_s=0, lateral_acceleration_mm_s2=0, lateral_deceleration_mm_s2=0, charge_threshold=0,
+        **hardware.settings,
     )
     end = CONFIG_ENDS.get(model.firmware_family)
     if end is not None:
-        names = list(values)
-        values = {key: values[key] for key in names[:names.index(end) + 1]}
+        values = {name: values[name] for name in CONFIG_FIELDS[:CONFIG_FIELDS.index(end) + 1]}
     return p2os.Config(**values)
 
 
