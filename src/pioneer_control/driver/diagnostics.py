@@ -64,12 +64,13 @@ class Diagnostics:
             updater = diagnostic_updater.Updater()      # asks the master: not while the driver starts
             for task in TASKS:
                 updater.add(task, self._filler(task))
-            while not self._ended.wait(SHORTEST):
+            while not self._ended.is_set():
                 self._wanted.clear()
                 self._findings = self._health.report(monotonic(), self._link())
                 updater.setHardwareID(self._health.hardware_id)
                 updater.force_update()                  # update() counts in ROS time
-                self._wanted.wait(PERIOD - SHORTEST)
+                if not self._ended.wait(SHORTEST):
+                    self._wanted.wait(PERIOD - SHORTEST)
         except rospy.ROSException:
             if not rospy.is_shutdown():                 # then the topic is closed
                 raise

@@ -24,7 +24,7 @@ from collections import deque
 from enum import IntEnum
 from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Tuple
 
-from ..client import BaudFound, CommandTimedOut, Event, LinkCounts, LinkDown, MotionCleared, Ready, RobotIdentity, RobotState
+from ..client import BaudFound, CommandTimedOut, Event, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready, RobotIdentity, RobotState
 from ..p2os import ChargeState, FaultFlags, Flags
 from .notices import battery_levels, low_battery, stalled_wheels, stop_button_pressed
 
@@ -114,6 +114,8 @@ class Facts(NamedTuple):
     """the command that switches motors on, as a user would type it"""
     baud: Optional[int] = None
     """line speed; None on TCP"""
+    baud_problem: str = ""
+    """why it is not the one asked for (host_baud)"""
     no_link: Optional[str] = NOT_YET
     """why there is no link; None while there is one"""
     identity: Optional[RobotIdentity] = None
@@ -143,7 +145,7 @@ def _faults(state: RobotState, task: str) -> List[Problem]:
 def _link(facts: Facts) -> Finding:
     values = [("Port", facts.port)]
     if facts.baud is not None:
-        values.append(("Baud", str(facts.baud)))
+        values.append(("Baud", "%d (%s)" % (facts.baud, facts.baud_problem) if facts.baud_problem else str(facts.baud)))
     identity, counts, recent = facts.identity, facts.counts, facts.recent
     cycle = USUAL_CYCLE
     if identity is not None:
@@ -343,6 +345,8 @@ class Health:
             return not was_gone
         elif isinstance(event, BaudFound):
             self._facts = facts._replace(baud=event.baud)
+        elif isinstance(event, LineSpeed):
+            self._facts = facts._replace(baud=event.baud, baud_problem=event.problem)
         elif isinstance(event, MotionCleared):
             self._facts = facts._replace(last_stop=event.reason)
         elif isinstance(event, CommandTimedOut):

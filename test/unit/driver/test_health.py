@@ -8,7 +8,7 @@ from typing import Any, Optional, Tuple
 import pytest
 import yaml
 
-from pioneer_control.client import BaudFound, CommandTimedOut, LinkCounts, LinkDown, MotionCleared, Ready
+from pioneer_control.client import BaudFound, CommandTimedOut, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready
 from pioneer_control.driver.health import FAULTS, NO_HARDWARE, TASKS, WINDOW, Facts, Health, Level, LinkWindow, Recent, find
 from pioneer_control.errors import LinkLostError
 from pioneer_control.p2os import ChargeState, FaultFlags, Flags
@@ -328,6 +328,9 @@ def test_events_leave_their_traces_in_the_values(health):
     health.state(State())
     report = health.report(0.0, COUNTS)
     assert dict(report["Link"].values)["Baud"] == "38400" and dict(report["Motors"].values)["Stopped by itself last"] == "never"
+    for speed, told in ((LineSpeed(9600, "no answer at 38400 baud"), "9600 (no answer at 38400 baud)"), (LineSpeed(115200, ""), "115200")):
+        health.event(speed)
+        assert dict(health.report(0.0, COUNTS)["Link"].values)["Baud"] == told
     assert not health.event(MotionCleared("the STOP button is pressed"))
     assert dict(health.report(0.0, COUNTS)["Motors"].values)["Stopped by itself last"] == "the STOP button is pressed"
     health.event(CommandTimedOut(0.6))
