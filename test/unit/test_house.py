@@ -1,7 +1,6 @@
 """The house stands as designed: who may import whom, what an import drags in, the oldest Python, names that agree."""
 
 import ast
-import dataclasses
 import pathlib
 import re
 import subprocess
@@ -12,7 +11,6 @@ from typing import Iterator, List, NamedTuple, Set
 import pytest
 
 import pioneer_control
-from pioneer_control.driver.parameters import DriverParameters
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "src" / "pioneer_control"
@@ -201,23 +199,6 @@ def test_package_xml_names_what_the_code_imports():
             for module, _ in imports(path.read_text(encoding="utf-8"), "pioneer_control.x")}
     assert {keys[module] for module in used if module in keys} - named - PART_OF_ANOTHER == set()
     assert {name for name in named & ROS_MODULES if name.endswith(("_msgs", "_srvs"))} <= used
-
-
-def parameter_rows(text: str) -> List[str]:
-    """The names in the table of the README's chapter on the driver's parameters."""
-    chapter = text.partition("## Parameters of the driver")[2].partition("\n## ")[0]
-    return re.findall(r"^\| `(\w+)` \|", chapter, re.MULTILINE)
-
-
-def test_readme_lists_the_drivers_parameters():
-    assert parameter_rows((ROOT / "README.md").read_text(encoding="utf-8")) == [
-        field.name for field in dataclasses.fields(DriverParameters)]
-
-
-def test_readme_links_lead_somewhere():
-    for document in [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]:
-        links = re.findall(r"\]\(([^)#:]+)\)", document.read_text(encoding="utf-8"))
-        assert [link for link in links if not (ROOT / link).exists()] == []
 
 
 def test_no_paths_of_somebodys_machine():

@@ -1,0 +1,59 @@
+"""``python3 -m pioneer_control.robots [FILE]``: all models as a table in Markdown. docs/models.md has it; a test compares."""
+
+import argparse
+import math
+import sys
+from typing import Callable, Dict, List, NamedTuple, Optional
+
+from ..errors import UsageError
+from .model import RobotModel
+from .table import load_models
+
+
+class Column(NamedTuple):
+    """A column of the table: its heading, and what it says of a model."""
+
+    heading: str
+    text: Callable[[RobotModel], str]
+
+
+COLUMNS = (
+    Column("model", lambda model: "`%s`" % model.subtype),
+    Column("firmware", lambda model: model.firmware_family),
+    Column("speed (m/s)", lambda model: "%g" % model.max_linear),
+    Column("turn (deg/s)", lambda model: "%g" % math.degrees(model.max_angular)),
+    Column("front, rear (m)", lambda model: "%g, %g" % (model.length_front, model.length_rear)),
+    Column("width (m)", lambda model: "%g" % model.width),
+    Column("sonar", lambda model: "%d" % len(model.sonar)),
+    Column("bumpers", lambda model: "%d + %d" % (model.front_bumpers, model.rear_bumpers)),
+    Column("gripper", lambda model: "yes" if model.can_carry_gripper else "no"),
+    Column("battery (V)", lambda model: "%d" % model.battery_class),
+    Column("dist", lambda model: "%g" % model.dist_mm_per_unit),
+    Column("vel", lambda model: "%g" % model.vel_mm_s_per_unit),
+    Column("range", lambda model: "%g" % model.range_mm_per_unit),
+    Column("diff", lambda model: "%.6g" % model.diff_rad_per_mm),
+    Column("wheel (mm)", lambda model: "%g" % (model.wheel_radius * 1000) if model.wheel_radius else "?"),
+)
+
+
+def table(models: Dict[str, RobotModel]) -> List[str]:
+    """The lines of the table, in the order of the file."""
+    rows = [[column.heading for column in COLUMNS], ["---"] * len(COLUMNS)]
+    rows += [[column.text(model) for column in COLUMNS] for model in models.values()]
+    return ["|" + "|".join(row) + "|" if "---" in row else "| " + " | ".join(row) + " |" for row in rows]
+
+
+def main(arguments: Optional[List[str]] = None) -> int:
+    """Print the table. Returns the exit code: 0 printed, 2 a models file that makes no sense."""
+    parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.robots", description="Print all robot models as a table in Markdown.")
+    parser.add_argument("file", metavar="FILE", nargs="?", help="a models file that overrides or adds models")
+    options = parser.parse_args(arguments)
+    try:
+        print("\n".join(table(load_models(options.file))))
+    except UsageError as error:
+        parser.error(str(error))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,144 @@
+"""What the documents say is so: tables agree with the code they describe, links lead somewhere."""
+
+import dataclasses
+import pathlib
+import re
+from typing import List
+
+import pytest
+import yaml
+
+from pioneer_control.driver.parameters import TUNING, DriverParameters
+from pioneer_control.client.tuning import ROWS
+from pioneer_control.p2os import UNKNOWN_TO
+from pioneer_control.parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole
+from pioneer_control.robots import load_models
+from pioneer_control.robots.__main__ import main, table
+from pioneer_control.robots.table import FAMILIES
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")])
+TYPES = {Number: "number", Rate: "number", Whole: "integer", Numbers: "list", Switch: "bool", AutoSwitch: "bool, text", Text: "text"}
+
+
+def read(path: pathlib.Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+def rows(text: str, chapter: str) -> List[List[str]]:
+    """The cells of the first table in a chapter (its heading), without the two lines of the table's head."""
+    part = re.split(r"^#+ %s\n" % re.escape(chapter), text, maxsplit=1, flags=re.MULTILINE)
+    lines = re.search(r"(?:^\|.*\n)+", part[1], re.MULTILINE).group().splitlines() if len(part) > 1 else []
+    return [[cell.strip() for cell in line.strip("|").split(" |")] for line in lines[2:]]
+
+
+# Parameters: driver/parameters.py is the source.
+
+def parameter_row(entry: dataclasses.Field) -> List[str]:
+    """What the table is to say of a parameter: name, type, unit, default as in YAML, what is legal, meaning, whether it may change."""
+    kind, unit, meaning, live = (entry.metadata[key] for key in ("kind", "unit", "meaning", "live"))
+    default = "auto" if entry.default is None else entry.default
+    if isinstance(default, tuple):
+        default = list(default)
+    if isinstance(kind, Choice):
+        type_name = "integer" if isinstance(kind.choices[0], int) else "text"
+    else:
+        type_name = TYPES[type(kind)]
+    written = yaml.safe_dump(default, default_flow_style=True, width=1000).replace("\n...", "").strip() if default != "" else ""
+    return ["`%s`" % entry.name, type_name, unit, written, kind.legal, meaning, "yes" if live else ""]
+
+
+def test_every_parameter_has_its_row():
+    """Where this fails, the wanted rows are in the message: they belong into docs/driver.md."""
+    wanted = [parameter_row(entry) for entry in dataclasses.fields(DriverParameters)]
+    assert rows(read(DOCS / "driver.md"), "Parameters") == wanted
+
+
+def test_a_row_that_lies_is_seen():
+    text = read(DOCS / "driver.md")
+    lie = text.replace("a number from 0.1 to 2 |", "a number from 0.1 to 20 |")
+    assert lie != text and rows(lie, "Parameters") != rows(text, "Parameters") and rows(text, "No such chapter") == []
+
+
+def test_the_readmes_parameters_are_rows_of_that_table():
+    wanted = {row[0]: row[:-1] for row in map(parameter_row, dataclasses.fields(DriverParameters))}
+    few = rows(read(ROOT / "README.md"), "Parameters of the driver")
+    assert few == [wanted.get(row[0]) for row in few] != []
+
+
+# Models: robots/models.yaml is the source.
+
+def test_the_table_of_models_is_what_the_command_prints():
+    """`python3 -m pioneer_control.robots` prints the table that belongs into docs/models.md."""
+    assert "\n".join(table(load_models())) in read(DOCS / "models.md")
+
+
+def test_the_table_shows_a_models_file(tmp_path, capsys):
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("models: {p3dx-sh: {width_mm: 444}, my-robot: {like: amigo-sh}}")
+    assert main([str(mine)]) == 0
+    printed = capsys.readouterr().out
+    assert "0.444" in printed and "`my-robot` | AmigoSH" in printed and "0.444" not in read(DOCS / "models.md")
+
+
+def test_a_models_file_that_makes_no_sense_is_told(tmp_path, capsys):
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("models: {p3dx-sh: {widht_mm: 444}}")
+    with pytest.raises(SystemExit):
+        main([str(mine)])
+    assert "did you mean 'width_mm'" in capsys.readouterr().err
+
+
+def test_what_older_firmware_lacks():
+    heads = ["PSOS", "P2OS, AROS, AmigOS", "ARCOS, AmigoSH, uARCS, MARCOS"]
+    assert "| " + " | ".join(heads) + " |" in read(DOCS / "models.md")
+    assert sorted(", ".join(heads).split(", ")) == sorted(FAMILIES)
+    told = {}
+    for names, *columns in rows(read(DOCS / "models.md"), "What older firmware lacks"):
+        lacking = {family for head, column in zip(heads, columns) if column == "-" for family in head.split(", ")}
+        told.update(dict.fromkeys(re.findall(r"\w+", names), lacking))
+    assert told == {name: set(UNKNOWN_TO.get(ROWS[TUNING[name]].command, ())) for name in TUNING}
+
+
+# Links
+
+def anchors(text: str) -> List[str]:
+    """Where links into a document can lead: its headings, as GitHub spells them."""
+    headings = re.findall(r"^#+ +(.+?) *$", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL), re.MULTILINE)
+    return [re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings]
+
+
+def dead_links(path: pathlib.Path, text: str) -> List[str]:
+    """Relative links that lead to no file, or to no heading of it."""
+    dead = []
+    for link in re.findall(r"\]\(([^)\s]+)\)", text):
+        place, _, anchor = link.partition("#")
+        if ":" in place:
+            continue
+        target = path.parent / place if place else path
+        if not target.exists() or anchor and anchor not in anchors(text if target == path else read(target)):
+            dead.append(link)
+    return dead
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_links_lead_somewhere(path):
+    assert dead_links(path, read(path)) == []
+
+
+def test_every_document_can_be_found():
+    """From the README, in a few steps."""
+    found, new = set(), {ROOT / "README.md"}
+    while new:
+        found |= new
+        links = {(path.parent / link.partition("#")[0]).resolve() for path in new for link in re.findall(r"\]\(([^)\s]+)\)", read(path))}
+        new = {path for path in links if path.suffix == ".md" and path.exists()} - found
+    assert set(DOCUMENTS) - found == set()
+
+
+@pytest.mark.parametrize("link, is_dead", [
+    ("CONTRIBUTING.md", False), ("CONTRIBUTING.md#the-house", False), ("#two-commands", False), ("https://example.org/x", False),
+    ("NOTHING.md", True), ("CONTRIBUTING.md#the-hovel", True), ("#three-commands", True)])
+def test_a_dead_link_is_seen(link, is_dead):
+    assert dead_links(ROOT / "README.md", "## Two commands\n[text](%s)\n" % link) == ([link] if is_dead else [])
