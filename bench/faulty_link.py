@@ -10,7 +10,7 @@ import os
 import random
 import sys
 from collections import deque
-from typing import Any, Callable, Deque, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Deque, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src"))
 
@@ -36,6 +36,7 @@ WATCHDOG = 2.0          # s, of the robot
 SETTLED = 0.15          # s for a packet's way, a physics step and the like
 LINEAR_FALL = 0.3       # m/s^2 with which the simulated robot comes to rest
 ANGULAR_FALL = math.radians(100)
+SAME = 0.5              # s within which the same wrong is one
 WAITING = 0.3           # s that a whole packet may wait behind bytes that look like a longer one
 JITTER = 0.004          # m or rad by which a reported step may exceed the true one: rounding to the units of the wire
 
@@ -317,6 +318,7 @@ class Judge:
         self.lossy = False
         self.late = 0.0
         self.wrongs: List[str] = []
+        self._last: Dict[str, float] = {}
         self.bytes_written = 0
         self.distance = 0.0                         # m, and
         self.turned = 0.0                           # rad that the body has really covered
@@ -325,8 +327,8 @@ class Judge:
         self._void_at = -math.inf                   # set points from before this are void
         self._stand_by = 0.0                        # when the robot must stand at the latest
         self._heard_at = 0.0                        # by the robot, last
-        self._wanted = Velocity(0.0, 0.0)
         self._on_wire = {"VEL": 0, "RVEL": 0}
+        self._fastest = {"VEL": 0, "RVEL": 0}       # since it stood
         self._request: Optional[MotorsRequest] = None
         self._may_be_on = False
         self._were_on = False
@@ -335,17 +337,19 @@ class Judge:
         self._pose: Optional[Tuple[float, float, float]] = None
         self._pose_at = 0.0
 
-    def wrong(self, what: str) -> None:
-        """Keep it."""
-        if len(self.wrongs) < 100:
-            self.wrongs.append("%.2f s: %s" % (self._rig.now, what))
+    def wrong(self, what: str, how: str = "") -> None:
+        """Keep it, if the same was not wrong a moment ago."""
+        now = self._rig.now
+        if now > self._last.get(what, -math.inf) + SAME and len(self.wrongs) < 100:
+            self.wrongs.append("%.2f s: %s %s" % (now, what, how))
+        self._last[what] = now
 
     # What is told to it
 
     def commanded(self, velocity: Velocity) -> None:
         """The session took a velocity."""
-        self._commanded_at, self._wanted = self._rig.now, velocity
-        self._stand_by = self._rig.now + COMMAND_TIMEOUT + REACTION + self._rest_time()
+        self._commanded_at = self._rig.now
+        self._stand_by = self._rig.now + COMMAND_TIMEOUT + REACTION
 
     def asked_for_motors(self, on: bool, request: MotorsRequest) -> None:
         """The user did."""
@@ -354,7 +358,7 @@ class Judge:
     def killed(self) -> None:
         """Nothing more will be written; the robot drives on for as long as its watchdog lets it."""
         self._on_wire = {"VEL": 0, "RVEL": 0}
-        self._stand_by = self._rig.now + WATCHDOG + self._rest_time()
+        self._stand_by = self._rig.now + WATCHDOG
         self._void_at, self._request, self._pose = self._rig.now, None, None
 
     def happened(self, event: Any) -> None:
@@ -372,8 +376,9 @@ class Judge:
             command = p2os.decode_command(p2os.Frame(packet[3], packet[4:-2]))
             if command.name in self._on_wire:
                 self._on_wire[command.name] = command.value
+                self._fastest[command.name] = max(abs(command.value), self._fastest[command.name])
                 if command.value and (now > self._commanded_at + COMMAND_TIMEOUT + REACTION or self._commanded_at < self._void_at):
-                    self.wrong("%s %s, which nobody wants any more" % (command.name, command.value))
+                    self.wrong("a velocity that nobody wants any more", "%s %s" % (command.name, command.value))
             elif command.name == "STOP":
                 self._on_wire = {"VEL": 0, "RVEL": 0}
             elif command.name == "ENABLE" and command.value and (self._request is None or self._request.done):
@@ -385,6 +390,7 @@ class Judge:
 
     def reported(self, state: RobotState) -> None:
         """The pose goes no farther than the body went."""
+        self._follow_the_body()
         now, pose = self._rig.now, (state.x, state.y, state.heading)
         if self._pose is not None:
             step = math.hypot(pose[0] - self._pose[0], pose[1] - self._pose[1])
@@ -392,18 +398,21 @@ class Judge:
             steps_ago = (now - self._pose_at + self.late + WAITING) / STEP
             distance, turned = self._covered[-min(len(self._covered), math.ceil(steps_ago) + 2)]
             if step > self.distance - distance + JITTER or turn > self.turned - turned + JITTER:
-                self.wrong("the pose jumps from %s to %s" % (self._pose, pose))
+                self.wrong("the pose jumps", "from %s to %s" % (self._pose, pose))
         self._pose, self._pose_at = pose, now
 
     def look(self) -> None:
         """At the end of every step."""
         rig, now = self._rig, self._rig.now
         self._follow_the_body()
+        self._covered.append((self.distance, self.turned))
         if any(self._on_wire.values()) and now > self._commanded_at + COMMAND_TIMEOUT + REACTION + STEP:
-            self.wrong("no zero velocity on the wire, the last command is %.2f s old" % (now - self._commanded_at))
+            self.wrong("no zero velocity on the wire", "the last command is %.2f s old" % (now - self._commanded_at))
         moving = rig.firmware.velocity != (0.0, 0.0)
-        if moving and now > min(self._stand_by + WATCHDOG * self.lossy, self._heard_at + WATCHDOG + self._rest_time()) + SETTLED:
-            self.wrong("it moves: %s" % (rig.firmware.velocity,))
+        if not moving and not any(self._on_wire.values()):
+            self._fastest = {"VEL": 0, "RVEL": 0}
+        if moving and now > min(self._stand_by + WATCHDOG * self.lossy, self._heard_at + WATCHDOG) + self._rest_time() + SETTLED:
+            self.wrong("it moves", str(rig.firmware.velocity))
         on = rig.firmware.motors_enabled
         if on and not self._were_on and not self._may_be_on:
             self.wrong("motors are on, and nobody asked")
@@ -412,18 +421,16 @@ class Judge:
         self._were_on = on
         if rig.session is not None:
             if rig.session._line.waiting > LONGEST_QUEUE:
-                self.wrong("%d commands wait" % rig.session._line.waiting)
+                self.wrong("commands wait", str(rig.session._line.waiting))
             if rig.to_robot.backlog(now) > REACTION:
-                self.wrong("%.2f s of bytes wait in the line" % rig.to_robot.backlog(now))
+                self.wrong("bytes wait in the line", "%.2f s" % rig.to_robot.backlog(now))
 
     def _follow_the_body(self) -> None:
         before, pose = self._true_pose, self._rig.firmware.true_pose
         self.distance += math.hypot(pose[0] - before[0], pose[1] - before[1])
         self.turned += abs(pose[2] - before[2])
         self._true_pose = pose
-        self._covered.append((self.distance, self.turned))
 
     def _rest_time(self) -> float:
-        """s in which the robot comes to rest from what it does, or what it may be about to do."""
-        linear, angular = self._rig.firmware.velocity
-        return max(abs(linear), abs(self._wanted.linear)) / LINEAR_FALL + max(abs(angular), abs(self._wanted.angular)) / ANGULAR_FALL
+        """s in which the robot comes to rest from the fastest that it was told since it stood."""
+        return self._fastest["VEL"] / 1000 / LINEAR_FALL + math.radians(self._fastest["RVEL"]) / ANGULAR_FALL

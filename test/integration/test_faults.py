@@ -423,7 +423,7 @@ def test_a_robot_at_any_line_speed_is_found_in_a_bounded_time(given, robots, lef
 # That nothing was wrong would mean nothing if nothing could be.
 
 def breaks_the_dead_man(rig):
-    rig.session.drive._command_timeout = 60.0
+    rig.session.drive.command_timeout = 60.0
     rig.commanding = None
     rig.run(1.0)
 
@@ -466,7 +466,7 @@ def queue_builds_up(rig):
 
 @pytest.mark.parametrize("misdeed, said", [
     (breaks_the_dead_man, "no zero velocity on the wire"),
-    (commands_by_itself, "nobody wants any more"),
+    (commands_by_itself, "a velocity that nobody wants any more"),
     (switches_motors_on_by_itself, "motors switched on by itself"),
     (robot_switches_motors_on_by_itself, "motors are on, and nobody asked"),
     (coasts, "it moves"),
