@@ -3,7 +3,7 @@
 import math
 import queue
 import time
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import pytest
 
@@ -161,7 +161,7 @@ def test_a_robot_in_real_time_is_tuned_on_every_connect():
         with Robot(line.url, tuning=Tuning(ticks_mm=132), reconnect=True, on_event=listener) as robot:
             assert heard.get(timeout=LIMIT) == {"ticks_mm": (128, 132, "")}
             assert robot.identity.config.ticks_per_mm == 132 and robot.link.reconnects == 0
-            robot.tune(Tuning(rev_count=16600))
+            robot.tune(replace(robot.tuning, rev_count=16600))
             assert heard.get(timeout=LIMIT) == {"rev_count": (16570, 16600, "")}
             assert robot.identity.config.rev_count == 16600 and robot.link.reconnects == 0
             line.cut()

@@ -185,6 +185,11 @@ class Robot:
         return self._state
 
     @property
+    def tuning(self) -> Tuning:
+        """The settings that the robot is to have; ``tune(dataclasses.replace(robot.tuning, ...))`` changes some of them."""
+        return self._settings.tuning
+
+    @property
     def link(self) -> LinkCounts:
         """How well the line works."""
         with self._changed:
@@ -227,12 +232,13 @@ class Robot:
                 self._try_act()
 
     def tune(self, tuning: Tuning) -> None:
-        """Settings of the robot itself: what ``tuning`` names and what differs from before is sent at once, and again after every connecting.
+        """Settings of the robot itself from now on, instead of those of before: what differs is sent at once, and all of it after every connecting.
 
-        Without a link it is kept for the next one. What the robot made of it comes as the event Tuned; it forgets all of it at the end of the session.
+        What ``tuning`` leaves open and an earlier one did not goes back to what the robot had. Without a link all is kept for the next one.
+        What the robot made of it comes as the event Tuned; it forgets it at the end of the session.
         """
         with self._changed:
-            self._settings = replace(self._settings, tuning=self._settings.tuning.overlaid(tuning))
+            self._settings = replace(self._settings, tuning=tuning)
             if self._session is not None:
                 self._session.tune(tuning, monotonic())
                 self._try_act()

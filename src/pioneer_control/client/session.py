@@ -203,8 +203,8 @@ class Session:
             self._events.append(Tuned((), self.identity))
 
     def tune(self, tuning: Tuning, now: float) -> None:
-        """Settings over those of before; a robot that is not ready hears of them when it is."""
-        self._settings = replace(self._settings, tuning=self._settings.tuning.overlaid(tuning))
+        """Settings instead of those of before; a robot that is not ready hears of them when it is."""
+        self._settings = replace(self._settings, tuning=tuning)
         if self.phase is Phase.READY:
             self.tuner.tune(tuning, now)
 

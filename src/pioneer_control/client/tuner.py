@@ -32,15 +32,15 @@ class Tuner:
         self._stood = False
         self._told: Dict[str, float] = {}               # all that this robot was ever told
         self._before: Dict[str, Optional[float]] = {}   # what is on its way, and what the robot reported before
-        self._config = identity.config
+        self._own = self._config = identity.config
         self._answer: Optional[p2os.Config] = None      # to what is on its way
         self._tries = 0
         self.due = math.inf
         """When tick() has something to do at the latest."""
 
     def tune(self, tuning: Tuning, now: float) -> None:
-        """Values over those of before; what differs from what the robot was last told is sent."""
-        self._tuning = self._tuning.overlaid(tuning)
+        """Values instead of those of before: what differs from what the robot was last told is sent, and what is left open now is what it had itself."""
+        self._tuning = tuning
         if self._stood:
             self._begin(now)
 
@@ -63,7 +63,7 @@ class Tuner:
             self._judge(now)
 
     def _begin(self, now: float) -> None:
-        new = {name: value for name, value in self._tuning.values.items() if self._told.get(name) != value}
+        new = {name: value for name, value in self._wanted().items() if self._told.get(name) != value}
         if not new:
             return
         under_way = bool(self._before)
@@ -73,6 +73,17 @@ class Tuner:
         self._tries = 0
         if not under_way:       # else the next round takes it along: however fast values come, no queue builds up
             self._send(now)
+
+    def _wanted(self) -> Dict[str, float]:
+        wanted = dict(self._tuning.values)
+        for name in [name for name in self._told if name not in wanted]:
+            own = ROWS[name].shown(self._own)
+            if own is not None and own >= ROWS[name].low:
+                wanted[name] = ROWS[name].value(own)
+            elif not self._unknown(name):
+                problem = "what it had itself is not known: it stays %.6g until the next connect" % self._told.pop(name)
+                self._events.append(Tuned((Change(name, ROWS[name].unit, None, None, None, problem),), self._identity))
+        return wanted
 
     def _send(self, now: float) -> None:
         self._tries += 1

@@ -4,7 +4,7 @@ The robot forgets all of it at CLOSE (protocol 2.5), so it is told again after e
 """
 
 import math
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 from .. import p2os
@@ -97,11 +97,6 @@ class Tuning:
         """What is to be set, by name, in the order in which it is sent."""
         return {name: getattr(self, name) for name in ROWS if getattr(self, name) is not None}
 
-    def overlaid(self, newer: "Tuning") -> "Tuning":
-        """This with the values of a newer one over it."""
-        return replace(self, **newer.values)
-
-
 ROWS: Dict[str, Row] = {entry.name: entry.metadata["row"] for entry in fields(Tuning)}
 """The table, by the names of the fields."""
 
@@ -116,7 +111,8 @@ class Change(NamedTuple):
 
     name: str
     unit: str
-    wanted: float
+    wanted: Optional[float]
+    """None for what the robot had before it was ever told"""
     old: Optional[float]
     """as CONFIGpac showed it before; None when it did not"""
     new: Optional[float]

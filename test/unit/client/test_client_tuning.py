@@ -74,7 +74,8 @@ def names_of_settings(robot):
 
 
 def tune(bench, **values):
-    bench.session.tune(Tuning(**values), bench.now)
+    """Change some of the settings."""
+    bench.session.tune(replace(bench.session._settings.tuning, **values), bench.now)
     bench._act()
 
 
@@ -118,10 +119,6 @@ def test_what_is_illegal_is_named_with_what_is_legal(name, value, legal):
 def test_the_ends_of_a_range_are_legal(name, value):
     packet, = packets(Tuning(**{name: value}))
     assert p2os.decode_command(p2os.FrameDecoder().feed(packet)[0]).name == ROWS[name].command
-
-
-def test_a_newer_tuning_lies_over_an_older_one():
-    assert Tuning(ticks_mm=1, bump_stall=2).overlaid(Tuning(bump_stall=0)) == Tuning(ticks_mm=1, bump_stall=0)
 
 
 @pytest.mark.parametrize("change, said", [
@@ -252,6 +249,42 @@ def test_only_what_differs_from_before_is_sent():
     assert tuned(bench)[1].changes == (Change("ticks_mm", "", 133, 132, 133),)
 
 
+def test_what_is_left_open_again_goes_back_to_what_the_robot_had():
+    bench = until_tuned(Bench(TunedRobot(), tuning=Tuning(ticks_mm=132, max_angular_acceleration=0.5)).until_ready())
+    bench.robot.heard.clear()
+    tune(bench, ticks_mm=None, max_angular_acceleration=None)
+    until_tuned(bench, times=2)
+    assert (bench.robot.config.ticks_per_mm, bench.robot.config.rotation_acceleration_deg_s2) == (128, 100)
+    assert {change.name: change.problem for change in tuned(bench)[1].changes} == {"ticks_mm": "", "max_angular_acceleration": ""}
+    sent = names_of_settings(bench.robot)
+    tune(bench, rev_count=9)
+    until_tuned(bench, times=3)
+    assert names_of_settings(bench.robot) == sent + ["REVCOUNT"]
+
+
+def test_what_cannot_go_back_is_said_once():
+    bench = until_tuned(Bench(TunedRobot(), tuning=Tuning(bump_stall=1)).until_ready())
+    bench.robot.heard.clear()
+    tune(bench, bump_stall=None)
+    tune(bench, bump_stall=None)
+    bench.run(3.0)
+    assert names_of_settings(bench.robot) == []
+    change, = tuned(bench)[1].changes
+    assert len(tuned(bench)) == 2 and change.name == "bump_stall" and "stays 1 until the next connect" in str(change)
+    tune(bench, bump_stall=1)
+    until_tuned(bench, times=3)
+
+
+def test_what_never_went_to_old_firmware_need_not_go_back():
+    robot = TunedRobot()
+    robot.subtype = "p3dx"
+    robot.config = config(ticks_per_mm=None, shutdown_dv=None, firmware_version=None)
+    bench = until_tuned(Bench(robot, tuning=Tuning(ticks_mm=132)).until_ready())
+    tune(bench, ticks_mm=None)
+    bench.run(3.0)
+    assert len(tuned(bench)) == 1 and names_of_settings(robot) == []
+
+
 def test_a_value_from_before_the_link_and_one_from_during_the_handshake_are_both_sent():
     bench = Bench(TunedRobot(), tuning=Tuning(ticks_mm=132))
     bench.run(0.3)
@@ -306,5 +339,5 @@ def test_a_link_that_breaks_amid_it_says_nothing_of_it():
 
 def test_a_robot_takes_a_tuning_without_a_link():
     robot = Robot("/dev/nonesuch", tuning=Tuning(ticks_mm=132))
-    robot.tune(Tuning(rev_count=9))
-    assert robot._settings.tuning == Tuning(ticks_mm=132, rev_count=9)
+    robot.tune(replace(robot.tuning, rev_count=9))
+    assert robot.tuning == Tuning(ticks_mm=132, rev_count=9)
