@@ -102,8 +102,8 @@ class Robot:
         self._reconnects = -1
         self._past = Counts()
         self._error: Optional[BaseException] = None
-        self._ended = False             # the I/O thread will not do anything more
-        self._reading_until = 0.0
+        self._ended = threading.Event()     # the I/O thread will not do anything more
+        self._reading_until = 0.0           # 0: the I/O thread does not wait
 
     def start(self) -> "Robot":
         """Start the I/O thread and return at once. Never enables the motors."""
@@ -147,7 +147,7 @@ class Robot:
         Raises PortError, NoAnswerError or UnknownModelError with what to do.
         """
         with self._changed:
-            self._changed.wait_for(lambda: self.ready or self._ended, timeout)
+            self._changed.wait_for(lambda: self.ready or self._ended.is_set(), timeout)
             if self.ready:
                 assert self._identity is not None
                 return self._identity
@@ -157,7 +157,7 @@ class Robot:
         """The next state that arrives. Raises LinkLostError when none comes within ``timeout`` s."""
         with self._changed:
             before = self._states
-            self._changed.wait_for(lambda: self._states != before or self._ended, timeout)
+            self._changed.wait_for(lambda: self._states != before or self._ended.is_set(), timeout)
             if self._states == before:
                 raise self._failure(LinkLostError("%s: no state within %.1f s" % (self.url, timeout)))
             assert self._state is not None
@@ -165,8 +165,7 @@ class Robot:
 
     def wait_until_ended(self, timeout: Optional[float] = None) -> bool:
         """Block until nothing more will be tried: closed, a failure that is final, or a listener that raised. Whether that came in time (s)."""
-        with self._changed:
-            return self._changed.wait_for(lambda: self._ended, timeout)
+        return self._ended.wait(timeout)
 
     @property
     def ready(self) -> bool:
@@ -364,7 +363,7 @@ class Robot:
 
     def _wake(self) -> None:
         """Let the I/O thread look again when it would wait too long."""
-        if self._transport is not None and (self._closing or self._session.wake_at < self._reading_until):
+        if self._transport is not None and (self._session.phase is Phase.FINISHED or self._session.wake_at < self._reading_until):
             self._transport.wake()
 
     def _give_up(self, error: LinkError) -> None:
@@ -399,8 +398,8 @@ class Robot:
         finally:
             if sys.exc_info()[1] is not None:
                 self._error = sys.exc_info()[1]
+            self._ended.set()
             with self._changed:
-                self._ended = True
                 self._changed.notify_all()
 
     def _connect(self) -> bool:
@@ -444,7 +443,7 @@ class Robot:
             except LinkLostError as error:
                 lost = error
             with self._changed:
-                now = monotonic()
+                self._reading_until, now = 0.0, monotonic()
                 if data:
                     session.receive(data, now)
                 if lost is not None:
@@ -460,8 +459,8 @@ class Robot:
 
     def _watch_over_listeners(self) -> None:
         """The guard thread: keeps time for the session, the dead man's above all, while a listener holds up the I/O thread."""
-        with self._changed:
-            while not self._changed.wait_for(lambda: self._ended, HELD_UP):
+        while not self._ended.wait(HELD_UP):
+            with self._changed:
                 if self._telling and self._transport is not None:
                     self._session.tick(monotonic())
                     self._try_act()
