@@ -172,7 +172,7 @@ def check(table: type, given: Mapping[str, Any]) -> Tuple[Any, List[str]]:
                 unit = f" ({row['unit']})" if row["unit"] else ""
                 problems.append(f"~{name} = {given[name]!r} is not legal: give {row['kind'].legal}{unit}")
     for name in sorted(set(given) - set(known)):
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.7)
+        near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.7)
         if near:
             problems.append(f"~{name} is not a parameter of this node: did you mean ~{near[0]}?")
         else:

