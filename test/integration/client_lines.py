@@ -1,8 +1,11 @@
-"""A line between client and simulator that a test can spoil, cut and splice."""
+"""Lines between client and simulator that a test can spoil, cut, splice and unplug."""
 
+import os
 import random
+import select
 import socket
 import threading
+import tty
 
 
 class SpoiltLine:
@@ -73,3 +76,38 @@ class SpoiltLine:
         if kind == 1:
             return data[:at]
         return bytes(self._chance.randrange(256) for _ in range(9)) + data[:at] + b"\xFA\xFB" + data[at:]
+
+
+class Adapter:
+    """A USB-serial adapter: a terminal ``device`` that leads to the robot behind TCP ``port`` until it is unplugged."""
+
+    def __init__(self, port):
+        self._port = port
+        self._master, self._slave = os.openpty()    # the client's end is kept, so that no other adapter gets its name
+        tty.setraw(self._slave)
+        self.device = os.ttyname(self._slave)
+        self._plugged = True
+        self._thread = threading.Thread(target=self._relay, name="adapter", daemon=True)
+
+    def __enter__(self):
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self.unplug()
+        os.close(self._slave)
+
+    def unplug(self):
+        """The terminal is gone, and so is the way to the robot."""
+        self._plugged = False
+        self._thread.join()
+
+    def _relay(self):
+        with socket.create_connection(("127.0.0.1", self._port)) as robot:
+            while self._plugged:
+                ready = select.select([self._master, robot], [], [], 0.02)[0]
+                if self._master in ready:
+                    robot.sendall(os.read(self._master, 4096))
+                if robot in ready:
+                    os.write(self._master, robot.recv(4096))
+        os.close(self._master)
