@@ -1,14 +1,19 @@
 """From a port in an unknown state to a robot that has said its name."""
 
+import inspect
+import math
+import re
+
 import pytest
 
 from pioneer_control import p2os
+from pioneer_control.client import Robot, handshake
 from pioneer_control.client.events import BaudFound, Ready
-from pioneer_control.client.handshake import RATES
-from pioneer_control.client.session import Phase
+from pioneer_control.client.handshake import DRAIN, LISTEN, QUIET, RATES, SYNC_TIMEOUT, SYNC_TRIES, TCP_TRIES
+from pioneer_control.client.session import BEFORE_OPEN, CONFIG_TIMEOUT, Phase
 from pioneer_control.errors import LinkLostError, NoAnswerError, UnknownModelError
 
-from fake_robot import OPEN, SYNCED, WAITING, Bench, FakeRobot
+from fake_robot import OPEN, STEP, SYNCED, WAITING, Bench, FakeRobot
 
 CLOSE, SYNC0 = bytes.fromhex("FAFB03020002"), bytes.fromhex("FAFB03000000")
 
@@ -204,6 +209,70 @@ def test_a_robot_left_open_at_any_speed_is_found_and_never_revived(baud):
     robot.motors, robot.set_point["VEL"], robot.watchdog_expired = True, 300, True
     bench = Bench(robot, rates=RATES).until_ready()
     assert bench.now < 3.5 and not robot.revived and not robot.motors
+
+
+# How long it takes at the latest, from the constants; the docstring says the same.
+
+CLOSED = DRAIN + QUIET
+LONGEST_CYCLE = 0.255
+SILENT = LISTEN + SYNC_TRIES * SYNC_TIMEOUT + (SYNC_TRIES - 1) * CLOSED     # at a speed at which nothing is heard
+NOISY = LISTEN + CLOSED                                                     # ... at which a streaming robot sounds like noise
+RAISED = LONGEST_CYCLE + SYNC_TRIES * (CLOSED + SYNC_TIMEOUT)               # ... at which a robot obeys CLOSE, and is gone
+OPENED = BEFORE_OPEN + CONFIG_TIMEOUT
+WRONG = len(RATES) - 1
+BOUNDS = {
+    "waits": (LISTEN + OPENED, WRONG * SILENT + LISTEN + OPENED),
+    "streams": (LONGEST_CYCLE + CLOSED + OPENED, WRONG * NOISY + LONGEST_CYCLE + CLOSED + OPENED),
+    "raised": (NOISY + RAISED + LISTEN + OPENED, WRONG * NOISY + RAISED + (WRONG - 1) * SILENT + LISTEN + OPENED),
+    "not there": (SILENT, len(RATES) * SILENT),
+}
+SLACK = 40 * STEP   # each wait ends up to a step of the bench's clock late
+
+
+def time_until_ready(given, own, raised=None, streams=False):
+    robot = FakeRobot()
+    robot.config = None
+    robot.baud = raised or own
+    robot.own_baud = own
+    if streams:
+        robot.open()
+        robot.motors, robot.set_point["VEL"], robot.watchdog_expired = True, 300, True
+    bench = Bench(robot, rates=tuple(dict.fromkeys(given + RATES))).until_ready()
+    assert bench.session.own_baud == own and not robot.revived and not robot.motors
+    return bench.now
+
+
+def test_the_docstring_says_what_the_constants_do():
+    table = handshake.__doc__.replace("any of the five", "")
+    rows = [[float(number) for number in re.findall(r"([0-9.]+) s", line)] for line in table.splitlines() if re.match(r"(waits|was left|is not)", line)]
+    assert [row[:2] for row in rows] == [[math.ceil(10 * bound - 1e-6) / 10 for bound in bounds] for bounds in BOUNDS.values()]
+    assert rows[3][2] == pytest.approx(LISTEN + TCP_TRIES * SYNC_TIMEOUT + (TCP_TRIES - 1) * CLOSED)
+
+
+@pytest.mark.parametrize("kind, streams", [("waits", False), ("streams", True)])
+def test_a_wrong_speed_costs_a_bounded_time(kind, streams):
+    known, any_of_five = BOUNDS[kind]
+    times = {(given, own): time_until_ready((given,), own, streams=streams) for given in RATES for own in RATES}
+    assert max(times[rate, rate] for rate in RATES) < known + SLACK
+    assert 0.9 * any_of_five < max(times.values()) < any_of_five + SLACK, "and the bound is not idle"
+
+
+def test_a_robot_left_at_a_raised_speed_costs_a_bounded_time():
+    known, any_of_five = BOUNDS["raised"]
+    pairs = [(own, raised) for own in RATES for raised in RATES if own != raised]
+    assert max(time_until_ready((own, raised), own, raised, streams=True) for own, raised in pairs) < known + SLACK
+    times = [time_until_ready((given,), own, raised, streams=True) for given in RATES for own, raised in pairs]
+    assert 0.9 * any_of_five < max(times) < any_of_five + SLACK
+    assert any_of_five < inspect.signature(Robot.wait_until_ready).parameters["timeout"].default
+
+
+@pytest.mark.parametrize("rates", [RATES, ()])
+def test_nobody_is_known_to_be_nobody_in_a_bounded_time(rates):
+    robot = FakeRobot()
+    robot.deaf = lambda heard: True
+    bench = Bench(robot, rates=rates)
+    bound = BOUNDS["not there"][1] if rates else LISTEN + TCP_TRIES * SYNC_TIMEOUT + (TCP_TRIES - 1) * CLOSED
+    assert 0.9 * bound < bench.run_until(lambda: bench.finished) < bound + SLACK
 
 
 def test_bytes_that_make_no_packets_are_mentioned():
