@@ -112,9 +112,11 @@ class Robot:
         self._guard.start()
         return self
 
-    def close(self) -> None:
-        """Stop the robot, motors off, CLOSE, port closed; within about a second, whatever the robot does. Can be called twice."""
-        atexit.unregister(self.close)
+    def close(self, wait: bool = True) -> None:
+        """Stop the robot, motors off, CLOSE, port closed; within about a second, whatever the robot does. Can be called twice.
+
+        Without ``wait`` only the stop is written when this returns; the rest follows: see wait_until_ended().
+        """
         with self._changed:
             self._closing = True
             if self._session is not None:
@@ -122,6 +124,9 @@ class Robot:
                 self._try_act()
             self._wake()
             self._changed.notify_all()
+        if not wait:
+            return
+        atexit.unregister(self.close)
         if self._thread is threading.current_thread() or not self._thread.is_alive():
             return
         self._thread.join(CLOSE_TIMEOUT)

@@ -74,9 +74,10 @@ class DriverNode:
         return 0 if self._asked_to_end else 1
 
     def _end(self) -> None:
-        """ROS shuts down (a signal, rosnode kill): stop first, whatever thread this is."""
+        """ROS shuts down (a signal, rosnode kill): stop first, whatever thread this is. `run` waits for the rest, while ROS takes its own time."""
         self._asked_to_end = True
-        self._robot.close()
+        self._robot.close(wait=False)
+        self._publications.close()
         self._diagnostics.stop()
 
     def _reconfigure(self, parameters: DriverParameters) -> None:

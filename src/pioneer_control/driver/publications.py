@@ -135,6 +135,11 @@ class Publications:
                 self._switches = event.packet.state
             self._publish(type(event.packet), event.packet, stamp_of(event.sent_time))
 
+    def close(self) -> None:
+        """Publish nothing more: ROS shuts down, and closes topics before it says so."""
+        with self._lock:
+            self._topics = ()
+
     def _publish(self, source: type, value: Any, stamp: rospy.Time) -> None:
         for topic in self._topics:
             if topic.source is not source or not (self._has_listener(topic) or topic.latch and topic.name in self._publishers):
