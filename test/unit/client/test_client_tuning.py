@@ -8,6 +8,7 @@ import pytest
 from pioneer_control import p2os
 from pioneer_control.client import Change, Robot, Tuned, Tuning
 from pioneer_control.client.session import Phase
+from pioneer_control.client.tuner import AGAIN
 from pioneer_control.client.tuning import ROWS, packets
 from pioneer_control.errors import LinkLostError, ParameterError
 
@@ -307,6 +308,26 @@ def test_a_flood_of_values_builds_up_no_queue_and_the_last_one_counts():
     assert names_of_settings(bench.robot).count("TICKSMM") < 100
 
 
+def test_a_full_queue_is_not_made_longer_and_what_found_no_place_follows():
+    bench = Bench(TunedRobot(), rates=(9600,)).until_ready()
+    bench.run(0.5)
+    while not bench.session._line.full:
+        bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+    waiting = bench.session._line.waiting
+    tune(bench, ticks_mm=132)
+    assert bench.session._line.waiting == waiting
+    until_tuned(bench)
+    assert bench.robot.config.ticks_per_mm == 132
+
+
+def test_the_session_wakes_for_the_next_round():
+    bench = Bench(TunedRobot(), pulse=0).until_ready()
+    bench.run(0.5)
+    bench.robot.deaf = lambda heard: True
+    tune(bench, ticks_mm=132)
+    assert bench.session.wake_at <= bench.now + AGAIN
+
+
 def test_a_stop_overtakes_a_whole_tuning_on_a_slow_line():
     bench = Bench(TunedRobot(), rates=(9600,)).until_driving(0.3)
     bench.session.tune(ALL, bench.now)
@@ -322,6 +343,7 @@ def test_a_new_configpac_brings_new_limits():
     tune(bench, rotation_ki=1)
     until_tuned(bench)
     assert bench.session.identity.max_linear == pytest.approx(0.4) and bench.session.identity.watchdog == 1.0
+    assert bench.session._line.watchdog < 1.0
     bench.drive(2.0, 2.0)
     assert (bench.robot.set_point["VEL"], bench.robot.set_point["RVEL"]) == (400, 30)
     bench.session.drive.set_wheel_velocities(2.0, 2.0, bench.now)

@@ -94,6 +94,22 @@ def test_no_limit_is_exceeded_whatever_is_asked_for_and_whatever_is_owed():
             assert abs(left + right) / 2 <= max_linear + 1e-9 and abs(right - left) / 2 * 5.6 <= max_angular + 1e-9
 
 
+def test_where_both_limits_meet_the_nearest_speeds_within_them_are_driven():
+    chance = random.Random(6)
+    for _ in range(300):
+        limits = identity(max_linear=chance.uniform(0.2, 1.2), max_angular=chance.uniform(0.5, 4.0))
+        difference = limits.max_angular / 5.6
+        left, right = sent(WheelVelocities(limits), limits.max_linear - difference, limits.max_linear + difference)
+        assert (left * 0.02, right * 0.02) == pytest.approx((limits.max_linear - difference, limits.max_linear + difference), abs=0.045)
+
+
+def test_a_limit_that_becomes_lower_is_kept_at_once():
+    wheels = WheelVelocities(identity(max_linear=0.75))
+    assert sent(wheels, 1.0, 1.0, 0.0) == (37, 37)
+    wheels.follow(identity(max_linear=0.738))
+    assert 71 < sum(sent(wheels, 1.0, 1.0, 0.01)) <= 73
+
+
 @pytest.mark.parametrize("left, right", [(0.013, 0.013), (0.11, 0.105), (-0.007, 0.007), (0.0, 0.051), (0.2, -0.011), (0.004, 0.3)])
 def test_speeds_between_two_units_are_right_on_average(left, right):
     wheels, totals = WheelVelocities(identity()), [0.0, 0.0]
@@ -178,6 +194,15 @@ def test_body_and_wheels_take_turns_and_the_newest_counts():
     bench.robot.heard.clear()
     bench.run(0.4)
     assert set(bench.robot.names()) == {"VEL2"}
+
+
+def test_what_the_body_was_owed_is_forgotten_while_the_wheels_drive():
+    bench = with_motors(Bench(command_timeout=60.0))
+    bench.drive(0.0, math.radians(0.4))
+    drive_wheels(bench, 0.2, 0.1)
+    bench.run(5.0)
+    bench.drive(0.0, math.radians(10.0))
+    assert bench.robot.set_point["RVEL"] == 10
 
 
 def test_the_stop_button_clears_the_wheels_too():
