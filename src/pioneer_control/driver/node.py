@@ -13,7 +13,7 @@ from time import monotonic
 
 import rospy
 
-from ..client import BaudFound, CommandTimedOut, LinkDown, MotionCleared, PacketReceived, Ready, Robot, RobotState, Tuned
+from ..client import BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, PacketReceived, Ready, Robot, RobotState, Tuned
 from ..errors import ParameterError, PioneerError, PortError
 from ..ros_node import init_node
 from .diagnostics import Diagnostics
@@ -51,6 +51,7 @@ class DriverNode:
             max_angular=parameters.max_yawspeed,
             has_gripper=parameters.gripper,
             tuning=parameters.tuning,
+            host_baud=parameters.host_baud or None,
             reconnect=True,
             on_state=self._on_state,
             on_event=self._on_event,
@@ -107,6 +108,8 @@ class DriverNode:
             self._publications.packet(event)
         elif isinstance(event, Tuned):
             self._tuned(event)
+        elif isinstance(event, LineSpeed):
+            (rospy.logwarn if event.problem else rospy.loginfo)("the line runs at %d baud%s", event.baud, event.problem and ": " + event.problem)
         elif isinstance(event, BaudFound):
             rospy.loginfo("the robot answers at %d baud; set the parameter baud to it for a faster start", event.baud)
 

@@ -64,9 +64,9 @@ class DriverParameters:
     max_yawspeed: float = parameter(1.745, Number(0.02, 6.3), "no turn goes beyond", "rad/s", live=True)
     cmd_vel_timeout: float = parameter(0.6, Number(0.1, 2.0), "a velocity older than this means stop", "s", live=True)
     max_xaccel: float = parameter(0.0, Rate(0.01, 10.0), "acceleration; 0: the robot's own", "m/s^2", live=True)
-    max_xdecel: float = parameter(0.0, Rate(0.1, 10.0, signed=True), "deceleration, with any sign; 0: the robot's own", "m/s^2", live=True)
+    max_xdecel: float = parameter(0.0, Rate(0.1, 10.0, signed=True), "deceleration, any sign; 0: the robot's own", "m/s^2", live=True)
     max_yawaccel: float = parameter(0.0, Rate(0.1, 20.0), "acceleration of turns; 0: the robot's own", "rad/s^2", live=True)
-    max_yawdecel: float = parameter(0.0, Rate(0.2, 20.0, signed=True), "deceleration of turns, with any sign; 0: the robot's own", "rad/s^2", live=True)
+    max_yawdecel: float = parameter(0.0, Rate(0.2, 20.0, signed=True), "deceleration of turns, any sign; 0: the robot's own", "rad/s^2", live=True)
     rot_kp: int = parameter(-1, GAIN, "rotation PID, proportional; -1: the robot's own", live=True)
     rot_kv: int = parameter(-1, GAIN, "rotation PID, derivative; -1: the robot's own", live=True)
     rot_ki: int = parameter(-1, GAIN, "rotation PID, integral; -1: the robot's own", live=True)
@@ -110,18 +110,11 @@ LIVE = {entry.name: entry for entry in fields(DriverParameters) if entry.metadat
 
 
 def changed(parameters: DriverParameters, wanted: Mapping[str, Any]) -> DriverParameters:
-    """The parameters with some live ones changed.
-
-    Raises ParameterError for what check_parameters() refuses, for what is not live, and for what would have to be the robot's own again: it has
-    forgotten that until it is closed.
-    """
+    """The parameters with some live ones changed. Raises ParameterError for what check_parameters() refuses, and for what is not live."""
     fixed = sorted(set(wanted) - set(LIVE))
     if fixed:
         raise ParameterError("~%s cannot change while the driver runs" % ", ~".join(fixed))
     accepted, _ = check(DriverParameters, wanted)
-    for name in sorted(set(wanted) & set(TUNING)):
-        if getattr(accepted, name) == LIVE[name].default != getattr(parameters, name):
-            raise ParameterError("~%s stays %s: the robot's own comes back when the driver is started without it" % (name, getattr(parameters, name)))
     return replace(parameters, **{name: getattr(accepted, name) for name in wanted})
 
 

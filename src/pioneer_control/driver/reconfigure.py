@@ -7,14 +7,14 @@ import threading
 from typing import Any, Callable, Dict, Mapping
 
 import rospy
-from dynamic_reconfigure.msg import BoolParameter, Config, ConfigDescription, DoubleParameter, Group, GroupState, IntParameter, ParamDescription, StrParameter
+from dynamic_reconfigure.msg import Config, ConfigDescription, DoubleParameter, Group, GroupState, IntParameter, ParamDescription
 from dynamic_reconfigure.srv import Reconfigure, ReconfigureRequest, ReconfigureResponse
 
 from ..errors import PioneerError
 from .parameters import LIVE, DriverParameters, changed
 
-TYPES = {bool: ("bool", "bools", BoolParameter), int: ("int", "ints", IntParameter), float: ("double", "doubles", DoubleParameter), str: ("str", "strs", StrParameter)}
-"""Python's types: by their names in a description, where a Config lists them, and in which message."""
+TYPES = {int: ("int", "ints", IntParameter), float: ("double", "doubles", DoubleParameter)}
+"""The types of what may change: their names in a description, where a Config lists them, and in which message."""
 GROUP = "Default"
 
 

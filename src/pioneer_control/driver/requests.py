@@ -1,4 +1,7 @@
-"""In: commands to the robot, from topics and services: a table of each, and what obeys by it. Called on threads of rospy's; `commands` says what is obeyed."""
+"""In: commands to the robot, from topics and services: a table of each, and what obeys by it. Called on threads of rospy's.
+
+`commands` says which messages are obeyed.
+"""
 
 import threading
 from time import monotonic
@@ -74,6 +77,10 @@ class Requests:
         """Paddles and lift."""
         for order in commands.gripper_orders(message):
             self._robot.gripper(*order)
+
+    def follow_motor_state(self, message: MotorState) -> None:
+        """Motors on or off."""
+        self.switch_motors_and_tell(commands.motors_wanted(message), "cmd_motor_state")
 
     def switch_motors_and_tell(self, on: bool, who: str) -> None:
         """Ask for the motors, and do not wait: the next message may want the opposite. Why they do not obey becomes a warning."""
@@ -189,7 +196,7 @@ class Service(NamedTuple):
 TOPICS = (
     Topic("cmd_vel", Twist, 1, Requests.drive),
     Topic("cmd_wheels", WheelVelocities, 1, Requests.drive_wheels),
-    Topic("cmd_motor_state", MotorState, QUEUE, lambda self, message: self.switch_motors_and_tell(commands.motors_wanted(message), "cmd_motor_state")),
+    Topic("cmd_motor_state", MotorState, QUEUE, Requests.follow_motor_state),
     Topic("gripper_control", GripperState, QUEUE, Requests.move_gripper),
 )
 

@@ -1,0 +1,163 @@
+"""The whole driver in a bottle: DriverNode, its client and a simulated robot in one thread, in simulated time, with what it says to ROS kept in lists.
+
+No master, no sockets, no waiting: rospy's publishers, subscribers and services are replaced by lists, the clock by one that the line turns.
+"""
+
+import inspect
+import math
+import sys
+import types
+from collections import defaultdict
+
+import rospy
+
+import pioneer_control.driver.node as node_module
+from pioneer_control.client import Robot
+from pioneer_control.driver.parameters import check_parameters
+from pioneer_control.p2os import FrameDecoder, decode_command
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.firmware import Firmware
+from pioneer_control.simulator.loading import load_world
+
+STEP = 0.005
+START = 1000.0      # s: when the clocks begin, ROS's too
+FOREVER = 60.0      # s: no script is that long
+
+
+class Bottle:
+    """One run of the driver.
+
+    ``script`` is a generator function of the bottle. It yields the seconds to wait next, looks at what happened, and acts through
+    send(), call() and the firmware; at its end ROS shuts down. It begins when the robot is ready.
+    """
+
+    def __init__(self, monkeypatch, script, firmware=None, caller="/somebody", **given):
+        self.firmware = firmware or Firmware(find_model("p3dx-sh"), load_world("empty"), gripper=True, noise=0.0)
+        self.now = START
+        self.published = defaultdict(list)      # topic: [(time, message)]
+        self.said = []                          # (level, text)
+        self.opened = []                        # (url, baud)
+        self.heard = []                         # by the robot: (time, command, value)
+        self.set_parameters = {}                # on the parameter server
+        self.ready_at = None
+        self._caller = caller
+        self._topics, self._services = {}, {}
+        self._script, self._resume_at = script, START
+        self._ear = FrameDecoder()
+        self._replace(monkeypatch)
+        self.node = node_module.DriverNode(check_parameters(given)[0])
+        self.exit_code = self.node.run()
+
+    def send(self, topic, message):
+        """Publish a command."""
+        message._connection_header = {"callerid": self._caller}
+        self._topics[topic](message)
+
+    def call(self, service, *values):
+        """Call a service. One that waits for the robot must be called from a thread of its own."""
+        kind, handler = self._services[service]
+        return handler(kind._request_class(*values))
+
+    def messages(self, topic):
+        """All messages of a topic."""
+        return [message for _, message in self.published[topic]]
+
+    def commands(self, *names):
+        """What the robot was told by these commands: (s since it was ready, value)."""
+        return [(time - self.ready_at, value) for time, name, value in self.heard if name in names]
+
+    def says(self, text):
+        """Whether the log has a line with this text."""
+        return any(text in line for _, line in self.said)
+
+    # The world around the driver
+
+    def _replace(self, monkeypatch):
+        bottle = self
+
+        class Publisher:
+            def __init__(self, name, kind, **_):
+                self.name = name
+
+            def publish(self, message):
+                bottle.published[self.name].append((bottle.now, message))
+
+            def get_num_connections(self):
+                return 1
+
+            def unregister(self):
+                pass
+
+        def log(level):
+            return lambda text, *values: self.said.append((level, text % values if values else text))
+
+        monkeypatch.setattr(rospy, "Publisher", Publisher)
+        monkeypatch.setattr(rospy, "Subscriber", lambda name, kind, callback, **_: self._topics.update({name: callback}))
+        monkeypatch.setattr(rospy, "Service", lambda name, kind, handler: self._services.update({name: (kind, handler)}))
+        monkeypatch.setattr(rospy, "get_master", lambda: types.SimpleNamespace(lookupService=lambda name: (-1, "", "")))
+        monkeypatch.setattr(rospy, "set_param", self.set_parameters.__setitem__)
+        monkeypatch.setattr(rospy, "resolve_name", lambda name: "/" + name)
+        monkeypatch.setattr(rospy, "on_shutdown", lambda hook: None)
+        monkeypatch.setattr(rospy.Time, "now", lambda: rospy.Time.from_sec(self.now))
+        for level in ("debug", "info", "warn", "err", "fatal"):
+            monkeypatch.setattr(rospy, "log" + level, log(level))
+        for name, module in list(sys.modules.items()):
+            if name.startswith("pioneer_control.") and hasattr(module, "monotonic"):
+                monkeypatch.setattr(module, "monotonic", lambda: self.now)
+        quiet = types.SimpleNamespace(**dict.fromkeys(("start", "stop", "state", "event", "identity"), lambda *_: None))
+        monkeypatch.setattr(node_module, "Diagnostics", lambda *_, **__: quiet, raising=False)      # a thread of its own, in real time
+        monkeypatch.setattr("pioneer_control.client.robot.open_transport", lambda url, baud: Line(self, url, baud))
+        monkeypatch.setattr(Robot, "start", lambda robot: robot)
+        monkeypatch.setattr(Robot, "wait_until_ended", lambda robot, timeout=None: robot._run())    # what its I/O thread does, in this one
+
+    def pass_time(self, seconds):
+        """Let time pass for the robot, then for the script. Returns what the robot sent."""
+        self.now += seconds
+        assert self.now < START + FOREVER, "the script does not end; said: %s" % self.said
+        sent = self.firmware.advance(seconds)
+        if self.ready_at is None and self.says("connected to"):
+            self.ready_at = self._resume_at = self.now
+            self._script = self._script(self)
+            assert inspect.isgenerator(self._script)
+        if self.ready_at is not None and self.now >= self._resume_at - STEP / 2:
+            wait = next(self._script, None)
+            self._resume_at = math.inf if wait is None else self.now + wait
+            if wait is None:
+                self.node._end()
+        return sent
+
+    def hear(self, data):
+        """Bytes for the robot."""
+        self.heard += [(self.now, command.name, command.value) for command in map(decode_command, self._ear.feed(data))]
+        self.firmware.receive(data)
+
+
+class Line:
+    """A Transport of the client that reaches the bottle's robot: a serial port unless it has an address. Waiting on it makes time pass."""
+
+    def __init__(self, bottle, url, baud):
+        self.url = url
+        self.baud = None if "://" in url else baud
+        self._bottle = bottle
+        self._woken = False
+        bottle.opened.append((url, self.baud))
+
+    def read(self, timeout):
+        until = self._bottle.now + timeout
+        data = self._bottle.pass_time(STEP)     # at least: a closing robot wakes its line at every turn
+        while not data and not self._woken and self._bottle.now < until - STEP / 2:
+            data = self._bottle.pass_time(STEP)
+        self._woken = False
+        return data
+
+    def write(self, data):
+        self._bottle.hear(data)
+
+    def wake(self):
+        self._woken = True
+
+    def set_baud(self, baud):
+        self.baud = baud
+
+    def close(self):
+        pass
