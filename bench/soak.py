@@ -94,7 +94,6 @@ class Day:
 
     def __init__(self, seed: int, baud: Optional[int]) -> None:
         self.rig = Rig(baud=(baud, baud) if baud else None, seed=seed)
-        self.rig.firmware.hardware.battery.pretend(12.8)        # charged all day
         self.chance = random.Random(seed + 1)
         self.faults: Dict[str, int] = dict.fromkeys(FAULTS, 0)
         self.reconnects = self.commands = 0
@@ -113,6 +112,7 @@ class Day:
                 self.drive()
             rig.mend()
             rig.firmware.press_stop_button(False)
+            rig.firmware.hardware.battery.pretend(12.8)     # charged all day; a restart forgets it
             try:
                 rig.run_until(lambda: rig.ready, RECOVERY)
             except AssertionError as error:
