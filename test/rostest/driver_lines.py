@@ -6,13 +6,19 @@ import dataclasses
 import os
 import re
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import tempfile
 import termios
 import threading
+import time
 import unittest
+from xmlrpc.client import ServerProxy
 
+import rosgraph
+import rosnode
 import rospy
 import rostest
 from geometry_msgs.msg import Twist
@@ -23,7 +29,7 @@ from tf2_msgs.msg import TFMessage
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "..", "integration")]
 
-from client_lines import SpoiltLine  # noqa: E402
+from client_lines import Adapter, SpoiltLine  # noqa: E402
 from pioneer_control.msg import GripperState, MotorState, RobotInfo, SonarArray  # noqa: E402
 from pioneer_control.p2os import FrameDecoder, decode_command  # noqa: E402
 from pioneer_control.robots import find_model  # noqa: E402
@@ -32,6 +38,10 @@ from pioneer_control.simulator.loading import load_world  # noqa: E402
 from pioneer_control.simulator.robot_numbers import standard_numbers  # noqa: E402
 from pioneer_control.simulator.server import Server  # noqa: E402
 from witness import PATIENCE, Witness  # noqa: E402
+
+
+GLOBAL = {"/rosout", "/tf", "/tf_static", "/clock", "/diagnostics"}
+"""What all nodes share: all of the names of a driver that do not begin with its namespace."""
 
 
 class OverheardFirmware(Firmware):
@@ -50,10 +60,10 @@ class OverheardFirmware(Firmware):
 class Driver:
     """A p2os_driver process in a namespace of its own, with what it printed."""
 
-    def __init__(self, namespace, **parameters):
+    def __init__(self, namespace, environment=None, **parameters):
         self.namespace = namespace
         arguments = ["_%s:=%s" % item for item in parameters.items()]
-        self.process = subprocess.Popen(["rosrun", "pioneer_control", "p2os_driver", "__ns:=" + namespace] + arguments,
+        self.process = subprocess.Popen(["rosrun", "pioneer_control", "p2os_driver", "__ns:=" + namespace] + arguments, env=environment,
                                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
         self.printed, self._changed = "", threading.Condition()
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -65,9 +75,9 @@ class Driver:
                 self.printed += line
                 self._changed.notify_all()
 
-    def says(self, text):
+    def says(self, text, times=1):
         with self._changed:
-            assert self._changed.wait_for(lambda: text in self.printed, PATIENCE), "not said: %s\n%s" % (text, self.printed)
+            assert self._changed.wait_for(lambda: self.printed.count(text) >= times, PATIENCE), "not said: %s\n%s" % (text, self.printed)
 
     def end(self, how=signal.SIGINT):
         if self.process.poll() is None:
@@ -75,6 +85,52 @@ class Driver:
         code = self.process.wait(PATIENCE)
         self._reader.join(PATIENCE)
         return code
+
+
+class Master:
+    """A roscore of its own, that can die and come back; what runs under it gets its ``environment``."""
+
+    def __init__(self):
+        with socket.create_server(("127.0.0.1", 0)) as placeholder:
+            self._port = placeholder.getsockname()[1]
+        self.environment = dict(os.environ, ROS_MASTER_URI="http://127.0.0.1:%d" % self._port)
+        self.start()
+
+    def start(self):
+        self._process = subprocess.Popen(["rosmaster", "--core", "-p", str(self._port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        for _ in range(int(PATIENCE / 0.05)):
+            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", self._port)):
+                return
+            time.sleep(0.05)
+        raise AssertionError("no master on port %d" % self._port)
+
+    def end(self):
+        self._process.kill()
+        self._process.wait()
+
+
+class DeafReader:
+    """A subscriber that says hello and then never reads: what is sent to it piles up."""
+
+    def __init__(self, node, topic, kind):
+        _, _, (_, host, port) = ServerProxy(rosnode.get_api_uri(rosgraph.Master("/deaf"), node)).requestTopic("/deaf", topic, [["TCPROS"]])
+        self._socket = socket.socket()
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1)     # as little as there is
+        self._socket.connect((host, port))
+        fields = {"callerid": "/deaf", "topic": topic, "type": kind._type, "md5sum": kind._md5sum}
+        header = b"".join(struct.pack("<I", len(field)) + field for field in (("%s=%s" % item).encode() for item in fields.items()))
+        self._socket.sendall(struct.pack("<I", len(header)) + header)
+
+    @property
+    def unread(self):
+        """Bytes that wait on the driver's side: they stay when no more go in."""
+        mine = "%04X" % self._socket.getsockname()[1]
+        with open("/proc/net/tcp") as table:
+            rows = [row.split() for row in table]
+        return sum(int(row[4].partition(":")[0], 16) for row in rows[1:] if row[2].rpartition(":")[2] == mine)
+
+    def close(self):
+        self._socket.close()
 
 
 class DriverLines(unittest.TestCase):
@@ -278,6 +334,103 @@ class DriverLines(unittest.TestCase):
         seen.next(self.namespace + "/motor_state", 10)
         self.assertNotIn(self.namespace + "/gripper_state", [name for name, _ in rospy.get_published_topics()])
 
+    def cut_and_mended(self, port, cut, mend):
+        """The cable comes out while the user drives, and goes on to; what must hold until somebody switches the motors on again."""
+        firmware, driver = self.firmware, self.driver(port)
+        self.motors_on(driver)
+        with self.commanding(0.2):
+            self.until("it drives", lambda: firmware.velocity[0] > 0.15)
+            cut()
+            self.until("it stands", lambda: firmware.velocity == (0.0, 0.0))
+            mend()
+            driver.says("connected to", 2)
+            states = Witness({self.namespace + "/motor_state": MotorState})
+            states.next(self.namespace + "/motor_state", 2)
+            self.assertEqual(firmware.velocity, (0.0, 0.0))
+            before = firmware.true_pose
+            states.next(self.namespace + "/motor_state", 15)
+            self.assertEqual({message.state for message in states.seen[self.namespace + "/motor_state"]}, {0})
+            self.assertEqual(firmware.true_pose, before, "commands go on, but nothing moves")
+            self.assertIsNone(driver.process.poll())
+            self.motors_on(driver)
+            self.until("it drives again", lambda: firmware.velocity[0] > 0.15)
+        self.until("it stands", lambda: firmware.velocity == (0.0, 0.0))
+        self.assertEqual(driver.end(), 0)
+        self.assertNotIn("Traceback", driver.printed)
+
+    def test_a_cut_tcp_line(self):
+        self.firmware, server = self.robot()
+        line = self.ending.enter_context(SpoiltLine(int(server.url.rpartition(":")[2])))
+        self.cut_and_mended(line.url, line.cut, lambda: None)
+
+    def test_a_serial_adapter_pulled_and_put_back_under_another_name(self):
+        self.firmware, server = self.robot()
+        port = int(server.url.rpartition(":")[2])
+        first = self.ending.enter_context(Adapter(port))
+        with tempfile.TemporaryDirectory() as folder:
+            link = os.path.join(folder, "pioneer")
+            os.symlink(first.device, link)
+
+            def unplug():
+                first.unplug()
+                os.unlink(link)
+
+            def plug_in():
+                os.symlink(self.ending.enter_context(Adapter(port)).device, link)
+
+            self.cut_and_mended(link, unplug, plug_in)
+
+    def test_the_master_dies_and_another_takes_its_place(self):
+        """Nodes of this ROS do not tell a new master of themselves: who is connected stays so, the dead man lives, and the end is clean."""
+        master = Master()
+        self.ending.callback(lambda: master.end())
+        firmware, server = self.robot()
+        driver = self.driver(server.url, environment=master.environment)
+        driver.says("connected to")
+        subprocess.run(["rosservice", "call", "--wait", self.namespace + "/set_motors", "true"], env=master.environment, check=True, stdout=subprocess.DEVNULL)
+        commander = subprocess.Popen(["rostopic", "pub", "-r", "10", self.namespace + "/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.2}}"],
+                                     env=master.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.ending.callback(commander.kill)
+        self.until("it drives", lambda: firmware.velocity[0] > 0.15)
+        master.end()
+        x = firmware.true_pose[0]
+        self.until("it drives on without a master", lambda: firmware.true_pose[0] > x + 0.3)
+        master.start()
+        x = firmware.true_pose[0]
+        self.until("and with another one", lambda: firmware.true_pose[0] > x + 0.3)
+        commander.kill()
+        self.until("it stands", lambda: firmware.velocity == (0.0, 0.0))
+        driver.says("no velocity came for")
+        self.assertIsNone(driver.process.poll())
+        master.end()
+        self.assertEqual(driver.end(), 0, driver.printed)
+        self.assertIs(firmware.session, Session.WAITING)
+        self.assertFalse(firmware.motors_enabled)
+
+    def test_a_subscriber_that_never_reads_holds_up_nothing(self):
+        """A frame with a long name fills the buffers of its connection in a moment."""
+        numbers = standard_numbers()
+        quick = dataclasses.replace(numbers, session=dataclasses.replace(numbers.session, sip_cycle_ms=20))
+        firmware, server = self.robot(numbers=quick)
+        driver = self.driver(server.url, odom_frame_id="o" * 50000, publish_tf="false")
+        self.motors_on(driver)
+        seen = self.witness(pose=Odometry)
+        reader = DeafReader(self.namespace + "/p2os", self.namespace + "/pose", Odometry)
+        self.ending.callback(reader.close)
+
+        def stuck():
+            before = reader.unread
+            seen.next(self.namespace + "/pose", 20)
+            return 0 < before == reader.unread
+
+        self.until("the driver's side is full", stuck)
+        with self.commanding(0.2):
+            self.until("it drives", lambda: firmware.velocity[0] > 0.15)
+        self.until("it stands", lambda: firmware.velocity == (0.0, 0.0))
+        seen.next(self.namespace + "/pose", 50)
+        self.assertEqual(driver.end(), 0, driver.printed)
+        self.assertIs(firmware.session, Session.WAITING)
+
     def test_two_robots_in_one_graph(self):
         robots = {}
         for name in ("left", "right"):
@@ -293,6 +446,10 @@ class DriverLines(unittest.TestCase):
             self.until("one drives", lambda: robots[driven][0].velocity[0] > 0.15)
         self.assertEqual(robots[standing][0].internal_counts, (0, 0))
         self.assertNotIn(("ENABLE", 1), [(name, value) for _, name, value in robots[standing][0].heard])
+        for kind in rosgraph.Master("/test").getSystemState():      # topics published, topics subscribed, services
+            for namespace in robots:
+                names = {name for name, nodes in kind if namespace + "/p2os" in nodes}
+                self.assertEqual({name for name in names if not name.startswith(namespace + "/")} - GLOBAL, set(), "nothing absolute")
 
     def test_bad_parameters_are_named_and_end_the_driver(self):
         driver = self.driver("/dev/null", pulse="often", max_xspeed=-1, use_sonr="true")
