@@ -3,6 +3,7 @@
 import dataclasses
 import pathlib
 import re
+import xml.etree.ElementTree as ElementTree
 from typing import List
 
 import pytest
@@ -99,6 +100,16 @@ def test_what_older_firmware_lacks():
         lacking = {family for head, column in zip(heads, columns) if column == "-" for family in head.split(", ")}
         told.update(dict.fromkeys(re.findall(r"\w+", names), lacking))
     assert told == {name: set(UNKNOWN_TO.get(ROWS[TUNING[name]].command, ())) for name in TUNING}
+
+
+# Launch files
+
+def test_the_readme_names_every_launch_file_and_arguments_that_it_has():
+    told = {row[0].strip("`"): re.findall(r"`(\w+)`", row[2]) for row in rows(read(ROOT / "README.md"), "Launch files")}
+    assert sorted(told) == sorted(path.name for path in (ROOT / "launch").iterdir())
+    for name, arguments in told.items():
+        declared = {element.get("name") for element in ElementTree.parse(ROOT / "launch" / name).getroot().findall("arg")}
+        assert set(arguments) <= declared, name
 
 
 # Links
