@@ -38,6 +38,8 @@ class Bottle:
         self.said = []                          # (level, text)
         self.opened = []                        # (url, baud)
         self.heard = []                         # by the robot: (time, command, value)
+        self.velocities = []                    # what it really does: (s since it was ready, (m/s, rad/s))
+        self.line = None
         self.set_parameters = {}                # on the parameter server
         self.ready_at = None
         self._caller = caller
@@ -119,7 +121,9 @@ class Bottle:
             self.ready_at = self._resume_at = self.now
             self._script = self._script(self)
             assert inspect.isgenerator(self._script)
-        if self.ready_at is not None and self.now >= self._resume_at - STEP / 2:
+        if self.ready_at is not None:
+            self.velocities.append((self.now - self.ready_at, self.firmware.velocity))
+        if self.now >= self._resume_at - STEP / 2 and self.ready_at is not None:
             wait = next(self._script, None)
             self._resume_at = math.inf if wait is None else self.now + wait
             if wait is None:
@@ -141,6 +145,7 @@ class Line:
         self._bottle = bottle
         self._woken = False
         bottle.opened.append((url, self.baud))
+        bottle.line = self
 
     def read(self, timeout):
         until = self._bottle.now + timeout
