@@ -160,6 +160,26 @@ def test_a_listener_that_hangs_holds_up_no_dead_man(server, goes_on):
         hang.set()
 
 
+@pytest.mark.parametrize("name", ["_telling", "_reading_until"])
+def test_what_threads_tell_each_other_is_only_written_under_the_lock(server, name):
+    unlocked, written = [], []
+
+    def write(robot, value):
+        written.append(value)
+        if not robot._changed._is_owned():
+            unlocked.append(value)
+        robot.__dict__[name] = value
+
+    watched = type("WatchedRobot", (Robot,), {name: property(lambda robot: robot.__dict__[name], write)})
+    with watched(server.url) as robot:
+        del unlocked[:]         # the constructor's
+        for _ in range(3):
+            robot.wait_for_state()
+    assert len(written) > 5 and unlocked == []
+    setattr(robot, name, 7)
+    assert unlocked == [7], "and the test would notice"
+
+
 def test_closing_stops_at_once_and_not_when_the_io_thread_finds_time(server, monkeypatch):
     monkeypatch.setattr("pioneer_control.client.robot.CLOSE_TIMEOUT", 10 * LIMIT)
     hang, hanging = threading.Event(), threading.Event()
