@@ -9,8 +9,13 @@ from typing import List
 import pytest
 import yaml
 
-from pioneer_control.driver.parameters import TUNING, DriverParameters
+from pioneer_control.client import drive, handshake, host_baud, session, velocities
+from pioneer_control.client.identity import DEFAULT_WATCHDOG
+from pioneer_control.client.line import LONGEST_QUEUE
+from pioneer_control.client.robot import BACK_OFF
 from pioneer_control.client.tuning import ROWS
+from pioneer_control.driver import health, notices
+from pioneer_control.driver.parameters import TUNING, DriverParameters
 from pioneer_control.p2os import UNKNOWN_TO
 from pioneer_control.parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole
 from pioneer_control.robots import load_models
@@ -100,6 +105,40 @@ def test_what_older_firmware_lacks():
         lacking = {family for head, column in zip(heads, columns) if column == "-" for family in head.split(", ")}
         told.update(dict.fromkeys(re.findall(r"\w+", names), lacking))
     assert told == {name: set(UNKNOWN_TO.get(ROWS[TUNING[name]].command, ())) for name in TUNING}
+
+
+# Numbers in sentences
+
+SENTENCES = [
+    ("no velocity for `cmd_vel_timeout` (%g s)", DriverParameters.cmd_vel_timeout),
+    ("exact on average over a second", velocities.ROUNDING_PERIOD == 1.0),
+    ("slowed down within %g s", drive.REFRESH),
+    ("link lost after %.1f s without a packet", session.SILENCE),
+    ("up to %g s to come to rest", session.STAND_TIMEOUT),
+    ("after %g s without a packet the first thing sent is a stop", DEFAULT_WATCHDOG * session.WATCHDOG_MARGIN),
+    ("2 s after the last packet, by its own watchdog", DEFAULT_WATCHDOG == 2.0),
+    ("beyond %d waiting other commands", LONGEST_QUEUE),
+    ("after %g, %g, %g, and then every %g s", BACK_OFF),
+    ("each reason every %d s at most", notices.PERIOD),
+    ("a warning every %d s", notices.PERIOD),
+    ("else %g V (%g V)", (notices.LOW_BATTERY_12_V, 2 * notices.LOW_BATTERY_12_V)),
+    ("Listen for %g s", handshake.LISTEN),
+    ("at the new speed within %g s", host_baud.ANSWER),
+    ("within the last %d s", health.WINDOW),
+    ("less than %d %% come", health.RATE_OK * 100),
+    ("%d degrees below the level of switching off", health.NEAR_LIMIT),
+]
+
+
+@pytest.mark.parametrize("sentence, numbers", SENTENCES)
+def test_a_number_in_a_sentence_is_the_constant(sentence, numbers):
+    wanted = sentence if isinstance(numbers, bool) else sentence % numbers
+    assert numbers and wanted in " ".join(read(DOCS / "driver.md").split())
+
+
+def test_how_long_connecting_takes_is_what_the_handshake_says():
+    told = re.findall(r"\d\.\d s", " ".join(sum(rows(read(DOCS / "driver.md"), "Getting the link back"), [])))
+    assert told == re.findall(r"\d\.\d s", handshake.__doc__.partition("====\n")[2])
 
 
 # Launch files

@@ -4,7 +4,9 @@ import pathlib
 import re
 from typing import List, Tuple
 
-from pioneer_control.driver import requests
+import pytest
+
+from pioneer_control.driver import ranges, requests
 from pioneer_control.driver.health import TASKS
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.driver.publications import Publications
@@ -45,6 +47,18 @@ def test_the_tasks_of_diagnostics():
 def test_what_the_readme_names_is_there():
     few = listed(EVERYDAY, "Topics and services of the driver")
     assert len(few) > 5 and set(few) <= set(PUBLISHED + TAKEN + SERVED)
+
+
+@pytest.mark.parametrize("sentence, number", [
+    ("it, %g s at most, and otherwise says why not", requests.CONFIRM_TIMEOUT),
+    ("0.0: not heard for %g s", ranges.SONAR_LIFETIME),
+    ("not older than %g s", ranges.SONAR_LIFETIME),
+    ("%.1f: no echo", ranges.NO_ECHO),
+    ("From %g m on", ranges.MIN_RANGE),
+    ("of the transducers, %g m above the floor", ranges.HEIGHT),
+])
+def test_a_number_in_a_sentence_is_the_constant(sentence, number):
+    assert sentence % number in " ".join(REFERENCE.split())
 
 
 def test_a_row_that_lies_is_seen():
