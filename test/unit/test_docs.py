@@ -18,7 +18,7 @@ from pioneer_control.driver import health, notices
 from pioneer_control.driver.parameters import TUNING, DriverParameters
 from pioneer_control.p2os import UNKNOWN_TO
 from pioneer_control.parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole
-from pioneer_control.robots import load_models
+from pioneer_control.robots import load_table
 from pioneer_control.robots.__main__ import main, table
 from pioneer_control.robots.table import FAMILIES
 
@@ -77,7 +77,9 @@ def test_the_readmes_parameters_are_rows_of_that_table():
 
 def test_the_table_of_models_is_what_the_command_prints():
     """`python3 -m pioneer_control.robots` prints the table that belongs into docs/models.md."""
-    assert "\n".join(table(load_models())) in read(DOCS / "models.md")
+    text, models = read(DOCS / "models.md"), load_table()
+    assert "\n".join(table(models.models)) in text
+    assert [name for name in [*models.aliases, *models.excluded] if "`%s`" % name not in text] == []
 
 
 def test_the_table_shows_a_models_file(tmp_path, capsys):
