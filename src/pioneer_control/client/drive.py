@@ -188,7 +188,9 @@ class Drive:
         if request.on:
             self._take_back(now)
         what = "on" if request.on else "off"
-        request.finish(NotConfirmedError("asked to switch its motors %s, the robot did not confirm it in time" % what))
+        stalled = self._state is not None and (self._state.left_stall or self._state.right_stall)
+        why = ": it is stalled, something holds its wheels" if stalled else ""
+        request.finish(NotConfirmedError("asked to switch its motors %s, the robot did not confirm it in time%s" % (what, why)))
 
     def _take_back(self, now: float) -> None:
         """Whoever asked for the motors hears that they are off: an ENABLE 1 that the robot obeys late must not stand, nor an ENABLE 0 be lost."""

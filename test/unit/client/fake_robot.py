@@ -56,6 +56,7 @@ class FakeRobot:
         self.config: Optional[p2os.Config] = config()
         self.motors = False
         self.stop_button = False
+        self.stalled = False
         self.set_point = {"VEL": 0, "RVEL": 0}
         self.watchdog_expired = False
         self.heard: List[Heard] = []
@@ -148,7 +149,8 @@ class FakeRobot:
         flags |= p2os.Flags.STOP_BUTTON if self.stop_button else p2os.Flags(0)
         speed = 100 if self.coasts else self.set_point["VEL"] if self.moving else 0
         turn = self.set_point["RVEL"] * 10 if self.moving else 0
-        return sip(flags=flags, left_velocity_units=speed, right_velocity_units=speed, rotation_velocity_ddeg_s=turn)
+        stall = p2os.StallBits(self.stalled)
+        return sip(flags=flags, left_stall_bits=stall, left_velocity_units=speed, right_velocity_units=speed, rotation_velocity_ddeg_s=turn)
 
     def press_stop_button(self, pressed: bool) -> None:
         self.stop_button = pressed

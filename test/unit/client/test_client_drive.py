@@ -222,6 +222,16 @@ def test_motors_that_are_never_confirmed_are_given_up_and_not_asked_for_again():
     assert "ENABLE" not in bench.robot.names() and not bench.robot.motors
 
 
+@pytest.mark.parametrize("stalled", [False, True])
+def test_a_stall_is_given_as_the_reason_why_motors_stay_off(stalled):
+    bench = Bench().until_ready()
+    bench.robot.stalled = stalled
+    bench.robot.deaf = lambda heard: heard.name == "ENABLE"
+    request = enable(bench, timeout=1.0)
+    bench.run_until(lambda: request.done)
+    assert ("did not confirm it in time" in str(request.error), "stalled" in str(request.error)) == (True, stalled)
+
+
 def test_a_pressed_stop_button_refuses_and_its_release_enables_nothing():
     bench = Bench().until_ready()
     bench.robot.press_stop_button(True)
