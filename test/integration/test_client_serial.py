@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from pioneer_control.client import LineSpeed, LinkDown, Robot
+from pioneer_control.client import LineSpeed, LinkDown, Robot, host_baud
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware, Session
 from pioneer_control.simulator.loading import load_world
@@ -43,6 +43,14 @@ def server(tmp_path):
         yield running
 
 
+@pytest.fixture
+def patience(monkeypatch):
+    """More time for the two ends to change than a robot needs: a slow machine may take as long to read what came before."""
+    monkeypatch.setattr(host_baud, "SETTLE", 0.3)
+    monkeypatch.setattr(host_baud, "ANSWER", 3.0)
+    monkeypatch.setattr(host_baud, "TRIES", 1)
+
+
 def until(condition, what):
     deadline = time.monotonic() + LIMIT
     while not condition():
@@ -75,7 +83,7 @@ def test_a_robot_at_another_speed_is_found(tmp_path):
     assert robot.link.sips
 
 
-def test_host_baud_changes_the_speed_of_both_ends_for_the_session(server):
+def test_host_baud_changes_the_speed_of_both_ends_for_the_session(server, patience):
     heard = Heard(LineSpeed)
     for _ in range(2):
         with Robot(server.pty_link, host_baud=115200, on_event=heard) as robot:
@@ -85,7 +93,7 @@ def test_host_baud_changes_the_speed_of_both_ends_for_the_session(server):
         assert server.firmware.baud == 9600 and server.firmware.session is Session.WAITING
 
 
-def test_a_robot_that_ignores_host_baud_works_at_its_own_speed(server):
+def test_a_robot_that_ignores_host_baud_works_at_its_own_speed(server, patience):
     server.firmware.change_baud = lambda baud: None
     heard = Heard(LineSpeed)
     with Robot(server.pty_link, host_baud=115200, on_event=heard) as robot:
@@ -106,7 +114,7 @@ def test_a_line_that_does_not_carry_host_baud_is_given_up_and_the_robot_found_ag
     robot.close()
 
 
-def test_a_robot_that_is_not_understood_at_host_baud_is_told_to_go_back(server):
+def test_a_robot_that_is_not_understood_at_host_baud_is_told_to_go_back(server, patience):
     line, = server._lines
     write = line.write
     line.write = lambda data: write(bytes(len(data)) if line.baud == 115200 else data)
@@ -116,7 +124,7 @@ def test_a_robot_that_is_not_understood_at_host_baud_is_told_to_go_back(server):
         drive(robot, lambda state: state.linear > 0.1)
 
 
-def test_a_robot_left_driving_at_the_raised_speed_by_a_crash_is_found(server):
+def test_a_robot_left_driving_at_the_raised_speed_by_a_crash_is_found(server, patience):
     first = Robot(server.pty_link, host_baud=115200).start()
     first.wait_until_ready(LIMIT)
     drive(first, lambda state: state.linear > 0.1)

@@ -56,8 +56,8 @@ class Robot:
         on_state: called with every RobotState, on the I/O thread, no lock held. Be quick: nothing is read meanwhile; after 2 s of that the link
             counts as lost and the robot is stopped. A listener that raises ends the connection: the robot is stopped and closed, and the next command raises.
         on_event: called with every Event (client.events), likewise.
-        host_baud: line speed to change to once the robot is open, if it is a serial line and the robot can; where that does not work the old one is kept.
-            None for the speed at which the robot was found.
+        host_baud: line speed to change to once the robot is open, if it is a serial line and the robot can; else the one at which it was found
+            stays. None for that one.
         reconnect: keep trying to get the link, for ever; else the first failure is final.
     """
 
@@ -301,8 +301,8 @@ class Robot:
     def request_data(self, kind: str, on: bool = True) -> None:
         """Packets of this kind with every SIP, as PacketReceived events, or no more of them; asked for again after a reconnect.
 
-        ``kind`` is one of data.DATA: "io", "gyro", "encoder", "battery", ... What the robot does not have never comes. Without a link it is asked for as
-        soon as there is one. Raises UsageError for another kind.
+        ``kind`` is one of data.DATA: "io", "gyro", "encoder", "battery", ... What the robot does not have never comes. Without a link it is
+        asked for as soon as there is one. Raises UsageError for another kind.
         """
         if kind not in DATA:
             raise UsageError("there are no packets called %r; legal: %s" % (kind, ", ".join(DATA)))

@@ -88,7 +88,12 @@ class Session:
     """
 
     def __init__(
-        self, url: str, rates: Tuple[int, ...], settings: Settings, odometry: Optional[Odometry] = None, wanted_data: Mapping[str, bool] = MappingProxyType({}),
+        self,
+        url: str,
+        rates: Tuple[int, ...],
+        settings: Settings,
+        odometry: Optional[Odometry] = None,
+        wanted_data: Mapping[str, bool] = MappingProxyType({}),
     ) -> None:
         self.url = url
         self.phase = Phase.CONNECTING
@@ -357,14 +362,17 @@ class Session:
         wanted, own = self._settings.host_baud, self.own_baud
         if wanted is None or own is None or wanted == own:
             return
-        if self._config is None or self._config.autobaud not in CAN_CHANGE:
-            self._events.append(LineSpeed(own, "the robot's firmware cannot change it"))
-            return
-        deadline = self._now + COME_TO_REST
+        deadline, problem = self._now + COME_TO_REST, ""
         while not _stands(self._pending_sip) and self._now < deadline:
             yield deadline
-        if not _stands(self._pending_sip):
-            self._events.append(LineSpeed(own, "the robot does not stand still"))
+        if own not in p2os.BAUD_RATES:
+            problem = "there would be no way back to it"
+        elif self._config is None or self._config.autobaud not in CAN_CHANGE:
+            problem = "the robot's firmware cannot change it"
+        elif not _stands(self._pending_sip):
+            problem = "the robot does not stand still"
+        if problem:
+            self._events.append(LineSpeed(own, problem))
             return
         self.host_baud_failed = True    # until it is seen to work: a line that breaks over it would break again
         works = yield from changed(self._line, wanted, lambda: self._now)

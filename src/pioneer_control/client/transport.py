@@ -137,7 +137,7 @@ class SerialTransport(Transport):
         try:
             self._port.baudrate = baud
             self._port.reset_input_buffer()
-        except (serial.SerialException, OSError) as error:
+        except (serial.SerialException, OSError, ValueError) as error:      # ValueError: a speed that this adapter does not have
             raise LinkLostError("%s: cannot change to %d baud: %s" % (self.url, baud, error)) from error
         self.baud = baud
 

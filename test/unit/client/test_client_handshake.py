@@ -243,8 +243,9 @@ def time_until_ready(given, own, raised=None, streams=False):
 
 
 def test_the_docstring_says_what_the_constants_do():
-    table = handshake.__doc__.replace("any of the five", "")
-    rows = [[float(number) for number in re.findall(r"([0-9.]+) s", line)] for line in table.splitlines() if re.match(r"(waits|was left|is not)", line)]
+    table = handshake.__doc__
+    lines = [line for line in table.splitlines() if re.match(r"(waits|was left|is not)", line)]
+    rows = [[float(number) for number in re.findall(r"([0-9.]+) s", line)] for line in lines]
     assert [row[:2] for row in rows] == [[math.ceil(10 * bound - 1e-6) / 10 for bound in bounds] for bounds in BOUNDS.values()]
     assert rows[3][2] == pytest.approx(LISTEN + TCP_TRIES * SYNC_TIMEOUT + (TCP_TRIES - 1) * CLOSED)
 

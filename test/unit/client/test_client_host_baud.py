@@ -62,6 +62,11 @@ def test_a_robot_that_says_it_cannot_is_not_asked(fields):
     assert "HOSTBAUD" not in robot.names() and "cannot change" in bench.event(LineSpeed).problem and bench.session.baud == OWN
 
 
+def test_a_speed_to_which_no_hostbaud_leads_back_is_not_left():
+    bench = Bench(robot_at(4800), rates=(4800,) + RATES, host_baud=FAST).until_ready()
+    assert "HOSTBAUD" not in bench.robot.names() and "no way back" in bench.event(LineSpeed).problem and bench.session.baud == 4800
+
+
 def test_a_robot_that_ignores_it_is_ready_at_its_own_speed_in_a_bounded_time():
     robot = robot_at()
     robot.deaf = lambda heard: heard.name == "HOSTBAUD"

@@ -222,6 +222,14 @@ def test_a_silly_baud_rate(pseudo_terminal):
         open_transport(pseudo_terminal[1], -5)
 
 
+def test_a_speed_that_the_adapter_does_not_have_loses_the_link_and_nothing_worse(pseudo_terminal):
+    line = open_transport(pseudo_terminal[1], 9600)
+    with pytest.raises(LinkLostError, match="cannot change to -1 baud"):
+        line.set_baud(-1)
+    assert line.baud == 9600
+    line.close()
+
+
 def test_connection_refused_mentions_the_simulator(peer):
     url = url_of(peer)
     peer.close()
