@@ -153,6 +153,33 @@ def test_the_readme_names_every_launch_file_and_arguments_that_it_has():
         assert set(arguments) <= declared, name
 
 
+# The tutorial's table of corrections
+
+SHOWN_BY = [path for folder in ("test", "bench") for path in (ROOT / folder).rglob("*.py")]
+
+
+def missing_tests(cell: str) -> List[str]:
+    """Files and tests that a cell names and that are not there: "test_pick.py: `test_held_is_...`, `test_3`"."""
+    missing = []
+    for named in cell.split("; "):
+        file, *tests = re.findall(r"[\w/]+\.py|test_\w+", named) or [""]
+        texts = [read(path) for path in SHOWN_BY if file and path.as_posix().endswith("/" + file)]
+        missing += [file] if file and not texts else [test for test in tests if not any("def %s" % test.rstrip(".") in text for text in texts)]
+    return missing
+
+
+def test_what_shows_a_correction_is_there():
+    table = rows(read(DOCS / "tutorial.md"), "What was corrected")
+    assert len(table) > 20 and [row for row in table if missing_tests(row[-1])] == []
+
+
+@pytest.mark.parametrize("cell, missing", [
+    ("test_house.py: `test_parses_as_python_3_8`", []), ("test_pick.py: `test_held_is_...`; bench/picking.py", []), ("every rostest starts it", []),
+    ("test_house.py: `test_no_such_...`", ["test_no_such_"]), ("test_hovel.py: `test_1`", ["test_hovel.py"])])
+def test_what_is_not_there_is_seen(cell, missing):
+    assert missing_tests(cell) == missing
+
+
 # Links
 
 def anchors(text: str) -> List[str]:
