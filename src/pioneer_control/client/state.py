@@ -13,7 +13,8 @@ from .odometry import Odometry
 NO_TEMPERATURE = (-128, -127)
 NO_ECHO = 5.0           # m: what the firmware says for no echo
 LARGEST_COMPASS = 180   # units of 2 degrees; 0 and what is larger mean that there is no compass
-ARRAYS = Flags.SONAR_1 | Flags.SONAR_2 | Flags.SONAR_3 | Flags.SONAR_4
+MOTORS_ENABLED, STOP_BUTTON = int(Flags.MOTORS_ENABLED), int(Flags.STOP_BUTTON)    # named bits are slow to combine
+ARRAYS = int(Flags.SONAR_1 | Flags.SONAR_2 | Flags.SONAR_3 | Flags.SONAR_4)
 
 
 class SonarRange(NamedTuple):
@@ -98,7 +99,8 @@ class StateReader:
         model = self.identity.model
         self.odometry.update(sip.x_counts, sip.y_counts, sip.heading_units)
         x, y, heading = self.odometry.pose
-        left, right = (units * model.vel_mm_s_per_unit / 1000 for units in (sip.left_velocity_units, sip.right_velocity_units))
+        left, right = sip.left_velocity_units * model.vel_mm_s_per_unit / 1000, sip.right_velocity_units * model.vel_mm_s_per_unit / 1000
+        flags, left_bits, right_bits = int(sip.flags), int(sip.left_stall_bits), int(sip.right_stall_bits)
         self._hear(sip, time)
         return RobotState(
             time=time,
@@ -112,15 +114,15 @@ class StateReader:
             wheel_angles=self._wheel_angles(),
             x_counts=self.odometry.x_counts,
             y_counts=self.odometry.y_counts,
-            motors_enabled=bool(sip.flags & Flags.MOTORS_ENABLED),
-            stop_button=bool(sip.flags & Flags.STOP_BUTTON),
-            left_stall=bool(sip.left_stall_bits & 1),
-            right_stall=bool(sip.right_stall_bits & 1),
-            front_bumpers=_segments(sip.right_stall_bits, model.front_bumpers),
-            rear_bumpers=_segments(sip.left_stall_bits, model.rear_bumpers),
+            motors_enabled=bool(flags & MOTORS_ENABLED),
+            stop_button=bool(flags & STOP_BUTTON),
+            left_stall=bool(left_bits & 1),
+            right_stall=bool(right_bits & 1),
+            front_bumpers=_segments(right_bits, model.front_bumpers),
+            rear_bumpers=_segments(left_bits, model.rear_bumpers),
             battery_voltage=_battery(sip, model.battery_class),
             sonar=tuple(self._sonar),
-            sonar_enabled=bool(sip.flags & ARRAYS),
+            sonar_enabled=bool(flags & ARRAYS),
             gripper=self._gripper(sip),
             digital_in=sip.digital_in,
             digital_out=sip.digital_out,
@@ -149,10 +151,10 @@ class StateReader:
         return (odometry.travel - half_difference) / model.wheel_radius, (odometry.travel + half_difference) / model.wheel_radius
 
     def _hear(self, sip: p2os.Sip, time: float) -> None:
-        mm_per_unit = self.identity.model.range_mm_per_unit
+        mm_per_unit, fitted, sonar = self.identity.model.range_mm_per_unit, self._fitted, self._sonar
         for reading in sip.sonar:
-            if reading.number in self._fitted:
-                self._sonar[reading.number] = SonarRange(reading.range_units * mm_per_unit / 1000, time)
+            if reading.number in fitted:
+                sonar[reading.number] = SonarRange(reading.range_units * mm_per_unit / 1000, time)
             else:
                 self.unknown_sonar += 1
 

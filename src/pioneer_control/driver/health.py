@@ -22,6 +22,7 @@ of REP 107 for what is not heard of any more: neither an OK nor the alarm of an 
 
 from collections import deque
 from enum import IntEnum
+from operator import attrgetter
 from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Tuple
 
 from ..client import BaudFound, CommandTimedOut, Event, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready, RobotIdentity, RobotState
@@ -308,6 +309,12 @@ class LinkWindow:
             now - since, counts.sips - before.sips, counts.bad_checksums - before.bad_checksums, counts.discarded_bytes - before.discarded_bytes)
 
 
+JUDGED = ("flags", "motors_enabled", "stop_button", "fault_flags", "left_stall", "right_stall", "front_bumpers", "rear_bumpers", "battery_voltage",
+          "charge_state", "temperature", "state_of_charge")
+"""All of a state that findings depend on: most states differ from the one before in nothing of it."""
+_judged = attrgetter(*JUDGED)
+
+
 class Health:
     """Gathers what is known of the robot. It is told by one thread, and may be asked by another.
 
@@ -330,7 +337,9 @@ class Health:
 
     def state(self, state: RobotState) -> bool:
         """Take a state. Whether the level of any task has changed by it."""
-        self._facts = self._facts._replace(state=state)
+        before, self._facts = self._facts.state, self._facts._replace(state=state)
+        if before is not None and _judged(before) == _judged(state):
+            return False
         levels = [find(task, self._facts).level for task in TASKS if task != "Link"]
         changed, self._levels = levels != self._levels, levels
         return changed

@@ -1,7 +1,7 @@
 """What diagnostics say: every level of every task, in words that name the fault, and nothing where all is well."""
 
 import pathlib
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from types import SimpleNamespace
 from typing import Any, Optional, Tuple
 
@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from pioneer_control.client import BaudFound, CommandTimedOut, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready
-from pioneer_control.driver.health import FAULTS, NO_HARDWARE, TASKS, WINDOW, Facts, Health, Level, LinkWindow, Recent, find
+from pioneer_control.driver.health import FAULTS, JUDGED, NO_HARDWARE, TASKS, WINDOW, Facts, Health, Level, LinkWindow, Recent, find
 from pioneer_control.errors import LinkLostError
 from pioneer_control.p2os import ChargeState, FaultFlags, Flags
 
@@ -287,6 +287,11 @@ def levels(health, now=0.0, counts=COUNTS):
 def test_without_a_robot_the_link_is_the_error_and_the_rest_is_stale(health):
     assert levels(health) == dict(dict.fromkeys(TASKS, STALE), Link=ERROR)
     assert health.hardware_id == NO_HARDWARE
+
+
+def test_a_state_is_judged_anew_when_anything_in_it_changed_that_a_finding_reads():
+    """`State` above has just these fields: a finding that reads another fails everywhere here."""
+    assert sorted(JUDGED) == sorted(field.name for field in fields(State))
 
 
 def test_with_a_robot_all_is_well_under_its_name(health):
