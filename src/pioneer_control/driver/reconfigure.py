@@ -28,8 +28,8 @@ def encode(values: Mapping[str, Any]) -> Config:
 
 
 def decode(config: Config) -> Dict[str, Any]:
-    """The parameters in a message."""
-    return {entry.name: entry.value for _, place, _ in TYPES.values() for entry in getattr(config, place)}
+    """The parameters in a message, those that may not change included."""
+    return {entry.name: entry.value for entry in (*config.bools, *config.ints, *config.doubles, *config.strs)}
 
 
 def description() -> ConfigDescription:

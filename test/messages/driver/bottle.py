@@ -14,12 +14,14 @@ import rospy
 import pioneer_control.driver.node as node_module
 from pioneer_control.client import Robot
 from pioneer_control.driver.parameters import check_parameters
-from pioneer_control.p2os import FrameDecoder, decode_command
+from pioneer_control.errors import LinkLostError, PortError
+from pioneer_control.p2os import FrameDecoder, decode_command, encode_frame
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.loading import load_world
 
 STEP = 0.005
+BACK_OFF = 0.2      # s between two tries to open a port
 START = 1000.0      # s: when the clocks begin, ROS's too
 FOREVER = 60.0      # s: no script is that long
 
@@ -31,7 +33,7 @@ class Bottle:
     send(), call() and the firmware; at its end ROS shuts down. It begins when the robot is ready.
     """
 
-    def __init__(self, monkeypatch, script, firmware=None, caller="/somebody", **given):
+    def __init__(self, monkeypatch, script, firmware=None, caller="/somebody", before=None, **given):
         self.firmware = firmware or Firmware(find_model("p3dx-sh"), load_world("empty"), gripper=True, noise=0.0)
         self.now = START
         self.published = defaultdict(list)      # topic: [(time, message)]
@@ -42,11 +44,15 @@ class Bottle:
         self.line = None
         self.set_parameters = {}                # on the parameter server
         self.ready_at = None
+        self.deaf_to = set()                    # commands that do not reach the robot
+        self._plugged = True
         self._caller = caller
         self._topics, self._services = {}, {}
         self._script, self._resume_at = script, START
         self._ear = FrameDecoder()
         self._replace(monkeypatch)
+        if before is not None:
+            before(self)
         self.node = node_module.DriverNode(check_parameters(given)[0])
         self.exit_code = self.node.run()
 
@@ -59,6 +65,19 @@ class Bottle:
         """Call a service. One that waits for the robot must be called from a thread of its own."""
         kind, handler = self._services[service]
         return handler(kind._request_class(*values))
+
+    def unplug(self, for_a_moment=False):
+        """Pull the cable; for a moment: the next try to open the port works again."""
+        self._plugged = for_a_moment
+        self.line.lost = True
+
+    def open(self, url, baud):
+        """What the client opens instead of a port."""
+        if not self._plugged:
+            for _ in range(round(BACK_OFF / STEP)):
+                self.pass_time(STEP)
+            raise PortError("%s: no such port, the cable is pulled" % url)
+        return Line(self, url, baud)
 
     def messages(self, topic):
         """All messages of a topic."""
@@ -108,7 +127,8 @@ class Bottle:
                 monkeypatch.setattr(module, "monotonic", lambda: self.now)
         quiet = types.SimpleNamespace(**dict.fromkeys(("start", "stop", "state", "event", "identity"), lambda *_: None))
         monkeypatch.setattr(node_module, "Diagnostics", lambda *_, **__: quiet, raising=False)      # a thread of its own, in real time
-        monkeypatch.setattr("pioneer_control.client.robot.open_transport", lambda url, baud: Line(self, url, baud))
+        monkeypatch.setattr("pioneer_control.client.robot.open_transport", self.open)
+        monkeypatch.setattr("pioneer_control.client.robot.BACK_OFF", (0.0,))     # a wait in real time; open() makes up for it
         monkeypatch.setattr(Robot, "start", lambda robot: robot)
         monkeypatch.setattr(Robot, "wait_until_ended", lambda robot, timeout=None: robot._run())    # what its I/O thread does, in this one
 
@@ -132,8 +152,11 @@ class Bottle:
 
     def hear(self, data):
         """Bytes for the robot."""
-        self.heard += [(self.now, command.name, command.value) for command in map(decode_command, self._ear.feed(data))]
-        self.firmware.receive(data)
+        for frame in self._ear.feed(data):
+            command = decode_command(frame)
+            if command.name not in self.deaf_to:
+                self.heard.append((self.now, command.name, command.value))
+                self.firmware.receive(encode_frame(frame.id, frame.data))
 
 
 class Line:
@@ -143,6 +166,7 @@ class Line:
         self.url = url
         self.baud = None if "://" in url else baud
         self._bottle = bottle
+        self.lost = False
         self._woken = False
         bottle.opened.append((url, self.baud))
         bottle.line = self
@@ -153,10 +177,13 @@ class Line:
         while not data and not self._woken and self._bottle.now < until - STEP / 2:
             data = self._bottle.pass_time(STEP)
         self._woken = False
+        if self.lost:
+            raise LinkLostError("%s: the cable is pulled" % self.url)
         return data
 
     def write(self, data):
-        self._bottle.hear(data)
+        if not self.lost:
+            self._bottle.hear(data)
 
     def wake(self):
         self._woken = True

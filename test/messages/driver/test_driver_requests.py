@@ -1,0 +1,312 @@
+"""What the driver does with topics and services: on the robot's wire, in the answer, in the log. The whole driver, in simulated time."""
+
+import math
+import threading
+
+import pytest
+from bottle import Bottle
+from dynamic_reconfigure.msg import BoolParameter, Config, DoubleParameter, IntParameter
+from geometry_msgs.msg import Twist, Vector3
+from rospy import ServiceException
+from std_srvs.srv import SetBool
+
+from pioneer_control.driver.parameters import LIVE, DriverParameters
+from pioneer_control.driver.reconfigure import decode, description, encode, values_of
+from pioneer_control.driver.requests import SERVICES
+from pioneer_control.msg import GripperState, GripState, LiftState, MotorState, WheelVelocities
+
+MOTORS = [service.name for service in SERVICES if "motors" in service.name]
+
+
+@pytest.fixture
+def run(monkeypatch):
+    return lambda script, **options: Bottle(monkeypatch, script, **options)
+
+
+def ask(bottle, service, *values):
+    """Call a service that waits for the robot, from a thread of its own as rospy does. Answers (whether it worked, text)."""
+    answers = []
+
+    def call():
+        try:
+            answer = bottle.call(service, *values)
+            answers.append((getattr(answer, "success", True), getattr(answer, "message", "")))
+        except ServiceException as error:
+            answers.append((False, str(error)))
+
+    thread = threading.Thread(target=call)
+    thread.start()
+    while thread.is_alive():
+        thread.join(0.02)       # real time, so that the robot's does not run away
+        yield 0.05
+    return answers[0]
+
+
+def ask_for_motors(bottle, service, on=True):
+    return ask(bottle, service, *([on] if service == "set_motors" else []))
+
+
+def twist(linear, angular=0.0):
+    return Twist(Vector3(linear, 0, 0), Vector3(0, 0, angular))
+
+
+# Services
+
+@pytest.mark.parametrize("service", ["set_motors", "enable_motors"])
+def test_motors_go_on_when_asked_and_the_answer_says_so(run, service):
+    def script(bottle):
+        bottle.answer = yield from ask_for_motors(bottle, service)
+        bottle.on = bottle.firmware.motors_enabled
+
+    bottle = run(script)
+    assert bottle.answer[0] and bottle.on
+    assert bottle.says("motors are on")
+
+
+@pytest.mark.parametrize("service", ["set_motors", "disable_motors"])
+def test_motors_go_off_when_asked(run, service):
+    def script(bottle):
+        yield from ask_for_motors(bottle, "set_motors")
+        bottle.answer = yield from ask_for_motors(bottle, service, False)
+        bottle.on = bottle.firmware.motors_enabled
+
+    bottle = run(script)
+    assert bottle.answer[0] and not bottle.on
+
+
+@pytest.mark.parametrize("service", ["set_motors", "enable_motors"])
+@pytest.mark.parametrize("befall, reason", [
+    (lambda bottle: bottle.firmware.press_stop_button(True), "the STOP button is pressed; release it and ask again"),
+    (lambda bottle: bottle.deaf_to.add("ENABLE"), "did not confirm it in time"),
+    (lambda bottle: bottle.unplug(), "cable"),
+])
+def test_motors_that_stay_off_have_a_reason(run, service, befall, reason):
+    def script(bottle):
+        befall(bottle)
+        yield 0.3
+        bottle.answer = yield from ask_for_motors(bottle, service)
+        bottle.on = bottle.firmware.motors_enabled
+
+    bottle = run(script)
+    assert not bottle.answer[0] and reason in bottle.answer[1] and not bottle.on
+
+
+def test_the_types_of_services_that_motors_have_are_those_of_both_worlds():
+    assert {service.name: service.kind is SetBool for service in SERVICES if service.name in MOTORS} == {
+        "set_motors": True, "enable_motors": False, "disable_motors": False}
+
+
+def test_odometry_begins_anew_and_a_link_that_is_down_is_the_reason_why_not(run):
+    def script(bottle):
+        bottle.send("cmd_motor_state", MotorState(1))
+        yield 0.5
+        for _ in range(20):
+            bottle.send("cmd_vel", twist(0.3))
+            yield 0.1
+        yield 2.0
+        bottle.far = bottle.messages("pose")[-1].pose.pose.position.x
+        bottle.answer = bottle.call("reset_odometry")
+        yield 0.2
+        bottle.near = bottle.messages("pose")[-1].pose.pose.position.x
+        bottle.unplug()
+        yield 0.1
+        bottle.refusal = bottle.call("reset_odometry")
+
+    bottle = run(script)
+    assert bottle.far > 0.3 and bottle.near == 0.0 and bottle.answer.success
+    assert not bottle.refusal.success and "cable" in bottle.refusal.message
+
+
+# Motors at the start
+
+def test_enable_motors_on_start_counts_once_and_is_said(run):
+    def script(bottle):
+        yield 0.5
+        bottle.first = bottle.firmware.motors_enabled
+        bottle.unplug(for_a_moment=True)
+        yield 3.0
+        bottle.second = bottle.firmware.motors_enabled, bottle.node._robot.link.reconnects
+
+    bottle = run(script, enable_motors_on_start=True)
+    assert bottle.first and bottle.second == (False, 1)
+    assert sum("enable_motors_on_start" in text for _, text in bottle.said) == 1
+
+
+def test_enable_motors_on_start_says_why_not(run):
+    def script(bottle):
+        yield 0.5
+        bottle.on = bottle.firmware.motors_enabled
+        bottle.firmware.press_stop_button(False)
+        yield 1.0
+        bottle.later = bottle.firmware.motors_enabled
+
+    bottle = run(script, before=lambda bottle: bottle.firmware.press_stop_button(True), enable_motors_on_start=True)
+    assert not bottle.on and not bottle.later
+    assert bottle.says("motors stay off: the STOP button is pressed")
+
+
+# Velocities
+
+def test_wheel_velocities_drive_each_side_and_the_last_commander_wins(run):
+    def script(bottle):
+        bottle.send("cmd_motor_state", MotorState(1))
+        yield 0.5
+        for _ in range(10):
+            bottle.send("cmd_wheels", WheelVelocities(0.2, 0.1))
+            yield 0.1
+        bottle.curve = bottle.firmware.velocity
+        for _ in range(30):
+            bottle.send("cmd_vel", twist(0.1))
+            yield 0.1
+        bottle.straight = bottle.firmware.velocity
+        yield 2.0
+        bottle.silent = bottle.firmware.velocity
+
+    bottle = run(script)
+    assert {value for _, value in bottle.commands("VEL2")} == {0x0A05}      # 200 and 100 mm/s in steps of 20
+    assert bottle.curve[0] > 0.1 and bottle.curve[1] < -0.1
+    assert bottle.straight == (0.1, 0.0)
+    assert bottle.silent == (0.0, 0.0) and bottle.says("no velocity came for 0.6 s")
+
+
+def test_wheels_fall_silent_as_the_robot_does(run):
+    def script(bottle):
+        bottle.send("cmd_motor_state", MotorState(1))
+        yield 0.5
+        bottle.send("cmd_wheels", WheelVelocities(0.2, 0.2))
+        yield 0.55
+        bottle.driving = bottle.firmware.velocity
+        yield 1.5
+        bottle.silent = bottle.firmware.velocity
+
+    bottle = run(script)
+    assert bottle.driving[0] > 0.1 and bottle.silent == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("topic, message, says", [
+    ("cmd_vel", twist(math.nan), "cmd_vel refused: linear.x is nan"), ("cmd_wheels", WheelVelocities(0.1, math.nan), "cmd_wheels refused: right is nan"),
+    ("cmd_wheels", WheelVelocities(-math.inf, 0), "left is -inf")])
+def test_what_is_no_number_moves_nothing(run, topic, message, says):
+    def script(bottle):
+        bottle.send("cmd_motor_state", MotorState(1))
+        yield 0.5
+        bottle.send(topic, message)
+        yield 0.5
+        bottle.velocity = bottle.firmware.velocity
+
+    bottle = run(script)
+    assert bottle.says(says) and bottle.velocity == (0.0, 0.0)
+    assert {value for _, value in bottle.commands("VEL", "RVEL", "VEL2")} == {0}
+
+
+@pytest.mark.parametrize("topic, message", [
+    ("cmd_vel", twist(0.2)), ("cmd_wheels", WheelVelocities(0.2, 0.2)), ("cmd_motor_state", MotorState(1)),
+    ("gripper_control", GripperState(GripState(state=2), LiftState()))])
+def test_what_a_bag_plays_is_refused_on_every_topic(run, topic, message):
+    def script(bottle):
+        bottle.send(topic, message)
+        yield 0.5
+
+    bottle = run(script, caller="/play_1795")
+    assert bottle.says("%s refused: it is played back from a bag" % topic)
+    assert {(name, value) for _, name, value in bottle.heard} & {("VEL", 200), ("VEL2", 0x0A0A), ("ENABLE", 1), ("GRIPPER", 2)} == set()
+
+
+# The gripper
+
+def test_pressure_and_carry_go_out_right_before_their_values(run):
+    def script(bottle):
+        bottle.send("gripper_control", GripperState(GripState(state=16, dir=10), LiftState(state=17, dir=-50)))
+        yield 0.5
+
+    assert [(name, value) for _, name, value in run(script).heard if name.startswith("GRIPPER")] == [
+        ("GRIPPER", 16), ("GRIPPERVAL", 10), ("GRIPPER", 17), ("GRIPPERVAL", -50)]
+
+
+def test_a_value_that_means_nothing_sends_nothing(run):
+    def script(bottle):
+        bottle.send("gripper_control", GripperState(GripState(state=2), LiftState(state=17)))
+        yield 0.5
+
+    bottle = run(script)
+    assert bottle.says("lift.state 17 needs lift.dir") and bottle.commands("GRIPPER", "GRIPPERVAL") == []
+
+
+# dynamic_reconfigure
+
+def test_what_may_change_is_described_by_the_table():
+    told = description()
+    defaults, least, most = decode(told.dflt), decode(told.min), decode(told.max)
+    assert set(defaults) == set(least) == set(most) == set(LIVE) == {row.name for row in told.groups[0].parameters}
+    for row in told.groups[0].parameters:
+        assert row.type == {int: "int", float: "double"}[type(LIVE[row.name].default)]
+        assert LIVE[row.name].metadata["meaning"] in row.description
+        assert least[row.name] <= defaults[row.name] <= most[row.name]
+    assert (least["max_xdecel"], most["max_xdecel"], least["bumpstall"], most["bumpstall"]) == (-10.0, 10.0, -1, 3)
+
+
+def test_what_cannot_change_in_a_running_driver_is_not_live():
+    assert {"port", "pulse", "enable_motors_on_start", "accept_replay", "frame_prefix"} & set(LIVE) == set()
+
+
+def test_a_change_is_published_kept_and_told_to_the_log_and_the_robots_description(run):
+    def script(bottle):
+        bottle.answer = bottle.call("~set_parameters", encode({"max_xspeed": 0.25, "rot_kp": 55}))
+        yield 2.0
+
+    bottle = run(script)
+    wanted = dict(values_of(DriverParameters()), max_xspeed=0.25, rot_kp=55)
+    assert decode(bottle.answer.config) == decode(bottle.messages("~parameter_updates")[-1]) == wanted
+    assert bottle.set_parameters == {"~max_xspeed": 0.25, "~rot_kp": 55}
+    assert bottle.says("~max_xspeed: 0.5 -> 0.25") and bottle.says("~rot_kp 40 -> 55")
+    assert bottle.messages("robot_info")[-1].max_linear == 0.25 and bottle.messages("robot_info")[0].max_linear == 0.5
+
+
+def test_back_at_the_robots_own_it_has_that_again(run):
+    def script(bottle):
+        bottle.call("~set_parameters", encode({"rot_kp": 55}))
+        yield 2.0
+        bottle.call("~set_parameters", encode({"rot_kp": -1}))
+        yield 2.0
+        bottle.kept = bottle.firmware.hardware.settings["rotation_kp"]
+
+    bottle = run(script)
+    assert bottle.kept == 40 and bottle.says("~rot_kp 55 -> 40")
+
+
+def test_a_time_out_that_is_made_shorter_holds_at_once(run):
+    def script(bottle):
+        bottle.send("cmd_motor_state", MotorState(1))
+        yield 0.5
+        bottle.call("~set_parameters", encode({"cmd_vel_timeout": 2.0}))
+        bottle.send("cmd_vel", twist(0.3))
+        yield 0.7
+        bottle.call("~set_parameters", encode({"cmd_vel_timeout": 0.3}))
+        bottle.silent_from = bottle.now
+        yield 0.1
+        bottle.stopped = [time for time, name, _ in bottle.heard if name == "STOP" and time >= bottle.silent_from]
+
+    bottle = run(script)
+    assert bottle.stopped and bottle.stopped[0] - bottle.silent_from < 0.02
+
+
+@pytest.mark.parametrize("config, says", [
+    (Config(doubles=[DoubleParameter("max_xspeed", 3.5)]), r"~max_xspeed = 3.5 is not legal: give a number from 0.01 to 3 \(m/s\)"),
+    (Config(doubles=[DoubleParameter("cmd_vel_timeout", 0.0)]), "~cmd_vel_timeout = 0.0 is not legal: give a number from 0.1 to 2"),
+    (Config(doubles=[DoubleParameter("max_yawspeed", math.nan)]), "~max_yawspeed = nan is not legal"),
+    (Config(ints=[IntParameter("bumpstall", 4)]), "~bumpstall = 4 is not legal"),
+    (Config(doubles=[DoubleParameter("pulse", 1.0)]), "~pulse cannot change while the driver runs"),
+    (Config(ints=[IntParameter("bumpstal", 1)]), "~bumpstal cannot change"),
+    (Config(bools=[BoolParameter("accept_replay", True)]), "~accept_replay cannot change"),
+    (Config(doubles=[DoubleParameter("max_xspeed", 0.2), DoubleParameter("max_yawspeed", 99.0)]), "~max_yawspeed = 99.0 is not legal"),
+])
+def test_what_is_not_legal_changes_nothing_at_all(run, config, says):
+    def script(bottle):
+        with pytest.raises(ServiceException, match=says):
+            bottle.call("~set_parameters", config)
+        yield 0.5
+        bottle.finished = True
+
+    bottle = run(script)
+    assert bottle.finished and len(bottle.messages("~parameter_updates")) == 1 and bottle.set_parameters == {}
+    assert bottle.messages("robot_info")[-1].max_linear == 0.5
