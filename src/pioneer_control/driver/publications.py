@@ -158,7 +158,7 @@ class Publications:
         for topic in self._topics:
             wanted = topic.fed_by is None or self._identity is not None and bool(topic.fed_by(self._identity))
             if wanted and topic.name not in self._publishers:
-                self._publishers[topic.name] = rospy.Publisher(topic.name, topic.message, queue_size=QUEUE, latch=topic.latch)
+                self._publishers[topic.name] = rospy.Publisher(topic.name, topic.message, queue_size=QUEUE, latch=topic.latch, tcp_nodelay=True)
             elif not wanted and topic.name in self._publishers:
                 self._publishers.pop(topic.name).unregister()
                 self._latched.pop(topic.name, None)
@@ -191,5 +191,4 @@ class Publications:
 
 def stamp_of(moment: float) -> rospy.Time:
     """A monotonic time (s) of late as ROS time."""
-    now, age = rospy.Time.now(), rospy.Duration.from_sec(monotonic() - moment)
-    return now - age if now.to_sec() > age.to_sec() else rospy.Time()
+    return rospy.Time.from_sec(max(0.0, rospy.get_time() - (monotonic() - moment)))

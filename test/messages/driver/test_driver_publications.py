@@ -22,8 +22,8 @@ SONAR = {"sonar", "sonar_ranges", "sonar_points", "/tf_static"}
 class Publisher:
     """A publisher whose listeners the test counts."""
 
-    def __init__(self, name, message_class, queue_size, latch=False):
-        self.name, self.message_class, self.latch = name, message_class, latch
+    def __init__(self, name, message_class, queue_size, latch=False, tcp_nodelay=False):
+        self.name, self.message_class, self.latch, self.tcp_nodelay = name, message_class, latch, tcp_nodelay
         self.listeners = 0
         self.published = []
         Publisher.all[name] = self
@@ -61,6 +61,11 @@ def driver(topics, requested):
 def listen(topics, *names):
     for name in names or topics:
         topics[name].listeners = 1
+
+
+def test_no_message_is_held_back_until_the_one_before_is_acknowledged(driver):
+    driver.identity(identity_of("p3dx-sh"))
+    assert all(publisher.tcp_nodelay for publisher in Publisher.all.values())
 
 
 def test_what_every_robot_feeds_is_there_before_the_first_one(driver, topics):
