@@ -384,6 +384,24 @@ def test_what_revives_a_robot_after_a_silence_is_a_stop_whatever_is_lost(seed):
     assert rig.firmware.true_pose == pose and not rig.judge.wrongs
 
 
+@pytest.mark.parametrize("baud", [None, 9600])
+def test_a_line_that_comes_back_at_any_moment_revives_nothing(baud):
+    """The robot is still open and remembers its set points: no packet of the handshake may be the first that it hears, but CLOSE."""
+    rig = driving(Rig(baud=baud and (baud, baud)))
+    rig.judge.lossy = True
+    for tenths in range(60):
+        rig.to_robot.fault = rig.to_client.fault = lost
+        rig.commanding = None
+        rig.run_until(lambda: at_rest(rig))
+        rig.run(4.0 + tenths / 10 + tenths % 10 / 100)
+        pose = rig.firmware.true_pose
+        rig.mend()
+        rig.run_until(lambda: rig.ready)
+        assert rig.firmware.true_pose == pose, tenths
+        driving(rig)
+    assert not rig.judge.wrongs
+
+
 @pytest.mark.parametrize("down_for", [0.0, 0.7, 2.5, 30.0])
 @pytest.mark.parametrize("baud", [None, 9600])
 def test_a_robot_left_open_and_driving_by_a_killed_driver(baud, down_for):

@@ -56,9 +56,10 @@ class Handshake:
         line: to send on.
         url: for the error messages.
         rates: line speeds to try, the present one first; empty on TCP.
+        again: whether there was a connection before.
     """
 
-    def __init__(self, line: Line, url: str, rates: Tuple[int, ...]) -> None:
+    def __init__(self, line: Line, url: str, rates: Tuple[int, ...], again: bool = False) -> None:
         self.now = 0.0
         self.packets = 0
         """Packets heard so far."""
@@ -67,6 +68,7 @@ class Handshake:
         self._line = line
         self._url = url
         self._rates = rates
+        self._again = again
 
     def script(self) -> Script:
         """Find the robot. Raises NoAnswerError that says what was tried."""
@@ -79,7 +81,7 @@ class Handshake:
             for attempt in range(SYNC_TRIES if self._rates else TCP_TRIES):
                 silent = (attempt == 0 and (yield from self._is_silent(LISTEN))) or (yield from self._silenced())
                 spoke = self.packets > heard_before
-                reply = (yield from self._synced()) if silent else None
+                reply = (yield from self._synced(may_be_open=self._again or attempt > 0)) if silent else None
                 if reply is not None:
                     return reply
                 if self._rates and not silent:      # noise that no CLOSE ends: not the line speed of this robot
@@ -113,10 +115,14 @@ class Handshake:
         while self.now < deadline:
             yield deadline
 
-    def _synced(self) -> Generator[float, Any, Optional[p2os.SyncReply]]:
-        """The three SYNCs, each after the echo of the one before; None when the robot does not play along."""
+    def _synced(self, may_be_open: bool) -> Generator[float, Any, Optional[p2os.SyncReply]]:
+        """The three SYNCs, each after the echo of the one before; None when the robot does not play along.
+
+        Who was silent just now may be a robot of ours whose cable is put back at this very moment: open, and with set points that a SYNC0 would
+        revive. Then that goes right behind a CLOSE.
+        """
         for number, packet in enumerate(SYNC):
-            self._line.command(self.now, packet)
+            self._line.command(self.now, *((CLOSE,) if number == p2os.SYNC0 and may_be_open else ()), packet)
             answer = yield from self._answer(number)
             if answer is None:
                 return None
@@ -131,7 +137,7 @@ class Handshake:
                 return packet
             if isinstance(packet, p2os.SyncEcho) and packet.number == number != p2os.SYNC2:
                 return packet
-            if isinstance(packet, (p2os.Sip, p2os.Reset)):
+            if isinstance(packet, p2os.Sip) or isinstance(packet, p2os.Reset) and number != p2os.SYNC0:     # a CLOSE before SYNC0 may be "wrong" to it
                 return None
         return None
 

@@ -113,7 +113,7 @@ class Session:
         self._actions: List[Action] = []
         self._events: List[Union[RobotState, Event]] = []
         self._line = Line(self._do, rates[0] if rates else None, STOP)
-        self._handshake = Handshake(self._line, url, rates)
+        self._handshake = Handshake(self._line, url, rates, again=odometry is not None)
         self._decoder = p2os.FrameDecoder()
         self._now = -math.inf
         self._last_byte = -math.inf

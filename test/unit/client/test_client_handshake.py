@@ -10,7 +10,8 @@ from pioneer_control import p2os
 from pioneer_control.client import Robot, handshake
 from pioneer_control.client.events import BaudFound, Ready
 from pioneer_control.client.handshake import DRAIN, LISTEN, QUIET, RATES, SYNC_TIMEOUT, SYNC_TRIES, TCP_TRIES
-from pioneer_control.client.session import BEFORE_OPEN, CONFIG_TIMEOUT, Phase
+from pioneer_control.client.session import BEFORE_OPEN, CONFIG_TIMEOUT, Phase, Session
+from pioneer_control.client.settings import Settings
 from pioneer_control.errors import LinkLostError, NoAnswerError, UnknownModelError
 
 from fake_robot import OPEN, STEP, SYNCED, WAITING, Bench, FakeRobot
@@ -150,6 +151,25 @@ def test_an_answer_with_the_wrong_number_is_none(wrong):
     bench = Bench(robot).until_ready()
     assert robot.names().count("PULSE") == 2
     assert bench.session.reply.name == "fake"
+
+
+@pytest.mark.parametrize("again", [False, True])
+def test_no_sync_is_the_first_that_a_robot_hears_whose_cable_is_put_back(again):
+    robot = FakeRobot()
+    bench = Bench(robot)
+    if again:
+        bench.until_ready()
+        robot.deaf = robot.mute = lambda packet: True
+        bench.run_until(lambda: bench.finished)
+        bench.session = Session("fake", (), Settings(), bench.session.odometry)
+        bench.session.start(bench.now)
+    else:
+        robot.deaf = robot.mute = lambda packet: True
+        bench.run(0.6)          # the first try is over
+    robot.heard.clear()
+    bench.run_until(lambda: "PULSE" in robot.names())
+    at = robot.names().index("PULSE")
+    assert robot.names()[at - 1] == "CLOSE" and robot.heard[at - 1].time == robot.heard[at].time, "in one write"
 
 
 def test_late_echoes_of_an_earlier_try_do_no_harm():
