@@ -7,6 +7,7 @@ import sys
 import threading
 import unittest
 
+import dynamic_reconfigure.client
 import rospy
 import rostest
 import tf
@@ -17,12 +18,12 @@ from sensor_msgs.msg import BatteryState as Battery
 from sensor_msgs.msg import JointState, PointCloud2, Range
 from sensor_msgs.point_cloud2 import read_points
 from std_msgs.msg import Bool, Header
-from std_srvs.srv import SetBool
+from std_srvs.srv import Empty, SetBool
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from pioneer_control.msg import (AIO, DIO, IO, BatteryState, GripperState, GripState, LiftState, MotorState, RobotInfo,  # noqa: E402
-                                 SonarArray, Stall)
+                                 SonarArray, Stall, WheelVelocities)
 from witness import PATIENCE, Witness, heading_of  # noqa: E402
 
 TOPICS = {
@@ -272,6 +273,62 @@ class DriverDrives(unittest.TestCase):
         for state in (0, 1, 0):
             motors.publish(MotorState(state))
             self.witness.wait(f"motors {state}", lambda: self.witness.seen["pioneer/motor_state"][-1].state == state)
+
+    def test_14_the_services_of_rosaria_fail_with_the_reason(self):
+        enable, disable = (rospy.ServiceProxy("pioneer/%s_motors" % what, Empty) for what in ("enable", "disable"))
+        self.stop_button.publish(True)
+        self.witness.wait("it is pressed", lambda: self.witness.seen["pioneer/e_stop"][-1].data)
+        with self.assertRaisesRegex(rospy.ServiceException, "the STOP button is pressed; release it and ask again"):
+            enable()
+        self.stop_button.publish(False)
+        self.witness.wait("it is released", lambda: not self.witness.seen["pioneer/e_stop"][-1].data)
+        for service, state in ((enable, 1), (disable, 0), (enable, 1)):
+            service()
+            self.assertEqual(self.witness.next("pioneer/motor_state").state, state)
+
+    def test_15_the_sonar_goes_off_and_on(self):
+        switch = rospy.ServiceProxy("pioneer/set_sonar", SetBool)
+        self.assertEqual((switch(False).success, switch(False).message), (True, "the sonar is off"))
+        self.witness.next("pioneer/pose", 3)
+        heard = len(self.witness.seen["pioneer/sonar"])
+        self.witness.next("pioneer/pose", 5)
+        self.assertEqual(len(self.witness.seen["pioneer/sonar"]), heard)
+        self.assertEqual(switch(True).message, "the sonar is on")
+        self.witness.next("pioneer/sonar")
+
+    def test_16_dynamic_reconfigure_changes_what_the_robot_does(self):
+        client = dynamic_reconfigure.client.Client("pioneer/p2os", timeout=PATIENCE)
+        since = len(self.witness.seen["/rosout"])
+        with self.assertRaises(dynamic_reconfigure.DynamicReconfigureCallbackException):
+            client.update_configuration({"max_yawspeed": 99.0})
+        self.expect_warning("~max_yawspeed = 99.0 is not legal: give a number from 0.02 to 6.3 (rad/s)", since)
+        self.assertEqual(client.update_configuration({"max_yawspeed": 0.3, "max_yawaccel": 0.5})["max_yawspeed"], 0.3)
+        self.assertEqual(rospy.get_param("pioneer/p2os/max_yawspeed"), 0.3)
+        self.witness.wait("robot_info tells it", lambda: self.witness.seen["pioneer/robot_info"][-1].max_angular == 0.3)
+        since = len(self.witness.seen["pioneer/ground_truth"])
+        self.commander.velocity = (0.0, -2.0)
+        self.witness.wait("it turns", lambda: self.witness.seen["pioneer/ground_truth"][-1].twist.twist.angular.z < -0.29)
+        self.halt()
+        self.assertGreaterEqual(min(message.twist.twist.angular.z for message in self.witness.seen["pioneer/ground_truth"][since:]), -0.301)
+
+    def test_17_wheels_have_a_topic_of_their_own(self):
+        wheels = rospy.Publisher("pioneer/cmd_wheels", WheelVelocities, queue_size=1)
+        self.witness.wait("the driver listens", lambda: wheels.get_num_connections() == 1)
+        ended = threading.Event()
+
+        def command():
+            while not ended.wait(0.1):
+                wheels.publish(WheelVelocities(-0.1, -0.06))
+
+        thread = threading.Thread(target=command)
+        thread.start()
+        try:
+            self.witness.wait("a curve", lambda: (lambda twist: twist.linear.x < -0.07 and twist.angular.z > 0.05)(
+                self.witness.seen["pioneer/ground_truth"][-1].twist.twist))
+        finally:
+            ended.set()
+            thread.join()
+        self.stands()
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
 
@@ -302,6 +303,42 @@ class DriverLines(unittest.TestCase):
         self.assertEqual(firmware.heard[before][1], "CLOSE", "before anything that could revive the old set points")
         self.assertEqual(seen.last(self.namespace + "/motor_state").state, 0)
         self.assertEqual(firmware.velocity, (0.0, 0.0))
+
+    def test_killed_while_driving_the_robots_own_watchdog_stops_it(self):
+        firmware, server = self.robot()
+        driver = self.driver(server.url)
+        self.motors_on(driver)
+        with self.commanding(0.2):
+            self.until("it drives", lambda: firmware.velocity[0] > 0.15)
+            driver.end(signal.SIGKILL)
+            last = len(firmware.heard)
+            self.until("it stands", lambda: firmware.velocity == (0.0, 0.0))
+        self.assertTrue(firmware.watchdog_expired)
+        self.assertEqual(len(firmware.heard), last, "nobody told it to")
+
+    def test_simulated_time_that_stands_and_jumps_back_moves_and_stops_nothing(self):
+        """As with `rosbag play --clock --loop`: what ROS takes for the time is in the stamps, and nowhere else."""
+        firmware, server = self.robot()
+        clock = rospy.Publisher("/clock", Clock, queue_size=1, latch=True)
+        self.addCleanup(clock.unregister)
+        seen = self.witness(pose=Odometry)
+        poses = seen.seen[self.namespace + "/pose"]
+        clock.publish(Clock(rospy.Time(100)))
+        rospy.set_param("/use_sim_time", True)
+        try:
+            driver = self.driver(server.url)
+            self.motors_on(driver)
+        finally:
+            rospy.set_param("/use_sim_time", False)
+        for times in ((200, 50), (50, 10)):
+            with self.commanding(0.2):
+                for time in times:
+                    clock.publish(Clock(rospy.Time(time)))
+                    seen.wait("it drives at %d" % time, lambda: poses and poses[-1].twist.twist.linear.x > 0.15
+                              and time - 1 <= poses[-1].header.stamp.to_sec() <= time)
+            self.until("it stands", lambda: firmware.velocity == (0.0, 0.0))
+        driver.says("no velocity came for 0.6 s")
+        self.assertEqual(driver.end(), 0)
 
     def ended_while_driving(self, end):
         firmware, server = self.robot()

@@ -280,8 +280,10 @@ class Robot:
         return wait
 
     def set_sonar(self, on: bool) -> None:
-        """Sonar on or off."""
-        self._command(encode_command("SONAR", int(bool(on))))
+        """Sonar on or off, after a reconnect too."""
+        with self._changed:
+            self._command(encode_command("SONAR", int(bool(on))))
+            self._settings = replace(self._settings, use_sonar=bool(on))
 
     def gripper(self, command: GripperCommand, value: Optional[int] = None) -> None:
         """One sub-command of the gripper; ``value`` for PRESSURE (1..100) and CARRY (-255..255), in units of 20 ms.

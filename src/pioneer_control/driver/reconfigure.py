@@ -1,6 +1,6 @@
 """dynamic_reconfigure without a .cfg file: what may change while the driver runs, and within which bounds, is what the table of parameters says.
 
-Its own server would move a value that is out of range to the bound, and let NaN pass; here it is refused, and the caller reads why.
+Its own server would move a value that is out of range to the bound, and let NaN pass; here it is refused, and the log says why.
 """
 
 import threading
@@ -72,6 +72,7 @@ class Reconfiguration:
                 wanted = changed(self._parameters, decode(request.config))
                 self._apply(wanted)
             except PioneerError as error:
+                rospy.logwarn("%s", error)      # the usual clients do not show what a service says
                 raise rospy.ServiceException(str(error)) from None
             self._parameters = wanted
             after = values_of(wanted)

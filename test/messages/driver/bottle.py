@@ -1,4 +1,4 @@
-"""The whole driver in a bottle: DriverNode, its client and a simulated robot in one thread, in simulated time, with what it says to ROS kept in lists.
+"""The whole driver in a bottle: DriverNode, its client and a simulated robot in one thread and in simulated time.
 
 No master, no sockets, no waiting: rospy's publishers, subscribers and services are replaced by lists, the clock by one that the line turns.
 """
@@ -71,6 +71,10 @@ class Bottle:
         self._plugged = for_a_moment
         self.line.lost = True
 
+    def plug_in(self):
+        """Put the cable back."""
+        self._plugged = True
+
     def open(self, url, baud):
         """What the client opens instead of a port."""
         if not self._plugged:
@@ -90,6 +94,11 @@ class Bottle:
     def says(self, text):
         """Whether the log has a line with this text."""
         return any(text in line for _, line in self.said)
+
+    @property
+    def warned(self):
+        """All warnings."""
+        return "\n".join(text for level, text in self.said if level == "warn")
 
     # The world around the driver
 

@@ -45,7 +45,8 @@ def test_pressure_and_carry_take_their_value_from_dir(message, expected):
 
 @pytest.mark.parametrize("message, says", [
     (gripper(16, 0), r"grip.state 16 needs grip.dir in 1\.\.100 .* it is 0"), (gripper(16, 0, -1), "it is -1"), (gripper(16, 0, 101), "it is 101"),
-    (gripper(0, 17), r"lift.state 17 needs lift.dir in -255\.\.255 .* it is 0"), (gripper(1, 17, 0, 256), "it is 256"), (gripper(1, 17, 0, -256), "it is -256"),
+    (gripper(0, 17), r"lift.state 17 needs lift.dir in -255\.\.255 .* it is 0"), (gripper(1, 17, 0, 256), "it is 256"),
+    (gripper(1, 17, 0, -256), "it is -256"),
     (gripper(7, 4), "grip.state 7 moves the lift too"), (gripper(15, 17, 0, 5), "lift.state must be 0, not 17"),
 ])
 def test_a_value_that_means_nothing_refuses_the_whole_message(message, says):
@@ -54,7 +55,8 @@ def test_a_value_that_means_nothing_refuses_the_whole_message(message, says):
 
 
 @pytest.mark.parametrize("grip, lift, says", [(1, 1, "lift.state 1 is a status"), (2, 2, "status"), (0, 3, "status"),
-                                              (4, 4, "grip.state is 4"), (257, 0, "grip.state is 257"), (17, 0, "grip.state is 17"), (9, 0, "grip.state is 9"),
+                                              (4, 4, "grip.state is 4"), (257, 0, "grip.state is 257"), (17, 0, "grip.state is 17"),
+                                              (9, 0, "grip.state is 9"),
                                               (1, 7, "lift.state is 7"), (1, 16, "lift.state is 16"), (0, -4, "lift.state is -4")])
 def test_gripper_numbers_that_mean_nothing_refuse_the_whole_message(grip, lift, says):
     with pytest.raises(UsageError, match=says):

@@ -1,6 +1,7 @@
 """What the driver does with topics and services: on the robot's wire, in the answer, in the log. The whole driver, in simulated time."""
 
 import math
+import re
 import threading
 
 import pytest
@@ -184,7 +185,8 @@ def test_wheels_fall_silent_as_the_robot_does(run):
 
 
 @pytest.mark.parametrize("topic, message, says", [
-    ("cmd_vel", twist(math.nan), "cmd_vel refused: linear.x is nan"), ("cmd_wheels", WheelVelocities(0.1, math.nan), "cmd_wheels refused: right is nan"),
+    ("cmd_vel", twist(math.nan), "cmd_vel refused: linear.x is nan"),
+    ("cmd_wheels", WheelVelocities(0.1, math.nan), "cmd_wheels refused: right is nan"),
     ("cmd_wheels", WheelVelocities(-math.inf, 0), "left is -inf")])
 def test_what_is_no_number_moves_nothing(run, topic, message, says):
     def script(bottle):
@@ -274,6 +276,30 @@ def test_back_at_the_robots_own_it_has_that_again(run):
     assert bottle.kept == 40 and bottle.says("~rot_kp 55 -> 40")
 
 
+def test_a_change_without_a_link_holds_for_the_next_one(run):
+    def script(bottle):
+        bottle.unplug()
+        yield 0.1
+        bottle.call("~set_parameters", encode({"max_xspeed": 0.25, "rot_kp": 55}))
+        bottle.plug_in()
+        yield 5.0
+        bottle.kept = bottle.firmware.hardware.settings["rotation_kp"]
+
+    bottle = run(script)
+    assert bottle.messages("robot_info")[-1].max_linear == 0.25 and bottle.kept == 55
+
+
+def test_the_sonar_stays_as_it_was_told_when_the_link_comes_back(run):
+    def script(bottle):
+        bottle.node._robot.set_sonar(False)
+        yield 0.5
+        bottle.unplug(for_a_moment=True)
+        yield 3.0
+        bottle.on = bottle.node._robot.state.sonar_enabled, bottle.node._robot.link.reconnects
+
+    assert run(script).on == (False, 1)
+
+
 def test_a_time_out_that_is_made_shorter_holds_at_once(run):
     def script(bottle):
         bottle.send("cmd_motor_state", MotorState(1))
@@ -308,5 +334,5 @@ def test_what_is_not_legal_changes_nothing_at_all(run, config, says):
         bottle.finished = True
 
     bottle = run(script)
-    assert bottle.finished and len(bottle.messages("~parameter_updates")) == 1 and bottle.set_parameters == {}
+    assert bottle.finished and re.search(says, bottle.warned) and len(bottle.messages("~parameter_updates")) == 1 and bottle.set_parameters == {}
     assert bottle.messages("robot_info")[-1].max_linear == 0.5
