@@ -11,7 +11,6 @@ from typing import Any, Callable, Mapping, NamedTuple, Optional
 
 import pytest
 from bottle import Bottle
-from dynamic_reconfigure.msg import Config
 from geometry_msgs.msg import Twist, Vector3
 
 from pioneer_control.driver.parameters import LIVE, DriverParameters
