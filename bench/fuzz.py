@@ -225,12 +225,12 @@ class Arcs:
 
     def run(self, target: Callable[[bytes], None], data: bytes) -> int:
         """Try it; how many arcs were new. What the target raises passes."""
-        self._new = set()
+        self._new, before = set(), sys.gettrace()
         sys.settrace(self._enter)
         try:
             target(data)
         finally:
-            sys.settrace(None)
+            sys.settrace(before)
             self._new -= self.seen
             self.seen |= self._new
         return len(self._new)

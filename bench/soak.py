@@ -202,16 +202,26 @@ def node_program(name: str) -> str:
     return os.path.join(HERE, "..", "nodes", name)
 
 
+def wait_for(port: int) -> None:
+    """Until somebody listens there: nodes that start before their master have nobody to ask for their parameters."""
+    while True:
+        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port)):
+            return
+        time.sleep(0.1)
+
+
 def soak_real(minutes: float, seed: int) -> int:
     """Both nodes under a master; the exit status."""
     sys.path.insert(0, os.path.join(HERE, "..", "test", "integration"))
     from client_lines import SpoiltLine
-    os.environ.update(ROS_MASTER_URI="http://127.0.0.1:%d" % free_port(), ROS_HOSTNAME="127.0.0.1", ROS_HOME=tempfile.mkdtemp(prefix="pioneer-soak"))
+    master, port = free_port(), free_port()
+    os.environ.update(ROS_MASTER_URI="http://127.0.0.1:%d" % master, ROS_HOSTNAME="127.0.0.1", ROS_HOME=tempfile.mkdtemp(prefix="pioneer-soak"))
     with contextlib.ExitStack() as stack:
-        stack.enter_context(running("master", "roscore", "-p", os.environ["ROS_MASTER_URI"].rpartition(":")[2]))
-        port = free_port()
+        stack.enter_context(running("master", "roscore", "-p", str(master)))
+        wait_for(master)
         robot = running("simulator", "/usr/bin/python3", node_program("p2os_simulator"), "__ns:=soak", "_world:=empty", "_tcp:=%d" % port)
         nodes = [stack.enter_context(robot)]
+        wait_for(port)
         line = stack.enter_context(SpoiltLine(port, seed=seed))
         nodes.append(stack.enter_context(running("driver", "/usr/bin/python3", node_program("p2os_driver"), "__ns:=soak", "_port:=%s" % line.url)))
         return watch(nodes, line, minutes, random.Random(seed))
@@ -228,6 +238,7 @@ def watch(nodes: List[Node], line, minutes: float, chance: random.Random) -> int
     rospy.Subscriber("/soak/pose", Odometry, lambda pose: poses.__setitem__(0, poses[0] + 1))
     velocity = rospy.Publisher("/soak/cmd_vel", Twist, queue_size=1)
     motors = rospy.ServiceProxy("/soak/set_motors", SetBool)
+    rospy.wait_for_service("/soak/set_motors")
     start, cuts, table = time.monotonic(), 0, {node.name: [] for node in nodes}
     print("%6s %7s %7s %5s   %s" % ("minute", "poses", "spoilt", "cuts", "   ".join("%s: kB, threads, files" % node.name for node in nodes)))
     ended = threading.Event()
@@ -246,6 +257,8 @@ def watch(nodes: List[Node], line, minutes: float, chance: random.Random) -> int
             motors(True)
         rows = len(table["driver"])
         if time.monotonic() - start >= 60 * (rows + 1):
+            if any(node.process.poll() is not None for node in nodes):
+                break
             for node in nodes:
                 table[node.name].append(node.holds())
             print("%6d %7d %7d %5d   %s" % (rows + 1, poses[0], line.spoilt, cuts, "   ".join(
