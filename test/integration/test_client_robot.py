@@ -204,6 +204,19 @@ def test_closing_stops_at_once_and_not_when_the_io_thread_finds_time(server, mon
     assert waiting(server)
 
 
+def test_closing_without_waiting_has_written_the_stop_and_the_rest_follows(server):
+    robot = Robot(server.url).start()
+    robot.wait_until_ready(LIMIT)
+    written, write = [], robot._transport.write
+    robot._transport.write = lambda data: (written.append(data), write(data))
+    robot.close(wait=False)
+    assert encode_command("STOP") in b"".join(written)
+    assert encode_command("CLOSE") not in b"".join(written)
+    assert robot.wait_until_ended(LIMIT)
+    assert waiting(server)
+    robot.close()
+
+
 def test_closing_is_quick_and_can_be_repeated(server):
     robot = Robot(server.url)
     robot.close()

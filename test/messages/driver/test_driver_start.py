@@ -1,0 +1,23 @@
+"""What a start of the driver loads: half of the time to the first pose is spent on that, and all of it stays in memory."""
+
+import subprocess
+import sys
+
+NOT_NEEDED = {"actionlib", "matplotlib", "PyKDL", "tf", "tf2_py", "tf2_ros",
+              "pioneer_control.bags", "pioneer_control.simulator", "pioneer_control.tutorial"}
+
+
+def loaded_by(module):
+    """The modules in memory after importing one, in a Python of its own."""
+    code = "import sys, %s; print(*sys.modules)" % module
+    return set(subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True).stdout.decode().split())
+
+
+def test_the_driver_loads_nothing_that_it_does_not_use():
+    loaded = loaded_by("pioneer_control.driver.node")
+    assert {"rospy", "pioneer_control.client"} <= loaded
+    assert not loaded & NOT_NEEDED
+
+
+def test_what_is_loaded_is_seen():
+    assert {"tf2_ros", "tf2_py", "actionlib"} <= loaded_by("tf2_ros")
