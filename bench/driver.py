@@ -4,9 +4,10 @@
     ./pioneer shell /usr/bin/python3 bench/driver.py            # five minutes; writes bench/driver.md
     ./pioneer shell /usr/bin/python3 bench/driver.py --quick    # one minute; writes nothing
 
+`floor` publishes one topic; `floor3`, a second floor for what publishing costs, the three that are subscribed here of the driver: pose, sonar, tf.
 Each node has a robot of its own (bench/scripted_robot.py, a pty) and the same commander and subscriber, in this process; a ROS master is started
-for the run. The two take turns: SIPs and commands of the one go out half a cycle after those of the other, so that both meet the same machine
-in the same state. Commands drift slowly against the SIPs, and so meet every phase of the cycle.
+for the run. They take turns: SIPs and commands of one go out a third of a cycle after those of another, so that all meet the same machine in
+the same state. Commands drift slowly against the SIPs, and so meet every phase of the cycle.
 
 A time begins right before the write of a SIP or the publish() of a command, and ends when the subscriber's callback is called or the robot has
 read the last byte of RVEL. On a machine that does other work too, all figures are upper bounds; the ratios to the floor say more. A real line of
@@ -30,21 +31,20 @@ import time
 from time import monotonic
 from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
+import rosgraph
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from relay_node import SIP_LENGTH
+from scripted_robot import Record, ScriptedRobot
+from std_srvs.srv import SetBool
+
+from pioneer_control import p2os
+
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, os.path.join(HERE, "..", "src"))
-
-from pioneer_control import p2os  # noqa: E402
-from relay_node import SIP_LENGTH  # noqa: E402
-from scripted_robot import Record, ScriptedRobot  # noqa: E402
-
-import rosgraph  # noqa: E402
-import rospy  # noqa: E402
-from geometry_msgs.msg import Twist  # noqa: E402
-from nav_msgs.msg import Odometry  # noqa: E402
-from std_srvs.srv import SetBool  # noqa: E402
-
 RESULTS = os.path.join(HERE, "driver.md")
 NODES = {"floor": [sys.executable, os.path.join(HERE, "relay_node.py"), "{port}"],
+         "floor3": [sys.executable, os.path.join(HERE, "relay_node.py"), "{port}", "three"],
          "ours": [sys.executable, os.path.join(HERE, "..", "nodes", "p2os_driver"), "_port:={port}"]}
 ENOUGH = 115200         # baud: 9600 carries 53 pairs of VEL and RVEL a second
 DRIFT = 1.013           # commands come so much more often than said
@@ -195,17 +195,17 @@ class Commander:
 
 
 class Bench:
-    """The two robots, and what a user of their nodes has."""
+    """The robots, and what a user of their nodes has."""
 
     def __init__(self) -> None:
-        self.robots = {"floor": ScriptedRobot(0.0, is_open=True), "ours": ScriptedRobot(0.5, is_open=False)}
+        self.robots = {name: ScriptedRobot(turn / len(NODES), is_open=name != "ours") for turn, name in enumerate(NODES)}
 
     def connect(self) -> None:
         """Join the graph; the robots must have been started before, for they are forks of this process."""
         rospy.init_node("bench", disable_signals=True)
         self.poses = {name: Poses(name) for name in NODES}
         self.publishers = {name: rospy.Publisher("/%s/cmd_vel" % name, Twist, queue_size=1, tcp_nodelay=True) for name in NODES}
-        for topic in ("/ours/sonar", "/tf"):
+        for topic in ("/ours/sonar", "/floor3/sonar", "/tf"):
             rospy.Subscriber(topic, rospy.AnyMsg, lambda message: None)
 
     def start(self, name: str, *arguments: str) -> Tuple[Node, float]:
@@ -230,10 +230,10 @@ class Bench:
 # What is measured
 
 def drive(bench: Bench, seconds: float) -> Dict[Tuple[str, Phase], Drive]:
-    """Latencies and costs of both nodes side by side, in all phases."""
+    """Latencies and costs of all nodes side by side, in all phases."""
     for robot in bench.robots.values():
         robot.set_cycle(SLOW.cycle)
-    nodes = {"floor": bench.start("floor")[0], "ours": bench.start("ours", "_baud:=%d" % ENOUGH)[0]}
+    nodes = {name: bench.start(name, *(["_baud:=%d" % ENOUGH] if name == "ours" else []))[0] for name in NODES}
     bench.until_driving()
     found = {}
     for phase in PHASES:
@@ -256,8 +256,8 @@ def drive(bench: Bench, seconds: float) -> Dict[Tuple[str, Phase], Drive]:
             commands, arrived = command_latencies(commander.sent[name], record)
             found[name, phase] = Drive(pose_latencies(bench.poses[name].heard, record), commands, arrived,
                                        Usage(cpu / wall * 60, after[name][2], growth))
-    nodes["ours"].end(signal.SIGINT)
-    nodes["floor"].end(signal.SIGKILL)
+    for name, node in nodes.items():
+        node.end(signal.SIGINT if name == "ours" else signal.SIGKILL)
     return found
 
 
@@ -381,9 +381,11 @@ def rows(drives: Dict[Tuple[str, Phase], Drive], starts: Dict[str, List[float]],
     for name, (zeros, exits) in signals.items():
         found += [within("%s while driving to zero velocity on the wire: worst" % name, 50.0, "%.0f ms", max(zeros)),
                   within("%s to clean exit: worst" % name, 1.0, "%.2f s", max(exits))]
+    cpu = [drives[name, SLOW].usage.cpu for name in ("floor3", "ours")]
     growth = sum(drives["ours", phase].usage.growth for phase in PHASES)
     return found + [
         compared("CPU a minute, 10 Hz, pose, sonar, tf subscribed", SLOW, lambda each: each.usage.cpu, "%.2f s", 2.0),
+        Row("the same against three topics, for comparison", "-", "%.2f s" % cpu[0], "%.2f s (%.2f x)" % (cpu[1], cpu[1] / cpu[0]), True),
         compared("memory", MANY, lambda each: each.usage.rss, "%.1f MiB", 1.3),
         Row("growth of memory over all phases", "none (below 0.5 MiB)", "", "%.2f MiB" % growth, growth < 0.5),
     ]
@@ -394,11 +396,11 @@ def report(limits: List[Row], drives: Dict[Tuple[str, Phase], Drive], starts: Di
     """The text of bench/driver.md."""
     lines = [
         "# What `bench/driver.py` measured", "",
-        "Written by the program. Python %s, %d cores, load average %.1f before the start; %.0f s in each phase of driving, SIPs of %d bytes. The floor is"
+        "Written by the program. Python %s, %d cores, load average %.1f before the start; %.0f s in each phase of driving, SIPs of %d bytes. The"
         % (platform.python_version(), os.cpu_count() or 1, load, seconds, SIP_LENGTH),
-        "`bench/relay_node.py`, measured at the same time. On a machine that does other work too, figures are upper bounds.", "",
+        "floor is `bench/relay_node.py`, measured at the same time. On a machine that does other work too, figures are upper bounds.", "",
         "| what | limit | floor | ours | |", "|---|---|---|---|---|",
-        *("| %s | %s | %s | %s | %s |" % (row[:4] + ("kept" if row.kept else "**exceeded**",)) for row in limits), "",
+        *("| %s | %s | %s | %s | %s |" % (row[:4] + ("**exceeded**" if not row.kept else "" if row.limit == "-" else "kept",)) for row in limits), "",
         "| ms | node | n | median | p95 | p99 | worst |", "|---|---|---|---|---|---|---|",
     ]
     for what, of in (("SIP to Odometry", lambda each: each.pose), ("cmd_vel to wire", lambda each: each.command)):

@@ -8,14 +8,11 @@ import math
 import multiprocessing
 import os
 import select
-import sys
 import tty
 from time import monotonic
 from typing import List, NamedTuple, Tuple
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src"))
-
-from pioneer_control import p2os  # noqa: E402
+from pioneer_control import p2os
 
 ACCELERATION = 300      # mm/s^2, either way
 SONAR = tuple(p2os.SonarReading(number, 1000 + number) for number in range(16))
