@@ -101,7 +101,7 @@ class Drive:
             request.give_up_at = now + timeout
         else:
             if request is not None:
-                request.finish(NotConfirmedError("overtaken by another motor command"))
+                self._answer_motors(request, NotConfirmedError("overtaken by another motor command"))
             request = self._motors = MotorsRequest(on, now, timeout)
         if not (on and self._state is not None and self._state.motors_enabled):
             self._stand(now, STOP)
@@ -174,11 +174,11 @@ class Drive:
         if request is None or state is None:
             return
         if request.on and state.stop_button:
-            request.finish(RefusedError("motors stay off: the STOP button is pressed; release it and ask again"))
+            self._answer_motors(request, RefusedError("motors stay off: the STOP button is pressed; release it and ask again"))
             if seen:
                 self._take_back(now)
         elif seen and now > request.answer_from and state.motors_enabled == request.on:
-            request.finish()
+            self._answer_motors(request)
         if request.done and self._motors is request:
             self._motors = None
 
@@ -190,7 +190,13 @@ class Drive:
         what = "on" if request.on else "off"
         stalled = self._state is not None and (self._state.left_stall or self._state.right_stall)
         why = ": it is stalled, something holds its wheels" if stalled else ""
-        request.finish(NotConfirmedError("asked to switch its motors %s, the robot did not confirm it in time%s" % (what, why)))
+        self._answer_motors(request, NotConfirmedError("asked to switch its motors %s, the robot did not confirm it in time%s" % (what, why)))
+
+    def _answer_motors(self, request: MotorsRequest, error: Optional[PioneerError] = None) -> None:
+        """An ENABLE 1 that still waits for the line must not be said any more: the robot may have taken the motors away meanwhile."""
+        request.finish(error)
+        if request.on:
+            self._line.withdraw(MOTORS[True])
 
     def _take_back(self, now: float) -> None:
         """Whoever asked for the motors hears that they are off: an ENABLE 1 that the robot obeys late must not stand, nor an ENABLE 0 be lost."""

@@ -71,6 +71,10 @@ class Line:
         self._commands.clear()
         self._velocity = None
 
+    def withdraw(self, *packets: bytes) -> None:
+        """Forget a command wherever it waits."""
+        self._commands = deque(each for each in self._commands if each != packets)
+
     def busy(self, now: float) -> bool:
         """Whether the last write is still on its way."""
         return now < self.free_at

@@ -346,6 +346,26 @@ def test_taking_back_the_motors_is_repeated_until_the_robot_shows_it(why):
     assert request.error is not None and not bench.robot.motors
 
 
+@pytest.mark.parametrize("answer", ["confirmed", "given up", "STOP button", "overtaken"])
+def test_once_a_request_is_answered_no_repetition_of_it_is_sent(answer):
+    """At 9600 baud it may have been waiting for the line; meanwhile a STOP button may have been pressed and released."""
+    bench = Bench(rates=(9600,)).until_ready()
+    bench.run(0.5)
+    bench.robot.deaf = lambda heard: heard.name == "ENABLE" and answer != "confirmed"
+    request = enable(bench, timeout=0.7 if answer == "given up" else 5.0)
+    for _ in range(20):
+        bench.session.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
+    bench.run(0.45)
+    if answer == "STOP button":
+        bench.robot.press_stop_button(True)
+    elif answer == "overtaken":
+        bench.session.drive.request_motors(False, bench.now, 5.0)
+    bench.run_until(lambda: request.done)
+    bench.robot.heard.clear()
+    bench.run(4.0)
+    assert ("ENABLE", 1) not in [(heard.name, heard.value) for heard in bench.robot.heard]
+
+
 def test_a_link_that_breaks_ends_the_wait():
     bench = Bench().until_ready()
     bench.robot.deaf = lambda heard: heard.name == "ENABLE"

@@ -109,6 +109,15 @@ def test_after_a_long_silence_the_revival_goes_first(line, written):
     assert written[1:] == [b"b", b"stopc"]
 
 
+def test_one_command_that_waits_can_be_withdrawn(line, written):
+    for packet in (b"A", b"B", b"C", b"B"):
+        line.command(0.0, packet)
+    line.withdraw(b"B")
+    for tenth in range(1, 10):
+        line.tick(tenth / 10)
+    assert written == [b"A", b"C"]
+
+
 def test_what_waits_can_be_dropped(line, written):
     for name in (b"a", b"b", b"c"):
         line.command(0.0, name)
