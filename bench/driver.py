@@ -19,6 +19,7 @@ Exit status 1 when a limit is exceeded.
 import argparse
 import bisect
 import contextlib
+import itertools
 import math
 import os
 import platform
@@ -262,10 +263,16 @@ def drive(bench: Bench, seconds: float) -> Dict[Tuple[str, Phase], Drive]:
 
 
 def pose_latencies(heard: List[Tuple[int, float]], record: Record) -> List[float]:
-    """ms from each SIP to its Odometry. Both are counted, but not from the same number on: no Odometry comes before its SIP."""
-    sent = record.sent
-    offset = min(bisect.bisect_right(sent, now) - 1 - number for number, now in heard if now > sent[0] + 1.0)
-    return [(now - sent[number + offset]) * 1000 for number, now in heard if 0 <= number + offset < len(sent)]
+    """ms from each SIP to its Odometry. Both are counted, but not from the same number on: no Odometry comes before its SIP.
+
+    Found anew for each second: a SIP that a node did not take would else make all that follow seem late by one.
+    """
+    sent, found = record.sent, []
+    for _, second in itertools.groupby((each for each in heard if each[1] > sent[0] + 1.0), lambda each: int(each[1])):
+        latest = [(number, now, bisect.bisect_right(sent, now) - 1) for number, now in second]
+        offset = min(index - number for number, _, index in latest)
+        found += [(now - sent[number + offset]) * 1000 for number, now, _ in latest]
+    return found
 
 
 def command_latencies(sent: List[Tuple[float, int]], record: Record) -> Tuple[List[float], float]:
