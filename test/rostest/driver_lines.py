@@ -385,7 +385,7 @@ class DriverLines(unittest.TestCase):
             states.next(self.namespace + "/motor_state", 2)
             self.assertEqual(firmware.velocity, (0.0, 0.0))
             before = firmware.true_pose
-            states.next(self.namespace + "/motor_state", 15)
+            states.next(self.namespace + "/motor_state", 8)
             self.assertEqual({message.state for message in states.seen[self.namespace + "/motor_state"]}, {0})
             self.assertEqual(firmware.true_pose, before, "commands go on, but nothing moves")
             self.assertIsNone(driver.process.poll())
