@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """How fast the driver is and what it costs, side by side with the least a rospy node can do on the same bytes: the floor, bench/relay_node.py.
 
-    ./pioneer shell /usr/bin/python3 bench/driver.py            # five minutes; writes bench/driver.md
+    ./pioneer shell /usr/bin/python3 bench/driver.py            # four minutes; writes bench/driver.md
     ./pioneer shell /usr/bin/python3 bench/driver.py --quick    # one minute; writes nothing
 
 `floor` publishes one topic; `floor3`, a second floor for what publishing costs, the three that are subscribed here of the driver: pose, sonar, tf.
