@@ -15,7 +15,7 @@ from pioneer_control.client.line import LONGEST_QUEUE
 from pioneer_control.client.robot import BACK_OFF
 from pioneer_control.client.tuning import ROWS
 from pioneer_control.driver import health, notices
-from pioneer_control.driver.parameters import TUNING, DriverParameters
+from pioneer_control.driver.parameters import TUNING, DriverParameters, check_parameters
 from pioneer_control.p2os import UNKNOWN_TO
 from pioneer_control.parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole
 from pioneer_control.robots import load_table
@@ -59,6 +59,11 @@ def test_every_parameter_has_its_row():
     """Where this fails, the wanted rows are in the message: they belong into docs/driver.md."""
     wanted = [parameter_row(entry) for entry in dataclasses.fields(DriverParameters)]
     assert rows(read(DOCS / "driver.md"), "Parameters") == wanted
+
+
+def test_defaults_can_be_written_as_they_are_read():
+    written = {row[0].strip("`"): yaml.safe_load(row[3] or "''") for row in rows(read(DOCS / "driver.md"), "Parameters")}
+    assert check_parameters(written) == (DriverParameters(), [])
 
 
 def test_a_row_that_lies_is_seen():
