@@ -206,7 +206,7 @@ def dead_links(path: pathlib.Path, text: str) -> List[str]:
     return dead
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("path", [*DOCUMENTS, *sorted((ROOT / "bench").glob("*.md"))], ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(path):
     assert dead_links(path, read(path)) == []
 
