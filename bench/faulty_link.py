@@ -224,7 +224,8 @@ class Rig:
         start = self.now
         while not condition():
             if self.now - start >= limit:
-                raise AssertionError("not within %g s; session is %s, events %s" % (limit, self.session and self.session.phase, list(self.events)[-5:]))
+                phase = self.session and self.session.phase
+                raise AssertionError("not within %g s; session is %s, events %s" % (limit, phase, list(self.events)[-5:]))
             self.step()
         return self.now - start
 

@@ -342,9 +342,12 @@ def search(name: str, seconds: float, seed: int, say: Callable[[str], None] = pr
     corpus += [b"\x01\x0c\x01\x06" + bytes([len(PIECES) - 1]) + b"\x0a\xa0\x07\x50", b"\x00"]
     findings: Dict[str, Finding] = {}
     start = told = time.monotonic()
-    tried, now = 0, start
-    while tried < len(corpus) or now - start < seconds:
-        data = corpus[tried] if tried < len(PIECES) * 2 else changed(chance.choice(corpus[-200:] if chance.random() < 0.5 else corpus), corpus, chance)
+    tried, now, seeds = 0, start, len(corpus)
+    while tried < seeds or now - start < seconds:
+        if tried < seeds:
+            data = corpus[tried]
+        else:
+            data = changed(chance.choice(corpus[-200:] if chance.random() < 0.5 else corpus), corpus, chance)
         tried += 1
         try:
             if arcs.run(target, data) and len(corpus) < LARGEST_CORPUS:
@@ -358,7 +361,8 @@ def search(name: str, seconds: float, seed: int, say: Callable[[str], None] = pr
         now = time.monotonic()
         if now - told >= 10.0:
             told = now
-            say("%s: %4.0f s, %8d inputs, %5.0f per s, %5d arcs, %4d kept" % (name, now - start, tried, tried / (now - start), len(arcs.seen), len(corpus)))
+            figures = name, now - start, tried, tried / (now - start), len(arcs.seen), len(corpus)
+            say("%s: %4.0f s, %8d inputs, %5.0f per s, %5d arcs, %4d kept" % figures)
     say("%s: %d inputs in %.0f s (%.0f per s), %d arcs, %d kept, %d findings" % (
         name, tried, now - start, tried / max(now - start, 1e-9), len(arcs.seen), len(corpus), len(findings)))
     return list(findings.values())

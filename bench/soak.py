@@ -157,7 +157,8 @@ def soak(hours: float, seed: int, baud: Optional[int]) -> int:
         counts, judge = day.rig.counts, day.rig.judge
         print("%6.1f %7.0f %9d %8d %9.2f %7d %9d %9d %9d %8d %8d %7d" % (
             day.rig.now / 3600, time.monotonic() - start, day.rig.states, sum(day.faults.values()), judge.distance / 1000,
-            judge.turned / 6.2832, counts.bad_checksums, counts.discarded_bytes, counts.unreadable, memory[-1], objects[-1], len(judge.wrongs)), flush=True)
+            judge.turned / 6.2832, counts.bad_checksums, counts.discarded_bytes, counts.unreadable, memory[-1], objects[-1],
+            len(judge.wrongs)), flush=True)
     print("faults: %s" % ", ".join("%d %s" % (count, name) for name, count in day.faults.items()))
     for wrong in day.rig.judge.wrongs:
         print("WRONG", wrong)

@@ -20,10 +20,6 @@ from faulty_link import COMMAND_TIMEOUT, REACTION, STEP, WATCHDOG, Rig, Velocity
 from pioneer_control import p2os
 from pioneer_control.client.events import BaudFound, CommandTimedOut, LinkDown, MotionCleared
 from pioneer_control.driver.notices import Watch
-from pioneer_control.errors import PortError
-from pioneer_control.robots import find_model
-from pioneer_control.simulator.firmware import Firmware
-from pioneer_control.simulator.world import World
 
 DRIVE = Velocity(0.3, 0.2)
 RECOVERY = 12.0         # s after the end of any fault until the robot is ready again: a try at every line speed, and a pause before it
@@ -266,7 +262,8 @@ FAULTS = {
     "ten packets glued": Row(late(on_the_way_back(lambda: glue(10)), 1.0), 20.0, unnamed),
     "all SIPs are noise": Row(on_the_way_back(lambda: noise), 10.0, link_down("silent"), ends_link=True),
     "all commands are noise": Row(on_the_way_there(lambda: noise), 10.0, unnamed),
-    **{"%g %% of the packets %s lost" % (100 * share, name): Row(way(lambda share=share: lose(share)), 100.0 if share < 0.1 else 30.0, fewer_sips if way is not on_the_way_there else unnamed)
+    **{"%g %% of the packets %s lost" % (100 * share, name): Row(
+        way(lambda share=share: lose(share)), 100.0 if share < 0.1 else 30.0, fewer_sips if way is not on_the_way_there else unnamed)
        for share in (0.01, 0.2, 0.5)
        for way, name in ((on_the_way_there, "to the robot"), (on_the_way_back, "to the client"), (both_ways, "either way"))},
     **{"%g s of silence %s" % (seconds, name): Row(way(lambda: lost), seconds, named, ends_link=down)

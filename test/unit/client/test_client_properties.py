@@ -19,7 +19,8 @@ FRAMES = some.one_of(
     some.builds(p2os.encode_frame, some.integers(0, 255), some.binary(max_size=60)),
     some.builds(lambda **fields: p2os.encode_packet(sip(**fields)), x_counts=some.integers(0, 32767), y_counts=some.integers(0, 32767),
                 heading_units=some.integers(0, 4095), flags=some.integers(0, 0xFFFF).map(p2os.Flags), left_velocity_units=some.integers(-500, 500)),
-    some.builds(lambda **fields: p2os.encode_packet(config(**fields)), watchdog_ms=some.integers(0, 3000), translation_velocity_max_mm_s=some.integers(0, 2000)),
+    some.builds(lambda **fields: p2os.encode_packet(config(**fields)), watchdog_ms=some.integers(0, 3000),
+                translation_velocity_max_mm_s=some.integers(0, 2000)),
 )
 ACTIONS = some.one_of(
     some.tuples(some.just("bytes"), some.one_of(some.binary(max_size=60), FRAMES)),
