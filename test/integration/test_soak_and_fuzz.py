@@ -46,6 +46,11 @@ def test_a_few_inputs_break_nothing_and_reach_something(name):
     assert int(said[-1].split(" arcs")[0].rpartition(" ")[2]) > 200, said
 
 
+@pytest.mark.parametrize("found", ["01", "5d62077c9d6d960000fafb090ffb", "03ac27070a2b4d070a0a0aa9af4d"])
+def test_what_was_found_once_breaks_nothing_any_more(found):
+    fuzz.try_session(bytes.fromhex(found))
+
+
 def test_a_planted_fault_is_found_and_shortened(monkeypatch):
     def planted(data):
         assert fuzz.PIECES[0] not in data

@@ -155,7 +155,7 @@ class Drive:
     def _send_velocity(self, now: float) -> None:
         assert self._wanted is not None
         self._sent_at = now
-        self._line.velocity(now, *self._driven.packets(*self._wanted, now))
+        self._line.velocity(now, *self._driven.packets(*self._wanted, now), until=self._commanded_at + self.command_timeout)
 
     def _stand(self, now: float, packets: Tuple[bytes, ...]) -> None:
         """Zero set points, ahead of everything else."""

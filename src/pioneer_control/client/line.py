@@ -40,6 +40,7 @@ class Line:
         self._stopped = False       # no velocity was written since the last stop
         self._commands: Deque[Sequence[bytes]] = deque()
         self._velocity: Optional[Sequence[bytes]] = None
+        self._velocity_until = math.inf
         self._velocity_next = False     # a flood of commands must not keep the robot at an old speed, nor velocities hold up commands
 
     @property
@@ -84,16 +85,16 @@ class Line:
         self._commands.append(packets)
         self.tick(now)
 
-    def velocity(self, now: float, *packets: bytes) -> None:
-        """Send a velocity now, or when the line is free instead of the one that waits."""
-        self._velocity = packets
+    def velocity(self, now: float, *packets: bytes, until: float = math.inf) -> None:
+        """Send a velocity now, or when the line is free instead of the one that waits; from ``until`` on it is too old to be sent."""
+        self._velocity, self._velocity_until = packets, until
         self.tick(now)
 
     def stop(self, now: float, *packets: bytes) -> None:
         """Send at once, ahead of all that waits; a velocity that waits is forgotten. A flood of stops is sent at the pace of the line."""
         self._velocity = None
         if self._stopped and self.busy(now):
-            self._velocity = packets
+            self._velocity, self._velocity_until = packets, math.inf
         else:
             self._put(now, packets)
             self._stopped = True
@@ -102,6 +103,8 @@ class Line:
         """Write what the line can carry now."""
         if self.busy(now):
             return
+        if now >= self._velocity_until:     # only after a hold-up of the whole process
+            self._velocity = None
         if self._velocity and (self._velocity_next or not self._commands):
             packets, self._velocity = self._velocity, None
             self._put(now, packets)

@@ -154,6 +154,24 @@ def test_a_renewed_velocity_goes_on_and_lost_packets_are_made_good():
     assert len(velocities(bench.robot)) >= 12
 
 
+@pytest.mark.parametrize("then", ["another command", "motors"])
+def test_a_velocity_that_waits_through_a_hold_up_is_not_sent(then):
+    """Nobody called for a while; the first who does is a user's thread, before the dead man had a chance."""
+    bench = Bench(rates=(9600,)).until_driving()
+    bench.session.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
+    bench.drive(0.3, 0.0)
+    assert ("VEL", 300) not in [(heard.name, heard.value) for heard in bench.robot.heard], "the line is busy"
+    bench.now += 3.0
+    if then == "motors":
+        bench.session.drive.request_motors(True, bench.now, 2.0)
+    else:
+        bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+    bench._act()
+    bench.run(0.5)
+    assert ("VEL", 300) not in [(heard.name, heard.value) for heard in bench.robot.heard]
+    assert not bench.robot.moving and not bench.robot.revived
+
+
 def test_the_command_timeout_can_be_chosen():
     bench = Bench(command_timeout=2.5).until_driving(0.2)
     bench.run(2.2)

@@ -109,6 +109,18 @@ def test_after_a_long_silence_the_revival_goes_first(line, written):
     assert written[1:] == [b"b", b"stopc"]
 
 
+def test_a_velocity_that_waits_too_long_is_forgotten_and_a_stop_never_is(line, written):
+    line.command(0.0, b"A")
+    line.velocity(0.0, b"V", until=0.5)
+    line.tick(0.5)
+    assert written == [b"A"] and line.due == float("inf")
+    line.velocity(0.6, b"W", until=1.1)
+    line.stop(0.6, b"S")
+    line.stop(0.6, b"T")
+    line.tick(9.0)
+    assert written == [b"A", b"W", b"S", b"T"]
+
+
 def test_one_command_that_waits_can_be_withdrawn(line, written):
     for packet in (b"A", b"B", b"C", b"B"):
         line.command(0.0, packet)
