@@ -24,7 +24,6 @@ from pioneer_control.driver.notices import Watch
 DRIVE = Velocity(0.3, 0.2)
 RECOVERY = 12.0         # s after the end of any fault until the robot is ready again: a try at every line speed, and a pause before it
 BAUD_BOUND = 8.0        # s within which a robot at any line speed is ready
-BAUD_RATES = (9600, 19200, 38400, 57600, 115200)
 
 
 # Spoilt packets
@@ -415,8 +414,8 @@ def test_a_robot_left_open_and_driving_by_a_killed_driver(baud, down_for):
 
 
 @pytest.mark.parametrize("left_open", [False, True], ids=["waiting", "left open and driving"])
-@pytest.mark.parametrize("robots", BAUD_RATES)
-@pytest.mark.parametrize("given", BAUD_RATES)
+@pytest.mark.parametrize("robots", p2os.BAUD_RATES)
+@pytest.mark.parametrize("given", p2os.BAUD_RATES)
 def test_a_robot_at_any_line_speed_is_found_in_a_bounded_time(given, robots, left_open):
     """Bytes at another speed than the receiver's arrive as so many others."""
     rig = Rig(baud=(robots, robots) if left_open else (given, robots), seed=given + robots)

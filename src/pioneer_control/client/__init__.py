@@ -25,8 +25,13 @@ Open ``robot.py`` first, then ``session.py``. From the wire upwards:
 ``tuning``        settings of the robot itself: the table of them, and what became of each
 ``tuner``         tells them, and asks the robot whether it took them
 ``session``       all of that for one connection, sans-I/O: bytes and time in, bytes and events out
+``gyro``          readings of one that the client has to read to turn rates
+``gripper``       what it is told, and what it reports
+``identity``      what the robot says it is, joined with the table of models
 ``odometry``      15-bit counts to an exact pose
 ``state``         one SIP to one RobotState in SI units
+``settings``      what the user wants of a connection, checked once
+``events``        what a listener hears besides the states
 ``robot``         the I/O thread around it, and the calls a program makes
 ================  ====================================================================================
 """

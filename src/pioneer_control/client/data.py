@@ -9,12 +9,12 @@ from typing import Dict, Mapping, NamedTuple
 
 from .. import p2os
 from ..p2os import encode_command
+from .gyro import is_for_client
 from .identity import RobotIdentity
 from .line import Line
 
 TRIES = 3               # times that packets are asked for
 AGAIN = 0.5             # s for the first of them: five SIP cycles, for on a slow line the SIP goes first
-GYRO_OF_CLIENT = 1      # CONFIGpac's has_gyro: its client reads it; from 2 on the robot does, and GYRO chooses what its heading is made of
 
 
 class Data(NamedTuple):
@@ -59,7 +59,7 @@ class DataRequests:
 
     def request(self, kind: str, on: bool, now: float) -> None:
         """Ask for packets of this kind with every SIP, or for no more of them."""
-        if kind == "gyro" and (self._identity.config is None or self._identity.config.has_gyro != GYRO_OF_CLIENT):
+        if kind == "gyro" and not is_for_client(self._identity):
             return
         self._wanted[kind] = on
         self._tries.pop(kind, None)

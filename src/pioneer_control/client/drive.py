@@ -1,5 +1,4 @@
-"""What the wheels are told: velocities, the dead man, the motors. Nothing on this line is acknowledged, so all is said until the robot shows it.
-"""
+"""What the wheels are told: velocities, the dead man, the motors. Nothing on this line is acknowledged, so all is said until the robot shows it."""
 
 import math
 from typing import List, Optional, Tuple

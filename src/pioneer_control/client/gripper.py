@@ -1,12 +1,14 @@
-"""The gripper as the robot reports it in every SIP: its own state byte and the switches on the digital inputs (protocol 6.2, 6.4).
+"""The gripper: what it is told, and what the robot reports of it in every SIP: a state byte, and switches on digital inputs (protocol 6).
 
 What differs: a Pioneer 1 has one motor and other switches; a gripper on the general I/O port of a P2OS robot leaves the digital inputs alone,
 and its switches come in a GRIPPERpac that has to be asked for.
 """
 
 from dataclasses import dataclass, replace
+from typing import Optional, Tuple
 
-from ..p2os import DigitalIn, GripperSwitches, GripState
+from ..errors import UsageError
+from ..p2os import GRIPPER_VALUES, DigitalIn, GripperCommand, GripperSwitches, GripState, encode_command
 from .identity import RobotIdentity
 
 ON_GENERAL_IO = 2       # has_gripper in CONFIGpac, and in GRIPPERpac
@@ -90,6 +92,23 @@ def with_switches(reading: GripperReading, switches: GripperSwitches) -> Gripper
     )
 
 
-def _one_of(first: bool, second: bool):
+def gripper_packets(command: GripperCommand, value: Optional[int]) -> Tuple[bytes, ...]:
+    """One sub-command, with the value (20 ms) of those that need one. Raises UsageError for a number that means nothing."""
+    try:
+        command = GripperCommand(command)
+    except ValueError:
+        legal = ", ".join("%d %s" % (member, member.name) for member in GripperCommand)
+        raise UsageError("gripper command %r means nothing; legal: %s" % (command, legal)) from None
+    if command not in GRIPPER_VALUES:
+        if value is not None:
+            raise UsageError("gripper command %s takes no value" % command.name)
+        return (encode_command("GRIPPER", int(command)),)
+    low, high = GRIPPER_VALUES[command]
+    if value is None or not low <= value <= high or not value:
+        raise UsageError("gripper command %s needs a value in %d..%d (units of 20 ms), not 0; got %r" % (command.name, low, high, value))
+    return encode_command("GRIPPER", int(command)), encode_command("GRIPPERVAL", value)
+
+
+def _one_of(first: bool, second: bool) -> Tuple[bool, bool]:
     """Two end positions exclude each other: both at once means the position is unknown (protocol 6.2)."""
     return (first and not second, second and not first)

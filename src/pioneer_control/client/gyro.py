@@ -1,14 +1,21 @@
 """A gyro that the client has to read (CONFIGpac: has_gyro 1; protocol 5.6): raw readings to a turn rate."""
 
 import math
-from typing import Optional
+from typing import List, Optional
 
 from .. import p2os
+from .identity import RobotIdentity
 
 RAD_S_PER_UNIT = math.radians(5 / 1023 * 300 / 2.5 * 1.626)     # volts, full scale, and the calibration that all models share
 NOMINAL_CENTRE = 512.0      # what a gyro at rest reads, more or less
 NEAR_CENTRE = 30.0          # how much more or less; beyond, the robot is turned although its wheels stand
 MOST_AT_REST = 200          # readings (5 s) over which the centre is averaged
+FOR_CLIENT = 1              # has_gyro in CONFIGpac; from 2 on the robot reads it, and GYRO chooses what its heading is made of
+
+
+def is_for_client(identity: RobotIdentity) -> bool:
+    """Whether a gyro is fitted that the client has to read."""
+    return identity.config is not None and identity.config.has_gyro == FOR_CLIENT
 
 
 class GyroReader:
@@ -27,7 +34,7 @@ class GyroReader:
             self._learn(rates)
         return (self._centre - sum(rates) / len(rates)) * RAD_S_PER_UNIT
 
-    def _learn(self, rates) -> None:
+    def _learn(self, rates: List[int]) -> None:
         for rate in rates:
             if abs(rate - NOMINAL_CENTRE) <= NEAR_CENTRE:
                 self._at_rest = min(self._at_rest + 1, MOST_AT_REST)

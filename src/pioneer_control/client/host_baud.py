@@ -14,6 +14,7 @@ The robot returns to its own speed at CLOSE and at a reset.
 from typing import Any, Callable, Generator, Optional
 
 from .. import p2os
+from .identity import CONFIG
 from .line import GAP, Line
 
 CAN_CHANGE = (1, 2)     # autobaud in CONFIGpac: HOSTBAUD is obeyed; autobaud besides
@@ -23,8 +24,6 @@ SETTLE = 0.05           # s for HOSTBAUD to arrive and be obeyed (10 ms), and fo
 BEFORE_SPEAKING = 0.01  # s after our own change
 ANSWER = 0.9            # s for the answer
 ASK_AGAIN = 0.2         # s; CONFIGpac alone takes 0.14 s at 9600 baud
-
-CONFIG = p2os.encode_command("CONFIG", 1)
 
 Step = Generator[float, Any, Any]
 """Yields the time until which it waits; is sent a packet, or None when that time has come."""

@@ -8,6 +8,8 @@ from .. import p2os
 from ..robots import RobotModel
 
 DEFAULT_WATCHDOG = 2.0      # s, of firmware that does not report its own (ARCOS manual)
+CONFIG = p2os.encode_command("CONFIG", 1)
+"""Asks the robot for CONFIGpac."""
 
 
 @dataclass(frozen=True)
@@ -15,8 +17,8 @@ class RobotIdentity:
     """Name, model and limits of a connected robot.
 
     ``name``, ``type``, ``subtype`` come from the SYNC2 reply; ``firmware`` and ``serial`` from CONFIGpac (None when the robot never sent one).
-    ``model`` is the table's entry with the sonar arrays and bumpers that CONFIGpac says are fitted. ``max_linear`` (m/s) and ``max_angular`` (rad/s) are what
-    set_velocity() clamps to: the smallest of the robot's own working and hard limits (CONFIGpac, else the table) and what the user allows.
+    ``model`` is the table's entry with the sonar arrays and bumpers that CONFIGpac says are fitted. ``max_linear`` (m/s) and ``max_angular``
+    (rad/s) are what set_velocity() clamps to: the smallest of the robot's own working and hard limits (CONFIGpac, else the table) and what the user allows.
     """
 
     name: str

@@ -34,10 +34,11 @@ class Line:
         self.baud = baud
         self.watchdog = math.inf
         self.last_sent = -math.inf
+        self.free_at = -math.inf
+        """When the line will have carried the last write."""
         self._write = write
         self._revival = revival
-        self.free_at = -math.inf        # when the last write will have been carried
-        self._stopped = False       # no velocity was written since the last stop
+        self._stopped = False           # no velocity was written since the last stop
         self._commands: Deque[Sequence[bytes]] = deque()
         self._velocity: Optional[Sequence[bytes]] = None
         self._velocity_until = math.inf

@@ -12,6 +12,7 @@ from ..errors import LinkError, LinkLostError, NoAnswerError, PioneerError, Refu
 from ..p2os import GripperCommand, encode_command
 from .data import DATA
 from .events import Event, LinkDown, Ready
+from .gripper import gripper_packets
 from .handshake import RATES
 from .identity import RobotIdentity
 from .session import Counts, Phase, Session, SetBaud
@@ -47,14 +48,16 @@ class Robot:
         baud: line speed of a serial port; the others are tried when nothing answers.
         model: use this model whatever the robot announces. Without it an unknown subtype is an error.
         models_file: a file of the user's that overrides values of the table of models.
-        pulse: s between signs of life (PULSE; a stop while the robot shall stand) when nothing else is sent; 0 sends none, and then the robot's own watchdog stops it after 2 s.
+        pulse: s between signs of life (PULSE; a stop while the robot shall stand) when nothing else is sent; 0 sends none, and then the robot's
+            own watchdog stops it after 2 s.
         use_sonar: sonar on after connecting.
         command_timeout: s after which a velocity that nobody renewed means stop.
         max_linear, max_angular: limits in m/s, rad/s below the robot's own; None for just the robot's.
         has_gripper: None believes the robot (CONFIGpac).
         tuning: settings of the robot itself, sent after every connecting when it stands; see tune().
         on_state: called with every RobotState, on the I/O thread, no lock held. Be quick: nothing is read meanwhile; after 2 s of that the link
-            counts as lost and the robot is stopped. A listener that raises ends the connection: the robot is stopped and closed, and the next command raises.
+            counts as lost and the robot is stopped. A listener that raises ends the connection: the robot is stopped and closed, and the next
+            command raises.
         on_event: called with every Event (client.events), likewise.
         host_baud: line speed to change to once the robot is open, if it is a serial line and the robot can; else the one at which it was found
             stays. None for that one.
@@ -290,7 +293,7 @@ class Robot:
 
         Raises UsageError for a number that means nothing, RefusedError when no gripper is fitted.
         """
-        packets = _gripper_packets(command, value)
+        packets = gripper_packets(command, value)
         with self._changed:
             if not self._ready_session().identity.has_gripper:
                 raise RefusedError("%s: the robot reports no gripper" % self.url)
@@ -492,19 +495,3 @@ class Robot:
             listener = self._on_state if isinstance(event, RobotState) else self._on_event
             if listener is not None:
                 listener(event)
-
-
-def _gripper_packets(command: GripperCommand, value: Optional[int]) -> Tuple[bytes, ...]:
-    try:
-        command = GripperCommand(command)
-    except ValueError:
-        legal = ", ".join("%d %s" % (member, member.name) for member in GripperCommand)
-        raise UsageError("gripper command %r means nothing; legal: %s" % (command, legal)) from None
-    low, high = {GripperCommand.PRESSURE: (1, 100), GripperCommand.CARRY: (-255, 255)}.get(command, (0, 0))
-    if not high:
-        if value is not None:
-            raise UsageError("gripper command %s takes no value" % command.name)
-        return (encode_command("GRIPPER", int(command)),)
-    if value is None or not low <= value <= high or not value:
-        raise UsageError("gripper command %s needs a value in %d..%d (units of 20 ms), not 0; got %r" % (command.name, low, high, value))
-    return encode_command("GRIPPER", int(command)), encode_command("GRIPPERVAL", value)

@@ -24,12 +24,12 @@ from .drive import MOTORS, STOP, Drive
 from .events import BaudFound, Event, LineSpeed, PacketReceived, Ready, Tuned
 from .handshake import CLOSE, Handshake
 from .host_baud import CAN_CHANGE, changed
-from .identity import RobotIdentity, identify
+from .identity import CONFIG, RobotIdentity, identify
 from .line import LONGEST_QUEUE, Line, SetBaud
 from .odometry import Odometry
 from .settings import Settings
 from .state import RobotState, StateReader
-from .tuner import CONFIG, Tuner
+from .tuner import Tuner
 from .tuning import Tuning
 
 BEFORE_OPEN = 0.1       # s that clients are known to leave between the SYNC2 reply and OPEN
@@ -47,7 +47,6 @@ SIP_CYCLE = 0.12        # s: a robot that sends nothing for that long is closed
 KNOWS_STOP = ("P2OS", "AROS", "ARCOS", "AmigoSH")   # firmware for which STOP alone is a stop (protocol 3.1)
 PULSE = p2os.encode_command("PULSE")
 OPEN = p2os.encode_command("OPEN")
-CONFIG = p2os.encode_command("CONFIG", 1)
 LAST_WORDS = b"".join(STOP) + MOTORS[False] + CLOSE
 """For a link that has no time left for more."""
 
@@ -291,6 +290,7 @@ class Session:
         identity = self._identify()
         self._line.watchdog = identity.watchdog * WATCHDOG_MARGIN
         self.drive.follow(identity)
+        self._reader.follow(identity)
         self.tuner.saw_config(identity, self._now)
 
     # Scripts: what is done step by step. Each yields the time until which it waits, and is sent a packet, or None at that time.

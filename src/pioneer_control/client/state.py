@@ -87,11 +87,16 @@ class StateReader:
     """Turns the SIPs of one robot into states; remembers what a single SIP does not carry: odometry and the sonar's last words."""
 
     def __init__(self, identity: RobotIdentity, odometry: Odometry) -> None:
-        self.identity = identity
         self.odometry = odometry
         self.unknown_sonar = 0
         """Readings of transducers that the model does not have."""
-        self._sonar: List[Optional[SonarRange]] = [None] * identity.model.sonar_count
+        self._sonar: List[Optional[SonarRange]] = []
+        self.follow(identity)
+
+    def follow(self, identity: RobotIdentity) -> None:
+        """The robot says again what it is. There never are fewer readings than before: who has the old model still looks for them."""
+        self.identity = identity
+        self._sonar += [None] * (identity.model.sonar_count - len(self._sonar))
         self._fitted = frozenset(transducer.number for transducer in identity.model.sonar)
 
     def read(self, sip: p2os.Sip, time: float, transfer_time: float = 0.0) -> RobotState:

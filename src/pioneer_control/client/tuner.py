@@ -4,17 +4,15 @@ import math
 from typing import Dict, List, Optional
 
 from .. import p2os
-from ..p2os import UNKNOWN_TO, encode_command
+from ..p2os import UNKNOWN_TO
 from .events import Event, Tuned
-from .identity import RobotIdentity
+from .identity import CONFIG, RobotIdentity
 from .line import Line
 from .state import RobotState
 from .tuning import ROWS, Change, Tuning
 
 TRIES = 4               # rounds in which a value is sent
 AGAIN = 0.4             # s for the answer to a round: CONFIGpac alone takes 0.14 s at 9600 baud
-
-CONFIG = encode_command("CONFIG", 1)
 
 
 class Tuner:
@@ -39,7 +37,7 @@ class Tuner:
         """When tick() has something to do at the latest."""
 
     def tune(self, tuning: Tuning, now: float) -> None:
-        """Values instead of those of before: what differs from what the robot was last told is sent, and what is left open now is what it had itself."""
+        """Values instead of those of before: only what the robot was not told last is sent; what is left open now goes back to what it had itself."""
         self._tuning = tuning
         if self._stood:
             self._begin(now)

@@ -1,11 +1,11 @@
-"""What a user may set in the robot itself: ramps, PID, bumpers, calibration. One table: a field is a row, with its command and its place in CONFIGpac.
+"""What a user may set in the robot itself: ramps, PID, bumpers, calibration. A field is a row of a table: its command, its place in CONFIGpac.
 
 The robot forgets all of it at CLOSE (protocol 2.5), so it is told again after each OPEN. See tuner for how it is told.
 """
 
 import math
 from dataclasses import dataclass, field, fields
-from typing import Any, Dict, NamedTuple, Optional, Tuple
+from typing import Any, Dict, NamedTuple, Optional
 
 from .. import p2os
 from ..errors import ParameterError
@@ -97,13 +97,9 @@ class Tuning:
         """What is to be set, by name, in the order in which it is sent."""
         return {name: getattr(self, name) for name in ROWS if getattr(self, name) is not None}
 
+
 ROWS: Dict[str, Row] = {entry.name: entry.metadata["row"] for entry in fields(Tuning)}
 """The table, by the names of the fields."""
-
-
-def packets(tuning: Tuning) -> Tuple[bytes, ...]:
-    """The commands that set all that a Tuning has."""
-    return tuple(ROWS[name].packet(value) for name, value in tuning.values.items())
 
 
 class Change(NamedTuple):

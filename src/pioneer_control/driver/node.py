@@ -28,7 +28,7 @@ START_GRACE = 3.0
 
 
 class DriverNode:
-    """Joins one Robot with the topics and the service. Call `run`."""
+    """Joins one Robot with its topics, services, parameters and diagnostics. Call `run`."""
 
     def __init__(self, parameters: DriverParameters) -> None:
         self._parameters = parameters

@@ -7,9 +7,9 @@ from typing import Any, List, Mapping, Optional, Tuple
 
 from ..client import Tuning
 from ..errors import ParameterError
+from ..p2os import BAUD_RATES
 from ..parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole, check, parameter
 
-BAUD_RATES = (9600, 19200, 38400, 57600, 115200)
 GAIN = Whole(-1, 65535)
 NO_DRIFT_GIVEN = -32768
 UNKNOWN = 1e6   # variance of what wheels cannot tell

@@ -14,9 +14,8 @@ from tf2_msgs.msg import TFMessage
 
 from .. import p2os
 from ..client import PacketReceived, RobotIdentity, RobotState
-from ..client.data import GYRO_OF_CLIENT
 from ..client.gripper import is_on_general_io, with_switches
-from ..client.gyro import GyroReader
+from ..client.gyro import GyroReader, is_for_client
 from ..message_values import NO_ECHO
 from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, MotorState, RobotInfo, SonarArray, Stall
 from . import conversions, ranges
@@ -101,7 +100,7 @@ class Publications:
             Topic("io", IO, p2os.IO, lambda packet, stamp: conversions.ports(packet, stamp, base),
                   fed_by=lambda identity: identity.model.firmware_family not in WITHOUT_IO, asks=lambda identity: "io"),
             Topic("imu", Imu, p2os.Gyro, lambda packet, stamp: self._imu(packet, stamp, base),
-                  fed_by=lambda identity: identity.config is not None and identity.config.has_gyro == GYRO_OF_CLIENT, asks=lambda identity: "gyro"),
+                  fed_by=is_for_client, asks=lambda identity: "gyro"),
             Topic("compass", Imu, RobotState, lambda state, stamp: conversions.compass(state, stamp, base) if state.compass is not None else None,
                   fed_by=lambda identity: self._has_compass),
             Topic("robot_info", RobotInfo, RobotIdentity, lambda identity, stamp: conversions.robot_info(identity, stamp, base), latch=True),

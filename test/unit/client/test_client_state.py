@@ -118,6 +118,15 @@ def test_sonar_numbers_that_the_model_does_not_have_are_ignored_and_counted():
     assert len(state.sonar) == 8 and state.sonar[0] is not None and states.unknown_sonar == 4
 
 
+def test_a_robot_that_reports_more_sonar_than_before_has_a_reading_for_each():
+    read = reader(front_sonar=1, rear_sonar=0)
+    assert len(read.read(sip(), 1.0).sonar) == 8
+    read.follow(reader(front_sonar=1, rear_sonar=1).identity)
+    assert len(read.read(sip(), 1.1).sonar) == 16
+    read.follow(reader(front_sonar=1, rear_sonar=0).identity)
+    assert len(read.read(sip(), 1.2).sonar) == 16     # whoever still has the old model in mind looks for all of them
+
+
 def test_numbers_below_those_that_are_fitted_are_no_less_unknown():
     states = reader(front_sonar=0)
     state = states.read(sip(sonar=(p2os.SonarReading(3, 1000), p2os.SonarReading(9, 1000))), 0.0)

@@ -9,7 +9,7 @@ from pioneer_control import p2os
 from pioneer_control.client import Change, Robot, Tuned, Tuning
 from pioneer_control.client.session import Phase
 from pioneer_control.client.tuner import AGAIN
-from pioneer_control.client.tuning import ROWS, packets
+from pioneer_control.client.tuning import ROWS
 from pioneer_control.errors import LinkLostError, ParameterError
 
 from fake_robot import Bench, FakeRobot, config
@@ -81,6 +81,10 @@ def tune(bench, **values):
 
 
 # Values
+
+def packets(tuning):
+    return tuple(ROWS[name].packet(value) for name, value in tuning.values.items())
+
 
 def test_every_field_has_golden_bytes():
     assert set(GOLDEN) == {field.name for field in fields(Tuning)}
