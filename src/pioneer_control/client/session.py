@@ -14,7 +14,7 @@ import math
 from dataclasses import replace
 from enum import Enum
 from types import MappingProxyType
-from typing import Any, Generator, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import Any, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 from .. import p2os
 from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, UnknownModelError
@@ -23,10 +23,11 @@ from .data import DataRequests
 from .drive import MOTORS, STOP, Drive
 from .events import BaudFound, Event, LineSpeed, PacketReceived, Ready, Tuned
 from .handshake import CLOSE, Handshake
-from .host_baud import CAN_CHANGE, changed
+from .host_baud import CAN_CHANGE, change_baud
 from .identity import CONFIG, RobotIdentity, identify
 from .line import LONGEST_QUEUE, Line, SetBaud
 from .odometry import Odometry
+from .script import Script, pause
 from .settings import Settings
 from .state import RobotState, StateReader
 from .tuner import Tuner
@@ -112,7 +113,7 @@ class Session:
         self._actions: List[Action] = []
         self._events: List[Union[RobotState, Event]] = []
         self._line = Line(self._do, rates[0] if rates else None, STOP)
-        self._handshake = Handshake(self._line, url, rates, again=odometry is not None)
+        self._handshake = Handshake(self._line, url, rates, self._clock, again=odometry is not None)
         self._decoder = p2os.FrameDecoder()
         self._now = -math.inf
         self._last_byte = -math.inf
@@ -125,7 +126,7 @@ class Session:
         self._pending_sip: Optional[p2os.Sip] = None
         self._pending_times = (0.0, 0.0)
         self._reader: Optional[StateReader] = None
-        self._script: Optional[Generator[float, Any, Any]] = None
+        self._script: Optional[Script] = None
         self._resume_at = math.inf
 
     @property
@@ -293,16 +294,15 @@ class Session:
         self._reader.follow(identity)
         self.tuner.saw_config(identity, self._now)
 
-    # Scripts: what is done step by step. Each yields the time until which it waits, and is sent a packet, or None at that time.
+    # Scripts
 
-    def _run(self, script: Generator[float, Any, Any]) -> None:
+    def _run(self, script: Script) -> None:
         self._script = script
         self._resume(None)
 
     def _resume(self, packet: Any) -> None:
         script = self._script
         assert script is not None
-        self._handshake.now = self._now
         self._handshake.noise = self._decoder.counts.discarded_bytes
         self._handshake.packets += packet is not None
         try:
@@ -313,7 +313,7 @@ class Session:
         except PioneerError as error:
             self.fail(error)
 
-    def _connect(self) -> Generator[float, Any, None]:
+    def _connect(self) -> Script:
         """Find the robot, open it, and learn what it is."""
         given = self.baud
         self.reply = yield from self._handshake.script()
@@ -322,7 +322,7 @@ class Session:
         if self.baud != given:
             self._events.append(BaudFound(self.baud))
         self._model = model
-        yield from self._wait(BEFORE_OPEN)
+        yield from pause(BEFORE_OPEN, self._clock)
         self.phase = Phase.OPENING
         for packets in ((OPEN,), STOP, (MOTORS[False],), (p2os.encode_command("SONAR", int(self._settings.use_sonar)),)):
             self._line.command(self._now, *packets)
@@ -336,7 +336,7 @@ class Session:
         except UnknownModelError as error:
             raise UnknownModelError("%s: the robot %r says it is %s %s: %s" % (self.url, reply.name, reply.type, reply.subtype, error)) from error
 
-    def _learn(self) -> Generator[float, Any, None]:
+    def _learn(self) -> Script:
         """Wait for CONFIGpac, for as long as firmware may need that knows CONFIG, and for a SIP that says that the motors are off."""
         opened_at = asked_at = self._now
         self._line.command(self._now, CONFIG)
@@ -357,7 +357,7 @@ class Session:
     def _motors_are_off(self) -> bool:
         return self._pending_sip is not None and not self._pending_sip.flags & p2os.Flags.MOTORS_ENABLED
 
-    def _change_speed(self) -> Generator[float, Any, None]:
+    def _change_speed(self) -> Script:
         """Take a serial line to host_baud, if the robot can change its own and stands."""
         wanted, own = self._settings.host_baud, self.own_baud
         if wanted is None or own is None or wanted == own:
@@ -375,7 +375,7 @@ class Session:
             self._events.append(LineSpeed(own, problem))
             return
         self.host_baud_failed = True    # until it is seen to work: a line that breaks over it would break again
-        works = yield from changed(self._line, wanted, lambda: self._now)
+        works = yield from change_baud(self._line, wanted, self._clock)
         if works is None:
             raise LinkLostError("%s: lost the robot when its line was to change from %d to %d baud; not tried again" % (self.url, own, wanted))
         self.host_baud_failed = works != wanted
@@ -401,7 +401,7 @@ class Session:
         self.identity = identify(self.reply, self._model, self._config, settings.max_linear, settings.max_angular, settings.has_gripper)
         return self.identity
 
-    def _goodbye(self) -> Generator[float, Any, None]:
+    def _goodbye(self) -> Script:
         """Stop, let it come to rest for a moment, motors off, CLOSE until it is silent."""
         self._line.stop(self._now, *STOP)
         deadline, standing = self._now + STAND_TIMEOUT, self.drive is None or self.drive.at_rest
@@ -409,19 +409,17 @@ class Session:
             packet = yield deadline
             standing = isinstance(packet, p2os.Sip) and _stands(packet)
         self._line.command(self._now, MOTORS[False])
-        yield from self._wait(MOTORS_OFF)
+        yield from pause(MOTORS_OFF, self._clock)
         for _ in range(CLOSE_TRIES):
             self._line.command(self._now, CLOSE)
             closed_at = self._now
-            yield from self._wait(SIP_CYCLE)
+            yield from pause(SIP_CYCLE, self._clock)
             if self._last_sip <= closed_at:
                 break
         self._finish(None)
 
-    def _wait(self, seconds: float) -> Generator[float, Any, None]:
-        deadline = self._now + seconds
-        while self._now < deadline:
-            yield deadline
+    def _clock(self) -> float:
+        return self._now
 
     def _abandon(self, error: PioneerError) -> None:
         if self.drive is not None:

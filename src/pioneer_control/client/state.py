@@ -82,6 +82,11 @@ class RobotState:
     state_of_charge: Optional[float]
     """0..1"""
 
+    @property
+    def moving(self) -> bool:
+        """Whether the wheels report any speed."""
+        return bool(self.linear or self.angular)
+
 
 class StateReader:
     """Turns the SIPs of one robot into states; remembers what a single SIP does not carry: odometry and the sonar's last words."""

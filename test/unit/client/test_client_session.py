@@ -352,3 +352,12 @@ def test_the_odometry_goes_on_over_a_reconnect():
     assert bench.states[-1].x == pytest.approx(1.5)
     bench.session.odometry.update(100, 0, 0)
     assert bench.session.odometry.pose == pytest.approx((1.5, 0.3, before[2]))
+
+
+def test_a_robot_that_reports_more_sonar_than_before_has_a_reading_for_each():
+    bench = Bench()
+    bench.robot.config = config(front_sonar=1, rear_sonar=0)
+    bench.until_ready()
+    bench.robot.send(config(front_sonar=1, rear_sonar=1))
+    bench.run(0.3)
+    assert len(bench.states[0].sonar) == 8 and len(bench.states[-1].sonar) == bench.session.identity.model.sonar_count == 16
