@@ -94,11 +94,12 @@ class Drive:
         self._stand(now, STOP)
 
     def request_motors(self, on: bool, now: float, timeout: float) -> MotorsRequest:
-        """Ask for the motors; an open request for the opposite is overtaken, one for the same is joined. Watch the result."""
+        """Ask for the motors; an open request for the opposite is overtaken, one for the same is joined. Watch the result.
+
+        Who joins waits no longer than who asked first: else a topic that asks again and again would keep them all waiting for ever.
+        """
         request = self._motors
-        if request is not None and request.on == on:
-            request.give_up_at = now + timeout
-        else:
+        if request is None or request.on != on:
             if request is not None:
                 self._answer_motors(request, NotConfirmedError("overtaken by another motor command"))
             request = self._motors = MotorsRequest(on, now, timeout)
@@ -113,7 +114,7 @@ class Drive:
         """Take what the robot reports."""
         now, before, self._state = state.time, self._state, state
         if self._wanted is None and now > self._sent_at:    # whatever it seemed before: it may have been a SIP from before a stop that was lost
-            self._stopping = bool(state.linear or state.angular)
+            self._stopping = state.moving
         if before is not None and before.motors_enabled and not state.motors_enabled and not (self._motors and not self._motors.on):
             reason = "the STOP button is pressed" if state.stop_button else "the robot switched its motors off"
             self._events.append(MotionCleared(reason))

@@ -299,7 +299,17 @@ def test_the_same_request_again_joins_the_first():
     first = enable(bench, timeout=1.0)
     bench.run(0.5)
     assert enable(bench, timeout=1.0) is first
-    assert bench.run_until(lambda: first.done) == pytest.approx(1.0, abs=0.02)
+    assert bench.run_until(lambda: first.done) == pytest.approx(0.5, abs=0.02)
+
+
+def test_who_asks_again_and_again_gets_an_answer_too():
+    bench = Bench().until_ready()
+    bench.robot.deaf = lambda heard: heard.name == "ENABLE"
+    first = enable(bench, timeout=1.0)
+    for _ in range(15):
+        enable(bench, timeout=1.0)
+        bench.run(0.1)
+    assert isinstance(first.error, NotConfirmedError)
 
 
 def test_a_flood_of_motor_requests_does_not_outlive_itself():
