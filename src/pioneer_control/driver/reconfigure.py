@@ -76,9 +76,16 @@ class Reconfiguration:
                 raise rospy.ServiceException(str(error)) from None
             self._parameters = wanted
             after = values_of(wanted)
-            for name in (name for name in LIVE if after[name] != before[name]):
-                rospy.loginfo("~%s: %s -> %s", name, before[name], after[name])
-                rospy.set_param("~" + name, after[name])
             message = encode(after)
             self._updates.publish(message)
+            for name in (name for name in LIVE if after[name] != before[name]):
+                rospy.loginfo("~%s: %s -> %s", name, before[name], after[name])
+                self._keep(name, after[name])
         return ReconfigureResponse(message)
+
+    def _keep(self, name: str, value: Any) -> None:
+        """For the next start. The robot obeys already, so a master that is gone makes no failure of it."""
+        try:
+            rospy.set_param("~" + name, value)
+        except OSError as error:
+            rospy.logwarn("~%s is %s until this driver ends; the parameter server does not keep it: %s", name, value, error)

@@ -166,12 +166,12 @@ class Requests:
         return True
 
     def _plays_a_bag(self, node: str) -> bool:
-        """Whether a node is a `rosbag play` under another name: it offers a service of its own. Asked once per node."""
+        """Whether a node is a `rosbag play` under another name: it offers a service of its own. Answered once per node."""
         if node not in self._players:
             try:
                 found, _, _ = rospy.get_master().lookupService(node + "/pause_playback")
-            except OSError:     # the master is gone
-                found = 0
+            except OSError:     # the master is gone: it is asked again
+                return False
             self._players[node] = found == 1
         return self._players[node]
 

@@ -3,8 +3,10 @@
 import math
 import re
 import threading
+import types
 
 import pytest
+import rospy
 from bottle import Bottle
 from dynamic_reconfigure.msg import BoolParameter, Config, DoubleParameter, IntParameter
 from geometry_msgs.msg import Twist, Vector3
@@ -216,6 +218,26 @@ def test_what_a_bag_plays_is_refused_on_every_topic(run, topic, message):
 
 # The gripper
 
+def test_a_bag_under_another_name_is_known_as_soon_as_a_master_that_was_gone_is_back(run, monkeypatch):
+    def lookup(name):
+        if bottle_has.master:
+            return 1, "", "rosrpc://here:1"
+        raise ConnectionRefusedError("no master")
+
+    bottle_has = types.SimpleNamespace(master=False)
+
+    def script(bottle):
+        monkeypatch.setattr(rospy, "get_master", lambda: types.SimpleNamespace(lookupService=lookup))
+        bottle.send("cmd_vel", twist(0.0))
+        yield 0.1
+        bottle_has.master = True
+        bottle.send("cmd_vel", twist(0.3))
+        yield 0.5
+
+    bottle = run(script)
+    assert bottle.says("cmd_vel refused: it is played back from a bag") and not any(value for _, value in bottle.commands("VEL"))
+
+
 def test_pressure_and_carry_go_out_right_before_their_values(run):
     def script(bottle):
         bottle.send("gripper_control", GripperState(GripState(state=16, dir=10), LiftState(state=17, dir=-50)))
@@ -262,6 +284,21 @@ def test_a_change_is_published_kept_and_told_to_the_log_and_the_robots_descripti
     assert bottle.set_parameters == {"~max_xspeed": 0.25, "~rot_kp": 55}
     assert bottle.says("~max_xspeed: 0.5 -> 0.25") and bottle.says("~rot_kp 40 -> 55")
     assert bottle.messages("robot_info")[-1].max_linear == 0.25 and bottle.messages("robot_info")[0].max_linear == 0.5
+
+
+def test_a_change_without_a_master_is_a_change_all_the_same_and_is_said(run, monkeypatch):
+    def refuse(name, value):
+        raise ConnectionRefusedError(111, "Connection refused")
+
+    def script(bottle):
+        monkeypatch.setattr(rospy, "set_param", refuse)
+        bottle.answer = bottle.call("~set_parameters", encode({"max_xspeed": 0.25, "rot_kp": 55}))
+        yield 2.0
+
+    bottle = run(script)
+    wanted = dict(values_of(DriverParameters()), max_xspeed=0.25, rot_kp=55)
+    assert decode(bottle.answer.config) == decode(bottle.messages("~parameter_updates")[-1]) == wanted
+    assert bottle.says("~rot_kp is 55 until this driver ends")
 
 
 def test_back_at_the_robots_own_it_has_that_again(run):
