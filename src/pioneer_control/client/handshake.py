@@ -31,6 +31,7 @@ from typing import Any, Generator, Optional, Tuple
 from .. import p2os
 from ..errors import NoAnswerError
 from .line import Line
+from .script import Clock, pause
 
 RATES = (9600, 38400, 19200, 115200, 57600)     # in the order of their likelihood
 
@@ -45,22 +46,19 @@ TCP_TRIES = 6
 SYNC = [p2os.encode_frame(number) for number in (p2os.SYNC0, p2os.SYNC1, p2os.SYNC2)]
 CLOSE = p2os.encode_command("CLOSE")
 
-Script = Generator[float, Any, p2os.SyncReply]
-"""Yields the time until which it waits; is sent a packet, or None when that time has come."""
-
 
 class Handshake:
-    """One attempt. The session keeps ``now``, ``packets`` and ``noise`` up to date before it resumes the script.
+    """One attempt. The session keeps ``packets`` and ``noise`` up to date before it resumes the script.
 
     Args:
         line: to send on.
         url: for the error messages.
         rates: line speeds to try, the present one first; empty on TCP.
+        clock: tells monotonic time (s).
         again: whether there was a connection before.
     """
 
-    def __init__(self, line: Line, url: str, rates: Tuple[int, ...], again: bool = False) -> None:
-        self.now = 0.0
+    def __init__(self, line: Line, url: str, rates: Tuple[int, ...], clock: Clock, again: bool = False) -> None:
         self.packets = 0
         """Packets heard so far."""
         self.noise = 0
@@ -68,9 +66,10 @@ class Handshake:
         self._line = line
         self._url = url
         self._rates = rates
+        self._clock = clock
         self._again = again
 
-    def script(self) -> Script:
+    def script(self) -> Generator[float, Any, p2os.SyncReply]:
         """Find the robot. Raises NoAnswerError that says what was tried."""
         noise, packets = self.noise, self.packets
         rates, fell_back = list(self._rates) or [None], False
@@ -93,8 +92,8 @@ class Handshake:
     def _silenced(self) -> Generator[float, Any, bool]:
         """Close the robot until it is silent; False when what is heard is no robot, or does not obey."""
         for _ in range(CLOSE_TRIES):
-            self._line.command(self.now, CLOSE)
-            yield from self._hear(DRAIN)
+            self._line.command(self._clock(), CLOSE)
+            yield from pause(DRAIN, self._clock)
             noise, packets = self.noise, self.packets
             if (yield from self._is_silent(QUIET)):
                 return True
@@ -104,16 +103,10 @@ class Handshake:
 
     def _is_silent(self, seconds: float) -> Generator[float, Any, bool]:
         """Whether nothing at all is heard for so long; returns as soon as a packet is."""
-        noise, packets, deadline = self.noise, self.packets, self.now + seconds
-        while self.now < deadline and self.packets == packets:
+        noise, packets, deadline = self.noise, self.packets, self._clock() + seconds
+        while self._clock() < deadline and self.packets == packets:
             yield deadline
         return self.packets == packets and self.noise == noise
-
-    def _hear(self, seconds: float) -> Generator[float, Any, None]:
-        """Let what is under way arrive."""
-        deadline = self.now + seconds
-        while self.now < deadline:
-            yield deadline
 
     def _synced(self, may_be_open: bool) -> Generator[float, Any, Optional[p2os.SyncReply]]:
         """The three SYNCs, each after the echo of the one before; None when the robot does not play along.
@@ -122,7 +115,7 @@ class Handshake:
         revive. Then that goes right behind a CLOSE.
         """
         for number, packet in enumerate(SYNC):
-            self._line.command(self.now, *((CLOSE,) if number == p2os.SYNC0 and may_be_open else ()), packet)
+            self._line.command(self._clock(), *((CLOSE,) if number == p2os.SYNC0 and may_be_open else ()), packet)
             answer = yield from self._answer(number)
             if answer is None:
                 return None
@@ -130,14 +123,15 @@ class Handshake:
 
     def _answer(self, number: int) -> Generator[float, Any, Any]:
         """The robot's answer to one SYNC. Late echoes of earlier ones are passed over; a SIP means that it was open after all."""
-        deadline = self.now + SYNC_TIMEOUT
-        while self.now < deadline:
+        deadline = self._clock() + SYNC_TIMEOUT
+        while self._clock() < deadline:
             packet = yield deadline
             if isinstance(packet, p2os.SyncReply) and number == p2os.SYNC2:
                 return packet
             if isinstance(packet, p2os.SyncEcho) and packet.number == number != p2os.SYNC2:
                 return packet
-            if isinstance(packet, p2os.Sip) or isinstance(packet, p2os.Reset) and number != p2os.SYNC0:     # a CLOSE before SYNC0 may be "wrong" to it
+            # A CLOSE before SYNC0 may be "wrong" to it.
+            if isinstance(packet, p2os.Sip) or isinstance(packet, p2os.Reset) and number != p2os.SYNC0:
                 return None
         return None
 

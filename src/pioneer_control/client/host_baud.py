@@ -11,11 +11,12 @@ Nothing acknowledges HOSTBAUD. The proof is an answer to a question and a SIP at
 The robot returns to its own speed at CLOSE and at a reset.
 """
 
-from typing import Any, Callable, Generator, Optional
+from typing import Any, Generator, Optional
 
 from .. import p2os
 from .identity import CONFIG
 from .line import GAP, Line
+from .script import Clock, Script, pause
 
 CAN_CHANGE = (1, 2)     # autobaud in CONFIGpac: HOSTBAUD is obeyed; autobaud besides
 TRIES = 2               # a HOSTBAUD may be lost like anything else
@@ -25,11 +26,8 @@ BEFORE_SPEAKING = 0.01  # s after our own change
 ANSWER = 0.9            # s for the answer
 ASK_AGAIN = 0.2         # s; CONFIGpac alone takes 0.14 s at 9600 baud
 
-Step = Generator[float, Any, Any]
-"""Yields the time until which it waits; is sent a packet, or None when that time has come."""
 
-
-def changed(line: Line, baud: int, clock: Callable[[], float]) -> Generator[float, Any, Optional[int]]:
+def change_baud(line: Line, baud: int, clock: Clock) -> Generator[float, Any, Optional[int]]:
     """Take robot and line to ``baud``. Returns the speed at which they understand each other then; None if at neither."""
     old = line.baud
     assert old is not None
@@ -43,17 +41,17 @@ def changed(line: Line, baud: int, clock: Callable[[], float]) -> Generator[floa
     return old
 
 
-def _change(line: Line, baud: int, clock: Callable[[], float], times: int) -> Step:
+def _change(line: Line, baud: int, clock: Clock, times: int) -> Script:
     for _ in range(times):
         line.command(clock(), p2os.encode_command("HOSTBAUD", p2os.BAUD_RATES.index(baud)))
     while line.waiting or line.busy(clock()):
         yield max(line.free_at, clock() + GAP)
-    yield from _wait(SETTLE, clock)
+    yield from pause(SETTLE, clock)
     line.set_baud(baud)
-    yield from _wait(BEFORE_SPEAKING, clock)
+    yield from pause(BEFORE_SPEAKING, clock)
 
 
-def _answers(line: Line, clock: Callable[[], float]) -> Generator[float, Any, bool]:
+def _answers(line: Line, clock: Clock) -> Generator[float, Any, bool]:
     """Whether the robot answers, and goes on sending SIPs."""
     missing, deadline = {p2os.Sip, p2os.Config}, clock() + ANSWER
     while clock() < deadline:
@@ -65,9 +63,3 @@ def _answers(line: Line, clock: Callable[[], float]) -> Generator[float, Any, bo
             if not missing:
                 return True
     return False
-
-
-def _wait(seconds: float, clock: Callable[[], float]) -> Step:
-    deadline = clock() + seconds
-    while clock() < deadline:
-        yield deadline

@@ -44,7 +44,7 @@ class Tuner:
 
     def saw(self, state: RobotState) -> None:
         """Take what the robot reports."""
-        if not self._stood and not state.linear and not state.angular:
+        if not self._stood and not state.moving:
             self._stood = True
             self._begin(state.time)
 

@@ -66,7 +66,7 @@ def odometry(state: RobotState, stamp, odom_frame: str, base_link_frame: str, co
     message.pose.pose.orientation = Quaternion(*quaternion_of(state.heading))
     message.twist.twist.linear.x = state.linear
     message.twist.twist.angular.z = state.angular
-    message.pose.covariance, message.twist.covariance = covariance[bool(state.linear or state.angular)]
+    message.pose.covariance, message.twist.covariance = covariance[state.moving]
     return message
 
 

@@ -118,7 +118,7 @@ class Publications:
     def state(self, state: RobotState) -> None:
         """Once per SIP; all messages with one stamp."""
         with self._lock:
-            self._standing = not (state.linear or state.angular)
+            self._standing = not state.moving
             if state.gripper is not None:
                 self._gripper.saw(state.gripper)
             if state.compass is not None and not self._has_compass:     # no other packet tells that there is one
