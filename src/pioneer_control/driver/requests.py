@@ -130,7 +130,11 @@ class Requests:
 
     def _listener(self, topic: "Topic") -> Callable[[Any], None]:
         def hear(message: Any) -> None:
+            came_at = monotonic()
             if self._replay_refused(message, topic.name):
+                return
+            if topic.ages and monotonic() - came_at > self._watch.cmd_vel_timeout:
+                self._warn([Notice("late " + topic.name, "%s refused: it is too old by now, for the master took so long to say who sent it" % topic.name)])
                 return
             try:
                 topic.obey(self, message)
@@ -183,6 +187,8 @@ class Topic(NamedTuple):
     message: type
     queue: int
     obey: Callable[[Requests, Any], None]
+    ages: bool = False
+    """Whether what is older than cmd_vel_timeout is obeyed no more."""
 
 
 class Service(NamedTuple):
@@ -194,8 +200,8 @@ class Service(NamedTuple):
 
 
 TOPICS = (
-    Topic("cmd_vel", Twist, 1, Requests.drive),
-    Topic("cmd_wheels", WheelVelocities, 1, Requests.drive_wheels),
+    Topic("cmd_vel", Twist, 1, Requests.drive, ages=True),
+    Topic("cmd_wheels", WheelVelocities, 1, Requests.drive_wheels, ages=True),
     Topic("cmd_motor_state", MotorState, QUEUE, Requests.follow_motor_state),
     Topic("gripper_control", GripperState, QUEUE, Requests.move_gripper),
 )

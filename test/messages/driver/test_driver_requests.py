@@ -238,6 +238,22 @@ def test_a_bag_under_another_name_is_known_as_soon_as_a_master_that_was_gone_is_
     assert bottle.says("cmd_vel refused: it is played back from a bag") and not any(value for _, value in bottle.commands("VEL"))
 
 
+@pytest.mark.parametrize("held_up, obeyed", [(0.3, True), (5.0, False)])
+def test_a_velocity_that_a_master_held_up_is_too_old_to_move_the_robot(run, monkeypatch, held_up, obeyed):
+    def script(bottle):
+        def lookup(name):
+            bottle.now += held_up       # what its publisher wanted then
+            return -1, "", ""
+
+        monkeypatch.setattr(rospy, "get_master", lambda: types.SimpleNamespace(lookupService=lookup))
+        bottle.send("cmd_vel", twist(0.3))
+        yield 0.1
+
+    bottle = run(script)
+    assert any(value == 300 for _, value in bottle.commands("VEL")) is obeyed
+    assert bottle.says("cmd_vel refused: it is too old by now") is not obeyed
+
+
 def test_pressure_and_carry_go_out_right_before_their_values(run):
     def script(bottle):
         bottle.send("gripper_control", GripperState(GripState(state=16, dir=10), LiftState(state=17, dir=-50)))
