@@ -129,7 +129,12 @@ def test_a_signal_ends_it_politely(server, number, code):
             opened.set()
 
     server.firmware.receive = receive
-    with subprocess.Popen(COMMAND + [server.url], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as program:
+    before = signal.signal(number, signal.SIG_DFL)      # a shell lets what it starts in the background ignore SIGINT
+    try:
+        program = subprocess.Popen(COMMAND + [server.url], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    finally:
+        signal.signal(number, before)
+    with program:
         assert opened.wait(LIMIT)
         program.send_signal(number)
         _, said = program.communicate(timeout=LIMIT)

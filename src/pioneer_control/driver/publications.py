@@ -110,7 +110,7 @@ class Publications:
         """Once per connection, and when its limits change: what robot it is."""
         with self._lock:
             if self._identity is None or self._identity.name != identity.name:
-                self._has_compass, self._switches = False, None
+                self._has_compass, self._switches, self._gyro = False, None, GyroReader()
             self._identity = identity
             self._advertise()
             self._publish(RobotIdentity, identity, rospy.Time.now())

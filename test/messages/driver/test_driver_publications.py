@@ -179,6 +179,18 @@ def test_ports_and_gyro_are_published_when_their_packets_come(driver, topics):
     assert topics["imu"].published[0].angular_velocity.z == pytest.approx(0.0)
 
 
+def test_what_a_gyro_reads_at_rest_is_not_carried_over_to_another_robot(driver, topics):
+    standing, moving = (dataclasses.replace(STATE, linear=linear, angular=0.0) for linear in (0.0, 0.2))
+    for name in "one", "other":
+        driver.identity(identity_of(name=name, has_gyro=1))
+        listen(topics, "imu")
+        for state in (standing, moving) if name == "one" else (moving,):
+            driver.state(state)
+            driver.packet(PacketReceived(p2os.Gyro((p2os.GyroReading(520, 0),)), 100.0, 99.9))
+    at_rest, learned, unlearned = (message.angular_velocity.z for message in topics["imu"].published)
+    assert at_rest == learned == 0.0 and unlearned < 0.0
+
+
 def test_switches_of_a_p2os_gripper_on_the_general_port_are_asked_for(driver, topics, requested):
     identity = identity_of("p2dx", has_gripper=2)
     driver.identity(identity)
