@@ -98,7 +98,8 @@ def all_python_files() -> List[pathlib.Path]:
 def text_files() -> List[pathlib.Path]:
     """What the repository holds, as far as it is text."""
     names = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], stdout=subprocess.PIPE).stdout.decode().split("\0")
-    files = [ROOT / name for name in names if name] or [path for path in ROOT.rglob("*") if not {".git", "build"} & set(path.parts)]
+    made = {".git", "build", "runs", "__pycache__", ".hypothesis"}     # where there is no git to ask, in a tarball
+    files = [ROOT / name for name in names if name] or [path for path in ROOT.rglob("*") if not made & set(path.relative_to(ROOT).parts)]
     binary = {".png", ".jpg", ".gif", ".pdf", ".bag", ".bin"}
     return [path for path in files if path.is_file() and path.suffix not in binary]
 

@@ -7,6 +7,7 @@ none. Zero is always exactly zero.
 
 import itertools
 import math
+from abc import ABC, abstractmethod
 from typing import Tuple
 
 from ..p2os import COMMANDS, encode_command
@@ -47,20 +48,20 @@ class FairRounding:
         return units
 
 
-class Velocity:
+class Velocity(ABC):
     """Two rates that are wanted, rounded and sent together."""
 
     def __init__(self, identity: RobotIdentity) -> None:
         self._rounding = (FairRounding(), FairRounding())
         self.follow(identity)
 
+    @abstractmethod
     def follow(self, identity: RobotIdentity) -> None:
         """Take the limits of a robot."""
-        raise NotImplementedError
 
+    @abstractmethod
     def packets(self, first: float, second: float, now: float) -> Tuple[bytes, ...]:
         """What to send at ``now`` (s) for two rates in SI."""
-        raise NotImplementedError
 
     def rest(self, now: float) -> None:
         """Nothing is wanted, nothing owed."""

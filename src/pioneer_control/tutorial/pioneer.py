@@ -2,7 +2,7 @@
 
 ::
 
-    init_node("mine")                      # of ros_node; rospy.init_node may hang at Ctrl-C, with the robot stopped
+    init_node("mine")                      # of ros_node: a program that uses rospy's own may hang at Ctrl-C, though its robot stands
     with Pioneer("pioneer") as robot:      # waits for the driver, has the motors switched on
         robot.wander(20)
         if robot.pick():
