@@ -7,7 +7,7 @@ It looks at nothing: whatever stands ahead is run into. Keep three metres of flo
 """
 
 import rospy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import Odometry
 
 from pioneer_control.msg import MotorState, SonarArray
@@ -49,28 +49,28 @@ def switch_motors_on(motors):
 def main():
     init_node("rosPioneer1")
     duration = float(rospy.get_param("~duration", 20.0))  # s
-
     velocity = rospy.Publisher(NAMESPACE + "/cmd_vel", Twist, queue_size=1)
     motors = rospy.Publisher(NAMESPACE + "/cmd_motor_state", MotorState, queue_size=1)
     if not switch_motors_on(motors):
         rospy.logerr("the motors do not go on: does the driver run, is the robot's STOP button released?")
         return 1
 
-    forward = Twist()
-    forward.linear.x = SPEED
-    driving = rospy.Timer(rospy.Duration(0.1), lambda event: velocity.publish(forward))  # the driver forgets after 0.6 s
+    command = Twist(linear=Vector3(x=SPEED))
 
     def stop():
-        driving.shutdown()
-        for _ in range(3):  # one "forward" may still be on its way, and the process may end next
-            velocity.publish(Twist())
+        command.linear.x = 0.0  # also of what the loop below may still publish
+        for _ in range(3):  # the process may end next: give the message time to leave
+            velocity.publish(command)
             rospy.rostime.wallsleep(0.05)
 
     rospy.on_shutdown(stop)  # at the end, at Ctrl-C and at rosnode kill
     rospy.Subscriber(NAMESPACE + "/pose", Odometry, print_odometry, queue_size=1)
     rospy.Subscriber(NAMESPACE + "/sonar", SonarArray, print_sonar, queue_size=1)
-    rospy.sleep(duration)
-    return 0
+    rate = rospy.Rate(10)  # the driver stops a robot that is not told for 0.6 s
+    end = rospy.get_time() + duration
+    while rospy.get_time() < end and not rospy.is_shutdown():
+        velocity.publish(command)
+        rate.sleep()
 
 
 if __name__ == "__main__":
