@@ -77,6 +77,7 @@ class Firmware:
         self.name = name
         start = world.starts[0] if pose is None else pose
         self.hardware = Hardware(self.model, world, start, gripper, self._numbers, noise, seed)
+        self.hardware.on_restart = self._boot
         self.session = Session.WAITING
         self.time_us = 0
         self.previous: Optional[ReceivedCommand] = None
@@ -84,6 +85,7 @@ class Firmware:
         self.closed_sessions = 0
         self.baud = self._numbers.session.host_baud
         """Present speed of its serial line."""
+        self._booted_us = 0
         self._remainder_us = 0.0
         self._next_step_us = self._numbers.physics.step_us
         self._next_sip_us = 0
@@ -99,6 +101,8 @@ class Firmware:
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the client, in any pieces, at the present simulated time. Answers come out of `advance`."""
+        if self.time_us < self._booted_us:
+            return
         self._last_byte_us = self.time_us
         for frame in self._decoder.feed(data):
             self._take(frame)
@@ -190,7 +194,7 @@ class Firmware:
 
     def press_stop_button(self, pressed: bool) -> None:
         """Press the STOP button on the robot, or let it go."""
-        self.hardware.press_stop_button(pressed)
+        self.hardware.stop_button = pressed
 
     # -- session
 
@@ -241,6 +245,18 @@ class Firmware:
         self.hardware.disable_motors()
         self.hardware.sonar.switch(False, self.time_us)
         self.hardware.reset_parameters()
+
+    def _boot(self) -> None:
+        """The power came back: nothing of the session is left, and for a moment it hears and says nothing."""
+        self.session = Session.WAITING
+        self._next_sync = SYNC0
+        self.previous = None
+        self.wheel_mode = False
+        self.baud = self._numbers.session.host_baud
+        self._requests.clear()
+        self._sent.clear()
+        self._decoder.drop_partial()
+        self._booted_us = self.time_us + round(self._numbers.session.boot_time * 1e6)
 
     def restart(self) -> None:
         """What the RESET command does: end the session as a fresh start of the controller would, and say so."""

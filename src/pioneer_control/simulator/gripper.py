@@ -42,27 +42,35 @@ class Gripper:
         self.left_contact = False
         self.right_contact = False
         self.lift_jammed = False
+        self.paddles_jammed = False
+        self.stuck = False
+        """Whether something keeps paddles and lift from moving."""
         self.held: List[Can] = []
         self._held_at: List[Tuple[float, float]] = []
         self._world = world
         self._palm = front + shape.paddle_start
         self._reach = max(math.hypot(front + shape.reach, shape.width / 2.0), body.reach) + shape.max_object / 2.0
         self._reach_height = numbers.reach_height
+        self._jam_time = numbers.jam_time
         self._body = body
         self._mount = Block(front, self._palm, -shape.width / 2.0, shape.width / 2.0)
         self._lift_goal = self.height
         self._grasping = 0.0
+        self._stuck_for = 0.0
 
     # -- what it is told
 
     def open(self) -> None:
         """Open the paddles fully; what they held stays where it is."""
-        self._release()
+        if not self.stuck:
+            self._release()
+        self.paddles_jammed = False
         self.paddle_motion = 1 if self.opening < self.shape.opening else 0
 
     def close(self) -> None:
         """Close the paddles until they meet something or each other."""
         if not self.held:
+            self.paddles_jammed = False
             self.paddle_motion = -1 if self.opening > 0.0 else 0
 
     def stop(self) -> None:
@@ -145,6 +153,12 @@ class Gripper:
 
     def step(self, dt: float, pose: Pose) -> None:
         """Move paddles and lift for `dt` seconds on a robot at `pose`."""
+        if self.stuck:
+            self._strain(dt)
+            return
+        self._stuck_for = 0.0
+        if self.held and self.paddle_motion > 0:
+            self._release()
         if self.held:
             if self._grasping > 0.0:
                 self._grasping -= dt
@@ -156,6 +170,15 @@ class Gripper:
             self._open_further(dt, pose)
         if self.lift_motion:
             self._lift_further(dt, pose)
+
+    def _strain(self, dt: float) -> None:
+        """Try to move what is stuck, for a while; then give up and show an error."""
+        self._stuck_for = self._stuck_for + dt if self.paddle_motion or self.lift_motion else 0.0
+        if self._stuck_for >= self._jam_time - 1e-9:
+            self.paddles_jammed |= self.paddle_motion != 0
+            self.lift_jammed |= self.lift_motion != 0
+            self.paddle_motion = 0
+            self.lift_stop()
 
     def make_way(self, pose: Pose) -> bool:
         """Push cans aside for a robot that goes to `pose`; False when one is jammed, and nothing was moved."""

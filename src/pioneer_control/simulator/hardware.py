@@ -4,7 +4,7 @@ SI units; knows no packets. `Hardware.step` is the only place where simulated ti
 """
 
 import math
-from typing import Optional, Tuple
+from typing import Callable, Optional, Set, Tuple
 
 from ..errors import ParameterError
 from ..robots import RobotModel
@@ -59,7 +59,15 @@ class Hardware:
         self.sonar = Sonar(model.sonar, numbers.sonar, world, noise, seed)
         self.battery = Battery(numbers.battery, model.battery_class)
         self.motors_enabled = False
-        self.stop_button = False
+        self.held = False
+        """Whether something holds the wheels, so that they stall when driven."""
+        self.charger = False
+        """Whether a charger is plugged in."""
+        self.gyro_drift = 0.0
+        """How much faster (rad/s, + counter-clockwise) the gyro turns than the robot does."""
+        self.on_restart: Callable[[], None] = lambda: None
+        """What the firmware does when the power comes back."""
+        self._stop_button = False
         self.digital_out = 0
         self._left_mm = 0.0
         self._right_mm = 0.0
@@ -72,6 +80,23 @@ class Hardware:
         self.angular = Channel(angular, ARRIVED)
         self.reset_parameters()
         self.reset_odometry()
+
+    def power_cycle(self) -> None:
+        """Off and on again: motors off, everything as after power-on but for what has a place in the world: body, gripper, battery, cans."""
+        self.disable_motors()
+        self.linear.speed = self.angular.speed = 0.0
+        self._left_mm = self._right_mm = 0.0
+        self._pressed_s = self._rest_s = 0.0
+        self.left_stalled = self.right_stalled = False
+        self.digital_out = 0
+        self.battery.pretend(0.0)
+        self.sonar.switch(False, 0)
+        if self.gripper is not None:
+            self.gripper.stop()
+            self.gripper.lift_stop()
+        self.reset_parameters()
+        self.reset_odometry()
+        self.on_restart()
 
     def reset_parameters(self) -> None:
         """Limits, sonar sequence and safety settings as they are at power-on."""
@@ -120,9 +145,14 @@ class Hardware:
         self.linear.emergency_stop()
         self.angular.emergency_stop()
 
-    def press_stop_button(self, pressed: bool) -> None:
-        """Press the STOP button, which takes the power from the motors, or let it go, which does not give it back."""
-        self.stop_button = pressed
+    @property
+    def stop_button(self) -> bool:
+        """Whether the STOP button is pressed. Pressing it takes the power from the motors, letting it go does not give it back."""
+        return self._stop_button
+
+    @stop_button.setter
+    def stop_button(self, pressed: bool) -> None:
+        self._stop_button = pressed
         if self.e_stalled:
             self.disable_motors()
 
@@ -138,14 +168,33 @@ class Hardware:
         return self.stop_button and self.stop_button_stalls
 
     @property
+    def dead_transducers(self) -> Set[int]:
+        """Numbers (from 0) of the sonar transducers that hear nothing."""
+        return self.sonar.dead
+
+    @dead_transducers.setter
+    def dead_transducers(self, numbers: Set[int]) -> None:
+        self.sonar.dead = set(numbers)
+
+    @property
+    def gripper_stuck(self) -> bool:
+        """Whether something keeps the gripper from moving; without one, never."""
+        return self.gripper is not None and self.gripper.stuck
+
+    @gripper_stuck.setter
+    def gripper_stuck(self, stuck: bool) -> None:
+        if self.gripper is not None:
+            self.gripper.stuck = stuck
+
+    @property
     def moving(self) -> bool:
         """Whether the robot moves."""
         return self.linear.speed != 0.0 or self.angular.speed != 0.0
 
     # -- time
 
-    def step(self, now_us: int, held: bool) -> None:
-        """Advance one physics step, which ends at `now_us`. `held`: the watchdog holds the drives at zero."""
+    def step(self, now_us: int, paused: bool) -> None:
+        """Advance one physics step, which ends at `now_us`. `paused`: the watchdog keeps the drives at zero."""
         step_us = self._numbers.physics.step_us
         dt = step_us * 1e-6
         if self.motors_enabled and self.battery.is_empty:
@@ -153,19 +202,20 @@ class Hardware:
         if self._rest_s > 0.0:
             self._rest(dt)
         elif self.linear.driven or self.angular.driven or self._pressed_s:
-            self._drive(dt, held)
+            self._drive(dt, paused)
         if self.gripper is not None:
             self.gripper.step(dt, self.body.pose)
         self.sonar.step(now_us, self.body.pose)
+        self.battery.charging = self.charger
         self.battery.step(step_us, self.moving)
 
-    def _drive(self, dt: float, held: bool) -> None:
-        distance, turn = self.linear.step(dt, held), self.angular.step(dt, held)
+    def _drive(self, dt: float, paused: bool) -> None:
+        distance, turn = self.linear.step(dt, paused), self.angular.step(dt, paused)
         really = self._really(distance, turn)
         if not distance and not turn:
             self.body.blocked = False
             self._pressed_s = 0.0
-        elif self._moved(*really):
+        elif not self.held and self._moved(*really):
             self._pressed_s = 0.0
             self.odometry = along_arc(self.odometry, distance, turn)
             self._count_wheels(*really)

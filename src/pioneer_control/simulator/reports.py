@@ -27,7 +27,7 @@ CONFIG_FIELDS = tuple(field.name for field in dataclasses.fields(p2os.Config))
 
 # The bits that are set from truth values, in the order in which these are given: as plain numbers, many times quicker.
 GRIP_STATE = tuple(map(int, (
-    GripState.OPEN, GripState.CLOSED, GripState.MOVING,
+    GripState.OPEN, GripState.CLOSED, GripState.MOVING, GripState.ERROR,
     GripState.LIFT_UP, GripState.LIFT_DOWN, GripState.LIFT_MOVING, GripState.LIFT_ERROR,
 )))
 DIGITAL_IN = tuple(map(int, (
@@ -36,6 +36,7 @@ DIGITAL_IN = tuple(map(int, (
 )))
 FLAGS = tuple(map(int, (
     Flags.MOTORS_ENABLED, Flags.SONAR_1, Flags.SONAR_2, Flags.SONAR_3, Flags.SONAR_4, Flags.STOP_BUTTON, Flags.E_STALL,
+    Flags.CHARGER_POWER,
 )))
 UNDERVOLTAGE = int(FaultFlags.UNDERVOLTAGE)
 FLOATING = 0xFF
@@ -73,7 +74,7 @@ def sip(hardware: Hardware) -> p2os.Sip:
     )
     end = SIP_ENDS.get(model.firmware_family)
     if end != "digital_out":
-        values.update(battery_x10_dv=min(0xFFFF, round(hardware.battery.voltage * 10.0)), charge_state=0)
+        values.update(battery_x10_dv=min(0xFFFF, round(hardware.battery.voltage * 10.0)), charge_state=hardware.battery.charge_state)
         if end != "charge_state":
             rotation = round(math.degrees(hardware.angular.speed) * 10.0)
             values.update(rotation_velocity_ddeg_s=rotation, fault_flags=UNDERVOLTAGE if hardware.battery.is_low else 0)
@@ -102,7 +103,7 @@ def _sonar(hardware: Hardware) -> Tuple[p2os.SonarReading, ...]:
 def _flags(hardware: Hardware) -> int:
     arrays = hardware.sonar.arrays if hardware.sonar.enabled else ()
     fires = tuple(array in arrays for array in range(4))
-    return _bits(FLAGS, (hardware.motors_enabled,) + fires + (hardware.stop_button, hardware.e_stalled))
+    return _bits(FLAGS, (hardware.motors_enabled,) + fires + (hardware.stop_button, hardware.e_stalled, hardware.battery.charging))
 
 
 def grip_state(hardware: Hardware) -> int:
@@ -116,6 +117,7 @@ def grip_state(hardware: Hardware) -> int:
         outward or gripper.is_open and not inward,
         inward or gripper.is_closed and not outward,
         outward or inward,
+        gripper.paddles_jammed,
         rising or gripper.is_up and not sinking,
         sinking or gripper.is_down and not rising,
         rising or sinking,

@@ -31,6 +31,7 @@ class SessionNumbers:
     autobaud: int
     firmware_version: str
     serial: str
+    boot_time: float
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,7 @@ class GripperNumbers:
     open_at_power_on: bool
     lift_up_at_power_on: bool
     reach_height: float
+    jam_time: float
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,8 @@ class BatteryNumbers:
     full: float
     standing_fall_per_min: float
     driving_fall_per_min: float
+    charging_rise_per_min: float
+    overcharge: float
     alarm: float
     shutdown: float
 

@@ -6,7 +6,7 @@ the transducer was; the echoes of several firings are looked up together when so
 
 import math
 import random
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, List, Sequence, Set, Tuple
 
 from ..robots import ARRAY_SIZE, Transducer
 from .body import Pose
@@ -36,6 +36,8 @@ class Sonar:
         self._half_width = math.radians(numbers.cone_deg) / 2.0
         self._pings: List[Tuple[int, float, float, float]] = []
         self.enabled = False
+        self.dead: Set[int] = set()
+        """Numbers of transducers that fire and hear nothing."""
         self.arrays = sorted({number // ARRAY_SIZE for number in self._transducers})
         self.reset()
 
@@ -88,7 +90,10 @@ class Sonar:
             return []
         numbers, x, y, heading = zip(*pings)
         ranges = self._world.echoes(x, y, heading, self._half_width, self._numbers.maximum)
-        return [(number, self._reported(float(distance))) for number, distance in zip(numbers, ranges)]
+        return [
+            (number, self._numbers.maximum if number in self.dead else self._reported(float(distance)))
+            for number, distance in zip(numbers, ranges)
+        ]
 
     def _reported(self, distance: float) -> float:
         """A range as the electronics report it: with its noise, no less than the minimum, the maximum for no echo."""
