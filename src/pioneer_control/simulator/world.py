@@ -5,16 +5,19 @@ A world knows nothing of robots' models or packets. Metres, radians, map frame (
 
 import math
 from dataclasses import dataclass
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
 from ..errors import UsageError, WorldError
+from .crowd import Crowd
 from .free_space import flood
 from .geometry import Solids
 
 SONAR_PLANE = 0.17
 """Height of the sonar above the floor (m): what is lower is not seen."""
+
+Pose = Tuple[float, float, float]
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """Values of an occupancy map, as nav_msgs/OccupancyGrid has them."""
@@ -38,12 +41,15 @@ class Can:
 
 
 class World:
-    """Walls and posts that never move, cans that may, and the poses where a robot starts.
+    """Walls and posts that never move, cans that may, and the poses where a robot starts, charges or may be sent to.
 
     :param walls: segments ``(x1, y1, x2, y2)``, none of length zero.
     :param posts: discs ``(x, y, radius)``, like the walls taller than the sonar plane.
     :param cans: what can be picked up; the list and its cans are the caller's to change.
     :param starts: poses ``(x, y, heading)``, at least one.
+    :param docks: poses ``(x, y, heading)`` that a robot has while it stands in a charging station; see `docks.dock_at`.
+    :param goals: places by name, each a pose ``(x, y, heading)``; nothing here acts on them.
+    :param skipped: what the file that it comes from says and this world has not, a sentence each.
     :raises WorldError: for numbers that are not finite, a wall without length, a post or a can without size, no start.
     """
 
@@ -53,13 +59,19 @@ class World:
         walls: Sequence[Sequence[float]] = (),
         posts: Sequence[Sequence[float]] = (),
         cans: Sequence[Can] = (),
-        starts: Sequence[Tuple[float, float, float]] = ((0.0, 0.0, 0.0),),
+        starts: Sequence[Pose] = ((0.0, 0.0, 0.0),),
+        docks: Sequence[Pose] = (),
+        goals: Optional[Mapping[str, Pose]] = None,
+        skipped: Sequence[str] = (),
     ):
         self.name = name
         self.walls = _table(name, "wall", walls, 4)
         self.posts = _table(name, "post", posts, 3)
         self.cans: List[Can] = list(cans)
-        self.starts = [tuple(float(value) for value in row) for row in _table(name, "start", starts, 3)]
+        self.starts = _poses(name, "start", starts)
+        self.docks = _poses(name, "dock", docks)
+        self.goals = dict(zip(goals or {}, _poses(name, "goal", list((goals or {}).values()))))
+        self.skipped = tuple(skipped)
         if not self.starts:
             raise WorldError(f"world {name}: no start; a robot has to stand somewhere")
         for number, (x1, y1, x2, y2) in enumerate(self.walls.tolist(), 1):
@@ -71,7 +83,10 @@ class World:
                     raise WorldError(f"world {name}: {kind} {number} has radius {radius:g}; must be above 0")
         self._solids = Solids(self.walls, self.posts)
         self._neighbourhoods: Dict[Tuple[float, int, int], Solids] = {}
-        points = [(x, y, x, y) for x, y, _ in self.starts] + [(can.x, can.y, can.x, can.y) for can in self.cans]
+        self.crowd = Crowd()
+        """The bodies of the robots of one `Simulation`, in each other's way."""
+        places = [pose[:2] for pose in (*self.starts, *self.docks, *self.goals.values())] + [(can.x, can.y) for can in self.cans]
+        points = [place + place for place in places]
         boxes = np.array(points + ([self._solids.bounds()] if len(self._solids) else []))
         self.bounds = (*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist())
 
@@ -181,6 +196,11 @@ def _middle(xs: Sequence[float], ys: Sequence[float]) -> Tuple[float, float, flo
     """Middle of the box round some points, and the distance from it to the farthest of its corners."""
     low_x, low_y, high_x, high_y = min(xs), min(ys), max(xs), max(ys)
     return (low_x + high_x) / 2.0, (low_y + high_y) / 2.0, math.hypot(high_x - low_x, high_y - low_y) / 2.0
+
+
+def _poses(name: str, kind: str, rows: Sequence[Pose]) -> List[Pose]:
+    """Poses as plain numbers."""
+    return [(x, y, heading) for x, y, heading in _table(name, kind, rows, 3).tolist()]
 
 
 def _table(name: str, kind: str, rows: Sequence[Sequence[float]], width: int) -> np.ndarray:

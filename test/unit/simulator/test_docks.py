@@ -1,0 +1,33 @@
+"""When a robot stands in a dock."""
+
+import math
+
+import pytest
+
+from pioneer_control.simulator.docks import dock_at
+
+DOCKS = [(1.0, 2.0, math.pi / 2), (5.0, 2.0, -math.pi)]
+DISTANCE, ANGLE = 0.1, math.radians(15)
+
+
+@pytest.mark.parametrize("pose, dock", [
+    ((1.0, 2.0, math.pi / 2), 0),
+    ((1.06, 2.079, math.pi / 2), 0),
+    ((1.06, 2.081, math.pi / 2), None),
+    ((1.0, 2.0, math.radians(104.9)), 0),
+    ((1.0, 2.0, math.radians(75.1)), 0),
+    ((1.0, 2.0, math.radians(105.1)), None),
+    ((1.0, 2.0, math.radians(74.9)), None),
+    ((1.0, 2.0, -math.pi / 2), None),
+    ((1.0, 2.0, math.pi / 2 + 20 * math.pi), 0),        # after ten turns
+    ((5.0, 2.0, math.radians(179.0)), 1),               # the other side of half a turn
+    ((5.0, 2.0, math.radians(-170.0)), 1),
+    ((5.0, 2.0, math.radians(160.0)), None),
+    ((3.0, 2.0, 0.0), None),
+])
+def test_near_and_facing_the_right_way(pose, dock):
+    assert dock_at(pose, DOCKS, DISTANCE, ANGLE) == (None if dock is None else DOCKS[dock])
+
+
+def test_without_docks():
+    assert dock_at((0.0, 0.0, 0.0), [], DISTANCE, ANGLE) is None
