@@ -6,6 +6,8 @@ Metres and radians in the map frame; knows neither motors nor packets.
 import math
 from typing import List, Optional, Sequence, Tuple
 
+from .geometry import outlines_meet
+
 Point = Tuple[float, float]
 Pose = Tuple[float, float, float]
 
@@ -50,15 +52,17 @@ class Body:
     :param world: answers ``touches``.
     :param outline: corners of the body in its own frame (m, base_link).
     :param pose: where it starts (map frame).
+    :param hull: what of it is so tall that sonar sees it; all if None.
     """
 
-    def __init__(self, world, outline: Sequence[Point], pose: Pose):
+    def __init__(self, world, outline: Sequence[Point], pose: Pose, hull: Optional[Sequence[Point]] = None):
         self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
         self.contacts = 0
         self.blocked = False
         self._world = world
+        self._outline, self._hull = tuple(outline), tuple(hull or outline)
         self._outlines = [(box_round(outline, skin), skin) for skin in SKINS] + [(tuple(outline), 0.0)]
-        self._reach = max(math.hypot(x, y) for x, y in outline)
+        self.reach = max(math.hypot(x, y) for x, y in outline)
         self._free = 0.0
         self._contact_at: Optional[Pose] = None
 
@@ -68,33 +72,65 @@ class Body:
         A contact counts once until the body has gone away from it, not once for each try.
         """
         pose = along_arc(self.pose, distance, turn)
-        swept = abs(distance) + self._reach * abs(turn)
+        swept = abs(distance) + self.reach * abs(turn)
         if swept < self._free:
             self._free -= swept
         elif not self._is_free(pose):
-            self.contacts += self._contact_at is None
-            self._contact_at = self.pose
-            self.blocked = True
-            return False
+            return self._stopped()
+        if self._world.crowd and self._meets_another(pose):
+            return self._stopped()
         self.pose = pose
         self.blocked = False
         if self._contact_at is not None and self._far_from(self._contact_at):
             self._contact_at = None
+        if self._world.crowd:
+            self._world.crowd.moved(self)
         return True
+
+    def _stopped(self) -> bool:
+        self.contacts += self._contact_at is None
+        self._contact_at = self.pose
+        self.blocked = True
+        return False
+
+    def _meets_another(self, pose: Pose) -> bool:
+        """Whether it would touch another robot at `pose`."""
+        near = [body for body in self._world.crowd.near(pose[0], pose[1], self.reach) if body is not self and body.is_close(pose, self.reach)]
+        return bool(near) and any(outlines_meet(_placed(self._outline, pose), body.outline) for body in near)
 
     def place(self, pose: Pose) -> None:
         """Put the body somewhere else, as a person would who carries it."""
         self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
         self._free = 0.0
         self.blocked = False
+        self._world.crowd.moved(self)
+
+    @property
+    def outline(self) -> List[Point]:
+        """Its corners where it stands now (map frame)."""
+        return _placed(self._outline, self.pose)
+
+    @property
+    def hull(self) -> List[Point]:
+        """The corners of what sonar sees of it, where it stands now (map frame)."""
+        return _placed(self._hull, self.pose)
+
+    def is_close(self, pose: Pose, reach: float) -> bool:
+        """Whether something within `reach` of the middle of `pose` could touch it."""
+        x, y, together = pose[0] - self.pose[0], pose[1] - self.pose[1], reach + self.reach
+        return x * x + y * y < together * together
 
     def touches(self, polygon: Sequence[Point]) -> bool:
-        """Whether a polygon of the body's own frame, at its present pose, overlaps anything solid."""
-        return self._world.touches(_placed(polygon, self.pose))
+        """Whether a polygon of the body's own frame, at its present pose, overlaps anything solid, other robots included."""
+        corners = _placed(polygon, self.pose)
+        if self._world.touches(corners):
+            return True
+        near = self._world.crowd.near(self.pose[0], self.pose[1], self.reach)
+        return any(outlines_meet(corners, body.outline) for body in near if body is not self)
 
     def _far_from(self, pose: Pose) -> bool:
         x, y, heading = relative(pose, self.pose)
-        return math.hypot(x, y) + self._reach * abs(heading) > AWAY
+        return math.hypot(x, y) + self.reach * abs(heading) > AWAY
 
     def _is_free(self, pose: Pose) -> bool:
         """Whether the body touches nothing at `pose`; if so, also finds how far it can go from there unasked."""

@@ -57,13 +57,14 @@ class Firmware:
     :param seed: of the noise.
     :param noise: every sonar range is off by up to this much (m); None: as ``robot.yaml`` says.
     :param numbers: other numbers than those of ``robot.yaml``.
+    :param time_us: simulated time at which it is switched on, for a robot among others (see `Simulation`).
     :raises ParameterError: a gripper on a model that cannot carry one, a place in a wall, or a negative noise.
     """
 
     def __init__(
         self, model: RobotModel, world: World, pose: Optional[Pose] = None, *, gripper: Optional[bool] = None,
         rear_sonar: bool = True, name: str = "sim_0001", seed: int = 0, noise: Optional[float] = None,
-        numbers: Optional[Numbers] = None,
+        numbers: Optional[Numbers] = None, time_us: int = 0,
     ):
         self._numbers = numbers or standard_numbers()
         if gripper is None:
@@ -79,7 +80,7 @@ class Firmware:
         self.hardware = Hardware(self.model, world, start, gripper, self._numbers, noise, seed)
         self.hardware.on_restart = self._boot
         self.session = Session.WAITING
-        self.time_us = 0
+        self.time_us = time_us
         self.previous: Optional[ReceivedCommand] = None
         self.wheel_mode = False
         self.closed_sessions = 0
@@ -87,12 +88,12 @@ class Firmware:
         """Present speed of its serial line."""
         self._booted_us = 0
         self._remainder_us = 0.0
-        self._next_step_us = self._numbers.physics.step_us
-        self._next_sip_us = 0
+        self.next_step_us = time_us + self._numbers.physics.step_us
+        self._next_sip_us = time_us
         self._next_sync = SYNC0
         self._decoder = FrameDecoder()
-        self._last_byte_us = 0
-        self._last_command_us = 0
+        self._last_byte_us = time_us
+        self._last_command_us = time_us
         self._requests: Dict[str, bool] = {}
         self._counts = [0, 0, 0]
         self._sent: List[bytes] = []
@@ -116,12 +117,19 @@ class Firmware:
         exact_us = dt * 1e6 + self._remainder_us
         whole_us = round(exact_us)
         self._remainder_us = exact_us - whole_us
-        end_us = self.time_us + whole_us
-        while self._next_step_us <= end_us:
-            self.time_us = self._next_step_us
-            self._next_step_us += self._numbers.physics.step_us
+        self.run_to(self.time_us + whole_us)
+        return self.take_sent()
+
+    def run_to(self, end_us: int) -> None:
+        """Let simulated time pass until `end_us`; what the robot sends meanwhile is kept for `take_sent`."""
+        while self.next_step_us <= end_us:
+            self.time_us = self.next_step_us
+            self.next_step_us += self._numbers.physics.step_us
             self._step()
         self.time_us = end_us
+
+    def take_sent(self) -> bytes:
+        """Everything the robot sent since the last call."""
         sent, self._sent = b"".join(self._sent), []
         return sent
 
@@ -229,7 +237,7 @@ class Firmware:
     def _open_session(self) -> None:
         self.session = Session.OPEN
         self._last_command_us = self.time_us
-        last_step_us = self._next_step_us - self._numbers.physics.step_us
+        last_step_us = self.next_step_us - self._numbers.physics.step_us
         self._next_sip_us = last_step_us + self._numbers.session.sip_cycle_ms * 1000
         self.hardware.reset_odometry()
         self.hardware.sonar.switch(True, last_step_us)

@@ -170,6 +170,48 @@ def _disc_echo(x: float, y: float, radius: float, edges: Tuple[Point, Point]) ->
     return nearest
 
 
+def outlines_meet(first: Sequence[Point], second: Sequence[Point]) -> bool:
+    """Whether two polygons share a point, also when one is wholly inside the other."""
+    return _edge_inside(first, second) or _edge_inside(second, first)
+
+
+def _edge_inside(outline: Sequence[Point], other: Sequence[Point]) -> bool:
+    """Whether an edge of the other polygon has a point inside the first."""
+    for (x1, y1), (x2, y2) in zip(other, [*other[1:], other[0]]):
+        along_x, along_y = x2 - x1, y2 - y1
+        length = _length(along_x, along_y)
+        ux, uy = along_x / length, along_y / length
+        if _crosses_axis([((x - x1) * ux + (y - y1) * uy, (y - y1) * ux - (x - x1) * uy) for x, y in outline], length):
+            return True
+    return False
+
+
+def outline_echo(outline: Sequence[Point], right: Point, left: Point) -> float:
+    """Nearest point of a polygon's edges in a cone at the origin, whose edges are given as unit vectors; infinite if there is none."""
+    return min(_segment_echo(*first, *second, right, left) for first, second in zip(outline, [*outline[1:], outline[0]]))
+
+
+def _segment_echo(x1: float, y1: float, x2: float, y2: float, right: Point, left: Point) -> float:
+    """The same for one segment; see `Solids._wall_echoes`."""
+    along_x, along_y = x2 - x1, y2 - y1
+    length = _length(along_x, along_y)
+    ux, uy = along_x / length, along_y / length
+    low, aside = x1 * ux + y1 * uy, x1 * uy - y1 * ux
+    beside = aside + _NUDGE
+    cuts = []
+    facing = False
+    for edge_x, edge_y in (right, left):
+        towards = (edge_x * uy - edge_y * ux) * beside
+        facing |= towards > 0.0
+        cuts.append(beside * beside * (edge_x * ux + edge_y * uy) / max(towards, _TINY))
+    high = min(low + length, max(cuts))
+    low = max(low, min(cuts))
+    if low > high or not facing:
+        return math.inf
+    t = min(max(low, 0.0), high)
+    return math.sqrt(aside * aside + t * t)
+
+
 def _crosses_axis(outline: List[Point], length: float) -> bool:
     """Whether a polygon has a point of the x axis from 0 to `length` inside."""
     inside = False

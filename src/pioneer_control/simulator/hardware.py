@@ -47,16 +47,16 @@ class Hardware:
         self.world = world
         self._numbers = numbers
         self._block = Block(-model.length_rear, model.length_front, -model.width / 2.0, model.width / 2.0)
-        self.body = Body(world, model.outline(gripper), pose)
+        self.body = Body(world, model.outline(gripper), pose, model.outline())
         if self.body.touches(model.outline(gripper)):
             x, y, _ = pose
             raise ParameterError(
-                f"the {model.subtype} would stand in a wall or post at x {x:g}, y {y:g} of the world {world.name!r}:"
+                f"the {model.subtype} would stand in a wall, a post or another robot at x {x:g}, y {y:g} of the world {world.name!r}:"
                 " choose another world, place or model")
         self.gripper: Optional[Gripper] = None
         if gripper:
             self.gripper = Gripper(model.gripper, numbers.gripper, world, model.length_front, self._block)
-        self.sonar = Sonar(model.sonar, numbers.sonar, world, noise, seed)
+        self.sonar = Sonar(model.sonar, numbers.sonar, world, noise, seed, self.body)
         self.battery = Battery(numbers.battery, model.battery_class)
         self.motors_enabled = False
         self.held = False

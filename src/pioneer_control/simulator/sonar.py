@@ -25,13 +25,14 @@ class Sonar:
     :param world: answers ``echoes``.
     :param noise: every range is off by up to this much (m).
     :param seed: of the noise.
+    :param body: that it is on, which it does not hear.
 
     `arrays` are the numbers (from 0) of those arrays that have a transducer.
     """
 
-    def __init__(self, transducers: Sequence[Transducer], numbers, world, noise: float, seed: int):
+    def __init__(self, transducers: Sequence[Transducer], numbers, world, noise: float, seed: int, body=None):
         self._transducers = {transducer.number: transducer for transducer in transducers}
-        self._numbers, self._world, self._noise = numbers, world, noise
+        self._numbers, self._world, self._noise, self._body = numbers, world, noise, body
         self._random = random.Random(seed)
         self._half_width = math.radians(numbers.cone_deg) / 2.0
         self._pings: List[Tuple[int, float, float, float]] = []
@@ -89,7 +90,7 @@ class Sonar:
         if not pings:
             return []
         numbers, x, y, heading = zip(*pings)
-        ranges = self._world.echoes(x, y, heading, self._half_width, self._numbers.maximum)
+        ranges = self._world.echoes(x, y, heading, self._half_width, self._numbers.maximum, self._body)
         return [
             (number, self._numbers.maximum if number in self.dead else self._reported(float(distance)))
             for number, distance in zip(numbers, ranges)

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import UsageError, WorldError
 from .crowd import Crowd
 from .free_space import flood
-from .geometry import Solids
+from .geometry import Solids, outline_echo
 
 SONAR_PLANE = 0.17
 """Height of the sonar above the floor (m): what is lower is not seen."""
@@ -94,7 +94,8 @@ class World:
         return f"World({self.name!r}, {len(self.walls)} walls, {len(self.posts)} posts, {len(self.cans)} cans)"
 
     def echoes(
-        self, x: Sequence[float], y: Sequence[float], heading: Sequence[float], half_width: float, maximum: float
+        self, x: Sequence[float], y: Sequence[float], heading: Sequence[float], half_width: float, maximum: float,
+        listener=None
     ) -> np.ndarray:
         """What sonar transducers hear: the nearest wall or post in each one's cone. Cans are too low to be seen.
 
@@ -105,6 +106,7 @@ class World:
         :param heading: (s,) the way they look.
         :param half_width: angle between the axis of a cone and its edge, above 0 and at most pi / 4.
         :param maximum: how far they hear.
+        :param listener: the body that they are on, which they do not hear; all others of the crowd they do.
         :returns: (s,) distances, `maximum` where nothing is nearer, 0 inside a post.
         :raises UsageError: for a wider cone.
         """
@@ -114,7 +116,14 @@ class World:
             return np.empty(0)
         centre_x, centre_y, spread = _middle(x, y)
         solids = self._near(centre_x, centre_y, maximum + spread)
-        return np.minimum(solids.echoes(x, y, heading, half_width), maximum)
+        echoes = np.minimum(solids.echoes(x, y, heading, half_width), maximum)
+        for body in self.crowd.near(centre_x, centre_y, maximum + spread):
+            if body is not listener:
+                for key, angle in enumerate(heading):
+                    edges = [(math.cos(edge), math.sin(edge)) for edge in (angle - half_width, angle + half_width)]
+                    outline = [(px - x[key], py - y[key]) for px, py in body.hull]
+                    echoes[key] = min(echoes[key], outline_echo(outline, *edges))
+        return echoes
 
     def touches(self, outline_xy: Sequence[Sequence[float]]) -> bool:
         """Whether a body overlaps any wall or post, also one that is wholly inside it. Cans give way and do not count.

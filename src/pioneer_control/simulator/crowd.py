@@ -1,0 +1,91 @@
+"""Who else stands near: the bodies of one world, found by place, as obstacles to each other.
+
+Metres, map frame. A body belongs to the crowd from `enter` to `leave`, and says with `moved` when it has.
+"""
+
+import math
+from typing import Any, Dict, List, Tuple
+
+Cell = Tuple[float, float]
+
+LARGEST_REACH = 1.0
+"""More than the distance (m) from the middle of any robot to its farthest corner."""
+
+
+class _Grid:
+    """Bodies listed by the square of floor they stand on, and by the eight round it: a question looks into one list only."""
+
+    def __init__(self, side: float):
+        self.side = side
+        self._cells: Dict[Cell, List] = {}
+        self._where: Dict[int, Cell] = {}
+
+    def put(self, body) -> None:
+        """List a body where it stands now."""
+        x, y, _ = body.pose
+        cell = x // self.side, y // self.side
+        before = self._where.get(id(body))
+        if cell == before:
+            return
+        if before is not None:
+            self.drop(body)
+        self._where[id(body)] = cell
+        for around in _around(cell):
+            self._cells.setdefault(around, []).append(body)
+
+    def drop(self, body) -> None:
+        """List it nowhere."""
+        for around in _around(self._where.pop(id(body))):
+            bodies = self._cells[around]
+            bodies.remove(body)
+            if not bodies:
+                del self._cells[around]
+
+    def near(self, x: float, y: float) -> List:
+        """All that stand within a side of a point, and some that stand farther."""
+        return self._cells.get((x // self.side, y // self.side), [])
+
+
+class Crowd:
+    """The bodies that stand in a world."""
+
+    def __init__(self):
+        self._bodies: Dict[int, Any] = {}
+        self._grids: Dict[float, _Grid] = {}
+
+    def __len__(self) -> int:
+        return len(self._bodies)
+
+    def enter(self, body) -> None:
+        """From now on this body is in everybody's way."""
+        self._bodies[id(body)] = body
+        self.moved(body)
+
+    def leave(self, body) -> None:
+        """From now on it no longer is."""
+        del self._bodies[id(body)]
+        for grid in self._grids.values():
+            grid.drop(body)
+
+    def moved(self, body) -> None:
+        """The body stands elsewhere now; nothing to one that has not entered."""
+        if id(body) in self._bodies:
+            for grid in self._grids.values():
+                grid.put(body)
+
+    def near(self, x: float, y: float, reach: float) -> List:
+        """The bodies that have a point within `reach` of (x, y), and some that have none."""
+        if not self._bodies:
+            return []
+        side = math.ceil(reach + LARGEST_REACH)  # a few sizes only, so that grids are shared
+        grid = self._grids.get(side)
+        if grid is None:
+            grid = self._grids[side] = _Grid(side)
+            for body in self._bodies.values():
+                grid.put(body)
+        return grid.near(x, y)
+
+
+def _around(cell: Cell) -> List[Cell]:
+    column, row = cell
+    return [(column + right, row + up) for right in (-1, 0, 1) for up in (-1, 0, 1)]

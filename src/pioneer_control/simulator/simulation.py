@@ -1,0 +1,81 @@
+"""One world with any number of robots in one simulated time: they see each other with their sonar and bump into each other.
+
+>>> from pioneer_control.robots import find_model
+>>> from pioneer_control.simulator.loading import load_world
+>>> simulation = Simulation(load_world("office"))
+>>> first = simulation.add(find_model("p3dx-sh"))
+>>> second = simulation.add(find_model("amigo-sh"), pose=(2.0, 3.0, 0.0))
+>>> second.receive(bytes.fromhex("FAFB03000000"))    # SYNC0
+>>> [sent.hex() for sent in simulation.advance(0.1)]
+['', 'fafb03000000']
+
+No thread, clock or socket is in here: the same bytes at the same simulated times give the same answers however the time is split.
+"""
+
+from typing import List, Optional
+
+from ..errors import ParameterError
+from ..robots import RobotModel
+from .body import Pose
+from .crowd import Crowd
+from .firmware import Firmware
+from .world import World
+
+
+class Simulation:
+    """Robots that share a world. Each is a `Firmware`: give it bytes with `receive`, but let time pass here only.
+
+    :param world: the `World`, from now on this simulation's alone.
+    """
+
+    def __init__(self, world: World):
+        self.world = world
+        world.crowd = Crowd()
+        self.robots: List[Firmware] = []
+        self.time_us = 0
+        self._remainder_us = 0.0
+
+    def add(self, model: RobotModel, pose: Optional[Pose] = None, **options) -> Firmware:
+        """One robot more, switched on now.
+
+        :param model: which robot.
+        :param pose: where it stands (x, y, heading; map frame); the world's next start if None.
+        :param options: whatever else `Firmware` takes.
+        :raises ParameterError: it would stand in something, or the world has no start left.
+        """
+        if pose is None:
+            pose = self._next_start()
+        robot = Firmware(model, self.world, pose, time_us=self.time_us, **options)
+        self.world.crowd.enter(robot.hardware.body)
+        self.robots.append(robot)
+        return robot
+
+    def advance(self, seconds: float) -> List[bytes]:
+        """Let simulated time pass for all.
+
+        :param seconds: from 0 up; microseconds count, fractions of them are carried over to the next call.
+        :returns: what each robot sent meanwhile, in the order of `robots`.
+        """
+        exact_us = seconds * 1e6 + self._remainder_us
+        whole_us = round(exact_us)
+        self._remainder_us = exact_us - whole_us
+        end_us = self.time_us + whole_us
+        robots = self.robots
+        while robots:  # all take the step of one moment before any takes that of the next
+            next_us = min([robot.next_step_us for robot in robots])
+            if next_us > end_us:
+                break
+            for robot in robots:
+                robot.run_to(next_us)
+        self.time_us = end_us
+        sent = []
+        for robot in robots:
+            robot.run_to(end_us)
+            sent.append(robot.take_sent())
+        return sent
+
+    def _next_start(self) -> Pose:
+        starts = self.world.starts
+        if len(self.robots) >= len(starts):
+            raise ParameterError(f"the world {self.world.name!r} has {len(starts)} starts: say where robot {len(self.robots) + 1} is to stand")
+        return starts[len(self.robots)]

@@ -1,0 +1,116 @@
+"""Several robots in one world and one time: they see each other, stop each other, and do not depend on how time is split."""
+
+import math
+import random
+
+import pytest
+
+from pioneer_control import p2os
+from pioneer_control.errors import ParameterError
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.simulation import Simulation
+from pioneer_control.simulator.world import World
+
+MODEL = find_model("p3dx-sh")
+OPEN = b"".join([p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("ENABLE", 1)])
+TWO_STARTS = ((0.0, 0.0, 0.0), (2.0, 0.0, math.pi))
+
+
+def sips(sent, decoder=None):
+    """The SIPs in the bytes that a robot sent."""
+    packets = [p2os.decode_packet(frame) for frame in (decoder or p2os.FrameDecoder()).feed(sent)]
+    return [packet for packet in packets if isinstance(packet, p2os.Sip)]
+
+
+def two_robots(world=None, **options):
+    simulation = Simulation(world or World("two", starts=TWO_STARTS))
+    for _ in range(2):
+        simulation.add(MODEL, noise=0.0, gripper=False, **options).receive(OPEN)
+    return simulation
+
+
+def ranges(sent):
+    """The last range (mm) of every transducer in some bytes."""
+    return {reading.number: reading.range_units for sip in sips(sent) for reading in sip.sonar}
+
+
+def test_robots_stand_on_the_starts_in_turn():
+    assert [robot.true_pose for robot in two_robots().robots] == list(TWO_STARTS)
+
+
+def test_robots_see_each_other():
+    simulation = two_robots()
+    sent = simulation.advance(1.0)
+    gap = 2000.0 - 2 * 1000.0 * max(transducer.x for transducer in MODEL.sonar if abs(transducer.heading) < 0.2)
+    nose = {number: distance for number, distance in ranges(sent[0]).items() if number in (3, 4)}
+    beyond_sensor = 1000.0 * (MODEL.length_front - max(transducer.x for transducer in MODEL.sonar if abs(transducer.heading) < 0.2))
+    assert nose == pytest.approx({3: gap - beyond_sensor, 4: gap - beyond_sensor}, abs=2.0)
+    assert ranges(sent[0]) == ranges(sent[1])     # they face each other
+
+
+def test_a_robot_alone_sees_nothing_of_itself():
+    simulation = Simulation(World("alone"))
+    robot = simulation.add(MODEL, noise=0.0)
+    robot.receive(OPEN)
+    assert set(ranges(simulation.advance(1.0)[0]).values()) == {5000}
+
+
+def test_a_robot_is_stopped_by_another_and_not_by_where_it_was():
+    simulation = two_robots()
+    first, second = simulation.robots
+    for _ in range(50):
+        first.receive(p2os.encode_command("VEL", 400))
+        simulation.advance(0.1)
+    touching = 2.0 - 2 * MODEL.length_front
+    assert touching - 0.02 < first.true_pose[0] <= touching and first.contacts == 1 and second.contacts == 0
+    for _ in range(30):
+        first.receive(p2os.encode_command("VEL", 200))
+        second.receive(p2os.encode_command("VEL", -400))
+        simulation.advance(0.1)
+    assert first.true_pose[0] > touching + 0.2
+
+
+def test_a_robot_cannot_start_in_another():
+    simulation = two_robots()
+    with pytest.raises(ParameterError, match="another robot at x 0.3, y 0"):
+        simulation.add(MODEL, (0.3, 0.0, 1.0))
+    assert len(simulation.robots) == 2
+    simulation.add(MODEL, (0.3, 2.0, 1.0))
+
+
+def test_robots_that_vanish_are_in_nobodys_way():
+    simulation = two_robots()
+    simulation.world.crowd.leave(simulation.robots[1].hardware.body)
+    assert set(ranges(simulation.advance(1.0)[0]).values()) == {5000}
+
+
+def wander(simulation, seconds, slices, seed):
+    """All the bytes of some robots that get random commands ten times a second while time passes in `slices` pieces."""
+    rng = random.Random(seed)
+    sent = [b""] * len(simulation.robots)
+    for _ in range(round(seconds * 10)):
+        for robot in simulation.robots:
+            robot.receive(p2os.encode_command(rng.choice(["VEL", "RVEL"]), rng.randint(-100, 300)))
+        for share in slices:
+            sent = [before + now for before, now in zip(sent, simulation.advance(0.1 * share))]
+    return sent
+
+
+@pytest.mark.parametrize("slices", [[0.5, 0.5], [0.13, 0.29, 0.58], [0.05] * 20])
+def test_the_same_bytes_however_time_is_split(slices):
+    def simulation():
+        robots = Simulation(load_world("cans"))
+        x, y, heading = robots.world.starts[0]
+        robots.add(MODEL, seed=1)
+        robots.advance(0.007)             # the second one takes its steps between those of the first
+        robots.add(MODEL, (x, y - 1.0, heading + 2.0), seed=2)
+        for robot in robots.robots:
+            robot.receive(OPEN)
+        return robots
+    assert wander(simulation(), 20.0, slices, 5) == wander(simulation(), 20.0, [1.0], 5)
+
+
+def test_time_passes_without_robots():
+    simulation = Simulation(World("nobody"))
+    assert simulation.advance(1.0) == [] and simulation.time_us == 1000000
