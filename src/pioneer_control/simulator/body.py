@@ -3,9 +3,9 @@
 Metres and radians in the map frame; knows neither motors nor packets.
 """
 
-import math
 from typing import List, Optional, Sequence, Tuple
 
+from .exact import hypot, sin, unit
 from .geometry import outlines_meet
 
 Point = Tuple[float, float]
@@ -19,14 +19,14 @@ AWAY = 0.02
 
 def compose(frame: Pose, pose: Pose) -> Pose:
     """The pose that `pose`, as seen from `frame`, has in the frame that `frame` is given in."""
-    cosine, sine = math.cos(frame[2]), math.sin(frame[2])
+    cosine, sine = unit(frame[2])
     x, y, heading = pose
     return frame[0] + x * cosine - y * sine, frame[1] + x * sine + y * cosine, frame[2] + heading
 
 
 def relative(frame: Pose, pose: Pose) -> Pose:
     """`pose` as seen from `frame`, both given in the same frame; the heading is not wrapped."""
-    cosine, sine = math.cos(frame[2]), math.sin(frame[2])
+    cosine, sine = unit(frame[2])
     x, y = pose[0] - frame[0], pose[1] - frame[1]
     return x * cosine + y * sine, y * cosine - x * sine, pose[2] - frame[2]
 
@@ -35,8 +35,9 @@ def along_arc(pose: Pose, distance: float, turn: float) -> Pose:
     """The pose after driving `distance` while turning by `turn`, both evenly: exact, straight lines included."""
     x, y, heading = pose
     half = turn / 2.0
-    chord = distance * (math.sin(half) / half if half else 1.0)
-    return x + chord * math.cos(heading + half), y + chord * math.sin(heading + half), heading + turn
+    chord = distance * (sin(half) / half if half else 1.0)
+    cosine, sine = unit(heading + half)
+    return x + chord * cosine, y + chord * sine, heading + turn
 
 
 def box_round(outline: Sequence[Point], skin: float) -> Tuple[Point, ...]:
@@ -62,7 +63,7 @@ class Body:
         self._world = world
         self._outline, self._hull = tuple(outline), tuple(hull or outline)
         self._outlines = [(box_round(outline, skin), skin) for skin in SKINS] + [(tuple(outline), 0.0)]
-        self.reach = max(math.hypot(x, y) for x, y in outline)
+        self.reach = max(hypot(x, y) for x, y in outline)
         self._free = 0.0
         self._contact_at: Optional[Pose] = None
 
@@ -130,7 +131,7 @@ class Body:
 
     def _far_from(self, pose: Pose) -> bool:
         x, y, heading = relative(pose, self.pose)
-        return math.hypot(x, y) + self.reach * abs(heading) > AWAY
+        return hypot(x, y) + self.reach * abs(heading) > AWAY
 
     def _is_free(self, pose: Pose) -> bool:
         """Whether the body touches nothing at `pose`; if so, also finds how far it can go from there unasked."""
@@ -143,5 +144,5 @@ class Body:
 
 def _placed(polygon: Sequence[Point], pose: Pose) -> List[Point]:
     """A polygon of the body's frame, where it lies in the map frame when the body stands at `pose`."""
-    cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+    cosine, sine = unit(pose[2])
     return [(pose[0] + x * cosine - y * sine, pose[1] + x * sine + y * cosine) for x, y in polygon]

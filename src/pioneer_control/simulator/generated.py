@@ -9,6 +9,7 @@ import random
 from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
 
 from ..errors import WorldError
+from .exact import cos, sin
 from .free_space import room
 from .loading import box_walls
 from .world import World
@@ -49,7 +50,7 @@ def random_world(seed: int, kind: Optional[str] = None) -> World:
 
 
 def _turned(floor: Floor, angle: float, heading: float, name: str) -> World:
-    cosine, sine = math.cos(angle), math.sin(angle)
+    cosine, sine = cos(angle), sin(angle)
 
     def turn(x: float, y: float) -> Point:
         return x * cosine - y * sine, x * sine + y * cosine
@@ -119,14 +120,14 @@ def corners(rng: random.Random) -> Floor:
     for number in range(count):
         angle = 2.0 * math.pi * (number + rng.uniform(-0.35, 0.35)) / count
         distance = rng.uniform(4.0, 6.5) if number % 2 else rng.uniform(1.7, 3.6)
-        outline.append((distance * math.cos(angle), distance * math.sin(angle)))
+        outline.append((distance * cos(angle), distance * sin(angle)))
     walls = _closed(outline)
     for _ in range(rng.randint(1, 3)):
         angle, distance = rng.uniform(-math.pi, math.pi), rng.uniform(1.2, 2.2)
-        tip = (distance * math.cos(angle), distance * math.sin(angle))
+        tip = (distance * cos(angle), distance * sin(angle))
         opening, side, arm = rng.uniform(0.35, 1.3), rng.uniform(-math.pi, math.pi), rng.uniform(0.5, 1.3)
         for way in (side - opening / 2.0, side + opening / 2.0):
-            walls.append(tip + (tip[0] + arm * math.cos(way), tip[1] + arm * math.sin(way)))
+            walls.append(tip + (tip[0] + arm * cos(way), tip[1] + arm * sin(way)))
     return Floor(walls, [], (0.0, 0.0))
 
 
@@ -163,7 +164,7 @@ def poles(rng: random.Random) -> Floor:
         x, y = rng.uniform(1.0, width - 1.0), rng.uniform(1.0, depth - 1.0)
         angle, gap = rng.uniform(-math.pi, math.pi), rng.uniform(0.3, 1.2)
         for number in range(rng.randint(3, 5)):
-            posts.append((x + number * gap * math.cos(angle), y + number * gap * math.sin(angle), 0.025))
+            posts.append((x + number * gap * cos(angle), y + number * gap * sin(angle), 0.025))
     inside = [post for post in posts if 0.1 < post[0] < width - 0.1 and 0.1 < post[1] < depth - 0.1]
     return Floor(_closed([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)]), inside, start)
 

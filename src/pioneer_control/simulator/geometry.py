@@ -1,7 +1,7 @@
 """Exact plane geometry of the simulated robot: cones, outlines and points against walls and posts.
 
 Lengths are metres, angles radians, all coordinates in the map frame. Arrays see only ``+ - * / sqrt``, comparisons, ``min`` and
-``max``, which IEEE 754 rounds the same everywhere, and angles go through :mod:`math` one by one: the same world and pose give the
+``max``, which IEEE 754 rounds the same everywhere, and angles go through `exact` one by one: the same world and pose give the
 same bytes with every numpy.
 """
 
@@ -9,6 +9,8 @@ import math
 from typing import Dict, Iterator, List, Sequence, Tuple
 
 import numpy as np
+
+from .exact import hypot, unit
 
 Point = Tuple[float, float]
 
@@ -65,7 +67,7 @@ class Solids:
     def nearest(self, x: float, y: float) -> float:
         """Distance from a point to the nearest solid: infinite where there is none, 0 inside a post. Plain loops, for few solids."""
         walls = (_from_origin(x1 - x, y1 - y, x2 - x, y2 - y) for x1, y1, x2, y2 in self.walls.tolist())
-        posts = (_length(px - x, py - y) - radius for px, py, radius in self.posts.tolist())
+        posts = (hypot(px - x, py - y) - radius for px, py, radius in self.posts.tolist())
         return max(min(min(walls, default=math.inf), min(posts, default=math.inf)), 0.0)
 
     def echoes(self, x: Sequence[float], y: Sequence[float], heading: Sequence[float], half_width: float) -> np.ndarray:
@@ -76,7 +78,7 @@ class Solids:
         :param half_width: angle between a cone's axis and its edge, above 0 and at most pi / 4.
         """
         right, left = [angle - half_width for angle in heading], [angle + half_width for angle in heading]
-        edges = [[math.cos(angle) for angle in right + left], [math.sin(angle) for angle in right + left]]
+        edges = list(zip(*map(unit, right + left)))
         nearest = self._wall_echoes(x, y, *edges) if len(self.walls) else np.full(len(right), math.inf)
         if len(self.posts):
             nearest = np.minimum(nearest, self._post_echoes(x, y, *edges))
@@ -155,7 +157,7 @@ def _disc_echo(x: float, y: float, radius: float, edges: Tuple[Point, Point]) ->
 
     It is on the way to the disc's middle if that is in the cone, else where an edge that the middle is beyond enters the disc.
     """
-    distance = _length(x, y)
+    distance = hypot(x, y)
     if distance <= radius:
         return 0.0
     (right_x, right_y), (left_x, left_y) = edges
@@ -179,7 +181,7 @@ def _edge_inside(outline: Sequence[Point], other: Sequence[Point]) -> bool:
     """Whether an edge of the other polygon has a point inside the first."""
     for (x1, y1), (x2, y2) in zip(other, [*other[1:], other[0]]):
         along_x, along_y = x2 - x1, y2 - y1
-        length = _length(along_x, along_y)
+        length = hypot(along_x, along_y)
         ux, uy = along_x / length, along_y / length
         if _crosses_axis([((x - x1) * ux + (y - y1) * uy, (y - y1) * ux - (x - x1) * uy) for x, y in outline], length):
             return True
@@ -194,7 +196,7 @@ def outline_echo(outline: Sequence[Point], right: Point, left: Point) -> float:
 def _segment_echo(x1: float, y1: float, x2: float, y2: float, right: Point, left: Point) -> float:
     """The same for one segment; see `Solids._wall_echoes`."""
     along_x, along_y = x2 - x1, y2 - y1
-    length = _length(along_x, along_y)
+    length = hypot(along_x, along_y)
     ux, uy = along_x / length, along_y / length
     low, aside = x1 * ux + y1 * uy, x1 * uy - y1 * ux
     beside = aside + _NUDGE
@@ -236,9 +238,4 @@ def _from_origin(x1: float, y1: float, x2: float, y2: float) -> float:
     along_x, along_y = x2 - x1, y2 - y1
     squared = along_x * along_x + along_y * along_y
     share = min(max(-(x1 * along_x + y1 * along_y) / squared, 0.0), 1.0) if squared > 0.0 else 0.0
-    return _length(x1 + share * along_x, y1 + share * along_y)
-
-
-def _length(x: float, y: float) -> float:
-    """As math.hypot, which does not round the same in every version of Python."""
-    return math.sqrt(x * x + y * y)
+    return hypot(x1 + share * along_x, y1 + share * along_y)

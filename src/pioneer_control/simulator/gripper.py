@@ -8,6 +8,7 @@ from typing import List, Optional, Sequence, Tuple
 
 from ..robots import GripperShape
 from .body import Pose, compose, relative
+from .exact import hypot
 from .pushing import Block, make_way
 from .world import Can
 
@@ -19,7 +20,7 @@ def cans_near(world, pose: Pose, reach: float) -> List[Can]:
     """The cans standing so near a robot that something `reach` from its middle could meet them."""
     x, y = pose[0], pose[1]
     standing = (can for can in world.cans if can.held_by is None)
-    return [can for can in standing if (can.x - x) ** 2 + (can.y - y) ** 2 < (reach + can.radius) ** 2]
+    return [can for can in standing if hypot(can.x - x, can.y - y) < reach + can.radius]
 
 
 class Gripper:
@@ -49,7 +50,7 @@ class Gripper:
         self._held_at: List[Tuple[float, float]] = []
         self._world = world
         self._palm = front + shape.paddle_start
-        self._reach = max(math.hypot(front + shape.reach, shape.width / 2.0), body.reach) + shape.max_object / 2.0
+        self._reach = max(hypot(front + shape.reach, shape.width / 2.0), body.reach) + shape.max_object / 2.0
         self._reach_height = numbers.reach_height
         self._jam_time = numbers.jam_time
         self._body = body
@@ -134,7 +135,7 @@ class Gripper:
 
         def broken(beam: float) -> bool:
             return any(
-                abs(x - beam) < radius and abs(y) < half + math.sqrt(radius ** 2 - (x - beam) ** 2)
+                abs(x - beam) < radius and abs(y) < half + math.sqrt((radius - x + beam) * (radius + x - beam))
                 for x, y, radius in places
             )
         return half > 0.0 and broken(self.shape.inner_beam), half > 0.0 and broken(self.shape.outer_beam)

@@ -8,6 +8,7 @@ from typing import Any, Callable, Dict, List, NoReturn, Optional, Tuple, Union
 import yaml
 
 from ..errors import WorldError
+from .exact import cos, sin
 from .world import SONAR_PLANE, Can, World
 
 GALLERY = Path(__file__).parent / "worlds"
@@ -211,8 +212,8 @@ class _Reader:
 
 def box_walls(x: float, y: float, length: float, width: float, angle: float) -> List[Tuple[float, ...]]:
     """The four walls of a box: its middle, its sides along x and y before it is turned by `angle`."""
-    forward = (math.cos(angle) * length / 2.0, math.sin(angle) * length / 2.0)
-    left = (-math.sin(angle) * width / 2.0, math.cos(angle) * width / 2.0)
+    forward = (cos(angle) * length / 2.0, sin(angle) * length / 2.0)
+    left = (-sin(angle) * width / 2.0, cos(angle) * width / 2.0)
     corners = [
         (x + ahead * forward[0] + aside * left[0], y + ahead * forward[1] + aside * left[1])
         for ahead, aside in ((-1, -1), (1, -1), (1, 1), (-1, 1))

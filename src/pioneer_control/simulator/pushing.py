@@ -7,6 +7,7 @@ import math
 from typing import Callable, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from .body import Pose
+from .exact import hypot, unit
 
 ROUNDS = 200
 """How often all pushes are gone through before a can counts as jammed: sliding out of a narrow wedge takes many small pushes."""
@@ -31,7 +32,7 @@ class Block(NamedTuple):
     @property
     def reach(self) -> float:
         """How far (m) its farthest corner is from the robot's middle."""
-        return math.hypot(max(-self.low_x, self.high_x), max(-self.low_y, self.high_y))
+        return hypot(max(-self.low_x, self.high_x), max(-self.low_y, self.high_y))
 
     def push(self, x: float, y: float, radius: float) -> Optional[Place]:
         """Where a disc in base_link goes that overlaps this block, or None when it does not overlap."""
@@ -140,7 +141,7 @@ class _Robot:
 
     def __init__(self, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], held: Sequence):
         self._pose, self._blocks_for = pose, blocks_for
-        self._cosine, self._sine = math.cos(pose[2]), math.sin(pose[2])
+        self._cosine, self._sine = unit(pose[2])
         self._held = [(can.x, can.y, can.radius) for can in held]
 
     def push(self, place: Place, radius: float) -> Optional[Place]:

@@ -10,6 +10,7 @@ from typing import Dict, List, Sequence, Set, Tuple
 
 from ..robots import ARRAY_SIZE, Transducer
 from .body import Pose
+from .exact import unit
 
 LONGEST_SEQUENCE = 16
 """Firings that the sequence of one array can name (ARCOS manual)."""
@@ -75,7 +76,7 @@ class Sonar:
     def step(self, now_us: int, pose: Pose) -> None:
         """Fire what is due at `now_us`, from a robot at `pose` (map frame)."""
         while self.enabled and self._next_us <= now_us:
-            cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+            cosine, sine = unit(pose[2])
             for sequence in self._sequences.values():
                 if sequence:
                     number, x, y, heading = self._transducers[sequence[self._fired % len(sequence)]]

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import UsageError, WorldError
 from .crowd import Crowd
+from .exact import hypot, unit
 from .free_space import flood
 from .geometry import Solids, outline_echo
 
@@ -120,7 +121,7 @@ class World:
         for body in self.crowd.near(centre_x, centre_y, maximum + spread):
             if body is not listener:
                 for key, angle in enumerate(heading):
-                    edges = [(math.cos(edge), math.sin(edge)) for edge in (angle - half_width, angle + half_width)]
+                    edges = [unit(edge) for edge in (angle - half_width, angle + half_width)]
                     outline = [(px - x[key], py - y[key]) for px, py in body.hull]
                     echoes[key] = min(echoes[key], outline_echo(outline, *edges))
         return echoes
@@ -204,7 +205,7 @@ class World:
 def _middle(xs: Sequence[float], ys: Sequence[float]) -> Tuple[float, float, float]:
     """Middle of the box round some points, and the distance from it to the farthest of its corners."""
     low_x, low_y, high_x, high_y = min(xs), min(ys), max(xs), max(ys)
-    return (low_x + high_x) / 2.0, (low_y + high_y) / 2.0, math.hypot(high_x - low_x, high_y - low_y) / 2.0
+    return (low_x + high_x) / 2.0, (low_y + high_y) / 2.0, hypot(high_x - low_x, high_y - low_y) / 2.0
 
 
 def _poses(name: str, kind: str, rows: Sequence[Pose]) -> List[Pose]:

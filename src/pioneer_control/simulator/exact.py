@@ -1,0 +1,58 @@
+"""Trigonometry that rounds the same on every computer, for everything whose result reaches the wire.
+
+Made of + - * / and sqrt alone, which IEEE 754 defines to the last bit; what :mod:`math` and numpy take from the C library may differ
+in that bit from one Debian to the next. Right to 1e-13 for angles up to a million radians either way.
+"""
+
+import math
+from typing import Tuple
+
+_QUARTERS_PER_RADIAN = 2.0 / math.pi
+_QUARTER_HIGH = float.fromhex("0x1.921fb544p+0")  # of a quarter turn (rad) the first 33 bits: its multiples are exact
+_QUARTER_LOW = float.fromhex("0x1.0b4611a626331p-34")  # and the rest
+
+
+def unit(angle: float) -> Tuple[float, float]:
+    """Cosine and sine of an angle (rad): the unit vector in its direction."""
+    quarters = math.floor(angle * _QUARTERS_PER_RADIAN + 0.5)
+    x = (angle - quarters * _QUARTER_HIGH) - quarters * _QUARTER_LOW
+    z = x * x
+    sine = x + x * z * (-1 / 6 + z * (1 / 120 + z * (-1 / 5040 + z * (1 / 362880 + z * (-1 / 39916800 + z * (1 / 6227020800))))))
+    cosine = 1.0 + z * (-0.5 + z * (1 / 24 + z * (-1 / 720 + z * (1 / 40320 + z * (-1 / 3628800 + z * (1 / 479001600 - z / 87178291200))))))
+    quarters &= 3
+    if quarters == 0:
+        return cosine, sine
+    if quarters == 1:
+        return -sine, cosine
+    if quarters == 2:
+        return -cosine, -sine
+    return sine, -cosine
+
+
+def cos(angle: float) -> float:
+    """Cosine of an angle (rad)."""
+    return unit(angle)[0]
+
+
+def sin(angle: float) -> float:
+    """Sine of an angle (rad)."""
+    return unit(angle)[1]
+
+
+def hypot(x: float, y: float) -> float:
+    """Length of a vector that is neither tiny nor huge."""
+    return math.sqrt(x * x + y * y)
+
+
+def atan2(y: float, x: float) -> float:
+    """Direction (rad) of a vector, from -pi to pi; 0 of one without length."""
+    length = hypot(x, y)
+    if length == 0.0:
+        return 0.0
+    tangent = y / (length + abs(x))  # of half the angle
+    for _ in range(2):
+        tangent /= 1.0 + math.sqrt(1.0 + tangent * tangent)  # of half of that
+    z = tangent * tangent
+    series = 1 / 3 - z * (1 / 5 - z * (1 / 7 - z * (1 / 9 - z * (1 / 11 - z * (1 / 13 - z * (1 / 15 - z / 17))))))
+    angle = 8.0 * (tangent - tangent * z * series)
+    return angle if x >= 0.0 else math.copysign(math.pi, y) - angle
