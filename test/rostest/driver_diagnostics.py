@@ -13,7 +13,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "..", "integration")]
 
 from driver_lines import Driver  # noqa: E402
-from pioneer_control.driver.health import TASKS, Level  # noqa: E402
+from pioneer_control.driver.fault_flags import Level  # noqa: E402
+from pioneer_control.driver.health import TASKS  # noqa: E402
 from pioneer_control.robots import find_model  # noqa: E402
 from pioneer_control.simulator.firmware import Firmware  # noqa: E402
 from pioneer_control.simulator.loading import load_world  # noqa: E402

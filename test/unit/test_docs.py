@@ -120,6 +120,7 @@ SENTENCES = [
     ("no velocity for `cmd_vel_timeout` (%g s)", DriverParameters.cmd_vel_timeout),
     ("exact on average over a second", velocities.ROUNDING_PERIOD == 1.0),
     ("slowed down within %g s", drive.REFRESH),
+    ("it stands for %g s though it is told to drive", drive.MOVES_WITHIN),
     ("link lost after %.1f s without a packet", session.SILENCE),
     ("up to %g s to come to rest", session.STAND_TIMEOUT),
     ("after %g s without a packet the first thing sent is a stop", DEFAULT_WATCHDOG * session.WATCHDOG_MARGIN),

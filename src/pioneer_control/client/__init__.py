@@ -37,7 +37,7 @@ Open ``robot.py`` first, then ``session.py``. From the wire upwards:
 ================  ====================================================================================
 """
 
-from .events import BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, MotionCleared, PacketReceived, Ready, Tuned
+from .events import BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, MotionCleared, PacketReceived, Ready, Tuned, Unmoved
 from .gripper import GripperReading
 from .identity import RobotIdentity
 from .robot import LinkCounts, Robot
@@ -63,4 +63,5 @@ __all__ = [
     "SonarRange",
     "Tuned",
     "Tuning",
+    "Unmoved",
 ]

@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple
 
 from ..errors import NotConfirmedError, PioneerError, RefusedError, UsageError
 from ..p2os import encode_command
-from .events import CommandTimedOut, Event, MotionCleared
+from .events import CommandTimedOut, Event, MotionCleared, Unmoved
 from .identity import RobotIdentity
 from .line import Line
 from .state import RobotState
@@ -13,6 +13,8 @@ from .velocities import BodyVelocity, Velocity, WheelVelocities
 
 TAKE_BACK = 2.0             # s in which the robot has to show that motors that nobody may use are off
 REFRESH = 0.2               # s between repetitions of what the robot may have missed
+MOVES_WITHIN = 2.0          # s in which a robot that is told to drive begins to
+SURE_TO_MOVE = 0.05         # m/s or rad/s: slower, friction may hold it
 UNDER_WAY = 0.1             # s that a SIP travels at 9600 baud: what arrives sooner was said before it could have heard us
 
 ZERO_VELOCITY = (encode_command("VEL", 0), encode_command("RVEL", 0))
@@ -53,6 +55,8 @@ class Drive:
         self._stopping = False                                  # told to stand, but not seen to
         self._motors: Optional[MotorsRequest] = None
         self._state: Optional[RobotState] = None
+        self._excused_at = 0.0      # when it last moved, or had a reason to stand
+        self._unmoved = False       # and that was told
 
     @property
     def shall_stand(self) -> bool:
@@ -120,6 +124,7 @@ class Drive:
             self._events.append(MotionCleared(reason))
             self._stand(now, STOP)
         self._judge_motors(now, seen=True)
+        self._judge_motion(now, state)
 
     def tick(self, now: float) -> None:
         """Repeat, time out, give up."""
@@ -181,6 +186,17 @@ class Drive:
             self._answer_motors(request)
         if request.done and self._motors is request:
             self._motors = None
+
+    def _judge_motion(self, now: float, state: RobotState) -> None:
+        """Say once that a robot stands although it is told to drive and nothing that it reports keeps it."""
+        if state.moving:
+            self._unmoved = False
+        if (state.moving or self._wanted is None or max(map(abs, self._wanted)) < SURE_TO_MOVE
+                or not state.motors_enabled or state.left_stall or state.right_stall):
+            self._excused_at = now
+        elif now > self._excused_at + MOVES_WITHIN and not self._unmoved:
+            self._unmoved = True
+            self._events.append(Unmoved(now - self._excused_at))
 
     def _give_up_motors(self, now: float) -> None:
         request, self._motors = self._motors, None

@@ -34,6 +34,13 @@ class MotionCleared(NamedTuple):
     reason: str
 
 
+class Unmoved(NamedTuple):
+    """The robot was told to drive, its motors are on, no wheel is stalled, and yet it stands: it may not hear. Said once, until it has moved."""
+
+    age: float
+    """s for which it has stood."""
+
+
 class BaudFound(NamedTuple):
     """The robot answered at another line speed than the one given."""
 
@@ -67,4 +74,4 @@ class PacketReceived(NamedTuple):
     """... of its first byte: ``time`` without what the line took to carry it."""
 
 
-Event = Union[Ready, LinkDown, CommandTimedOut, MotionCleared, BaudFound, LineSpeed, Tuned, PacketReceived]
+Event = Union[Ready, LinkDown, CommandTimedOut, MotionCleared, Unmoved, BaudFound, LineSpeed, Tuned, PacketReceived]

@@ -8,8 +8,9 @@ task         OK                        WARN                                     
 Link         packets come as often     fewer come than the robot sends; damaged      no link, and why
              as the robot sends them   packets or stray bytes in the last seconds
 Battery      above the alarm level     below it; below the next, but charging        below the level of switching itself off
-Motors       on, or off                the STOP button is pressed; a lasting fault   a fault of the drives or of the safety
-                                       that leaves them working                      system
+Motors       on, or off                the STOP button is pressed; the robot took    a fault of the drives or of the safety
+                                       them away; told to drive, it stands; a        system
+                                       lasting fault that leaves them working
 Stall        wheels turn freely        a wheel is stalled
 Bumpers      free, or none fitted      a segment is pressed
 Temperature  as it should be, or       near the level of switching itself off        beyond it, or the robot says it is too hot
@@ -21,13 +22,14 @@ of REP 107 for what is not heard of any more: neither an OK nor the alarm of an 
 """
 
 from collections import deque
-from enum import IntEnum
 from operator import attrgetter
 from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Tuple
 
-from ..client import BaudFound, CommandTimedOut, Event, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready, RobotIdentity, RobotState
+from ..client import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready, RobotIdentity, RobotState,
+                      Unmoved)
 from ..p2os import ChargeState, FaultFlags, Flags
-from .notices import battery_levels, low_battery, stalled_wheels, stop_button_pressed
+from .fault_flags import FAULTS, Level
+from .notices import battery_levels, low_battery, stalled_wheels, stop_button_pressed, unmoved
 
 NOT_YET = "still looking for the robot"
 NO_HARDWARE = "none"
@@ -46,15 +48,6 @@ NEAR_LIMIT = 5.0
 CHARGING = {ChargeState.BULK: "bulk", ChargeState.OVERCHARGE: "overcharge", ChargeState.FLOAT: "float", ChargeState.BALANCE: "balance"}
 
 
-class Level(IntEnum):
-    """The levels of diagnostic_msgs/DiagnosticStatus."""
-
-    OK = 0
-    WARN = 1
-    ERROR = 2
-    STALE = 3
-
-
 class Finding(NamedTuple):
     """What one task found: how bad it is, what a person reads, and named values."""
 
@@ -68,34 +61,6 @@ class Problem(NamedTuple):
 
     level: Level
     text: str
-
-
-class Fault(NamedTuple):
-    """What a bit of FAULTFLAGS means for which task."""
-
-    task: str
-    level: Level
-    text: str
-
-
-FAULTS: Dict[FaultFlags, Fault] = {
-    FaultFlags.HIGH_TEMPERATURE: Fault("Temperature", Level.ERROR, "the robot says it is too hot: let it cool down"),
-    FaultFlags.POWER_BOARD_ERROR: Fault("Battery", Level.ERROR, "the power board reports an error: switch the robot off and on; have it looked at"),
-    FaultFlags.UNDERVOLTAGE: Fault("Battery", Level.WARN, "the robot itself reports a low voltage: charge it"),
-    FaultFlags.GYRO_FAULT: Fault("Motors", Level.WARN, "the gyro fails: headings come from the wheels alone"),
-    FaultFlags.BATTERY_OVER_TEMPERATURE: Fault("Battery", Level.ERROR, "the battery is too hot: stop driving and charging, let it cool down"),
-    FaultFlags.BATTERY_BALANCE_NEEDED: Fault("Battery", Level.WARN, "the cells have drifted apart: leave the robot on its charger for a full charge"),
-    FaultFlags.ENCODER_DEGRADATION: Fault("Motors", Level.WARN, "a wheel encoder is getting worse: clean or replace it"),
-    FaultFlags.ENCODER_FAILURE: Fault("Motors", Level.ERROR, "a wheel encoder fails: do not trust the pose; replace it"),
-    FaultFlags.DRIVE_FAULT: Fault("Motors", Level.ERROR, "a motor amplifier reports a fault: switch the robot off and on"),
-    FaultFlags.E_STOP_MISMATCH: Fault("Motors", Level.ERROR, "the channels of the emergency stop disagree: check the STOP buttons and their wires"),
-    FaultFlags.E_STOP_SAFETY_FAULT: Fault("Motors", Level.ERROR, "the emergency stop's circuit reports a fault: do not drive; have it looked at"),
-    FaultFlags.SPEED_ZONE_FAULT: Fault("Motors", Level.WARN, "the safety system saw too high a speed in its zone: drive slower"),
-    FaultFlags.UNKNOWN_SAFETY_FAULT: Fault("Motors", Level.ERROR, "the safety system reports a fault it does not name: switch the robot off and on"),
-    FaultFlags.REVERSE_SPEED_EXCEEDED: Fault("Motors", Level.WARN, "too fast backwards for the safety system: drive slower"),
-    FaultFlags.JOYSTICK_WITH_SAFETY_OFF: Fault("Motors", Level.WARN, "the joystick drives the robot with its safety system off"),
-}
-"""Every bit but LASER_POWER, which is no fault."""
 
 
 class Recent(NamedTuple):
@@ -124,6 +89,12 @@ class Facts(NamedTuple):
     """None until the first one of this link"""
     last_stop: Optional[str] = None
     """why the robot last stopped without being told to"""
+    motors_gone: bool = False
+    """whether the robot took its motors away, and they are not on again"""
+    unmoved: float = 0.0
+    """s for which it stood although it was told to drive; 0 since it has moved"""
+    lost: int = 0
+    """packets of this link that did not come when they should have"""
     counts: Optional[LinkCounts] = None
     recent: Optional[Recent] = None
     """None while the link is too young to tell"""
@@ -147,18 +118,16 @@ def _link(facts: Facts) -> Finding:
     values = [("Port", facts.port)]
     if facts.baud is not None:
         values.append(("Baud", "%d (%s)" % (facts.baud, facts.baud_problem) if facts.baud_problem else str(facts.baud)))
-    identity, counts, recent = facts.identity, facts.counts, facts.recent
-    cycle = USUAL_CYCLE
+    identity, counts, recent, cycle = facts.identity, facts.counts, facts.recent, _cycle(facts.identity)
     if identity is not None:
-        if identity.config is not None and identity.config.sip_cycle_ms:
-            cycle = identity.config.sip_cycle_ms / 1000
         values += [
             ("Robot", identity.name), ("Model", identity.subtype), ("Firmware", identity.firmware or "not reported"),
             ("Serial number", identity.serial or "not reported")]
     rate = None if recent is None else recent.packets / recent.seconds
     if facts.no_link is None:
         values += [
-            ("Packets a second", "not known yet" if rate is None else "%.1f" % rate), ("Packets a second the robot sends", "%.1f" % (1 / cycle))]
+            ("Packets a second", "not known yet" if rate is None else "%.1f" % rate), ("Packets a second the robot sends", "%.1f" % (1 / cycle)),
+            ("Packets of this link that got lost", str(max(0, facts.lost)))]
     if counts is not None:
         values += [
             ("Packets", str(counts.sips)), ("Bad checksums", str(counts.bad_checksums)), ("Stray bytes", str(counts.discarded_bytes)),
@@ -175,6 +144,12 @@ def _link(facts: Facts) -> Finding:
             problems.append(Problem(Level.WARN, "%d packets with a bad checksum and %d stray bytes within %.0f s: check cable and plugs" % (
                 recent.bad_checksums, recent.stray_bytes, recent.seconds)))
     return _finding(problems, "connected" if rate is None else "connected, %.1f packets a second" % rate, values)
+
+
+def _cycle(identity: Optional[RobotIdentity]) -> float:
+    """Time (s) between two packets of a robot."""
+    reported = identity is not None and identity.config is not None and identity.config.sip_cycle_ms
+    return reported / 1000 if reported else USUAL_CYCLE
 
 
 def _battery(facts: Facts) -> Finding:
@@ -226,6 +201,10 @@ def _motors(facts: Facts) -> Finding:
         problems.append(Problem(Level.WARN, stop_button_pressed(facts.how_to_enable)))
     elif state.flags & Flags.E_STALL:
         problems.append(Problem(Level.WARN, "an emergency stop holds the wheels: release it, then %s" % facts.how_to_enable))
+    elif facts.motors_gone:
+        problems.append(Problem(Level.WARN, "the robot took its motors away (STOP or MOTORS button, a fault): see why, then %s" % facts.how_to_enable))
+    if facts.unmoved:
+        problems.append(Problem(Level.WARN, unmoved(facts.unmoved)))
     return _finding(problems, "motors are on" if state.motors_enabled else "motors are off; to switch them on: %s" % facts.how_to_enable, values)
 
 
@@ -328,6 +307,7 @@ class Health:
         self._facts = Facts(port, how_to_enable, baud)
         self._window = LinkWindow()
         self._levels: List[Level] = []      # of all tasks but the link, after the last state
+        self._cycle = USUAL_CYCLE
 
     @property
     def hardware_id(self) -> str:
@@ -337,18 +317,29 @@ class Health:
 
     def state(self, state: RobotState) -> bool:
         """Take a state. Whether the level of any task has changed by it."""
-        before, self._facts = self._facts.state, self._facts._replace(state=state)
-        if before is not None and _judged(before) == _judged(state):
+        facts = self._facts
+        before = facts.state
+        self._facts = facts._replace(
+            state=state,
+            motors_gone=facts.motors_gone and not state.motors_enabled,
+            unmoved=0.0 if state.moving else facts.unmoved,
+            # Packets that come together after a pause make up for it.
+            lost=facts.lost if before is None else facts.lost + round((state.time - before.time) / self._cycle) - 1)
+        if before is not None and _judged(before) == _judged(state) and not facts.unmoved:
             return False
+        return self._changed()
+
+    def _changed(self) -> bool:
         levels = [find(task, self._facts).level for task in TASKS if task != "Link"]
         changed, self._levels = levels != self._levels, levels
         return changed
 
     def event(self, event: Event) -> bool:
-        """Take an event. Whether the link has gone by it; that it is there shows with the first state."""
+        """Take an event. Whether the link has gone or the level of any task has changed by it; that the link is there shows with the first state."""
         facts, was_gone = self._facts, self._facts.no_link not in (None, NOT_YET)
         if isinstance(event, Ready):
-            self._facts = facts._replace(identity=event.identity, no_link=None, state=None)
+            self._cycle = _cycle(event.identity)
+            self._facts = facts._replace(identity=event.identity, no_link=None, state=None, motors_gone=False, unmoved=0.0, lost=0)
         elif isinstance(event, LinkDown):
             self._facts, self._levels = facts._replace(no_link=str(event.error)), []
             return not was_gone
@@ -357,7 +348,11 @@ class Health:
         elif isinstance(event, LineSpeed):
             self._facts = facts._replace(baud=event.baud, baud_problem=event.problem)
         elif isinstance(event, MotionCleared):
-            self._facts = facts._replace(last_stop=event.reason)
+            self._facts = facts._replace(last_stop=event.reason, motors_gone=True)
+            return self._changed()
+        elif isinstance(event, Unmoved):
+            self._facts = facts._replace(unmoved=event.age)
+            return self._changed()
         elif isinstance(event, CommandTimedOut):
             self._facts = facts._replace(last_stop="no velocity came for %.1f s" % event.age)
         return False

@@ -13,11 +13,11 @@ from time import monotonic
 
 import rospy
 
-from ..client import BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, PacketReceived, Ready, Robot, RobotState, Tuned
+from ..client import BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, PacketReceived, Ready, Robot, RobotState, Tuned, Unmoved
 from ..errors import ParameterError, PioneerError, PortError
 from ..ros_node import init_node
 from .diagnostics import Diagnostics
-from .notices import Notice, Throttle, Watch
+from .notices import Notice, Throttle, Watch, unmoved
 from .parameters import TUNING, DriverParameters, check_parameters
 from .publications import Publications
 from .reconfigure import Reconfiguration
@@ -104,6 +104,8 @@ class DriverNode:
             rospy.logwarn("the robot stopped: %s; it stands until a new command", event.reason)
         elif isinstance(event, CommandTimedOut):
             self._warn([Notice("timed out", "the robot was stopped: no velocity came for %.1f s (cmd_vel_timeout)" % event.age)])
+        elif isinstance(event, Unmoved):
+            self._warn([Notice("unmoved", unmoved(event.age))])
         elif isinstance(event, PacketReceived):
             self._publications.packet(event)
         elif isinstance(event, Tuned):

@@ -59,6 +59,11 @@ def stop_button_pressed(how_to_enable: str) -> str:
     return "the STOP button is pressed: motors are off; release it, then %s" % how_to_enable
 
 
+def unmoved(age: float) -> str:
+    """What to say of a robot that has stood for ``age`` s with its motors on, told to drive."""
+    return "told to drive, the robot has not moved for %.0f s: does it hear? check the wire to it; then what holds its wheels" % age
+
+
 class Throttle:
     """Lets a kind of warning pass once per PERIOD."""
 

@@ -6,7 +6,7 @@ import pytest
 
 from pioneer_control import p2os
 from pioneer_control.client.velocities import FairRounding
-from pioneer_control.client.events import CommandTimedOut, MotionCleared
+from pioneer_control.client.events import CommandTimedOut, MotionCleared, Unmoved
 from pioneer_control.errors import LinkLostError, NotConfirmedError, RefusedError, UsageError
 
 from fake_robot import Bench, FakeRobot, config, sip
@@ -414,6 +414,44 @@ def test_the_stop_button_clears_the_set_points_and_nothing_moves_after_its_relea
     assert not bench.robot.moving
     bench.drive(0.1, 0)
     assert bench.robot.moving
+
+
+# A robot that does not do what it is told
+
+def still_commanding(bench, seconds, linear=0.2, angular=0.0):
+    """A user who goes on."""
+    end = bench.now + seconds
+    while bench.now < end:
+        bench.drive(linear, angular)
+        bench.run(0.1)
+
+
+def unmoved(bench):
+    return [event for event in bench.events if isinstance(event, Unmoved)]
+
+
+def test_a_robot_that_hears_nothing_is_told_of_once_until_it_has_moved():
+    bench = Bench().until_driving(0.2)
+    bench.robot.deaf = lambda heard: True
+    still_commanding(bench, 2.0)        # it drives on, until its watchdog stops it
+    assert not unmoved(bench)
+    still_commanding(bench, 6.0)
+    assert [event.age for event in unmoved(bench)] == [pytest.approx(2.05, abs=0.06)]
+    bench.robot.deaf = lambda heard: False
+    still_commanding(bench, 1.0)
+    bench.robot.deaf = lambda heard: True
+    still_commanding(bench, 6.0)
+    assert len(unmoved(bench)) == 2
+
+
+@pytest.mark.parametrize("why", ["the motors are off", "a wheel is stalled", "nobody wants more", "it is too slow to be sure of"])
+def test_a_robot_that_has_a_reason_to_stand_is_not(why):
+    bench = with_motors(Bench())
+    bench.robot.deaf = lambda heard: heard.name in ("VEL", "RVEL")
+    bench.robot.motors = why != "the motors are off"
+    bench.robot.stalled = why == "a wheel is stalled"
+    still_commanding(bench, 6.0, **{"nobody wants more": dict(linear=0.0), "it is too slow to be sure of": dict(linear=0.01)}.get(why, {}))
+    assert not unmoved(bench)
 
 
 # Rounding

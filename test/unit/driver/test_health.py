@@ -8,8 +8,9 @@ from typing import Any, Optional, Tuple
 import pytest
 import yaml
 
-from pioneer_control.client import BaudFound, CommandTimedOut, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready
-from pioneer_control.driver.health import FAULTS, JUDGED, NO_HARDWARE, TASKS, WINDOW, Facts, Health, Level, LinkWindow, Recent, find
+from pioneer_control.client import BaudFound, CommandTimedOut, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready, Unmoved
+from pioneer_control.driver.fault_flags import FAULTS, Level
+from pioneer_control.driver.health import JUDGED, NO_HARDWARE, TASKS, WINDOW, Facts, Health, LinkWindow, Recent, find
 from pioneer_control.errors import LinkLostError
 from pioneer_control.p2os import ChargeState, FaultFlags, Flags
 
@@ -36,6 +37,8 @@ class State:
     charge_state: Any = None
     temperature: Optional[float] = None
     state_of_charge: Optional[float] = None
+    time: float = 0.0
+    moving: bool = False
 
 
 def identity(battery_class=12, name="sim_0001", **config):
@@ -291,7 +294,7 @@ def test_without_a_robot_the_link_is_the_error_and_the_rest_is_stale(health):
 
 def test_a_state_is_judged_anew_when_anything_in_it_changed_that_a_finding_reads():
     """`State` above has just these fields: a finding that reads another fails everywhere here."""
-    assert sorted(JUDGED) == sorted(field.name for field in fields(State))
+    assert sorted([*JUDGED, "time", "moving"]) == sorted(field.name for field in fields(State))
 
 
 def test_with_a_robot_all_is_well_under_its_name(health):
@@ -336,10 +339,51 @@ def test_events_leave_their_traces_in_the_values(health):
     for speed, told in ((LineSpeed(9600, "no answer at 38400 baud"), "9600 (no answer at 38400 baud)"), (LineSpeed(115200, ""), "115200")):
         health.event(speed)
         assert dict(health.report(0.0, COUNTS)["Link"].values)["Baud"] == told
-    assert not health.event(MotionCleared("the STOP button is pressed"))
+    health.event(MotionCleared("the STOP button is pressed"))
     assert dict(health.report(0.0, COUNTS)["Motors"].values)["Stopped by itself last"] == "the STOP button is pressed"
     health.event(CommandTimedOut(0.6))
     assert dict(health.report(0.0, COUNTS)["Motors"].values)["Stopped by itself last"] == "no velocity came for 0.6 s"
+
+
+def test_motors_that_the_robot_took_away_are_named_until_they_are_on_again(health):
+    health.event(Ready(identity()))
+    health.state(State())
+    health.state(State(motors_enabled=False))
+    assert levels(health)["Motors"] is OK       # somebody may have asked for that
+    assert health.event(MotionCleared("the robot switched its motors off")) and not health.state(State(motors_enabled=False))
+    finding = health.report(0.0, COUNTS)["Motors"]
+    assert finding[:2] == (WARN, "the robot took its motors away (STOP or MOTORS button, a fault): see why, then " + ENABLE)
+    assert health.state(State()) and levels(health)["Motors"] is OK
+
+
+def test_a_robot_that_does_not_move_is_named_until_it_does(health):
+    health.event(Ready(identity()))
+    health.state(State())
+    assert health.event(Unmoved(2.04)) and not health.state(State())
+    finding = health.report(0.0, COUNTS)["Motors"]
+    assert finding.level is WARN and finding.message.startswith("told to drive, the robot has not moved for 2 s: does it hear?")
+    assert health.state(State(moving=True)) and levels(health)["Motors"] is OK
+
+
+@pytest.mark.parametrize("forgetful", [MotionCleared("the STOP button is pressed"), Unmoved(2.0)], ids=lambda event: type(event).__name__)
+def test_a_new_link_knows_nothing_of_the_motors_of_the_one_before(health, forgetful):
+    for event in (Ready(identity()), forgetful, LinkDown(LinkLostError("cable"), 0.2), Ready(identity())):
+        health.event(event)
+    health.state(State(motors_enabled=False))
+    assert levels(health)["Motors"] is OK
+
+
+@pytest.mark.parametrize("cycle_ms, times, lost", [
+    (100, (5.0, 5.1, 5.2), 0), (100, (5.0, 5.13, 5.19, 5.3), 0), (100, (5.0, 5.2), 1), (100, (5.0, 5.1, 5.6), 4), (20, (5.0, 5.02, 5.1), 3),
+    (100, (5.0, 5.3, 5.3, 5.3, 5.4), 0)])
+def test_packets_that_do_not_come_are_counted_and_those_that_come_late_are_not(health, cycle_ms, times, lost):
+    health.event(Ready(identity(sip_cycle_ms=cycle_ms)))
+    for time in times:
+        health.state(State(time=time))
+    assert dict(health.report(6.0, COUNTS)["Link"].values)["Packets of this link that got lost"] == str(lost)
+    health.event(Ready(identity()))
+    health.state(State(time=100.0))
+    assert dict(health.report(101.0, COUNTS)["Link"].values)["Packets of this link that got lost"] == "0"
 
 
 def test_noise_while_connecting_is_not_held_against_the_link(health):
