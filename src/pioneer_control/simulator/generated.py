@@ -11,7 +11,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
 from ..errors import WorldError
 from .exact import cos, sin
 from .free_space import room
-from .loading import box_walls
+from .shapes import Point, Wall, box_walls, closed
 from .world import World
 
 START_CLEARANCE = 0.55
@@ -19,9 +19,6 @@ START_CLEARANCE = 0.55
 
 START_ROOM = 2.0
 """Least room (m, see `free_space.room`) that a start has."""
-
-Point = Tuple[float, float]
-Wall = Tuple[float, float, float, float]
 
 
 class Floor(NamedTuple):
@@ -69,7 +66,7 @@ def corridors(rng: random.Random) -> Floor:
     ys = _steps(rng, rng.randint(4, 6), 1.1, 1.9)
     columns, rows = len(xs) - 1, len(ys) - 1
     doors = _spanning_doors(rng, columns, rows)
-    walls = _closed([(0.0, 0.0), (xs[-1], 0.0), (xs[-1], ys[-1]), (0.0, ys[-1])])
+    walls = closed([(0.0, 0.0), (xs[-1], 0.0), (xs[-1], ys[-1]), (0.0, ys[-1])])
     for column in range(columns):
         for row in range(rows):
             for other, wall in (
@@ -104,7 +101,7 @@ def clutter(rng: random.Random) -> Floor:
     """A room full of boxes, small and large, at all angles."""
     width, depth = rng.uniform(6.0, 10.0), rng.uniform(6.0, 10.0)
     start = _away_from_walls(rng, width, depth)
-    walls = _closed([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)])
+    walls = closed([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)])
     for _ in range(rng.randint(10, 22)):
         length, breadth = rng.uniform(0.15, 1.4), rng.uniform(0.15, 0.8)
         inset = math.sqrt(length * length + breadth * breadth) / 2.0
@@ -121,7 +118,7 @@ def corners(rng: random.Random) -> Floor:
         angle = 2.0 * math.pi * (number + rng.uniform(-0.35, 0.35)) / count
         distance = rng.uniform(4.0, 6.5) if number % 2 else rng.uniform(1.7, 3.6)
         outline.append((distance * cos(angle), distance * sin(angle)))
-    walls = _closed(outline)
+    walls = closed(outline)
     for _ in range(rng.randint(1, 3)):
         angle, distance = rng.uniform(-math.pi, math.pi), rng.uniform(1.2, 2.2)
         tip = (distance * cos(angle), distance * sin(angle))
@@ -137,7 +134,7 @@ def dead_ends(rng: random.Random) -> Floor:
     below = _alcoves(rng, length)
     above = _alcoves(rng, length)
     outline = [(x, -y) for x, y in below] + [(x, width + y) for x, y in reversed(above)]
-    return Floor(_closed(outline), [], (rng.uniform(1.0, length - 1.0), width / 2.0))
+    return Floor(closed(outline), [], (rng.uniform(1.0, length - 1.0), width / 2.0))
 
 
 def _alcoves(rng: random.Random, length: float) -> List[Point]:
@@ -166,7 +163,7 @@ def poles(rng: random.Random) -> Floor:
         for number in range(rng.randint(3, 5)):
             posts.append((x + number * gap * cos(angle), y + number * gap * sin(angle), 0.025))
     inside = [post for post in posts if 0.1 < post[0] < width - 0.1 and 0.1 < post[1] < depth - 0.1]
-    return Floor(_closed([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)]), inside, start)
+    return Floor(closed([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)]), inside, start)
 
 
 KINDS: Dict[str, Callable[[random.Random], Floor]] = {
@@ -176,11 +173,6 @@ KINDS: Dict[str, Callable[[random.Random], Floor]] = {
 
 def _away_from_walls(rng: random.Random, width: float, depth: float) -> Point:
     return rng.uniform(0.8, width - 0.8), rng.uniform(0.8, depth - 0.8)
-
-
-def _closed(corners_: List[Point]) -> List[Wall]:
-    """Walls from corner to corner and back to the first."""
-    return [first + second for first, second in zip(corners_, corners_[1:] + corners_[:1])]
 
 
 def _steps(rng: random.Random, count: int, least: float, most: float) -> List[float]:

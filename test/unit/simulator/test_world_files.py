@@ -66,7 +66,7 @@ START = "starts: [{position_m: [0, 0], heading_deg: 0}]\n"
 
 @pytest.mark.parametrize("text, message", [
     ("", "is empty; it needs at least 'starts'"),
-    ("just words", "line 1: a world must be a mapping with the keys starts, description, walls"),
+    ("just words", "line 1: a world must be a mapping with the keys starts, description, map, walls"),
     (START + "walls:\n  - [1, 2\n", "line 4: not YAML: expected ',' or ']'"),
     (START + "walls: \x07\n", "not YAML: .*special characters"),
     (START + "--- \n", "line 2: not YAML: but found another document"),
