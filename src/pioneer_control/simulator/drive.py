@@ -53,17 +53,34 @@ def approach(speed: float, remaining: float, limit: float, rise: float, fall: fl
 
 @dataclass
 class Limits:
-    """What a channel may do: speed limit and its top, acceleration, deceleration and their top (SI units)."""
+    """What a channel may do: speed limit and its top, acceleration, deceleration and their top (SI units).
+
+    `back_limit` is the speed limit the other way (backward, clockwise) where it is another one.
+    """
 
     limit: float
     top: float
     rise: float
     fall: float
     rate_top: float
+    back_limit: Optional[float] = None
 
     def set_limit(self, value: float) -> None:
         """A new speed limit for later commands, clipped to the top."""
         self.limit = min(abs(value), self.top)
+        self.back_limit = None
+
+    def set_limit_towards(self, value: float) -> None:
+        """The same for one way only: a negative one is the limit of the other way."""
+        if value >= 0.0:
+            self.back_limit = self.towards(-1.0)
+            self.limit = min(value, self.top)
+        else:
+            self.back_limit = min(-value, self.top)
+
+    def towards(self, direction: float) -> float:
+        """The speed limit in a direction, by its sign."""
+        return self.limit if direction >= 0.0 or self.back_limit is None else self.back_limit
 
     def set_rate(self, value: float) -> None:
         """A new acceleration, or deceleration when negative, clipped to the top; zero changes nothing."""
@@ -99,13 +116,13 @@ class Channel:
 
     def set_speed(self, speed: float) -> None:
         """Go at `speed`, clipped to the limit of this moment."""
-        self._target = max(-self.limits.limit, min(self.limits.limit, speed))
+        self._target = max(-self.limits.towards(-1.0), min(self.limits.limit, speed))
         self._remaining = None
         self._emergency = False
 
     def set_distance(self, distance: float) -> None:
         """Go `distance` at the speed limit of this moment, and stop there."""
-        self._target = self.limits.limit
+        self._target = self.limits.towards(distance)
         self._remaining = distance
         self._emergency = False
 

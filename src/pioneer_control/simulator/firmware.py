@@ -16,7 +16,7 @@ from typing import Dict, List, NamedTuple, Optional, Tuple
 
 from .. import p2os
 from ..errors import ParameterError
-from ..p2os import SYNC0, SYNC2, UNKNOWN_TO, Frame, FrameDecoder, ReceivedCommand
+from ..p2os import SYNC0, SYNC2, Frame, FrameDecoder, ReceivedCommand
 from ..robots import RobotModel
 from . import reports
 from .body import Pose
@@ -66,29 +66,29 @@ class Firmware:
         rear_sonar: bool = True, name: str = "sim_0001", seed: int = 0, noise: Optional[float] = None,
         numbers: Optional[Numbers] = None, time_us: int = 0,
     ):
-        self._numbers = numbers or standard_numbers()
+        self.numbers = numbers or standard_numbers()
         if gripper is None:
-            gripper = model.subtype in self._numbers.gripper.fitted_by_default
+            gripper = model.subtype in self.numbers.gripper.fitted_by_default
         if noise is None:
-            noise = self._numbers.sonar.noise
+            noise = self.numbers.sonar.noise
         if noise < 0.0:
             raise ParameterError(f"noise is {noise:g}, wanted metres from 0 up")
         self.model = model.with_arrays(front=True, rear=rear_sonar)
         self.world = world
         self.name = name
         start = world.starts[0] if pose is None else pose
-        self.hardware = Hardware(self.model, world, start, gripper, self._numbers, noise, seed)
+        self.hardware = Hardware(self.model, world, start, gripper, self.numbers, noise, seed)
         self.hardware.on_restart = self._boot
         self.session = Session.WAITING
         self.time_us = time_us
         self.previous: Optional[ReceivedCommand] = None
         self.wheel_mode = False
         self.closed_sessions = 0
-        self.baud = self._numbers.session.host_baud
+        self.baud = self.numbers.session.host_baud
         """Present speed of its serial line."""
         self._booted_us = 0
         self._remainder_us = 0.0
-        self.next_step_us = time_us + self._numbers.physics.step_us
+        self.next_step_us = time_us + self.numbers.physics.step_us
         self._next_sip_us = time_us
         self._next_sync = SYNC0
         self._decoder = FrameDecoder()
@@ -124,7 +124,7 @@ class Firmware:
         """Let simulated time pass until `end_us`; what the robot sends meanwhile is kept for `take_sent`."""
         while self.next_step_us <= end_us:
             self.time_us = self.next_step_us
-            self.next_step_us += self._numbers.physics.step_us
+            self.next_step_us += self.numbers.physics.step_us
             self._step()
         self.time_us = end_us
 
@@ -139,7 +139,7 @@ class Firmware:
                 self._take(frame)
         self.hardware.step(self.time_us, self.watchdog_expired)
         if self.session is Session.OPEN and self.time_us >= self._next_sip_us:
-            self._next_sip_us += self._numbers.session.sip_cycle_ms * 1000
+            self._next_sip_us += self.numbers.session.sip_cycle_ms * 1000
             self._send_sips()
 
     # -- what tests, benches and nodes may look at
@@ -198,7 +198,7 @@ class Firmware:
     def watchdog_expired(self) -> bool:
         """Whether an open session has been silent for so long that the drives stand until the next command."""
         silence_us = self.time_us - self._last_command_us
-        return self.session is Session.OPEN and silence_us > self._numbers.session.watchdog_ms * 1000
+        return self.session is Session.OPEN and silence_us > self.numbers.session.watchdog_ms * 1000
 
     def press_stop_button(self, pressed: bool) -> None:
         """Press the STOP button on the robot, or let it go."""
@@ -237,8 +237,8 @@ class Firmware:
     def _open_session(self) -> None:
         self.session = Session.OPEN
         self._last_command_us = self.time_us
-        last_step_us = self.next_step_us - self._numbers.physics.step_us
-        self._next_sip_us = last_step_us + self._numbers.session.sip_cycle_ms * 1000
+        last_step_us = self.next_step_us - self.numbers.physics.step_us
+        self._next_sip_us = last_step_us + self.numbers.session.sip_cycle_ms * 1000
         self.hardware.reset_odometry()
         self.hardware.sonar.switch(True, last_step_us)
 
@@ -248,7 +248,7 @@ class Firmware:
         self.closed_sessions += 1
         self.previous = None
         self.wheel_mode = False
-        self.baud = self._numbers.session.host_baud
+        self.baud = self.numbers.session.host_baud
         self._requests.clear()
         self.hardware.disable_motors()
         self.hardware.sonar.switch(False, self.time_us)
@@ -260,11 +260,11 @@ class Firmware:
         self._next_sync = SYNC0
         self.previous = None
         self.wheel_mode = False
-        self.baud = self._numbers.session.host_baud
+        self.baud = self.numbers.session.host_baud
         self._requests.clear()
         self._sent.clear()
         self._decoder.drop_partial()
-        self._booted_us = self.time_us + round(self._numbers.session.boot_time * 1e6)
+        self._booted_us = self.time_us + round(self.numbers.session.boot_time * 1e6)
 
     def restart(self) -> None:
         """What the RESET command does: end the session as a fresh start of the controller would, and say so."""
@@ -276,7 +276,7 @@ class Firmware:
 
     def _obey(self, command: ReceivedCommand) -> None:
         handler = HANDLERS.get(command.name)
-        if handler is None or self.model.firmware_family in UNKNOWN_TO.get(command.name, ()):
+        if handler is None or not handler.known_to(self.model.firmware_family):
             self._counts[1] += 1
         elif handler.value is not None and not isinstance(command.value, handler.value):
             self._counts[2] += 1
@@ -296,6 +296,7 @@ class Firmware:
         """A motion command after VEL2 cancels both of its speeds."""
         if self.wheel_mode:
             self.wheel_mode = False
+            self.hardware.leave_wheels()
             self.hardware.linear.set_speed(0.0)
             self.hardware.angular.set_speed(0.0)
 
@@ -306,16 +307,41 @@ class Firmware:
         else:
             self._requests[kind] = how > 1
 
+    def request_gyro(self, on: bool) -> None:
+        """Send what the gyro reads from now on before every SIP, or no more."""
+        self.request("gyro", 2 if on else 0)
+        self.hardware.gyro.take_readings()
+
+    def send_playlist(self, number: int) -> None:
+        """Answer with the stored sounds, at once."""
+        for packet in reports.playlist(self.hardware, number):
+            self._send(packet)
+
+    def send_arm_info(self) -> None:
+        """Answer with ARMINFOpac, at once."""
+        self._send(reports.NO_ARM_INFO)
+
     def send_config(self) -> None:
         """Answer with CONFIGpac, at once."""
-        self._send(reports.config(self.hardware, self.name, self._numbers))
+        self._send(reports.config(self.hardware, self.name, self.numbers))
 
     # -- what it sends
 
     def _send_sips(self) -> None:
-        self._send(reports.sip(self.hardware))
-        for kind in [kind for kind in PACKETS if kind in self._requests]:
-            self._send(PACKETS[kind](self))
+        if not self._requests:
+            self._send(reports.sip(self.hardware))
+        else:
+            self._send_requested(BEFORE_SIP)
+            self._send(reports.sip(self.hardware))
+            self._send_requested(BEHIND_SIP)
+        for port, aux in enumerate(self.hardware.aux, 1):
+            data = aux.take()
+            if data is not None:
+                self._send(p2os.SerialAux(port, data))
+
+    def _send_requested(self, packets) -> None:
+        for kind in [kind for kind in packets if kind in self._requests]:
+            self._send(packets[kind](self))
             if not self._requests[kind]:
                 del self._requests[kind]
 
@@ -323,10 +349,16 @@ class Firmware:
         self._sent.append(p2os.encode_packet(packet, self.model.grip_state_first))
 
 
-PACKETS = {
+BEFORE_SIP = {
+    "gyro": lambda robot: reports.gyro(robot.hardware),
+    "joystick": lambda robot: reports.joystick(robot.hardware),
+}
+BEHIND_SIP = {
     "encoder": lambda robot: reports.encoder(robot.hardware),
     "gripper": lambda robot: reports.gripper(robot.hardware),
     "io": lambda robot: reports.io(robot.hardware),
     "battery": lambda robot: reports.battery_info(robot.hardware),
+    "compass": lambda robot: reports.tcm2(robot.hardware, robot.numbers),
+    "arm": lambda robot: reports.NO_ARM,
 }
-"""The packets that a client can ask for, in the order in which they follow a SIP."""
+"""The packets that a client can ask for, in the order in which they go out with a SIP."""

@@ -1,23 +1,40 @@
-"""What each client command does to the robot: one row each, by its name in the protocol's table.
+"""What each client command does to the robot: one row each, by its name in the protocol's table (`HANDLERS`, `IGNORED`).
 
 A handler gets the firmware and the command's value. Numbers arrive in the units of the wire (mm, mm/s, deg, deg/s) and
-leave in SI.
+leave in SI. ``docs/simulator-commands.md`` shows the same rows to people; `documented` makes them.
 """
 
 import math
-from typing import Callable, Dict, NamedTuple, Optional
+from typing import Callable, Dict, List, NamedTuple, Optional
 
-from ..p2os import BAUD_RATES, GripperCommand, two_bytes
+from ..p2os import BAUD_RATES, COMMANDS, GripperCommand, two_bytes
 
 GRIPPER_UNIT = 0.02
 """Seconds in one unit of the gripper's times on the wire (protocol 6.1)."""
 
 
+LETTERS = {
+    "PSOS": "S", "P2OS": "P", "AmigOS": "G", "AROS": "A", "ARCOS": "C", "AmigoSH": "C", "uARCS": "CU", "MARCOS": "CM",
+}
+"""Firmware families as the protocol notes write them (section 3): S PSOS, P P2OS, G AmigOS, A AROS, C ARCOS and its kin, U uARCS, M MARCOS."""
+ALL, NOT_PSOS, LATER, ARCOS = "SPGAC", "PGAC", "AC", "C"
+
+
+def is_one_of(family: str, letters: str) -> bool:
+    """Whether a firmware family is among those that the letters stand for."""
+    return any(letter in letters for letter in LETTERS[family])
+
+
 class Handler(NamedTuple):
-    """A row: the type that the value must have (None: whatever comes is ignored), and what to do with it."""
+    """A row: the type that the value must have (None: whatever comes is ignored), what to do with it, and who knows the command."""
 
     value: Optional[type]
     act: Callable
+    families: str = ALL
+
+    def known_to(self, family: str) -> bool:
+        """Whether firmware of this family obeys it; to the others it is an unknown number."""
+        return is_one_of(family, self.families)
 
 
 # -- session
@@ -36,12 +53,12 @@ def close(robot, _):
 
 
 def reset(robot, _):
-    """Like CLOSE, as a fresh start of the controller."""
+    """Ends the session as a fresh start of the controller, and says so with 0xFF."""
     robot.restart()
 
 
 def host_baud(robot, code):
-    """Another speed of the line, until the session ends."""
+    """Another speed of the line (a pseudo-terminal garbles what comes at the old one), until the session ends."""
     if 0 <= code < len(BAUD_RATES):
         robot.change_baud(BAUD_RATES[code])
 
@@ -71,12 +88,11 @@ def rotation(robot, deg_s):
 
 
 def wheels(robot, value):
-    """Left wheel in the high byte, right in the low one, in the model's VEL2 unit; both translation and rotation."""
+    """Left wheel in the high byte, right in the low one, in the model's VEL2 unit. ARCOS makes translation and rotation of it, with their limits;
+    before, each wheel has its own speed, and only SETA counts."""
     if robot.can_drive():
-        hardware = robot.hardware
-        left, right = (units * hardware.model.vel2_mm_s_per_unit for units in two_bytes(value))
-        hardware.linear.set_speed((left + right) / 2000.0)
-        hardware.angular.set_speed((right - left) / 2.0 * hardware.model.diff_rad_per_mm)
+        left, right = (units * robot.hardware.model.vel2_mm_s_per_unit / 1000.0 for units in two_bytes(value))
+        robot.hardware.turn_wheels(left, right)
         robot.wheel_mode = True
 
 
@@ -111,14 +127,14 @@ def _turn_by(robot, angle, shortest):
 
 def stop(robot, _):
     """Ramp down; the motors stay on."""
-    robot.wheel_mode = False
+    robot.leave_wheel_mode()
     robot.hardware.linear.set_speed(0.0)
     robot.hardware.angular.set_speed(0.0)
 
 
 def emergency_stop(robot, _):
     """Stop as fast as the drives can, until the next motion command."""
-    robot.wheel_mode = False
+    robot.leave_wheel_mode()
     robot.hardware.linear.emergency_stop()
     robot.hardware.angular.emergency_stop()
 
@@ -138,6 +154,11 @@ def set_angular_limit(robot, deg_s):
     robot.hardware.angular.limits.set_limit(math.radians(deg_s))
 
 
+def set_turning_limit(robot, deg_s):
+    """Speed limit (deg/s) of later turns counter-clockwise, or when negative clockwise. Sources give it two numbers, both are obeyed."""
+    robot.hardware.angular.limits.set_limit_towards(math.radians(deg_s))
+
+
 def set_linear_rate(robot, mm_s2):
     """Acceleration, or when negative deceleration (mm/s^2)."""
     robot.hardware.linear.limits.set_rate(mm_s2 / 1000.0)
@@ -150,9 +171,11 @@ def set_angular_rate(robot, deg_s2):
 
 # -- sonar, inputs, outputs
 
-def sonar(robot, on):
-    """All arrays on or off."""
-    robot.hardware.sonar.switch(bool(on & 1), robot.time_us)
+def sonar(robot, value):
+    """Bit 0: on or off; bits 1 to 4: which of arrays 1 to 4, as FLAGS numbers them (AROS and later; our reading), none set: all."""
+    arrays = [array for array in range(4) if value >> array + 1 & 1]
+    single = is_one_of(robot.model.firmware_family, LATER) and value > 0
+    robot.hardware.sonar.switch(bool(value & 1), robot.time_us, arrays if single and arrays else None)
 
 
 def polling(robot, numbers):
@@ -173,21 +196,102 @@ def digital_out(robot, value):
 
 
 def analog_select(robot, port):
-    """The analog port that the SIP shows."""
-    if 0 <= port <= 7:
+    """The analog port that the SIP shows: 1 to 5, on ARCOS 0 to 7."""
+    if port in (range(8) if is_one_of(robot.model.firmware_family, ARCOS) else range(1, 6)):
         robot.hardware.analog_port = port
 
 
 # -- requests
 
 def config(robot, _):
-    """Send CONFIGpac."""
+    """Send CONFIGpac, at once."""
     robot.send_config()
 
 
-def request(kind):
+def request(kind, what, families):
     """A handler that asks for packets of a kind: 0 stops them, 1 sends one, more sends them with every SIP."""
-    return Handler(int, lambda robot, how: robot.request(kind, how))
+    def ask(robot, how):
+        robot.request(kind, how)
+    ask.__doc__ = f"0 no {what}, 1 one with the next SIP, more: one with every SIP."
+    return Handler(int, ask, families)
+
+
+def gyro(robot, how):
+    """Gyro read by the client (HasGyro 1): 1 sends GYROpac before every SIP, 0 ends that. Gyro in the robot (2): the heading is made of
+    0 the encoders, 1 both, 2 the gyro alone. Without a gyro: nothing."""
+    if robot.hardware.gyro_kind == 1:
+        robot.request_gyro(how > 0)
+    elif 0 <= how <= 2:
+        robot.hardware.gyro_mode = how
+
+
+def compass(robot, how):
+    """Where a compass is fitted: 0 off, 1 shown in the SIP, 2 one TCM2pac, 3 one with every SIP, 6 one and then as 1, 7 as after power-on.
+    4 and 5 calibrate, which changes nothing here."""
+    if robot.hardware.has_compass and 0 <= how <= 7:
+        robot.hardware.compass_on = how != 0
+        robot.request("compass", {2: 1, 3: 2, 6: 1}.get(how, 0))
+
+
+def playlist(robot, number):
+    """Send PLAYLIST: AmigOS its sounds, all for 0; the others 25 zero bytes."""
+    robot.send_playlist(number)
+
+
+def arm_info(robot, _):
+    """Send ARMINFOpac: no arm."""
+    robot.send_arm_info()
+
+
+# -- auxiliary serial ports
+
+def aux_write(port):
+    """A handler that passes bytes on to what hangs at an auxiliary port."""
+    def write(robot, data):
+        robot.hardware.aux[port - 1].write(data)
+    write.__doc__ = f"Bytes to the device at AUX{port} (none, unless a program hangs one there: `robot.hardware.aux[{port - 1}].device`)."
+    return Handler(bytes, write, ARCOS if port == 3 else NOT_PSOS)
+
+
+def aux_read(port):
+    """A handler that asks for bytes of what hangs at an auxiliary port."""
+    def read(robot, count):
+        if count >= 0:
+            robot.hardware.aux[port - 1].want(count)
+    read.__doc__ = f"So many bytes (197 at most) of the device at AUX{port} in one packet behind the SIP, once they are there; 0 flushes."
+    return Handler(int, read, ARCOS if port == 3 else NOT_PSOS)
+
+
+def aux_baud(port):
+    """A handler that keeps the speed of an auxiliary port."""
+    def keep(robot, code):
+        if 0 <= code < len(BAUD_RATES):
+            robot.hardware.settings[f"aux{port}_baud"] = code
+    keep.__doc__ = "Shown in CONFIGpac, until the session ends; the devices hear at any speed."
+    return Handler(int, keep, ARCOS if port == 3 else NOT_PSOS)
+
+
+# -- docking, sounds, joystick
+
+def dock(robot, how):
+    """0 off; 1, 2: takes power where it stands in a dock of the world; 2 also stops then."""
+    robot.hardware.docking = how in (1, 2)
+    robot.hardware.stops_when_docked = how == 2
+
+
+def charge(robot, on):
+    """1: takes power where it stands in a dock of the world, 0: no longer."""
+    robot.hardware.docking = bool(on)
+
+
+def sounds(robot, on):
+    """Shown in PLAYLIST; nobody hears anything."""
+    robot.hardware.sounds_on = bool(on)
+
+
+def joystick_drive(robot, on):
+    """Whether a joystick that is plugged in (`robot.hardware.joystick`) drives while its first button is pressed."""
+    robot.hardware.joystick_drives = bool(on)
 
 
 # -- gripper
@@ -234,16 +338,17 @@ def bump_stall(robot, which):
     robot.hardware.bump_stall_rear = bool(which & 2)
 
 
-def setting(name, lowest=0):
+def setting(name, families, lowest=0, does="Shown in CONFIGpac, until the session ends; it drives no differently."):
     """A handler that keeps a number under its name in CONFIGpac, unless it is too low to mean anything."""
     def keep(robot, number):
         if number >= lowest:
             robot.hardware.settings[name] = number
-    return Handler(int, keep)
+    keep.__doc__ = does
+    return Handler(int, keep, families)
 
 
 def e_stall(robot, on):
-    """Whether the STOP button takes the power from the motors."""
+    """Whether the STOP button takes the power from the motors: at first it does, before AROS it does not."""
     robot.hardware.set_stop_button_stalls(bool(on))
 
 
@@ -269,47 +374,110 @@ HANDLERS: Dict[str, Handler] = {
     "PULSE": Handler(None, pulse),
     "OPEN": Handler(None, open_again),
     "CLOSE": Handler(None, close),
-    "RESET": Handler(None, reset),
-    "HOSTBAUD": Handler(int, host_baud),
+    "RESET": Handler(None, reset, ARCOS),
+    "HOSTBAUD": Handler(int, host_baud, NOT_PSOS),
     "ENABLE": Handler(int, enable),
     "VEL": Handler(int, velocity),
     "RVEL": Handler(int, rotation),
-    "ROTATE": Handler(int, rotation),
+    "ROTATE": Handler(int, rotation, NOT_PSOS),
     "VEL2": Handler(int, wheels),
-    "MOVE": Handler(int, move),
+    "MOVE": Handler(int, move, NOT_PSOS),
     "HEAD": Handler(int, head),
     "DHEAD": Handler(int, turn),
-    "DCHEAD": Handler(int, turn_goal),
-    "STOP": Handler(None, stop),
-    "E_STOP": Handler(None, emergency_stop),
-    "QSTOP": Handler(None, emergency_stop),
+    "DCHEAD": Handler(int, turn_goal, NOT_PSOS),
+    "STOP": Handler(None, stop, NOT_PSOS),
+    "E_STOP": Handler(None, emergency_stop, NOT_PSOS),
+    "QSTOP": Handler(None, emergency_stop, "M"),
     "SETO": Handler(None, set_origin),
     "SETV": Handler(int, set_linear_limit),
     "SETRV": Handler(int, set_angular_limit),
-    "SETA": Handler(int, set_linear_rate),
-    "SETRA": Handler(int, set_angular_rate),
+    "SETRVDIR_ARCOS": Handler(int, set_turning_limit, ARCOS),
+    "SETRVDIR": Handler(int, set_turning_limit, ARCOS),
+    "SETA": Handler(int, set_linear_rate, NOT_PSOS),
+    "SETRA": Handler(int, set_angular_rate, NOT_PSOS),
     "SONAR": Handler(int, sonar),
     "POLLING": Handler(bytes, polling),
-    "SONARCYCLE": Handler(int, sonar_cycle),
+    "SONARCYCLE": Handler(int, sonar_cycle, LATER),
     "DIGOUT": Handler(int, digital_out),
-    "ADSEL": Handler(int, analog_select),
-    "CONFIG": Handler(None, config),
-    "ENCODER": request("encoder"),
-    "GRIPREQUEST": request("gripper"),
-    "IOREQUEST": request("io"),
-    "BATTERYINFO": request("battery"),
-    "GRIPPER": Handler(int, gripper),
-    "GRIPPERVAL": Handler(int, gripper_value),
-    "BUMPSTALL": Handler(int, bump_stall),
-    "E_STALL": Handler(int, e_stall),
-    "BATTEST": Handler(int, battery_test),
-    "ROTKP": setting("rotation_kp"),
-    "ROTKV": setting("rotation_kv"),
-    "ROTKI": setting("rotation_ki"),
-    "TRANSKP": setting("translation_kp"),
-    "TRANSKV": setting("translation_kv"),
-    "TRANSKI": setting("translation_ki"),
-    "REVCOUNT": setting("rev_count", lowest=1),
-    "TICKSMM": setting("ticks_per_mm", lowest=1),
-    "DRIFTFACTOR": setting("drift_factor", lowest=-0x7FFF),
+    "ADSEL": Handler(int, analog_select, NOT_PSOS),
+    "CONFIG": Handler(None, config, NOT_PSOS),
+    "ENCODER": request("encoder", "ENCODERpac", NOT_PSOS),
+    "GRIPREQUEST": request("gripper", "GRIPPERpac", NOT_PSOS),
+    "IOREQUEST": request("io", "IOpac", NOT_PSOS),
+    "BATTERYINFO": request("battery", "battery information", ARCOS),
+    "JOYREQUEST": request("joystick", "JOYSTICKpac (before the SIP)", LATER),
+    "JOYDRIVE": Handler(int, joystick_drive, NOT_PSOS),
+    "GYRO": Handler(int, gyro, LATER),
+    "GYROCALCW": setting("gyro_cw", ARCOS),
+    "GYROCALCCW": setting("gyro_ccw", ARCOS),
+    "TCM2": Handler(int, compass, NOT_PSOS),
+    "PLAYLIST": Handler(int, playlist, "GPA"),
+    "SOUNDTOG": Handler(int, sounds, "GAC"),
+    "GRIPPER": Handler(int, gripper, NOT_PSOS),
+    "GRIPPERVAL": Handler(int, gripper_value, NOT_PSOS),
+    "TTY2": aux_write(1),
+    "TTY3": aux_write(2),
+    "TTY4": aux_write(3),
+    "GETAUX": aux_read(1),
+    "GETAUX2": aux_read(2),
+    "GETAUX3": aux_read(3),
+    "AUX1BAUD": aux_baud(1),
+    "AUX2BAUD": aux_baud(2),
+    "AUX3BAUD": aux_baud(3),
+    "DOCK": Handler(int, dock, "PG"),
+    "CHARGE": Handler(int, charge, LATER),
+    "BUMPSTALL": Handler(int, bump_stall, NOT_PSOS),
+    "E_STALL": Handler(int, e_stall, NOT_PSOS),
+    "BATTEST": Handler(int, battery_test, ARCOS),
+    "ROTKP": setting("rotation_kp", NOT_PSOS),
+    "ROTKV": setting("rotation_kv", NOT_PSOS),
+    "ROTKI": setting("rotation_ki", NOT_PSOS),
+    "TRANSKP": setting("translation_kp", NOT_PSOS),
+    "TRANSKV": setting("translation_kv", NOT_PSOS),
+    "TRANSKI": setting("translation_ki", NOT_PSOS),
+    "REVCOUNT": setting("rev_count", NOT_PSOS, lowest=1, does="Encoder count of a turn: a greater one makes wider turns of the same angle told."),
+    "TICKSMM": setting("ticks_per_mm", ARCOS, lowest=1, does="Encoder ticks of a mm: more make longer metres of the same distance told."),
+    "DRIFTFACTOR": setting("drift_factor", ARCOS, lowest=-0x7FFF),
+    "ARM_INFO": Handler(None, arm_info, NOT_PSOS),
+    "ARM_STATUS": request("arm", "ARMpac (no arm)", NOT_PSOS),
 }
+
+_NO_ARM = "no arm is fitted"
+_NO_SUPPLY = "no supplies that could be switched"
+_OTHER_ROBOT = "the robots that know it are simulated only as far as they are Pioneers"
+
+IGNORED: Dict[str, str] = {
+    "IMUREQUEST": "no inertial unit is fitted, and no source describes its packet",
+    "SAY": "nobody hears anything",
+    "SOUND": "nobody hears anything",
+    "TIMER": _NO_SUPPLY,
+    "PTUPOS": "no servo is fitted",
+    "MOVINGBLINK": "no lights",
+    "LCDWRITE": "no display; the meaning of its control bytes is not known for sure",
+    "CALCOMP": "the compass needs no calibration",
+    "POWER_PC": _NO_SUPPLY, "POWER_LRF": _NO_SUPPLY, "POWER_5V": _NO_SUPPLY, "POWER_12V": _NO_SUPPLY,
+    "MAINTENANCE": "a robot in maintenance hears nothing until somebody opens it: nobody can want that of a simulated one",
+    "ARM_INIT": _NO_ARM, "ARM_CHECK": _NO_ARM, "ARM_POWER": _NO_ARM, "ARM_HOME": _NO_ARM, "ARM_PARK": _NO_ARM, "ARM_POS": _NO_ARM,
+    "ARM_SPEED": _NO_ARM, "ARM_STOP": _NO_ARM, "ARM_AUTOPARK": _NO_ARM, "ARM_GRIPPARK": _NO_ARM,
+    "LATVEL": _OTHER_ROBOT, "LATACCEL": _OTHER_ROBOT, "RECENTERWHEELS": _OTHER_ROBOT, "ROTVEL_CLOSEDLOOP_ENABLE": _OTHER_ROBOT,
+    "ACCELINFO": _OTHER_ROBOT, "TORQUEINFO": _OTHER_ROBOT, "HEADINGINFO": _OTHER_ROBOT, "SAFETY_STATE_INFO": _OTHER_ROBOT,
+    "WHEELINFO_REQUEST": _OTHER_ROBOT, "POWER_DEVICE": _OTHER_ROBOT, "POWER_AUX_PC": _OTHER_ROBOT, "POWER_TOUCHSCREEN": _OTHER_ROBOT,
+    "POWER_PTZ": _OTHER_ROBOT, "POWER_AUDIO": _OTHER_ROBOT, "POWER_LRF2": _OTHER_ROBOT,
+}
+"""Commands of the protocol that change nothing here whatever the firmware, and why: they only keep the session alive."""
+
+COLUMNS = ("PSOS", "P2OS", "AmigOS", "AROS", "ARCOS")
+"""Families that the table for people has a column for; AmigoSH, uARCS and MARCOS are as ARCOS."""
+
+
+def documented() -> List[List[str]]:
+    """The rows of the table for people, by number: number, name, whether each of `COLUMNS` obeys, what it does or why nothing."""
+    rows = []
+    for command in sorted(COMMANDS.values()):
+        handler = HANDLERS.get(command.name)
+        if handler is None:
+            rows.append([str(command.number), command.name, *("-" for _ in COLUMNS), f"ignored: {IGNORED[command.name]}"])
+        else:
+            known = ["yes" if handler.known_to(family) else "-" for family in COLUMNS]
+            rows.append([str(command.number), command.name, *known, " ".join(handler.act.__doc__.split())])
+    return rows

@@ -4,12 +4,15 @@ SI units; knows no packets. `Hardware.step` is the only place where simulated ti
 """
 
 import math
-from typing import Callable, Optional, Set, Tuple
+from dataclasses import replace
+from typing import Callable, List, Optional, Set, Tuple
 
 from ..errors import ParameterError
 from ..robots import RobotModel
+from .accessories import AuxPort, Gyro, Joystick
 from .battery import Battery
 from .body import Body, Pose, along_arc
+from .docks import dock_at
 from .drive import Channel, Limits
 from .gripper import Gripper, cans_near
 from .robot_numbers import DriveNumbers, Numbers
@@ -18,11 +21,18 @@ from .sonar import Sonar
 
 ARRIVED = 0.0005
 """How near (m or rad) to its goal a set distance or turn counts as done."""
+ENCODERS_ONLY, FUSED, GYRO_ONLY = 0, 1, 2
+"""What the heading of a robot that reads its gyro itself is made of (protocol 3.2, GYRO)."""
+NO_E_STALL = frozenset(["PSOS", "P2OS", "AmigOS"])
+"""Families of firmware whose motors stay on when the STOP button is pressed, until E_STALL says otherwise (protocol 3.6)."""
+TRUE_WHEELS = frozenset(["PSOS", "P2OS", "AmigOS", "AROS"])
+"""Families whose VEL2 controls each wheel by itself; the others make translation and rotation of it (protocol section 7)."""
 BUMPER_DEPTH = 0.02
 """How far (m) the bumper segments stand out from the body."""
 
 SETTINGS = dict(
     rotation_kp=40, rotation_kv=20, rotation_ki=0, translation_kp=40, translation_kv=30, translation_ki=0, drift_factor=0, rev_count=16570,
+    gyro_cw=0, gyro_ccw=0, aux1_baud=0, aux2_baud=0, aux3_baud=0,
 )
 """What a client may set besides limits, as at power-on, by its name in CONFIGpac; ``ticks_per_mm`` is among the simulator's numbers."""
 
@@ -68,6 +78,17 @@ class Hardware:
         self.on_restart: Callable[[], None] = lambda: None
         """What the firmware does when the power comes back."""
         self._stop_button = False
+        self.gyro_kind: int = numbers.gyro.kind
+        """As CONFIGpac says it: 0 none, 1 read by the client, 2 by the robot."""
+        self.gyro = Gyro(numbers.gyro) if self.gyro_kind == 1 else None
+        self.has_compass = numbers.compass.fitted
+        self.joystick: Optional[Joystick] = None
+        """What is plugged in to drive by hand."""
+        self.aux = (AuxPort(), AuxPort(), AuxPort())
+        """Auxiliary serial ports 1, 2 and 3."""
+        self.analog_volts: List[float] = [0.0] * 8
+        """What is on the analog inputs, 0 to 5 V."""
+        self._wheels: Optional[Tuple[Channel, Channel]] = None
         self.digital_out = 0
         self._left_mm = 0.0
         self._right_mm = 0.0
@@ -103,7 +124,15 @@ class Hardware:
         self.linear.limits, self.angular.limits = limits_of(self._numbers.drive, self.model)
         self.settings = dict(SETTINGS, ticks_per_mm=self._numbers.drive.encoder_ticks_per_mm)
         self.sonar.reset()
-        self.stop_button_stalls = True
+        self.stop_button_stalls = self.model.firmware_family not in NO_E_STALL
+        self.joystick_drives = self._joystick_drove = False
+        self.gyro_mode = FUSED
+        self.compass_on = True
+        self.sounds_on = True
+        self.docking = False
+        self.stops_when_docked = False
+        for port in self.aux:
+            port.reset()
         self.bump_stall_front = True
         self.bump_stall_rear = True
         self.analog_port = 5
@@ -132,6 +161,32 @@ class Hardware:
         per_mm = self._numbers.drive.encoder_ticks_per_mm
         return round(self._left_mm * per_mm), round(self._right_mm * per_mm)
 
+    # -- driving
+
+    def turn_wheels(self, left: float, right: float) -> None:
+        """Turn the left and the right wheels at these speeds (m/s), until `leave_wheels`."""
+        if self.model.firmware_family in TRUE_WHEELS:
+            if self._wheels is None:
+                self._wheels = (self._wheel(self.wheel_speeds[0]), self._wheel(self.wheel_speeds[1]))
+            for wheel, speed in zip(self._wheels, (left, right)):
+                wheel.limits = self._wheel_limits()
+                wheel.set_speed(speed)
+        else:
+            self.linear.set_speed((left + right) / 2.0)
+            self.angular.set_speed((right - left) / 2.0 * 1000.0 * self.model.diff_rad_per_mm)
+
+    def leave_wheels(self) -> None:
+        """Translation and rotation are controlled again, from what the wheels do."""
+        self._wheels = None
+
+    def _wheel(self, speed: float) -> Channel:
+        wheel = Channel(self._wheel_limits(), ARRIVED)
+        wheel.speed = speed
+        return wheel
+
+    def _wheel_limits(self) -> Limits:
+        return replace(self.linear.limits, limit=self.linear.limits.top, back_limit=None)
+
     # -- motors
 
     def enable_motors(self) -> None:
@@ -142,6 +197,7 @@ class Hardware:
     def disable_motors(self) -> None:
         """Take the power from the motors; set points are forgotten."""
         self.motors_enabled = False
+        self._wheels = None
         self.linear.emergency_stop()
         self.angular.emergency_stop()
 
@@ -197,31 +253,73 @@ class Hardware:
         """Advance one physics step, which ends at `now_us`. `paused`: the watchdog keeps the drives at zero."""
         step_us = self._numbers.physics.step_us
         dt = step_us * 1e-6
+        heading = self.body.pose[2]
+        if self.joystick is not None or self._joystick_drove:
+            self._drive_by_hand()
         if self.motors_enabled and self.battery.is_empty:
             self.disable_motors()
         if self._rest_s > 0.0:
             self._rest(dt)
-        elif self.linear.driven or self.angular.driven or self._pressed_s:
+        elif self.linear.driven or self.angular.driven or self._pressed_s or self._wheels:
             self._drive(dt, paused)
+        elif self.gyro_drift and self.gyro_kind == 2 and self.gyro_mode == GYRO_ONLY:
+            self.odometry = along_arc(self.odometry, 0.0, self.gyro_drift * dt)
         if self.gripper is not None:
             self.gripper.step(dt, self.body.pose)
+        if self.gyro is not None:
+            self.gyro.step(now_us, step_us, self.body.pose[2] - heading + self.gyro_drift * dt)
         self.sonar.step(now_us, self.body.pose)
-        self.battery.charging = self.charger
+        self._charge()
         self.battery.step(step_us, self.moving)
 
+    def _charge(self) -> None:
+        """See whether a charger feeds the battery: one that is plugged in, or a dock of the world that it stands in and asks for power."""
+        charging = self.charger
+        if self.docking and not charging:
+            numbers = self._numbers.battery
+            charging = dock_at(self.body.pose, self.world.docks, numbers.dock_distance, math.radians(numbers.dock_angle_deg)) is not None
+        if charging and not self.battery.charging and self.stops_when_docked:
+            self.linear.set_speed(0.0)
+            self.angular.set_speed(0.0)
+            self.leave_wheels()
+        self.battery.charging = charging
+
+    def _drive_by_hand(self) -> None:
+        """While its first button is pressed a joystick drives; let go, the robot stops."""
+        pressed = self.joystick is not None and self.joystick.button_1 and self.joystick_drives and self.motors_enabled
+        if pressed or self._joystick_drove:
+            numbers = self._numbers.joystick
+            forward, leftward = (self.joystick.forward, self.joystick.leftward) if pressed else (0.0, 0.0)
+            self.leave_wheels()
+            self.linear.set_speed(forward * numbers.linear_mm_s / 1000.0)
+            self.angular.set_speed(leftward * math.radians(numbers.angular_deg_s))
+        self._joystick_drove = pressed
+
+    def _step_drives(self, dt: float, paused: bool) -> Tuple[float, float]:
+        """Distance and turn of a step, as the drives would have it."""
+        if self._wheels is None:
+            return self.linear.step(dt, paused), self.angular.step(dt, paused)
+        left, right = (wheel.step(dt, paused) for wheel in self._wheels)
+        per_metre = 1000.0 * self.model.diff_rad_per_mm
+        self.linear.speed = (self._wheels[0].speed + self._wheels[1].speed) / 2.0
+        self.angular.speed = (self._wheels[1].speed - self._wheels[0].speed) / 2.0 * per_metre
+        return (left + right) / 2.0, (right - left) / 2.0 * per_metre
+
     def _drive(self, dt: float, paused: bool) -> None:
-        distance, turn = self.linear.step(dt, paused), self.angular.step(dt, paused)
+        distance, turn = self._step_drives(dt, paused)
         really = self._really(distance, turn)
         if not distance and not turn:
             self.body.blocked = False
             self._pressed_s = 0.0
         elif not self.held and self._moved(*really):
             self._pressed_s = 0.0
-            self.odometry = along_arc(self.odometry, distance, turn)
+            self.odometry = along_arc(self.odometry, distance, self._felt(turn, really[1], dt))
             self._count_wheels(*really)
         else:
             self.linear.blocked(distance)
             self.angular.blocked(turn)
+            for wheel in self._wheels or ():
+                wheel.blocked(0.0)
             self._pressed_s += dt
             if self._pressed_s >= self._numbers.drive.stall_time - 1e-9 or self._bumped(distance):
                 self._stall(distance, turn)
@@ -232,6 +330,12 @@ class Hardware:
             distance * self.settings["ticks_per_mm"] / self._numbers.drive.encoder_ticks_per_mm,
             turn * self.settings["rev_count"] / SETTINGS["rev_count"],
         )
+
+    def _felt(self, turn: float, really: float, dt: float) -> float:
+        """The turn of a step as the robot adds it up: by its wheels, or by a gyro that it reads itself."""
+        if self.gyro_kind == 2 and self.gyro_mode != ENCODERS_ONLY:
+            return really + self.gyro_drift * dt
+        return turn
 
     def _moved(self, distance: float, turn: float) -> bool:
         """Move the body, pushing cans aside; False when walls or a jammed can keep it where it is."""

@@ -6,6 +6,8 @@ from typing import Tuple
 
 from .. import p2os
 from ..p2os import DigitalIn, FaultFlags, Flags, GripperSwitches, GripState
+from . import exact
+from .accessories import SOUNDS, Joystick, compass_degrees
 from .handlers import GRIPPER_UNIT
 from .hardware import Hardware
 from .robot_numbers import Numbers
@@ -36,9 +38,14 @@ DIGITAL_IN = tuple(map(int, (
 )))
 FLAGS = tuple(map(int, (
     Flags.MOTORS_ENABLED, Flags.SONAR_1, Flags.SONAR_2, Flags.SONAR_3, Flags.SONAR_4, Flags.STOP_BUTTON, Flags.E_STALL,
-    Flags.CHARGER_POWER,
+    Flags.CHARGER_POWER, Flags.JOYSTICK_BUTTON,
 )))
 UNDERVOLTAGE = int(FaultFlags.UNDERVOLTAGE)
+OLDER_ANALOG = frozenset(["PSOS", "P2OS", "AmigOS", "AROS"])
+"""Families whose IOpac has ports 1 to 5, 2047 for 5 V; the others have ports 0 to 7 and the battery, 1023 for 5 V (protocol 5.5)."""
+BATTERY_DIVIDER = 4.0
+"""By what the voltage of a 12 V battery is divided before it comes to the last analog input (the manuals do not say)."""
+PLAYLIST_ID = 0xD0
 FLOATING = 0xFF
 """Inputs with nothing connected."""
 UNCONNECTED = int(DigitalIn.INPUT_6 | DigitalIn.INPUT_7)
@@ -64,11 +71,11 @@ def sip(hardware: Hardware) -> p2os.Sip:
         right_stall_bits=(hardware.right_stalled or stalled) | front_bumpers << 1,
         control_units=heading_units(hardware, hardware.heading_goal),
         flags=_flags(hardware),
-        compass=0,
+        compass=_compass(hardware),
         sonar=_sonar(hardware),
         grip_state=grip_state(hardware),
         analog_port=hardware.analog_port,
-        analog=0,
+        analog=round(_volts(hardware, hardware.analog_port) * 255.0 / 5.0),
         digital_in=digital_in(hardware),
         digital_out=hardware.digital_out,
     )
@@ -101,9 +108,10 @@ def _sonar(hardware: Hardware) -> Tuple[p2os.SonarReading, ...]:
 
 
 def _flags(hardware: Hardware) -> int:
-    arrays = hardware.sonar.arrays if hardware.sonar.enabled else ()
+    arrays = hardware.sonar.firing
     fires = tuple(array in arrays for array in range(4))
-    return _bits(FLAGS, (hardware.motors_enabled,) + fires + (hardware.stop_button, hardware.e_stalled, hardware.battery.charging))
+    button = hardware.joystick is not None and hardware.joystick.button_1
+    return _bits(FLAGS, (hardware.motors_enabled,) + fires + (hardware.stop_button, hardware.e_stalled, hardware.battery.charging, button))
 
 
 def grip_state(hardware: Hardware) -> int:
@@ -161,11 +169,72 @@ def encoder(hardware: Hardware) -> p2os.Encoder:
 
 
 def io(hardware: Hardware) -> p2os.IO:
-    """IOpac: user inputs, bumpers and infrared as electrical levels (idle high), outputs, analog inputs at 0 V."""
+    """IOpac: user inputs, bumpers and infrared as electrical levels (idle high), outputs, analog inputs."""
     front, rear = hardware.bumper_bits()
     inputs = (digital_in(hardware), ~front & 0xFF, ~rear & 0xFF, 0xFF)
-    analog = 5 if hardware.model.firmware_family in SIP_ENDS else 9
-    return p2os.IO(digital_in=inputs, digital_out=(hardware.digital_out,), analog=(0,) * analog)
+    family = hardware.model.firmware_family
+    if family in OLDER_ANALOG:
+        analog = [round(_volts(hardware, port) / 5.0 * 2047.0) for port in range(1, 6)]
+    else:
+        analog = [round(_volts(hardware, port) / 5.0 * 1023.0) for port in range(8)]
+        analog.append(min(1023, round(hardware.battery.voltage_12v / BATTERY_DIVIDER / 5.0 * 1023.0)))
+    return p2os.IO(digital_in=inputs, digital_out=(hardware.digital_out,), analog=tuple(analog))
+
+
+def _volts(hardware: Hardware, port: int) -> float:
+    return max(0.0, min(5.0, hardware.analog_volts[port]))
+
+
+def _compass(hardware: Hardware) -> int:
+    """COMPASS: 2 degrees each, 1 to 180 so that no reading looks like none; 0 without one, or switched off."""
+    if not hardware.has_compass or not hardware.compass_on:
+        return 0
+    return round(compass_degrees(hardware.body.pose[2]) / 2.0) or 180
+
+
+def gyro(hardware: Hardware) -> p2os.Gyro:
+    """GYROpac: the readings since the last one."""
+    readings = hardware.gyro.take_readings() if hardware.gyro is not None else ()
+    return p2os.Gyro(tuple(p2os.GyroReading(*reading) for reading in readings))
+
+
+def joystick(hardware: Hardware) -> p2os.Joystick:
+    """JOYSTICKpac; with none plugged in, all in the middle."""
+    stick = hardware.joystick or Joystick()
+    return p2os.Joystick(int(stick.button_1), int(stick.button_2), *(max(0, min(1023, axis)) for axis in (stick.x, stick.y, stick.throttle)))
+
+
+def tcm2(hardware: Hardware, numbers: Numbers) -> p2os.TCM2:
+    """TCM2pac: a module that stands level in an undisturbed field."""
+    degrees = compass_degrees(hardware.body.pose[2])
+    angle, field = math.radians(degrees), numbers.compass
+    return p2os.TCM2(
+        heading_ddeg=round(degrees * 10.0) % 3600, pitch_ddeg=0, roll_ddeg=0,
+        magnetic_x_hundredths=round(field.horizontal_field * exact.cos(angle) * 100.0),
+        magnetic_y_hundredths=round(-field.horizontal_field * exact.sin(angle) * 100.0),
+        magnetic_z_hundredths=round(field.vertical_field * 100.0),
+        temperature_dc=round(field.temperature_c * 10.0), error_bits=0, calibration_h=9, calibration_v=9, calibration_m_hundredths=1200,
+    )
+
+
+def playlist(hardware: Hardware, number: int) -> list:
+    """Answer to PLAYLIST: the stored sounds of an AmigoBot, all of them for 0; the others have none, and say so with zeros."""
+    if hardware.model.firmware_family != "AmigOS":
+        return [p2os.UnknownPacket(PLAYLIST_ID, bytes(25))]
+    asked = range(1, len(SOUNDS) + 1) if number == 0 else [number] if 1 <= number <= len(SOUNDS) else []
+    packets, offset = [], 0
+    for sound in range(1, len(SOUNDS) + 1):
+        name, length = SOUNDS[sound - 1]
+        if sound in asked:
+            first = len(SOUNDS) if number == 0 and not packets else sound
+            packets.append(p2os.Playlist(first, int(hardware.sounds_on), name, offset, length))
+        offset += length
+    return packets
+
+
+NO_ARM = p2os.Arm(status_bits=0, motion_bits=0, positions=(0,) * 6)
+"""What the packets of the arm say where none is fitted."""
+NO_ARM_INFO = p2os.ArmInfo("No arm", ())
 
 
 def battery_info(hardware: Hardware) -> p2os.BatteryInfo:
@@ -185,19 +254,19 @@ def config(hardware: Hardware, name: str, numbers: Numbers) -> p2os.Config:
         rotation_acceleration_top_deg_s2=_degrees(angular.rate_top),
         translation_acceleration_top_mm_s2=_millimetres(linear.rate_top),
         pwm_max=500, name=name, sip_cycle_ms=numbers.session.sip_cycle_ms,
-        host_baud=p2os.BAUD_RATES.index(numbers.session.host_baud), aux1_baud=0,
+        host_baud=p2os.BAUD_RATES.index(numbers.session.host_baud),
         has_gripper=int(hardware.gripper is not None), front_sonar=int(front), rear_sonar=int(rear),
         low_battery_dv=round(numbers.battery.alarm * 10.0), watchdog_ms=numbers.session.watchdog_ms,
         alternative_sips=0, stall_value=200, stall_count=round(drive.stall_recovery * 1000.0),
-        joystick_velocity_mm_s=750, joystick_rotation_deg_s=50,
+        joystick_velocity_mm_s=numbers.joystick.linear_mm_s, joystick_rotation_deg_s=numbers.joystick.angular_deg_s,
         rotation_velocity_max_deg_s=_degrees(angular.limit), translation_velocity_max_mm_s=_millimetres(linear.limit),
         rotation_acceleration_deg_s2=_degrees(angular.rise), rotation_deceleration_deg_s2=_degrees(angular.fall),
         translation_acceleration_mm_s2=_millimetres(linear.rise),
         translation_deceleration_mm_s2=_millimetres(linear.fall),
-        front_bumpers=model.front_bumpers, rear_bumpers=model.rear_bumpers, charger=0,
-        sonar_cycle_ms=hardware.sonar.cycle_us // 1000, autobaud=numbers.session.autobaud, has_gyro=0,
-        aux2_baud=0, aux3_baud=0, shutdown_dv=round(numbers.battery.shutdown * 10.0), firmware_version=numbers.session.firmware_version,
-        gyro_cw=0, gyro_ccw=0, kinematics_delay_ms=0, lateral_velocity_top_mm_s=0, lateral_acceleration_top_mm_s2=0,
+        front_bumpers=model.front_bumpers, rear_bumpers=model.rear_bumpers, charger=charger(hardware),
+        sonar_cycle_ms=hardware.sonar.cycle_us // 1000, autobaud=numbers.session.autobaud, has_gyro=hardware.gyro_kind,
+        shutdown_dv=round(numbers.battery.shutdown * 10.0), firmware_version=numbers.session.firmware_version,
+        kinematics_delay_ms=0, lateral_velocity_top_mm_s=0, lateral_acceleration_top_mm_s2=0,
         lateral_velocity_max_mm_s=0, lateral_acceleration_mm_s2=0, lateral_deceleration_mm_s2=0, charge_threshold=0,
         **hardware.settings,
     )
@@ -205,6 +274,13 @@ def config(hardware: Hardware, name: str, numbers: Numbers) -> p2os.Config:
     if end is not None:
         values = {name: values[name] for name in CONFIG_FIELDS[:CONFIG_FIELDS.index(end) + 1]}
     return p2os.Config(**values)
+
+
+def charger(hardware: Hardware) -> int:
+    """CONFIGpac Charger: fitted where the world has docks; 1 is the one of P3 and PeopleBot, 2 that of the PowerBot."""
+    if not hardware.world.docks:
+        return 0
+    return 2 if hardware.model.subtype.lower().startswith("powerbot") else 1
 
 
 def _millimetres(metres: float) -> int:

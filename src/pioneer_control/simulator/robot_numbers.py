@@ -35,6 +35,34 @@ class SessionNumbers:
 
 
 @dataclass(frozen=True)
+class GyroNumbers:
+    """Section ``gyro`` of the file."""
+
+    kind: int
+    scaler: float
+    centre: int
+    temperature: int
+
+
+@dataclass(frozen=True)
+class CompassNumbers:
+    """Section ``compass`` of the file."""
+
+    fitted: bool
+    horizontal_field: float
+    vertical_field: float
+    temperature_c: float
+
+
+@dataclass(frozen=True)
+class JoystickNumbers:
+    """Section ``joystick`` of the file."""
+
+    linear_mm_s: int
+    angular_deg_s: int
+
+
+@dataclass(frozen=True)
 class DriveNumbers:
     """Section ``drive`` of the file."""
 
@@ -84,6 +112,8 @@ class BatteryNumbers:
     driving_fall_per_min: float
     charging_rise_per_min: float
     overcharge: float
+    dock_distance: float
+    dock_angle_deg: float
     alarm: float
     shutdown: float
 
@@ -94,6 +124,9 @@ class Numbers:
 
     physics: PhysicsNumbers
     session: SessionNumbers
+    gyro: GyroNumbers
+    compass: CompassNumbers
+    joystick: JoystickNumbers
     drive: DriveNumbers
     sonar: SonarNumbers
     gripper: GripperNumbers
@@ -144,8 +177,10 @@ def _checked(path: str, section: str, name: str, value: Any, known: Dict[str, An
     if not isinstance(value, wanted) or isinstance(value, bool) != isinstance(own, bool):
         raise ParameterError(f"{path}: {section}.{name} is {value!r}, wanted something like {own!r}")
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        if not 0 <= value < float("inf") or (value == 0 and name != "noise"):
+        if not 0 <= value < float("inf") or (value == 0 and name not in ("noise", "kind")):
             raise ParameterError(f"{path}: {section}.{name} is {value!r}, wanted a positive number")
+    if (section, name) == ("gyro", "kind") and value > 2:
+        raise ParameterError(f"{path}: {section}.{name} is {value!r}, legal: 0, 1, 2")
     if name == "host_baud" and value not in BAUD_RATES:
         raise ParameterError(f"{path}: {section}.{name} is {value!r}, legal: {', '.join(map(str, BAUD_RATES))}")
     return value

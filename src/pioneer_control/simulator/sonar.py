@@ -6,7 +6,7 @@ the transducer was; the echoes of several firings are looked up together when so
 
 import math
 import random
-from typing import Dict, List, Sequence, Set, Tuple
+from typing import Dict, List, Optional, Sequence, Set, Tuple
 
 from ..robots import ARRAY_SIZE, Transducer
 from .body import Pose
@@ -28,7 +28,7 @@ class Sonar:
     :param seed: of the noise.
     :param body: that it is on, which it does not hear.
 
-    `arrays` are the numbers (from 0) of those arrays that have a transducer.
+    `arrays` are the numbers (from 0) of those arrays that have a transducer, `firing` of those that are switched on.
     """
 
     def __init__(self, transducers: Sequence[Transducer], numbers, world, noise: float, seed: int, body=None):
@@ -37,7 +37,7 @@ class Sonar:
         self._random = random.Random(seed)
         self._half_width = math.radians(numbers.cone_deg) / 2.0
         self._pings: List[Tuple[int, float, float, float]] = []
-        self.enabled = False
+        self.firing: Sequence[int] = ()
         self.dead: Set[int] = set()
         """Numbers of transducers that fire and hear nothing."""
         self.arrays = sorted({number // ARRAY_SIZE for number in self._transducers})
@@ -52,14 +52,16 @@ class Sonar:
         self._fired = 0
         self._next_us = 0
 
-    def switch(self, on: bool, now_us: int) -> None:
-        """Start firing, with the first of each array one cycle from now, or stop."""
-        if on and not self.enabled:
+    def switch(self, on: bool, now_us: int, arrays: Optional[Sequence[int]] = None) -> None:
+        """Start firing some arrays (all if None), the first of all with the first of their transducers one cycle from now, or stop them."""
+        named = set(self.arrays if arrays is None else arrays)
+        before = self.firing
+        self.firing = [array for array in self.arrays if (on if array in named else array in before)]
+        if self.firing and not before:
             self._fired = 0
             self._next_us = now_us + self.cycle_us
-        if not on:
+        if not self.firing:
             self._pings.clear()
-        self.enabled = on
 
     def set_sequence(self, numbers: Sequence[int], now_us: int) -> None:
         """Fire these transducers (numbers from 0, repeats allowed) in this order; arrays not named keep theirs.
@@ -75,9 +77,10 @@ class Sonar:
 
     def step(self, now_us: int, pose: Pose) -> None:
         """Fire what is due at `now_us`, from a robot at `pose` (map frame)."""
-        while self.enabled and self._next_us <= now_us:
+        while self.firing and self._next_us <= now_us:
             cosine, sine = unit(pose[2])
-            for sequence in self._sequences.values():
+            for array in self.firing:
+                sequence = self._sequences[array]
                 if sequence:
                     number, x, y, heading = self._transducers[sequence[self._fired % len(sequence)]]
                     ping_x, ping_y = pose[0] + x * cosine - y * sine, pose[1] + x * sine + y * cosine

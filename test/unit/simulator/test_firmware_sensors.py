@@ -198,10 +198,10 @@ def test_adsel_and_its_revert_at_close():
     assert bench.send("CLOSE").wait(0.1).open().wait(0.1).sip.analog_port == 5
 
 
-@pytest.mark.parametrize("model, analog", [("p3dx-sh", 9), ("p3dx", 5)])
-def test_iopac(model, analog):
+@pytest.mark.parametrize("model, analog, battery", [("p3dx-sh", 8, (665,)), ("p3dx", 5, ())])
+def test_iopac(model, analog, battery):
     bench = Bench(model, gripper=False).open().send("IOREQUEST", 2).wait(0.3)
-    assert bench.of(p2os.IO) == [p2os.IO((0xFF, 0xFF, 0xFF, 0xFF), (0,), (0,) * analog)] * 3
+    assert bench.of(p2os.IO) == [p2os.IO((0xFF, 0xFF, 0xFF, 0xFF), (0,), (0,) * analog + battery)] * 3
     assert [type(packet) for packet in bench.packets[-2:]] == [p2os.Sip, p2os.IO]
 
 

@@ -79,7 +79,7 @@ def test_ticks_of_a_mm_are_for_arcos(subtype, known):
 
 def test_a_pioneer_1_knows_no_ramps():
     bench = Bench("pion1m").open().send("SETA", 500).send("SETRA", 50).send("ROTKP", 1).send("BUMPSTALL", 0)
-    assert bench.robot.command_counts.unknown == 4 and shown(bench, "translation_acceleration_mm_s2") == 300
+    assert bench.robot.command_counts.unknown == 4 and bench.robot.hardware.linear.limits.rise == 0.3
 
 
 def test_the_table_of_old_firmware_names_commands_and_families_that_there_are():
