@@ -1,8 +1,8 @@
 """A client's session and a simulated robot in one simulated time, a line between them that can be spoilt, and what must hold whatever happens to it.
 
 No thread, no clock, no ROS: a `Rig` lives as fast as the machine allows, and the same seed gives the same run. Commands are given by a user who
-goes on or falls silent; a `Judge` looks at the wire, the robot and the states in every step and keeps a list of what was wrong. Used by soak.py and
-by test/integration/test_faults.py.
+goes on or falls silent; a `Judge` looks at the wire, the robot and the states in every step and keeps a list of what was wrong; `Diagnosis` keeps
+what the driver's diagnostics would say. Used by soak.py and by test/integration/test_faults.py.
 """
 
 import math
@@ -10,19 +10,20 @@ import os
 import random
 import sys
 from collections import deque
-from typing import Any, Callable, Deque, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Deque, Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src"))
 
 from pioneer_control import p2os
 from pioneer_control.client.drive import MotorsRequest
-from pioneer_control.client.events import LinkDown, MotionCleared
+from pioneer_control.client.events import LinkDown, MotionCleared, Ready
 from pioneer_control.client.line import BITS_PER_BYTE, LONGEST_QUEUE
 from pioneer_control.client.odometry import Odometry
-from pioneer_control.client.robot import BACK_OFF
+from pioneer_control.client.robot import BACK_OFF, LinkCounts
 from pioneer_control.client.session import Counts, Phase, Session, SetBaud
 from pioneer_control.client.settings import Settings
 from pioneer_control.client.state import RobotState
+from pioneer_control.driver.health import Health
 from pioneer_control.errors import LinkError, LinkLostError, PioneerError, PortError
 from pioneer_control.p2os.framing import SMALLEST_COUNT
 from pioneer_control.robots import find_model
@@ -138,6 +139,7 @@ class Rig:
         self.events: Deque[Any] = deque(maxlen=100)
         self.session: Optional[Session] = None
         self.judge = Judge(self)
+        self.diagnosis = Diagnosis(self)
         self._settings = Settings(command_timeout=COMMAND_TIMEOUT, **settings)
         self._commands_due = 0.0
         self._odometry: Optional[Odometry] = None
@@ -209,6 +211,7 @@ class Rig:
         """The program is gone without a word, and started again after so many s."""
         self.judge.killed()
         self._past, self._odometry, self.session = self.counts, None, None
+        self.diagnosis = Diagnosis(self)
         self._connect_at = self.now + down_for
 
     # Time
@@ -245,6 +248,7 @@ class Rig:
         else:
             self._serve()
         self.judge.look()
+        self.diagnosis.look()
 
     def _give_commands(self) -> None:
         self._commands_due += self.commands_per_step
@@ -279,6 +283,7 @@ class Rig:
         else:
             self.judge.happened(event)
             self.events.append(event)
+        self.diagnosis.heard(event)
 
     def _act(self) -> None:
         for action in self.session.take_actions():
@@ -304,6 +309,57 @@ class Rig:
         self._attempt += 1
         self._connect_at = self.now + pause
         self._tell(LinkDown(error, pause))
+
+
+class Said(NamedTuple):
+    """A finding of a task, its values as text."""
+
+    task: str
+    level: int
+    message: str
+    values: str
+
+
+class Diagnosis:
+    """What the driver's diagnostics say: as driver.diagnostics has it, once a second and when a level changes.
+
+    Attributes:
+        now: of all tasks, when it was said last.
+        said: all that was; clear it to begin anew.
+    """
+
+    PERIOD = 1.0
+
+    def __init__(self, rig: Rig) -> None:
+        self.now: List[Said] = []
+        self.said: Set[Said] = set()
+        self._rig = rig
+        self._health = Health("rig", rig.to_robot.baud, "rosservice call set_motors true")
+        self._due = 0.0
+        self._links = 0
+        self._last_error: Optional[str] = None
+
+    def heard(self, event: Any) -> None:
+        """A state or an event."""
+        if isinstance(event, RobotState):
+            changed = self._health.state(event)
+        else:
+            self._links += isinstance(event, Ready)
+            self._last_error = str(event.error) if isinstance(event, LinkDown) else self._last_error
+            changed = self._health.event(event)
+        if changed:
+            self._due = 0.0
+
+    def look(self) -> None:
+        """At the end of every step."""
+        now = self._rig.now
+        if now < self._due:
+            return
+        self._due = now + self.PERIOD
+        counts = LinkCounts(*self._rig.counts, reconnects=max(0, self._links - 1), last_error=self._last_error)
+        self.now = [Said(task, finding.level, finding.message, "; ".join(map(": ".join, finding.values)))
+                    for task, finding in self._health.report(now, counts).items()]
+        self.said.update(self.now)
 
 
 class Judge:

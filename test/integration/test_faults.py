@@ -1,25 +1,27 @@
 """The fault matrix: a client's session drives a simulated robot over a line that is spoilt in every way there is, in simulated time.
 
-A row of FAULTS says what goes wrong, for how long, how it is named afterwards, and how much longer than its deceleration the robot may take to
-rest. Each is run twice: the user goes on commanding through the fault, or falls silent when it begins. What must hold in every step of every row
-is the Judge's in bench/faulty_link.py; what must hold before, between and afterwards is in test_the_matrix().
+A row of FAULTS says what goes wrong, for how long, which task of the driver's diagnostics names it, how badly and in what words, and whether the
+link ends. Each is run twice: the user goes on commanding through the fault, or falls silent when it begins. What must hold in every step of every row
+is the Judge's in bench/faulty_link.py; what must hold before, between and afterwards is in test_the_matrix(): there no other task may name anything,
+and in the end all are OK.
 """
 
 import itertools
 import random
+import re
 import sys
 from pathlib import Path
-from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence
+from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
-from faulty_link import COMMAND_TIMEOUT, REACTION, STEP, WATCHDOG, Rig, Velocity, lost, packets_in
+from faulty_link import COMMAND_TIMEOUT, REACTION, STEP, WATCHDOG, Diagnosis, Rig, Said, Velocity, lost, packets_in
 
 from pioneer_control import p2os
 from pioneer_control.client.events import BaudFound, CommandTimedOut, LinkDown, MotionCleared
-from pioneer_control.driver.notices import Watch
+from pioneer_control.driver.fault_flags import Level
 
 DRIVE = Velocity(0.3, 0.2)
 RECOVERY = 12.0         # s after the end of any fault until the robot is ready again: a try at every line speed, and a pause before it
@@ -212,102 +214,94 @@ def flood_of_commands(rig):
     rig.commands_per_step = 10 * STEP
 
 
-# How it is named afterwards
+# How diagnostics name it
 
-def counted(*names):
-    return lambda rig, before: all(getattr(rig.counts, name) > getattr(before.counts, name) for name in names)
+class Told(NamedTuple):
+    """What a task must say, in message or values, while the fault lasts; with ``driving`` only if the user goes on commanding."""
 
-
-def link_down(text):
-    return lambda rig, before: any(text in str(event.error) for event in rig.heard(LinkDown))
-
-
-def cleared(text):
-    return lambda rig, before: any(text in event.reason for event in rig.heard(MotionCleared)) or not before.moving
+    task: str
+    level: Level
+    words: str
+    """a regular expression"""
+    driving: bool = False
 
 
-def fewer_sips(rig, before):
-    return before.sips_during < 0.995 * 10 * before.seconds
+def link(level, words):
+    return (Told("Link", level, words),)
 
 
-def noticed(kind):
-    return lambda rig, before: kind in before.notices
-
-
-def unnamed(rig, before):
-    """Nothing tells: no packet of this protocol is acknowledged."""
-    return True
+DAMAGED = link(Level.WARN, "[1-9][0-9]* packets with a bad checksum")
+STRAY = link(Level.WARN, "[1-9][0-9]* stray bytes")
+FEWER = link(Level.WARN, "only [0-9.]+ of 10.0 packets a second arrive")
+LOST = link(Level.OK, "got lost: [1-9]")
+SILENT = link(Level.ERROR, "no link: .*silent")
+PULLED = link(Level.ERROR, "no link: .*line broke")
+NO_PORT = PULLED + link(Level.ERROR, "no link: .*no such port")
+TAKEN = (Told("Motors", Level.WARN, "took its motors away"),)
+DEAF = (Told("Motors", Level.WARN, "has not moved for 2 s: does it hear?", driving=True),)
+HARMLESS = ()
+UNSEEN = ()
+"""No packet of this protocol is acknowledged: what is lost on its way to the robot shows only when it stands though it shall not."""
 
 
 class Row(NamedTuple):
-    """A fault: what befalls the rig, for how many s, how it is named, and the line speed (None: TCP)."""
+    """A fault: what befalls the rig, for how many s, what diagnostics say, and the line speed (None: TCP)."""
 
     befall: Callable[[Rig], Iterator[None]]
     seconds: float
-    named: Callable
+    told: Tuple[Told, ...]
     baud: Optional[int] = None
     ends_link: bool = False
 
 
 FAULTS = {
-    "none": Row(nothing, 5.0, unnamed),
-    "none, at 9600 baud": Row(nothing, 5.0, unnamed, baud=9600),
-    "junk at every position of a SIP": Row(forms(junk_everywhere), 1.0, counted("discarded_bytes", "bad_checksums", "unreadable")),
-    "every bit of a SIP flipped": Row(forms(flipped_bits), 1.0, counted("discarded_bytes", "bad_checksums")),
-    "bad checksums": Row(forms(wrong_checksums), 1.0, counted("discarded_bytes", "bad_checksums")),
-    "truncated at every position": Row(forms(truncated), 1.0, counted("discarded_bytes")),
-    "split at every position": Row(forms(split), 1.0, unnamed),
-    "three packets glued": Row(late(on_the_way_back(lambda: glue(3)), 0.3), 10.0, unnamed),
-    "ten packets glued": Row(late(on_the_way_back(lambda: glue(10)), 1.0), 20.0, unnamed),
-    "all SIPs are noise": Row(on_the_way_back(lambda: noise), 10.0, link_down("silent"), ends_link=True),
-    "all commands are noise": Row(on_the_way_there(lambda: noise), 10.0, unnamed),
-    **{"%g %% of the packets %s lost" % (100 * share, name): Row(
-        way(lambda share=share: lose(share)), 100.0 if share < 0.1 else 30.0, fewer_sips if way is not on_the_way_there else unnamed)
-       for share in (0.01, 0.2, 0.5)
-       for way, name in ((on_the_way_there, "to the robot"), (on_the_way_back, "to the client"), (both_ways, "either way"))},
-    **{"%g s of silence %s" % (seconds, name): Row(way(lambda: lost), seconds, named, ends_link=down)
-       for seconds in (0.5, 3.0, 60.0)
-       for way, name, named, down in (
-           (on_the_way_there, "to the robot", unnamed, False),
-           (on_the_way_back, "to the client", link_down("silent") if seconds > 2 else fewer_sips, seconds > 2),
-           (both_ways, "either way", link_down("silent") if seconds > 2 else fewer_sips, seconds > 2))},
-    "late by 0.3 s either way": Row(late(delayed(0.3), 0.3), 10.0, unnamed),
-    "cable pulled and put back at once": Row(cable_pulled, 0.1, link_down("line broke"), ends_link=True),
-    "cable pulled and put back": Row(cable_pulled, 5.0, link_down("no such port"), ends_link=True),
-    "cable pulled and put back, serial": Row(cable_pulled, 5.0, link_down("no such port"), baud=9600, ends_link=True),
-    "controller restarts": Row(controller_restarts, 1.0, link_down("restarted"), ends_link=True),
-    "power cycled without a notice": Row(power_cycled, 3.0, link_down("silent"), ends_link=True),
-    "STOP button pressed and released": Row(stop_button, 3.0, cleared("STOP button")),
-    "STOP button tapped between two SIPs": Row(stop_button, 0.05, unnamed),
-    "driven against a wall": Row(driven_against_a_wall, 5.0, lambda rig, before: before.stalled or not before.moving),
-    "battery low": Row(low_battery(11.4), 3.0, noticed("battery")),
-    "battery empty": Row(low_battery(10.9), 3.0, cleared("switched its motors off")),
-    "1000 velocities per second": Row(flood_of_commands, 10.0, unnamed),
-    "1000 velocities per second at 9600 baud": Row(flood_of_commands, 10.0, unnamed, baud=9600),
+    "none": Row(nothing, 5.0, HARMLESS),
+    "none, at 9600 baud": Row(nothing, 5.0, HARMLESS, baud=9600),
+    "junk at every position of a SIP": Row(forms(junk_everywhere), 1.0, DAMAGED + STRAY + link(Level.WARN, "nobody understands: [1-9]")),
+    "every bit of a SIP flipped": Row(forms(flipped_bits), 1.0, DAMAGED + STRAY),
+    "bad checksums": Row(forms(wrong_checksums), 1.0, DAMAGED + STRAY),
+    "truncated at every position": Row(forms(truncated), 1.0, STRAY),
+    "split at every position": Row(forms(split), 1.0, HARMLESS),
+    "three packets glued": Row(late(on_the_way_back(lambda: glue(3)), 0.3), 10.0, HARMLESS),
+    "ten packets glued": Row(late(on_the_way_back(lambda: glue(10)), 1.0), 20.0, HARMLESS),
+    "all SIPs are noise": Row(on_the_way_back(lambda: noise), 10.0, SILENT, ends_link=True),
+    "all commands are noise": Row(on_the_way_there(lambda: noise), 10.0, DEAF),
+    **{"%g %% of the packets %s lost" % (100 * share, name): Row(way(lambda share=share: lose(share)), 100.0 if share < 0.1 else 30.0, told)
+       for share, seen in ((0.01, LOST), (0.2, FEWER), (0.5, FEWER))
+       for way, name, told in (
+           (on_the_way_there, "to the robot", UNSEEN), (on_the_way_back, "to the client", seen), (both_ways, "either way", seen))},
+    **{"%g s of silence %s" % (seconds, name): Row(way(lambda: lost), seconds, told, ends_link=told is SILENT)
+       for seconds, unheard, unseen in ((0.5, UNSEEN, FEWER), (3.0, UNSEEN, SILENT), (60.0, DEAF, SILENT))
+       for way, name, told in (
+           (on_the_way_there, "to the robot", unheard), (on_the_way_back, "to the client", unseen), (both_ways, "either way", unseen))},
+    "late by 0.3 s either way": Row(late(delayed(0.3), 0.3), 10.0, FEWER),     # none for 0.3 s, at the beginning
+    "cable pulled and put back at once": Row(cable_pulled, 0.1, PULLED, ends_link=True),
+    "cable pulled and put back": Row(cable_pulled, 5.0, NO_PORT, ends_link=True),
+    "cable pulled and put back, serial": Row(cable_pulled, 5.0, NO_PORT, baud=9600, ends_link=True),
+    "controller restarts": Row(controller_restarts, 1.0, link(Level.ERROR, "no link: .*restarted"), ends_link=True),
+    "power cycled without a notice": Row(power_cycled, 3.0, SILENT, ends_link=True),
+    "STOP button pressed and released": Row(stop_button, 3.0, (Told("Motors", Level.WARN, "the STOP button is pressed"),) + TAKEN),
+    "STOP button tapped between two SIPs": Row(stop_button, 0.05, TAKEN),
+    "driven against a wall": Row(driven_against_a_wall, 5.0, (Told("Stall", Level.WARN, "wheels are stalled", driving=True),)),
+    "battery low": Row(low_battery(11.4), 3.0, (Told("Battery", Level.WARN, "11.4 V, the alarm level is 11.5 V; charge it"),)),
+    "battery empty": Row(low_battery(10.9), 3.0, (Told("Battery", Level.ERROR, "nearly empty: 10.9 V"),) + TAKEN),
+    "1000 velocities per second": Row(flood_of_commands, 10.0, HARMLESS),
+    "1000 velocities per second at 9600 baud": Row(flood_of_commands, 10.0, HARMLESS, baud=9600),
 }
 
 
-class Before:
-    """What a row is compared with, and what was seen meanwhile."""
+def complaints(row, said, goes_on):
+    """What diagnostics should have said of a fault and did not, and what they said that is not so."""
+    missing = [told for told in row.told if (goes_on or not told.driving) and not any(
+        (one.task, one.level) == told[:2] and re.search(told.words, one.message + "; " + one.values) for one in said)]
+    worst = {told.task: told.level for told in row.told}
+    wrong = [one for one in said if not (row.ends_link if one.level == Level.STALE else one.level <= worst.get(one.task, Level.OK))]
+    return ["not named: %s" % (told,) for told in missing] + ["named, but not there: %s" % (one,) for one in wrong]
 
-    def __init__(self, rig, goes_on, row):
-        self.counts = rig.counts
-        self.moving = goes_on
-        self.seconds = row.seconds
-        self.notices = set()
-        self.stalled = False
-        self.sips_during = 0
 
-    def watch(self, rig, seconds):
-        watch = Watch(COMMAND_TIMEOUT, "...")
-        states, start, sips = rig.states, rig.now, rig.counts.sips
-        while rig.now < start + seconds - STEP / 2:
-            rig.step()
-            if rig.states != states:
-                states = rig.states
-                self.notices.update(notice.kind for notice in watch.state(rig.state))
-                self.stalled |= rig.state.left_stall and rig.state.right_stall
-        self.sips_during = rig.counts.sips - sips
+def well(rig):
+    """Whether all tasks are OK."""
+    return bool(rig.diagnosis.now) and all(said.level == Level.OK for said in rig.diagnosis.now)
 
 
 def at_rest(rig):
@@ -327,17 +321,17 @@ def driving(rig):
 def test_the_matrix(name, goes_on):
     row = FAULTS[name]
     rig = driving(Rig(baud=(row.baud, row.baud) if row.baud else None, seed=len(name)))
-    before = Before(rig, goes_on, row)
+    assert well(rig), rig.diagnosis.now
+    rig.diagnosis.said.clear()
     if not goes_on:
         rig.commanding = None
     for _ in row.befall(rig):
-        before.watch(rig, row.seconds)
+        rig.run(row.seconds)
     rig.mend()
     rig.run_until(lambda: rig.ready, RECOVERY)
     rig.run(1.0)
     rig.commanding = None
     rig.run_until(lambda: at_rest(rig) and rig.state is not None, COMMAND_TIMEOUT + REACTION + 1.0 + WATCHDOG * row.ends_link)
-    assert row.named(rig, before), (rig.counts, list(rig.events))
     assert bool(rig.heard(LinkDown)) == row.ends_link
     assert rig.heard(CommandTimedOut) or row.ends_link or rig.heard(MotionCleared)
     rig.judge.lossy = False
@@ -348,10 +342,24 @@ def test_the_matrix(name, goes_on):
     if not row.ends_link:
         assert (rig.state.x_counts, rig.state.y_counts) == rig.firmware.internal_counts, "not one count is lost"
     driving(rig)
+    rig.run_until(lambda: well(rig), Diagnosis.PERIOD + STEP)
+    assert complaints(row, rig.diagnosis.said, goes_on) == []
     rig.session.close(rig.now)
     rig.run_until(lambda: rig.session is None, 1.0)
     assert not rig.firmware.motors_enabled
     assert not rig.judge.wrongs
+
+
+@pytest.mark.parametrize("row, said, complaint", [
+    ("cable pulled and put back at once", ("Link", Level.ERROR, "no link: silent", ""), "not named"),
+    ("STOP button tapped between two SIPs", ("Motors", Level.OK, "it took its motors away", ""), "not named"),
+    ("1 % of the packets to the client lost", ("Link", Level.OK, "", "got lost: 0"), "not named"),
+    ("none", ("Battery", Level.WARN, "battery low", ""), "named, but not there"),
+    ("none", ("Stall", Level.STALE, "no link", ""), "named, but not there"),
+    ("battery low", ("Battery", Level.ERROR, "11.4 V, the alarm level is 11.5 V; charge it", ""), "named, but not there"),
+])
+def test_a_fault_that_is_not_named_is_seen_and_so_is_a_false_alarm(row, said, complaint):
+    assert any(text.startswith(complaint) for text in complaints(FAULTS[row], {Said(*said)}, goes_on=True))
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -431,6 +439,7 @@ def test_a_robot_at_any_line_speed_is_found_in_a_bounded_time(given, robots, lef
     rig.run(3.0)
     assert rig.firmware.true_pose == pose
     driving(rig)
+    assert well(rig) and ("Baud: %d;" % robots) in rig.diagnosis.now[0].values
     assert not rig.judge.wrongs
 
 
