@@ -35,7 +35,7 @@ ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag
                "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs",
                "diagnostic_updater"}
 # Heavy or special libraries, and the only places that may use them.
-LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/",)}
+LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/", "simulator/picture"), "PIL": ("simulator/ros_map",)}
 
 # Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph with rospy.
 PART_OF_ANOTHER = {"genpy", "rosgraph"}
@@ -194,7 +194,7 @@ def test_package_xml_names_what_the_code_imports():
     """Whatever ROS package or library the sources import, package.xml says so; and it names no messages that nobody imports."""
     manifest = ElementTree.parse(ROOT / "package.xml").getroot()
     named = {element.text for element in manifest if element.tag.endswith("depend")}
-    keys = {"numpy": "python3-numpy", "serial": "python3-serial", "yaml": "python3-yaml", "matplotlib": "python3-matplotlib"}
+    keys = {"numpy": "python3-numpy", "serial": "python3-serial", "yaml": "python3-yaml", "matplotlib": "python3-matplotlib", "PIL": "python3-pil"}
     keys.update({module: module for module in ROS_MODULES})
     used = {module.partition(".")[0] for path in package_files()
             for module, _ in imports(path.read_text(encoding="utf-8"), "pioneer_control.x")}

@@ -1,6 +1,7 @@
 """ARIA's and MobileSim's ``.map`` files as worlds: text, millimetres and degrees.
 
-Walls are the lines; points are taken only where there are no lines, on a grid as fine as the scan, whose borders become few long segments.
+Walls are the lines; points are taken only where there are no lines, on a grid half as fine as the scan, so that
+no gaps stay between them, and whose borders become few long segments.
 ``RobotHome`` is a start, ``Dock...`` a dock, ``Goal`` and ``GoalWithHeading`` are goals, ``Sim.BoxObstacle`` is a box (that stays where it
 is), ``Reflector`` a wall; everything else is skipped, and said. Without a home a robot begins at the origin of the map if there is room,
 else at the most spacious place.
@@ -14,7 +15,7 @@ from typing import Callable, Dict, List, NoReturn, Tuple
 import numpy as np
 
 from ..errors import WorldError
-from .grids import borders, bridged, place, roomiest
+from .grids import borders, place, roomiest
 from .shapes import Point, Wall, closed, turned
 from .world import Pose, World
 
@@ -180,20 +181,22 @@ class _AriaMap:
     def _walls_of_points(self) -> List[Wall]:
         if not self._points:
             return []
-        side = max(self._resolution, LEAST_CELL)
+        side = max(2.0 * self._resolution, LEAST_CELL)
         points = np.array(self._points)
         low = np.floor(points.min(axis=0) / side)
         columns, rows = (np.floor(points.max(axis=0) / side) - low + 1).tolist()
         if max(columns, rows) > MOST_CELLS:
             raise WorldError(f"world file {self._path}: its points lie {columns * side:g} m by {rows * side:g} m apart; with Resolution"
-                             f" {side * 1000:g} mm at most {MOST_CELLS * side:g} m are legal")
+                             f" {self._resolution * 1000:g} mm at most {MOST_CELLS * side:g} m are legal")
         cells = np.zeros((int(rows), int(columns)), dtype=bool)
         at_column, at_row = (np.floor(points / side) - low).astype(int).T
         cells[at_row, at_column] = True
-        return [tuple(wall) for wall in place(borders(bridged(cells)), tuple(low * side), side).tolist()]
+        return [tuple(wall) for wall in place(borders(cells), tuple(low * side), side).tolist()]
 
     def _find_start(self, walls: List[Wall]) -> Pose:
-        world = World(self._path.stem, walls, starts=[(0.0, 0.0, 0.0)])
+        if not walls:
+            return (0.0, 0.0, 0.0)
+        world = World(self._path.stem, walls)
         low_x, low_y, high_x, high_y = world.bounds
         side = max(START_CELL, max(high_x - low_x, high_y - low_y) / 1000.0)
         column_x, row_y = (low + side * (np.arange(int((high - low) / side) + 1) + 0.5) for low, high in ((low_x, high_x), (low_y, high_y)))

@@ -28,12 +28,6 @@ def borders(walls: np.ndarray) -> List[Tuple[int, int, int, int]]:
     return [first + second for first, second in segments]
 
 
-def bridged(cells: np.ndarray) -> np.ndarray:
-    """The cells, with gaps of one or two between them closed; outlines stay where they are."""
-    padded = np.pad(cells, 2)
-    return ~_grown(~_grown(padded))[2:-2, 2:-2]
-
-
 def roomiest(free: np.ndarray, wanted: Optional[Tuple[float, float]], room: float) -> Optional[Tuple[float, float]]:
     """A place (x, y) to stand: `wanted` if all within `room` of it is `free`, else the middle of the largest free square.
 
@@ -61,17 +55,6 @@ def roomiest(free: np.ndarray, wanted: Optional[Tuple[float, float]], room: floa
 def _squares(sums: np.ndarray, side: int) -> np.ndarray:
     """Where a square of this side lies wholly on free cells, by its lowest corner."""
     return sums[side:, side:] - sums[:-side, side:] - sums[side:, :-side] + sums[:-side, :-side] == side * side
-
-
-def _grown(cells: np.ndarray) -> np.ndarray:
-    """The cells and all that are beside one of them, also by a corner."""
-    tall = cells.copy()
-    tall[1:] |= cells[:-1]
-    tall[:-1] |= cells[1:]
-    wide = tall.copy()
-    wide[:, 1:] |= tall[:, :-1]
-    wide[:, :-1] |= tall[:, 1:]
-    return wide
 
 
 def _rings(walls: np.ndarray) -> List[List[Corner]]:
@@ -118,13 +101,13 @@ def _runs(walls: np.ndarray) -> List[Run]:
 def _straightened(ring: List[Corner]) -> List[Corner]:
     """Those corners of a ring that matter: lines between them are nowhere farther from the ring than `STRAIGHTENED_SQUARED` says.
 
-    A corner between two sides of two cells or more is a real one, and stays: stairs have steps of one.
+    A corner between two sides of three cells or more is a real one, and stays: stairs have steps of one, rough ones of two.
     """
     points = np.array(ring, dtype=np.int64)
     points = np.roll(points, -int(np.lexsort((points[:, 1], points[:, 0]))[0]), axis=0)
     far = int(np.argmax(((points - points[0]) ** 2).sum(axis=1)))
     points = np.vstack((points, points[:1]))
-    long = np.abs(np.diff(points, axis=0)).sum(axis=1) > 1
+    long = np.abs(np.diff(points, axis=0)).sum(axis=1) > 2
     kept = {0, far, *np.flatnonzero(long & np.roll(long, 1)).tolist()}
     ends = sorted(kept) + [len(points) - 1]
     open_ends = list(zip(ends, ends[1:]))

@@ -1,11 +1,11 @@
-"""Grids of cells: borders as few long segments, closed gaps, and where there is room."""
+"""Grids of cells: borders as few long segments, and where there is room."""
 
 import math
 
 import numpy as np
 import pytest
 
-from pioneer_control.simulator.grids import borders, bridged, place, roomiest
+from pioneer_control.simulator.grids import borders, place, roomiest
 
 
 def grid(*rows):
@@ -92,12 +92,6 @@ def distance(x, y, segment):
 def test_segments_in_metres():
     assert place([(0, 0, 4, 2)], (-1.0, 2.0), 0.05).tolist() == [[-1.0, 2.0, -0.8, 2.1]]
     assert place([], (0.0, 0.0), 1.0).shape == (0, 4)
-
-
-@pytest.mark.parametrize("row, closed_row", [("#.#", "###"), ("#..#", "####"), ("#...#", "#...#"), ("..#..", "..#.."), (".....", ".....")])
-def test_small_gaps_are_closed_and_nothing_grows(row, closed_row):
-    assert bridged(grid(row)).tolist() == grid(closed_row).tolist()
-    assert bridged(grid(*row)).tolist() == grid(*closed_row).tolist()
 
 
 FREE = grid(

@@ -138,6 +138,8 @@ def test_occupancy_of_nothing_is_floor():
     (dict(cans=[Can(0, 0, radius=0.0)]), "can 1 has radius 0"),
     (dict(starts=[]), "no start"),
     (dict(starts=[(0, math.inf, 0)]), "start 1 .* not finite"),
+    (dict(docks=[(0, 0, math.nan)]), "dock 1 .* not finite"),
+    (dict(goals={"a": (0, 0, 0), "b": (0, math.inf, 0)}), "goal 2 .* not finite"),
 ])
 def test_impossible_worlds_are_refused(parts, message):
     with pytest.raises(WorldError, match=message):

@@ -27,6 +27,11 @@ cans:
 starts:
   - {position_m: [1, 2], heading_deg: 90}
   - {position_m: [3, 1], heading_deg: -180}
+docks:
+  - {position_m: [0.5, 2.5], heading_deg: 180}
+goals:
+  - {name: window, position_m: [2, 2.5], heading_deg: 90}
+  - {name: door, position_m: [2.5, 0], heading_deg: 0}
 """
 
 
@@ -53,12 +58,15 @@ def test_every_section_and_key(tmp_path):
     assert [(can.x, can.y, can.radius, can.height, can.held_by) for can in world.cans] == [
         (1.0, 1.0, 0.033, 0.115, None), (1.0, 2.0, 0.05, 0.05, None)]
     assert world.starts == [(1.0, 2.0, math.pi / 2), (3.0, 1.0, -math.pi)]
+    assert world.docks == [(0.5, 2.5, math.pi)]
+    assert world.goals == {"window": (2.0, 2.5, math.pi / 2), "door": (2.5, 0.0, 0.0)}
+    assert world.skipped == ()
     assert world.bounds == pytest.approx((-diagonal, -diagonal, 4.0, 3.0))
 
 
 def test_only_a_start_is_needed(tmp_path):
     world = load_world(str(written(tmp_path, "starts: [{position_m: [1, 2], heading_deg: 0}]")))
-    assert len(world.walls) == len(world.posts) == len(world.cans) == 0
+    assert len(world.walls) == len(world.posts) == len(world.cans) == len(world.docks) == len(world.goals) == 0
 
 
 START = "starts: [{position_m: [0, 0], heading_deg: 0}]\n"
@@ -94,6 +102,11 @@ START = "starts: [{position_m: [0, 0], heading_deg: 0}]\n"
     (START + "posts:\n  - {centre_m: [0, true], diameter_m: 1}\n", "line 3: a finite number is needed here, not 'true'"),
     (START + "posts:\n  - {centre_m: [0, 1:30], diameter_m: 1}\n", "line 3: a finite number is needed here, not '1:30'"),
     (START + "posts:\n  - {centre_m: [0, [1]], diameter_m: 1}\n", "line 3: a finite number is needed here, not a list or mapping"),
+    (START + "docks:\n  - {position_m: [0, 0]}\n", "line 3: a dock needs heading_deg"),
+    (START + "docks: 1\n", "line 2: docks must be a list"),
+    (START + "goals:\n  - {position_m: [0, 0], heading_deg: 0}\n", "line 3: a goal needs name"),
+    (START + "goals:\n  - {name: 5, position_m: [0, 0], heading_deg: 0}\n", "line 3: text is needed here"),
+    (START + "goals:\n" + 2 * "  - {name: a, position_m: [0, 0], heading_deg: 0}\n", "line 4: there are two goals named 'a'; names must differ"),
     (START + "cans:\n  - {centre_m: [0, 0], height_m: 0.2}\n", "line 3: a can must be lower than the sonar, 0.17 m, not 0.2"),
 ])
 def test_wrong_files_are_told_the_line_and_what_is_legal(tmp_path, text, message):
@@ -116,7 +129,7 @@ def test_unknown_name_lists_the_known_ones():
         load_world("xyzzy")
 
 
-@pytest.mark.parametrize("name", ["no/such/file", "missing.yaml", "missing.yml"])
+@pytest.mark.parametrize("name", ["no/such/file", "missing.yaml", "missing.yml", "missing.map"])
 def test_missing_file(name):
     with pytest.raises(WorldError, match=f"world file {name} does not exist.*tutorial"):
         load_world(name)
