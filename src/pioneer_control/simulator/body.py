@@ -7,6 +7,7 @@ from typing import List, Optional, Sequence, Tuple
 
 from .exact import hypot, sin, unit
 from .geometry import outlines_meet
+from .hearing import Candidate, outline_candidates
 
 Point = Tuple[float, float]
 Pose = Tuple[float, float, float]
@@ -66,6 +67,8 @@ class Body:
         self.reach = max(hypot(x, y) for x, y in outline)
         self._free = 0.0
         self._contact_at: Optional[Pose] = None
+        self._heard_at: Optional[Pose] = None
+        self._candidates: List[Candidate] = []
 
     def move(self, distance: float, turn: float) -> bool:
         """Drive an arc, unless the body would touch something at its end: then it stays, and a contact is counted.
@@ -112,9 +115,11 @@ class Body:
         return _placed(self._outline, self.pose)
 
     @property
-    def hull(self) -> List[Point]:
-        """The corners of what sonar sees of it, where it stands now (map frame)."""
-        return _placed(self._hull, self.pose)
+    def candidates(self) -> List[Candidate]:
+        """What sonar can hear of it, where it stands now."""
+        if self._heard_at is not self.pose:
+            self._heard_at, self._candidates = self.pose, outline_candidates(_placed(self._hull, self.pose))
+        return self._candidates
 
     def is_close(self, pose: Pose, reach: float) -> bool:
         """Whether something within `reach` of the middle of `pose` could touch it."""

@@ -1,16 +1,16 @@
 """The sonar arrays: which transducer fires when, and what it hears in the world.
 
-Arrays of eight fire in step, one transducer each per cycle, in the order of their sequence. A firing remembers where
-the transducer was; the echoes of several firings are looked up together when somebody asks.
+Arrays of eight fire in step, one transducer each per cycle, in the order of their sequence.
 """
 
 import math
 import random
-from typing import Dict, List, Optional, Sequence, Set, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from ..robots import ARRAY_SIZE, Transducer
 from .body import Pose
 from .exact import unit
+from .geometry import Point
 
 LONGEST_SEQUENCE = 16
 """Firings that the sequence of one array can name (ARCOS manual)."""
@@ -18,12 +18,22 @@ LONGEST_SEQUENCE = 16
 Reading = Tuple[int, float]
 
 
+class Mount(NamedTuple):
+    """Where on a robot a transducer sits (m, base_link), and the unit vectors along its axis and the edges of its cone."""
+
+    x: float
+    y: float
+    axis: Point
+    right: Point
+    left: Point
+
+
 class Sonar:
     """The transducers that are fitted to a robot, and their firing.
 
     :param transducers: as `RobotModel.sonar` lists them.
     :param numbers: ranges, cone, cycle and noise (`SonarNumbers`).
-    :param world: answers ``echoes``.
+    :param world: has an ``ear``.
     :param noise: every range is off by up to this much (m).
     :param seed: of the noise.
     :param body: that it is on, which it does not hear.
@@ -32,22 +42,23 @@ class Sonar:
     """
 
     def __init__(self, transducers: Sequence[Transducer], numbers, world, noise: float, seed: int, body=None):
-        self._transducers = {transducer.number: transducer for transducer in transducers}
-        self._numbers, self._world, self._noise, self._body = numbers, world, noise, body
+        half_width = math.radians(numbers.cone_deg) / 2.0
+        self._mounts = {number: Mount(x, y, unit(to), unit(to - half_width), unit(to + half_width)) for number, x, y, to in transducers}
+        self._numbers, self._noise, self._body = numbers, noise, body
+        self._ear = world.ear(half_width, numbers.maximum)
         self._random = random.Random(seed)
-        self._half_width = math.radians(numbers.cone_deg) / 2.0
-        self._pings: List[Tuple[int, float, float, float]] = []
+        self._readings: List[Reading] = []
         self.firing: Sequence[int] = ()
         self.dead: Set[int] = set()
         """Numbers of transducers that fire and hear nothing."""
-        self.arrays = sorted({number // ARRAY_SIZE for number in self._transducers})
+        self.arrays = sorted({number // ARRAY_SIZE for number in self._mounts})
         self.reset()
 
     def reset(self) -> None:
         """Back to the sequence and cycle of the power-on: every fitted transducer once, in the order of the numbers."""
         self.cycle_us = self._numbers.cycle_ms * 1000
         self._sequences: Dict[int, List[int]] = {array: [] for array in self.arrays}
-        for number in sorted(self._transducers):
+        for number in sorted(self._mounts):
             self._sequences[number // ARRAY_SIZE].append(number)
         self._fired = 0
         self._next_us = 0
@@ -61,7 +72,7 @@ class Sonar:
             self._fired = 0
             self._next_us = now_us + self.cycle_us
         if not self.firing:
-            self._pings.clear()
+            self._readings.clear()
 
     def set_sequence(self, numbers: Sequence[int], now_us: int) -> None:
         """Fire these transducers (numbers from 0, repeats allowed) in this order; arrays not named keep theirs.
@@ -73,32 +84,34 @@ class Sonar:
             return
         for array in {number // ARRAY_SIZE for number in numbers} & set(self._sequences):
             named = [number for number in numbers if number // ARRAY_SIZE == array]
-            self._sequences[array] = [number for number in named if number in self._transducers][:LONGEST_SEQUENCE]
+            self._sequences[array] = [number for number in named if number in self._mounts][:LONGEST_SEQUENCE]
 
     def step(self, now_us: int, pose: Pose) -> None:
         """Fire what is due at `now_us`, from a robot at `pose` (map frame)."""
         while self.firing and self._next_us <= now_us:
-            cosine, sine = unit(pose[2])
+            forward = unit(pose[2])
             for array in self.firing:
                 sequence = self._sequences[array]
                 if sequence:
-                    number, x, y, heading = self._transducers[sequence[self._fired % len(sequence)]]
-                    ping_x, ping_y = pose[0] + x * cosine - y * sine, pose[1] + x * sine + y * cosine
-                    self._pings.append((number, ping_x, ping_y, pose[2] + heading))
+                    number = sequence[self._fired % len(sequence)]
+                    self._readings.append((number, self._fire(number, pose, forward)))
             self._fired += 1
             self._next_us += self.cycle_us
 
     def take_readings(self, most: int) -> List[Reading]:
         """Number and range (m) of every firing since the last call, oldest first; only the newest `most` of them."""
-        pings, self._pings = self._pings[-most:], []
-        if not pings:
-            return []
-        numbers, x, y, heading = zip(*pings)
-        ranges = self._world.echoes(x, y, heading, self._half_width, self._numbers.maximum, self._body)
-        return [
-            (number, self._numbers.maximum if number in self.dead else self._reported(float(distance)))
-            for number, distance in zip(numbers, ranges)
-        ]
+        readings, self._readings = self._readings[-most:], []
+        return readings
+
+    def _fire(self, number: int, pose: Pose, forward: Point) -> float:
+        """The range (m) that a transducer of a robot at `pose`, which looks `forward`, reports."""
+        if number in self.dead:
+            return self._numbers.maximum
+        x, y, *directions = self._mounts[number]
+        cosine, sine = forward
+        axis, right, left = [(x * cosine - y * sine, x * sine + y * cosine) for x, y in directions]
+        x, y = pose[0] + x * cosine - y * sine, pose[1] + x * sine + y * cosine
+        return self._reported(self._ear.echo(x, y, axis, right, left, self._body))
 
     def _reported(self, distance: float) -> float:
         """A range as the electronics report it: with its noise, no less than the minimum, the maximum for no echo."""

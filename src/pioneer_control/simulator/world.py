@@ -9,11 +9,12 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ..errors import UsageError, WorldError
+from ..errors import WorldError
 from .crowd import Crowd
 from .exact import hypot, unit
 from .free_space import flood
-from .geometry import Solids, outline_echo
+from .geometry import Point, Solids
+from .hearing import Ear
 
 SONAR_PLANE = 0.17
 """Height of the sonar above the floor (m): what is lower is not seen."""
@@ -83,6 +84,7 @@ class World:
                 if not radius > 0.0:
                     raise WorldError(f"world {name}: {kind} {number} has radius {radius:g}; must be above 0")
         self._solids = Solids(self.walls, self.posts)
+        self._ears: Dict[Tuple[float, float, float], Ear] = {}
         self._neighbourhoods: Dict[Tuple[float, int, int], Solids] = {}
         self.crowd = Crowd()
         """The bodies of the robots of one `Simulation`, in each other's way."""
@@ -94,37 +96,17 @@ class World:
     def __repr__(self) -> str:
         return f"World({self.name!r}, {len(self.walls)} walls, {len(self.posts)} posts, {len(self.cans)} cans)"
 
-    def echoes(
-        self, x: Sequence[float], y: Sequence[float], heading: Sequence[float], half_width: float, maximum: float,
-        listener=None
-    ) -> np.ndarray:
-        """What sonar transducers hear: the nearest wall or post in each one's cone. Cans are too low to be seen.
+    def ear(self, half_width: float, maximum: float, slant: float = math.inf) -> Ear:
+        """What hears in this world for transducers of a kind, the same for all of that kind; see `Ear`."""
+        kind = half_width, maximum, slant
+        if kind not in self._ears:
+            self._ears[kind] = Ear(self, *kind)
+        return self._ears[kind]
 
-        Exact, not sampled by rays. Nothing hides the nearest point of a cone, so nothing has to be hidden. One call for several
-        transducers costs little more than for one; they should be near each other (those of one robot).
-
-        :param x: (s,) positions of the transducers, as `y`.
-        :param heading: (s,) the way they look.
-        :param half_width: angle between the axis of a cone and its edge, above 0 and at most pi / 4.
-        :param maximum: how far they hear.
-        :param listener: the body that they are on, which they do not hear; all others of the crowd they do.
-        :returns: (s,) distances, `maximum` where nothing is nearer, 0 inside a post.
-        :raises UsageError: for a wider cone.
-        """
-        if not 0.0 < half_width <= math.pi / 4.0:
-            raise UsageError(f"half_width {half_width!r} rad: a sonar cone's must be above 0 and at most pi / 4")
-        if not len(x):
-            return np.empty(0)
-        centre_x, centre_y, spread = _middle(x, y)
-        solids = self._near(centre_x, centre_y, maximum + spread)
-        echoes = np.minimum(solids.echoes(x, y, heading, half_width), maximum)
-        for body in self.crowd.near(centre_x, centre_y, maximum + spread):
-            if body is not listener:
-                for key, angle in enumerate(heading):
-                    edges = [unit(edge) for edge in (angle - half_width, angle + half_width)]
-                    outline = [(px - x[key], py - y[key]) for px, py in body.hull]
-                    echoes[key] = min(echoes[key], outline_echo(outline, *edges))
-        return echoes
+    def echoes(self, x: Sequence[float], y: Sequence[float], heading: Sequence[float], half_width: float, maximum: float) -> List[float]:
+        """What several transducers hear that look into directions (rad): distances, `maximum` where nothing is nearer."""
+        ear = self.ear(half_width, maximum)
+        return [ear.echo(*place, unit(to), unit(to - half_width), unit(to + half_width)) for *place, to in zip(x, y, heading)]
 
     def touches(self, outline_xy: Sequence[Sequence[float]]) -> bool:
         """Whether a body overlaps any wall or post, also one that is wholly inside it. Cans give way and do not count.
@@ -132,12 +114,12 @@ class World:
         :param outline_xy: (k, 2) corners of the body's polygon in order, convex or not.
         """
         centre_x, centre_y, radius = _middle(*zip(*outline_xy))
-        solids = self._near(centre_x, centre_y, radius)
+        solids = self.near(centre_x, centre_y, radius)
         return len(solids) > 0 and solids.overlap(outline_xy, centre_x, centre_y, radius)
 
     def clearance(self, x: float, y: float) -> float:
         """Distance from a point to the nearest wall or post: infinite where there is none, 0 inside a post."""
-        close = self._near(x, y, _CLOSE).nearest(x, y)
+        close = self.near(x, y, _CLOSE).nearest(x, y)
         if close <= _CLOSE:
             return close
         walls, posts = self._solids.distances(np.array(x), np.array(y))
@@ -181,7 +163,7 @@ class World:
         cells[occupied] = OCCUPIED
         return cells, origin
 
-    def _near(self, x: float, y: float, reach: float) -> Solids:
+    def near(self, x: float, y: float, reach: float) -> Solids:
         """At least every solid within `reach` of a point, found once for each small square of floor and kept.
 
         Wide neighbourhoods are sieved for the narrow ones in them, so a first visit is cheap in a large world too.
@@ -194,7 +176,7 @@ class World:
             centre_x, centre_y = (square[1] + 0.5) * side, (square[2] + 0.5) * side
             low_x, low_y, high_x, high_y = self.bounds
             whole = 2.0 * reach > max(high_x - low_x, high_y - low_y)
-            source = self._solids if whole else self._near(centre_x, centre_y, 4.0 * reach)
+            source = self._solids if whole else self.near(centre_x, centre_y, 4.0 * reach)
             solids = source.within(centre_x, centre_y, reach + side)  # a corner is 0.71 sides from the middle
             if len(self._neighbourhoods) >= _KEPT_NEIGHBOURHOODS:
                 self._neighbourhoods.clear()

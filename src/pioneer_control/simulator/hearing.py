@@ -1,0 +1,219 @@
+"""What sonar hears: the nearest point of anything solid in a cone.
+
+Lengths are metres, all coordinates in the map frame. A cone is given by the unit vectors along its right and its left edge, less than
+half a turn apart. Only ``+ - * / sqrt`` and comparisons decide what is heard, so that it is the same on every computer.
+"""
+
+import math
+from typing import Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from ..errors import UsageError
+from .exact import unit
+from .geometry import Point, Solids
+
+SQUARE = 0.5
+"""Side (m) of the squares of floor for which is found out what can be heard there."""
+MOST_SQUARES = 4096
+"""So many of them are kept."""
+SECTORS = 32
+"""Into so many directions a square of floor sorts what can be heard from it."""
+
+_NUDGE = 1e-13  # m: a sensor exactly on a wall's line counts as this far beside it, so that it hears the wall's end
+_SPARE = 1e-6  # m: rounding must not drop what just touches a sector
+
+# A wall or post as it is heard: no nearer than the first number, then x, y and either the wall's unit vector and length,
+# or the post's radius, 0 and -1.
+Candidate = Tuple[float, float, float, float, float, float]
+
+
+class Ear:
+    """What hears in a world for sonar transducers of one kind.
+
+    :param world: a `World`.
+    :param half_width: angle between the axis of a cone and its edge, above 0 and at most pi / 4.
+    :param maximum: how far they hear (m).
+    :param slant: tangent of the greatest angle at which sound may meet a wall (0: squarely) and still come back.
+    :raises UsageError: for a wider cone.
+    """
+
+    def __init__(self, world, half_width: float, maximum: float, slant: float):
+        if not 0.0 < half_width <= math.pi / 4.0:
+            raise UsageError(f"half_width {half_width!r} rad: a sonar cone's must be above 0 and at most pi / 4")
+        self._world, self._half_width, self._maximum, self._slant = world, half_width, maximum, slant
+        self._earshots: Dict[Point, Earshot] = {}
+
+    def echo(self, x: float, y: float, axis: Point, right: Point, left: Point, listener=None) -> float:
+        """The distance (m) from a transducer to the nearest wall, post or other robot in its cone. Cans are too low to be heard.
+
+        Exact, not sampled by rays. Nothing hides the nearest point of a cone, so nothing has to be hidden.
+
+        :param x: position of the transducer, as `y`.
+        :param axis: unit vector the way it looks.
+        :param right: unit vector along the right edge of its cone, as `left`.
+        :param listener: the body that it is on, which it does not hear.
+        :returns: the maximum where nothing is nearer, 0 inside a post.
+        """
+        square = x // SQUARE, y // SQUARE
+        earshot = self._earshots.get(square) or self._listen(*square)
+        nearest = echo(earshot.candidates(axis), x, y, right, left, self._maximum, self._slant)
+        if self._world.crowd:
+            for body in self._world.crowd.near(x, y, self._maximum):
+                if body is not listener and disc_echo(body.pose[0] - x, body.pose[1] - y, body.reach, right, left) < nearest:
+                    nearest = echo(body.candidates, x, y, right, left, nearest, self._slant)
+        return nearest
+
+    def _listen(self, column: float, row: float) -> "Earshot":
+        """The `Earshot` of a square of floor, kept for the next time."""
+        if len(self._earshots) >= MOST_SQUARES:
+            self._earshots.clear()
+        x, y, spread = (column + 0.5) * SQUARE, (row + 0.5) * SQUARE, SQUARE * 0.7072
+        solids = self._world.near(x, y, self._maximum + spread)
+        earshot = self._earshots[column, row] = Earshot(solids, x, y, spread, self._half_width)
+        return earshot
+
+
+class Earshot:
+    """What can be heard from a small square of floor, for cones of one width: by direction, and nearest first.
+
+    :param solids: all that is within the sonar's maximum of any place of the square, and maybe more.
+    :param x: middle of the square, as `y`.
+    :param spread: from there to its corners.
+    :param half_width: angle between a cone's axis and its edge, at most pi / 4.
+    """
+
+    def __init__(self, solids: Solids, x: float, y: float, spread: float, half_width: float):
+        walls, posts = solids.distances(np.array(x), np.array(y))
+        least = np.concatenate((walls, posts)) - (spread + _SPARE)
+        order = np.argsort(least, kind="stable")
+        posts = np.vstack((solids.posts.T, np.zeros(len(solids.posts)), np.full(len(solids.posts), -1.0)))
+        columns = np.vstack((least, np.hstack((solids.frames, posts))))[:, order]
+        self._candidates: List[Candidate] = list(zip(*columns.tolist()))
+        self._audible = self._by_sector(solids, x, y, spread + _SPARE, half_width)[:, order]
+        self._sectors: List[Optional[List[Candidate]]] = [None] * SECTORS
+
+    @staticmethod
+    def _by_sector(solids: Solids, x: float, y: float, spread: float, half_width: float) -> np.ndarray:
+        """Whether a cone whose axis lies in a sector can reach a solid: (sectors, solids). Sure where it says no."""
+        right, left = (np.array(edges).T[:, :, None] for edges in _edges(half_width))
+        ends_x = np.concatenate((solids.walls[:, 0::2].T, np.tile(solids.posts[:, 0], (2, 1))), axis=1) - x
+        ends_y = np.concatenate((solids.walls[:, 1::2].T, np.tile(solids.posts[:, 1], (2, 1))), axis=1) - y
+        room = np.concatenate((np.zeros(len(solids.walls)), solids.posts[:, 2])) + spread
+        audible = np.ones((SECTORS, len(solids)), dtype=bool)
+        for (edge_x, edge_y), side in ((right, 1.0), (left, -1.0)):
+            inside = side * (edge_x * ends_y[0] - edge_y * ends_x[0]), side * (edge_x * ends_y[1] - edge_y * ends_x[1])
+            audible &= np.maximum(*inside) >= -room
+        return audible
+
+    def candidates(self, axis: Point) -> List[Candidate]:
+        """What a cone with this axis can reach from the square, and some that it cannot, nearest first."""
+        number = _sector(*axis)
+        candidates = self._sectors[number]
+        if candidates is None:
+            audible = np.flatnonzero(self._audible[number]).tolist()
+            candidates = self._sectors[number] = [self._candidates[key] for key in audible]
+        return candidates
+
+
+def outline_candidates(outline: Sequence[Point]) -> List[Candidate]:
+    """The edges of a polygon, in the order of its corners."""
+    candidates = []
+    for (x1, y1), (x2, y2) in zip(outline, [*outline[1:], outline[0]]):
+        along_x, along_y = x2 - x1, y2 - y1
+        length = math.sqrt(along_x * along_x + along_y * along_y)
+        candidates.append((0.0, x1, y1, along_x / length, along_y / length, length))
+    return candidates
+
+
+def echo(candidates: Sequence[Candidate], x: float, y: float, right: Point, left: Point, maximum: float, slant: float) -> float:
+    """Distance from a sensor to the nearest candidate in its cone.
+
+    :param right: unit vector along the right edge of the cone, as `left`.
+    :param slant: tangent of the greatest angle at which sound may meet a wall (0: squarely) and still come back.
+    :returns: `maximum` if nothing is nearer, 0 inside a post.
+    """
+    right_x, right_y = right
+    left_x, left_y = left
+    nearest = maximum
+    for least, at_x, at_y, ux, uy, length in candidates:
+        if least >= nearest:
+            break
+        at_x -= x
+        at_y -= y
+        if length < 0.0:
+            nearest = min(nearest, disc_echo(at_x, at_y, ux, right, left))
+            continue
+        aside = at_x * uy - at_y * ux
+        if aside >= nearest or -aside >= nearest:
+            continue
+        # Along a wall `t` counts from the foot of the perpendicular, `aside` away. An edge of the cone that leads towards the
+        # wall's line cuts it at one t; one that leads away does so at one or the other infinity, as far as the cone goes.
+        beside = aside + _NUDGE
+        along, across = right_x * ux + right_y * uy, right_x * uy - right_y * ux
+        facing = across * beside > 0.0
+        cut = beside * along / across if facing else math.copysign(math.inf, along)
+        along, across = left_x * ux + left_y * uy, left_x * uy - left_y * ux
+        if across * beside > 0.0:
+            other_cut = beside * along / across
+        elif facing:
+            other_cut = math.copysign(math.inf, along)
+        else:
+            continue
+        if cut > other_cut:
+            cut, other_cut = other_cut, cut
+        low = at_x * ux + at_y * uy
+        high = low + length
+        if cut > low:
+            low = cut
+        if other_cut < high:
+            high = other_cut
+        if low > high:
+            continue
+        t = low if low > 0.0 else -high if high < 0.0 else 0.0
+        squared = aside * aside + t * t
+        if squared < nearest * nearest and not t > slant * abs(aside):
+            nearest = math.sqrt(squared)
+    return nearest
+
+
+def disc_echo(x: float, y: float, radius: float, right: Point, left: Point) -> float:
+    """Nearest point of a disc in a cone at the origin; infinite if there is none.
+
+    It is on the way to the disc's middle if that is in the cone, else where an edge that the middle is beyond enters the disc.
+    """
+    distance = math.sqrt(x * x + y * y)
+    if distance <= radius:
+        return 0.0
+    right_x, right_y = right
+    left_x, left_y = left
+    beyond_right, beyond_left = right_y * x - right_x * y, left_x * y - left_y * x
+    if beyond_right <= 0.0 and beyond_left <= 0.0:
+        return distance - radius
+    nearest = math.inf
+    for (edge_x, edge_y), outside in ((right, beyond_right), (left, beyond_left)):
+        ahead = edge_x * x + edge_y * y
+        if 0.0 < outside <= radius and ahead > 0.0:
+            nearest = min(nearest, ahead - math.sqrt(radius * radius - outside * outside))
+    return nearest
+
+
+def _sector(x: float, y: float) -> int:
+    """The sector that a direction lies in: equal parts of the square |x| + |y| = 1, counter-clockwise from x."""
+    part = y / (abs(x) + abs(y))
+    return int((2.0 - part if x < 0.0 else part + 4.0) * (SECTORS / 4)) % SECTORS
+
+
+def _edges(half_width: float) -> Tuple[Sequence[Point], Sequence[Point]]:
+    """For each sector the rightmost of the right edges and the leftmost of the left edges of the cones whose axes lie in it."""
+    borders = []
+    for key in range(SECTORS + 1):
+        part = key * 4 / SECTORS
+        y = part if part <= 1.0 else 2.0 - part if part <= 3.0 else part - 4.0
+        x = (1.0 - abs(y)) * (1.0 if part <= 1.0 or part >= 3.0 else -1.0)
+        length = math.sqrt(x * x + y * y)
+        borders.append((x / length, y / length))
+    cosine, sine = unit(half_width)
+    right = [(x * cosine + y * sine, y * cosine - x * sine) for x, y in borders[:-1]]
+    left = [(x * cosine - y * sine, y * cosine + x * sine) for x, y in borders[1:]]
+    return right, left
