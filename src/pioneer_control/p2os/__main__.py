@@ -1,17 +1,18 @@
-"""``python3 -m pioneer_control.p2os FA FB 03 1D 00 1D``: explain bytes to a person."""
+"""``python3 -m pioneer_control.p2os FA FB 03 1D 00 1D``: explain bytes to a person; ``--record FILE``: what a simulated robot recorded."""
 
 import argparse
 import sys
 
 from ..errors import UsageError
 from .explain import explain, parse_hex, pieces
+from .recording import told
 
 
 def main(arguments=None) -> int:
     """Explain the bytes that are given, or those on standard input.
 
     Returns:
-        0 when all bytes were whole packets, 1 when some were not, 2 when something was not hex.
+        0 when all bytes were whole packets, 1 when some were not (a record says so itself), 2 when something was not hex.
     """
     parser = argparse.ArgumentParser(
         prog="python3 -m pioneer_control.p2os", description="Explain bytes of the P2OS protocol, byte by byte.",
@@ -23,7 +24,19 @@ def main(arguments=None) -> int:
     direction.add_argument("--from-robot", action="store_true", help="they came from the robot")
     parser.add_argument("--port-first", action="store_true",
                         help="the robot has PSOS, P2OS or AmigOS: its SIP has the analog port before the gripper state")
+    parser.add_argument("--record", metavar="FILE", help="explain the record of a line that a simulated robot wrote, one line for each packet")
+    parser.add_argument("--long", action="store_true", help="every packet of a record byte by byte")
     options = parser.parse_args(arguments)
+    if options.record:
+        try:
+            with open(options.record, encoding="utf-8") as lines:
+                for line in told(lines, options.long, not options.port_first):
+                    print(line)
+        except BrokenPipeError:     # whoever reads has seen enough
+            sys.stdout = None
+        except (OSError, UnicodeDecodeError, UsageError) as error:
+            parser.error(f"{options.record}: {getattr(error, 'strerror', None) or error}")
+        return 0
     if not options.bytes and sys.stdin.isatty():
         parser.error("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")
     try:

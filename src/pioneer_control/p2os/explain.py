@@ -104,18 +104,37 @@ def explain(data: bytes, to_robot: bool = True, from_robot: bool = True,
         grip_state_first: as in `decode_packet`.
     """
     for piece in pieces(data):
-        frame = piece.frame
-        yield _hex(piece.data)
-        if frame is None:
-            yield f"  {piece.wrong}"
-            continue
-        checked = piece.wrong or f"checksum {_hex(piece.data[-2:])} is right"
-        yield f"  byte count {len(frame.data) + SMALLEST_COUNT}, id {frame.id} (0x{frame.id:02X}), {checked}"
-        sense_to, sense_from = _is_command(frame), _is_packet(frame)
-        if to_robot and (sense_to or not (from_robot and sense_from)):
-            yield from _explain_command(frame)
-        if from_robot and (sense_from or not (to_robot and sense_to)):
-            yield from _explain_packet(frame, grip_state_first)
+        yield from explain_piece(piece, to_robot, from_robot, grip_state_first)
+
+
+def explain_piece(piece: Piece, to_robot: bool = True, from_robot: bool = True, grip_state_first: bool = True) -> Iterator[str]:
+    """The lines that explain one of the `pieces`; arguments as of `explain`."""
+    frame = piece.frame
+    yield _hex(piece.data)
+    if frame is None:
+        yield f"  {piece.wrong}"
+        return
+    checked = piece.wrong or f"checksum {_hex(piece.data[-2:])} is right"
+    yield f"  byte count {len(frame.data) + SMALLEST_COUNT}, id {frame.id} (0x{frame.id:02X}), {checked}"
+    sense_to, sense_from = _is_command(frame), _is_packet(frame)
+    if to_robot and (sense_to or not (from_robot and sense_from)):
+        yield from _explain_command(frame)
+    if from_robot and (sense_from or not (to_robot and sense_to)):
+        yield from _explain_packet(frame, grip_state_first)
+
+
+def in_one_line(piece: Piece, to_robot: bool, grip_state_first: bool = True) -> str:
+    """What one of the `pieces` says, in short."""
+    if piece.frame is None or piece.wrong:
+        return f"{_hex(piece.data)}  ({piece.wrong.partition(', should')[0]})"
+    if to_robot:
+        return next(_explain_command(piece.frame)).partition(": ")[2]
+    packet = decode_packet(piece.frame, grip_state_first)
+    if isinstance(packet, (UnknownPacket, MalformedPacket)):
+        return next(_explain_packet(piece.frame, grip_state_first)).partition(": ")[2]
+    rows = {row.name: row for row in packet_rows(type(packet), grip_state_first)}
+    fields = [f"{name} {_value(value, rows[name]) if name in rows else value}" for name, value in vars(packet).items() if value is not None]
+    return f"{type(packet).__name__}: {', '.join(fields)}"
 
 
 def _is_command(frame: Frame) -> bool:

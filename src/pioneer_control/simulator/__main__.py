@@ -1,6 +1,7 @@
-"""A simulated robot on the command line, without ROS: ``python3 -m pioneer_control.simulator --tcp 8101``."""
+"""Simulated robots on the command line, without ROS: ``python3 -m pioneer_control.simulator --tcp 8101``."""
 
 import argparse
+import resource
 import signal
 import sys
 import threading
@@ -8,10 +9,11 @@ from typing import List, Optional
 
 from ..errors import PioneerError
 from ..robots import find_model
-from .firmware import Firmware
+from .faults import fault_of, load_faults, rows
 from .loading import known_worlds, load_world
 from .robot_numbers import load_numbers
-from .server import STANDARD_PORT, Server
+from .server import SPEEDS, STANDARD_PORT, Server
+from .simulation import Simulation
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
@@ -21,49 +23,98 @@ def main(arguments: Optional[List[str]] = None) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     try:
-        firmware = Firmware(
-            find_model(options.model, options.models),
-            load_world(options.world),
-            gripper=options.gripper,
-            rear_sonar=options.rear_sonar,
-            name=options.name,
-            seed=options.seed,
-            noise=options.noise,
-            numbers=load_numbers(options.numbers),
+        allow_many_files()
+        server = Server(
+            simulation_of(options), options.tcp, options.pty, speed=options.speed, seed=options.seed, faults=faults_of(options),
+            record=options.record, say=say,
         )
-        server = Server(firmware, options.tcp, options.pty)
     except PioneerError as error:
         print(f"simulator: {error}", file=sys.stderr)
         return 2 if isinstance(error, ValueError) else 1
     with server:
-        print(f"A simulated {firmware.model.subtype} stands in the world {firmware.world.name!r}. Connect to it at")
-        for place in (server.url, server.pty_link):
-            if place is not None:
-                print(f"    {place}")
+        print(welcome(server))
+        if server.open_to_others:
+            print("simulator: every machine that reaches this one can drive it: the protocol knows no password", file=sys.stderr)
         print("Ctrl-C ends it.", flush=True)
         while server.running and not stop.wait(0.2):
             pass
         return 0 if stop.is_set() else 1
 
 
+def simulation_of(options: argparse.Namespace) -> Simulation:
+    """The world and the robots that the command line asks for. Raises UsageError for what makes no sense."""
+    simulation, model, numbers = Simulation(load_world(options.world)), find_model(options.model, options.models), load_numbers(options.numbers)
+    for number in range(options.robots):
+        name = options.name if options.robots == 1 else f"{options.name}_{number + 1}"
+        simulation.add(
+            model, gripper=options.gripper, rear_sonar=options.rear_sonar, name=name, seed=options.seed + number, noise=options.noise, numbers=numbers)
+    return simulation
+
+
+def faults_of(options: argparse.Namespace) -> list:
+    """The faults that the command line asks for. Raises ParameterError for what makes no sense."""
+    return [fault_of(words) for words in options.fault] + [fault for path in options.faults for fault in load_faults(path)]
+
+
+def welcome(server: Server) -> str:
+    """Which robots there are, and where to connect to each."""
+    robots = server.wired.robots
+    first, world = robots[0].model.subtype, robots[0].world.name
+    if len(robots) == 1:
+        lines = [f"A simulated {first} stands in the world {world!r}. Connect to it at"]
+    else:
+        lines = [f"{len(robots)} simulated {first} stand in the world {world!r}. Connect to them at"]
+    for berth in server.berths:
+        places = [place for place in (berth.url, berth.pty_link) if place is not None]
+        lines += [f"    {place}" for place in places] if len(robots) == 1 else ["    " + "  ".join([berth.firmware.name, *places])]
+    return "\n".join(lines)
+
+
+def say(sentence: str) -> None:
+    """A line for whoever looks on."""
+    print(sentence, flush=True)
+
+
+def allow_many_files() -> None:
+    """Several hundred robots need more open files than a process has at first."""
+    hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+    resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+
+
+def count(text: str) -> int:
+    """A number of robots."""
+    if not text.isdigit() or not 1 <= int(text) <= 2000:
+        raise argparse.ArgumentTypeError(f"{text!r} is not legal: give a whole number from 1 to 2000")
+    return int(text)
+
+
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     result = argparse.ArgumentParser(
-        prog="python3 -m pioneer_control.simulator", description="A simulated Pioneer that speaks P2OS.",
-        epilog=f"Worlds: {', '.join(known_worlds())}.",
+        prog="python3 -m pioneer_control.simulator", description="Simulated Pioneers that speak P2OS.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="\n".join([
+            f"worlds: {', '.join(known_worlds())}", "", "faults, written as KIND [VALUE] [way to-robot|from-robot] [robot N] [from S] [to S]:",
+            *(f"  {name + (' ' + unit if unit else ''):17} {meaning}" for name, _, unit, meaning in rows())]),
     )
     add = result.add_argument
     add("--model", default="p3dx-sh", help="robot model, by its subtype (default: %(default)s)")
     add("--world", default="tutorial", help="name of a world, or path of a world file (default: %(default)s)")
-    add("--tcp", metavar="PORT", help=f"TCP port, 0 for any free one, or HOST:PORT (default: {STANDARD_PORT}, unless --pty is given)")
-    add("--pty", metavar="LINK", help="make a pseudo-terminal, and this link to it")
-    add("--seed", type=int, default=0, help="of the noise (default: %(default)s)")
+    add("--robots", type=count, default=1, metavar="N", help="so many of them (default: %(default)s)")
+    add("--tcp", metavar="PORT", help="TCP port of the first robot, the next ones for the others; 0 for any free ones; for this machine only unless "
+        f"HOST:PORT is given, such as 0.0.0.0:8101 (default: {STANDARD_PORT}, unless --pty is given)")
+    add("--pty", metavar="LINK", help="make a pseudo-terminal, and this link to it; of several robots LINK1, LINK2, ...")
+    add("--seed", type=int, default=0, help="of all that is left to chance (default: %(default)s)")
+    add("--speed", type=float, default=1.0, metavar="X", help=f"simulated seconds in a real one, {SPEEDS[0]:g} to {SPEEDS[1]:g} (default: %(default)s)")
+    add("--record", metavar="FILE", help="write there what goes over the lines; python3 -m pioneer_control.p2os --record FILE explains it")
+    add("--fault", action="append", default=[], metavar="WORDS", help="such as 'loss 0.1 from 10 to 20'; may be given again; see below")
+    add("--faults", action="append", default=[], metavar="FILE", help="a YAML list of faults; may be given again")
     add("--noise", type=float, metavar="M", help="sonar ranges are off by up to this much (default: as robot.yaml says)")
     fitted = result.add_mutually_exclusive_group()
     fitted.add_argument("--gripper", action="store_true", default=None, help="fit a gripper (default: on a p3dx-sh)")
     fitted.add_argument("--no-gripper", action="store_false", dest="gripper", help="fit no gripper")
     add("--no-rear-sonar", action="store_false", dest="rear_sonar", help="fit no rear sonar array")
-    add("--name", default="sim_0001", help="the robot's own name (default: %(default)s)")
+    add("--name", default="sim_0001", help="the robot's own name; of several NAME_1, NAME_2, ... (default: %(default)s)")
     add("--models", metavar="FILE", help="a models file that overrides or adds robot models")
     add("--numbers", metavar="FILE", help="a file that overrides numbers of robot.yaml")
     return result

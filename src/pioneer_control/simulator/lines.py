@@ -1,6 +1,7 @@
 """The lines that a simulated robot can be reached by: a TCP port and a pseudo-terminal. Non-blocking, one client each.
 
 A line never waits and never fills up: what a client does not read in time is lost, oldest first, as on a serial line.
+Whoever waits for several sets `opened` and `closing`: they are told of each file to be waited on, when it is there and before it is closed.
 """
 
 import array
@@ -12,7 +13,7 @@ import socket
 import stat
 import termios
 import tty
-from typing import Deque, List, Optional, Tuple, Union
+from typing import Any, Callable, Deque, List, Optional, Tuple, Union
 
 from ..errors import PortError
 from ..p2os import BAUD_RATES
@@ -22,10 +23,15 @@ UNREAD_LIMIT = 8 * 1024
 """Bytes kept for a TCP client that does not read: about ten seconds of SIPs; the kernel is asked to keep as much again."""
 PTY_UNREAD_LIMIT = 1024
 """Bytes left in a pseudo-terminal that nobody reads: about a second of SIPs, so that who opens it later hears no old news."""
+BACKLOG = 4
 CHUNK = 4096
 ISPEED, OSPEED = 4, 5
 SPEEDS = {getattr(termios, f"B{baud}"): baud for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400)}
 """Speeds that a terminal can have, by the number that stands for them; a client that sets another one is not disturbed."""
+
+
+def _nobody(file: Any) -> None:
+    """Nobody wants to know."""
 
 
 class TcpLine:
@@ -36,20 +42,25 @@ class TcpLine:
     """
 
     def __init__(self, address: Union[int, str]):
-        host, port = _host_and_port(address)
+        host, port = host_and_port(address)
         self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             self._listener.bind((host, port))
-            self._listener.listen(4)
+            self._listener.listen(BACKLOG)
         except OSError as error:
             self._listener.close()
             raise PortError(_why_not(host, port, error)) from error
         self._listener.setblocking(False)
-        host, port = self._listener.getsockname()
-        self.url = f"socket://{host}:{port}"
+        self.host, self.port = self._listener.getsockname()
+        self.url = f"socket://{self.host}:{self.port}"
         self.baud: Optional[int] = None
         """Has no effect here."""
+        self.client_baud: Optional[int] = None
+        """There is none here."""
+        self.opened: Callable[[Any], None] = _nobody
+        self.closing: Callable[[Any], None] = _nobody
+        self._plugged = True
         self._client: Optional[socket.socket] = None
         self._unsent: Deque[bytes] = collections.deque()
         self._unsent_bytes = 0
@@ -60,9 +71,14 @@ class TcpLine:
         """Whether somebody is connected."""
         return self._client is not None
 
+    @property
+    def unsent(self) -> bool:
+        """Whether something waits for room to be sent."""
+        return bool(self._unsent)
+
     def files(self) -> List[socket.socket]:
         """What to wait on for something to read."""
-        return [self._listener] if self._client is None else [self._listener, self._client]
+        return [file for file in (self._listener if self._plugged else None, self._client) if file is not None]
 
     def read(self, busy: bool) -> bytes:
         """What the client sent since the last call. When `busy` that is thrown away, and no client is welcome.
@@ -109,15 +125,30 @@ class TcpLine:
         """The client has ended its session: another one is welcome, whether or not this one hangs up."""
         self._finished = True
 
+    def plug(self, in_: bool) -> None:
+        """Pull the cable out, which hangs up on the client and refuses others, or put it back."""
+        if in_ == self._plugged:
+            return
+        self._plugged = in_
+        if in_:
+            self._listener.listen(BACKLOG)
+            self.opened(self._listener)
+        else:
+            self._dismiss()
+            self.closing(self._listener)
+            self._listener.shutdown(socket.SHUT_RDWR)   # refuses connections, and keeps the port
+
     def close(self) -> None:
         """Hang up and give the port back."""
         self._dismiss()
+        if self._plugged:
+            self.closing(self._listener)
         self._listener.close()
 
     def _welcome(self, busy: bool) -> None:
         try:
             client, _ = self._listener.accept()
-        except (BlockingIOError, ConnectionError):
+        except OSError:     # nobody, or gone again
             return
         if busy or (self._client is not None and not self._finished and not self._gone()):
             client.close()
@@ -127,6 +158,7 @@ class TcpLine:
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD_LIMIT)
         self._client = client
+        self.opened(client)
 
     def _gone(self) -> bool:
         """Whether the client has hung up, with nothing of it left to read."""
@@ -139,6 +171,7 @@ class TcpLine:
 
     def _dismiss(self) -> None:
         if self._client is not None:
+            self.closing(self._client)
             self._client.close()
         self._client = None
         self._unsent.clear()
@@ -159,22 +192,13 @@ class PtyLine:
     def __init__(self, link: str, baud: int = 9600):
         self.link = link
         self.baud = baud
+        self.unsent = False
+        """Nothing ever waits here."""
+        self.opened: Callable[[Any], None] = _nobody
+        self.closing: Callable[[Any], None] = _nobody
+        self._plugged = False
         self._check_link()
-        # Our own hold on the client's end keeps the terminal raw and alive while clients come and go.
-        self._master, self._slave = os.openpty()
-        tty.setraw(self._slave)
-        settings = termios.tcgetattr(self._slave)
-        settings[ISPEED] = settings[OSPEED] = getattr(termios, f"B{baud}")
-        termios.tcsetattr(self._slave, termios.TCSANOW, settings)
-        os.set_blocking(self._master, False)
-        self.device = os.ttyname(self._slave)
-        try:
-            if os.path.islink(link):
-                os.unlink(link)
-            os.symlink(self.device, link)
-        except OSError as error:
-            self._close_files()
-            raise PortError(f"cannot make the link {link}: {error.strerror}; choose another path") from error
+        self._open()
 
     @property
     def client_baud(self) -> int:
@@ -190,10 +214,12 @@ class PtyLine:
 
     def files(self) -> List[int]:
         """What to wait on for something to read."""
-        return [self._master]
+        return [self._master] if self._plugged else []
 
     def read(self, busy: bool) -> bytes:
         """What clients sent since the last call; thrown away when `busy`."""
+        if not self._plugged:
+            return b""
         try:
             data = os.read(self._master, CHUNK)
         except BlockingIOError:
@@ -202,6 +228,8 @@ class PtyLine:
 
     def write(self, data: bytes) -> None:
         """Send to whoever has the terminal open; forget what nobody has read."""
+        if not self._plugged:
+            return
         data = as_heard(data, self.baud, self.client_baud)
         if not data:
             return
@@ -215,11 +243,41 @@ class PtyLine:
     def finish(self) -> None:
         """Nothing to do: nobody can tell one client of a terminal from the next."""
 
+    def plug(self, in_: bool) -> None:
+        """Pull the cable out, as one pulls out a USB adapter: terminal and link are gone. Or put it back: there is another terminal."""
+        if in_ and not self._plugged:
+            self._open()
+            self.opened(self._master)
+        elif not in_:
+            self.close()
+
     def close(self) -> None:
         """Remove the link, if it is still ours, and close the terminal."""
+        if not self._plugged:
+            return
+        self._plugged = False
         if os.path.islink(self.link) and os.readlink(self.link) == self.device:
             os.unlink(self.link)
+        self.closing(self._master)
         self._close_files()
+
+    def _open(self) -> None:
+        # Our own hold on the client's end keeps the terminal raw and alive while clients come and go.
+        self._master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        settings = termios.tcgetattr(self._slave)
+        settings[ISPEED] = settings[OSPEED] = getattr(termios, f"B{self.baud}")
+        termios.tcsetattr(self._slave, termios.TCSANOW, settings)
+        os.set_blocking(self._master, False)
+        self.device = os.ttyname(self._slave)
+        try:
+            if os.path.islink(self.link):
+                os.unlink(self.link)
+            os.symlink(self.device, self.link)
+        except OSError as error:
+            self._close_files()
+            raise PortError(f"cannot make the link {self.link}: {error.strerror}; choose another path") from error
+        self._plugged = True
 
     def _check_link(self) -> None:
         try:
@@ -240,7 +298,11 @@ class PtyLine:
 Line = Union[TcpLine, PtyLine]
 
 
-def _host_and_port(address: Union[int, str]) -> Tuple[str, int]:
+def host_and_port(address: Union[int, str]) -> Tuple[str, int]:
+    """Host and port of a TCP address, of this machine only when it names no host.
+
+    :raises PortError: it is none.
+    """
     host, _, port = str(address).rpartition(":")
     if not port.isdigit() or int(port) > 65535:
         raise PortError(f"{address!r} is no TCP port: wanted 0 to 65535 (0 takes any free one), or host:port")

@@ -1,0 +1,297 @@
+"""What can go wrong with a simulated robot and its line: one table, how a fault is written, and when each begins and ends. No I/O, no clock.
+
+A fault in words, as on the command line and in the services of the ROS node::
+
+    loss 0.1                                 a tenth of all packets, both ways, of every robot, from now on
+    loss 0.1 way to-robot from 10 to 20      only what the client sends, between 10 and 20 simulated seconds
+    transducer 3 robot 2                     of the second robot
+
+A file of them, a timeline, is a YAML list of such words, or of mappings with the same words as keys::
+
+    - loss 0.1 from 10 to 20
+    - {fault: transducer, value: 3, robot: 2, from: 30}
+"""
+
+import math
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+
+import yaml
+
+from ..errors import ParameterError
+from ..parameters import Number, Whole
+from .wire import Wire
+
+TO_ROBOT, FROM_ROBOT = WAYS = ("to-robot", "from-robot")
+KEYS = ("fault", "value", "way", "robot", "from", "to")
+"""Words of a fault; the first two stand without a word of their own where it is written as text."""
+
+
+class Plant:
+    """What faults act on: one robot with its line.
+
+    :param firmware: the robot (`Firmware`).
+    :param seed: of the luck on its line.
+    """
+
+    def __init__(self, firmware, seed: str):
+        self.firmware = firmware
+        self.wires = {way: Wire(f"{seed} {way}") for way in WAYS}
+        self.powered = True
+        """Whether the robot is switched on."""
+        self.on_cable: Callable[[bool], None] = lambda unplugged: None
+        """Told when the cable is pulled out (True) or put back."""
+        self._unplugged = False
+        self._voltage: Optional[float] = None
+
+    @property
+    def unplugged(self) -> bool:
+        """Whether the cable is pulled out."""
+        return self._unplugged
+
+    @unplugged.setter
+    def unplugged(self, unplugged: bool) -> None:
+        if unplugged != self._unplugged:
+            self._unplugged = unplugged
+            self._clear()
+            self.on_cable(unplugged)
+
+    def set_power(self, on: bool) -> None:
+        """Switch the robot on or off."""
+        if on != self.powered:
+            self.powered = on
+            self.firmware.hardware.power_cycle()
+            self._clear()
+
+    def set_voltage(self, voltage: Optional[float]) -> None:
+        """Put a battery of this voltage in, or its own back."""
+        battery = self.firmware.hardware.battery
+        if self._voltage is None:
+            self._voltage = battery.voltage
+        battery.voltage = self._voltage if voltage is None else voltage
+        if voltage is None:
+            self._voltage = None
+
+    def _clear(self) -> None:
+        for wire in self.wires.values():
+            wire.clear()
+
+
+class Kind(NamedTuple):
+    """A kind of fault: `act` is given what it acts on and the values of all faults of this kind that are on, newest last."""
+
+    name: str
+    value: Any
+    """What it takes, a kind of value of `parameters`; None when it takes none."""
+    unit: str
+    meaning: str
+    act: Callable[[Any, List[Any]], None]
+    on_line: bool = False
+    """Whether it acts on a `Wire`, and so may be on one way only."""
+    lasts: float = math.inf
+    """Seconds until it ends when that is not said."""
+
+
+def _newest(name: str, rest: Any) -> Callable[[Any, List[Any]], None]:
+    """Sets an attribute of a wire or of a `Plant` to the newest value, or to `rest` when none is on."""
+    return lambda target, values: setattr(target, name, values[-1] if values else rest)
+
+
+def _hardware(name: str, of: Callable[[List[Any]], Any]) -> Callable[[Plant, List[Any]], None]:
+    """Sets an attribute of the robot's hardware to what a function makes of the values."""
+    return lambda plant, values: setattr(plant.firmware.hardware, name, of(values))
+
+
+SHARE = Number(0.0, 1.0)
+
+KINDS: Dict[str, Kind] = {kind.name: kind for kind in (
+    Kind("loss", SHARE, "share", "so many of the packets never arrive", _newest("loss", 0.0), on_line=True),
+    Kind("flips", SHARE, "share", "so many of the bytes arrive with one bit wrong", _newest("flips", 0.0), on_line=True),
+    Kind("splits", SHARE, "share", "so many of the packets arrive in two pieces, 50 ms apart", _newest("splits", 0.0), on_line=True),
+    Kind("delay", Number(0.0, 60.0), "s", "everything arrives that much later", _newest("delay", 0.0), on_line=True),
+    Kind("silence", None, "", "nothing arrives, and nobody is told", _newest("silence", False), on_line=True),
+    Kind("cable", None, "", "pulled out: the client is hung up on, and finds no port, until it is put back", _newest("unplugged", False)),
+    Kind("power", None, "", "off, and on again at the end; after 1 s if that is not said", lambda plant, values: plant.set_power(not values), lasts=1.0),
+    Kind("stop_button", None, "", "the STOP button is pressed", _hardware("stop_button", bool)),
+    Kind("stall", None, "", "something holds the wheels", _hardware("held", bool)),
+    Kind("battery", Number(0.0, 40.0), "V", "another battery, of this voltage, which falls from there; its own is back at the end",
+         lambda plant, values: plant.set_voltage(values[-1] if values else None)),
+    Kind("transducer", Whole(0, 31), "number", "this sonar transducer is dead: it hears nothing", _hardware("dead_transducers", set)),
+    Kind("gyro", Number(-360.0, 360.0), "deg/s", "the gyro drifts, + counter-clockwise", _hardware("gyro_drift", lambda values: math.radians(sum(values)))),
+    Kind("gripper", None, "", "stuck: neither paddles nor lift move", _hardware("gripper_stuck", bool)),
+    Kind("charger", None, "", "no fault: somebody plugs a charger in", _hardware("charger", bool)),
+)}
+
+
+class Fault(NamedTuple):
+    """One fault. Times are simulated seconds; `robot` counts from 1, None: every robot; `way`: one of `WAYS`, None: both."""
+
+    kind: str
+    value: Any = None
+    way: Optional[str] = None
+    robot: Optional[int] = None
+    start: float = 0.0
+    end: float = math.inf
+
+    def __str__(self) -> str:
+        """Its words, without the times."""
+        words = [self.kind] + ([] if self.value is None else [f"{self.value:g}"])
+        return " ".join(words + [f"way {self.way}"] * bool(self.way) + [f"robot {self.robot}"] * bool(self.robot))
+
+
+def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
+    """The fault that a text or a mapping describes.
+
+    :raises ParameterError: names what makes no sense in it, and what is legal.
+    """
+    given = _split(words) if isinstance(words, str) else words
+    text = words if isinstance(words, str) else str(words)
+
+    def fail(problem: str) -> ParameterError:
+        return ParameterError(f"fault {text!r}: {problem}")
+
+    if not isinstance(given, Mapping) or not given:
+        raise fail("write a kind, perhaps its value, and 'way', 'robot', 'from' and 'to' with theirs: loss 0.1 from 10 to 20")
+    unknown = [key for key in given if key not in KEYS]
+    if unknown:
+        raise fail(f"it has no {unknown[0]!r}; there are {', '.join(KEYS)}")
+    kind = KINDS.get(given.get("fault"))
+    if kind is None:
+        raise fail(f"no kind {given.get('fault')!r}; there are {', '.join(KINDS)}")
+    checks = {"robot": Whole(1, 100000), "from": Number(0.0, 1e9), "to": Number(0.0, 1e9)}
+    if kind.value is not None:
+        checks["value"] = kind.value
+    elif "value" in given:
+        raise fail(f"{kind.name} takes no value, and {given['value']!r} is one")
+    accepted = {}
+    for key, check in checks.items():
+        if key in given:
+            try:
+                accepted[key] = check.accept(given[key])
+            except ValueError:
+                unit = f" ({kind.unit})" if key == "value" else ""
+                raise fail(f"{key} {given[key]!r} is not legal: give {check.legal}{unit}") from None
+    if kind.value is not None and "value" not in given:
+        raise fail(f"{kind.name} needs a value: {kind.value.legal} ({kind.unit})")
+    way = given.get("way")
+    if way is not None and (way not in WAYS or not kind.on_line):
+        raise fail(f"way {way!r} is not legal: " + (f"give {' or '.join(WAYS)}" if kind.on_line else f"{kind.name} has no way"))
+    start = accepted.get("from", 0.0)
+    end = accepted.get("to", start + kind.lasts)
+    if end <= start:
+        raise fail(f"to {end:g} is not after from {start:g}")
+    return Fault(kind.name, accepted.get("value"), way, accepted.get("robot"), start, end)
+
+
+def load_faults(path: str) -> List[Fault]:
+    """The faults of a timeline file.
+
+    :raises ParameterError: names the file and what makes no sense in it.
+    """
+    try:
+        with open(path, encoding="utf-8") as stream:
+            listed = yaml.safe_load(stream)
+    except OSError as error:
+        raise ParameterError(f"cannot read {path}: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ParameterError(f"{path} does not parse: {' '.join(str(error).split())}") from error
+    if not isinstance(listed, list):
+        raise ParameterError(f"{path}: expected a list of faults, such as '- loss 0.1 from 10 to 20'")
+    faults = []
+    for number, words in enumerate(listed, 1):
+        try:
+            faults.append(fault_of(words))
+        except ParameterError as error:
+            raise ParameterError(f"{path}, entry {number}: {error}") from error
+    return faults
+
+
+class Faults:
+    """The faults of some robots, and which of them are on.
+
+    :param plants: what they act on.
+    :param say: told when one begins and ends: simulated seconds, and a sentence.
+    """
+
+    def __init__(self, plants: Sequence[Plant], say: Callable[[float, str], None] = lambda time, sentence: None):
+        self._plants = plants
+        self._say = say
+        self._waiting: List[Fault] = []
+        self.on: List[Fault] = []
+        """Those that have begun and not ended, oldest first."""
+
+    def add(self, fault: Fault, now: float = 0.0) -> None:
+        """One more; its times count from `now`.
+
+        :raises ParameterError: there is no such robot.
+        """
+        if fault.robot is not None and fault.robot > len(self._plants):
+            raise ParameterError(f"fault '{fault}': there is no robot {fault.robot}; there are 1 to {len(self._plants)}")
+        self._waiting.append(fault._replace(start=now + fault.start, end=now + fault.end))
+        self._waiting.sort(key=lambda each: each.start)
+
+    def clear(self, now: float, kind: Optional[str] = None) -> int:
+        """End all of a kind (None: of every kind), also those that have not begun. Returns how many that were."""
+        ended = [fault for fault in self.on + self._waiting if kind in (None, fault.kind)]
+        self._waiting = [fault for fault in self._waiting if fault not in ended]
+        self._end([fault for fault in self.on if fault in ended], now)
+        return len(ended)
+
+    @property
+    def next_time(self) -> float:
+        """When the next one begins or ends (simulated s); infinity when none will."""
+        return min([fault.start for fault in self._waiting[:1]] + [fault.end for fault in self.on], default=math.inf)
+
+    def step(self, now: float) -> None:
+        """Begin and end what is due."""
+        while self._waiting and self._waiting[0].start <= now:
+            fault = self._waiting.pop(0)
+            self.on.append(fault)
+            self._say(now, f"fault begins: {fault}")
+            self._act(fault)
+        self._end([fault for fault in self.on if fault.end <= now], now)
+
+    def _end(self, ended: List[Fault], now: float) -> None:
+        for fault in ended:
+            self.on.remove(fault)
+            self._say(now, f"fault ends: {fault}")
+            self._act(fault)
+
+    def _act(self, fault: Fault) -> None:
+        """Let everything be as those that are on of this kind will have it, where this one acted."""
+        kind = KINDS[fault.kind]
+        for number, plant in enumerate(self._plants, 1):
+            if fault.robot not in (None, number):
+                continue
+            same = [each for each in self.on if each.kind == fault.kind and each.robot in (None, number)]
+            for way in WAYS if kind.on_line else (None,):
+                if fault.way in (None, way):
+                    values = [True if each.value is None else each.value for each in same if each.way in (None, way)]
+                    kind.act(plant.wires[way] if kind.on_line else plant, values)
+
+
+def _split(text: str) -> Dict[str, Any]:
+    """The words of a fault by key; numbers as numbers."""
+    words = text.split()
+    given: Dict[str, Any] = {"fault": words.pop(0)} if words else {}
+    if words and words[0] not in KEYS:
+        given["value"] = _number(words.pop(0))
+    while words:
+        key = words.pop(0)
+        if key in given or not words:
+            raise ParameterError(f"fault {text!r}: {key!r} is there twice" if key in given else f"fault {text!r}: {key!r} needs a value behind it")
+        given[key] = _number(words.pop(0))
+    return given
+
+
+def _number(word: str) -> Union[int, float, str]:
+    for kind in (int, float):
+        try:
+            return kind(word)
+        except ValueError:
+            continue
+    return word
+
+
+def rows() -> List[Tuple[str, str, str, str]]:
+    """The table for people: name, legal values, unit, meaning."""
+    return [(kind.name, "" if kind.value is None else kind.value.legal, kind.unit, kind.meaning) for kind in KINDS.values()]

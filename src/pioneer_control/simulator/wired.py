@@ -1,0 +1,168 @@
+"""A simulation and the lines to its robots, in one simulated time: bytes take as long as the line needs, and faults come and go.
+
+>>> from pioneer_control.robots import find_model
+>>> from pioneer_control.simulator.faults import fault_of
+>>> from pioneer_control.simulator.firmware import Firmware
+>>> from pioneer_control.simulator.loading import load_world
+>>> wired = Wired(Firmware(find_model("p3dx-sh"), load_world("empty")), faults=[fault_of("silence from 1 to 2")])
+>>> wired.send(0, bytes.fromhex("FAFB03000000"), baud=9600)    # SYNC0, six bytes: 6.25 ms there, 6.25 ms back
+>>> [(arrival.time_us, arrival.data.hex()) for arrival in wired.advance(0.1)]
+[(12500, 'fafb03000000')]
+
+No thread, clock or socket is in here: the same bytes at the same simulated times, with the same seed, have the same answers
+and the same luck. `Server` runs one in real time.
+"""
+
+import heapq
+import math
+from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple, Union
+
+from ..p2os.framing import SMALLEST_COUNT
+from .faults import FROM_ROBOT, TO_ROBOT, Fault, Faults, Plant
+from .firmware import Firmware, Session
+from .simulation import Simulation
+
+LONGEST_WAIT_US = 100000
+"""A packet that the robot's serial line could begin with only so much later is skipped: the next SIP is due by then."""
+
+
+class Arrival(NamedTuple):
+    """Bytes that come to a client: of which robot (from 0), when, and sent at what line speed (None: TCP)."""
+
+    robot: int
+    time_us: int
+    baud: Optional[int]
+    data: bytes
+
+
+class Wired:
+    """Robots with their lines.
+
+    :param simulation: them (`Simulation`), or one that is alone in its world (`Firmware`).
+    :param seed: of the luck on the lines.
+    :param faults: which come; more may be added to `faults` at any time.
+    :param say: told of each fault when it begins and ends: simulated seconds, and a sentence.
+    :raises ParameterError: a fault of a robot that is not there.
+    """
+
+    def __init__(
+        self, simulation: Union[Simulation, Firmware], seed: int = 0, faults: Sequence[Fault] = (),
+        say: Callable[[float, str], None] = lambda time, sentence: None,
+    ):
+        self._simulation = simulation if isinstance(simulation, Simulation) else None
+        self.robots: List[Firmware] = [simulation] if self._simulation is None else self._simulation.robots
+        self.plants = [Plant(robot, f"{seed} {number}") for number, robot in enumerate(self.robots)]
+        self.faults = Faults(self.plants, say)
+        self.time_us = simulation.time_us
+        self.ended: List[int] = []
+        """Robots whose session has been ended by CLOSE; whoever cares takes them out."""
+        self._serial = [False] * len(self.robots)
+        self._due: List[Tuple[int, int, str]] = []
+        self._out: List[Arrival] = []
+        self._step_us = self._next_step()
+        for fault in faults:
+            self.faults.add(fault)
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds."""
+        return self.time_us * 1e-6
+
+    @property
+    def next_us(self) -> float:
+        """When something happens next that needs no client."""
+        return min(self._step_us, self._due[0][0] if self._due else math.inf, self.faults.next_time * 1e6)
+
+    def send(self, robot: int, data: bytes, baud: Optional[int] = None) -> None:
+        """What a client of a robot (from 0) writes now, at this line speed; None: over TCP, which takes no time.
+
+        The robot's answers go back the same way. What arrives comes out of `advance`.
+        """
+        self._serial[robot] = baud is not None
+        self._put(robot, TO_ROBOT, data, baud)
+
+    def advance(self, seconds: float) -> List[Arrival]:
+        """Let simulated time pass. Returns what came to clients meanwhile, oldest first."""
+        return self.run_to(self.time_us + round(seconds * 1e6))
+
+    def run_to(self, end_us: int) -> List[Arrival]:
+        """Let simulated time pass until `end_us`, as `advance` does."""
+        while self.next_us <= end_us:
+            self.time_us = max(self.time_us, math.ceil(self.next_us))
+            self.faults.step(self.time)
+            if self._step_us <= self.time_us:
+                self._step()
+            while self._due and self._due[0][0] <= self.time_us:
+                _, robot, way = heapq.heappop(self._due)
+                self._take(robot, way)
+        self.time_us = max(self.time_us, end_us)
+        arrived, self._out = self._out, []
+        return arrived
+
+    def backlog(self, robot: int) -> float:
+        """How long (s) the line to a robot is busy with what it has been sent."""
+        return self.plants[robot].wires[TO_ROBOT].backlog_us(self.time_us) * 1e-6
+
+    def _next_step(self) -> float:
+        return min((robot.next_step_us for robot in self.robots), default=math.inf)
+
+    def _step(self) -> None:
+        """One step of the physics of all robots, and what they sent at its end."""
+        if self._simulation is None:
+            self.robots[0].run_to(self._step_us)
+            self._answer(0)
+        else:
+            passed = (self._step_us - self._simulation.time_us) * 1e-6
+            for robot, data in enumerate(self._simulation.advance(passed)):
+                if data:
+                    self._reply(robot, data)
+        self._step_us = self._next_step()
+
+    def _put(self, robot: int, way: str, data: bytes, baud: Optional[int]) -> None:
+        """Bytes begin their way over a wire that is there."""
+        plant = self.plants[robot]
+        if plant.unplugged or not plant.powered:
+            return
+        wire = plant.wires[way]
+        waited = wire.next_us is not None
+        wire.send(data, self.time_us, baud)
+        if not waited:
+            self._take(robot, way)
+
+    def _take(self, robot: int, way: str) -> None:
+        """Hand over what has come out of a wire, and look at it again when more will."""
+        wire = self.plants[robot].wires[way]
+        for piece in wire.arrived(self.time_us):
+            if way == TO_ROBOT:
+                self._hear(robot, piece.data)
+            else:
+                self._out.append(Arrival(robot, self.time_us, piece.baud, piece.data))
+        if wire.next_us is not None:
+            heapq.heappush(self._due, (wire.next_us, robot, way))
+
+    def _hear(self, robot: int, data: bytes) -> None:
+        """Bytes come to the robot, between two steps of its physics."""
+        firmware = self.robots[robot]
+        firmware.run_to(self.time_us)
+        closed = firmware.closed_sessions
+        firmware.receive(data)
+        if firmware.closed_sessions != closed and firmware.session is Session.WAITING:
+            self.ended.append(robot)
+        self._answer(robot)
+
+    def _answer(self, robot: int) -> None:
+        data = self.robots[robot].take_sent()
+        if data:
+            self._reply(robot, data)
+
+    def _reply(self, robot: int, data: bytes) -> None:
+        """Packets of a robot begin their way to its client, as far as a slow line has time for them."""
+        if not self._serial[robot]:
+            self._put(robot, FROM_ROBOT, data, None)
+            return
+        wire, baud = self.plants[robot].wires[FROM_ROBOT], self.robots[robot].baud
+        while data:
+            length = data[2] + SMALLEST_COUNT
+            if wire.backlog_us(self.time_us) < LONGEST_WAIT_US:
+                self._put(robot, FROM_ROBOT, data[:length], baud)
+            data = data[length:]
