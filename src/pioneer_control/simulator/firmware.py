@@ -12,7 +12,7 @@ answer however the time is split.
 """
 
 from enum import Enum
-from typing import Dict, List, NamedTuple, Optional, Tuple
+from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 
 from .. import p2os
 from ..errors import ParameterError
@@ -96,6 +96,8 @@ class Firmware:
         self._last_command_us = time_us
         self._requests: Dict[str, bool] = {}
         self._counts = [0, 0, 0]
+        self.unknown_commands: Set[str] = set()
+        """Names of commands that came and that its firmware does not know."""
         self._sent: List[bytes] = []
 
     # -- the line and the clock
@@ -278,6 +280,7 @@ class Firmware:
         handler = HANDLERS.get(command.name)
         if handler is None or not handler.known_to(self.model.firmware_family):
             self._counts[1] += 1
+            self.unknown_commands.add(command.name)
         elif handler.value is not None and not isinstance(command.value, handler.value):
             self._counts[2] += 1
         else:

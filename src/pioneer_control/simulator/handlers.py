@@ -40,15 +40,15 @@ class Handler(NamedTuple):
 # -- session
 
 def pulse(robot, _):
-    """Nothing but being heard."""
+    """Feeds the watchdog, as every packet does; a robot that it stopped takes up its old set points."""
 
 
 def open_again(robot, _):
-    """An OPEN inside a session changes nothing."""
+    """Begins a session after SYNC0, SYNC1, SYNC2: motors off, sonar on, pose 0, a SIP every 100 ms. Inside a session: nothing."""
 
 
 def close(robot, _):
-    """Motors and sonar off, parameters revert, back to waiting."""
+    """Ends the session: motors and sonar off, no more packets, parameters as at power-on; the next client is welcome at once."""
     robot.close_session()
 
 
@@ -66,7 +66,7 @@ def host_baud(robot, code):
 # -- motion; with the motors off nothing of it is remembered either
 
 def enable(robot, on):
-    """Motor power on, if the STOP button allows, or off."""
+    """Motor power on, unless the STOP button or an empty battery forbids it, or off."""
     if on:
         robot.hardware.enable_motors()
     else:
@@ -74,14 +74,14 @@ def enable(robot, on):
 
 
 def velocity(robot, mm_s):
-    """Translate at this speed (mm/s)."""
+    """Translate at this speed (mm/s), within SETV, with the ramps of SETA; forgotten while the motors are off, as all motion commands."""
     if robot.can_drive():
         robot.leave_wheel_mode()
         robot.hardware.linear.set_speed(mm_s / 1000.0)
 
 
 def rotation(robot, deg_s):
-    """Rotate at this speed (deg/s)."""
+    """Rotate at this speed (deg/s), within SETRV, with the ramps of SETRA."""
     if robot.can_drive():
         robot.leave_wheel_mode()
         robot.hardware.angular.set_speed(math.radians(deg_s))
@@ -97,7 +97,7 @@ def wheels(robot, value):
 
 
 def move(robot, mm):
-    """Translate this far (mm)."""
+    """Translate this far (mm; negative: backward) at SETV, with the ramps of SETA, and stop there."""
     if robot.can_drive():
         robot.leave_wheel_mode()
         robot.hardware.linear.set_distance(mm / 1000.0)
@@ -179,12 +179,13 @@ def sonar(robot, value):
 
 
 def polling(robot, numbers):
-    """A new firing sequence; numbers on the wire count from 1."""
+    """A new firing sequence of the arrays that it names (numbers count from 1, repeats allowed, 16 for an array); empty: sonar off,
+    sequences kept."""
     robot.hardware.sonar.set_sequence([number - 1 for number in numbers if 1 <= number <= 32], robot.time_us)
 
 
 def sonar_cycle(robot, milliseconds):
-    """Time of a firing (ms)."""
+    """Time of a firing, 2 to 120 ms, in every array."""
     if 2 <= milliseconds <= 120:
         robot.hardware.sonar.cycle_us = milliseconds * 1000
 
@@ -297,14 +298,14 @@ def joystick_drive(robot, on):
 # -- gripper
 
 def gripper(robot, number):
-    """One of the gripper's sub-commands; a robot without gripper ignores it."""
+    """One of the sub-commands 1 to 8 and 15 at once; 16 and 17 wait for their GRIPPERVAL. Without a gripper: nothing."""
     fitted = robot.hardware.gripper
     if fitted is not None and number in GRIPPER_ACTIONS:
         GRIPPER_ACTIONS[number](fitted)
 
 
 def gripper_value(robot, units):
-    """Only right behind the sub-command that it belongs to."""
+    """Right behind GRIPPER 16: the grasp time, 1 to 100; behind 17: how far the lift goes, -255 to 255; anywhere else nothing."""
     fitted = robot.hardware.gripper
     before = robot.previous
     if fitted is None or before is None or before.name != "GRIPPER":
@@ -333,7 +334,7 @@ def _together(*actions):
 # -- safety and tuning
 
 def bump_stall(robot, which):
-    """Which bumpers stall the wheels: bit 0 the front one, bit 1 the rear one."""
+    """Which bumpers stop the wheels at once: bit 0 the front ones, bit 1 the rear ones; at first both."""
     robot.hardware.bump_stall_front = bool(which & 1)
     robot.hardware.bump_stall_rear = bool(which & 2)
 
@@ -479,5 +480,6 @@ def documented() -> List[List[str]]:
             rows.append([str(command.number), command.name, *("-" for _ in COLUMNS), f"ignored: {IGNORED[command.name]}"])
         else:
             known = ["yes" if handler.known_to(family) else "-" for family in COLUMNS]
-            rows.append([str(command.number), command.name, *known, " ".join(handler.act.__doc__.split())])
+            only = "MARCOS only: " if "yes" not in known else ""
+            rows.append([str(command.number), command.name, *known, only + " ".join(handler.act.__doc__.split())])
     return rows
