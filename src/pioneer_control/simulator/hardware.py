@@ -18,6 +18,7 @@ from .gripper import Gripper, cans_near
 from .robot_numbers import DriveNumbers, Numbers
 from .pushing import Block, make_way
 from .sonar import Sonar
+from .wheel_errors import WheelErrors
 
 ARRIVED = 0.0005
 """How near (m or rad) to its goal a set distance or turn counts as done."""
@@ -46,7 +47,7 @@ class Hardware:
     :param gripper: whether it has one.
     :param numbers: the simulator's numbers.
     :param noise: of the sonar ranges (m).
-    :param seed: of that noise.
+    :param seed: of that noise, and of the wheels' slip and noise.
     :raises ParameterError: the model cannot carry a gripper, or the robot does not fit where it is to stand.
     """
 
@@ -67,6 +68,7 @@ class Hardware:
         if gripper:
             self.gripper = Gripper(model.gripper, numbers.gripper, world, model.length_front, self._block)
         self.sonar = Sonar(model.sonar, numbers.sonar, world, noise, seed, self.body)
+        self._wheel_errors = WheelErrors(numbers.wheels, 1000.0 * model.diff_rad_per_mm, seed)
         self.battery = Battery(numbers.battery, model.battery_class)
         self.motors_enabled = False
         self.held = False
@@ -307,14 +309,15 @@ class Hardware:
 
     def _drive(self, dt: float, paused: bool) -> None:
         distance, turn = self._step_drives(dt, paused)
-        really = self._really(distance, turn)
+        turned = self._turned(distance, turn)
+        really = self._wheel_errors.moved(*turned)
         if not distance and not turn:
             self.body.blocked = False
             self._pressed_s = 0.0
         elif not self.held and self._moved(*really):
             self._pressed_s = 0.0
             self.odometry = along_arc(self.odometry, distance, self._felt(turn, really[1], dt))
-            self._count_wheels(*really)
+            self._count_wheels(*turned)
         else:
             self.linear.blocked(distance)
             self.angular.blocked(turn)
@@ -324,8 +327,8 @@ class Hardware:
             if self._pressed_s >= self._numbers.drive.stall_time - 1e-9 or self._bumped(distance):
                 self._stall(distance, turn)
 
-    def _really(self, distance: float, turn: float) -> Tuple[float, float]:
-        """How far the body goes when the firmware, which counts ticks of the encoders, takes it for `distance` and `turn`."""
+    def _turned(self, distance: float, turn: float) -> Tuple[float, float]:
+        """How far the wheels turn when the firmware, which counts ticks of the encoders, takes it for `distance` and `turn`."""
         return (
             distance * self.settings["ticks_per_mm"] / self._numbers.drive.encoder_ticks_per_mm,
             turn * self.settings["rev_count"] / SETTINGS["rev_count"],

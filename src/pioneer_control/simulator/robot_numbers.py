@@ -11,6 +11,18 @@ import yaml
 from ..errors import ParameterError
 from ..p2os import BAUD_RATES
 
+LEGAL = {
+    "gyro.kind": (0, 2),
+    "wheels.larger": (-0.5, 0.5),
+    "wheels.right_larger": (-0.5, 0.5),
+    "wheels.wider_apart": (-0.5, 0.5),
+    "wheels.slip": (0, 0.9),
+    "wheels.noise": (0, 0.1),
+    "sonar.maximum": (0.2, 30),
+    "sonar.cone_deg": (1, 90),
+    "sonar.noise": (0, 1),
+}
+"""Least and greatest values of numbers that need not simply be positive."""
 OWN_FILE = os.path.join(os.path.dirname(__file__), "robot.yaml")
 
 
@@ -82,6 +94,17 @@ class DriveNumbers:
 
 
 @dataclass(frozen=True)
+class WheelNumbers:
+    """Section ``wheels`` of the file."""
+
+    larger: float
+    right_larger: float
+    wider_apart: float
+    slip: float
+    noise: float
+
+
+@dataclass(frozen=True)
 class SonarNumbers:
     """Section ``sonar`` of the file."""
 
@@ -128,6 +151,7 @@ class Numbers:
     compass: CompassNumbers
     joystick: JoystickNumbers
     drive: DriveNumbers
+    wheels: WheelNumbers
     sonar: SonarNumbers
     gripper: GripperNumbers
     battery: BatteryNumbers
@@ -177,10 +201,11 @@ def _checked(path: str, section: str, name: str, value: Any, known: Dict[str, An
     if not isinstance(value, wanted) or isinstance(value, bool) != isinstance(own, bool):
         raise ParameterError(f"{path}: {section}.{name} is {value!r}, wanted something like {own!r}")
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        if not 0 <= value < float("inf") or (value == 0 and name not in ("noise", "kind")):
+        least, most = LEGAL.get(f"{section}.{name}", (None, None))
+        if least is not None and not least <= value <= most:
+            raise ParameterError(f"{path}: {section}.{name} is {value!r}, legal: from {least:g} to {most:g}")
+        if least is None and not 0 < value < float("inf"):
             raise ParameterError(f"{path}: {section}.{name} is {value!r}, wanted a positive number")
-    if (section, name) == ("gyro", "kind") and value > 2:
-        raise ParameterError(f"{path}: {section}.{name} is {value!r}, legal: 0, 1, 2")
     if name == "host_baud" and value not in BAUD_RATES:
         raise ParameterError(f"{path}: {section}.{name} is {value!r}, legal: {', '.join(map(str, BAUD_RATES))}")
     return value
