@@ -83,6 +83,64 @@ class Solids:
         return any(_meets_disc(outline, *post) for post in self.posts.tolist())
 
 
+class Finder:
+    """Finds the few solids round a point among many: they are listed by squares of floor, once.
+
+    Each is listed by points so dense that none of its own is farther than a quarter of a square's side from the next of them.
+    """
+
+    def __init__(self, solids: Solids):
+        self._solids = solids
+        lengths = solids.frames[4]
+        self._side = max(2.0, float(lengths.max(initial=0.0)) * len(lengths) / 1e6)  # a few million points at most
+        owners, x, y = (np.concatenate(parts) for parts in zip(self._points_of_walls(), self._points_of_posts()))
+        columns, rows = np.floor(x / self._side).astype(np.int64), np.floor(y / self._side).astype(np.int64)
+        self._low = (int(columns.min(initial=0)), int(rows.min(initial=0)))
+        self._high = (int(columns.max(initial=0)), int(rows.max(initial=0)))
+        squares = self._number(columns, rows)
+        order = np.argsort(squares, kind="stable")
+        self._squares, self._owners = squares[order], owners[order]
+
+    def within(self, x: float, y: float, reach: float) -> Solids:
+        """The solids that come within `reach` of a point."""
+        wide = reach + self._side / 4.0
+        (low_column, high_column), (low_row, high_row) = (
+            (max(low, math.floor((at - wide) / self._side)), min(high, math.floor((at + wide) / self._side)))
+            for at, low, high in zip((x, y), self._low, self._high)
+        )
+        rows = np.arange(low_row, high_row + 1)
+        begins = np.searchsorted(self._squares, self._number(low_column, rows))
+        ends = np.searchsorted(self._squares, self._number(high_column, rows), side="right")
+        owners = [self._owners[begin:end] for begin, end in zip(begins.tolist(), ends.tolist())]
+        found = np.unique(np.concatenate(owners)) if owners and low_column <= high_column else np.empty(0, dtype=int)
+        walls = len(self._solids.walls)
+        near = Solids(self._solids.walls[found[found < walls]], self._solids.posts[found[found >= walls] - walls])
+        return near.within(x, y, reach)
+
+    def _number(self, column, row):
+        """Squares are numbered row by row."""
+        return (row - self._low[1]) * (self._high[0] - self._low[0] + 1) + column - self._low[0]
+
+    def _points_of_walls(self) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Number of the solid, x and y of every point."""
+        steps = np.ceil(self._solids.frames[4] / (self._side / 2.0)).astype(int)
+        owners = np.repeat(np.arange(len(steps)), steps + 1)
+        first = np.cumsum(steps + 1) - (steps + 1)
+        share = (np.arange(len(owners)) - first[owners]) / steps[owners]
+        x1, y1, x2, y2 = self._solids.walls[owners].T
+        return owners, x1 + (x2 - x1) * share, y1 + (y2 - y1) * share
+
+    def _points_of_posts(self) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The same: of a small post its middle, of a large one a lattice over it."""
+        points = []
+        for owner, (x, y, radius) in enumerate(self._solids.posts.tolist(), len(self._solids.walls)):
+            reach = math.ceil(radius / (0.35 * self._side)) if radius > self._side / 4.0 else 0
+            steps = [radius * step / reach for step in range(-reach, reach + 1)] if reach else [0.0]
+            points += [(owner, x + right, y + up) for right in steps for up in steps]
+        columns = np.array(points).reshape(-1, 3).T
+        return columns[0].astype(int), columns[1], columns[2]
+
+
 def outlines_meet(first: Sequence[Point], second: Sequence[Point]) -> bool:
     """Whether two polygons share a point, also when one is wholly inside the other."""
     return _edge_inside(first, second) or _edge_inside(second, first)

@@ -13,7 +13,7 @@ from ..errors import WorldError
 from .crowd import Crowd
 from .exact import hypot, unit
 from .free_space import flood
-from .geometry import Point, Solids
+from .geometry import Finder, Solids
 from .hearing import Ear
 
 SONAR_PLANE = 0.17
@@ -84,6 +84,7 @@ class World:
                 if not radius > 0.0:
                     raise WorldError(f"world {name}: {kind} {number} has radius {radius:g}; must be above 0")
         self._solids = Solids(self.walls, self.posts)
+        self._finder = Finder(self._solids)
         self._ears: Dict[Tuple[float, float, float], Ear] = {}
         self._neighbourhoods: Dict[Tuple[float, int, int], Solids] = {}
         self.crowd = Crowd()
@@ -164,20 +165,13 @@ class World:
         return cells, origin
 
     def near(self, x: float, y: float, reach: float) -> Solids:
-        """At least every solid within `reach` of a point, found once for each small square of floor and kept.
-
-        Wide neighbourhoods are sieved for the narrow ones in them, so a first visit is cheap in a large world too.
-        """
+        """At least every solid within `reach` of a point, found once for each small square of floor and kept."""
         reach = math.ceil(4.0 * reach) / 4.0  # a few sizes only, so that squares are shared
         side = reach / 8.0
         square = (reach, math.floor(x / side), math.floor(y / side))
         solids = self._neighbourhoods.get(square)
         if solids is None:
-            centre_x, centre_y = (square[1] + 0.5) * side, (square[2] + 0.5) * side
-            low_x, low_y, high_x, high_y = self.bounds
-            whole = 2.0 * reach > max(high_x - low_x, high_y - low_y)
-            source = self._solids if whole else self.near(centre_x, centre_y, 4.0 * reach)
-            solids = source.within(centre_x, centre_y, reach + side)  # a corner is 0.71 sides from the middle
+            solids = self._finder.within((square[1] + 0.5) * side, (square[2] + 0.5) * side, reach + side)  # a corner is 0.71 sides away
             if len(self._neighbourhoods) >= _KEPT_NEIGHBOURHOODS:
                 self._neighbourhoods.clear()
             self._neighbourhoods[square] = solids

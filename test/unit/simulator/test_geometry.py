@@ -1,0 +1,48 @@
+"""Finding the few solids round a point, and polygons that meet."""
+
+import random
+
+import numpy as np
+import pytest
+
+from pioneer_control.simulator.geometry import Finder, Solids, outlines_meet
+
+SQUARE = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+
+
+def solids(walls=(), posts=()):
+    return Solids(np.array(walls, dtype=float).reshape(-1, 4), np.array(posts, dtype=float).reshape(-1, 3))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_finder_finds_what_a_search_through_all_finds(seed):
+    rng = random.Random(seed)
+    size = rng.choice([1.0, 10.0, 100.0])
+    everything = solids(
+        [[rng.uniform(-size, size) for _ in range(4)] for _ in range(rng.randint(0, 80))],
+        [(rng.uniform(-size, size), rng.uniform(-size, size), rng.choice([0.02, 0.6, 7.0])) for _ in range(rng.randint(0, 20))])
+    finder, found = Finder(everything), 0
+    for _ in range(50):
+        place = rng.uniform(-1.2 * size, 1.2 * size), rng.uniform(-1.2 * size, 1.2 * size), rng.choice([0.3, 5.0, 30.0])
+        ours, known = finder.within(*place), everything.within(*place)
+        assert ours.walls.tolist() == known.walls.tolist() and ours.posts.tolist() == known.posts.tolist()
+        found += len(known)
+    assert found or size > 10.0 or not len(everything)
+
+
+def test_a_wall_much_longer_than_all_others_is_found_everywhere():
+    finder = Finder(solids([(-1e6, 0.0, 1e6, 1.0), (3.0, 3.0, 4.0, 4.0)]))
+    assert [len(finder.within(x, 0.5, 2.0)) for x in (-9e5, 0.0, 123456.0, 9.99e5, 2e6)] == [1, 1, 1, 1, 0]
+
+
+@pytest.mark.parametrize("x, y, size, meet", [
+    (1.9, 0.0, 1.0, True), (2.1, 0.0, 1.0, False), (1.9, 1.9, 1.0, True), (0.0, 0.0, 0.3, True), (0.2, 0.1, 5.0, True), (-4.0, 3.0, 2.0, False),
+])
+def test_polygons_meet(x, y, size, meet):
+    other = [(x + size * cx, y + size * cy) for cx, cy in SQUARE]
+    assert outlines_meet(SQUARE, other) is meet and outlines_meet(other[::-1], SQUARE) is meet
+
+
+def test_polygons_that_only_point_at_each_other_do_not_meet():
+    assert outlines_meet(SQUARE, [(1.1, 0.0), (2.0, -0.5), (2.0, 0.5)]) is False
+    assert outlines_meet(SQUARE, [(0.9, 0.0), (2.0, -0.5), (2.0, 0.5)]) is True
