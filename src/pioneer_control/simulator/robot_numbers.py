@@ -20,6 +20,7 @@ LEGAL = {
     "wheels.noise": (0, 0.1),
     "sonar.maximum": (0.2, 30),
     "sonar.cone_deg": (1, 90),
+    "sonar.specular_deg": (1, 90),
     "sonar.noise": (0, 1),
 }
 """Least and greatest values of numbers that need not simply be positive."""
@@ -111,6 +112,7 @@ class SonarNumbers:
     minimum: float
     maximum: float
     cone_deg: float
+    specular_deg: float
     cycle_ms: int
     noise: float
 

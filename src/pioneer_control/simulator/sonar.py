@@ -32,7 +32,7 @@ class Sonar:
     """The transducers that are fitted to a robot, and their firing.
 
     :param transducers: as `RobotModel.sonar` lists them.
-    :param numbers: ranges, cone, cycle and noise (`SonarNumbers`).
+    :param numbers: ranges, cone, specular loss, cycle and noise (`SonarNumbers`).
     :param world: has an ``ear``.
     :param noise: every range is off by up to this much (m).
     :param seed: of the noise.
@@ -45,7 +45,7 @@ class Sonar:
         half_width = math.radians(numbers.cone_deg) / 2.0
         self._mounts = {number: Mount(x, y, unit(to), unit(to - half_width), unit(to + half_width)) for number, x, y, to in transducers}
         self._numbers, self._noise, self._body = numbers, noise, body
-        self._ear = world.ear(half_width, numbers.maximum)
+        self._ear = world.ear(half_width, numbers.maximum, _tangent(math.radians(numbers.specular_deg)))
         self._random = random.Random(seed)
         self._readings: List[Reading] = []
         self.firing: Sequence[int] = ()
@@ -120,3 +120,9 @@ class Sonar:
         if self._noise:
             distance += self._random.uniform(-self._noise, self._noise)
         return max(self._numbers.minimum, min(distance, self._numbers.maximum))
+
+
+def _tangent(angle: float) -> float:
+    """Tangent of an angle from 0 to a quarter turn (rad), whose own is infinite."""
+    cosine, sine = unit(angle)
+    return sine / cosine if angle < math.pi / 2.0 else math.inf

@@ -26,6 +26,7 @@ def test_an_override_changes_what_it_names(tmp_path):
     ("sonar: {minimum: 0}", "sonar.minimum is 0, wanted a positive number"),
     ("sonar: {maximum: 0}", "sonar.maximum is 0, legal: from 0.2 to 30"),
     ("sonar: {cone_deg: 91}", "sonar.cone_deg is 91, legal: from 1 to 90"),
+    ("sonar: {specular_deg: 0}", "sonar.specular_deg is 0, legal: from 1 to 90"),
     ("sonar: {noise: -0.1}", "sonar.noise is -0.1, legal: from 0 to 1"),
     ("wheels: {larger: -0.6}", "wheels.larger is -0.6, legal: from -0.5 to 0.5"),
     ("wheels: {right_larger: .nan}", "wheels.right_larger is nan, legal: from -0.5 to 0.5"),
