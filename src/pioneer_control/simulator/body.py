@@ -35,10 +35,13 @@ def relative(frame: Pose, pose: Pose) -> Pose:
 def along_arc(pose: Pose, distance: float, turn: float) -> Pose:
     """The pose after driving `distance` while turning by `turn`, both evenly: exact, straight lines included."""
     x, y, heading = pose
+    if not distance:
+        return x, y, heading + turn
     half = turn / 2.0
-    chord = distance * (sin(half) / half if half else 1.0)
+    z = half * half
+    share = 1.0 - z / 6.0 * (1.0 - z / 20.0 * (1.0 - z / 42.0)) if z < 0.01 else sin(half) / half  # of the arc, its chord
     cosine, sine = unit(heading + half)
-    return x + chord * cosine, y + chord * sine, heading + turn
+    return x + distance * share * cosine, y + distance * share * sine, heading + turn
 
 
 def box_round(outline: Sequence[Point], skin: float) -> Tuple[Point, ...]:

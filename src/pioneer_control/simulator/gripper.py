@@ -18,9 +18,9 @@ TOLERANCE = 1e-4
 
 def cans_near(world, pose: Pose, reach: float) -> List[Can]:
     """The cans standing so near a robot that something `reach` from its middle could meet them."""
-    x, y = pose[0], pose[1]
-    standing = (can for can in world.cans if can.held_by is None)
-    return [can for can in standing if hypot(can.x - x, can.y - y) < reach + can.radius]
+    x, y, _ = pose
+    beside = [can for can in world.cans if -reach - can.radius < can.x - x < reach + can.radius]
+    return [can for can in beside if can.held_by is None and hypot(can.x - x, can.y - y) < reach + can.radius]
 
 
 class Gripper:
