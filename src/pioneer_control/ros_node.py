@@ -1,10 +1,20 @@
-"""How every node of ours begins, and ends at a signal."""
+"""How every node of ours begins, ends at a signal, and asks a master that may hang: it takes connections, but never answers."""
 
+import atexit
+import http.client
+import os
 import queue
 import signal
+import sys
 import threading
+import xmlrpc.client
+from typing import Any, Optional
 
+import rosgraph
 import rospy
+
+MASTER_PATIENCE = 0.9
+"""Seconds that the end of a node waits for the master to take notice."""
 
 
 def init_node(name: str) -> None:
@@ -12,15 +22,61 @@ def init_node(name: str) -> None:
 
     rospy's own handlers run the shutdown on top of whatever the main thread was just doing, and then wait for ever for locks that
     it holds: those of its talk with the master, which even `rospy.loginfo` takes (seen with 1.15.15). ``nohup`` is respected.
+
+    A signal that comes while this function runs ends the program here, with code 0. A master that hangs keeps no node from its end: who still waits
+    for it when the program's own shutdown hooks have run and MASTER_PATIENCE is over is not waited for.
     """
-    rospy.init_node(name, disable_signals=True)
-    signals = queue.SimpleQueue()  # takes no lock: it may be used in a signal handler
+    asked = queue.SimpleQueue()     # to end, and why; takes no lock: it may be used in a signal handler
+    hooks_ran, over, ended = threading.Event(), threading.Event(), threading.Event()
 
-    def end():
-        reason = "signal %d" % signals.get()
-        threading.Thread(target=rospy.signal_shutdown, args=(reason,), daemon=False).start()  # Python waits for its end
+    def end() -> None:
+        shutdown = threading.Thread(target=rospy.signal_shutdown, args=(asked.get(),), daemon=True)
+        shutdown.start()
+        hooks_ran.wait()
+        shutdown.join(MASTER_PATIENCE)
+        if not over.is_set() and not rospy.is_shutdown():
+            sys.stdout.flush()
+            os._exit(0)     # the main thread, too, may wait for the master, and nothing wakes it
+        ended.set()
 
+    def at_exit() -> None:
+        over.set()
+        asked.put("the program has ended")
+        ended.wait()
+
+    rospy.core.add_preshutdown_hook(lambda reason: hooks_ran.set())     # the first of those that follow the program's own
     threading.Thread(target=end, name="signals", daemon=True).start()
+    atexit.register(at_exit)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if number != signal.SIGHUP or signal.getsignal(number) == signal.SIG_DFL:
-            signal.signal(number, lambda number, frame: signals.put(number))
+            signal.signal(number, lambda number, frame: asked.put("signal %d" % number))
+    try:
+        rospy.init_node(name, disable_signals=True)
+    except Exception:
+        if not rospy.core.is_shutdown_requested():
+            raise
+    if rospy.core.is_shutdown_requested():
+        sys.exit(0)
+
+
+class _Impatient(xmlrpc.client.Transport):
+    """Waits so many seconds for each piece of an answer; then it raises OSError."""
+
+    def __init__(self, timeout: float) -> None:
+        super().__init__()
+        self._timeout = timeout
+
+    def make_connection(self, host: Any) -> http.client.HTTPConnection:
+        connection = super().make_connection(host)
+        connection.timeout = self._timeout
+        return connection
+
+
+def is_offered(service: str, timeout: float) -> Optional[bool]:
+    """Whether some node offers a service (its full name); None when the master does not say within ``timeout`` s. rospy would wait for ever."""
+    try:
+        with xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=_Impatient(timeout)) as master:
+            code, _, _ = master.lookupService(rospy.get_caller_id(), service)
+    except (OSError, http.client.HTTPException, xmlrpc.client.Error):
+        return None
+    return code == 1

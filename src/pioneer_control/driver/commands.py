@@ -13,6 +13,8 @@ from ..p2os import GRIPPER_VALUES, GripperCommand
 LEAVE_ALONE = 0
 LEGAL_GRIP = "legal: 1 open, 2 close, 3 stop, 7 store, 8 deploy, 15 halt, 16 pressure, 0 leave alone"
 LEGAL_LIFT = "legal: 4 up, 5 down, 6 stop, 17 carry, 0 leave alone"
+STOPS = ({LEAVE_ALONE, GripCommand.STOP, GripCommand.HALT}, {LEAVE_ALONE, LiftCommand.STOP})
+"""What stops paddles and lift, or leaves them alone."""
 MOVES_BOTH = (GripCommand.STORE, GripCommand.DEPLOY, GripCommand.HALT)
 
 
@@ -32,6 +34,30 @@ def is_replayed(message) -> bool:
     """Whether a message was published by `rosbag play`, which names its node play_<time> (in whatever namespace) if nobody renames it."""
     return sender(message).rpartition("/")[2].startswith("play_")
 
+
+# Whether a message does nothing but stop.
+
+def twist_stops(twist: Twist) -> bool:
+    """Of a cmd_vel."""
+    return twist.linear.x == twist.angular.z == 0
+
+
+def wheels_stop(wheels: WheelVelocities) -> bool:
+    """Of a cmd_wheels."""
+    return wheels.left == wheels.right == 0
+
+
+def motors_stop(message: MotorState) -> bool:
+    """Of a cmd_motor_state."""
+    return message.state == 0
+
+
+def gripper_stops(message: GripperState) -> bool:
+    """Of a gripper_control."""
+    return message.grip.state in STOPS[0] and message.lift.state in STOPS[1]
+
+
+# What is obeyed.
 
 def check_twist(twist: Twist) -> None:
     """Refuse a velocity in which any number is not finite, whether it is used or not: its sender is in trouble."""

@@ -61,6 +61,8 @@ class DriverNode:
     def run(self) -> int:
         """Drive until ROS shuts down. Returns the exit code: 0, or 1 when the robot cannot be driven at all."""
         rospy.on_shutdown(self._end)
+        if rospy.is_shutdown():     # then rospy has forgotten it
+            self._end()
         rospy.loginfo("looking for a robot on %s", self._parameters.port)
         try:
             self._robot.start()

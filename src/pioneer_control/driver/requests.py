@@ -5,7 +5,7 @@
 
 import threading
 from time import monotonic
-from typing import Any, Callable, Dict, Iterable, NamedTuple
+from typing import Any, Callable, Dict, Iterable, NamedTuple, Optional
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -14,6 +14,7 @@ from std_srvs.srv import Empty, SetBool, Trigger
 from ..client import Robot
 from ..errors import NotConfirmedError, PioneerError
 from ..msg import GripperState, MotorState, WheelVelocities
+from ..ros_node import is_offered
 from . import commands
 from .notices import Notice, Watch
 from .parameters import DriverParameters
@@ -21,6 +22,8 @@ from .parameters import DriverParameters
 QUEUE = 10
 CONFIRM_TIMEOUT = 2.0
 """Seconds the robot has to confirm that its motors or its sonar are on or off."""
+MASTER_TIMEOUT = 0.3
+"""Seconds, at most, in which the master must say who sent a command; then it is asked no more for as long."""
 ANSWER_WITHIN = 3
 """States within which the robot shows a command that it has heard."""
 
@@ -40,6 +43,7 @@ class Requests:
         self._watch = watch
         self._warn = warn
         self._players: Dict[str, bool] = {}     # nodes that sent commands: is it `rosbag play`?
+        self._ask_again_at = 0.0                # what the master did not say
         self._first_connection = True
         for topic in TOPICS:
             rospy.Subscriber(topic.name, topic.message, self._listener(topic), queue_size=topic.queue, tcp_nodelay=True)
@@ -130,11 +134,7 @@ class Requests:
 
     def _listener(self, topic: "Topic") -> Callable[[Any], None]:
         def hear(message: Any) -> None:
-            came_at = monotonic()
-            if self._replay_refused(message, topic.name):
-                return
-            if topic.ages and monotonic() - came_at > self._watch.cmd_vel_timeout:
-                self._warn([Notice("late " + topic.name, "%s refused: it is too old by now, for the master took so long to say who sent it" % topic.name)])
+            if not self._parameters.accept_replay and self._sender_refused(message, topic):
                 return
             try:
                 topic.obey(self, message)
@@ -162,21 +162,33 @@ class Requests:
     def _refuse(self, kind: str, error: Exception) -> None:
         self._warn([Notice(kind, str(error))])
 
-    def _replay_refused(self, message: Any, topic: str) -> bool:
-        """Whether this is a recorded command that must not move the robot; says so."""
-        if self._parameters.accept_replay or not (commands.is_replayed(message) or self._plays_a_bag(commands.sender(message))):
+    def _sender_refused(self, message: Any, topic: "Topic") -> bool:
+        """Whether this is a recorded command that must not move the robot, or may be one and does more than to stop; says so."""
+        replayed = commands.is_replayed(message) or self._plays_a_bag(commands.sender(message))
+        if replayed:
+            self._warn([Notice("replay " + topic.name, "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic.name)])
+        elif replayed is None and not topic.stops(message):
+            self._warn([Notice("unknown " + topic.name, "%s refused: the ROS master does not say in time whether %s plays a bag" % (
+                topic.name, commands.sender(message)))])
+        else:
             return False
-        self._warn([Notice("replay " + topic, "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic)])
         return True
 
-    def _plays_a_bag(self, node: str) -> bool:
-        """Whether a node is a `rosbag play` under another name: it offers a service of its own. Answered once per node."""
+    def _plays_a_bag(self, node: str) -> Optional[bool]:
+        """Whether a node is a `rosbag play` under another name: it offers a service of its own. None when the master does not say in time.
+
+        No command waits longer for that than half of cmd_vel_timeout, nor do those behind it: what was asked in vain is not asked again meanwhile.
+        """
         if node not in self._players:
-            try:
-                found, _, _ = rospy.get_master().lookupService(node + "/pause_playback")
-            except OSError:     # the master is gone: it is asked again
-                return False
-            self._players[node] = found == 1
+            asked_at, timeout = monotonic(), min(MASTER_TIMEOUT, self._watch.cmd_vel_timeout / 2)
+            if asked_at < self._ask_again_at:
+                return None
+            answer = is_offered(node + "/pause_playback", timeout)
+            if answer is not None:
+                self._players[node] = answer
+            if answer is None or monotonic() - asked_at > timeout:
+                self._ask_again_at = monotonic() + timeout
+                return None
         return self._players[node]
 
 
@@ -187,8 +199,8 @@ class Topic(NamedTuple):
     message: type
     queue: int
     obey: Callable[[Requests, Any], None]
-    ages: bool = False
-    """Whether what is older than cmd_vel_timeout is obeyed no more."""
+    stops: Callable[[Any], bool]
+    """whether a message does nothing but stop: that is obeyed from whomever it comes"""
 
 
 class Service(NamedTuple):
@@ -200,10 +212,10 @@ class Service(NamedTuple):
 
 
 TOPICS = (
-    Topic("cmd_vel", Twist, 1, Requests.drive, ages=True),
-    Topic("cmd_wheels", WheelVelocities, 1, Requests.drive_wheels, ages=True),
-    Topic("cmd_motor_state", MotorState, QUEUE, Requests.follow_motor_state),
-    Topic("gripper_control", GripperState, QUEUE, Requests.move_gripper),
+    Topic("cmd_vel", Twist, 1, Requests.drive, commands.twist_stops),
+    Topic("cmd_wheels", WheelVelocities, 1, Requests.drive_wheels, commands.wheels_stop),
+    Topic("cmd_motor_state", MotorState, QUEUE, Requests.follow_motor_state, commands.motors_stop),
+    Topic("gripper_control", GripperState, QUEUE, Requests.move_gripper, commands.gripper_stops),
 )
 
 SERVICES = (

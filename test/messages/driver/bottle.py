@@ -45,6 +45,7 @@ class Bottle:
         self.set_parameters = {}                # on the parameter server
         self.ready_at = None
         self.deaf_to = set()                    # commands that do not reach the robot
+        self.is_offered = lambda service, timeout: False    # what the master says; None: it does not
         self._plugged = True
         self._caller = caller
         self._topics, self._services = {}, {}
@@ -124,7 +125,7 @@ class Bottle:
         monkeypatch.setattr(rospy, "Publisher", Publisher)
         monkeypatch.setattr(rospy, "Subscriber", lambda name, kind, callback, **_: self._topics.update({name: callback}))
         monkeypatch.setattr(rospy, "Service", lambda name, kind, handler: self._services.update({name: (kind, handler)}))
-        monkeypatch.setattr(rospy, "get_master", lambda: types.SimpleNamespace(lookupService=lambda name: (-1, "", "")))
+        monkeypatch.setattr("pioneer_control.driver.requests.is_offered", lambda service, timeout: self.is_offered(service, timeout))
         monkeypatch.setattr(rospy, "set_param", self.set_parameters.__setitem__)
         monkeypatch.setattr(rospy, "resolve_name", lambda name: "/" + name)
         monkeypatch.setattr(rospy, "on_shutdown", lambda hook: None)

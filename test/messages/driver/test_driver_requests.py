@@ -3,7 +3,6 @@
 import math
 import re
 import threading
-import types
 
 import pytest
 import rospy
@@ -15,7 +14,7 @@ from std_srvs.srv import SetBool
 
 from pioneer_control.driver.parameters import LIVE, DriverParameters
 from pioneer_control.driver.reconfigure import decode, description, encode, values_of
-from pioneer_control.driver.requests import SERVICES
+from pioneer_control.driver.requests import SERVICES, TOPICS
 from pioneer_control.msg import GripperState, GripState, LiftState, MotorState, WheelVelocities
 
 MOTORS = [service.name for service in SERVICES if "motors" in service.name]
@@ -216,43 +215,105 @@ def test_what_a_bag_plays_is_refused_on_every_topic(run, topic, message):
     assert {(name, value) for _, name, value in bottle.heard} & {("VEL", 200), ("VEL2", 0x0A0A), ("ENABLE", 1), ("GRIPPER", 2)} == set()
 
 
-# The gripper
+# Who sent it: the master says whether a node plays a bag under another name
 
-def test_a_bag_under_another_name_is_known_as_soon_as_a_master_that_was_gone_is_back(run, monkeypatch):
-    def lookup(name):
-        if bottle_has.master:
-            return 1, "", "rosrpc://here:1"
-        raise ConnectionRefusedError("no master")
+COMMANDS = {
+    "cmd_vel": (twist(0.3), twist(0.0), ("VEL", 300)),
+    "cmd_wheels": (WheelVelocities(0.2, 0.2), WheelVelocities(0.0, 0.0), ("VEL2", 0x0A0A)),
+    "cmd_motor_state": (MotorState(1), MotorState(0), ("ENABLE", 1)),
+    "gripper_control": (GripperState(GripState(state=2), LiftState()), GripperState(GripState(state=3), LiftState(state=6)), ("GRIPPER", 2)),
+}
+"""{topic: what moves, what stops, what the robot hears of the former}"""
 
-    bottle_has = types.SimpleNamespace(master=False)
+
+def send_for_a_while(bottle, topic, message):
+    for _ in range(5):
+        bottle.send(topic, message)
+        yield 0.1
+
+
+def heard(bottle, command):
+    return command in [(name, value) for _, name, value in bottle.heard]
+
+
+@pytest.mark.parametrize("topic", COMMANDS)
+@pytest.mark.parametrize("plays", [True, False])
+def test_whom_nobody_knows_is_refused_until_a_master_that_was_gone_is_back(run, topic, plays):
+    move, _, moves = COMMANDS[topic]
 
     def script(bottle):
-        monkeypatch.setattr(rospy, "get_master", lambda: types.SimpleNamespace(lookupService=lookup))
-        bottle.send("cmd_vel", twist(0.0))
-        yield 0.1
-        bottle_has.master = True
-        bottle.send("cmd_vel", twist(0.3))
+        bottle.is_offered = lambda service, timeout: None
+        yield from send_for_a_while(bottle, topic, move)
+        bottle.early = heard(bottle, moves)
+        bottle.is_offered = lambda service, timeout: plays and service == "/somebody/pause_playback"
+        yield from send_for_a_while(bottle, topic, move)
+
+    bottle = run(script)
+    assert bottle.says("%s refused: the ROS master does not say in time whether /somebody plays a bag" % topic) and not bottle.early
+    assert heard(bottle, moves) is not plays and bottle.says("%s refused: it is played back from a bag" % topic) is plays
+
+
+@pytest.mark.parametrize("topic", COMMANDS)
+def test_what_only_stops_is_obeyed_from_whomever_it_comes(run, topic):
+    def script(bottle):
+        bottle.is_offered = lambda service, timeout: None
         yield 0.5
-
-    bottle = run(script)
-    assert bottle.says("cmd_vel refused: it is played back from a bag") and not any(value for _, value in bottle.commands("VEL"))
-
-
-@pytest.mark.parametrize("held_up, obeyed", [(0.3, True), (5.0, False)])
-def test_a_velocity_that_a_master_held_up_is_too_old_to_move_the_robot(run, monkeypatch, held_up, obeyed):
-    def script(bottle):
-        def lookup(name):
-            bottle.now += held_up       # what its publisher wanted then
-            return -1, "", ""
-
-        monkeypatch.setattr(rospy, "get_master", lambda: types.SimpleNamespace(lookupService=lookup))
-        bottle.send("cmd_vel", twist(0.3))
+        bottle.heard.clear()
+        bottle.send(topic, COMMANDS[topic][1])
+        bottle.obeyed = [name for _, name, _ in bottle.heard if name in ("STOP", "VEL", "ENABLE", "GRIPPER")]
         yield 0.1
 
     bottle = run(script)
-    assert any(value == 300 for _, value in bottle.commands("VEL")) is obeyed
-    assert bottle.says("cmd_vel refused: it is too old by now") is not obeyed
+    assert bottle.obeyed and "refused" not in bottle.warned
 
+
+@pytest.mark.parametrize("message", [
+    twist(0.0, 0.1), WheelVelocities(0.0, 0.1), MotorState(2), GripperState(GripState(state=3), LiftState(state=4)),
+    GripperState(GripState(state=1), LiftState(state=6))])
+def test_what_does_more_than_stop_is_not(message):
+    topic = next(topic for topic in TOPICS if isinstance(message, topic.message))
+    assert not topic.stops(message)
+
+
+@pytest.mark.parametrize("held_up, obeyed", [(0.2, True), (5.0, False)])
+@pytest.mark.parametrize("topic", COMMANDS)
+def test_what_a_master_held_up_is_too_old_and_so_may_be_what_waited_behind_it(run, topic, held_up, obeyed):
+    move, _, moves = COMMANDS[topic]
+
+    def script(bottle):
+        def is_offered(service, timeout):
+            bottle.asked += 1
+            bottle.now += held_up       # for whatever reason: its publisher wanted it then
+            return False if obeyed else None
+
+        bottle.asked, bottle.is_offered = 0, is_offered
+        for _ in range(10):
+            bottle.send(topic, move)
+        yield 0.1
+
+    bottle = run(script)
+    assert heard(bottle, moves) is obeyed and bottle.asked == 1
+    assert bottle.says("%s refused" % topic) is not obeyed
+
+
+def test_an_answer_that_comes_too_late_counts_for_the_next_one(run):
+    def script(bottle):
+        def is_offered(service, timeout):
+            bottle.now += 5.0
+            return False
+
+        bottle.is_offered = is_offered
+        bottle.send("cmd_vel", twist(0.3))
+        bottle.late = heard(bottle, ("VEL", 300))
+        bottle.send("cmd_vel", twist(0.3))
+        bottle.next = heard(bottle, ("VEL", 300))
+        yield 0.1
+
+    bottle = run(script)
+    assert (bottle.late, bottle.next) == (False, True)
+
+
+# The gripper
 
 def test_pressure_and_carry_go_out_right_before_their_values(run):
     def script(bottle):
