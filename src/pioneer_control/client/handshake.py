@@ -1,11 +1,12 @@
 """From a port in an unknown state to a robot that has said its name (protocol 2.2).
 
 Before a session the numbers 0, 1, 2 mean SYNC0, SYNC1, SYNC2; in one they mean PULSE, OPEN, CLOSE. A robot that a crashed program left open takes a
-SYNC0 for a sign of life and drives on at its old speed. So first of all: listen.
+SYNC0 for a sign of life and drives on at its old speed. So first of all: listen. And since packets get lost, close also whom nothing is heard of:
+a robot that waits passes over CLOSE. Each time that is said several times in a row, because nothing acknowledges it.
 
 ::
 
-    listen 0.3 s ──silence───────────────────────────────> SYNC0 ─echo─> SYNC1 ─echo─> SYNC2 ─> name, type, subtype
+    listen 0.26 s ──silence────────────────────────> CLOSE, SYNC0 ─echo─> SYNC1 ─echo─> SYNC2 ─> name, type, subtype
          │                                                   │ no answer: CLOSE (for one that was synced but never opened), try again
          └─SIPs, or noise──> CLOSE until it falls silent ────┤
                                    └─ noise goes on ─────────┴─ 2 tries: next line speed
@@ -17,10 +18,10 @@ At the latest it takes from the first byte until the robot is ready, with firmwa
 =============================================  =================  ====================
 the robot                                      at a known speed   at any of the five
 =============================================  =================  ====================
-waits                                          1.4 s              5.8 s
-was left open, and streams                     1.7 s              4.1 s
-was left open at a speed that was raised       3.4 s              8.5 s
-is not there                                   1.1 s              5.5 s (TCP: 3.3 s)
+waits                                          1.4 s              5.6 s
+was left open, and streams                     1.7 s              3.9 s
+was left open at a speed that was raised       3.3 s              8.2 s
+is not there                                   1.1 s              5.3 s (TCP: 3.3 s)
 =============================================  =================  ====================
 
 For a raised one known means that the own speed was given, and the raised one as host_baud.
@@ -35,8 +36,9 @@ from .script import Clock, pause
 
 RATES = (9600, 38400, 19200, 115200, 57600)     # in the order of their likelihood
 
-LISTEN = 0.3            # s: two SIP cycles and some, and one of the longest that can be set (255 ms)
-DRAIN = 0.1             # s for what was under way when CLOSE was sent
+LISTEN = 0.26           # s: two SIP cycles and some, and one of the longest that can be set (255 ms)
+CLOSES = 6              # in a row: half of all packets may get lost. With three SYNCs fewer than the ten after which the vendor's simulator hangs up
+DRAIN = 0.1             # s for what was under way when CLOSE was sent, and for CLOSE itself
 QUIET = 0.2             # s of silence after that: the robot waits for a SYNC now
 CLOSE_TRIES = 10
 SYNC_TIMEOUT = 0.25     # s for the echo of each SYNC
@@ -92,7 +94,7 @@ class Handshake:
     def _silenced(self) -> Generator[float, Any, bool]:
         """Close the robot until it is silent; False when what is heard is no robot, or does not obey."""
         for _ in range(CLOSE_TRIES):
-            self._line.command(self._clock(), CLOSE)
+            self._close()
             yield from pause(DRAIN, self._clock)
             noise, packets = self.noise, self.packets
             if (yield from self._is_silent(QUIET)):
@@ -100,6 +102,10 @@ class Handshake:
             if self.packets == packets and self.noise > noise:
                 return False
         return False
+
+    def _close(self) -> None:
+        for _ in range(CLOSES):
+            self._line.command(self._clock(), CLOSE)
 
     def _is_silent(self, seconds: float) -> Generator[float, Any, bool]:
         """Whether nothing at all is heard for so long; returns as soon as a packet is."""
@@ -111,9 +117,10 @@ class Handshake:
     def _synced(self, may_be_open: bool) -> Generator[float, Any, Optional[p2os.SyncReply]]:
         """The three SYNCs, each after the echo of the one before; None when the robot does not play along.
 
-        Who was silent just now may be a robot of ours whose cable is put back at this very moment: open, and with set points that a SYNC0 would
-        revive. Then that goes right behind a CLOSE.
+        Who was silent just now may be open, with set points that a SYNC0 would revive: its packets were lost, or it is a robot of ours whose cable is
+        put back at this very moment. Then one more CLOSE goes right before the SYNC0.
         """
+        self._close()
         for number, packet in enumerate(SYNC):
             self._line.command(self._clock(), *((CLOSE,) if number == p2os.SYNC0 and may_be_open else ()), packet)
             answer = yield from self._answer(number)

@@ -9,7 +9,8 @@ import pytest
 from pioneer_control import p2os
 from pioneer_control.client import Robot, handshake
 from pioneer_control.client.events import BaudFound, Ready
-from pioneer_control.client.handshake import DRAIN, LISTEN, QUIET, RATES, SYNC_TIMEOUT, SYNC_TRIES, TCP_TRIES
+from pioneer_control.client.handshake import CLOSES, DRAIN, LISTEN, QUIET, RATES, SYNC_TIMEOUT, SYNC_TRIES, TCP_TRIES
+from pioneer_control.client.line import GAP
 from pioneer_control.client.session import BEFORE_OPEN, CONFIG_TIMEOUT, Phase, Session
 from pioneer_control.client.settings import Settings
 from pioneer_control.errors import LinkLostError, NoAnswerError, UnknownModelError
@@ -27,13 +28,36 @@ def test_listens_for_two_sip_cycles_before_it_says_anything():
     bench = Bench().until_ready()
     time, (data,) = first_write(bench)
     assert 0.2 <= time <= 0.31
-    assert data == SYNC0
+    assert data == CLOSE
+
+
+def test_a_robot_that_seems_silent_is_closed_all_the_same_before_it_is_synced():
+    """One whose packets were all lost would take SYNC0 for a sign of life. Not faster than a robot takes commands, and nothing else."""
+    robot = FakeRobot()
+    bench = Bench(robot).until_ready()
+    assert robot.names()[:CLOSES + 3] == ["CLOSE"] * CLOSES + ["PULSE", "OPEN", "CLOSE"]
+    times = [time for time, written in bench.writes.items() for data in written][:CLOSES + 1]
+    assert all(later - time >= GAP - 1e-9 for time, later in zip(times, times[1:])) and times[-1] < 0.31
+    assert CLOSES + 3 < 10, "the vendor's simulator hangs up after ten packets"
+
+
+@pytest.mark.parametrize("arrives", range(CLOSES))
+def test_any_one_of_them_is_enough(arrives):
+    robot, closes = FakeRobot(), []
+    robot.open()
+    robot.motors, robot.set_point["VEL"], robot.watchdog_expired = True, 300, True
+    robot.mute = lambda packet: isinstance(packet, p2os.Sip) and robot.phase == OPEN and bench.now < LISTEN
+    robot.deaf = lambda heard: heard.name == "CLOSE" and len(closes) < arrives and not closes.append(heard)
+    bench = Bench(robot)
+    bench.until_ready()
+    assert not robot.revived and robot.names()[:arrives + 1] == ["CLOSE"] * (arrives + 1)
 
 
 def test_a_waiting_robot_is_synced_opened_and_stopped_before_anything_else():
     bench = Bench().until_ready()
-    assert bench.robot.names()[:9] == ["PULSE", "OPEN", "CLOSE", "OPEN", "STOP", "VEL", "RVEL", "ENABLE", "SONAR"]
-    assert [heard.value for heard in bench.robot.heard[5:9]] == [0, 0, 0, 1]
+    heard = bench.robot.heard[CLOSES:CLOSES + 9]
+    assert [each.name for each in heard] == ["PULSE", "OPEN", "CLOSE", "OPEN", "STOP", "VEL", "RVEL", "ENABLE", "SONAR"]
+    assert [each.value for each in heard[5:]] == [0, 0, 0, 1]
     assert bench.now < 0.6
 
 
@@ -42,7 +66,7 @@ def test_the_next_sync_waits_for_the_echo():
     robot.mute = lambda packet: isinstance(packet, p2os.SyncEcho)
     bench = Bench(robot)
     bench.run(0.4)
-    assert robot.names() == ["PULSE"]
+    assert robot.names() == ["CLOSE"] * CLOSES + ["PULSE"]
 
 
 def test_a_robot_left_open_and_driving_gets_close_first_and_never_moves_again():
@@ -108,9 +132,9 @@ def test_a_robot_whose_motors_stay_on_is_closed_again():
 def test_close_is_repeated_while_packets_still_come():
     robot = FakeRobot()
     robot.open()
-    robot.deaf = lambda heard: robot.names().count("CLOSE") < 3
+    robot.deaf = lambda heard: robot.names().count("CLOSE") <= 2 * CLOSES
     Bench(robot).until_ready()
-    assert robot.names()[:4] == ["CLOSE", "CLOSE", "CLOSE", "PULSE"]
+    assert robot.names()[:4 * CLOSES + 1] == ["CLOSE"] * 4 * CLOSES + ["PULSE"]
 
 
 def test_an_open_robot_of_which_only_noise_arrives_gets_close_before_sync():
@@ -181,12 +205,13 @@ def test_late_echoes_of_an_earlier_try_do_no_harm():
 def test_a_sip_during_sync_means_it_was_open_after_all():
     robot = FakeRobot()
     robot.mute = lambda packet: robot.phase == OPEN and bench.now < 0.35
+    robot.deaf = lambda heard: heard.name == "CLOSE" and heard.time < 0.35
     bench = Bench(robot)
     robot.open()
     robot.motors, robot.set_point["VEL"] = True, 300
     bench.until_ready()
-    assert robot.names()[:2] == ["PULSE", "CLOSE"] and not robot.moving
-    assert robot.heard[1].time - robot.heard[0].time < 0.15
+    assert robot.names()[CLOSES:CLOSES + 2] == ["PULSE", "CLOSE"] and not robot.moving
+    assert robot.heard[CLOSES + 1].time - robot.heard[CLOSES].time < 0.15
 
 
 def test_nobody_on_tcp():
@@ -267,7 +292,7 @@ def test_the_docstring_says_what_the_constants_do():
     lines = [line for line in table.splitlines() if re.match(r"(waits|was left|is not)", line)]
     rows = [[float(number) for number in re.findall(r"([0-9.]+) s", line)] for line in lines]
     assert [row[:2] for row in rows] == [[math.ceil(10 * bound - 1e-6) / 10 for bound in bounds] for bounds in BOUNDS.values()]
-    assert rows[3][2] == pytest.approx(LISTEN + TCP_TRIES * SYNC_TIMEOUT + (TCP_TRIES - 1) * CLOSED)
+    assert rows[3][2] == math.ceil(10 * (LISTEN + TCP_TRIES * SYNC_TIMEOUT + (TCP_TRIES - 1) * CLOSED)) / 10
 
 
 @pytest.mark.parametrize("kind, streams", [("waits", False), ("streams", True)])
@@ -313,7 +338,7 @@ def test_an_unknown_subtype_is_said_loudly_and_the_robot_left_waiting():
     assert isinstance(bench.session.error, UnknownModelError)
     for word in ("'fake'", "p3dx-shh", "p3dx-sh", "model"):
         assert word in str(bench.session.error)
-    assert robot.names() == ["PULSE", "OPEN", "CLOSE", "CLOSE"] and robot.phase == WAITING
+    assert robot.names() == ["CLOSE"] * CLOSES + ["PULSE", "OPEN", "CLOSE", "CLOSE"] and robot.phase == WAITING
 
 
 def test_an_explicit_model_overrides_an_unknown_subtype():
