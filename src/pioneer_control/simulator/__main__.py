@@ -11,6 +11,7 @@ from ..errors import PioneerError
 from ..robots import find_model
 from .faults import fault_of, load_faults, rows
 from .loading import known_worlds, load_world
+from .places import standing_places
 from .robot_numbers import load_numbers
 from .server import SPEEDS, STANDARD_PORT, Server
 from .simulation import Simulation
@@ -44,10 +45,10 @@ def main(arguments: Optional[List[str]] = None) -> int:
 def simulation_of(options: argparse.Namespace) -> Simulation:
     """The world and the robots that the command line asks for. Raises UsageError for what makes no sense."""
     simulation, model, numbers = Simulation(load_world(options.world)), find_model(options.model, options.models), load_numbers(options.numbers)
-    for number in range(options.robots):
-        name = options.name if options.robots == 1 else f"{options.name}_{number + 1}"
+    for number, pose in enumerate(standing_places(simulation.world, model, options.robots)):
+        name = options.name or f"sim_{number + 1:04d}"
         simulation.add(
-            model, gripper=options.gripper, rear_sonar=options.rear_sonar, name=name, seed=options.seed + number, noise=options.noise, numbers=numbers)
+            model, pose, gripper=options.gripper, rear_sonar=options.rear_sonar, name=name, seed=options.seed + number, noise=options.noise, numbers=numbers)
     return simulation
 
 
@@ -114,7 +115,7 @@ def parser() -> argparse.ArgumentParser:
     fitted.add_argument("--gripper", action="store_true", default=None, help="fit a gripper (default: on a p3dx-sh)")
     fitted.add_argument("--no-gripper", action="store_false", dest="gripper", help="fit no gripper")
     add("--no-rear-sonar", action="store_false", dest="rear_sonar", help="fit no rear sonar array")
-    add("--name", default="sim_0001", help="the robot's own name; of several NAME_1, NAME_2, ... (default: %(default)s)")
+    add("--name", help="the robot's own name (default: sim_0001 and up)")
     add("--models", metavar="FILE", help="a models file that overrides or adds robot models")
     add("--numbers", metavar="FILE", help="a file that overrides numbers of robot.yaml")
     return result

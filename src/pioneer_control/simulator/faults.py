@@ -154,7 +154,7 @@ def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
     unknown = [key for key in given if key not in KEYS]
     if unknown:
         raise fail(f"it has no {unknown[0]!r}; there are {', '.join(KEYS)}")
-    kind = KINDS.get(given.get("fault"))
+    kind = KINDS.get(str(given.get("fault")))
     if kind is None:
         raise fail(f"no kind {given.get('fault')!r}; there are {', '.join(KINDS)}")
     checks = {"robot": Whole(1, 100000), "from": Number(0.0, 1e9), "to": Number(0.0, 1e9)}

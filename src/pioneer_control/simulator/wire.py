@@ -7,6 +7,8 @@ import random
 from collections import deque
 from typing import Deque, List, NamedTuple, Optional
 
+from ..p2os.framing import HEADER, SMALLEST_COUNT
+
 BITS_PER_BYTE = 10
 """Start, eight data, stop."""
 FIFO = 16
@@ -52,13 +54,17 @@ class Wire:
     def send(self, data: bytes, now_us: int, baud: Optional[int] = None) -> None:
         """Take bytes that begin now, or behind those that the line is still busy with."""
         at_us = max(now_us, self._free_at_us)
+        delay_us = round(self.delay * 1e6)
         for pause_us, run in self._spoilt(data):
             at_us += pause_us
-            for start in range(0, len(run), FIFO if baud else len(run)):
-                piece = run[start:start + FIFO] if baud else run
-                took_us = len(piece) * BITS_PER_BYTE * 1000000 // baud if baud else 0
-                at_us += took_us
-                self._under_way.append(Piece(at_us + round(self.delay * 1e6), baud, piece))
+            if baud is None:
+                self._under_way.append(Piece(at_us + delay_us, None, run))
+                continue
+            for end in range(FIFO, len(run) + FIFO, FIFO):
+                piece = run[end - FIFO:end]
+                due_us = at_us + min(end, len(run)) * BITS_PER_BYTE * 1000000 // baud
+                self._under_way.append(Piece(due_us + delay_us, baud, piece))
+            at_us += len(run) * BITS_PER_BYTE * 1000000 // baud
         self._free_at_us = at_us
 
     def arrived(self, now_us: int) -> List[Piece]:
@@ -99,11 +105,13 @@ class Wire:
             flipped = chance.random() < self.flips
             wrong = 1 << chance.randrange(8)
             if self._ruler.is_cut(self._cut):
-                yield pause_us, bytes(run)
+                if run:
+                    yield pause_us, bytes(run)
                 run, pause_us = bytearray(), SPLIT_PAUSE_US
             if not self._lost:
                 run.append(byte ^ wrong if flipped else byte)
-        yield pause_us, bytes(run)
+        if run:
+            yield pause_us, bytes(run)
 
 
 class Ruler:
@@ -117,24 +125,26 @@ class Ruler:
         """Take a byte; whether a packet begins with it."""
         at = self._at
         if at == 0 or (at == 1 and byte == 0xFA):
-            self._at, self._length = int(byte == 0xFA), 0
+            self._at = int(byte == 0xFA)
             return True
-        if (at == 1 and byte != 0xFB) or (at == 2 and byte < 3):
+        if (at == 1 and byte != 0xFB) or (at == 2 and byte < SMALLEST_COUNT):
             self._at = 0
             return False
         if at == 2:
             self._length = 3 + byte
-        self._at = 0 if at + 1 == self._length else at + 1
+        self._at += 1
+        if self._at == self._length:
+            self._at = self._length = 0
         return False
 
     def skip(self, data: bytes) -> None:
         """Take many bytes."""
         start = 0
-        while self._at == 0 and start + 2 < len(data) and data[start] == 0xFA and data[start + 1] == 0xFB and start + 3 + data[start + 2] <= len(data):
+        while self._at == 0 and start + 2 < len(data) and data[start:start + 2] == HEADER and SMALLEST_COUNT <= data[start + 2] <= len(data) - start - 3:
             start += 3 + data[start + 2]      # a whole packet: nearly always all there is
         for byte in data[start:]:
             self.begins(byte)
 
     def is_cut(self, share: float) -> bool:
-        """Whether the byte just taken is the first beyond this share of its packet (1: none is); the first three stay together."""
-        return share < 1.0 and self._length > 0 and self._at == 1 + max(3, int(share * self._length))
+        """Whether the byte just taken is the first beyond this share of its packet (1: none is); its first three and last two stay together."""
+        return share < 1.0 and self._length > 0 and self._at == 1 + max(3, int(share * (self._length - 1)))

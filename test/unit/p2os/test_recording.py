@@ -1,0 +1,72 @@
+"""Records of a line, written and told."""
+
+import pytest
+
+from pioneer_control import p2os
+from pioneer_control.errors import UsageError
+from pioneer_control.p2os.__main__ import main
+from pioneer_control.p2os.recording import TITLE, Entry, entries, told, written
+
+VEL = bytes.fromhex("FAFB060B1BC800D31B")
+SIP = bytes.fromhex("FAFB2833D204C8FF0002BE00D20080000200020700000203DC05049808210500F00080000020000000260D")
+
+
+def record(*made):
+    return [TITLE, ""] + [written(entry) for entry in made]
+
+
+def test_what_is_written_is_read():
+    made = [Entry(0.5, 1, True, VEL), Entry(1.25, 12, False, SIP), Entry(2.0, 0, False, b"", "fault begins: loss 0.1")]
+    assert list(entries(record(*made))) == made
+    assert written(made[0]) == "0.500000 1 > FA FB 06 0B 1B C8 00 D3 1B"
+
+
+def test_each_packet_is_a_line():
+    lines = list(told(record(Entry(0.5, 1, True, VEL), Entry(0.6, 2, False, SIP))))
+    assert lines[0] == "    0.500000  robot 1 <- VEL -200" and lines[1].startswith("    0.600000  robot 2 -> Sip: ") and "x_counts 1234" in lines[1]
+
+
+def test_or_byte_by_byte():
+    lines = list(told(record(Entry(0.5, 1, True, VEL)), long=True))
+    assert lines[0] == "    0.500000  robot 1 <-" and lines[1] == "FA FB 06 0B 1B C8 00 D3 1B" and "checksum D3 1B is right" in lines[2]
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 8])
+def test_a_packet_in_pieces_has_the_time_of_its_last(size):
+    pieces = [Entry(1.0 + at * 0.001, 1, True, VEL[at:at + size]) for at in range(0, len(VEL), size)]
+    other = [Entry(1.0005, 2, True, VEL)]
+    lines = list(told(record(*(pieces[:1] + other + pieces[1:]))))
+    assert lines == ["    1.000500  robot 2 <- VEL -200", "    %f  robot 1 <- VEL -200" % pieces[-1].time]
+
+
+def test_what_never_becomes_whole_is_shown_as_it_is():
+    lines = list(told(record(Entry(1.0, 1, True, VEL[:4]), Entry(1.05, 1, False, b"\x01"), Entry(1.2, 1, True, VEL), Entry(1.3, 1, True, b"\xFA"))))
+    assert lines[0].endswith("robot 1 -> 01  (noise: no header FA FB)") and lines[1].startswith("    1.000000  robot 1 <- FA FB 06 0B  (cut off")
+    assert lines[2].endswith("VEL -200") and lines[3].endswith("<- FA  (noise: no header FA FB)") and len(lines) == 4
+
+
+def test_a_wrong_checksum_and_packets_that_make_no_sense():
+    lines = list(told(record(Entry(1.0, 1, True, VEL[:-1] + b"\0"), Entry(1.1, 1, False, p2os.encode_frame(0x77)), Entry(1.2, 1, True, p2os.encode_frame(200)))))
+    assert "(wrong checksum: D3 00)" in lines[0] and "what its data mean is not known" in lines[1] and "command 200, which no Pioneer knows" in lines[2]
+
+
+def test_notes_stand_between():
+    assert list(told(record(Entry(1.5, 0, False, b"", "fault begins: cable")))) == ["    1.500000  fault begins: cable"]
+
+
+@pytest.mark.parametrize("line", ["x 1 > FA", "1.0 1 = FA", "1.0 1 > F G", "1.0 1 >", "1.0 a > FA"])
+def test_a_line_that_says_nothing_is_named(line):
+    with pytest.raises(UsageError, match="line 3 of the record: '%s'" % line.strip()):
+        list(told(record() + [line]))
+
+
+def test_the_command_line(tmp_path, capsys):
+    path = tmp_path / "wire.txt"
+    path.write_text("\n".join(record(Entry(0.5, 1, True, VEL))))
+    assert main(["--record", str(path)]) == 0 and capsys.readouterr().out == "    0.500000  robot 1 <- VEL -200\n"
+    assert main(["--record", str(path), "--long"]) == 0 and "mm/s" in capsys.readouterr().out
+    path.write_text("what?")
+    for wrong, message in ((path, "line 1 of the record"), (tmp_path / "nothing", "No such file")):
+        with pytest.raises(SystemExit):
+            main(["--record", str(wrong)])
+        assert message in capsys.readouterr().err

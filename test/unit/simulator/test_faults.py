@@ -1,0 +1,186 @@
+"""Faults as they are written, when they begin and end, and what they act on."""
+
+import math
+
+import pytest
+
+from pioneer_control.errors import ParameterError
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.faults import KINDS, WAYS, Fault, Faults, Plant, fault_of, load_faults, rows
+from pioneer_control.simulator.firmware import Firmware, Session
+from pioneer_control.simulator.world import World
+
+
+@pytest.mark.parametrize("words, fault", [
+    ("loss 0.1", Fault("loss", 0.1)),
+    ("loss 0.1 from 10 to 20", Fault("loss", 0.1, start=10.0, end=20.0)),
+    ("delay 1 way to-robot robot 2 from 1.5", Fault("delay", 1.0, "to-robot", 2, 1.5)),
+    ("silence to 3", Fault("silence", end=3.0)),
+    ("power from 5", Fault("power", start=5.0, end=6.0)),
+    ("power from 5 to 9", Fault("power", start=5.0, end=9.0)),
+    ("gyro -2.5", Fault("gyro", -2.5)),
+    ({"fault": "transducer", "value": 3, "robot": 2, "from": 30}, Fault("transducer", 3, None, 2, 30.0)),
+])
+def test_words(words, fault):
+    assert fault_of(words) == fault
+
+
+def test_the_words_of_a_fault_are_read_back():
+    for words in ("loss 0.1 way to-robot robot 2", "cable", "transducer 3", "gyro -2.5"):
+        assert str(fault_of(words)) == words
+
+
+@pytest.mark.parametrize("words, problem", [
+    ("", "write a kind"), ("los 0.1", "no kind 'los'; there are loss, flips"), ("loss", "loss needs a value: a number from 0 to 1 .share."),
+    ("loss 2", "value 2 is not legal: give a number from 0 to 1 .share."), ("loss nan", "value nan is not legal"), ("loss x", "value 'x' is not legal"),
+    ("cable 1", "cable takes no value, and 1 is one"), ("loss 0.1 form 10", "has no 'form'; there are fault, value, way, robot, from, to"),
+    ("loss 0.1 from", "'from' needs a value"), ("loss 0.1 from 1 from 2", "'from' is there twice"), ("loss 0.1 from 5 to 5", "to 5 is not after from 5"),
+    ("loss 0.1 from -1", "from -1 is not legal"), ("loss 0.1 way up", "way 'up' is not legal: give to-robot or from-robot"),
+    ("cable way to-robot", "cable has no way"), ("loss 0.1 robot 0", "robot 0 is not legal: give a whole number from 1"),
+    ("loss 0.1 robot 1.5", "robot 1.5 is not legal"), ("transducer 32", "value 32 is not legal"), ("transducer 1.5", "value 1.5 is not legal"),
+    ({"fault": "loss", "value": True}, "value True is not legal"), ({}, "write a kind"), ([1], "write a kind"), (None, "write a kind"),
+    ({"fault": ["loss"]}, "no kind"),
+])
+def test_mistakes_name_the_value_and_what_is_legal(words, problem):
+    with pytest.raises(ParameterError, match=problem):
+        fault_of(words)
+
+
+def test_a_timeline(tmp_path):
+    path = tmp_path / "faults.yaml"
+    path.write_text("- loss 0.1 from 10 to 20\n- {fault: transducer, value: 3, robot: 2, from: 30}\n")
+    assert load_faults(str(path)) == [Fault("loss", 0.1, start=10.0, end=20.0), Fault("transducer", 3, None, 2, 30.0)]
+
+
+@pytest.mark.parametrize("text, problem", [
+    ("- loss 0.1\n- loss 2\n", "faults.yaml, entry 2: fault 'loss 2': value 2"), ("loss: 1", "expected a list of faults"), ("- [", "does not parse"),
+    ("", "expected a list of faults"), ("- 3", "entry 1: .*write a kind"),
+])
+def test_mistakes_in_a_timeline(tmp_path, text, problem):
+    path = tmp_path / "faults.yaml"
+    path.write_text(text)
+    with pytest.raises(ParameterError, match=problem):
+        load_faults(str(path))
+
+
+def test_a_timeline_that_is_not_there():
+    with pytest.raises(ParameterError, match="cannot read /nowhere.yaml"):
+        load_faults("/nowhere.yaml")
+
+
+class Scene:
+    """Two robots and what is said of their faults."""
+
+    def __init__(self):
+        self.plants = [Plant(Firmware(find_model("p3dx-sh"), World("hall")), str(number)) for number in range(2)]
+        self.said = []
+        self.faults = Faults(self.plants, lambda time, sentence: self.said.append((time, sentence)))
+
+    def add(self, words, now=0.0):
+        self.faults.add(fault_of(words), now)
+        self.faults.step(now)
+
+    def wires(self, name):
+        return [getattr(plant.wires[way], name) for plant in self.plants for way in WAYS]
+
+
+def test_a_fault_begins_and_ends_and_is_named_both_times():
+    scene = Scene()
+    scene.add("loss 0.1 from 10 to 20")
+    assert scene.faults.next_time == 10.0 and scene.wires("loss") == [0.0] * 4
+    scene.faults.step(10.0)
+    assert scene.faults.next_time == 20.0 and scene.wires("loss") == [0.1] * 4 and scene.faults.on == [fault_of("loss 0.1 from 10 to 20")]
+    scene.faults.step(20.0)
+    assert scene.faults.next_time == math.inf and scene.wires("loss") == [0.0] * 4
+    assert scene.said == [(10.0, "fault begins: loss 0.1"), (20.0, "fault ends: loss 0.1")]
+
+
+def test_one_way_and_one_robot():
+    scene = Scene()
+    scene.add("silence way to-robot robot 2")
+    assert scene.wires("silence") == [False, False, True, False]
+
+
+def test_of_several_the_newest_holds_and_the_older_again_after_it():
+    scene = Scene()
+    scene.add("delay 1")
+    scene.add("delay 2 robot 1 to 5")
+    assert scene.wires("delay") == [2.0, 2.0, 1.0, 1.0]
+    scene.faults.step(5.0)
+    assert scene.wires("delay") == [1.0] * 4
+
+
+def test_times_count_from_when_it_is_added():
+    scene = Scene()
+    scene.add("flips 0.1 from 1 to 2", 100.0)
+    assert scene.faults.next_time == 101.0
+
+
+def test_clear_ends_what_is_on_and_what_would_come():
+    scene = Scene()
+    for words in ("loss 0.1", "loss 0.2 from 50", "flips 0.1"):
+        scene.add(words)
+    assert scene.faults.clear(1.0, "loss") == 2 and scene.wires("loss") == [0.0] * 4 and scene.wires("flips") == [0.1] * 4
+    assert scene.faults.clear(1.0) == 1 and scene.faults.next_time == math.inf and scene.faults.clear(1.0) == 0
+
+
+def test_a_robot_that_is_not_there():
+    with pytest.raises(ParameterError, match="there is no robot 3; there are 1 to 2"):
+        Scene().add("cable robot 3")
+
+
+def hardware(name):
+    return lambda plant: getattr(plant.firmware.hardware, name)
+
+
+# What each kind changes: how it is seen, before, while it is on, after.
+EFFECTS = {
+    "loss 0.1": (lambda plant: plant.wires["to-robot"].loss, 0.0, 0.1),
+    "flips 0.1": (lambda plant: plant.wires["to-robot"].flips, 0.0, 0.1),
+    "splits 0.1": (lambda plant: plant.wires["from-robot"].splits, 0.0, 0.1),
+    "delay 0.1": (lambda plant: plant.wires["to-robot"].delay, 0.0, 0.1),
+    "silence": (lambda plant: plant.wires["to-robot"].silence, False, True),
+    "cable": (lambda plant: plant.unplugged, False, True),
+    "power": (lambda plant: plant.powered, True, False),
+    "stop_button": (hardware("stop_button"), False, True),
+    "stall": (hardware("held"), False, True),
+    "battery 11.2": (lambda plant: round(plant.firmware.hardware.battery.voltage, 6), 13.0, 11.2),
+    "transducer 3": (hardware("dead_transducers"), set(), {3}),
+    "gyro 90": (hardware("gyro_drift"), 0.0, math.pi / 2),
+    "gripper": (hardware("gripper_stuck"), False, True),
+    "charger": (hardware("charger"), False, True),
+}
+
+
+def test_every_kind_has_a_row_here():
+    assert [words.split()[0] for words in EFFECTS] == list(KINDS) == [row[0] for row in rows()]
+
+
+@pytest.mark.parametrize("words", EFFECTS)
+def test_every_kind_does_what_it_says_to_the_robot_it_is_for(words):
+    seen, normal, faulty = EFFECTS[words]
+    scene = Scene()
+    assert [seen(plant) for plant in scene.plants] == [normal, normal]
+    scene.add(words + " robot 2 to 1")
+    assert [seen(plant) for plant in scene.plants] == [normal, faulty]
+    scene.faults.step(1.0)
+    assert [seen(plant) for plant in scene.plants] == [normal, normal]
+
+
+def test_two_dead_transducers_are_two():
+    scene = Scene()
+    scene.add("transducer 3")
+    scene.add("transducer 5 robot 1 to 9")
+    assert [plant.firmware.hardware.dead_transducers for plant in scene.plants] == [{3, 5}, {3}]
+    scene.faults.step(9.0)
+    assert scene.plants[0].firmware.hardware.dead_transducers == {3}
+
+
+def test_power_off_ends_the_session():
+    scene = Scene()
+    robot = scene.plants[0].firmware
+    for number in (0, 1, 2, 1):
+        robot.receive(bytes((0xFA, 0xFB, 3, number, 0, number)))
+    assert robot.session is Session.OPEN
+    scene.add("power")
+    assert robot.session is Session.WAITING
