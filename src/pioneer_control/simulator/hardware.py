@@ -310,6 +310,9 @@ class Hardware:
     def _drive(self, dt: float, paused: bool) -> None:
         distance, turn = self._step_drives(dt, paused)
         turned = self._turned(distance, turn)
+        if abs(turned[0]) > self.model.max_linear * dt or abs(turned[1]) > self.model.max_angular * dt:
+            distance, turn = self._slowed(distance, turn, turned, dt)
+            turned = self._turned(distance, turn)
         really = self._wheel_errors.moved(*turned)
         if not distance and not turn:
             self.body.blocked = False
@@ -333,6 +336,11 @@ class Hardware:
             distance * self.settings["ticks_per_mm"] / self._numbers.drive.encoder_ticks_per_mm,
             turn * self.settings["rev_count"] / SETTINGS["rev_count"],
         )
+
+    def _slowed(self, distance: float, turn: float, turned: Tuple[float, float], dt: float) -> Tuple[float, float]:
+        """As much of `distance` and `turn` as the motors can do in a step, whatever calibration makes `turned` of them."""
+        ahead, round_ = self.model.max_linear * dt, self.model.max_angular * dt
+        return distance * min(1.0, ahead / (abs(turned[0]) or ahead)), turn * min(1.0, round_ / (abs(turned[1]) or round_))
 
     def _felt(self, turn: float, really: float, dt: float) -> float:
         """The turn of a step as the robot adds it up: by its wheels, or by a gyro that it reads itself."""
