@@ -22,7 +22,8 @@ from . import conversions, ranges
 from .parameters import DriverParameters
 
 QUEUE = 10
-WITHOUT_IO = ("PSOS", "AmigOS")     # firmware that knows no IOREQUEST
+CLOSE_TIMEOUT = 0.1
+"""Seconds that close() waits for what is just being published."""
 
 
 class Topic(NamedTuple):
@@ -98,7 +99,7 @@ class Publications:
             Topic("dio", DIO, RobotState, lambda state, stamp: conversions.digital_inputs(state)),
             Topic("aio", AIO, RobotState, lambda state, stamp: conversions.analog_input(state)),
             Topic("io", IO, p2os.IO, lambda packet, stamp: conversions.ports(packet, stamp, base),
-                  fed_by=lambda identity: identity.model.firmware_family not in WITHOUT_IO, asks=lambda identity: "io"),
+                  fed_by=lambda identity: p2os.knows(identity.model.firmware_family, "IOREQUEST"), asks=lambda identity: "io"),
             Topic("imu", Imu, p2os.Gyro, lambda packet, stamp: self._imu(packet, stamp, base),
                   fed_by=is_for_client, asks=lambda identity: "gyro"),
             Topic("compass", Imu, RobotState, lambda state, stamp: conversions.compass(state, stamp, base) if state.compass is not None else None,
@@ -135,9 +136,11 @@ class Publications:
             self._publish(type(event.packet), event.packet, stamp_of(event.sent_time))
 
     def close(self) -> None:
-        """Publish nothing more: ROS shuts down, and closes topics before it says so."""
-        with self._lock:
-            self._topics = ()
+        """Publish nothing more: ROS shuts down, and closes topics before it says so. Who keeps the lock for longer waits for a master that hangs."""
+        locked = self._lock.acquire(timeout=CLOSE_TIMEOUT)
+        self._topics = ()
+        if locked:
+            self._lock.release()
 
     def _publish(self, source: type, value: Any, stamp: rospy.Time) -> None:
         for topic in self._topics:
