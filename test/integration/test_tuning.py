@@ -8,7 +8,7 @@ from dataclasses import fields, replace
 import pytest
 
 from pioneer_control.client import Robot, Tuned, Tuning
-from pioneer_control.p2os import UNKNOWN_TO
+from pioneer_control.client.tuning import ROWS
 from pioneer_control.robots import find_model, load_models
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.loading import load_world
@@ -147,7 +147,7 @@ def test_each_family_of_firmware_takes_what_it_knows_and_no_other_hears_of_it(su
     run.until(lambda: run.of(Tuned))
     for change in run.of(Tuned)[0].changes:
         assert change.new == pytest.approx(change.wanted) or change.name == "bump_stall" or "firmware does not know" in change.problem, str(change)
-    assert not run.firmware.unknown_commands & set(UNKNOWN_TO)
+    assert not run.firmware.unknown_commands & {row.command for row in ROWS.values()}
 
 
 def test_a_robot_in_real_time_is_tuned_on_every_connect():

@@ -16,7 +16,7 @@ from pioneer_control.client.robot import BACK_OFF
 from pioneer_control.client.tuning import ROWS
 from pioneer_control.driver import health, notices
 from pioneer_control.driver.parameters import TUNING, DriverParameters, check_parameters
-from pioneer_control.p2os import UNKNOWN_TO
+from pioneer_control.p2os import knows
 from pioneer_control.parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text, Whole
 from pioneer_control.robots import load_table
 from pioneer_control.robots.__main__ import main, table
@@ -111,7 +111,7 @@ def test_what_older_firmware_lacks():
     for names, *columns in rows(read(DOCS / "models.md"), "What older firmware lacks"):
         lacking = {family for head, column in zip(heads, columns) if column == "-" for family in head.split(", ")}
         told.update(dict.fromkeys(re.findall(r"\w+", names), lacking))
-    assert told == {name: set(UNKNOWN_TO.get(ROWS[TUNING[name]].command, ())) for name in TUNING}
+    assert told == {name: {family for family in FAMILIES if not knows(family, ROWS[TUNING[name]].command)} for name in TUNING}
 
 
 # Numbers in sentences

@@ -45,7 +45,6 @@ MOTORS_OFF = 0.05       # s between ENABLE 0 and CLOSE
 CLOSE_TRIES = 3
 SIP_CYCLE = 0.12        # s: a robot that sends nothing for that long is closed
 
-KNOWS_STOP = ("P2OS", "AROS", "ARCOS", "AmigoSH")   # firmware for which STOP alone is a stop (protocol 3.1)
 PULSE = p2os.encode_command("PULSE")
 OPEN = p2os.encode_command("OPEN")
 LAST_WORDS = b"".join(STOP) + MOTORS[False] + CLOSE
@@ -237,7 +236,7 @@ class Session:
         """While the robot shall stand, a stop in one packet: whatever else came through alone would revive a set point whose stop was lost."""
         if not self.drive.shall_stand:
             return (PULSE,)
-        return STOP[:1] if self._model.firmware_family in KNOWS_STOP else STOP
+        return STOP[:1] if p2os.knows(self._model.firmware_family, "STOP") else STOP
 
     @property
     def _pulse_at(self) -> float:

@@ -4,7 +4,7 @@ import math
 from typing import Dict, List, Optional
 
 from .. import p2os
-from ..p2os import UNKNOWN_TO
+from ..p2os import knows
 from .events import Event, Tuned
 from .identity import CONFIG, RobotIdentity
 from .line import Line
@@ -104,7 +104,7 @@ class Tuner:
         self._events.append(Tuned(changes, self._identity))
 
     def _unknown(self, name: str) -> bool:
-        return self._identity.model.firmware_family in UNKNOWN_TO.get(ROWS[name].command, ())
+        return not knows(self._identity.model.firmware_family, ROWS[name].command)
 
     def _taken(self, name: str) -> bool:
         return ROWS[name].shown(self._answer) == ROWS[name].number(self._told[name])

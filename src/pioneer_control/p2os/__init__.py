@@ -21,7 +21,7 @@ Open next: `framing` (where packets begin and end), `commands` (the table of com
 """
 
 from .commands import (BAUD_RATES, COMMANDS, SYNC0, SYNC1, SYNC2, UNKNOWN_TO, Argument, Command, ReceivedCommand, decode_command,
-                       encode_command, two_bytes)
+                       encode_command, knows, two_bytes)
 from .config import Config
 from .flags import (GRIPPER_VALUES, ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripperCommand, GripperSwitches,
                     GripState, StallBits)
@@ -33,7 +33,8 @@ from .sip import MOVING, STOPPED, Sip, SonarReading
 
 __all__ = [
     "PARTIAL_TIMEOUT", "DecoderCounts", "Frame", "FrameDecoder", "checksum", "encode_frame",
-    "BAUD_RATES", "COMMANDS", "UNKNOWN_TO", "Command", "Argument", "encode_command", "decode_command", "ReceivedCommand", "two_bytes",
+    "BAUD_RATES", "COMMANDS", "UNKNOWN_TO", "Command", "Argument", "encode_command", "decode_command", "ReceivedCommand", "knows",
+    "two_bytes",
     "SYNC0", "SYNC1", "SYNC2",
     "decode_packet", "encode_packet", "UnknownPacket", "MalformedPacket",
     "SyncEcho", "SyncReply", "Config", "Sip", "SonarReading", "STOPPED", "MOVING",

@@ -178,10 +178,17 @@ UNKNOWN_TO: Dict[str, Tuple[str, ...]] = {
     **dict.fromkeys(("SETA", "SETRA", "BUMPSTALL", "E_STALL", "REVCOUNT"), ("PSOS",)),
     **dict.fromkeys(("ROTKP", "ROTKV", "ROTKI", "TRANSKP", "TRANSKV", "TRANSKI"), ("PSOS",)),
     **dict.fromkeys(("DRIFTFACTOR", "TICKSMM", "BATTEST"), ("PSOS", "P2OS", "AROS", "AmigOS")),
+    "STOP": ("PSOS", "AmigOS", "uARCS", "MARCOS"),
+    "IOREQUEST": ("PSOS", "AmigOS"),
 }
-"""Settings, and the families of firmware that are too old for them. Of those that know one, early versions may not: what they report tells."""
+"""Commands, and the families of firmware that do not know them. Of those that know a setting, early versions may not: what they report tells."""
 
 COMMAND_NUMBERS: Dict[int, Command] = {command.number: command for command in COMMANDS.values()}
+
+
+def knows(family: str, command: str) -> bool:
+    """Whether firmware of a family knows a command; each knows what is not in `UNKNOWN_TO`."""
+    return family not in UNKNOWN_TO.get(command, ())
 
 
 class OtherMeaning(NamedTuple):

@@ -150,3 +150,11 @@ def test_the_pioneer_wins_where_others_use_its_number():
     assert clashes == {35, 36, 37, 38, 57, 61, 62, 66, 67, 68, 90, 250}
     assert [received(id=number).name for number in (36, 37, 62)] == ["GRIPPERVAL", "GRIPREQUEST", "BATTERYINFO"]
     assert received(id=224).name == "COMMAND_224", "a simulator's own number"
+
+
+@pytest.mark.parametrize("family, command, known", [
+    ("PSOS", "STOP", False), ("P2OS", "STOP", True), ("AmigoSH", "STOP", True), ("MARCOS", "STOP", False), ("AmigOS", "IOREQUEST", False),
+    ("P2OS", "IOREQUEST", True), ("AROS", "TICKSMM", False), ("ARCOS", "TICKSMM", True), ("PSOS", "VEL", True),
+])
+def test_who_knows_what(family, command, known):
+    assert p2os.knows(family, command) is known
