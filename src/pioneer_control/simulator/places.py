@@ -38,7 +38,8 @@ def standing_places(world: World, model: RobotModel, count: int) -> List[Pose]:
         seeds |= (np.abs(grid_x - x) <= radius) & (np.abs(grid_y - y) <= radius)[:, None]
     reached = flood(seeds & free, free)[np.ix_(rows % cells == 0, columns % cells == 0)]
     places = [(float(x), float(y)) for row, y in zip(reached, grid_y[rows % cells == 0]) for x in grid_x[columns % cells == 0][row]]
-    apart = [(x, y) for x, y in places if all(hypot(x - other, y - another) >= 2.0 * radius for other, another, _ in starts)]
+    taken = [(other_x, other_y, 2.0 * radius) for other_x, other_y, _ in starts] + [(can.x, can.y, radius + can.radius) for can in world.cans]
+    apart = [(x, y) for x, y in places if all(hypot(x - other_x, y - other_y) >= reach for other_x, other_y, reach in taken)]
     apart.sort(key=lambda place: (hypot(place[0] - x0, place[1] - y0), place))
     poses = starts + [(x, y, heading) for x, y in apart]
     if len(poses) < count:

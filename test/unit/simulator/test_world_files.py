@@ -6,7 +6,7 @@ import os
 import pytest
 
 from pioneer_control.errors import WorldError
-from pioneer_control.robots import load_models
+from pioneer_control.robots import find_model, load_models
 from pioneer_control.simulator.free_space import room
 from pioneer_control.simulator.loading import known_worlds, load_world
 from pioneer_control.simulator.world import World
@@ -122,7 +122,7 @@ def test_numbers_in_all_plain_forms(tmp_path):
 
 
 def test_unknown_name_lists_the_known_ones():
-    names = "cans, clutter, corridor, empty, office, tutorial"
+    names = "cans, clutter, corridor, empty, maze, office, table, tutorial"
     with pytest.raises(WorldError, match=rf"no world named 'tutoral'; did you mean 'tutorial'\?.*{names}"):
         load_world("tutoral")
     with pytest.raises(WorldError, match="no world named 'xyzzy'; known: cans"):
@@ -148,7 +148,7 @@ def test_folder_instead_of_a_file(tmp_path):
 
 
 def test_the_gallery_is_complete():
-    assert known_worlds() == ["cans", "clutter", "corridor", "empty", "office", "tutorial"]
+    assert known_worlds() == ["cans", "clutter", "corridor", "empty", "maze", "office", "table", "tutorial"]
 
 
 @pytest.mark.parametrize("name", known_worlds())
@@ -161,6 +161,14 @@ def test_gallery_worlds_have_free_starts_for_every_robot(name):
             assert not world.touches(outline), (model.subtype, pose)
             for can in world.cans:
                 assert not World("can", posts=[(can.x, can.y, can.radius)]).touches(outline), (model.subtype, pose, can)
+
+
+@pytest.mark.parametrize("name", known_worlds())
+def test_gallery_docks_and_goals_have_room_for_a_pioneer(name):
+    world = load_world(name)
+    for model in map(find_model, ("p3dx-sh", "p3at-sh", "peoplebot-sh", "amigo-sh")):
+        for pose in [*world.docks, *world.goals.values()]:
+            assert not world.touches(placed(model.outline(gripper=model.can_carry_gripper), pose)), (model.subtype, pose)
 
 
 @pytest.mark.parametrize("name", [name for name in known_worlds() if name != "empty"])

@@ -1,0 +1,236 @@
+"""Draw any world as one picture: walls, cans, where robots start, charge and may be sent to, and where they are.
+
+``python3 -m pioneer_control.simulator.picture WORLD`` writes WORLD.png; ``-o`` names another file (.pdf and .svg work too), ``--model``
+and ``--robots`` put robots on their starts. No display is needed. Colours are Okabe and Ito's, as in `bags.draw`.
+"""
+
+import argparse
+import math
+import sys
+from typing import List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from ..errors import PioneerError, UsageError
+from ..robots import find_model
+from .loading import known_worlds, load_world
+from .places import standing_places
+from .world import FREE, OCCUPIED, Pose, World
+
+FORMATS = (".png", ".pdf", ".svg")
+WALL, FLOOR, BEYOND = "#3c3c3c", "#ffffff", "#e4e4e4"
+CAN, START, DOCK, GOAL, ROBOT = "#e69f00", "#009e73", "#0072b2", "#cc79a7", "#d55e00"
+INK, FAINT = "#222222", "#8a8a8a"
+
+SCALE_BARS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # m
+LEAST_SPAN = 4.0  # m: a world without anything is drawn this wide
+WIDEST, HIGHEST, NARROWEST = 8.0, 5.5, 3.2  # inches, of the drawing itself
+CAN_DOT = 4.5  # points across: no can is drawn smaller
+DPI = 90
+CELLS = 900  # along the longer side: the shading of what cannot be reached
+
+Outline = Sequence[Tuple[float, float]]
+Standing = Tuple[Outline, Pose]
+
+
+def draw_world(world: World, output: str, robots: Sequence[Standing] = (), title: Optional[str] = None) -> None:
+    """Write the picture of a world to a file; its ending, one of `FORMATS`, chooses the format. Raises UsageError for others.
+
+    :param robots: for each its outline (base_link) and its pose (map frame).
+    """
+    if not output.endswith(FORMATS):
+        raise UsageError(f"{output}: a picture's name ends in {', '.join(FORMATS)}")
+    figure(world, robots, title).savefig(output, dpi=DPI)
+
+
+def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] = None):
+    """The matplotlib Figure of a world."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # here: it takes a second to load
+    from matplotlib.figure import Figure
+
+    low, high = _extent(world)
+    width, height = np.maximum((high - low) * np.min((WIDEST, HIGHEST) / (high - low)), NARROWEST)
+    page = Figure(figsize=(width + 0.8, height + 1.25), facecolor="white")
+    FigureCanvasAgg(page)
+    axes = page.add_axes([0.55 / (width + 0.8), 0.6 / (height + 1.25), width / (width + 0.8), height / (height + 1.25)])
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    draw_floor(axes, world, (high - low).max() / CELLS)
+    draw_solids(axes, world)
+    draw_cans(axes, world)
+    _draw_goals(axes, world)
+    _draw_docks(axes, world)
+    if not robots:
+        _draw_starts(axes, world)
+    for outline, pose in robots:
+        draw_robot(axes, outline, pose)
+    _draw_frame(axes, low, high)
+    _write_texts(page, axes, world, title)
+    return page
+
+
+def _extent(world: World) -> Tuple[np.ndarray, np.ndarray]:
+    """Lower left and upper right corner of what is to be seen, m, with a margin."""
+    low, high = np.array(world.bounds[:2]), np.array(world.bounds[2:])
+    margin = np.maximum((LEAST_SPAN if not len(world.walls) else 0.0) - (high - low), 0.0) / 2.0 + 0.02 * (high - low).max() + 0.1
+    return low - margin, high + margin
+
+
+def draw_floor(axes, world: World, resolution: float) -> None:
+    """What cannot be reached from a start, shaded: outside, and inside of furniture."""
+    from matplotlib.colors import ListedColormap
+
+    resolution = max(resolution, 0.005)
+    cells, (x, y) = world.occupancy(resolution, margin=0.5)
+    rows, columns = cells.shape
+    extent = (x, x + columns * resolution, y, y + rows * resolution)
+    limits = axes.get_xlim(), axes.get_ylim()
+    shades = np.where((cells == FREE) | (cells == OCCUPIED), 0, 1)
+    closed = shades[0].any()  # else the floor goes on beyond the picture
+    axes.set_facecolor(BEYOND if closed else FLOOR)
+    axes.imshow(shades, cmap=ListedColormap([FLOOR, BEYOND]), vmin=0, vmax=1, origin="lower", extent=extent, interpolation="nearest", zorder=0)
+    axes.set(xlim=limits[0], ylim=limits[1])
+
+
+def draw_solids(axes, world: World) -> None:
+    """Walls as lines, posts to scale."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.patches import Circle
+
+    axes.add_collection(LineCollection(world.walls.reshape(-1, 2, 2), colors=WALL, linewidths=1.6, capstyle="round", zorder=3))
+    for x, y, radius in world.posts.tolist():
+        axes.add_patch(Circle((x, y), radius, facecolor=WALL, edgecolor=WALL, linewidth=1.2, zorder=3))
+
+
+def draw_cans(axes, world: World) -> None:
+    """Cans to scale, but never too small to be found."""
+    from matplotlib.patches import Circle
+
+    for number, can in enumerate(world.cans):
+        dot = dict(color=CAN, markeredgecolor=INK, markeredgewidth=0.5, markersize=CAN_DOT, linestyle="none", marker="o", zorder=4)
+        axes.plot(can.x, can.y, **dot, label=None if number else "can")
+        if 2.0 * can.radius > CAN_DOT / 72.0 * np.ptp(axes.get_xlim()) / (axes.get_position().width * axes.figure.get_figwidth()):
+            axes.add_patch(Circle((can.x, can.y), can.radius, facecolor=CAN, edgecolor=INK, linewidth=0.5, zorder=4.1))
+
+
+def _arrow(pose: Pose, length: float) -> np.ndarray:
+    """A triangle whose middle is at a pose and that points along it."""
+    return _placed(((length * 0.6, 0.0), (-length * 0.4, length * 0.38), (-length * 0.2, 0.0), (-length * 0.4, -length * 0.38)), pose)
+
+
+def _placed(outline: Outline, pose: Pose) -> np.ndarray:
+    x, y, heading = pose
+    points, cosine, sine = np.array(outline), math.cos(heading), math.sin(heading)
+    return points @ ((cosine, sine), (-sine, cosine)) + (x, y)
+
+
+def _size(axes) -> float:
+    """How long (m) an arrow must be to be seen well."""
+    return 0.045 * max(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim()))
+
+
+_PAPER = dict(boxstyle="round,pad=0.12", facecolor="white", edgecolor="none", alpha=0.8)
+
+
+def _label(axes, pose: Pose, text: str, colour: str, points: float = 11.0) -> None:
+    """A word below or, when the arrow points down, above it."""
+    down = math.sin(pose[2]) < -0.3
+    axes.annotate(text, pose[:2], (0, points if down else -points), textcoords="offset points", ha="center", va="center", fontsize=8, color=colour,
+                  zorder=7, bbox=_PAPER, annotation_clip=False)
+
+
+def _draw_starts(axes, world: World) -> None:
+    from matplotlib.patches import Polygon
+
+    for number, pose in enumerate(world.starts, 1):
+        arrow = Polygon(_arrow(pose, _size(axes)), facecolor=START, edgecolor="white", linewidth=0.6, zorder=6)
+        axes.add_patch(arrow)
+        _label(axes, pose, f"start {number}" if len(world.starts) > 1 else "start", START, 15.0)
+
+
+def _draw_docks(axes, world: World) -> None:
+    """A bracket before the robot that charges there, open to where it comes from."""
+    from matplotlib.patches import Polygon
+
+    for pose in world.docks:
+        size = _size(axes)
+        bracket = _placed(((-0.2 * size, 0.6 * size), (0.6 * size, 0.6 * size), (0.6 * size, -0.6 * size), (-0.2 * size, -0.6 * size)), pose)
+        axes.plot(*bracket.T, color=DOCK, linewidth=2.0, zorder=5, solid_joinstyle="miter")
+        axes.add_patch(Polygon(_arrow(pose, 0.7 * size), facecolor=DOCK, edgecolor="none", zorder=5))
+        _label(axes, pose, "dock", DOCK, 23.0)
+
+
+def _draw_goals(axes, world: World) -> None:
+    from matplotlib.patches import Polygon
+
+    for name, pose in world.goals.items():
+        axes.plot(*pose[:2], "o", markersize=13, color="none", markeredgecolor=GOAL, markeredgewidth=1.4, zorder=5)
+        axes.add_patch(Polygon(_arrow(pose, 0.6 * _size(axes)), facecolor=GOAL, edgecolor="none", zorder=5))
+        _label(axes, pose, name, "#9c4f7c", 14.0)
+
+
+def draw_robot(axes, outline: Outline, pose: Pose, colour: str = ROBOT) -> None:
+    """The outline of a robot (base_link), to scale, and its heading."""
+    from matplotlib.patches import Polygon
+
+    axes.add_patch(Polygon(_placed(outline, pose), facecolor=colour, edgecolor=colour, alpha=0.85, linewidth=0.8, zorder=6))
+    axes.add_patch(Polygon(_arrow(pose, 0.28), facecolor="white", edgecolor="none", zorder=6))
+
+
+def _draw_frame(axes, low: np.ndarray, high: np.ndarray) -> None:
+    """Axes in metres, kept faint, and above them on the right a bar of a round length."""
+    from matplotlib.ticker import MultipleLocator
+
+    length = max(bar for bar in SCALE_BARS if bar <= max(SCALE_BARS[0], 0.15 * (high[0] - low[0])))
+    top = axes.get_xaxis_transform()
+    axes.plot([high[0] - length, high[0]], [1.015, 1.015], color=INK, linewidth=3, solid_capstyle="butt", transform=top, clip_on=False)
+    axes.text(high[0] - length / 2, 1.025, f"{length:g} m", ha="center", va="bottom", fontsize=9, color=INK, transform=top)
+    step = min(step for step in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0) if step > (high - low).max() / 13.0 or step == 100.0)
+    axes.xaxis.set_major_locator(MultipleLocator(step))
+    axes.yaxis.set_major_locator(MultipleLocator(step))
+    axes.grid(color=FAINT, linewidth=0.4, alpha=0.3, zorder=1)
+    axes.set_axisbelow(True)
+    axes.tick_params(colors=FAINT, labelsize=8, length=2)
+    for spine in axes.spines.values():
+        spine.set_color(BEYOND)
+    axes.set_xlabel("x (m)", color=FAINT, fontsize=8, labelpad=1)
+    axes.set_ylabel("y (m)", color=FAINT, fontsize=8, labelpad=1)
+
+
+def _write_texts(page, axes, world: World, title: Optional[str]) -> None:
+    """Name and size above."""
+    width, height = page.get_size_inches()
+    low_x, low_y, high_x, high_y = world.bounds
+    parts = [f"{high_x - low_x:.3g} × {high_y - low_y:.3g} m"] if len(world.walls) or len(world.posts) else ["nothing, as far as anybody drives"]
+    counts = ((len(world.walls), "walls"), (len(world.posts), "posts"), (len(world.cans), "cans"))
+    parts += [f"{count} {what if count > 1 else what[:-1]}" for count, what in counts if count]
+    page.text(0.55 / width, 1 - 0.22 / height, title or world.name, fontsize=15, fontweight="bold", color=INK, va="center")
+    page.text(0.55 / width, 1 - 0.47 / height, "  ·  ".join(parts), fontsize=9.5, color=INK, va="center")
+    if axes.get_legend_handles_labels()[0]:
+        page.legend(loc="lower right", bbox_to_anchor=(1 - 0.2 / width, 0.0), frameon=False, fontsize=8.5, ncol=4, handletextpad=0.2, columnspacing=1.2)
+
+
+def main(arguments: Optional[List[str]] = None) -> int:
+    """Draw a world; 0 when the picture is written, 2 when there is nothing to draw."""
+    parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.simulator.picture", description="Draw a world of the simulated robot.",
+                                     epilog=f"Worlds: {', '.join(known_worlds())}.")
+    parser.add_argument("world", help="name of a world, or path of a world file (.yaml, .map)")
+    parser.add_argument("-o", "--output", metavar="FILE", help="the picture (default: the world's name and .png)")
+    parser.add_argument("--robots", type=int, metavar="N", default=0, help="draw so many robots where they start")
+    parser.add_argument("--model", default="p3dx-sh", help="of these robots (default: %(default)s)")
+    options = parser.parse_args(arguments)
+    try:
+        world, model = load_world(options.world), find_model(options.model)
+        places = standing_places(world, model, options.robots) if options.robots else []
+        output = options.output or f"{world.name}.png"
+        draw_world(world, output, [(model.outline(model.can_carry_gripper), pose) for pose in places])
+    except (PioneerError, OSError) as error:
+        print(f"picture: {error}", file=sys.stderr)
+        return 2
+    for skipped in world.skipped:
+        print(f"skipped: {skipped}")
+    print(output)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,67 @@
+"""Pictures of worlds: everything of a world is in it, whatever its size, and mistakes are told."""
+
+import numpy as np
+import pytest
+
+from pioneer_control.errors import UsageError
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.picture import draw_world, figure, main
+from pioneer_control.simulator.world import Can, World
+
+
+def words(page):
+    """All texts of a figure."""
+    return [text.get_text() for text in page.texts + page.axes[0].texts]
+
+
+def test_all_that_a_world_has_is_named():
+    told = words(figure(load_world("office")))
+    assert {"office", "start 1", "start 4", "dock", "kitchen", "20 × 12 m  ·  160 walls  ·  15 posts  ·  8 cans"} <= set(told)
+    assert "start" in words(figure(load_world("empty")))
+
+
+def test_walls_lie_where_they_are():
+    world = load_world("maze")
+    (walls,) = figure(world).axes[0].collections
+    assert np.array_equal(np.array(walls.get_segments()).reshape(-1, 4), world.walls)
+
+
+def test_robots_instead_of_starts():
+    model = find_model("p3dx-sh")
+    page = figure(load_world("tutorial"), [(model.outline(True), (1.6, 3.0, 0.0)), (model.outline(), (6.3, 2.9, 1.0))])
+    outlines = [patch.get_xy() for patch in page.axes[0].patches if len(getattr(patch, "_path", ())) in (5, 9)]
+    assert "start 1" not in words(page)
+    assert any(outline[:, 0].max() == pytest.approx(1.6 + max(x for x, _ in model.outline(True))) for outline in outlines)
+
+
+@pytest.mark.parametrize("size, ending", [(0.3, "png"), (4000.0, "svg"), (30.0, "pdf")])
+def test_any_size_and_format(tmp_path, size, ending):
+    path = tmp_path / f"own.{ending}"
+    draw_world(World("own", walls=[(0, 0, size, 0), (size, 0, size, size / 9)], cans=[Can(0.0, 1.0)], starts=[(0.0, 0.1, 0.0)]), str(path))
+    assert path.read_bytes()[:5] in (b"\x89PNG\r", b"<?xml", b"%PDF-")
+
+
+def test_the_command(tmp_path, capsys):
+    path = tmp_path / "mine.map"
+    path.write_text('2D-Map\nCairn: Label\nLINES\n0 0 1000 0\n')
+    assert main([str(path), "-o", str(tmp_path / "mine.png"), "--robots", "1"]) == 0
+    assert capsys.readouterr().out.splitlines()[::2] == ["skipped: Label, line 2", str(tmp_path / "mine.png")]
+    assert (tmp_path / "mine.png").stat().st_size > 3000
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (["tutoral"], "did you mean 'tutorial'"),
+    (["empty", "-o", "empty.bmp"], "empty.bmp: a picture's name ends in .png, .pdf, .svg"),
+    (["empty", "--model", "p4"], "p4"),
+    (["tutorial", "--robots", "500"], "has room for"),
+    (["empty", "-o", "no/such/folder/empty.png"], "No such file or directory"),
+])
+def test_mistakes_are_told(arguments, message, capsys):
+    assert main(arguments) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_no_other_formats():
+    with pytest.raises(UsageError, match="ends in .png"):
+        draw_world(World("own"), "own.bmp")
