@@ -11,14 +11,17 @@ Nothing acknowledges HOSTBAUD. The proof is an answer to a question and a SIP at
 The robot returns to its own speed at CLOSE and at a reset.
 """
 
-from typing import Any, Generator, Optional
+from typing import Any, Generator, List, Optional
 
 from .. import p2os
+from ..errors import LinkLostError
+from .events import LineSpeed
 from .identity import CONFIG
 from .line import GAP, Line
 from .script import Clock, Script, pause
 
 CAN_CHANGE = (1, 2)     # autobaud in CONFIGpac: HOSTBAUD is obeyed; autobaud besides
+COME_TO_REST = 1.0      # s that a robot gets which still rolls when it is found
 TRIES = 2               # a HOSTBAUD may be lost like anything else
 BACK_TRIES = 3          # times that a robot which cannot be understood is told to go back
 SETTLE = 0.05           # s for HOSTBAUD to arrive and be obeyed (10 ms), and for what was under way to be gone
@@ -27,7 +30,63 @@ ANSWER = 0.9            # s for the answer
 ASK_AGAIN = 0.2         # s; CONFIGpac alone takes 0.14 s at 9600 baud
 
 
-def change_baud(line: Line, baud: int, clock: Clock) -> Generator[float, Any, Optional[int]]:
+class HostBaud:
+    """Another speed, where it is wanted and the robot can.
+
+    Args:
+        line: to the robot; at its own speed when the script begins.
+        url: for the error message.
+        wanted: the other speed; None: its own will do.
+        clock: tells monotonic time (s).
+    """
+
+    def __init__(self, line: Line, url: str, wanted: Optional[int], clock: Clock) -> None:
+        self.failed = False
+        """Whether it was tried and not seen to work: a line that breaks over it would break again."""
+        self._line = line
+        self._url = url
+        self._wanted = wanted
+        self._clock = clock
+
+    def script(self, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, List[LineSpeed]]:
+        """Take a serial line there, if the robot stands. Returns what there is to say; LinkLostError when the robot was lost over it.
+
+        Args:
+            config: what the robot says that it is.
+            sip: its newest.
+        """
+        own, wanted = self._line.baud, self._wanted
+        if own is None or wanted is None or wanted == own:
+            return []
+        problem = yield from self._hindrance(own, config, sip)
+        if problem:
+            return [LineSpeed(own, problem)]
+        self.failed = True
+        works = yield from _change_baud(self._line, wanted, self._clock)
+        if works is None:
+            raise LinkLostError("%s: lost the robot when its line was to change from %d to %d baud; not tried again" % (self._url, own, wanted))
+        self.failed = works != wanted
+        return [LineSpeed(works, "no answer at %d baud; not tried again" % wanted if self.failed else "")]
+
+    def _hindrance(self, own: int, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, str]:
+        """Why it cannot be done; empty when the robot can change its speed and has come to rest."""
+        if own not in p2os.BAUD_RATES:
+            return "there would be no way back to it"
+        if config is None or config.autobaud not in CAN_CHANGE:
+            return "the robot's firmware cannot change it"
+        deadline = self._clock() + COME_TO_REST
+        while not stands(sip) and self._clock() < deadline:
+            packet = yield deadline
+            sip = packet if isinstance(packet, p2os.Sip) else sip
+        return "" if stands(sip) else "the robot does not stand still"
+
+
+def stands(sip: p2os.Sip) -> bool:
+    """Whether neither wheel turns."""
+    return not sip.left_velocity_units and not sip.right_velocity_units
+
+
+def _change_baud(line: Line, baud: int, clock: Clock) -> Generator[float, Any, Optional[int]]:
     """Take robot and line to ``baud``. Returns the speed at which they understand each other then; None if at neither."""
     old = line.baud
     assert old is not None

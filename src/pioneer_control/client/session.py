@@ -21,9 +21,9 @@ from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, U
 from ..robots import RobotModel, find_model
 from .data import DataRequests
 from .drive import MOTORS, STOP, Drive
-from .events import BaudFound, Event, LineSpeed, PacketReceived, Ready, Tuned
+from .events import BaudFound, Event, PacketReceived, Ready, Tuned
 from .handshake import CLOSE, Handshake
-from .host_baud import CAN_CHANGE, change_baud
+from .host_baud import HostBaud, stands
 from .identity import CONFIG, RobotIdentity, identify
 from .line import LONGEST_QUEUE, Line, SetBaud
 from .odometry import Odometry
@@ -39,7 +39,6 @@ CONFIG_TIMEOUT = 1.0    # s: firmware that has not answered CONFIG by then never
 OPEN_TIMEOUT = 3.0      # s for the first SIP
 SILENCE = 2.0           # s without a SIP: the link is lost
 WATCHDOG_MARGIN = 0.8   # of the robot's watchdog: its clock and the line's delay are not ours
-COME_TO_REST = 1.0      # s that a robot gets which still rolls when it is found
 STAND_TIMEOUT = 0.35    # s that a closing session leaves the robot to come to rest
 MOTORS_OFF = 0.05       # s between ENABLE 0 and CLOSE
 CLOSE_TRIES = 3
@@ -101,8 +100,6 @@ class Session:
         self.identity: Optional[RobotIdentity] = None
         self.own_baud: Optional[int] = None
         """The line speed at which the robot was found, and to which it returns; None before that, and on TCP."""
-        self.host_baud_failed = False
-        """Whether settings.host_baud did not work."""
         self.odometry = odometry
         self.drive: Optional[Drive] = None
         self.data: Optional[DataRequests] = None
@@ -112,6 +109,7 @@ class Session:
         self._actions: List[Action] = []
         self._events: List[Union[RobotState, Event]] = []
         self._line = Line(self._do, rates[0] if rates else None, STOP)
+        self._host_baud = HostBaud(self._line, url, settings.host_baud, self._clock)
         self._handshake = Handshake(self._line, url, rates, self._clock, again=odometry is not None)
         self._decoder = p2os.FrameDecoder()
         self._now = -math.inf
@@ -132,6 +130,11 @@ class Session:
     def baud(self) -> Optional[int]:
         """The present line speed; None on TCP."""
         return self._line.baud
+
+    @property
+    def host_baud_failed(self) -> bool:
+        """Whether settings.host_baud did not work."""
+        return self._host_baud.failed
 
     @property
     def counts(self) -> Counts:
@@ -326,7 +329,8 @@ class Session:
         for packets in ((OPEN,), STOP, (MOTORS[False],), (p2os.encode_command("SONAR", int(self._settings.use_sonar)),)):
             self._line.command(self._now, *packets)
         yield from self._learn()
-        yield from self._change_speed()
+        said = yield from self._host_baud.script(self._config, self._pending_sip)
+        self._events += said
         self._become_ready(model)
 
     def _find_model(self, reply: p2os.SyncReply) -> RobotModel:
@@ -356,30 +360,6 @@ class Session:
     def _motors_are_off(self) -> bool:
         return self._pending_sip is not None and not self._pending_sip.flags & p2os.Flags.MOTORS_ENABLED
 
-    def _change_speed(self) -> Script:
-        """Take a serial line to host_baud, if the robot can change its own and stands."""
-        wanted, own = self._settings.host_baud, self.own_baud
-        if wanted is None or own is None or wanted == own:
-            return
-        deadline, problem = self._now + COME_TO_REST, ""
-        while not _stands(self._pending_sip) and self._now < deadline:
-            yield deadline
-        if own not in p2os.BAUD_RATES:
-            problem = "there would be no way back to it"
-        elif self._config is None or self._config.autobaud not in CAN_CHANGE:
-            problem = "the robot's firmware cannot change it"
-        elif not _stands(self._pending_sip):
-            problem = "the robot does not stand still"
-        if problem:
-            self._events.append(LineSpeed(own, problem))
-            return
-        self.host_baud_failed = True    # until it is seen to work: a line that breaks over it would break again
-        works = yield from change_baud(self._line, wanted, self._clock)
-        if works is None:
-            raise LinkLostError("%s: lost the robot when its line was to change from %d to %d baud; not tried again" % (self.url, own, wanted))
-        self.host_baud_failed = works != wanted
-        self._events.append(LineSpeed(works, "" if works == wanted else "no answer at %d baud; not tried again" % wanted))
-
     def _become_ready(self, model: RobotModel) -> None:
         identity = self._identify()
         if self.odometry is not None and self.odometry.fits(model.dist_mm_per_unit, model.angle_units_per_rev):
@@ -406,7 +386,7 @@ class Session:
         deadline, standing = self._now + STAND_TIMEOUT, self.drive is None or self.drive.at_rest
         while not standing and self._now < deadline:
             packet = yield deadline
-            standing = isinstance(packet, p2os.Sip) and _stands(packet)
+            standing = isinstance(packet, p2os.Sip) and stands(packet)
         self._line.command(self._now, MOTORS[False])
         yield from pause(MOTORS_OFF, self._clock)
         for _ in range(CLOSE_TRIES):
@@ -430,7 +410,3 @@ class Session:
         self._line.drop()
         self.phase, self.error = Phase.FINISHED, error
         self._script, self._resume_at = None, math.inf
-
-
-def _stands(sip: Optional[p2os.Sip]) -> bool:
-    return sip is not None and not sip.left_velocity_units and not sip.right_velocity_units
