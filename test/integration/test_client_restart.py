@@ -36,6 +36,6 @@ def moves_after_a_restart(seed, share, baud):
 @pytest.mark.parametrize("baud", [None, 9600])
 @pytest.mark.parametrize("share, may_stir", [(0.01, 0), (0.2, 0), (0.5, 2)])
 def test_a_robot_left_open_does_not_stir_at_a_restart(share, may_stir, baud):
-    """At 50 % about one start of a thousand cannot be helped: no packet tells of the robot, no CLOSE reaches it, and the SYNC0 behind them does."""
+    """At 50 % a start among thousands cannot be helped: no packet tells of the robot, no CLOSE reaches it, and the SYNC0 behind them does."""
     moved = [moves_after_a_restart(seed, share, baud) for seed in range(STARTS)]
     assert sum(distance > 1e-6 for distance in moved) <= may_stir, moved
