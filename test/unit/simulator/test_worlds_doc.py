@@ -1,0 +1,51 @@
+"""What docs/worlds.md says is so."""
+
+import dataclasses
+import pathlib
+import re
+
+import yaml
+
+from pioneer_control.simulator.aria_map import _AriaMap
+from pioneer_control.simulator.loading import known_worlds, load_world
+from pioneer_control.simulator.robot_numbers import LEGAL, load_numbers, standard_numbers
+
+DOCS = pathlib.Path(__file__).resolve().parents[3] / "docs"
+TEXT = (DOCS / "worlds.md").read_text(encoding="utf-8")
+EXAMPLES = re.findall(r"```yaml\n(.*?)```", TEXT, re.DOTALL)
+
+
+def test_every_world_of_the_gallery_is_shown():
+    shown = re.findall(r"`(\w+)` !\[(\w+)\]\(images/world-(\w+)\.png\)", TEXT)
+    assert sorted(shown) == [(name, name, name) for name in known_worlds()]
+    assert all((DOCS / f"images/world-{name}.png").stat().st_size < 60000 for name in known_worlds())
+
+
+def test_the_example_of_a_world_loads(tmp_path):
+    path = tmp_path / "small.yaml"
+    path.write_text(EXAMPLES[0], encoding="utf-8")
+    world = load_world(path)
+    assert (len(world.walls), len(world.posts), len(world.cans), len(world.docks), list(world.goals)) == (8, 1, 2, 1, ["window"])
+
+
+def test_the_example_of_numbers_loads(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(EXAMPLES[1], encoding="utf-8")
+    numbers = load_numbers(str(path))
+    assert (numbers.wheels.right_larger, numbers.sonar.specular_deg) == (0.004, 40)
+
+
+def test_the_table_of_numbers():
+    rows = re.findall(r"^\| `(\w+)\.(\w+)` \| (\S+) \| (\S+) to (\S+) \|", TEXT, re.MULTILINE)
+    for section, name, off, least, most in rows:
+        assert getattr(getattr(standard_numbers(), section), name) == yaml.safe_load(off), name
+        assert LEGAL[f"{section}.{name}"] == (float(least), float(most)), name
+    told = {name for section, name, *_ in rows if section == "wheels"}
+    assert told == {field.name for field in dataclasses.fields(standard_numbers().wheels)}
+    assert {f"sonar.{name}" for section, name, *_ in rows if section == "sonar"} == {name for name in LEGAL if name.startswith("sonar.")}
+
+
+def test_the_table_of_objects_names_every_kind_that_is_read():
+    table = " ".join(re.findall(r"^\| (`.*?) \|", TEXT, re.MULTILINE))
+    kinds = [kind for pattern, _ in _AriaMap._kinds for kind in pattern.replace("\\w*", "").replace("\\", "").split("|")]
+    assert kinds and all(f"`{kind}`" in table for kind in kinds)
