@@ -60,11 +60,12 @@ def faults_of(options: argparse.Namespace) -> list:
 def welcome(server: Server) -> str:
     """Which robots there are, and where to connect to each."""
     robots = server.wired.robots
-    first, world = robots[0].model.subtype, robots[0].world.name
+    first, world = robots[0].model.subtype, robots[0].world
+    lines = [f"World file, skipped: {skipped}" for skipped in world.skipped]
     if len(robots) == 1:
-        lines = [f"A simulated {first} stands in the world {world!r}. Connect to it at"]
+        lines += [f"A simulated {first} stands in the world {world.name!r}. Connect to it at"]
     else:
-        lines = [f"{len(robots)} simulated {first} stand in the world {world!r}. Connect to them at"]
+        lines += [f"{len(robots)} simulated {first} stand in the world {world.name!r}. Connect to them at"]
     for berth in server.berths:
         places = [place for place in (berth.url, berth.pty_link) if place is not None]
         lines += [f"    {place}" for place in places] if len(robots) == 1 else ["    " + "  ".join([berth.firmware.name, *places])]

@@ -4,7 +4,7 @@ Walls are the lines; points are taken only where there are no lines, on a grid h
 no gaps stay between them, and whose borders become few long segments.
 ``RobotHome`` is a start, ``Dock...`` a dock, ``Goal`` and ``GoalWithHeading`` are goals, ``Sim.BoxObstacle`` is a box (that stays where it
 is), ``Reflector`` a wall; everything else is skipped, and said. Without a home a robot begins at the origin of the map if there is room,
-else at the most spacious place.
+else at the most spacious place, or outside.
 """
 
 import math
@@ -22,6 +22,8 @@ from .world import Pose, World
 FIRST_LINE = "2D-Map"
 START_ROOM = 0.55
 """Least distance (m) from a start that is not in the file to anything: more than the half diagonal of any of the robots."""
+OUTSIDE = 1.0
+"""So far (m) beyond the lower left corner of all walls a robot starts when there is no room among them."""
 START_CELL = 0.1
 """Side (m) of the cells in which a start is looked for; larger in a world wider than `MOST_CELLS` of them."""
 LEAST_CELL = 0.02
@@ -202,4 +204,5 @@ class _AriaMap:
         column_x, row_y = (low + side * (np.arange(int((high - low) / side) + 1) + 0.5) for low, high in ((low_x, high_x), (low_y, high_y)))
         free = world.clearances(column_x, row_y, limit=side) >= side
         found = roomiest(free, (-low_x / side, -low_y / side), START_ROOM / side)
-        return (low_x + found[0] * side, low_y + found[1] * side, 0.0) if found else (0.0, 0.0, 0.0)
+        x, y = (low_x + found[0] * side, low_y + found[1] * side) if found else (low_x, low_y)
+        return (x, y, 0.0) if world.clearance(x, y) >= START_ROOM else (low_x - OUTSIDE, low_y - OUTSIDE, 0.0)

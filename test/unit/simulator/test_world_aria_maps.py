@@ -129,6 +129,12 @@ def test_or_where_there_is_room(tmp_path):
     assert start == pytest.approx((1.9, 1.9, 0.0), abs=0.11)
 
 
+@pytest.mark.parametrize("size", [0, 900])
+def test_or_outside_when_there_is_none(tmp_path, size):
+    world = load_world(written(tmp_path, f"2D-Map\nLINES\n0 0 900 {size}\n900 0 0 {size}\n0 0 900 0\n"))
+    assert world.starts == [(-1.0, -1.0, 0.0)]
+
+
 def test_even_in_a_map_of_nothing(tmp_path):
     assert load_world(written(tmp_path, "2D-Map\n")).starts == [(0.0, 0.0, 0.0)]
 
