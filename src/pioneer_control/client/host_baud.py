@@ -42,7 +42,9 @@ class HostBaud:
 
     def __init__(self, line: Line, url: str, wanted: Optional[int], clock: Clock) -> None:
         self.failed = False
-        """Whether it was tried and not seen to work: a line that breaks over it would break again."""
+        """Whether it was tried and does not work."""
+        self.under_way = False
+        """Whether it was begun and did not end well or badly: of a session that is over, that the link broke over it."""
         self._line = line
         self._url = url
         self._wanted = wanted
@@ -61,11 +63,11 @@ class HostBaud:
         problem = yield from self._hindrance(own, config, sip)
         if problem:
             return [LineSpeed(own, problem)]
-        self.failed = True
+        self.under_way = True
         works = yield from _change_baud(self._line, wanted, self._clock)
-        if works is None:
+        self.under_way, self.failed = False, works != wanted
+        if works is None:       # it may be at the other speed now, out of reach until it is switched off and on: that is risked only once
             raise LinkLostError("%s: lost the robot when its line was to change from %d to %d baud; not tried again" % (self._url, own, wanted))
-        self.failed = works != wanted
         return [LineSpeed(works, "no answer at %d baud; not tried again" % wanted if self.failed else "")]
 
     def _hindrance(self, own: int, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, str]:

@@ -11,7 +11,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 from ..errors import LinkError, LinkLostError, NoAnswerError, PioneerError, RefusedError, UsageError
 from ..p2os import GripperCommand, encode_command
 from .data import DATA
-from .events import Event, LinkDown, Ready
+from .events import Event, LineSpeed, LinkDown, Ready
 from .gripper import gripper_packets
 from .handshake import RATES
 from .identity import RobotIdentity
@@ -23,6 +23,7 @@ from .tuning import Tuning
 
 BACK_OFF = (0.2, 0.5, 1.0, 2.0)     # s before the next attempt to connect; the last one again and again
 CLOSE_TIMEOUT = 0.9                 # s that close() waits for the I/O thread
+HOST_BAUD_BREAKS = 2                # times in a row that the link may break while its speed changes: once may be chance
 HELD_UP = 0.1                       # s between the guard's looks at a session whose I/O thread is with a listener
 
 
@@ -103,6 +104,7 @@ class Robot:
         self._states = 0
         self._wanted_data: Dict[str, bool] = {}
         self._reconnects = -1
+        self._host_baud_breaks = 0
         self._past = Counts()
         self._error: Optional[BaseException] = None
         self._ended = threading.Event()     # the I/O thread will not do anything more
@@ -434,11 +436,20 @@ class Robot:
             with self._changed:
                 self._give_up(LinkLostError("%s: a listener failed" % self.url))
                 self._transport, self._telling = None, False
-                if session.host_baud_failed:
-                    self._settings = replace(self._settings, host_baud=None)
+                said = self._judge_host_baud(session)
             transport.close()
+        self._tell(said)
         self._error = session.error or self._error
         return session.identity is not None
+
+    def _judge_host_baud(self, session: Session) -> List[Event]:
+        """Whether the next session may change its speed too; what there is to say if not."""
+        self._host_baud_breaks = self._host_baud_breaks + session.host_baud.under_way if session.identity is None else 0
+        wanted, broken = self._settings.host_baud, self._host_baud_breaks == HOST_BAUD_BREAKS
+        if broken or session.host_baud.failed:
+            self._settings = replace(self._settings, host_baud=None)
+        problem = "the link broke %d times when its line was to change to %s baud; not tried again"
+        return [LineSpeed(session.own_baud, problem % (HOST_BAUD_BREAKS, wanted))] if broken else []
 
     def _serve(self, transport: Transport, session: Session) -> None:
         """Read, tick, act and tell, until the session is finished."""

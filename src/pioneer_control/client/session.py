@@ -109,7 +109,7 @@ class Session:
         self._actions: List[Action] = []
         self._events: List[Union[RobotState, Event]] = []
         self._line = Line(self._do, rates[0] if rates else None, STOP)
-        self._host_baud = HostBaud(self._line, url, settings.host_baud, self._clock)
+        self.host_baud = HostBaud(self._line, url, settings.host_baud, self._clock)
         self._handshake = Handshake(self._line, url, rates, self._clock, again=odometry is not None)
         self._decoder = p2os.FrameDecoder()
         self._now = -math.inf
@@ -130,11 +130,6 @@ class Session:
     def baud(self) -> Optional[int]:
         """The present line speed; None on TCP."""
         return self._line.baud
-
-    @property
-    def host_baud_failed(self) -> bool:
-        """Whether settings.host_baud did not work."""
-        return self._host_baud.failed
 
     @property
     def counts(self) -> Counts:
@@ -329,7 +324,7 @@ class Session:
         for packets in ((OPEN,), STOP, (MOTORS[False],), (p2os.encode_command("SONAR", int(self._settings.use_sonar)),)):
             self._line.command(self._now, *packets)
         yield from self._learn()
-        said = yield from self._host_baud.script(self._config, self._pending_sip)
+        said = yield from self.host_baud.script(self._config, self._pending_sip)
         self._events += said
         self._become_ready(model)
 

@@ -38,7 +38,7 @@ def test_the_command_is_that_of_the_protocol_and_goes_out_at_the_old_speed():
 def test_success(fast):
     robot = robot_at()
     bench = Bench(robot, rates=RATES, host_baud=fast).until_ready()
-    assert bench.event(LineSpeed) == LineSpeed(fast, "") and not bench.session.host_baud_failed
+    assert bench.event(LineSpeed) == LineSpeed(fast, "") and not bench.session.host_baud.failed
     assert bench.now < without(robot_at()) + 0.5
     assert bench.states[-1].time > bench.now - 0.15, "the first state is a new one"
     bench.run(3.0)
@@ -71,7 +71,7 @@ def test_a_robot_that_ignores_it_is_ready_at_its_own_speed_in_a_bounded_time():
     robot = robot_at()
     robot.deaf = lambda heard: heard.name == "HOSTBAUD"
     bench = Bench(robot, rates=RATES, host_baud=FAST).until_ready()
-    assert bench.session.baud == bench.baud == OWN and bench.session.host_baud_failed
+    assert bench.session.baud == bench.baud == OWN and bench.session.host_baud.failed
     assert "no answer at 115200 baud" in bench.event(LineSpeed).problem and bench.event(LineSpeed).baud == OWN
     assert bench.now < without(robot_at()) + LONGEST
     bench.run(1.0)
@@ -89,7 +89,7 @@ def test_a_robot_that_hears_but_is_not_understood_at_the_new_speed_is_told_to_go
     robot = robot_at()
     bench = Bench(robot, rates=RATES, host_baud=FAST, to_client=lambda data: bytes(len(data)) if robot.baud == FAST else data)
     bench.until_ready()
-    assert bench.session.baud == robot.baud == OWN and bench.session.host_baud_failed
+    assert bench.session.baud == robot.baud == OWN and bench.session.host_baud.failed
     assert [heard.value for heard in robot.heard if heard.name == "HOSTBAUD"] == [4, 0] * TRIES, "it goes back at the first of three"
 
 
@@ -99,7 +99,7 @@ def test_a_robot_that_is_understood_but_does_not_hear_at_the_new_speed_is_not_ta
     bench = Bench(robot, rates=RATES, host_baud=FAST)
     bench.run_until(lambda: bench.finished)
     assert isinstance(bench.session.error, LinkLostError) and "from 9600 to 115200 baud" in str(bench.session.error)
-    assert bench.session.host_baud_failed and not robot.motors and not bench.states
+    assert bench.session.host_baud.failed and not robot.motors and not bench.states
 
 
 def test_a_line_that_carries_nothing_at_the_new_speed_loses_the_link_in_a_bounded_time():
@@ -107,7 +107,7 @@ def test_a_line_that_carries_nothing_at_the_new_speed_loses_the_link_in_a_bounde
     robot.noisy = (FAST,)
     bench = Bench(robot, rates=RATES, host_baud=FAST)
     bench.run_until(lambda: bench.finished)
-    assert bench.session.host_baud_failed and bench.now < without(robot_at()) + LONGEST
+    assert bench.session.host_baud.failed and bench.now < without(robot_at()) + LONGEST
 
 
 def test_never_while_the_wheels_turn():
@@ -125,7 +125,7 @@ def test_a_robot_that_goes_on_rolling_is_ready_all_the_same_and_asked_the_next_t
     robot = robot_at()
     robot.coasts = True
     bench = Bench(robot, rates=RATES, host_baud=FAST).until_ready()
-    assert "HOSTBAUD" not in robot.names() and "stand still" in bench.event(LineSpeed).problem and not bench.session.host_baud_failed
+    assert "HOSTBAUD" not in robot.names() and "stand still" in bench.event(LineSpeed).problem and not bench.session.host_baud.failed
     assert bench.now < without(robot_at()) + 1.2
 
 

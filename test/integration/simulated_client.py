@@ -1,0 +1,113 @@
+"""The whole client, `Robot` with its back-off, and a simulated robot, in one thread and in simulated time: a serial line or a TCP connection that can be broken."""
+
+import pioneer_control.client.robot as robot_module
+from pioneer_control.client import Robot
+from pioneer_control.client.state import RobotState
+from pioneer_control.errors import LinkLostError, PortError
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.firmware import Firmware
+from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.uart import as_heard
+
+STEP = 0.005
+BACK_OFF = 0.2      # s between two tries to open a port
+LIMIT = 60.0        # simulated s that nothing takes
+
+
+class Life:
+    """A client and a robot, and what befalls them.
+
+    ``script`` is a generator function of this life. It begins with the client, yields the seconds to wait next, and acts in between; at its end the
+    client is closed. All that they say is in ``states`` and ``events``; ``plugged`` is False while the port is gone, ``carries`` while its
+    cable ends in the air.
+    """
+
+    def __init__(self, monkeypatch, script, firmware=None, url="/dev/robot", on_write=lambda data: None, **settings):
+        self.firmware = firmware or Firmware(find_model("p3dx-sh"), load_world("empty"), noise=0.0)
+        self.now = 0.0
+        self.states, self.events = [], []
+        self.plugged = self.carries = True
+        self.on_write = on_write
+        self.line = None
+        self._script, self._resume_at = script(self), 0.0
+        monkeypatch.setattr(robot_module, "monotonic", lambda: self.now)
+        monkeypatch.setattr(robot_module, "open_transport", self._open)
+        monkeypatch.setattr(robot_module, "BACK_OFF", (0.0,))       # a wait in real time; _open() makes up for it
+        self.robot = Robot(url, reconnect=True, on_state=self._tell, on_event=self._tell, **settings)
+        self.robot._run()       # what its I/O thread does, in this one
+
+    def of(self, kind):
+        """The events of a kind, oldest first."""
+        return [event for event in self.events if isinstance(event, kind)]
+
+    def until(self, condition, limit=LIMIT):
+        """For a script: wait until a condition holds."""
+        end = self.now + limit
+        while not condition():
+            assert self.now < end, "not within %g s: %s" % (limit, self.events[-5:])
+            yield STEP
+
+    def pass_time(self, seconds):
+        """What the robot sends meanwhile."""
+        self.now += seconds
+        sent = self.firmware.advance(seconds)
+        if self._script is not None and self.now >= self._resume_at - STEP / 2:
+            wait = next(self._script, None)
+            if wait is None:
+                self._script = None
+                self.robot.close(wait=False)
+            else:
+                self._resume_at = self.now + wait
+        return sent
+
+    def _open(self, url, baud):
+        for _ in range(round(BACK_OFF / STEP)):
+            self.pass_time(STEP)
+        if not self.plugged:
+            raise PortError("%s: no such port" % url)
+        self.line = Line(self, url, None if "://" in url else baud)
+        return self.line
+
+    def _tell(self, event):
+        (self.states if isinstance(event, RobotState) else self.events).append(event)
+
+
+class Line:
+    """The Transport to it. Waiting on it makes time pass."""
+
+    def __init__(self, life, url, baud):
+        self.url, self.baud = url, baud
+        self._life = life
+        self._woken = False
+        self._broken = False
+
+    def read(self, timeout):
+        life = self._life
+        until = life.now + timeout
+        sent = life.pass_time(STEP)     # at least: a closing robot wakes its line at every turn
+        while not sent and not self._woken and life.now < until - STEP / 2:
+            sent = life.pass_time(STEP)
+        self._woken = False
+        self._check()
+        return as_heard(sent, life.firmware.baud, self.baud or life.firmware.baud) if life.carries else b""
+
+    def write(self, data):
+        self._check()
+        self._life.on_write(data)
+        if self._life.carries:
+            self._life.firmware.receive(as_heard(data, self.baud or self._life.firmware.baud, self._life.firmware.baud))
+
+    def set_baud(self, baud):
+        self._check()
+        self.baud = baud
+
+    def wake(self):
+        self._woken = True
+
+    def close(self):
+        pass
+
+    def _check(self):
+        self._broken = self._broken or not self._life.plugged
+        if self._broken:
+            raise LinkLostError("%s: the cable is pulled" % self.url)
