@@ -10,12 +10,13 @@ from typing import Dict, List, Optional, Sequence, Tuple
 import numpy as np
 
 from ..errors import UsageError
+from .crowd import LARGEST_REACH
 from .exact import unit
 from .geometry import Point, Solids
 
-SQUARE = 0.5
+SQUARE = 1.0
 """Side (m) of the squares of floor for which is found out what can be heard there."""
-MOST_SQUARES = 4096
+MOST_SQUARES = 2048
 """So many of them are kept."""
 SECTORS = 32
 """Into so many directions a square of floor sorts what can be heard from it."""
@@ -59,8 +60,12 @@ class Ear:
         earshot = self._earshots.get(square) or self._listen(*square)
         nearest = echo(earshot.candidates(axis), x, y, right, left, self._maximum, self._slant)
         if self._world.crowd:
+            room = nearest + LARGEST_REACH
             for body in self._world.crowd.near(x, y, self._maximum):
-                if body is not listener and disc_echo(body.pose[0] - x, body.pose[1] - y, body.reach, right, left) < nearest:
+                to_x, to_y, _ = body.pose
+                to_x -= x
+                to_y -= y
+                if to_x * to_x + to_y * to_y < room * room and body is not listener and disc_echo(to_x, to_y, body.reach, right, left) < nearest:
                     nearest = echo(body.candidates, x, y, right, left, nearest, self._slant)
         return nearest
 
@@ -69,7 +74,7 @@ class Ear:
         if len(self._earshots) >= MOST_SQUARES:
             self._earshots.clear()
         x, y, spread = (column + 0.5) * SQUARE, (row + 0.5) * SQUARE, SQUARE * 0.7072
-        solids = self._world.near(x, y, self._maximum + spread)
+        solids = self._world.within(x, y, self._maximum + spread)
         earshot = self._earshots[column, row] = Earshot(solids, x, y, spread, self._half_width)
         return earshot
 

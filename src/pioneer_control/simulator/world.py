@@ -115,12 +115,12 @@ class World:
         :param outline_xy: (k, 2) corners of the body's polygon in order, convex or not.
         """
         centre_x, centre_y, radius = _middle(*zip(*outline_xy))
-        solids = self.near(centre_x, centre_y, radius)
+        solids = self._near(centre_x, centre_y, radius)
         return len(solids) > 0 and solids.overlap(outline_xy, centre_x, centre_y, radius)
 
     def clearance(self, x: float, y: float) -> float:
         """Distance from a point to the nearest wall or post: infinite where there is none, 0 inside a post."""
-        close = self.near(x, y, _CLOSE).nearest(x, y)
+        close = self._near(x, y, _CLOSE).nearest(x, y)
         if close <= _CLOSE:
             return close
         walls, posts = self._solids.distances(np.array(x), np.array(y))
@@ -164,16 +164,20 @@ class World:
         cells[occupied] = OCCUPIED
         return cells, origin
 
-    def near(self, x: float, y: float, reach: float) -> Solids:
+    def within(self, x: float, y: float, reach: float) -> Solids:
+        """The walls and posts that come within `reach` of a point."""
+        return self._finder.within(x, y, reach)
+
+    def _near(self, x: float, y: float, reach: float) -> Solids:
         """At least every solid within `reach` of a point, found once for each small square of floor and kept."""
         reach = math.ceil(4.0 * reach) / 4.0  # a few sizes only, so that squares are shared
-        side = reach / 8.0
+        side = reach / 2.0
         square = (reach, math.floor(x / side), math.floor(y / side))
         solids = self._neighbourhoods.get(square)
         if solids is None:
-            solids = self._finder.within((square[1] + 0.5) * side, (square[2] + 0.5) * side, reach + side)  # a corner is 0.71 sides away
             if len(self._neighbourhoods) >= _KEPT_NEIGHBOURHOODS:
                 self._neighbourhoods.clear()
+            solids = self.within((square[1] + 0.5) * side, (square[2] + 0.5) * side, reach + side)  # a corner is 0.71 sides away
             self._neighbourhoods[square] = solids
         return solids
 
