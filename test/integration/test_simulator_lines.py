@@ -12,11 +12,14 @@ import pytest
 import serial
 
 from pioneer_control import p2os
-from pioneer_control.errors import PortError
+from pioneer_control.errors import ParameterError, PortError
+from pioneer_control.p2os.recording import entries
 from pioneer_control.robots import find_model
+from pioneer_control.simulator.faults import fault_of
 from pioneer_control.simulator.firmware import Firmware, Session
 from pioneer_control.simulator.lines import PTY_UNREAD_LIMIT, PtyLine, TcpLine
-from pioneer_control.simulator.server import STANDARD_PORT, Server
+from pioneer_control.simulator.server import LONGEST_BACKLOG, STANDARD_PORT, Server
+from pioneer_control.simulator.simulation import Simulation
 from pioneer_control.simulator.world import World
 
 DEADLINE = 20.0
@@ -68,8 +71,9 @@ class Computer:
         self.expect(p2os.Sip, 2)
 
 
-def dial(server, buffer=None):
-    host, _, port = server.url[len("socket://"):].rpartition(":")
+def dial(place, buffer=None):
+    """A socket to a server, a line or a berth of a server."""
+    host, _, port = place.url[len("socket://"):].rpartition(":")
     line = socket.socket()
     line.settimeout(DEADLINE)
     if buffer is not None:
@@ -179,7 +183,7 @@ def test_a_rude_client_leaves_the_robot_open_until_the_next_one_closes_it(line):
     until(lambda: server.firmware.watchdog_expired and server.firmware.velocity[0] == 0.0, "stop by the watchdog")
     assert server.firmware.session is Session.OPEN and server.firmware.motors_enabled
     with connect(server) as computer:
-        computer.send("CLOSE")   # not PULSE: any other packet would let it drive on
+        computer.send("CLOSE")   # not PULSE: any other packet would let it drive on; over TCP the connection alone has done it
         until(lambda: server.firmware.session is Session.WAITING, "end of the session")
         assert not server.firmware.motors_enabled
         until(lambda: computer.listen() is None or server.firmware.velocity[0] == 0.0, "standstill")
@@ -262,6 +266,162 @@ def test_old_news_is_not_kept_in_a_terminal(tmp_path):
             line.write(packet)
             time.sleep(0.001)   # a robot's pace, times a hundred: the kernel needs a moment to bring a packet across
             assert line.unread < PTY_UNREAD_LIMIT + 5 * len(packet)
+
+
+def test_twenty_clients_after_each_other_every_second_one_rude(line):
+    server, connect = line
+    for number in range(20):
+        with connect(server) as computer:
+            if number % 2:
+                computer.send("CLOSE")      # what the one before left open
+                until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+                computer.listen()
+            computer.open()
+            if number % 2:
+                computer.send("CLOSE")
+                until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+
+
+# -- several robots
+
+@pytest.fixture
+def three(tmp_path):
+    """A server of three robots, each at a TCP port and a pseudo-terminal."""
+    simulation = Simulation(World("hall", starts=[(0.0, 3.0 * row, 0.0) for row in range(3)]))
+    for number in range(3):
+        simulation.add(find_model("p3dx-sh"), name="robot%d" % (number + 1))
+    with Server(simulation, tcp=0, pty=str(tmp_path / "robot")) as server:
+        yield server
+
+
+def test_each_robot_has_its_own_lines(three, tmp_path):
+    assert [berth.pty_link for berth in three.berths] == [str(tmp_path / ("robot%d" % number)) for number in (1, 2, 3)]
+    with contextlib.ExitStack() as stack:
+        computers = [stack.enter_context(connect(berth)) for berth, connect in zip(three.berths, (tcp_computer, pty_computer, tcp_computer))]
+        for number, computer in enumerate(computers, 1):
+            computer.open()
+            reply, = [packet for packet in computer.packets if isinstance(packet, p2os.SyncReply)]
+            assert reply.name == "robot%d" % number
+        computers[1].send("ENABLE", 1)
+        computers[1].send("VEL", 200)
+        until(lambda: computers[1].expect(p2os.Sip).left_velocity_units == 200, "200 mm/s")
+        assert [computer.expect(p2os.Sip).left_velocity_units for computer in (computers[0], computers[2])] == [0, 0]
+        with pytest.raises(PortError, match="in use"):
+            Server(robot(), tcp=int(three.berths[2].url.rpartition(":")[2]))
+        computers[2].send("CLOSE")
+        until(lambda: three.berths[2].firmware.session is Session.WAITING, "end of its session alone")
+        assert [berth.firmware.session for berth in three.berths[:2]] == [Session.OPEN] * 2
+
+
+def test_several_robots_have_ports_that_follow_each_other():
+    with contextlib.closing(socket.create_server(("127.0.0.1", 0))) as placeholder:
+        port = placeholder.getsockname()[1]
+    simulation = Simulation(World("hall", starts=[(0.0, 0.0, 0.0), (0.0, 3.0, 0.0)]))
+    for _ in range(2):
+        simulation.add(find_model("amigo-sh"))
+    with Server(simulation, tcp="127.0.0.1:%d" % port) as server:
+        assert [berth.url for berth in server.berths] == ["socket://127.0.0.1:%d" % (port + number) for number in (0, 1)]
+        assert not server.open_to_others
+
+
+def test_other_machines_only_when_asked():
+    with Server(robot(), tcp="0.0.0.0:0") as server:
+        assert server.open_to_others
+
+
+# -- the time of a serial line
+
+def test_a_terminal_takes_the_time_of_a_serial_line(tmp_path):
+    """A SIP is on the line for some 45 ms at 9600 baud, so it never comes in one piece."""
+    with Server(robot(), pty=str(tmp_path / "robot"), record=str(tmp_path / "wire.txt")) as server, pty_computer(server) as computer:
+        computer.open()
+        computer.expect(p2os.Sip, 5)
+    pieces = [entry for entry in entries((tmp_path / "wire.txt").read_text().splitlines()) if not entry.to_robot]
+    assert max(len(entry.data) for entry in pieces[20:]) <= 16 * 3
+    starts = [number for number, entry in enumerate(pieces) if entry.data[:2] == b"\xFA\xFB" and entry.data[3] in (0x32, 0x33)]
+    for start, following in zip(starts[:3], starts[1:]):
+        sip = pieces[start:following]
+        assert sip[-1].time - sip[0].time == pytest.approx(sum(len(entry.data) for entry in sip[1:]) * 10 / 9600, abs=0.002)
+
+
+def test_what_is_written_too_fast_waits_in_the_terminal_and_nothing_is_lost(tmp_path):
+    with Server(robot(), pty=str(tmp_path / "robot")) as server, pty_computer(server) as computer:
+        computer.open()
+        with server.lock:
+            before = server.firmware.command_counts.obeyed
+        for _ in range(300):    # 1.9 s of line
+            computer.send("PULSE")
+        until(lambda: server.wired.backlog(0) > LONGEST_BACKLOG, "a busy line")
+        until(lambda: server.firmware.command_counts.obeyed >= before + 300, "every command obeyed")
+        computer.expect(p2os.Sip, 2)
+
+
+# -- real time and other times
+
+@pytest.mark.parametrize("speed", [0.25, 10.0])
+def test_speed_is_simulated_seconds_in_a_real_one(speed):
+    with Server(robot(), tcp=0, speed=speed) as server:
+        def clocks():
+            with server.lock:
+                return time.monotonic(), server.wired.time
+        start = clocks()
+        until(lambda: server.wired.time > start[1] + speed / 2, "some time")
+        end = clocks()
+        assert end[1] - start[1] <= (end[0] - start[0]) * speed + 0.05
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, 1000.0, float("nan")])
+def test_a_senseless_speed(speed):
+    with pytest.raises(ParameterError, match="speed .* is not legal: give a number from 0.01 to 100"):
+        Server(robot(), tcp=0, speed=speed)
+
+
+# -- faults
+
+def test_a_pulled_cable_hangs_up_and_nobody_is_let_in_until_it_is_back(line):
+    server, connect = line
+    with connect(server) as computer:
+        computer.open()
+        with server.lock:
+            server.wired.faults.add(fault_of("cable to 0.5"), server.wired.time_us)
+        with pytest.raises((OSError, serial.SerialException)):
+            until(lambda: computer.write(p2os.encode_command("PULSE")) or computer.listen() is None, "hung up on")
+    with pytest.raises((OSError, serial.SerialException)):
+        if server.wired.plants[0].unplugged:
+            connect(server).__enter__()
+        else:
+            raise OSError("a slow machine: it is back already")
+    until(lambda: not server.wired.plants[0].unplugged, "cable back")
+    assert server.firmware.session is Session.OPEN
+    with connect(server) as computer:
+        computer.send("CLOSE")
+        until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+        computer.open()
+
+
+def test_faults_are_named_and_what_went_over_the_line_is_recorded(tmp_path):
+    said, path = [], tmp_path / "wire.txt"
+    with Server(robot(), tcp=0, faults=[fault_of("loss 1 way from-robot from 0.1 to 1")], say=said.append, record=str(path)) as server:
+        with tcp_computer(server) as computer:
+            for number in (0, 1, 2, 1):
+                computer.write(p2os.encode_frame(number))
+            until(lambda: len(said) == 2, "begin and end")
+            computer.expect(p2os.Sip, 2)
+    assert said == ["0.100 s: fault begins: loss 1 way from-robot", "1.000 s: fault ends: loss 1 way from-robot"]
+    recorded = list(entries(path.read_text().splitlines()))
+    assert [entry.note for entry in recorded if entry.note] == [text.partition(": ")[2] for text in said]
+    assert b"".join(entry.data for entry in recorded if entry.to_robot).startswith(b"".join(map(p2os.encode_frame, (0, 1, 2, 1))))
+    assert not [entry for entry in recorded if not entry.to_robot and 0.1 < entry.time < 1.0]
+    assert [entry for entry in recorded if not entry.to_robot and entry.time > 1.0]
+
+
+def test_what_cannot_be_recorded_or_spoilt_is_told_before_anything_is_open(tmp_path):
+    link = tmp_path / "robot"
+    with pytest.raises(ParameterError, match="cannot record to /nowhere/wire: No such file"):
+        Server(robot(), pty=str(link), record="/nowhere/wire")
+    with pytest.raises(ParameterError, match="there is no robot 2"):
+        Server(robot(), pty=str(link), faults=[fault_of("cable robot 2")])
+    assert not os.path.lexists(str(link))
 
 
 # -- links and ports
@@ -359,8 +519,47 @@ def test_the_program_says_where_to_connect_and_ends_cleanly(tmp_path, number):
     (("--gripper", "--model", "amigo-sh"), 2, "amigo-sh cannot carry a gripper"),
     (("--tcp", "seven"), 1, "is no TCP port"),
     (("--numbers", "/nowhere.yaml"), 2, "cannot read /nowhere.yaml"),
+    (("--fault", "los 0.1"), 2, "no kind 'los'; there are loss"),
+    (("--fault", "cable robot 2"), 2, "there is no robot 2"),
+    (("--faults", "/nowhere.yaml"), 2, "cannot read /nowhere.yaml"),
+    (("--record", "/nowhere/wire"), 2, "cannot record to /nowhere/wire"),
+    (("--speed", "0"), 2, "speed 0.0 is not legal"),
+    (("--robots", "500", "--world", "office"), 2, "has room for"),
 ])
 def test_mistakes_are_told_in_one_line(arguments, code, message):
     with program(*arguments) as process:
         errors = process.communicate(timeout=DEADLINE)[1]
         assert process.returncode == code and message in errors and errors.count("\n") == 1
+
+
+def test_a_fleet_on_the_command_line(tmp_path):
+    """Everything at once: robots, faults by word and by file, a record, time ten times as fast, and the record explained."""
+    faults, record = tmp_path / "faults.yaml", tmp_path / "wire.txt"
+    faults.write_text("- {fault: stop_button, robot: 2, from: 0.2}")
+    with program("--robots", "3", "--tcp", "0", "--pty", str(tmp_path / "robot"), "--speed", "10", "--seed", "4", "--fault", "gyro 1 from 0.1 to 0.3",
+                 "--faults", str(faults), "--record", str(record)) as process:
+        said = [process.stdout.readline().strip() for _ in range(8)]
+        assert said[0] == "3 simulated p3dx-sh stand in the world 'tutorial'. Connect to them at" and said[4] == "Ctrl-C ends it."
+        names, urls, links = zip(*(line.split() for line in said[1:4]))
+        assert names == ("sim_0001", "sim_0002", "sim_0003") and links[2] == str(tmp_path / "robot3")
+        assert said[5:] == ["0.100 s: fault begins: gyro 1", "0.200 s: fault begins: stop_button robot 2", "0.300 s: fault ends: gyro 1"]
+        host, _, port = urls[1][len("socket://"):].rpartition(":")
+        with contextlib.closing(socket.create_connection((host, int(port)), timeout=DEADLINE)) as line:
+            computer = over_tcp(line)
+            computer.open()
+            assert computer.expect(p2os.Sip).flags & p2os.Flags.STOP_BUTTON
+        process.send_signal(signal.SIGINT)
+        assert process.wait(DEADLINE) == 0 and process.stderr.read() == ""
+    told = subprocess.run([sys.executable, "-m", "pioneer_control.p2os", "--record", str(record)], stdout=subprocess.PIPE, check=True).stdout.decode()
+    assert "robot 2 <- OPEN" in told and "robot 2 -> SyncReply: name 'sim_0002'" in told and "fault begins: stop_button robot 2" in told
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "x", "2001"])
+def test_a_senseless_number_of_robots(text):
+    with program("--robots", text) as process:
+        assert "give a whole number from 1 to 2000" in process.communicate(timeout=DEADLINE)[1] and process.returncode == 2
+
+
+def test_listening_to_other_machines_is_told():
+    with program("--tcp", "0.0.0.0:0") as process:
+        assert "every machine that reaches this one can drive it" in process.stderr.readline()

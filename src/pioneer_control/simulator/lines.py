@@ -60,6 +60,7 @@ class TcpLine:
         """There is none here."""
         self.opened: Callable[[Any], None] = _nobody
         self.closing: Callable[[Any], None] = _nobody
+        self.welcomed: Callable[[Any], None] = _nobody
         self._plugged = True
         self._client: Optional[socket.socket] = None
         self._unsent: Deque[bytes] = collections.deque()
@@ -159,6 +160,7 @@ class TcpLine:
         client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD_LIMIT)
         self._client = client
         self.opened(client)
+        self.welcomed(client)
 
     def _gone(self) -> bool:
         """Whether the client has hung up, with nothing of it left to read."""

@@ -79,7 +79,9 @@ class Server:
     """Simulated robots that clients can connect to, by TCP, by a pseudo-terminal, or by either. One thread serves them all.
 
     One client at a time for each. A client that ends its session with CLOSE makes room for the next at once; one that vanishes
-    leaves the robot open and sending to nobody, as a pulled cable would. A terminal takes the time that a serial line takes.
+    leaves the robot open and sending to nobody, as a pulled cable would. The next client finds it so on a terminal; a new connection over
+    TCP finds a robot that waits (protocol section 8), for the vendor's client has no way with one that still drives.
+    A terminal takes the time that a serial line takes.
 
     :param robots: them (`Simulation`), or one that is alone in its world (`Firmware`). While the server runs, touch them only under `lock`.
     :param tcp: port of this machine (0: any free one), or ``"host:port"``, for the first robot, the ports after it for the others;
@@ -253,7 +255,11 @@ class Server:
         def opened(file: Any) -> None:
             self._selector.register(file, selectors.EVENT_READ, (berth, line))
 
-        line.opened, line.closing = opened, self._unwatch
+        def welcomed(file: Any) -> None:
+            if berth.firmware.session is not Session.WAITING:
+                berth.firmware.close_session()
+
+        line.opened, line.closing, line.welcomed = opened, self._unwatch, welcomed
         for file in line.files():
             opened(file)
 
