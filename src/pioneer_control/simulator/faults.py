@@ -205,6 +205,14 @@ def load_faults(path: str) -> List[Fault]:
     return faults
 
 
+class _Timed(NamedTuple):
+    """A fault, and when it begins and ends (simulated microseconds)."""
+
+    fault: Fault
+    start_us: int
+    end_us: float
+
+
 class Faults:
     """The faults of some robots, and which of them are on.
 
@@ -215,46 +223,51 @@ class Faults:
     def __init__(self, plants: Sequence[Plant], say: Callable[[float, str], None] = lambda time, sentence: None):
         self._plants = plants
         self._say = say
-        self._waiting: List[Fault] = []
-        self.on: List[Fault] = []
-        """Those that have begun and not ended, oldest first."""
+        self._waiting: List[_Timed] = []
+        self._on: List[_Timed] = []
 
-    def add(self, fault: Fault, now: float = 0.0) -> None:
-        """One more; its times count from `now`.
+    @property
+    def on(self) -> List[Fault]:
+        """Those that have begun and not ended, oldest first."""
+        return [timed.fault for timed in self._on]
+
+    def add(self, fault: Fault, now_us: int = 0) -> None:
+        """One more; its times count from `now_us`.
 
         :raises ParameterError: there is no such robot.
         """
         if fault.robot is not None and fault.robot > len(self._plants):
             raise ParameterError(f"fault '{fault}': there is no robot {fault.robot}; there are 1 to {len(self._plants)}")
-        self._waiting.append(fault._replace(start=now + fault.start, end=now + fault.end))
-        self._waiting.sort(key=lambda each: each.start)
+        end_us = math.inf if math.isinf(fault.end) else now_us + round(fault.end * 1e6)
+        self._waiting.append(_Timed(fault, now_us + round(fault.start * 1e6), end_us))
+        self._waiting.sort(key=lambda timed: timed.start_us)
 
-    def clear(self, now: float, kind: Optional[str] = None) -> int:
+    def clear(self, now_us: int, kind: Optional[str] = None) -> int:
         """End all of a kind (None: of every kind), also those that have not begun. Returns how many that were."""
-        ended = [fault for fault in self.on + self._waiting if kind in (None, fault.kind)]
-        self._waiting = [fault for fault in self._waiting if fault not in ended]
-        self._end([fault for fault in self.on if fault in ended], now)
-        return len(ended)
+        before = len(self._waiting) + len(self._on)
+        self._waiting = [timed for timed in self._waiting if kind not in (None, timed.fault.kind)]
+        self._end([timed for timed in self._on if kind in (None, timed.fault.kind)], now_us)
+        return before - len(self._waiting) - len(self._on)
 
     @property
-    def next_time(self) -> float:
-        """When the next one begins or ends (simulated s); infinity when none will."""
-        return min([fault.start for fault in self._waiting[:1]] + [fault.end for fault in self.on], default=math.inf)
+    def next_us(self) -> float:
+        """When the next one begins or ends; infinity when none will."""
+        return min([timed.start_us for timed in self._waiting[:1]] + [timed.end_us for timed in self._on], default=math.inf)
 
-    def step(self, now: float) -> None:
+    def step(self, now_us: int) -> None:
         """Begin and end what is due."""
-        while self._waiting and self._waiting[0].start <= now:
-            fault = self._waiting.pop(0)
-            self.on.append(fault)
-            self._say(now, f"fault begins: {fault}")
-            self._act(fault)
-        self._end([fault for fault in self.on if fault.end <= now], now)
+        while self._waiting and self._waiting[0].start_us <= now_us:
+            timed = self._waiting.pop(0)
+            self._on.append(timed)
+            self._say(now_us / 1e6, f"fault begins: {timed.fault}")
+            self._act(timed.fault)
+        self._end([timed for timed in self._on if timed.end_us <= now_us], now_us)
 
-    def _end(self, ended: List[Fault], now: float) -> None:
-        for fault in ended:
-            self.on.remove(fault)
-            self._say(now, f"fault ends: {fault}")
-            self._act(fault)
+    def _end(self, ended: List[_Timed], now_us: int) -> None:
+        for timed in ended:
+            self._on.remove(timed)
+            self._say(now_us / 1e6, f"fault ends: {timed.fault}")
+            self._act(timed.fault)
 
     def _act(self, fault: Fault) -> None:
         """Let everything be as those that are on of this kind will have it, where this one acted."""

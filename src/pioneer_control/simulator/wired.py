@@ -66,12 +66,12 @@ class Wired:
     @property
     def time(self) -> float:
         """Simulated seconds."""
-        return self.time_us * 1e-6
+        return self.time_us / 1e6
 
     @property
     def next_us(self) -> float:
         """When something happens next that needs no client."""
-        return min(self._step_us, self._due[0][0] if self._due else math.inf, self.faults.next_time * 1e6)
+        return min(self._step_us, self._due[0][0] if self._due else math.inf, self.faults.next_us)
 
     def send(self, robot: int, data: bytes, baud: Optional[int] = None) -> None:
         """What a client of a robot (from 0) writes now, at this line speed; None: over TCP, which takes no time.
@@ -88,8 +88,8 @@ class Wired:
     def run_to(self, end_us: int) -> List[Arrival]:
         """Let simulated time pass until `end_us`, as `advance` does."""
         while self.next_us <= end_us:
-            self.time_us = max(self.time_us, math.ceil(self.next_us))
-            self.faults.step(self.time)
+            self.time_us = max(self.time_us, self.next_us)
+            self.faults.step(self.time_us)
             if self._step_us <= self.time_us:
                 self._step()
             while self._due and self._due[0][0] <= self.time_us:

@@ -77,8 +77,8 @@ class Scene:
         self.faults = Faults(self.plants, lambda time, sentence: self.said.append((time, sentence)))
 
     def add(self, words, now=0.0):
-        self.faults.add(fault_of(words), now)
-        self.faults.step(now)
+        self.faults.add(fault_of(words), round(now * 1e6))
+        self.faults.step(round(now * 1e6))
 
     def wires(self, name):
         return [getattr(plant.wires[way], name) for plant in self.plants for way in WAYS]
@@ -87,11 +87,11 @@ class Scene:
 def test_a_fault_begins_and_ends_and_is_named_both_times():
     scene = Scene()
     scene.add("loss 0.1 from 10 to 20")
-    assert scene.faults.next_time == 10.0 and scene.wires("loss") == [0.0] * 4
-    scene.faults.step(10.0)
-    assert scene.faults.next_time == 20.0 and scene.wires("loss") == [0.1] * 4 and scene.faults.on == [fault_of("loss 0.1 from 10 to 20")]
-    scene.faults.step(20.0)
-    assert scene.faults.next_time == math.inf and scene.wires("loss") == [0.0] * 4
+    assert scene.faults.next_us == 10000000 and scene.wires("loss") == [0.0] * 4
+    scene.faults.step(10000000)
+    assert scene.faults.next_us == 20000000 and scene.wires("loss") == [0.1] * 4 and scene.faults.on == [fault_of("loss 0.1 from 10 to 20")]
+    scene.faults.step(20000000)
+    assert scene.faults.next_us == math.inf and scene.wires("loss") == [0.0] * 4
     assert scene.said == [(10.0, "fault begins: loss 0.1"), (20.0, "fault ends: loss 0.1")]
 
 
@@ -106,22 +106,31 @@ def test_of_several_the_newest_holds_and_the_older_again_after_it():
     scene.add("delay 1")
     scene.add("delay 2 robot 1 to 5")
     assert scene.wires("delay") == [2.0, 2.0, 1.0, 1.0]
-    scene.faults.step(5.0)
+    scene.faults.step(5000000)
     assert scene.wires("delay") == [1.0] * 4
 
 
 def test_times_count_from_when_it_is_added():
     scene = Scene()
     scene.add("flips 0.1 from 1 to 2", 100.0)
-    assert scene.faults.next_time == 101.0
+    assert scene.faults.next_us == 101000000
+
+
+@pytest.mark.parametrize("start, end", [(0.1, 0.3), (0.7, 1.1), (1e-6, 1e-5), (33.333333, 99.999999)])
+def test_times_that_no_float_hits_are_hit(start, end):
+    scene = Scene()
+    scene.add("cable from %r to %r" % (start, end))
+    for _ in range(2):
+        scene.faults.step(scene.faults.next_us)
+    assert scene.faults.next_us == math.inf and len(scene.said) == 2
 
 
 def test_clear_ends_what_is_on_and_what_would_come():
     scene = Scene()
     for words in ("loss 0.1", "loss 0.2 from 50", "flips 0.1"):
         scene.add(words)
-    assert scene.faults.clear(1.0, "loss") == 2 and scene.wires("loss") == [0.0] * 4 and scene.wires("flips") == [0.1] * 4
-    assert scene.faults.clear(1.0) == 1 and scene.faults.next_time == math.inf and scene.faults.clear(1.0) == 0
+    assert scene.faults.clear(1000000, "loss") == 2 and scene.wires("loss") == [0.0] * 4 and scene.wires("flips") == [0.1] * 4
+    assert scene.faults.clear(1000000) == 1 and scene.faults.next_us == math.inf and scene.faults.clear(1000000) == 0
 
 
 def test_a_robot_that_is_not_there():
@@ -163,7 +172,7 @@ def test_every_kind_does_what_it_says_to_the_robot_it_is_for(words):
     assert [seen(plant) for plant in scene.plants] == [normal, normal]
     scene.add(words + " robot 2 to 1")
     assert [seen(plant) for plant in scene.plants] == [normal, faulty]
-    scene.faults.step(1.0)
+    scene.faults.step(1000000)
     assert [seen(plant) for plant in scene.plants] == [normal, normal]
 
 
@@ -172,7 +181,7 @@ def test_two_dead_transducers_are_two():
     scene.add("transducer 3")
     scene.add("transducer 5 robot 1 to 9")
     assert [plant.firmware.hardware.dead_transducers for plant in scene.plants] == [{3, 5}, {3}]
-    scene.faults.step(9.0)
+    scene.faults.step(9000000)
     assert scene.plants[0].firmware.hardware.dead_transducers == {3}
 
 
