@@ -58,6 +58,8 @@ def main() -> int:
         return 2 if isinstance(error, ValueError) else 1
     with server:
         places = " and ".join(place for place in (server.url, server.pty_link) if place)
+        for skipped in firmware.world.skipped:
+            rospy.loginfo("world file, skipped: %s", skipped)
         rospy.loginfo("a simulated %s stands in the world %s, at %s", firmware.model.subtype, firmware.world.name, places)
         return Node(server, parameters).run()
 
