@@ -1,7 +1,7 @@
 """ARIA's and MobileSim's ``.map`` files as worlds: text, millimetres and degrees.
 
-Walls are the lines; points are taken only where there are no lines, on a grid half as fine as the scan, so that
-no gaps stay between them, and whose borders become few long segments.
+Walls are the lines; points are taken only where there are no lines, on a grid half as fine as the scan, so that no gaps stay between them;
+its borders become few long segments, see `grids.borders`.
 ``RobotHome`` is a start, ``Dock...`` a dock, ``Goal`` and ``GoalWithHeading`` are goals, ``Sim.BoxObstacle`` is a box (that stays where it
 is), ``Reflector`` a wall; everything else is skipped, and said. Without a home a robot begins at the origin of the map if there is room,
 else at the most spacious place, or outside.
@@ -15,17 +15,16 @@ from typing import Callable, Dict, List, NoReturn, Tuple
 import numpy as np
 
 from ..errors import WorldError
+from .free_space import START_CLEARANCE
 from .grids import borders, place, roomiest
 from .shapes import Point, Wall, closed, turned
 from .world import Pose, World
 
 FIRST_LINE = "2D-Map"
-START_ROOM = 0.55
-"""Least distance (m) from a start that is not in the file to anything: more than the half diagonal of any of the robots."""
 OUTSIDE = 1.0
 """So far (m) beyond the lower left corner of all walls a robot starts when there is no room among them."""
 START_CELL = 0.1
-"""Side (m) of the cells in which a start is looked for; larger in a world wider than `MOST_CELLS` of them."""
+"""Side (m) of the cells in which a start is looked for; larger in a world wider than 1000 of them."""
 LEAST_CELL = 0.02
 """Points are taken no finer than this (m)."""
 MOST_CELLS = 10000
@@ -66,18 +65,17 @@ class _AriaMap:
         self._skipped: Dict[str, List[int]] = {}
 
     def world(self, text: str) -> World:
-        lines = text.splitlines()
+        lines = text.split("\n")
         self._line = 1
-        if not lines or lines[0].strip() != FIRST_LINE:
-            self.fail(f"the first line of an ARIA map must be {FIRST_LINE}, not {lines[0][:40]!r}" if lines else "the file is empty")
-        take = self._header
+        if lines[0].strip() != FIRST_LINE:
+            self.fail(f"the first line of an ARIA map must be {FIRST_LINE}, not {lines[0].strip()[:40]!r}")
+        take = _AriaMap._header
         for self._line, line in enumerate(lines[1:], 2):
             line = line.strip()
-            section = self._sections.get(line.rstrip(":"))
-            if section:
-                take = section.__get__(self)
+            if line.rstrip(":") in SECTIONS:
+                take = SECTIONS[line.rstrip(":")]
             elif line:
-                take(line)
+                take(self, line)
         skipped = [f"{kind}, {len(at)} from line {at[0]}" if len(at) > 1 else f"{kind}, line {at[0]}" for kind, at in self._skipped.items()]
         if self._points and self._walls:
             skipped.append(f"{len(self._points)} points: lines alone make the walls")
@@ -131,13 +129,11 @@ class _AriaMap:
         x, y = self.numbers(line, 2, "two numbers, x y (mm), under DATA")
         self._points.append((x / 1000.0, y / 1000.0))
 
-    _sections: Dict[str, Callable] = {"LINES": _wall, "DATA": _point}
-
     # -- objects
 
     def _cairn(self, text: str) -> None:
         kind = text.split(" ", 1)[0]
-        known = [act for start, act in self._kinds if re.fullmatch(start, kind)]
+        known = [act for pattern, act in OBJECTS if re.fullmatch(pattern, kind)]
         if not known:
             self.skip(kind or "a Cairn without a type")
             return
@@ -174,10 +170,6 @@ class _AriaMap:
             self.fail(f"a {kind} from {x1:g} {y1:g} to itself; its corners must differ")
         return [value / 1000.0 for value in (x1, y1, x2, y2)]
 
-    _kinds: List[Tuple[str, Callable]] = [
-        ("RobotHome", _start), (r"Dock\w*", _dock), ("Goal|GoalWithHeading", _goal), (r"Sim\.BoxObstacle", _box), ("Reflector", _reflector),
-    ]
-
     # -- what the file leaves open
 
     def _walls_of_points(self) -> List[Wall]:
@@ -203,6 +195,18 @@ class _AriaMap:
         side = max(START_CELL, max(high_x - low_x, high_y - low_y) / 1000.0)
         column_x, row_y = (low + side * (np.arange(int((high - low) / side) + 1) + 0.5) for low, high in ((low_x, high_x), (low_y, high_y)))
         free = world.clearances(column_x, row_y, limit=side) >= side
-        found = roomiest(free, (-low_x / side, -low_y / side), START_ROOM / side)
+        found = roomiest(free, (-low_x / side, -low_y / side), START_CLEARANCE / side)
         x, y = (low_x + found[0] * side, low_y + found[1] * side) if found else (low_x, low_y)
-        return (x, y, 0.0) if world.clearance(x, y) >= START_ROOM else (low_x - OUTSIDE, low_y - OUTSIDE, 0.0)
+        return (x, y, 0.0) if world.clearance(x, y) >= START_CLEARANCE else (low_x - OUTSIDE, low_y - OUTSIDE, 0.0)
+
+
+SECTIONS: Dict[str, Callable] = {"LINES": _AriaMap._wall, "DATA": _AriaMap._point}
+"""Heads of sections, and what takes each of their lines."""
+OBJECTS: Tuple[Tuple[str, Callable], ...] = (
+    ("RobotHome", _AriaMap._start),
+    (r"Dock\w*", _AriaMap._dock),
+    ("Goal|GoalWithHeading", _AriaMap._goal),
+    (r"Sim\.BoxObstacle", _AriaMap._box),
+    ("Reflector", _AriaMap._reflector),
+)
+"""Types of objects that a world has, and what takes one: given its pose, its name, and what follows that."""

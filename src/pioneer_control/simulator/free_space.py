@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 RESOLUTION = 0.05
 """Side of a grid cell (m)."""
 
+START_CLEARANCE = 0.55
+"""Least distance (m) of a start that nobody chose from anything solid: more than the half diagonal of any Pioneer."""
+
 _LIMIT = 1.0  # m: greater clearances are not told apart
 
 

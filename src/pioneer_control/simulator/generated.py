@@ -10,12 +10,9 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
 
 from ..errors import WorldError
 from .exact import cos, sin
-from .free_space import room
+from .free_space import START_CLEARANCE, room
 from .shapes import Point, Wall, box_walls, closed
 from .world import World
-
-START_CLEARANCE = 0.55
-"""Least distance (m) of a start from anything solid: more than the half diagonal of any of the robots."""
 
 START_ROOM = 2.0
 """Least room (m, see `free_space.room`) that a start has."""

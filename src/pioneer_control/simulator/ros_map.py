@@ -13,13 +13,12 @@ import numpy as np
 import yaml
 
 from ..errors import WorldError
+from .free_space import START_CLEARANCE
 from .grids import borders, place, roomiest
 from .shapes import turned
 from .world import Pose, World
 from .yaml_nodes import NodeReader
 
-START_ROOM = 0.55
-"""Least distance (m) from a start to anything that is not free: more than the half diagonal of any of the robots."""
 MODES = ("trinary", "scale", "raw")
 FORMATS = ("PPM", "PNG")
 """Pillow's names for the formats of images: a PGM is one of its PPMs."""
@@ -50,7 +49,7 @@ class _MapReader(NodeReader):
         side, (x, y, heading) = values["resolution"], values["origin"]
         free = occupancy < values["free_thresh"]
         wanted_x, wanted_y = turned((-x, -y), -heading)
-        start = roomiest(free, (wanted_x / side, wanted_y / side), START_ROOM / side)
+        start = roomiest(free, (wanted_x / side, wanted_y / side), START_CLEARANCE / side)
         if start is None:
             self.fail(root, "no cell of the map is free: a robot has to stand somewhere")
 

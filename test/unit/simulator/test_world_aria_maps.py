@@ -143,7 +143,7 @@ BOX = 'Cairn: Sim.BoxObstacle 0 0 0 "" ICON "" '
 
 
 @pytest.mark.parametrize("text, message", [
-    ("", "line 1: the file is empty"),
+    ("", "line 1: the first line of an ARIA map must be 2D-Map, not ''"),
     ("2D-Mop\n", "line 1: the first line of an ARIA map must be 2D-Map, not '2D-Mop'"),
     ("2D-Map\nsome words\n", "line 2: expected 'Key: value', LINES or DATA, not 'some words'"),
     ("2D-Map\nResolution: fine\n", "line 2: expected Resolution: mm, one number above 0, not ' fine'"),

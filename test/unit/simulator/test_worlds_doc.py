@@ -6,7 +6,7 @@ import re
 
 import yaml
 
-from pioneer_control.simulator.aria_map import _AriaMap
+from pioneer_control.simulator.aria_map import OBJECTS
 from pioneer_control.simulator.loading import known_worlds, load_world
 from pioneer_control.simulator.robot_numbers import LEGAL, load_numbers, standard_numbers
 
@@ -47,5 +47,5 @@ def test_the_table_of_numbers():
 
 def test_the_table_of_objects_names_every_kind_that_is_read():
     table = " ".join(re.findall(r"^\| (`.*?) \|", TEXT, re.MULTILINE))
-    kinds = [kind for pattern, _ in _AriaMap._kinds for kind in pattern.replace("\\w*", "").replace("\\", "").split("|")]
+    kinds = [kind for pattern, _ in OBJECTS for kind in pattern.replace("\\w*", "").replace("\\", "").split("|")]
     assert kinds and all(f"`{kind}`" in table for kind in kinds)
