@@ -42,16 +42,7 @@ class TcpLine:
     """
 
     def __init__(self, address: Union[int, str]):
-        host, port = host_and_port(address)
-        self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-        self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            self._listener.bind((host, port))
-            self._listener.listen(BACKLOG)
-        except OSError as error:
-            self._listener.close()
-            raise PortError(_why_not(host, port, error)) from error
-        self._listener.setblocking(False)
+        self._listener = _listener(*host_and_port(address))
         self.host, self.port = self._listener.getsockname()
         self.url = f"socket://{self.host}:{self.port}"
         self.baud: Optional[int] = None
@@ -127,24 +118,24 @@ class TcpLine:
         self._finished = True
 
     def plug(self, in_: bool) -> None:
-        """Pull the cable out, which hangs up on the client and refuses others, or put it back."""
-        if in_ == self._plugged:
-            return
-        self._plugged = in_
-        if in_:
-            self._listener.listen(BACKLOG)
+        """Pull the cable out, which hangs up on the client and refuses others, or put it back.
+
+        :raises PortError: somebody else has the port now.
+        """
+        if not in_:
+            self.close()
+        elif not self._plugged:
+            self._listener = _listener(self.host, self.port)
+            self._plugged = True
             self.opened(self._listener)
-        else:
-            self._dismiss()
-            self.closing(self._listener)
-            self._listener.shutdown(socket.SHUT_RDWR)   # refuses connections, and keeps the port
 
     def close(self) -> None:
         """Hang up and give the port back."""
         self._dismiss()
         if self._plugged:
+            self._plugged = False
             self.closing(self._listener)
-        self._listener.close()
+            self._listener.close()
 
     def _welcome(self, busy: bool) -> None:
         try:
@@ -309,6 +300,20 @@ def host_and_port(address: Union[int, str]) -> Tuple[str, int]:
     if not port.isdigit() or int(port) > 65535:
         raise PortError(f"{address!r} is no TCP port: wanted 0 to 65535 (0 takes any free one), or host:port")
     return host or "127.0.0.1", int(port)
+
+
+def _listener(host: str, port: int) -> socket.socket:
+    """Listens at a port. Raises PortError that says why it cannot."""
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((host, port))
+        listener.listen(BACKLOG)
+    except OSError as error:
+        listener.close()
+        raise PortError(_why_not(host, port, error)) from error
+    listener.setblocking(False)
+    return listener
 
 
 def _why_not(host: str, port: int, error: OSError) -> str:
