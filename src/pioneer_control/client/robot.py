@@ -199,6 +199,16 @@ class Robot:
         return self._settings.tuning
 
     @property
+    def use_sonar(self) -> bool:
+        """Whether the sonar is to be on after the next connecting."""
+        return self._settings.use_sonar
+
+    @use_sonar.setter
+    def use_sonar(self, on: bool) -> None:
+        with self._changed:
+            self._settings = replace(self._settings, use_sonar=bool(on))
+
+    @property
     def link(self) -> LinkCounts:
         """How well the line works."""
         with self._changed:
@@ -288,7 +298,7 @@ class Robot:
         """Sonar on or off, after a reconnect too."""
         with self._changed:
             self._command(encode_command("SONAR", int(bool(on))))
-            self._settings = replace(self._settings, use_sonar=bool(on))
+            self.use_sonar = on
 
     def gripper(self, command: GripperCommand, value: Optional[int] = None) -> None:
         """One sub-command of the gripper; ``value`` for PRESSURE (1..100) and CARRY (-255..255), in units of 20 ms.

@@ -9,6 +9,7 @@ out stops the robot, switches its motors off and ends the session. All safety ti
 """
 
 import sys
+import threading
 from time import monotonic
 
 import rospy
@@ -23,6 +24,8 @@ from .publications import Publications
 from .reconfigure import Reconfiguration
 from .requests import Requests
 
+HOLD_UP = 0.1
+"""Seconds that the end waits for messages that are just being published."""
 START_GRACE = 3.0
 """Seconds from the start in which a port that is not there yet is no news: a simulated robot starts beside its driver."""
 
@@ -80,8 +83,10 @@ class DriverNode:
         """ROS shuts down (a signal, rosnode kill): stop first, whatever thread this is. `run` waits for the rest, while ROS takes its own time."""
         self._asked_to_end = True
         self._robot.close(wait=False)
-        self._publications.close()
         self._diagnostics.stop()
+        silence = threading.Thread(target=self._publications.close, daemon=True)
+        silence.start()
+        silence.join(HOLD_UP)   # not longer: on_event may wait in there, for a master that hangs
 
     def _reconfigure(self, parameters: DriverParameters) -> None:
         """Other values of what may change while the driver runs."""
@@ -103,7 +108,7 @@ class DriverNode:
         elif isinstance(event, LinkDown):
             self._link_down(event)
         elif isinstance(event, MotionCleared):
-            rospy.logwarn("the robot stopped: %s; it stands until a new command", event.reason)
+            self._warn([Notice(event.reason, "the robot stopped: %s; it stands until a new command" % event.reason)])
         elif isinstance(event, CommandTimedOut):
             self._warn([Notice("timed out", "the robot was stopped: no velocity came for %.1f s (cmd_vel_timeout)" % event.age)])
         elif isinstance(event, Unmoved):

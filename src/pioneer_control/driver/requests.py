@@ -12,7 +12,7 @@ from geometry_msgs.msg import Twist
 from std_srvs.srv import Empty, SetBool, Trigger
 
 from ..client import Robot
-from ..errors import NotConfirmedError, PioneerError
+from ..errors import LinkError, NotConfirmedError, PioneerError
 from ..msg import GripperState, MotorState, WheelVelocities
 from ..ros_node import is_offered
 from . import commands
@@ -106,11 +106,15 @@ class Requests:
     def switch_sonar(self, on: bool) -> str:
         """Tell the sonar to go on or off until the robot's flags show it."""
         what = "on" if on else "off"
-        give_up_at = monotonic() + CONFIRM_TIMEOUT
+        before, give_up_at = self._robot.use_sonar, monotonic() + CONFIRM_TIMEOUT
         while monotonic() < give_up_at:
-            self._robot.set_sonar(on)
-            if any(self._robot.wait_for_state().sonar_enabled == on for _ in range(ANSWER_WITHIN)):
-                return "the sonar is %s" % what
+            try:
+                self._robot.set_sonar(on)
+                if any(self._robot.wait_for_state().sonar_enabled == on for _ in range(ANSWER_WITHIN)):
+                    return "the sonar is %s" % what
+            except LinkError:       # who hears no is not to find it done after a reconnect
+                self._robot.use_sonar = before
+                raise
         raise NotConfirmedError("asked to switch its sonar %s, the robot did not confirm it within %.0f s" % (what, CONFIRM_TIMEOUT))
 
     def reset_odometry(self) -> str:
@@ -166,7 +170,8 @@ class Requests:
         """Whether this is a recorded command that must not move the robot, or may be one and does more than to stop; says so."""
         replayed = commands.is_replayed(message) or self._plays_a_bag(commands.sender(message))
         if replayed:
-            self._warn([Notice("replay " + topic.name, "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic.name)])
+            self._warn([Notice(
+                "replay " + topic.name, "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic.name)])
         elif replayed is None and not topic.stops(message):
             self._warn([Notice("unknown " + topic.name, "%s refused: the ROS master does not say in time whether %s plays a bag" % (
                 topic.name, commands.sender(message)))])
