@@ -66,6 +66,9 @@ class Body:
         self.blocked = False
         self._world = world
         self._outline, self._hull = tuple(outline), tuple(hull or outline)
+        xs, ys = zip(*self._hull)
+        self.box = min(xs), max(xs), min(ys), max(ys)
+        """The rectangle that it is to a can: least and greatest x and y (m, base_link)."""
         self._outlines = [(box_round(outline, skin), skin) for skin in SKINS] + [(tuple(outline), 0.0)]
         self.reach = max(hypot(x, y) for x, y in outline)
         self._free = 0.0

@@ -77,7 +77,7 @@ class Crowd:
         """The bodies that have a point within `reach` of (x, y), and some that have none."""
         if not self._bodies:
             return []
-        side = math.ceil(reach + LARGEST_REACH)  # a few sizes only, so that grids are shared
+        side = 2.0 * math.ceil((reach + LARGEST_REACH) / 2.0)  # a few sizes only, so that grids are shared
         grid = self._grids.get(side)
         if grid is None:
             grid = self._grids[side] = _Grid(side)

@@ -61,7 +61,7 @@ class Ear:
         nearest = echo(earshot.candidates(axis), x, y, right, left, self._maximum, self._slant)
         if self._world.crowd:
             room = nearest + LARGEST_REACH
-            for body in self._world.crowd.near(x, y, self._maximum):
+            for body in self._world.crowd.near(x, y, nearest):
                 to_x, to_y, _ = body.pose
                 to_x -= x
                 to_y -= y

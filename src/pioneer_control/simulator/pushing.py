@@ -1,4 +1,4 @@
-"""Cans give way: what stands on the floor is pushed aside by whatever comes, and only jams against walls.
+"""Cans give way: what stands on the floor is pushed aside by whatever comes, and only jams against walls and other robots.
 
 Blocks are rectangles along the axes of the robot's own frame (m, base_link); cans stand in the map frame.
 """
@@ -13,6 +13,8 @@ ROUNDS = 200
 """How often all pushes are gone through before a can counts as jammed: sliding out of a narrow wedge takes many small pushes."""
 TOUCH = 1e-5
 """Overlaps smaller than this (m) are contacts, not overlaps."""
+PUSHED_FAR = 2.0
+"""Other robots farther away (m) than this are not reached by any can that a robot pushes."""
 STILL = 1e-7
 """Cans that come back this near (m) to where they were two rounds ago are only pushed to and fro."""
 PROBE = 1e-3
@@ -60,9 +62,11 @@ def make_way(world, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], 
     :param blocks_for: the blocks that a can of a given radius meets.
     :param held: cans in the gripper that push others as they go.
     :param near: standing cans that the robot could meet.
-    :returns: whether all found a place; if not (one is jammed against a wall), none was moved.
+    :returns: whether all found a place; if not (one is jammed against a wall or another robot), none was moved.
     """
     robot = _Robot(pose, blocks_for, held)
+    others = [body for body in world.crowd.near(pose[0], pose[1], PUSHED_FAR) if body.pose != pose]
+    standing_by = [_Robot(body.pose, lambda radius, box=Block(*body.box): (box,), ()) for body in others]
     standing = [can for can in world.cans if can.held_by is None]
     pending = [key for key, can in enumerate(standing) if any(can is other for other in near)]
     places = [(can.x, can.y) for can in standing]
@@ -73,7 +77,7 @@ def make_way(world, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], 
         for key in pending:
             place = robot.push(places[key], standing[key].radius)
             if place is None and key in moved:
-                place = _off_walls(world, places[key], standing[key].radius)
+                place = _off_walls(world, places[key], standing[key].radius) or _off_robots(standing_by, places[key], standing[key].radius)
             if place is not None:
                 places[key] = place
                 changed.add(key)
@@ -134,6 +138,11 @@ def _off_walls(world, place: Place, radius: float) -> Optional[Place]:
         return x + radius, y
     step = (radius - clearance) / steepness
     return x + slope_x * step, y + slope_y * step
+
+
+def _off_robots(robots: Sequence["_Robot"], place: Place, radius: float) -> Optional[Place]:
+    """Where a can goes that overlaps another robot, which does not give way; None when it overlaps none."""
+    return next((away for away in (robot.push(place, radius) for robot in robots) if away is not None), None)
 
 
 class _Robot:

@@ -10,7 +10,7 @@ from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.loading import load_world
 from pioneer_control.simulator.simulation import Simulation
-from pioneer_control.simulator.world import World
+from pioneer_control.simulator.world import Can, World
 
 MODEL = find_model("p3dx-sh")
 OPEN = b"".join([p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("ENABLE", 1)])
@@ -114,3 +114,16 @@ def test_the_same_bytes_however_time_is_split(slices):
 def test_time_passes_without_robots():
     simulation = Simulation(World("nobody"))
     assert simulation.advance(1.0) == [] and simulation.time_us == 1000000
+
+
+def test_a_can_between_two_robots_is_jammed():
+    simulation = two_robots(World("can between", starts=TWO_STARTS, cans=[Can(1.0, 0.0)]))
+    first, second = simulation.robots
+    for _ in range(60):
+        first.receive(p2os.encode_command("VEL", 300))
+        simulation.advance(0.1)
+    can = simulation.world.cans[0]
+    gap = second.true_pose[0] - first.true_pose[0] - 2 * MODEL.length_front
+    assert 2 * can.radius - 1e-4 <= gap < 2 * can.radius + 0.02 and first.contacts == 0
+    assert can.x == pytest.approx(first.true_pose[0] + MODEL.length_front + gap / 2, abs=0.02)
+    assert abs(second.true_pose[0] - 2.0) < 1e-9
