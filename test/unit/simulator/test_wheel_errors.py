@@ -100,3 +100,11 @@ def test_a_client_can_calibrate_it_away():
     """TICKSMM and REVCOUNT are what a real robot's owner corrects: 2 percent larger wheels need 2 percent fewer ticks."""
     bench = Bench(numbers=numbers(larger=0.024), gripper=False).open().send("TICKSMM", 125).send("MOVE", 2000).wait(10, alive=True)
     assert bench.robot.true_pose[0] == pytest.approx(2.0, abs=0.005)
+
+
+def test_a_gyro_feels_the_true_turn():
+    """A robot that makes its heading with a gyro knows how far it really turned, however far apart its wheels are."""
+    fused = dataclasses.replace(numbers(wider_apart=0.1), gyro=dataclasses.replace(standard_numbers().gyro, kind=2))
+    bench = Bench(numbers=fused, gripper=False).open().send("DHEAD", 90).wait(6, alive=True)
+    assert bench.robot.hardware.odometry[2] == pytest.approx(bench.robot.true_pose[2], abs=1e-9)
+    assert bench.robot.hardware.odometry[2] < math.radians(90.0)
