@@ -199,6 +199,26 @@ def test_a_rude_client_leaves_the_robot_open_until_the_next_one_closes_it(line):
         computer.open()
 
 
+def test_twenty_clients_in_a_row_over_tcp_rude_and_polite():
+    """Whatever the last one left behind, a robot that drives included, a new one is answered as the first was; one that has said CLOSE may hold its socket."""
+    with Server(robot(), tcp=0, speed=10.0) as server, contextlib.ExitStack() as held:
+        for count in range(20):
+            line = held.enter_context(contextlib.closing(dial(server)))
+            computer = over_tcp(line)
+            computer.open()
+            assert [type(packet) for packet in computer.packets[:3]] == [p2os.SyncEcho, p2os.SyncEcho, p2os.SyncReply]
+            assert not computer.expect(p2os.Sip).flags & p2os.Flags.MOTORS_ENABLED
+            computer.send("ENABLE", 1)
+            computer.send("RVEL", 30)
+            until(lambda: computer.expect(p2os.Sip).type_id == p2os.MOVING, "turning")
+            if count % 2:
+                computer.send("CLOSE")
+                until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+            else:
+                line.close()
+        assert server.firmware.closed_sessions >= 19
+
+
 def packets_of(seconds):
     """What a robot with everything asked for says in this time, packet by packet."""
     firmware = robot()
