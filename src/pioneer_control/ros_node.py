@@ -2,6 +2,8 @@
 
 import atexit
 import http.client
+import logging
+import logging.handlers
 import os
 import queue
 import signal
@@ -12,6 +14,7 @@ from typing import Any, Optional
 
 import rosgraph
 import rospy
+from rospy.impl.rosout import RosOutHandler
 
 MASTER_PATIENCE = 0.9
 """Seconds that the end of a node waits for the master to take notice."""
@@ -24,10 +27,16 @@ def init_node(name: str) -> None:
     it holds: those of its talk with the master, which even `rospy.loginfo` takes (seen with 1.15.15). ``nohup`` is respected.
 
     A signal that comes while this function runs ends the program here, with code 0. A master that hangs keeps no node from its end: who still waits
-    for it when the program's own shutdown hooks have run and MASTER_PATIENCE is over is not waited for.
+    for it when the program's own shutdown hooks have run and MASTER_PATIENCE is over is not waited for. Nor does it keep who logs something.
     """
-    asked = queue.SimpleQueue()     # to end, and why; takes no lock: it may be used in a signal handler
+    asked: "queue.SimpleQueue[str]" = queue.SimpleQueue()   # to end, and why; takes no lock: it may be used in a signal handler
     hooks_ran, over, ended = threading.Event(), threading.Event(), threading.Event()
+    log = logging.handlers.QueueListener(queue.SimpleQueue())
+    log.start()
+
+    def follow_hooks(reason: str) -> None:
+        hooks_ran.set()
+        log.stop()          # when all is published
 
     def end() -> None:
         shutdown = threading.Thread(target=rospy.signal_shutdown, args=(asked.get(),), daemon=True)
@@ -44,7 +53,7 @@ def init_node(name: str) -> None:
         asked.put("the program has ended")
         ended.wait()
 
-    rospy.core.add_preshutdown_hook(lambda reason: hooks_ran.set())     # the first of those that follow the program's own
+    rospy.core.add_preshutdown_hook(follow_hooks)   # before those of rospy that tell the master
     threading.Thread(target=end, name="signals", daemon=True).start()
     atexit.register(at_exit)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
@@ -57,6 +66,16 @@ def init_node(name: str) -> None:
             raise
     if rospy.core.is_shutdown_requested():
         sys.exit(0)
+    _publish_log_by(log)
+
+
+def _publish_log_by(listener: logging.handlers.QueueListener) -> None:
+    """rospy asks the master with every line that is logged, and publishes it on /rosout: let that be the work of the listener's thread."""
+    logger = logging.getLogger("rosout")
+    listener.handlers = tuple(handler for handler in logger.handlers if isinstance(handler, RosOutHandler))
+    for handler in listener.handlers:
+        logger.removeHandler(handler)
+        logger.addHandler(logging.handlers.QueueHandler(listener.queue))
 
 
 class _Impatient(xmlrpc.client.Transport):

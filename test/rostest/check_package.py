@@ -88,16 +88,19 @@ class LaunchCheck(unittest.TestCase):
     def test_the_launch_file_of_2012_is_not_even_xml(self):
         """It has a value without quotes and elements that nobody closes."""
         with self.assertRaises(ElementTree.ParseError):
-            self.complaints_about('<launch><group ns="pioneer"><param name="pulse" value=1.0><node name="p2os" pkg="p2os_driver" type="p2os"></group></launch>')
+            self.complaints_about(
+                '<launch><group ns="pioneer"><param name="pulse" value=1.0><node name="p2os" pkg="p2os_driver" type="p2os"></group></launch>')
 
     def test_what_does_not_load_is_seen(self):
         self.assertEqual(len(self.complaints_about('<launch><param name="pulse" value="$(arg nobody)"/></launch>')), 1)
 
     def test_a_node_that_does_not_exist_is_seen(self):
-        self.assertEqual(self.complaints_about('<launch><node name="p2os" pkg="pioneer_control" type="p2os"/></launch>'), ["no p2os in pioneer_control"])
+        found = self.complaints_about('<launch><node name="p2os" pkg="pioneer_control" type="p2os"/></launch>')
+        self.assertEqual(found, ["no p2os in pioneer_control"])
 
     def test_a_package_that_nobody_named_is_seen(self):
-        self.assertEqual(self.complaints_about('<launch><node name="log" pkg="rosout" type="rosout"/></launch>'), ["package.xml does not name rosout"])
+        found = self.complaints_about('<launch><node name="log" pkg="rosout" type="rosout"/></launch>')
+        self.assertEqual(found, ["package.xml does not name rosout"])
 
 
 class NodeCheck(unittest.TestCase):

@@ -21,6 +21,7 @@ import rosgraph
 import rosnode
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
@@ -38,9 +39,23 @@ from pioneer_control.simulator.firmware import Firmware, Session  # noqa: E402
 from pioneer_control.simulator.loading import load_world  # noqa: E402
 from pioneer_control.simulator.robot_numbers import standard_numbers  # noqa: E402
 from pioneer_control.simulator.server import Server  # noqa: E402
+from hanging_master import HangingMaster  # noqa: E402
 from witness import PATIENCE, Witness  # noqa: E402
 
-
+SIGNALLED_AT = (
+    ("p2os_driver", "registerPublisher.*/rosout"),          # in rospy.init_node
+    ("p2os_driver", "getParam.*/use_sim_time"),             # in rospy.init_node
+    ("p2os_driver", "registerService.*/get_loggers"),       # in rospy.init_node
+    ("p2os_simulator", "registerService.*/get_loggers"),    # in rospy.init_node
+    ("rosPioneer1.py", "registerPublisher.*/rosout"),       # in rospy.init_node
+    ("p2os_driver", "getParam.*/p2os/"),
+    ("p2os_driver", "registerPublisher.*/pose"),
+    ("p2os_driver", "registerSubscriber.*/cmd_vel"),
+    ("p2os_driver", "registerService.*/set_motors"),
+    ("p2os_driver", "setParam|registerPublisher.*/parameter_updates"),
+    ("p2os_driver", "registerPublisher.*/sonar_ranges"),    # when the robot is found
+)
+"""A program, and the question to the master (a regular expression) in which it is when the signal comes."""
 GLOBAL = {"/rosout", "/tf", "/tf_static", "/clock", "/diagnostics"}
 """What all nodes share: all of the names of a driver that do not begin with its namespace."""
 
@@ -59,12 +74,12 @@ class OverheardFirmware(Firmware):
 
 
 class Driver:
-    """A p2os_driver process in a namespace of its own, with what it printed."""
+    """A p2os_driver process (or another node's) in a namespace of its own, with what it printed."""
 
-    def __init__(self, namespace, environment=None, **parameters):
+    def __init__(self, namespace, environment=None, program="p2os_driver", **parameters):
         self.namespace = namespace
         arguments = ["_%s:=%s" % item for item in parameters.items()]
-        self.process = subprocess.Popen(["rosrun", "pioneer_control", "p2os_driver", "__ns:=" + namespace] + arguments, env=environment,
+        self.process = subprocess.Popen(["rosrun", "pioneer_control", program, "__ns:=" + namespace] + arguments, env=environment,
                                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
         self.printed, self._changed = "", threading.Condition()
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -424,7 +439,8 @@ class DriverLines(unittest.TestCase):
         firmware, server = self.robot()
         driver = self.driver(server.url, environment=master.environment)
         driver.says("connected to")
-        subprocess.run(["rosservice", "call", "--wait", self.namespace + "/set_motors", "true"], env=master.environment, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(["rosservice", "call", "--wait", self.namespace + "/set_motors", "true"],
+                       env=master.environment, check=True, stdout=subprocess.DEVNULL)
         commander = subprocess.Popen(["rostopic", "pub", "-r", "10", self.namespace + "/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.2}}"],
                                      env=master.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.ending.callback(commander.kill)
@@ -443,6 +459,73 @@ class DriverLines(unittest.TestCase):
         self.assertEqual(driver.end(), 0, driver.printed)
         self.assertIs(firmware.session, Session.WAITING)
         self.assertFalse(firmware.motors_enabled)
+
+    def test_a_master_that_hangs_keeps_no_driver_from_its_end(self):
+        master = HangingMaster()
+        self.ending.callback(master.close)
+        firmware, server = self.robot()
+        driver = self.driver(server.url, environment=master.environment)
+        self.motors_on(driver)
+        with self.commanding(0.2):
+            self.until("it drives", lambda: firmware.velocity[0] > 0.15)
+            master.hang()
+            asker = subprocess.Popen(["rosparam", "get", "/rosdistro"], env=master.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            self.ending.callback(asker.kill)
+            master.wait_until_asked()
+            self.until("it drives on", lambda: firmware.internal_counts[0] > 300)
+            before = len(firmware.heard)
+            self.assertEqual(driver.end(), 0, driver.printed)
+        self.assertIs(firmware.session, Session.WAITING)
+        self.assertEqual((firmware.motors_enabled, firmware.velocity), (False, (0.0, 0.0)))
+        told = [name for _, name, _ in firmware.heard[before:]]
+        self.assertLess(told.index("STOP"), told.index("CLOSE"))
+        self.assertNotIn("Traceback", driver.printed)
+        self.assertIsNone(asker.poll(), "it does hang: others wait for ever")
+
+    def test_a_signal_while_a_node_starts(self):
+        """Whether the master hangs on or then answers after all: the program ends, and that is no error."""
+        running = []
+        for number, (program, question) in enumerate(SIGNALLED_AT):
+            for answers in (False, True):
+                master = HangingMaster(hang_at=question)
+                self.ending.callback(master.close)
+                ours = {"p2os_driver": dict(port=self.robot()[1].url), "p2os_simulator": dict(tcp=0)}.get(program, {})
+                node = Driver("%s_%d_%d" % (self.namespace, number, answers), environment=master.environment, program=program, **ours)
+                self.ending.callback(node.end, signal.SIGKILL)
+                running.append((answers, master, node, question))
+        for number, (answers, master, node, question) in enumerate(running):
+            master.wait_until_asked()
+            node.process.send_signal((signal.SIGINT, signal.SIGTERM, signal.SIGHUP)[number % 3])
+            if answers:
+                master.mend()
+        for answers, _, node, question in running:
+            said = "at %s, answers %s:\n%s" % (question, answers, node.printed)
+            self.assertEqual(node.process.wait(PATIENCE), 0, said)
+            node.end()
+            self.assertNotIn("Traceback", node.printed, said)
+
+    def test_whom_a_hanging_master_did_not_introduce_is_refused_unless_he_stops(self):
+        master = HangingMaster()
+        self.ending.callback(master.close)
+        firmware, server = self.robot()
+        said = Witness({"/diagnostics": DiagnosticArray})
+        driver = self.driver(server.url, environment=master.environment)
+        publisher = rospy.Publisher(self.namespace + "/cmd_motor_state", MotorState, queue_size=10)
+        self.addCleanup(publisher.unregister)
+        rospy.wait_for_service(self.namespace + "/p2os/set_parameters", PATIENCE)
+        said.wait("all is registered", lambda: any(
+            self.namespace[1:] in status.name and status.level == DiagnosticStatus.OK
+            for message in said.seen["/diagnostics"] for status in message.status))
+        self.until("the driver listens", publisher.get_num_connections)
+        master.hang()
+        publisher.publish(MotorState(1))
+        driver.says("cmd_motor_state refused: the ROS master does not say in time")
+        before = len(firmware.heard)
+        publisher.publish(MotorState(0))
+        self.until("motors off is told", lambda: ("ENABLE", 0) in [(name, value) for _, name, value in firmware.heard[before:]])
+        self.assertNotIn(("ENABLE", 1), [(name, value) for _, name, value in firmware.heard])
+        master.mend()
+        self.until("motors are on", lambda: publisher.publish(MotorState(1)) or firmware.motors_enabled)
 
     def test_a_subscriber_that_never_reads_holds_up_nothing(self):
         """A frame with a long name fills the buffers of its connection in a moment."""

@@ -202,7 +202,8 @@ def _motors(facts: Facts) -> Finding:
     elif state.flags & Flags.E_STALL:
         problems.append(Problem(Level.WARN, "an emergency stop holds the wheels: release it, then %s" % facts.how_to_enable))
     elif facts.motors_gone:
-        problems.append(Problem(Level.WARN, "the robot took its motors away (STOP or MOTORS button, a fault): see why, then %s" % facts.how_to_enable))
+        text = "the robot took its motors away (STOP or MOTORS button, a fault): see why, then %s"
+        problems.append(Problem(Level.WARN, text % facts.how_to_enable))
     if facts.unmoved:
         problems.append(Problem(Level.WARN, unmoved(facts.unmoved)))
     return _finding(problems, "motors are on" if state.motors_enabled else "motors are off; to switch them on: %s" % facts.how_to_enable, values)
