@@ -41,6 +41,26 @@ def test_a_robot_that_seems_silent_is_closed_all_the_same_before_it_is_synced():
     assert CLOSES + 3 < 10, "the vendor's simulator hangs up after ten packets"
 
 
+class AnswersInAnyOrder(FakeRobot):
+    """As the vendor's simulator does: a CLOSE before the session is a SYNC2 to it, and a SYNC1 right after one is OPEN."""
+
+    last = 0
+
+    def _take(self, heard, number, now):
+        if self.phase != WAITING:
+            super()._take(heard, number, now)
+        elif (self.last, number) == (2, 1):
+            self.open(now)
+        else:
+            self.send(p2os.SyncEcho(number) if number < 2 else p2os.SyncReply("fake", "Pioneer", self.subtype))
+        self.last = number
+
+
+def test_a_robot_that_answers_each_of_them_is_synced_at_the_first_try():
+    bench = Bench(AnswersInAnyOrder()).until_ready()
+    assert bench.robot.names()[:CLOSES + 4] == ["CLOSE"] * CLOSES + ["PULSE", "OPEN", "CLOSE", "OPEN"] and bench.now < 0.6
+
+
 @pytest.mark.parametrize("arrives", range(CLOSES))
 def test_any_one_of_them_is_enough(arrives):
     robot, closes = FakeRobot(), []
