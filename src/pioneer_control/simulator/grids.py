@@ -48,7 +48,8 @@ def roomiest(free: np.ndarray, wanted: Optional[Tuple[float, float]], room: floa
         return None
     rows, columns = np.nonzero(_squares(sums, least))
     y, x = rows + least / 2.0, columns + least / 2.0
-    nearest = np.argmin((x - free.shape[1] / 2.0) ** 2 + (y - free.shape[0] / 2.0) ** 2)
+    from_middle = np.square(x - free.shape[1] / 2.0) + np.square(y - free.shape[0] / 2.0)
+    nearest = np.argmin(from_middle)
     return float(x[nearest]), float(y[nearest])
 
 
@@ -105,7 +106,7 @@ def _straightened(ring: List[Corner]) -> List[Corner]:
     """
     points = np.array(ring, dtype=np.int64)
     points = np.roll(points, -int(np.lexsort((points[:, 1], points[:, 0]))[0]), axis=0)
-    far = int(np.argmax(((points - points[0]) ** 2).sum(axis=1)))
+    far = int(np.argmax(np.square(points - points[0]).sum(axis=1)))
     points = np.vstack((points, points[:1]))
     long = np.abs(np.diff(points, axis=0)).sum(axis=1) > 2
     kept = {0, far, *np.flatnonzero(long & np.roll(long, 1)).tolist()}
@@ -127,9 +128,9 @@ def _straightened(ring: List[Corner]) -> List[Corner]:
 def _squared_distances(points: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
     """From points to the segment between two others."""
     (along_x, along_y), (x, y) = last - first, (points - first).T
-    length_squared = max(along_x ** 2 + along_y ** 2, 1)
+    length_squared = max(along_x * along_x + along_y * along_y, 1)
     share = np.clip((x * along_x + y * along_y) / length_squared, 0.0, 1.0)
-    return (x - share * along_x) ** 2 + (y - share * along_y) ** 2
+    return np.square(x - share * along_x) + np.square(y - share * along_y)
 
 
 def place(segments: Sequence[Sequence[float]], origin: Tuple[float, float], side: float) -> np.ndarray:
