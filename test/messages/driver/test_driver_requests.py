@@ -121,17 +121,47 @@ def test_odometry_begins_anew_and_a_link_that_is_down_is_the_reason_why_not(run)
 
 # Motors at the start
 
-def test_enable_motors_on_start_counts_once_and_is_said(run):
+def reconnect(bottle):
+    bottle.unplug(for_a_moment=True)
+    yield 3.0
+
+
+def restart(bottle):
+    bottle.firmware.restart()
+    yield 3.0
+
+
+def tap_stop_button(bottle):
+    bottle.firmware.press_stop_button(True)
+    yield 0.5
+    bottle.firmware.press_stop_button(False)
+    yield 3.0
+
+
+@pytest.mark.parametrize("befall, reconnects", [(reconnect, 1), (restart, 1), (tap_stop_button, 0)])
+def test_enable_motors_on_start_counts_once_and_is_said(run, befall, reconnects):
     def script(bottle):
         yield 0.5
         bottle.first = bottle.firmware.motors_enabled
-        bottle.unplug(for_a_moment=True)
-        yield 3.0
+        yield from befall(bottle)
         bottle.second = bottle.firmware.motors_enabled, bottle.node._robot.link.reconnects
 
     bottle = run(script, enable_motors_on_start=True)
-    assert bottle.first and bottle.second == (False, 1)
+    assert bottle.first and bottle.second == (False, reconnects)
     assert sum("enable_motors_on_start" in text for _, text in bottle.said) == 1
+
+
+@pytest.mark.parametrize("befall", [reconnect, restart])
+def test_enable_motors_on_start_has_counted_also_when_the_robot_did_not_obey(run, befall):
+    def script(bottle):
+        yield from befall(bottle)
+        bottle.deaf_to.clear()
+        yield 3.0
+        bottle.on = bottle.firmware.motors_enabled, bottle.node._robot.link.reconnects
+
+    bottle = run(script, before=lambda bottle: bottle.deaf_to.add("ENABLE"), enable_motors_on_start=True)
+    assert bottle.on == (False, 1)
+    assert sum("enable_motors_on_start is set" in text for _, text in bottle.said) == 1
 
 
 def test_enable_motors_on_start_says_why_not(run):
@@ -205,12 +235,14 @@ def test_what_is_no_number_moves_nothing(run, topic, message, says):
 @pytest.mark.parametrize("topic, message", [
     ("cmd_vel", twist(0.2)), ("cmd_wheels", WheelVelocities(0.2, 0.2)), ("cmd_motor_state", MotorState(1)),
     ("gripper_control", GripperState(GripState(state=2), LiftState()))])
-def test_what_a_bag_plays_is_refused_on_every_topic(run, topic, message):
+@pytest.mark.parametrize("player", ["/play_1795", "/renamed"])
+def test_what_a_bag_plays_is_refused_on_every_topic(run, topic, message, player):
     def script(bottle):
+        bottle.is_offered = lambda service, timeout: service == "/renamed/pause_playback"
         bottle.send(topic, message)
         yield 0.5
 
-    bottle = run(script, caller="/play_1795")
+    bottle = run(script, caller=player)
     assert bottle.says("%s refused: it is played back from a bag" % topic)
     assert {(name, value) for _, name, value in bottle.heard} & {("VEL", 200), ("VEL2", 0x0A0A), ("ENABLE", 1), ("GRIPPER", 2)} == set()
 
