@@ -3,8 +3,10 @@
 import math
 
 import pytest
+from robot_on_bench import Bench
 
 from pioneer_control.simulator.docks import dock_at
+from pioneer_control.simulator.loading import known_worlds, load_world
 
 DOCKS = [(1.0, 2.0, math.pi / 2), (5.0, 2.0, -math.pi)]
 DISTANCE, ANGLE = 0.1, math.radians(15)
@@ -31,3 +33,12 @@ def test_near_and_facing_the_right_way(pose, dock):
 
 def test_without_docks():
     assert dock_at((0.0, 0.0, 0.0), [], DISTANCE, ANGLE) is None
+
+
+@pytest.mark.parametrize("name", [name for name in known_worlds() if load_world(name).docks])
+def test_a_robot_charges_in_each_dock_of_the_gallery_and_not_beside_it(name):
+    world = load_world(name)
+    for x, y, heading in world.docks:
+        beside = x - 0.2 * math.cos(heading), y - 0.2 * math.sin(heading), heading
+        charging = [Bench(world=world, pose=pose).open().send("CHARGE", 1).wait(0.5).sip.charge_state for pose in ((x, y, heading), beside)]
+        assert charging[0] and not charging[1]
