@@ -33,7 +33,7 @@ ROOMS = {
 ROS_PLACES = ("ros_node.py", "driver/", "tutorial/", "bags/", "simulator/node.py")
 ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib", "rospkg", "rostest", "rostopic",
                "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs",
-               "diagnostic_updater"}
+               "diagnostic_updater", "visualization_msgs"}
 # Heavy or special libraries, and the only places that may use them.
 LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/", "simulator/picture"), "PIL": ("simulator/ros_map",)}
 
@@ -69,12 +69,12 @@ def trespasses(path: str, text: str) -> List[str]:
     room = path.split("/")[0].replace(".py", "")
     allowed = ROOMS[room] | {room, "errors"}
     if path == "simulator/node.py":
-        allowed |= {"msg"}
+        allowed |= {"msg", "srv"}
     found = []
     for module, line in imports(text, package):
         top, _, rest = module.partition(".")
         # "from pioneer_control import __version__" and the like touch no room
-        if top == "pioneer_control" and rest.split(".")[0] in set(ROOMS) | {"msg"}:
+        if top == "pioneer_control" and rest.split(".")[0] in set(ROOMS) | {"msg", "srv"}:
             wrong = rest.split(".")[0] not in allowed
         elif top in ROS_MODULES:
             wrong = not path.startswith(ROS_PLACES)

@@ -1,39 +1,62 @@
-"""The simulated robot as a ROS node: its line for a driver, and the truth about its world for pictures and tests.
+"""Simulated robots as a ROS node: their lines for drivers, the truth about their world for pictures and tests, and faults on demand.
 
-*Publishes* ``map`` (nav_msgs/OccupancyGrid, latched), ``ground_truth`` (nav_msgs/Odometry in the map's frame, 10 Hz), ``cans``
-(geometry_msgs/PoseArray in the map's frame, latched, on change; z is how high a can is lifted, x of a pose points up, so that arrows
-stand), ``world`` (std_msgs/String, latched: its name), tf map -> odom (true pose of the odometry's origin).
-*Subscribes* ``stop_button`` (std_msgs/Bool): presses the robot's STOP button, or lets it go.
+*Publishes* ``map`` (nav_msgs/OccupancyGrid, latched), ``world`` (std_msgs/String, latched: its name), ``world_markers``
+(visualization_msgs/MarkerArray, latched: walls and posts), ``markers`` (visualization_msgs/MarkerArray, 10 Hz: cans, grippers and outlines of the
+robots), ``cans`` (geometry_msgs/PoseArray in the map's frame, latched, on change; z is how high a can is lifted, x of a pose points up, so that
+arrows stand). For each robot ``ground_truth`` (nav_msgs/Odometry in the map's frame, 10 Hz) and tf map -> odom (true pose of the odometry's
+origin); of several robots under ``robot1/`` and up, frames too. ``/clock`` (rosgraph_msgs/Clock) when the speed is not 1.
+*Subscribes* ``stop_button`` (std_msgs/Bool), of several robots under ``robot1/`` and up: presses the robot's STOP button, or lets it go.
+*Services* ``~add_fault`` (AddFault), ``~list_faults`` and ``~clear_faults`` (std_srvs/Trigger).
 *Parameters*: `SimulatorParameters`.
 """
 
 import math
 import sys
 import threading
+import time
 from typing import List, Tuple
 
 import rospy
 import tf
-from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
+from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3
 from nav_msgs.msg import OccupancyGrid, Odometry
-from std_msgs.msg import Bool, String
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Bool, ColorRGBA, String
+from std_srvs.srv import Trigger, TriggerResponse
+from visualization_msgs.msg import Marker, MarkerArray
 
-from ..errors import PioneerError
+from ..errors import ParameterError, PioneerError
 from ..message_values import quaternion_of
 from ..robots import find_model
 from ..ros_node import init_node
+from ..srv import AddFault, AddFaultResponse
+from .body import compose
+from .faults import fault_of, load_faults
 from .firmware import Firmware
 from .loading import load_world
-from .robot_numbers import load_numbers
 from .parameters import SimulatorParameters, check_parameters
+from .places import standing_places
+from .robot_numbers import load_numbers
 from .server import Server
+from .simulation import Simulation
 
 PERIOD = 0.1
 """Seconds between two publications, of real time."""
+CLOCK_PERIOD = 0.01
+"""Seconds of real time between two messages on /clock."""
 MAP_RESOLUTION = 0.025
 """Side (m) of a cell of the map."""
 UP = Quaternion(y=-math.sqrt(0.5), w=math.sqrt(0.5))
 """Turns the x axis upwards."""
+LEVEL = Quaternion(w=1.0)
+WALL_HEIGHT = 0.3
+"""How high (m) walls and posts are drawn."""
+PADDLE_HEIGHT = 0.05
+"""How high (m) the paddles of a gripper are drawn."""
+COLOURS = {
+    "wall": ColorRGBA(0.45, 0.45, 0.5, 1.0), "post": ColorRGBA(0.35, 0.35, 0.4, 1.0), "can": ColorRGBA(0.90, 0.62, 0.0, 1.0),
+    "paddle": ColorRGBA(0.0, 0.45, 0.70, 1.0), "outline": ColorRGBA(0.0, 0.45, 0.70, 0.8),
+}
 
 CanPlaces = List[Tuple[float, float, float]]
 
@@ -43,84 +66,158 @@ def main() -> int:
     init_node("p2os_simulator")
     try:
         parameters = check_parameters(rospy.get_param("~", {}))
-        firmware = Firmware(
-            find_model(parameters.model, parameters.models_file or None),
-            load_world(parameters.world),
-            gripper=parameters.gripper,
-            rear_sonar=parameters.rear_sonar,
-            name=parameters.name,
-            seed=parameters.seed,
-            numbers=load_numbers(parameters.numbers_file or None),
-        )
-        server = Server(firmware, parameters.tcp, parameters.pty or None)
+        faults = [fault_of(words) for words in parameters.fault.split(";") if words.strip()]
+        faults += load_faults(parameters.faults_file) if parameters.faults_file else []
+        simulation = simulation_of(parameters)
+        server = Server(
+            simulation, parameters.tcp, parameters.pty or None, speed=parameters.speed, seed=parameters.seed, faults=faults,
+            record=parameters.record or None, say=lambda sentence: rospy.logwarn("simulated %s", sentence))
     except PioneerError as error:
         rospy.logfatal("%s", error)
         return 2 if isinstance(error, ValueError) else 1
     with server:
-        places = " and ".join(place for place in (server.url, server.pty_link) if place)
-        for skipped in firmware.world.skipped:
+        for skipped in simulation.world.skipped:
             rospy.loginfo("world file, skipped: %s", skipped)
-        rospy.loginfo("a simulated %s stands in the world %s, at %s", firmware.model.subtype, firmware.world.name, places)
+        for berth in server.berths:
+            places = " and ".join(place for place in (berth.url, berth.pty_link) if place)
+            rospy.loginfo("a simulated %s stands in the world %s, at %s", berth.firmware.model.subtype, simulation.world.name, places)
+        if server.open_to_others:
+            rospy.logwarn("every machine that reaches this one can drive the simulated robots: the protocol knows no password")
         return Node(server, parameters).run()
 
 
-class Node:
-    """Publishes what is true of the simulated robot behind `server`."""
+def simulation_of(parameters: SimulatorParameters) -> Simulation:
+    """The world and its robots. Raises UsageError for what makes no sense."""
+    simulation, model = Simulation(load_world(parameters.world)), find_model(parameters.model, parameters.models_file or None)
+    numbers = load_numbers(parameters.numbers_file or None)
+    for number, pose in enumerate(standing_places(simulation.world, model, parameters.robots)):
+        name = parameters.name if parameters.robots == 1 else f"sim_{number + 1:04d}"
+        simulation.add(
+            model, pose, gripper=parameters.gripper, rear_sonar=parameters.rear_sonar, name=name, seed=parameters.seed + number, numbers=numbers)
+    return simulation
 
-    def __init__(self, server: Server, parameters: SimulatorParameters):
-        self._server = server
-        self._parameters = parameters
-        self._stop = threading.Event()
-        self._cans_told = None
-        self._ground_truth = rospy.Publisher("ground_truth", Odometry, queue_size=10)
-        self._cans = rospy.Publisher("cans", PoseArray, queue_size=1, latch=True)
-        self._map = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
-        self._world = rospy.Publisher("world", String, queue_size=1, latch=True)
+
+class Face:
+    """What is published of one robot: its truth, under `prefix` where there are several."""
+
+    def __init__(self, firmware: Firmware, prefix: str, parameters: SimulatorParameters, lock):
+        self._firmware = firmware
+        self._lock = lock
+        self._map_frame = parameters.map_frame
+        self._odom_frame = parameters.frame_prefix + prefix + parameters.odom_frame_id
+        self._base_frame = parameters.frame_prefix + prefix + parameters.base_link_frame_id
+        self._ground_truth = rospy.Publisher(prefix + "ground_truth", Odometry, queue_size=10)
         self._tf = tf.TransformBroadcaster()
-        self._map.publish(map_message(server.firmware.world, parameters.map_frame))
-        self._world.publish(server.firmware.world.name)
-        rospy.Subscriber("stop_button", Bool, self._press, queue_size=10)
-        rospy.on_shutdown(self._stop.set)
+        rospy.Subscriber(prefix + "stop_button", Bool, self._press, queue_size=10)
 
-    def run(self) -> int:
-        """Publish until ROS shuts down (0) or the robot dies (1). Real time paces it, so that it also works under simulated time."""
-        while not self._stop.wait(PERIOD):
-            if not self._server.running:
-                rospy.logfatal("the simulated robot died; its error stands above")
-                return 1
-            self._publish()
-        return 0
-
-    def _press(self, message: Bool) -> None:
-        with self._server.lock:
-            self._server.firmware.press_stop_button(message.data)
-
-    def _publish(self) -> None:
-        firmware = self._server.firmware
-        with self._server.lock:
-            pose, velocity, origin = firmware.true_pose, firmware.velocity, firmware.odometry_origin
-            cans = can_places(firmware)
-        now = rospy.Time.now()
-        prefix, names = self._parameters.frame_prefix, self._parameters
+    def publish(self, now: rospy.Time) -> None:
+        """Say where it is."""
+        with self._lock:
+            pose, velocity, (x, y, heading) = self._firmware.true_pose, self._firmware.velocity, self._firmware.odometry_origin
         truth = Odometry()
-        truth.header.stamp, truth.header.frame_id = now, names.map_frame
-        truth.child_frame_id = prefix + names.base_link_frame_id
+        truth.header.stamp, truth.header.frame_id = now, self._map_frame
+        truth.child_frame_id = self._base_frame
         truth.pose.pose = pose_message(*pose)
         truth.twist.twist.linear.x, truth.twist.twist.angular.z = velocity
         self._ground_truth.publish(truth)
-        x, y, heading = origin
-        self._tf.sendTransform((x, y, 0.0), quaternion_of(heading), now, prefix + names.odom_frame_id, names.map_frame)
+        self._tf.sendTransform((x, y, 0.0), quaternion_of(heading), now, self._odom_frame, self._map_frame)
+
+    def _press(self, message: Bool) -> None:
+        with self._lock:
+            self._firmware.press_stop_button(message.data)
+
+
+class Node:
+    """Publishes what is true of the simulated robots behind `server`, and passes faults on to it."""
+
+    def __init__(self, server: Server, parameters: SimulatorParameters):
+        self._server = server
+        self._frame = parameters.map_frame
+        self._own_clock = parameters.speed != 1.0
+        self._stop = threading.Event()
+        self._cans_told = None
+        self._epoch = time.time()
+        several = parameters.robots > 1
+        self._faces = [
+            Face(robot, f"robot{number}/" if several else "", parameters, server.lock) for number, robot in enumerate(server.wired.robots, 1)]
+        self._cans = rospy.Publisher("cans", PoseArray, queue_size=1, latch=True)
+        self._markers = rospy.Publisher("markers", MarkerArray, queue_size=1)
+        self._latched = []
+        world = server.firmware.world
+        for topic, kind, message in (
+                ("map", OccupancyGrid, map_message(world, self._frame)), ("world", String, String(world.name)),
+                ("world_markers", MarkerArray, world_markers(world, self._frame))):
+            publisher = rospy.Publisher(topic, kind, queue_size=1, latch=True)
+            publisher.publish(message)
+            self._latched.append(publisher)
+        if self._own_clock:
+            self._clock = rospy.Publisher("/clock", Clock, queue_size=10)
+            if not rospy.get_param("/use_sim_time", False):
+                rospy.logwarn("the speed is not 1, so /clock is published; set /use_sim_time to true before other nodes start, or they keep real time")
+        rospy.Service("~add_fault", AddFault, self._add_fault)
+        rospy.Service("~list_faults", Trigger, self._list_faults)
+        rospy.Service("~clear_faults", Trigger, self._clear_faults)
+        rospy.on_shutdown(self._stop.set)
+
+    def run(self) -> int:
+        """Publish until ROS shuts down (0) or the robots die (1). Real time paces it, so that it also works under simulated time."""
+        due = time.monotonic()
+        while not self._stop.wait(CLOCK_PERIOD if self._own_clock else PERIOD):
+            if not self._server.running:
+                rospy.logfatal("the simulated robots died; their error stands above")
+                return 1
+            if self._own_clock:
+                self._clock.publish(self._now())
+            if time.monotonic() >= due:
+                due = time.monotonic() + PERIOD - CLOCK_PERIOD / 2.0
+                self._publish(self._now())
+        return 0
+
+    def _now(self) -> rospy.Time:
+        """The time of the stamps: ROS's, or the simulation's where that is ROS's."""
+        return rospy.Time.from_sec(self._epoch + self._server.wired.time) if self._own_clock else rospy.Time.now()
+
+    def _publish(self, now: rospy.Time) -> None:
+        for face in self._faces:
+            face.publish(now)
+        with self._server.lock:
+            cans = can_places(self._server.wired.robots)
         if cans != self._cans_told:
             self._cans_told = cans
             message = PoseArray(poses=[Pose(Point(*place), UP) for place in cans])
-            message.header.stamp, message.header.frame_id = now, names.map_frame
+            message.header.stamp, message.header.frame_id = now, self._frame
             self._cans.publish(message)
+        if self._markers.get_num_connections():
+            with self._server.lock:
+                markers = moving_markers(self._server.wired.robots, self._frame)
+            self._markers.publish(markers)
+
+    # -- faults
+
+    def _add_fault(self, request) -> AddFaultResponse:
+        try:
+            fault = fault_of(request.fault)
+            with self._server.lock:
+                self._server.wired.faults.add(fault, self._server.wired.time_us)
+        except ParameterError as error:
+            return AddFaultResponse(False, str(error))
+        begins = f"in {fault.start:g} s" if fault.start else "now"
+        ends = "until it is cleared" if math.isinf(fault.end) else f"for {fault.end - fault.start:g} s"
+        return AddFaultResponse(True, f"{fault}: {begins}, {ends}")
+
+    def _list_faults(self, request) -> TriggerResponse:
+        with self._server.lock:
+            return TriggerResponse(True, "; ".join(map(str, self._server.wired.faults.on)) or "none")
+
+    def _clear_faults(self, request) -> TriggerResponse:
+        with self._server.lock:
+            ended = self._server.wired.faults.clear(self._server.wired.time_us)
+        return TriggerResponse(True, f"{ended} ended")
 
 
-def can_places(firmware: Firmware) -> CanPlaces:
+def can_places(robots: List[Firmware]) -> CanPlaces:
     """Where every can of the world stands or hangs: x, y and how high it is lifted (m, map frame)."""
-    lifted = firmware.gripper.height if firmware.gripper is not None else 0.0
-    return [(can.x, can.y, 0.0 if can.held_by is None else lifted) for can in firmware.world.cans]
+    return [(can.x, can.y, 0.0 if can.held_by is None else can.held_by.height) for can in robots[0].world.cans]
 
 
 def map_message(world, frame: str) -> OccupancyGrid:
@@ -134,6 +231,55 @@ def map_message(world, frame: str) -> OccupancyGrid:
     message.info.origin = pose_message(origin[0], origin[1], 0.0)
     message.data = cells.reshape(-1).tolist()
     return message
+
+
+def world_markers(world, frame: str) -> MarkerArray:
+    """What never moves: walls as upright rectangles, posts as cylinders."""
+    walls = marker(frame, "wall", 0, Marker.TRIANGLE_LIST, Pose(orientation=LEVEL), (1.0, 1.0, 1.0))
+    for x1, y1, x2, y2 in world.walls:
+        low, high = (Point(x1, y1, 0.0), Point(x2, y2, 0.0)), (Point(x1, y1, WALL_HEIGHT), Point(x2, y2, WALL_HEIGHT))
+        walls.points += [low[0], low[1], high[1], low[0], high[1], high[0]]
+    posts = [
+        marker(frame, "post", number, Marker.CYLINDER, Pose(Point(x, y, WALL_HEIGHT / 2.0), LEVEL), (2.0 * radius, 2.0 * radius, WALL_HEIGHT))
+        for number, (x, y, radius) in enumerate(world.posts)]
+    return MarkerArray([walls] * bool(walls.points) + posts)
+
+
+def moving_markers(robots: List[Firmware], frame: str) -> MarkerArray:
+    """What moves: cans as cylinders, the paddles of each gripper as boxes, and the outline of each robot."""
+    markers = []
+    for number, (can, (x, y, z)) in enumerate(zip(robots[0].world.cans, can_places(robots))):
+        size = (2.0 * can.radius, 2.0 * can.radius, can.height)
+        markers.append(marker(frame, "can", number, Marker.CYLINDER, Pose(Point(x, y, z + can.height / 2.0), LEVEL), size))
+    for number, robot in enumerate(robots):
+        corners = [compose(robot.true_pose, (x, y, 0.0)) for x, y in robot.model.outline(False)]
+        outline = marker(frame, "outline", number, Marker.LINE_STRIP, Pose(orientation=LEVEL), (0.01, 0.0, 0.0))
+        outline.points = [Point(x, y, 0.01) for x, y, _ in corners + corners[:1]]
+        markers.append(outline)
+        if robot.gripper is not None:
+            markers += paddle_markers(robot, number, frame)
+    return MarkerArray(markers)
+
+
+def paddle_markers(robot: Firmware, number: int, frame: str) -> List[Marker]:
+    """The two paddles of a robot's gripper, where they are and as far open as they are."""
+    gripper, shape = robot.gripper, robot.gripper.shape
+    ahead = robot.model.length_front + shape.paddle_start + shape.paddle_length / 2.0
+    aside = (gripper.opening + shape.paddle_thickness) / 2.0
+    markers = []
+    for side in (0, 1):
+        x, y, heading = compose(robot.true_pose, (ahead, aside if side == 0 else -aside, 0.0))
+        pose = pose_message(x, y, heading)
+        pose.position.z = gripper.height + PADDLE_HEIGHT / 2.0
+        markers.append(marker(frame, "paddle", 2 * number + side, Marker.CUBE, pose, (shape.paddle_length, shape.paddle_thickness, PADDLE_HEIGHT)))
+    return markers
+
+
+def marker(frame: str, kind: str, number: int, shape: int, pose: Pose, size: Tuple[float, float, float]) -> Marker:
+    """One marker; without a stamp, so that RViz takes the newest transform."""
+    result = Marker(ns=kind, id=number, type=shape, action=Marker.ADD, pose=pose, scale=Vector3(*size), color=COLOURS[kind])
+    result.header.frame_id = frame
+    return result
 
 
 def pose_message(x: float, y: float, heading: float) -> Pose:
