@@ -11,6 +11,7 @@ No thread, clock or socket is in here: the same bytes at the same simulated time
 answer however the time is split.
 """
 
+import math
 from enum import Enum
 from typing import Dict, List, NamedTuple, Optional, Set, Tuple
 
@@ -129,6 +130,11 @@ class Firmware:
             self.next_step_us += self.numbers.physics.step_us
             self._step()
         self.time_us = end_us
+
+    @property
+    def next_sip_us(self) -> float:
+        """When it next sends by itself; never without a session."""
+        return self._next_sip_us if self.session is Session.OPEN else math.inf
 
     def take_sent(self) -> bytes:
         """Everything the robot sent since the last call."""

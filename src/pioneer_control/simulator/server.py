@@ -106,6 +106,8 @@ class Server:
             tcp = STANDARD_PORT
         self.lock = threading.RLock()
         self.speed = speed
+        self.watched = False
+        """Whether somebody looks at the robots also between what they send: then no step of theirs is put off, at some cost."""
         self._say = say
         self._recording = Recording(None)
         self.wired = Wired(robots, seed, faults, self._tell)
@@ -191,7 +193,8 @@ class Server:
         target_us = float(self.wired.time_us)
         try:
             while not self._stopping.is_set():
-                ready = self._selector.select(max(0.0, (self.wired.next_us - target_us) * 1e-6 / self.speed))
+                until_us = self.wired.next_us if self.watched else self.wired.news_us
+                ready = self._selector.select(max(0.0, (until_us - target_us) * 1e-6 / self.speed))
                 with self.lock:
                     now = time.monotonic()
                     target_us += min((now - last) * self.speed, LONGEST_LAG) * 1e6

@@ -22,6 +22,8 @@ from .faults import FROM_ROBOT, TO_ROBOT, Fault, Faults, Plant
 from .firmware import Firmware, Session
 from .simulation import Simulation
 
+LONGEST_REST_US = 100000
+"""So long a robot that tells its client nothing is left alone."""
 LONGEST_WAIT_US = 100000
 """A packet that the robot's serial line could begin with only so much later is skipped: the next SIP is due by then."""
 
@@ -60,6 +62,7 @@ class Wired:
         self._due: List[Tuple[int, int, str]] = []
         self._out: List[Arrival] = []
         self._step_us = self._next_step()
+        self._news_us = self._next_news()
         for fault in faults:
             self.faults.add(fault)
 
@@ -72,6 +75,11 @@ class Wired:
     def next_us(self) -> float:
         """When something happens next that needs no client."""
         return min(self._step_us, self._due[0][0] if self._due else math.inf, self.faults.next_us)
+
+    @property
+    def news_us(self) -> float:
+        """When a client may next be told something, if none says anything: until then nobody sees whether steps are taken in time or at once."""
+        return min(self._news_us, self._due[0][0] if self._due else math.inf, self.faults.next_us)
 
     def send(self, robot: int, data: bytes, baud: Optional[int] = None) -> None:
         """What a client of a robot (from 0) writes now, at this line speed; None: over TCP, which takes no time.
@@ -106,6 +114,9 @@ class Wired:
     def _next_step(self) -> float:
         return min((robot.next_step_us for robot in self.robots), default=math.inf)
 
+    def _next_news(self) -> float:
+        return min([robot.next_sip_us for robot in self.robots] + [self.time_us + LONGEST_REST_US])
+
     def _step(self) -> None:
         """One step of the physics of all robots, and what they sent at its end."""
         if self._simulation is None:
@@ -117,6 +128,7 @@ class Wired:
                 if data:
                     self._reply(robot, data)
         self._step_us = self._next_step()
+        self._news_us = self._next_news()
 
     def _put(self, robot: int, way: str, data: bytes, baud: Optional[int]) -> None:
         """Bytes begin their way over a wire that is there."""
@@ -149,6 +161,7 @@ class Wired:
         if firmware.closed_sessions != closed and firmware.session is Session.WAITING:
             self.ended.append(robot)
         self._answer(robot)
+        self._news_us = min(self._news_us, firmware.next_sip_us)
 
     def _answer(self, robot: int) -> None:
         data = self.robots[robot].take_sent()
