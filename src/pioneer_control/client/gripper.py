@@ -5,6 +5,7 @@ and its switches come in a GRIPPERpac that has to be asked for.
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Optional, Tuple
 
 from ..errors import UsageError
@@ -36,6 +37,7 @@ class GripperReading:
     right_contact: bool
 
 
+@lru_cache(maxsize=256)
 def read_gripper(grip_state: int, digital_in: int) -> GripperReading:
     """Read the GRIP_STATE byte and DIGIN; beams read 1 when broken, contacts 0 when pressed (Gripper manual)."""
     state, inputs = GripState(grip_state), DigitalIn(digital_in)

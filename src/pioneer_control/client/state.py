@@ -2,10 +2,12 @@
 
 import math
 from dataclasses import dataclass
-from typing import List, NamedTuple, Optional, Tuple
+from operator import attrgetter
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 from .. import p2os
 from ..p2os import Flags
+from ..p2os.fields import made
 from .gripper import GripperReading, read_gripper, read_pioneer_1_gripper
 from .identity import RobotIdentity
 from .odometry import Odometry
@@ -13,8 +15,11 @@ from .odometry import Odometry
 NO_TEMPERATURE = (-128, -127)
 NO_ECHO = 5.0           # m: what the firmware says for no echo
 LARGEST_COMPASS = 180   # units of 2 degrees; 0 and what is larger mean that there is no compass
-MOTORS_ENABLED, STOP_BUTTON = int(Flags.MOTORS_ENABLED), int(Flags.STOP_BUTTON)    # named bits are slow to combine
-ARRAYS = int(Flags.SONAR_1 | Flags.SONAR_2 | Flags.SONAR_3 | Flags.SONAR_4)
+ARRAYS = Flags.SONAR_1 | Flags.SONAR_2 | Flags.SONAR_3 | Flags.SONAR_4
+STATUS = attrgetter(
+    "flags", "left_stall_bits", "right_stall_bits", "battery_dv", "battery_x10_dv", "compass", "grip_state", "digital_in", "digital_out", "analog_port",
+    "charge_state", "fault_flags", "temperature_c", "state_of_charge_percent")
+"""What of a SIP says how the robot is, and not where or how fast."""
 
 
 class SonarRange(NamedTuple):
@@ -103,43 +108,54 @@ class StateReader:
         self.identity = identity
         self._sonar += [None] * (identity.model.sonar_count - len(self._sonar))
         self._fitted = frozenset(transducer.number for transducer in identity.model.sonar)
+        self._said: Optional[Tuple] = None
+        self._status: Dict[str, Any] = {}
 
     def read(self, sip: p2os.Sip, time: float, transfer_time: float = 0.0) -> RobotState:
         """The state after this SIP, which was whole at ``time`` (monotonic, s) after ``transfer_time`` s on the line."""
-        model = self.identity.model
-        self.odometry.update(sip.x_counts, sip.y_counts, sip.heading_units)
-        x, y, heading = self.odometry.pose
-        left, right = sip.left_velocity_units * model.vel_mm_s_per_unit / 1000, sip.right_velocity_units * model.vel_mm_s_per_unit / 1000
-        flags, left_bits, right_bits = int(sip.flags), int(sip.left_stall_bits), int(sip.right_stall_bits)
+        odometry, m_s_per_unit = self.odometry, self.identity.model.vel_mm_s_per_unit / 1000
+        odometry.update(sip.x_counts, sip.y_counts, sip.heading_units)
+        x, y, heading = odometry.pose
+        left, right = sip.left_velocity_units * m_s_per_unit, sip.right_velocity_units * m_s_per_unit
         self._hear(sip, time)
-        return RobotState(
-            time=time,
-            sent_time=time - transfer_time,
-            x=x,
-            y=y,
-            heading=heading,
-            linear=(left + right) / 2,
-            angular=self._angular(sip, left, right),
-            wheel_velocities=(left, right),
-            wheel_angles=self._wheel_angles(),
-            x_counts=self.odometry.x_counts,
-            y_counts=self.odometry.y_counts,
-            motors_enabled=bool(flags & MOTORS_ENABLED),
-            stop_button=bool(flags & STOP_BUTTON),
-            left_stall=bool(left_bits & 1),
-            right_stall=bool(right_bits & 1),
-            front_bumpers=_segments(right_bits, model.front_bumpers),
-            rear_bumpers=_segments(left_bits, model.rear_bumpers),
+        said = STATUS(sip)
+        if said != self._said:      # hardly ever: it is read once
+            self._said, self._status = said, self._read_status(sip)
+        return made(RobotState, {
+            "time": time,
+            "sent_time": time - transfer_time,
+            "x": x,
+            "y": y,
+            "heading": heading,
+            "linear": (left + right) / 2,
+            "angular": self._angular(sip, left, right),
+            "wheel_velocities": (left, right),
+            "wheel_angles": self._wheel_angles(),
+            "x_counts": odometry.x_counts,
+            "y_counts": odometry.y_counts,
+            "sonar": tuple(self._sonar),
+            "analog_voltage": None if sip.analog is None else sip.analog * 5 / 255,
+            **self._status,
+        })
+
+    def _read_status(self, sip: p2os.Sip) -> Dict[str, Any]:
+        """All that stays the same from one SIP to the next, nearly always."""
+        model, flags, faults = self.identity.model, p2os.Flags(sip.flags), sip.fault_flags
+        return dict(
+            motors_enabled=bool(flags & p2os.Flags.MOTORS_ENABLED),
+            stop_button=bool(flags & p2os.Flags.STOP_BUTTON),
+            left_stall=bool(sip.left_stall_bits & 1),
+            right_stall=bool(sip.right_stall_bits & 1),
+            front_bumpers=_segments(sip.right_stall_bits, model.front_bumpers),
+            rear_bumpers=_segments(sip.left_stall_bits, model.rear_bumpers),
             battery_voltage=_battery(sip, model.battery_class),
-            sonar=tuple(self._sonar),
             sonar_enabled=bool(flags & ARRAYS),
             gripper=self._gripper(sip),
             digital_in=sip.digital_in,
             digital_out=sip.digital_out,
             analog_port=sip.analog_port,
-            analog_voltage=None if sip.analog is None else sip.analog * 5 / 255,
-            flags=sip.flags,
-            fault_flags=sip.fault_flags,
+            flags=flags,
+            fault_flags=None if faults is None else p2os.FaultFlags(faults),
             compass=math.radians(2 * sip.compass) if 0 < sip.compass <= LARGEST_COMPASS else None,
             charge_state=sip.charge_state,
             temperature=None if sip.temperature_c is None or sip.temperature_c in NO_TEMPERATURE else float(sip.temperature_c),

@@ -59,23 +59,31 @@ def _diagonal(variances: Sequence[float]) -> Tuple[float, ...]:
     return tuple(variances[row] if row == column else 0.0 for row in range(size) for column in range(size))
 
 
-def odometry(state: RobotState, stamp, odom_frame: str, base_link_frame: str, covariance: Dict[bool, Covariance]) -> Odometry:
-    """Pose in the odometry frame, twist in base_link, with the covariances for a robot that moves or stands."""
-    message = Odometry(header=Header(stamp=stamp, frame_id=odom_frame), child_frame_id=base_link_frame)
-    message.pose.pose.position = Point(state.x, state.y, 0.0)
-    message.pose.pose.orientation = Quaternion(*quaternion_of(state.heading))
-    message.twist.twist.linear.x = state.linear
-    message.twist.twist.angular.z = state.angular
-    message.pose.covariance, message.twist.covariance = covariance[state.moving]
+def odometry(
+    state: RobotState, stamp, odom_frame: str, base_link_frame: str, covariance: Dict[bool, Covariance], message: Optional[Odometry] = None,
+) -> Odometry:
+    """Pose in the odometry frame, twist in base_link, with the covariances for a robot that moves or stands. Fills ``message``, else a new one."""
+    message = message or Odometry()
+    pose, twist = message.pose, message.twist
+    message.header.stamp, message.header.frame_id, message.child_frame_id = stamp, odom_frame, base_link_frame
+    _place(state, pose.pose.position, pose.pose.orientation)
+    twist.twist.linear.x, twist.twist.angular.z = state.linear, state.angular
+    pose.covariance, twist.covariance = covariance[state.moving]
     return message
 
 
-def transform(state: RobotState, stamp, odom_frame: str, base_link_frame: str) -> TransformStamped:
-    """The transform odometry frame -> base_link that says the same as `odometry`."""
-    message = TransformStamped(header=Header(stamp=stamp, frame_id=odom_frame), child_frame_id=base_link_frame)
-    message.transform.translation = Vector3(state.x, state.y, 0.0)
-    message.transform.rotation = Quaternion(*quaternion_of(state.heading))
+def transform(state: RobotState, stamp, odom_frame: str, base_link_frame: str, message: Optional[TransformStamped] = None) -> TransformStamped:
+    """The transform odometry frame -> base_link that says the same as `odometry`. Fills ``message``, else a new one."""
+    message = message or TransformStamped()
+    message.header.stamp, message.header.frame_id, message.child_frame_id = stamp, odom_frame, base_link_frame
+    _place(state, message.transform.translation, message.transform.rotation)
     return message
+
+
+def _place(state: RobotState, position, orientation) -> None:
+    """Fill in where (m) the robot stands, and how it is turned; all other numbers are zero from the start."""
+    position.x, position.y = state.x, state.y
+    _, _, orientation.z, orientation.w = quaternion_of(state.heading)
 
 
 def joint_states(state: RobotState, stamp, wheel_radius: float) -> sensor_msgs.msg.JointState:

@@ -3,9 +3,10 @@
 import math
 import threading
 from time import monotonic
-from typing import Any, Callable, Dict, NamedTuple, Optional, Set, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Set, Tuple
 
 import rospy
+from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState as Battery
 from sensor_msgs.msg import Imu, JointState, PointCloud2, Range
@@ -39,8 +40,23 @@ class Topic(NamedTuple):
     """Whether a robot can feed it: only then it is advertised. None: every robot can, so that it is there before the first one is."""
     asks: Optional[Callable[[RobotIdentity], str]] = None
     """The kind of packets (client.data.DATA) that a robot has to be asked for while somebody listens; empty if it need not be."""
-    latch: bool = False
-    """Published when it changes, whether somebody listens or not; else with each source, as long as somebody listens."""
+    latch: Optional[Callable[[Any], Any]] = None
+    """What of the source it tells: published when that changes, whether somebody listens or not; else with each source, as long as somebody listens."""
+
+
+class Listeners(rospy.SubscribeListener):
+    """Notices that somebody came or went. Asking every publisher for each packet would take longer than all else that a packet needs."""
+
+    def __init__(self) -> None:
+        self.changed = True
+
+    def peer_subscribe(self, *_: Any) -> None:
+        """Called by rospy, on a thread of its own."""
+        self.changed = True
+
+    def peer_unsubscribe(self, *_: Any) -> None:
+        """Called by rospy, on a thread of its own."""
+        self.changed = True
 
 
 class Publications:
@@ -54,6 +70,8 @@ class Publications:
         self._request_data = request_data
         self._topics = self._table(parameters)
         self._publishers: Dict[str, rospy.Publisher] = {}
+        self._listeners = Listeners()
+        self._wanted: Dict[type, List[Topic]] = {}      # what has to be made, by its source; latched ones always
         self._latched: Dict[str, Any] = {}
         self._requested: Set[str] = set()
         self._identity: Optional[RobotIdentity] = None
@@ -70,25 +88,31 @@ class Publications:
         covariances = conversions.covariances(parameters)
         no_echo = math.inf if parameters.sonar_no_echo == "inf" else NO_ECHO
 
-        transform = [Topic("/tf", TFMessage, RobotState, lambda state, stamp: TFMessage([conversions.transform(state, stamp, odom, base)]))]
+        # rospy has written a message when publish() returns: the ones for each packet are filled anew, for to make one takes longer.
+        pose, transform, echoes = Odometry(), TransformStamped(), SonarArray()
+        transforms = TFMessage([transform])
+
+        def tf(state, stamp):
+            conversions.transform(state, stamp, odom, base, transform)
+            return transforms
 
         def has_sonar(identity):
             return identity.model.sonar
 
         return (
-            Topic("pose", Odometry, RobotState, lambda state, stamp: conversions.odometry(state, stamp, odom, base, covariances)),
-            *(transform if parameters.publish_tf else []),
-            Topic("sonar", SonarArray, RobotState, lambda state, stamp: ranges.sonar_array(state, stamp, base) if state.sonar_enabled else None,
+            Topic("pose", Odometry, RobotState, lambda state, stamp: conversions.odometry(state, stamp, odom, base, covariances, pose)),
+            *([Topic("/tf", TFMessage, RobotState, tf)] if parameters.publish_tf else []),
+            Topic("sonar", SonarArray, RobotState, lambda state, stamp: ranges.sonar_array(state, stamp, base, echoes) if state.sonar_enabled else None,
                   fed_by=has_sonar),
             Topic("sonar_ranges", Range, RobotState, lambda state, stamp: ranges.sonar_ranges(state, stamp, prefix, no_echo), fed_by=has_sonar),
             Topic("sonar_points", PointCloud2, RobotState, lambda state, stamp: self._sonar_points(state, stamp, base), fed_by=has_sonar),
             Topic("/tf_static", TFMessage, RobotIdentity,
-                  lambda identity, stamp: ranges.sonar_frames(identity.model.sonar, stamp, base, prefix), fed_by=has_sonar, latch=True),
+                  lambda identity, stamp: ranges.sonar_frames(identity.model.sonar, stamp, base, prefix), fed_by=has_sonar, latch=lambda identity: identity),
             Topic("joint_states", JointState, RobotState,
                   lambda state, stamp: conversions.joint_states(state, stamp, self._identity.model.wheel_radius),
                   fed_by=lambda identity: identity.model.wheel_radius),
             Topic("motor_state", MotorState, RobotState, lambda state, stamp: conversions.motor_state(state)),
-            Topic("e_stop", Bool, RobotState, lambda state, stamp: conversions.e_stop(state), latch=True),
+            Topic("e_stop", Bool, RobotState, lambda state, stamp: conversions.e_stop(state), latch=lambda state: state.stop_button),
             Topic("stall", Stall, RobotState, lambda state, stamp: conversions.stall(state, stamp, base)),
             Topic("bumpers", Bumpers, RobotState, lambda state, stamp: conversions.bumpers(state, stamp, base),
                   fed_by=lambda identity: identity.model.front_bumpers or identity.model.rear_bumpers),
@@ -104,7 +128,8 @@ class Publications:
                   fed_by=is_for_client, asks=lambda identity: "gyro"),
             Topic("compass", Imu, RobotState, lambda state, stamp: conversions.compass(state, stamp, base) if state.compass is not None else None,
                   fed_by=lambda identity: self._has_compass),
-            Topic("robot_info", RobotInfo, RobotIdentity, lambda identity, stamp: conversions.robot_info(identity, stamp, base), latch=True),
+            Topic("robot_info", RobotInfo, RobotIdentity, lambda identity, stamp: conversions.robot_info(identity, stamp, base),
+                  latch=lambda identity: identity),
         )
 
     def identity(self, identity: RobotIdentity) -> None:
@@ -119,14 +144,13 @@ class Publications:
     def state(self, state: RobotState) -> None:
         """Once per SIP; all messages with one stamp."""
         with self._lock:
-            self._standing = not state.moving
-            if state.gripper is not None:
-                self._gripper.saw(state.gripper)
             if state.compass is not None and not self._has_compass:     # no other packet tells that there is one
                 self._has_compass = True
                 self._advertise()
+            if state.gripper is not None:
+                self._gripper.saw(state.gripper)
             self._publish(RobotState, state, stamp_of(state.sent_time))
-            self._ask()
+            self._standing = not state.moving
 
     def packet(self, event: PacketReceived) -> None:
         """Any other packet."""
@@ -136,23 +160,22 @@ class Publications:
             self._publish(type(event.packet), event.packet, stamp_of(event.sent_time))
 
     def close(self) -> None:
-        """Publish nothing more: ROS shuts down, and closes topics before it says so. Who keeps the lock for longer waits for a master that hangs."""
-        locked = self._lock.acquire(timeout=CLOSE_TIMEOUT)
-        self._topics = ()
-        if locked:
-            self._lock.release()
+        """Publish nothing more: ROS shuts down, and closes topics before it says so."""
+        with self._lock:
+            self._topics, self._wanted = (), {}
 
     def _publish(self, source: type, value: Any, stamp: rospy.Time) -> None:
-        for topic in self._topics:
-            if topic.source is not source or not (self._has_listener(topic) or topic.latch and topic.name in self._publishers):
-                continue
-            messages = topic.convert(value, stamp)
-            if topic.latch:
-                if messages == self._latched.get(topic.name):
+        if self._listeners.changed:
+            self._look_who_listens()
+        for topic in self._wanted.get(source, ()):
+            if topic.latch is not None:
+                latched = topic.latch(value)
+                if self._latched.get(topic.name) == latched:
                     continue
-                self._latched[topic.name] = messages
+                self._latched[topic.name] = latched
+            messages = topic.convert(value, stamp)
             if messages is not None:
-                for message in messages if isinstance(messages, list) else [messages]:
+                for message in messages if isinstance(messages, list) else (messages,):
                     self._publishers[topic.name].publish(message)
 
     def _advertise(self) -> None:
@@ -160,21 +183,31 @@ class Publications:
         for topic in self._topics:
             wanted = topic.fed_by is None or self._identity is not None and bool(topic.fed_by(self._identity))
             if wanted and topic.name not in self._publishers:
-                self._publishers[topic.name] = rospy.Publisher(topic.name, topic.message, queue_size=QUEUE, latch=topic.latch, tcp_nodelay=True)
+                self._publishers[topic.name] = rospy.Publisher(
+                    topic.name, topic.message, self._listeners, tcp_nodelay=True, latch=topic.latch is not None, queue_size=QUEUE)
             elif not wanted and topic.name in self._publishers:
                 self._publishers.pop(topic.name).unregister()
                 self._latched.pop(topic.name, None)
+        self._listeners.changed = True
 
-    def _ask(self) -> None:
-        """Ask the robot for the packets that somebody listens for, and for no others."""
-        wanted = {topic.asks(self._identity) for topic in self._topics if topic.asks is not None and self._has_listener(topic)} - {""}
-        for kind in wanted ^ self._requested:
-            self._request_data(kind, kind in wanted)
-        self._requested = wanted
-
-    def _has_listener(self, topic: Topic) -> bool:
-        publisher = self._publishers.get(topic.name)
-        return publisher is not None and publisher.get_num_connections() > 0
+    def _look_who_listens(self) -> None:
+        """What has to be made from now on; the robot is asked for the packets that this takes, and for no others."""
+        self._listeners.changed = False     # first: who comes meanwhile is looked for again
+        self._wanted = {}
+        asked = set()
+        for topic in self._topics:
+            publisher = self._publishers.get(topic.name)
+            if publisher is None:
+                continue
+            listened = publisher.get_num_connections() > 0
+            if listened or topic.latch is not None:
+                self._wanted.setdefault(topic.source, []).append(topic)
+            if listened and topic.asks is not None:
+                asked.add(topic.asks(self._identity))
+        asked.discard("")
+        for kind in asked ^ self._requested:
+            self._request_data(kind, kind in asked)
+        self._requested = asked
 
     # Conversions that need more than the packet.
 

@@ -2,7 +2,7 @@
 
 import math
 import struct
-from typing import Iterable, List, Tuple
+from typing import Iterable, List, Optional, Tuple
 
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from sensor_msgs.msg import PointCloud2, PointField, Range
@@ -26,10 +26,13 @@ POINT = struct.Struct("<fff")
 FIELDS = [PointField(axis, 4 * place, PointField.FLOAT32, 1) for place, axis in enumerate("xyz")]
 
 
-def sonar_array(state: RobotState, stamp, base_link_frame: str) -> SonarArray:
-    """Ranges (m) by sonar number; NO_ECHO where nothing is in sight, NOT_HEARD where the last reading has expired."""
-    ranges = [NOT_HEARD if _expired(reading, state) else min(reading.range, NO_ECHO) for reading in state.sonar]
-    return SonarArray(Header(stamp=stamp, frame_id=base_link_frame), len(ranges), ranges)
+def sonar_array(state: RobotState, stamp, base_link_frame: str, message: Optional[SonarArray] = None) -> SonarArray:
+    """Ranges (m) by sonar number; NO_ECHO where nothing is in sight, NOT_HEARD where the last reading has expired. Fills ``message``, else a new one."""
+    message = message or SonarArray()
+    message.header.stamp, message.header.frame_id = stamp, base_link_frame
+    message.ranges = [NOT_HEARD if _expired(reading, state) else min(reading.range, NO_ECHO) for reading in state.sonar]
+    message.ranges_count = len(message.ranges)
+    return message
 
 
 def sonar_ranges(state: RobotState, stamp, frame_prefix: str, no_echo: float) -> List[Range]:

@@ -217,13 +217,14 @@ def _value(value, row=None) -> str:
         return f"{_hex(value)} {value.decode('latin-1')!r}" if value else "none"
     if isinstance(value, str):
         return repr(value)
-    if isinstance(value, IntFlag):
-        names = [bit.name for bit in type(value) if value & bit]
-        unnamed = value & ~sum(type(value))
-        return f"0x{int(value):02X} {', '.join(names + [f'0x{int(unnamed):X}'] * bool(unnamed))}".rstrip()
-    if hasattr(value, "name"):
-        return f"{int(value)} {value.name}"
-    return f"{value}{_in_units(value, row)}"
+    names = row.type.names
+    if names is None:
+        return f"{value}{_in_units(value, row)}"
+    if issubclass(names, IntFlag):
+        unnamed = value & ~sum(names)
+        bits = [bit.name for bit in names if value & bit] + [f"0x{unnamed:X}"] * bool(unnamed)
+        return f"0x{value:02X} {', '.join(bits)}".rstrip()
+    return f"{value} {names(value).name}" if value in list(names) else f"{value}{_in_units(value, row)}"
 
 
 def _item(item) -> str:

@@ -13,8 +13,7 @@ import operator
 import struct
 from dataclasses import field, fields
 from functools import cached_property, lru_cache
-from itertools import groupby, starmap
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from ..errors import EncodingError
 
@@ -43,39 +42,109 @@ def later(type, unit: str, meaning: str):
     return field(default=None, metadata={"wire": (type, unit, meaning, True)})
 
 
-class Numbers:
-    """Rows of numbers that follow one another, read in one go: they are nearly all of what a robot says ten times a second."""
+class Layout:
+    """Where everything is in data that are all numbers: read in one go, for a robot says the same ten times a second.
 
-    def __init__(self, numbers: Tuple[Row, ...]):
-        self.rows = numbers
-        self._names = [row.name for row in numbers]
-        self._named = [(row.name, row.type.named) for row in numbers if row.type.names is not None]
-        self._struct = struct.Struct("<" + "".join(row.type.letter for row in numbers))
+    `number` records stand in the one row of `table` that holds `Many`, if it has one.
+    """
+
+    def __init__(self, table: Tuple[Row, ...], number: int, absent: Tuple[Row, ...] = ()):
+        letters = ""
+        self._records = None
+        for row in table:
+            if isinstance(row.type, Many):
+                record, width = row.type.item.record_class, len(row.type.item.letters)
+                first = len(letters) + 1    # behind their count
+                self._records = first, first + number * width, width, record
+                letters += row.type.count.letter + row.type.item.letters * number
+            else:
+                letters += row.type.letter
+        self._names = tuple(row.name for row in (*table, *absent))
+        self._absent = (None,) * len(absent)
+        self._struct = struct.Struct("<" + letters)
         self.size = self._struct.size
 
-    @lru_cache(maxsize=None)
-    def fitting(self, room: int) -> "Numbers":
-        """As many of them, from the first on, as `room` bytes hold."""
-        return self if self.size <= room else Numbers(self.rows[:-1]).fitting(room)
+    def read(self, data: bytes) -> Dict[str, Any]:
+        """The values by name; those of the rows `absent` are None."""
+        values = self._struct.unpack_from(data)
+        if self._records is not None:
+            first, end, width, record = self._records
+            columns = [values[first + column:end:width] for column in range(width)]
+            values = (*values[:first - 1], tuple(map(record, *columns)), *values[end:])
+        return dict(zip(self._names, values + self._absent))
 
-    def read(self, data: bytes, at: int) -> Dict[str, Any]:
-        """The values at `at`, by name; they are all there."""
-        values = dict(zip(self._names, self._struct.unpack_from(data, at)))
-        for name, named in self._named:
-            values[name] = named(values[name])
-        return values
+    def write(self, values: Sequence[Any]) -> Optional[bytes]:
+        """The data; None if not all of the values fit: then `write_fields` finds out which."""
+        if self._records is not None:
+            first, _, _, record = self._records
+            records = values[first - 1]
+            if any(type(each) is not record for each in records):
+                return None
+            flat = [value for each in records for value in vars(each).values()]
+            values = [*values[:first - 1], len(records), *flat, *values[first:]]
+        if bool in map(type, values):
+            return None
+        try:
+            return self._struct.pack(*values)
+        except struct.error:
+            return None
 
 
 class Table(tuple):
     """The rows of a packet or record, in wire order."""
 
     @cached_property
-    def runs(self) -> List[Union[Row, Numbers]]:
-        """The rows as they are read: numbers that follow one another together, all else alone."""
-        runs: List[Union[Row, Numbers]] = []
-        for are_numbers, some in groupby(self, lambda row: isinstance(row.type, Number)):
-            runs += [Numbers(tuple(some))] if are_numbers else some
-        return runs
+    def _count_at(self) -> Optional[int]:
+        """Where the count of the records is, -1 without records; None if the rows are not all numbers, and at most once records of numbers."""
+        numbers = [row for row in self if isinstance(row.type, Number)]
+        others = [row for row in self if not isinstance(row.type, Number)]
+        if not others:
+            return -1
+        if len(others) > 1 or not isinstance(others[0].type, Many) or not others[0].type.is_plain:
+            return None
+        return sum(row.type.size for row in numbers[:self.index(others[0])])
+
+    @cached_property
+    def _layout(self) -> Callable[[int, int], Optional[Layout]]:
+        return lru_cache(maxsize=64)(self._make_layout)
+
+    def layout(self, data: bytes) -> Optional[Layout]:
+        """How to read all of these data; None if they need the row by row of `read_fields`."""
+        at = self._count_at
+        if at is None or at >= len(data):
+            return None
+        return self._layout(len(data), data[at] if at >= 0 else 0)
+
+    @cached_property
+    def names(self) -> Tuple[str, ...]:
+        """Those of the rows."""
+        return tuple(row.name for row in self)
+
+    def layout_of(self, values: List[Any]) -> Optional[Layout]:
+        """How to write these values of the first rows; None if they need the row by row of `write_fields`."""
+        many = self._many
+        if self._count_at is None or many is not None and (len(values) <= many or type(values[many]) is not tuple):
+            return None
+        return self._layout_to_write(len(values), len(values[many]) if many is not None else 0)
+
+    @cached_property
+    def _many(self) -> Optional[int]:
+        """Which row holds records, if one does."""
+        return next((index for index, row in enumerate(self) if isinstance(row.type, Many)), None)
+
+    @cached_property
+    def _layout_to_write(self) -> Callable[[int, int], Layout]:
+        return lru_cache(maxsize=64)(lambda length, number: Layout(self[:length], number))
+
+    def _make_layout(self, length: int, number: int) -> Optional[Layout]:
+        """For data of this length with so many records; None when something is missing that has to be there."""
+        for end in range(len(self), 0, -1):
+            layout = Layout(self[:end], number, self[end:])
+            if layout.size <= length:
+                return layout
+            if not self[end - 1].optional:
+                break
+        return None
 
 
 @lru_cache(maxsize=None)
@@ -91,21 +160,21 @@ def read_fields(table: Table, data: bytes, at: int = 0) -> Tuple[Dict[str, Any],
         TooShort: a field that is not optional is missing.
     """
     values: Dict[str, Any] = {}
-    for row in table.runs:
-        if isinstance(row, Numbers):
-            numbers = row.fitting(len(data) - at)
-            values.update(numbers.read(data, at))
-            at += numbers.size
-            if numbers is row:
-                continue
-            row = row.rows[len(numbers.rows)]
+    for row in table:
         try:
             values[row.name], at = row.type.read(data, at)
         except TooShort as short:
             if row.optional:
-                break
+                return {**dict.fromkeys(table.names), **values}, at
             raise TooShort(f"{row.name}: {short}") from None
     return values, at
+
+
+def made(packet_class, values: Dict[str, Any]):
+    """A packet or record of these values: what its __init__ does one by one, as a frozen dataclass must, in one go."""
+    packet = object.__new__(packet_class)
+    object.__setattr__(packet, "__dict__", values)
+    return packet
 
 
 def write_fields(table: Table, packet) -> bytes:
@@ -114,9 +183,13 @@ def write_fields(table: Table, packet) -> bytes:
     Raises:
         EncodingError: a value does not fit its field, or a None stands before fields that are set.
     """
-    values = [getattr(packet, row.name) for row in table]
+    values = [getattr(packet, name) for name in table.names]
     while values and values[-1] is None and table[len(values) - 1].optional:
         values.pop()
+    layout = table.layout_of(values)
+    data = layout.write(values) if layout is not None else None
+    if data is not None:
+        return data
     name = type(packet).__name__
     return b"".join(row.type.write(value, f"{name}.{row.name}") for row, value in zip(table, values))
 
@@ -136,32 +209,26 @@ def checked_integer(value, low: int, high: int, what: str) -> int:
 
 
 class Number:
-    """A little-endian integer, given by its `struct` letter. With `names`, its value is one of that enumeration."""
+    """A little-endian integer, given by its `struct` letter. `names` is the IntFlag or IntEnum that names its bits or values, if one does."""
 
     def __init__(self, letter: str, names=None):
         self.letter, self.names = letter, names
         self._struct = struct.Struct("<" + letter)
-        self.named = lru_cache(maxsize=1024)(self._named)
-        bits = 8 * self._struct.size
+        self.size = self._struct.size
+        bits = 8 * self.size
         self.low, self.high = (-1 << bits - 1, (1 << bits - 1) - 1) if letter.islower() else (0, (1 << bits) - 1)
 
     def of(self, names) -> "Number":
-        """The same integer, read as one of the IntFlag or IntEnum `names`; what an IntEnum cannot name stays int."""
+        """The same integer, with `names`. It is read as a plain int all the same: newer firmware may know more numbers than we do."""
         return Number(self.letter, names)
 
     def read(self, data: bytes, at: int) -> Tuple[int, int]:
         """The integer at `at`, and where the next field begins."""
-        end = at + self._struct.size
+        end = at + self.size
         if end > len(data):
-            raise TooShort(f"needs {self._struct.size} bytes, {len(data) - at} left")
+            raise TooShort(f"needs {self.size} bytes, {len(data) - at} left")
         value, = self._struct.unpack_from(data, at)
-        return value if self.names is None else self.named(value), end
-
-    def _named(self, value: int) -> int:
-        try:
-            return self.names(value)
-        except ValueError:  # an IntEnum: newer firmware may know more numbers than we do
-            return value
+        return value, end
 
     def write(self, value: int, what: str) -> bytes:
         """The bytes of `value`."""
@@ -219,14 +286,8 @@ class Record:
         self.record_class = record_class
         types = [row.type for row in rows(record_class)]
         plain = all(isinstance(each, Number) and each.names is None for each in types)
-        self._struct = struct.Struct("<" + "".join(each.letter for each in types)) if plain else None
-
-    def read_several(self, number: int, data: bytes, at: int) -> Optional[Tuple[tuple, int]]:
-        """`number` records in one go, and where the next field begins; None unless they are plain numbers, and all there."""
-        if self._struct is None or at + number * self._struct.size > len(data):
-            return None
-        end = at + number * self._struct.size
-        return tuple(starmap(self.record_class, self._struct.iter_unpack(data[at:end]))), end
+        self.letters = "".join(each.letter for each in types) if plain else ""
+        """Those of its fields, if they are numbers and nothing else."""
 
     def read(self, data: bytes, at: int):
         """The record at `at`, and where the next field begins."""
@@ -249,6 +310,11 @@ class Many:
     def __init__(self, item, count=None, sized: bool = False):
         self.item, self.count, self.sized = item, BYTE if count is None else count, sized
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether a byte says how many records of numbers there are, and nothing else is to be minded."""
+        return self.count is BYTE and not self.sized and isinstance(self.item, Record) and bool(self.item.letters)
+
     def read(self, data: bytes, at: int) -> Tuple[tuple, int]:
         """The items from `at` on, and where the next field begins."""
         number, size = self.count, 0
@@ -256,10 +322,6 @@ class Many:
             number, at = number.read(data, at)
         if self.sized:
             size, at = BYTE.read(data, at)
-        elif isinstance(self.item, Record):
-            several = self.item.read_several(number, data, at)
-            if several is not None:
-                return several
         items = []
         for index in range(number):
             try:

@@ -8,8 +8,8 @@ from typing import Any, Tuple
 
 from ..errors import EncodingError
 from .config import Config
-from .fields import (BYTE, INT16, INT32, REST, STRING, UINT16, UINT32, Many, Record, Table, Text, TooShort, read_fields,
-                     rows, wire, write_fields)
+from .fields import (BYTE, INT16, INT32, REST, STRING, UINT16, UINT32, Many, Record, Table, Text, TooShort, made,
+                     read_fields, rows, wire, write_fields)
 from .flags import GripperSwitches, GripState
 from .framing import Frame, encode_frame
 from .sip import Sip
@@ -52,7 +52,7 @@ class Gripper:
     """GRIPPERpac. `state` holds `GripperSwitches` where the firmware sends the SIP's analog port first."""
 
     has_gripper: int = wire(BYTE, "", "0 is none; other numbers depend on the firmware")
-    state: GripState = wire(BYTE.of(GripState), "", "as in the SIP")
+    state: int = wire(BYTE.of(GripState), "", "as in the SIP")
     grasp_time_units: int = wire(BYTE, "20 ms", "how long the paddles go on closing")
 
 
@@ -307,6 +307,8 @@ PACKETS = {
 }
 """Frame id: the packet it brings, and what the id itself says of it."""
 
+_IDS = {packet_class: [(id, said) for id, (known, said) in PACKETS.items() if known is packet_class] for packet_class, _ in PACKETS.values()}
+
 NAMES_ONLY = {
     0x7B: "acceleration",
     0x7C: "torque",
@@ -354,11 +356,14 @@ def decode_packet(frame: Frame, grip_state_first: bool = True) -> Any:
     if frame.id not in PACKETS:
         return UnknownPacket(frame.id, frame.data)
     packet_class, said_by_id = PACKETS[frame.id]
+    table = packet_rows(packet_class, grip_state_first)
+    layout = table.layout(frame.data)
     try:
-        values = read_fields(packet_rows(packet_class, grip_state_first), frame.data)[0]
+        values = read_fields(table, frame.data)[0] if layout is None else layout.read(frame.data)
     except TooShort as short:
         return MalformedPacket(frame.id, frame.data, f"{packet_class.__name__}.{short}")
-    return packet_class(**said_by_id, **values)
+    values.update(said_by_id)
+    return made(packet_class, values)
 
 
 def encode_packet(packet: Any, grip_state_first: bool = True) -> bytes:
@@ -371,7 +376,7 @@ def encode_packet(packet: Any, grip_state_first: bool = True) -> bytes:
         return encode_frame(packet.id, packet.data)
     if packet == SyncEcho(2):
         return encode_frame(2)
-    for id, (packet_class, said_by_id) in PACKETS.items():
-        if type(packet) is packet_class and said_by_id.items() <= vars(packet).items():
-            return encode_frame(id, write_fields(packet_rows(packet_class, grip_state_first), packet))
+    for id, said_by_id in _IDS.get(type(packet), ()):
+        if said_by_id.items() <= vars(packet).items():
+            return encode_frame(id, write_fields(packet_rows(type(packet), grip_state_first), packet))
     raise EncodingError(f"no robot sends {packet!r}")

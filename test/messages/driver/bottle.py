@@ -3,6 +3,7 @@
 No master, no sockets, no waiting: rospy's publishers, subscribers and services are replaced by lists, the clock by one that the line turns.
 """
 
+import copy
 import inspect
 import math
 import sys
@@ -107,11 +108,11 @@ class Bottle:
         bottle = self
 
         class Publisher:
-            def __init__(self, name, kind, **_):
+            def __init__(self, name, kind, *_, **__):
                 self.name = name
 
             def publish(self, message):
-                bottle.published[self.name].append((bottle.now, message))
+                bottle.published[self.name].append((bottle.now, copy.deepcopy(message)))     # it is written at once
 
             def get_num_connections(self):
                 return 1

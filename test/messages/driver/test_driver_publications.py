@@ -1,5 +1,6 @@
 """What is advertised for which robot, and that nothing is made for a topic that nobody listens to."""
 
+import copy
 import dataclasses
 import math
 from time import monotonic
@@ -22,9 +23,9 @@ SONAR = {"sonar", "sonar_ranges", "sonar_points", "/tf_static"}
 class Publisher:
     """A publisher whose listeners the test counts."""
 
-    def __init__(self, name, message_class, queue_size, latch=False, tcp_nodelay=False):
+    def __init__(self, name, message_class, subscriber_listener, queue_size, latch=False, tcp_nodelay=False):
         self.name, self.message_class, self.latch, self.tcp_nodelay = name, message_class, latch, tcp_nodelay
-        self.listeners = 0
+        self.listener, self.listeners = subscriber_listener, 0
         self.published = []
         Publisher.all[name] = self
 
@@ -33,7 +34,7 @@ class Publisher:
 
     def publish(self, message):
         assert type(message) is self.message_class
-        self.published.append(message)
+        self.published.append(copy.deepcopy(message))     # it is written at once
 
     def unregister(self):
         del Publisher.all[self.name]
@@ -61,6 +62,12 @@ def driver(topics, requested):
 def listen(topics, *names):
     for name in names or topics:
         topics[name].listeners = 1
+        topics[name].listener.peer_subscribe(name, None, None)
+
+
+def leave(topic):
+    topic.listeners = 0
+    topic.listener.peer_unsubscribe(topic.name, 0)
 
 
 def test_no_message_is_held_back_until_the_one_before_is_acknowledged(driver):
@@ -163,7 +170,7 @@ def test_ports_and_gyro_are_asked_for_while_somebody_listens(driver, topics, req
     driver.state(STATE)
     driver.state(STATE)
     assert sorted(requested) == [("gyro", True), ("io", True)]
-    topics["io"].listeners = 0
+    leave(topics["io"])
     driver.state(STATE)
     assert requested[2:] == [("io", False)]
 

@@ -4,6 +4,7 @@ import golden
 import pytest
 
 from pioneer_control import p2os
+from pioneer_control.p2os.packets import packet_rows
 
 examples = pytest.mark.parametrize("example", golden.EXAMPLES, ids=golden.label)
 commands = pytest.mark.parametrize("example", golden.COMMANDS, ids=golden.label)
@@ -49,8 +50,9 @@ def test_packet(example):
     packet = p2os.decode_packet(golden.frame(golden.wire(example)), grip_state_first)
     assert type(packet).__name__ == example["packet"]
     assert set(vars(packet)) == set(example["fields"])
+    names = {row.name: getattr(row.type, "names", None) for row in packet_rows(type(packet), grip_state_first)}
     for name, expected in example["fields"].items():
-        assert golden.matches(getattr(packet, name), expected), (name, getattr(packet, name), expected)
+        assert golden.matches(getattr(packet, name), expected, names.get(name)), (name, getattr(packet, name), expected)
     assert p2os.encode_packet(packet, grip_state_first) == golden.wire(example)
 
 
