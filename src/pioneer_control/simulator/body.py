@@ -87,14 +87,14 @@ class Body:
             self._free -= swept
         elif not self._is_free(pose):
             return self._stopped()
-        if self._world.crowd and self._meets_another(pose):
+        crowd = self._world.crowd
+        if crowd and self._meets_another(pose):
             return self._stopped()
         self.pose = pose
         self.blocked = False
         if self._contact_at is not None and self._far_from(self._contact_at):
             self._contact_at = None
-        if self._world.crowd:
-            self._world.crowd.moved(self)
+        crowd.moved(self)
         return True
 
     def _stopped(self) -> bool:

@@ -8,6 +8,8 @@ from typing import Any, Dict, List, Tuple
 
 Cell = Tuple[float, float]
 
+SIDE = 2.0
+"""All grids have squares with a multiple of this side (m): a body that stays in one of this side stays in one of each."""
 LARGEST_REACH = 1.0
 """More than the distance (m) from the middle of any robot to its farthest corner."""
 
@@ -51,6 +53,7 @@ class Crowd:
 
     def __init__(self):
         self._bodies: Dict[int, Any] = {}
+        self._squares: Dict[int, Cell] = {}
         self._grids: Dict[float, _Grid] = {}
 
     def __len__(self) -> int:
@@ -59,25 +62,31 @@ class Crowd:
     def enter(self, body) -> None:
         """From now on this body is in everybody's way."""
         self._bodies[id(body)] = body
+        self._squares[id(body)] = math.inf, math.inf    # nowhere yet
         self.moved(body)
 
     def leave(self, body) -> None:
         """From now on it no longer is."""
-        del self._bodies[id(body)]
+        del self._bodies[id(body)], self._squares[id(body)]
         for grid in self._grids.values():
             grid.drop(body)
 
     def moved(self, body) -> None:
         """The body stands elsewhere now; nothing to one that has not entered."""
-        if id(body) in self._bodies:
-            for grid in self._grids.values():
-                grid.put(body)
+        before = self._squares.get(id(body))
+        if before is not None:
+            x, y, _ = body.pose
+            square = x // SIDE, y // SIDE
+            if square != before:
+                self._squares[id(body)] = square
+                for grid in self._grids.values():
+                    grid.put(body)
 
     def near(self, x: float, y: float, reach: float) -> List:
         """The bodies that have a point within `reach` of (x, y), and some that have none."""
         if not self._bodies:
             return []
-        side = 2.0 * math.ceil((reach + LARGEST_REACH) / 2.0)  # a few sizes only, so that grids are shared
+        side = SIDE * math.ceil((reach + LARGEST_REACH) / SIDE)
         grid = self._grids.get(side)
         if grid is None:
             grid = self._grids[side] = _Grid(side)
