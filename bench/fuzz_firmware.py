@@ -1,0 +1,195 @@
+#!/usr/bin/python3
+"""Random bytes and random commands for the simulated robot: no ROS, no clock, nothing but this file and the package.
+
+    python3 bench/fuzz_firmware.py                                       # a million strings, a hundred thousand commands
+    python3 bench/fuzz_firmware.py --strings 20000 --commands 2000 --seed 7
+
+Robots of every family of firmware take turns. Strings are noise, pieces of packets, packets with a wrong bit, and packets of random data; commands
+are those of the protocol with any legal value and numbers nobody knows with any argument. Simulated time passes between them. Again and again it is
+asked whether the robot still answers: CLOSE, the SYNC sequence, OPEN, and SIPs every 100 ms; whether all that it said were whole packets; and whether
+it stands in no wall. Exit status 1 when something was found: then the seed and the number of the string say how to get there again.
+"""
+
+import argparse
+import os
+import random
+import struct
+import sys
+import time
+from typing import Callable, List, NamedTuple
+
+SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src")
+sys.path.insert(0, SOURCE)
+
+from pioneer_control import p2os
+from pioneer_control.p2os import COMMANDS, Argument
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.firmware import Firmware, Session
+from pioneer_control.simulator.world import Can, World
+
+MODELS = ("p3dx-sh", "peoplebot-sh", "p3at-sh", "amigo-sh", "p3dx", "p2dx", "amigo", "pion1m", "powerbot-sh", "seekur", "pioneer-lx")
+LOOK_EVERY = 500            # strings or commands between two questions whether it still answers
+MOST_GROWTH_KB = 3000       # of memory, after the first tenth: allocators keep a little
+
+
+class Wrong(Exception):
+    """Something that must hold does not."""
+
+
+def must(holds: bool, what: str) -> None:
+    """Raise Wrong unless it does."""
+    if not holds:
+        raise Wrong(what)
+
+
+class Counts(NamedTuple):
+    """What a run did."""
+
+    inputs: int
+    seconds: float
+    simulated: float
+    packets: int
+    obeyed: int
+    growth_kb: int
+
+
+def robot_of(name: str, seed: int) -> Firmware:
+    """A robot in a small room with cans."""
+    walls = [(-4, -4, 4, -4), (4, -4, 4, 4), (4, 4, -4, 4), (-4, 4, -4, -4)]
+    world = World("room", walls=walls, cans=[Can(0.8, 0.3), Can(1.5, -0.5), Can(-1.4, 0.4)], docks=[(0.0, 0.0, 0.0)])
+    return Firmware(find_model(name), world, (0.0, 0.0, 0.0), seed=seed)
+
+
+class Subject:
+    """A robot that things are thrown at, and what it says to them."""
+
+    def __init__(self, name: str, seed: int):
+        self.robot = robot_of(name, seed)
+        self.decoder = p2os.FrameDecoder()
+        self.packets = 0
+        self.open()
+
+    def wait(self, seconds: float) -> List[int]:
+        """Let time pass; the ids of the packets it sent, all of them whole."""
+        frames = self.decoder.feed(self.robot.advance(seconds))
+        self.packets += len(frames)
+        return [frame.id for frame in frames]
+
+    def open(self) -> None:
+        """Open a session whatever went before: it must answer each step."""
+        self.wait(0.2)      # half a packet is forgotten
+        self.robot.receive(2 * p2os.encode_frame(2))    # the first may have been the SYNC2 that a robot waited for, who is silent then until OPEN or CLOSE
+        self.wait(0.02)
+        for number in (0, 1, 2):
+            self.robot.receive(p2os.encode_frame(number))
+            must(self.wait(0.02) == [number], "no answer to SYNC%d" % number)
+        self.robot.receive(p2os.encode_frame(1))
+        must(sum(id in (0x32, 0x33) for id in self.wait(0.5)) == 5, "no SIP every 100 ms")
+        self.robot.receive(p2os.encode_command("ENABLE", 1))
+
+    def look(self) -> None:
+        """Whether it still is what it was."""
+        counts = self.decoder.counts
+        must(not self.decoder.waiting and not counts.discarded_bytes and not counts.bad_checksums, "said something that is no packet: %s" % (counts,))
+        hardware = self.robot.hardware
+        must(not hardware.body.touches(hardware.model.outline(self.robot.gripper is not None)), "stands in a wall")
+        must(len(self.robot._decoder._held) < 260, "holds %d bytes" % len(self.robot._decoder._held))
+        must(self.robot.session in Session, "is in no state of a session")
+        self.open()
+
+
+def any_string(draw: random.Random) -> bytes:
+    """Noise, a piece of a packet, a packet with a wrong bit, or a packet of random data."""
+    kind = draw.randrange(5)
+    noise = draw.getrandbits(8 * 48).to_bytes(48, "little")[:draw.randrange(49)]
+    if kind == 0:
+        return noise
+    if kind == 1:
+        return b"\xFA\xFB" + noise
+    packet = p2os.encode_frame(draw.randrange(256), noise[:draw.choice((0, 3, 3, 3, 7, 20))])
+    if kind == 2:
+        return packet[:draw.randrange(len(packet))]
+    if kind == 3:
+        at = draw.randrange(len(packet))
+        return packet[:at] + bytes([packet[at] ^ 1 << draw.randrange(8)]) + packet[at + 1:]
+    return packet
+
+
+def any_command(draw: random.Random) -> bytes:
+    """A command of the protocol with a legal value, often an extreme one; now and then a number that nobody knows."""
+    if draw.random() < 0.1:
+        value = draw.choice((0, 1, 0x7FFF, 0xFFFF, draw.randrange(0x10000)))
+        data = draw.choice((b"", b"\x3B" + struct.pack("<H", value), b"\x1B" + struct.pack("<H", value), b"\x2B\x03abc", b"\x2B\xFFab"))
+        return p2os.encode_frame(draw.randrange(256), data)
+    command = draw.choice(ALL)
+    if command.argument is Argument.NONE or command.optional and draw.random() < 0.5:
+        return p2os.encode_command(command.name)
+    if command.argument is Argument.STRING:
+        length = draw.randint(command.low, command.high)
+        return p2os.encode_command(command.name, bytes(draw.randrange(256) for _ in range(length)))
+    if command.argument is Argument.TWO_BYTES:
+        return p2os.encode_command(command.name, *(draw.randint(low, high) for low, high in zip(command.low, command.high)))
+    low, high = command.low, command.high
+    small = draw.randint(max(low, -400), min(high, 400))
+    return p2os.encode_command(command.name, draw.choice((low, high, small, small, small, draw.randint(low, high))))
+
+
+ALL = tuple(COMMANDS.values())
+
+
+def resident_kb() -> int:
+    """Memory of this process."""
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") // 1024
+
+
+def throw(make: Callable[[random.Random], bytes], number: int, seed: int, longest: float, look_every: int = LOOK_EVERY) -> Counts:
+    """Throw so many of a kind at robots of each model in turn, with up to `longest` simulated s between them."""
+    draw = random.Random(seed)
+    subjects = [Subject(name, seed) for name in MODELS]
+    begin, first = time.monotonic(), 0
+    for count in range(number):
+        subject = subjects[count // look_every % len(subjects)]
+        try:
+            subject.robot.receive(make(draw))
+            if draw.random() < 0.3:
+                subject.wait(draw.random() * longest)
+            if subject.robot.session is not Session.OPEN and draw.random() < 0.1:
+                subject.open()
+            if count % look_every == look_every - 1:
+                subject.wait(0.2)
+                subject.look()
+        except Exception as error:      # whatever it is: that is what we look for
+            raise Wrong("%s, seed %d, number %d: %s: %s" % (subject.robot.model.subtype, seed, count, type(error).__name__, error)) from error
+        if count == number // 10:
+            first = resident_kb()
+    robots = [subject.robot for subject in subjects]
+    return Counts(
+        number, time.monotonic() - begin, sum(robot.time for robot in robots), sum(subject.packets for subject in subjects),
+        sum(robot.command_counts.obeyed for robot in robots), resident_kb() - first)
+
+
+KINDS = {"strings": (any_string, 0.05), "commands": (any_command, 0.2)}
+
+
+def main() -> int:
+    """Throw as much as the command line says."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--strings", type=int, default=1000000, help="random byte strings (default: %(default)s)")
+    parser.add_argument("--commands", type=int, default=100000, help="random commands (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    for name, (make, longest) in KINDS.items():
+        try:
+            counts = throw(make, getattr(options, name), options.seed, longest)
+            must(counts.growth_kb < MOST_GROWTH_KB, "memory grew by %d KB after the first tenth" % counts.growth_kb)
+        except Wrong as wrong:
+            print("%s: FOUND %s" % (name, wrong))
+            return 1
+        print("%s: %d in %.0f s (%.0f per s), %.0f s simulated, %d packets, %d commands obeyed, memory %+d KB after the first tenth, nothing found" % (
+            name, counts.inputs, counts.seconds, counts.inputs / counts.seconds, counts.simulated, counts.packets, counts.obeyed, counts.growth_kb))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
