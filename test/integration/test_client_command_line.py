@@ -17,7 +17,8 @@ from pioneer_control.simulator.firmware import Firmware, Session
 from pioneer_control.simulator.loading import load_world
 from pioneer_control.simulator.server import Server
 
-LIMIT = 30.0
+from real_time import LIMIT
+
 COMMAND = [sys.executable, "-m", "pioneer_control.client"]
 MOTION = {"VEL", "RVEL", "VEL2", "MOVE", "ROTATE", "HEAD", "DHEAD", "DCHEAD"}
 

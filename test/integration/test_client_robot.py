@@ -20,8 +20,7 @@ from pioneer_control.simulator.loading import load_world
 from pioneer_control.simulator.server import Server
 
 from client_lines import SpoiltLine
-
-LIMIT = 15.0        # s: generous, for a slow machine; nothing waits that long
+from real_time import LIMIT, keep_commanding, until
 
 
 @pytest.fixture
@@ -35,19 +34,8 @@ def url(server, request):
     return server.url if request.param == "tcp" else server.pty_link
 
 
-def until(condition, what):
-    deadline = time.monotonic() + LIMIT
-    while not condition():
-        assert time.monotonic() < deadline, "not within %.0f s: %s" % (LIMIT, what)
-        time.sleep(0.005)
-
-
 def keep_driving(robot, linear, angular, condition):
-    deadline = time.monotonic() + LIMIT
-    while not condition(robot.state):
-        assert time.monotonic() < deadline, robot.state
-        robot.set_velocity(linear, angular)
-        robot.wait_for_state()
+    keep_commanding(robot, lambda: robot.set_velocity(linear, angular), condition)
 
 
 def port_of(server):

@@ -3,7 +3,6 @@
 import contextlib
 import dataclasses
 import os
-import time
 
 import pytest
 
@@ -15,8 +14,7 @@ from pioneer_control.simulator.robot_numbers import standard_numbers
 from pioneer_control.simulator.server import Server
 
 from client_lines import Adapter
-
-LIMIT = 30.0        # s: generous, for a slow machine; nothing waits that long
+from real_time import LIMIT, keep_commanding, until
 
 
 class Heard:
@@ -51,20 +49,9 @@ def patience(monkeypatch):
     monkeypatch.setattr(host_baud, "TRIES", 1)
 
 
-def until(condition, what):
-    deadline = time.monotonic() + LIMIT
-    while not condition():
-        assert time.monotonic() < deadline, "not within %.0f s: %s" % (LIMIT, what)
-        time.sleep(0.005)
-
-
 def drive(robot, far_enough):
     robot.enable_motors()
-    deadline = time.monotonic() + LIMIT
-    while not far_enough(robot.state):
-        assert time.monotonic() < deadline, robot.state
-        robot.set_velocity(0.3, 0.0)
-        robot.wait_for_state()
+    keep_commanding(robot, lambda: robot.set_velocity(0.3, 0.0), far_enough)
 
 
 def garbled_at(server, baud):

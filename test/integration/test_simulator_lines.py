@@ -22,22 +22,11 @@ from pioneer_control.simulator.server import LONGEST_BACKLOG, STANDARD_PORT, Ser
 from pioneer_control.simulator.simulation import Simulation
 from pioneer_control.simulator.world import World
 
-DEADLINE = 20.0
+from real_time import LIMIT, until
 
 
 def robot(**options):
     return Firmware(find_model("p3dx-sh"), World("hall"), **options)
-
-
-def until(condition, what):
-    """Wait until `condition()` is true and return its value; fail after a generous time."""
-    end = time.monotonic() + DEADLINE
-    while time.monotonic() < end:
-        value = condition()
-        if value:
-            return value
-        time.sleep(0.005)
-    pytest.fail("never happened: " + what)
 
 
 class Computer:
@@ -75,7 +64,7 @@ def dial(place, buffer=None):
     """A socket to a server, a line or a berth of a server."""
     host, _, port = place.url[len("socket://"):].rpartition(":")
     line = socket.socket()
-    line.settimeout(DEADLINE)
+    line.settimeout(LIMIT)
     if buffer is not None:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer)
     line.connect((host, int(port)))
@@ -132,7 +121,7 @@ def test_a_session_in_real_time(line):
             assert server.firmware.motors_enabled
         start, sips = time.monotonic(), len(computer.packets)
         computer.expect(p2os.Sip, 20)
-        assert 1.0 < time.monotonic() - start < 2.0 + DEADLINE and len(computer.packets) >= sips + 20
+        assert 1.0 < time.monotonic() - start < 2.0 + LIMIT and len(computer.packets) >= sips + 20
 
 
 def test_a_terminal_at_another_speed_carries_only_noise(tmp_path):
@@ -270,7 +259,7 @@ def test_a_second_client_is_turned_away():
     with Server(robot(), tcp=0) as server, tcp_computer(server) as first:
         first.open()
         with contextlib.closing(dial(server)) as intruder:
-            intruder.settimeout(DEADLINE)
+            intruder.settimeout(LIMIT)
             assert intruder.recv(10) == b""
         first.expect(p2os.Sip, 3)
 
@@ -280,7 +269,7 @@ def test_two_lines_one_client(tmp_path):
         with pty_computer(server) as first:
             first.open()
             with contextlib.closing(dial(server)) as intruder:
-                intruder.settimeout(DEADLINE)
+                intruder.settimeout(LIMIT)
                 first.send("PULSE")
                 assert intruder.recv(10) == b""
             first.send("CLOSE")
@@ -543,10 +532,10 @@ def test_the_program_says_where_to_connect_and_ends_cleanly(tmp_path, number):
         said = [process.stdout.readline() for _ in range(4)]
         assert "p3dx-sh stands in the world 'empty'" in said[0] and said[2].strip() == str(link)
         host, _, port = said[1].strip()[len("socket://"):].rpartition(":")
-        with contextlib.closing(socket.create_connection((host, int(port)), timeout=DEADLINE)) as line:
+        with contextlib.closing(socket.create_connection((host, int(port)), timeout=LIMIT)) as line:
             over_tcp(line).open()
         process.send_signal(number)
-        assert process.wait(DEADLINE) == 0 and process.stderr.read() == ""
+        assert process.wait(LIMIT) == 0 and process.stderr.read() == ""
     assert not os.path.lexists(str(link))
 
 
@@ -565,7 +554,7 @@ def test_the_program_says_where_to_connect_and_ends_cleanly(tmp_path, number):
 ])
 def test_mistakes_are_told_in_one_line(arguments, code, message):
     with program(*arguments) as process:
-        errors = process.communicate(timeout=DEADLINE)[1]
+        errors = process.communicate(timeout=LIMIT)[1]
         assert process.returncode == code and message in errors and errors.count("\n") == 1
 
 
@@ -581,12 +570,12 @@ def test_a_fleet_on_the_command_line(tmp_path):
         assert names == ("sim_0001", "sim_0002", "sim_0003") and links[2] == str(tmp_path / "robot3")
         assert said[5:] == ["0.100 s: fault begins: gyro 1", "0.200 s: fault begins: stop_button robot 2", "0.300 s: fault ends: gyro 1"]
         host, _, port = urls[1][len("socket://"):].rpartition(":")
-        with contextlib.closing(socket.create_connection((host, int(port)), timeout=DEADLINE)) as line:
+        with contextlib.closing(socket.create_connection((host, int(port)), timeout=LIMIT)) as line:
             computer = over_tcp(line)
             computer.open()
             assert computer.expect(p2os.Sip).flags & p2os.Flags.STOP_BUTTON
         process.send_signal(signal.SIGINT)
-        assert process.wait(DEADLINE) == 0 and process.stderr.read() == ""
+        assert process.wait(LIMIT) == 0 and process.stderr.read() == ""
     told = subprocess.run([sys.executable, "-m", "pioneer_control.p2os", "--record", str(record)], stdout=subprocess.PIPE, check=True).stdout.decode()
     assert "robot 2 <- OPEN" in told and "robot 2 -> SyncReply: name 'sim_0002'" in told and "fault begins: stop_button robot 2" in told
 
@@ -594,7 +583,7 @@ def test_a_fleet_on_the_command_line(tmp_path):
 @pytest.mark.parametrize("text", ["0", "-1", "x", "2001"])
 def test_a_senseless_number_of_robots(text):
     with program("--robots", text) as process:
-        assert "give a whole number from 1 to 2000" in process.communicate(timeout=DEADLINE)[1] and process.returncode == 2
+        assert "give a whole number from 1 to 2000" in process.communicate(timeout=LIMIT)[1] and process.returncode == 2
 
 
 def test_listening_to_other_machines_is_told():

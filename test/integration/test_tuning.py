@@ -2,7 +2,6 @@
 
 import math
 import queue
-import time
 from dataclasses import fields, replace
 
 import pytest
@@ -16,9 +15,9 @@ from pioneer_control.simulator.server import Server
 from pioneer_control.simulator.world import World
 
 from client_lines import SpoiltLine
+from real_time import LIMIT, keep_commanding
 from simulated_time import Rig
 
-LIMIT = 15.0        # s: generous, for a slow machine; nothing waits that long
 WALL = (1.0, -2.0, 1.0, 2.0)
 
 
@@ -169,8 +168,4 @@ def test_a_robot_in_real_time_is_tuned_on_every_connect():
             assert heard.get(timeout=LIMIT) == {"ticks_mm": (128, 132, ""), "rev_count": (16570, 16600, "")}
             assert robot.link.reconnects == 1
             robot.enable_motors()
-            deadline = time.monotonic() + LIMIT
-            while robot.state.linear < 0.1 or robot.state.angular < 0.2:
-                assert time.monotonic() < deadline, robot.state
-                robot.set_wheel_velocities(0.1, 0.2)
-                robot.wait_for_state()
+            keep_commanding(robot, lambda: robot.set_wheel_velocities(0.1, 0.2), lambda state: state.linear >= 0.1 and state.angular >= 0.2)

@@ -1,0 +1,25 @@
+"""Waiting for a condition where time is real: never for a time, for no machine is too slow."""
+
+import time
+
+LIMIT = 30.0        # s: generous; nothing waits that long
+
+
+def until(condition, what):
+    """Wait until ``condition()`` is true, and return its value; AssertionError that says what did not happen."""
+    end = time.monotonic() + LIMIT
+    while True:
+        value = condition()
+        if value:
+            return value
+        assert time.monotonic() < end, "not within %.0f s: %s" % (LIMIT, what)
+        time.sleep(0.005)
+
+
+def keep_commanding(robot, command, condition):
+    """Give a command with every state of a client's robot until a condition of the state holds."""
+    end = time.monotonic() + LIMIT
+    while not condition(robot.state):
+        assert time.monotonic() < end, robot.state
+        command()
+        robot.wait_for_state()
