@@ -72,6 +72,8 @@ class Body:
         self._outlines = [(box_round(outline, skin), skin) for skin in SKINS] + [(tuple(outline), 0.0)]
         self.reach = max(hypot(x, y) for x, y in outline)
         self._free = 0.0
+        self._tried = 0
+        self._refused: Optional[Pose] = None
         self._contact_at: Optional[Pose] = None
         self._heard_at: Optional[Pose] = None
         self._candidates: List[Candidate] = []
@@ -145,11 +147,18 @@ class Body:
         return hypot(x, y) + self.reach * abs(heading) > AWAY
 
     def _is_free(self, pose: Pose) -> bool:
-        """Whether the body touches nothing at `pose`; if so, also finds how far it can go from there unasked."""
-        for outline, skin in self._outlines:
+        """Whether the body touches nothing at `pose`; if so, also finds how far it can go from there unasked.
+
+        Asks for one skin more than last time at most, as walls come nearer and go away bit by bit.
+        """
+        if pose == self._refused:  # it presses on
+            return False
+        for key in range(max(0, self._tried - 1), len(self._outlines)):
+            outline, skin = self._outlines[key]
             if not self._world.touches(_placed(outline, pose)):
-                self._free = skin
+                self._free, self._tried = skin, key
                 return True
+        self._refused, self._tried = pose, len(self._outlines)
         return False
 
 

@@ -132,6 +132,7 @@ class Node:
 
     def __init__(self, server: Server, parameters: SimulatorParameters):
         self._server = server
+        server.watched = True
         self._frame = parameters.map_frame
         self._own_clock = parameters.speed != 1.0
         self._stop = threading.Event()
