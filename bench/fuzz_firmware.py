@@ -78,7 +78,7 @@ class Subject:
     def open(self) -> None:
         """Open a session whatever went before: it must answer each step."""
         self.wait(0.2)      # half a packet is forgotten
-        self.robot.receive(2 * p2os.encode_frame(2))    # the first may have been the SYNC2 that a robot waited for, who is silent then until OPEN or CLOSE
+        self.robot.receive(2 * p2os.encode_frame(2))    # the first may have been the SYNC2 that it waited for: then it is silent until CLOSE
         self.wait(0.02)
         for number in (0, 1, 2):
             self.robot.receive(p2os.encode_frame(number))
@@ -186,7 +186,7 @@ def main() -> int:
         except Wrong as wrong:
             print("%s: FOUND %s" % (name, wrong))
             return 1
-        print("%s: %d in %.0f s (%.0f per s), %.0f s simulated, %d packets, %d commands obeyed, memory %+d KB after the first tenth, nothing found" % (
+        print("%s: %d in %.0f s (%.0f per s), %.0f s simulated, %d packets, %d obeyed, memory %+d KB after the first tenth, nothing found" % (
             name, counts.inputs, counts.seconds, counts.inputs / counts.seconds, counts.simulated, counts.packets, counts.obeyed, counts.growth_kb))
     return 0
 

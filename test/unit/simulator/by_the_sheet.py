@@ -1,5 +1,5 @@
-"""The protocol once more, written from the tables of the protocol notes alone and sharing nothing with the package: commands to bytes, a robot's bytes
-to values. Strict: a byte that belongs to nothing, or is not there, is an AssertionError.
+"""The protocol once more, written from the tables of the protocol notes alone and sharing nothing with the package: commands to bytes, a robot's
+bytes to values. Strict: a byte that belongs to nothing, or is not there, is an AssertionError.
 """
 
 import struct
@@ -60,11 +60,12 @@ SIP_TAIL = "analog B digin B digout B battery_x10 H charge_state B rotvel h faul
 SIP_LAST = {"PSOS": "digout", "P2OS": "digout", "AmigOS": "digout", "AROS": "digout", "AmigoSH": "charge_state"}        # all others: fault
 PORT_FIRST = ("PSOS", "P2OS", "AmigOS", "uARCS", "MARCOS")      # nobody says it of the last two
 CONFIG = (
-    "type z subtype z serial z four_mots B rot_vel_top H trans_vel_top H rot_acc_top H trans_acc_top H pwm_max H name z sip_cycle B host_baud B aux1_baud B"
-    " has_gripper H front_sonar H rear_sonar B low_battery H rev_count H watchdog H p2mpacs B stall_val H stall_count H joy_vel H joy_rvel H rot_vel_max H"
-    " trans_vel_max H rot_acc H rot_decel H rot_kp H rot_kv H rot_ki H trans_acc H trans_decel H trans_kp H trans_kv H trans_ki H front_bumps B rear_bumps B"
-    " charger B sonar_cycle B auto_baud B has_gyro B drift_factor h aux2_baud B aux3_baud B ticks_mm H shutdown_volts H version z gyro_cw H gyro_ccw H"
-    " kinematics_delay B lat_vel_top H lat_acc_top H lat_vel_max H lat_acc H lat_decel H charge_threshold H"
+    "type z subtype z serial z four_mots B rot_vel_top H trans_vel_top H rot_acc_top H trans_acc_top H pwm_max H name z sip_cycle B host_baud B"
+    " aux1_baud B has_gripper H front_sonar H rear_sonar B low_battery H rev_count H watchdog H p2mpacs B stall_val H stall_count H joy_vel H"
+    " joy_rvel H rot_vel_max H trans_vel_max H rot_acc H rot_decel H rot_kp H rot_kv H rot_ki H trans_acc H trans_decel H trans_kp H trans_kv H"
+    " trans_ki H front_bumps B rear_bumps B charger B sonar_cycle B auto_baud B has_gyro B drift_factor h aux2_baud B aux3_baud B ticks_mm H"
+    " shutdown_volts H version z gyro_cw H gyro_ccw H kinematics_delay B lat_vel_top H lat_acc_top H lat_vel_max H"
+    " lat_acc H lat_decel H charge_threshold H"
 )
 CONFIG_LAST = {"P2OS": "trans_ki", "AmigOS": "trans_ki", "AROS": "has_gyro", "AmigoSH": "version"}                      # all others: charge_threshold
 PLAIN = {
@@ -131,7 +132,7 @@ def decode(body: bytes, family: str) -> Packet:
     elif number == 0x20:
         values = reader.fields(CONFIG, CONFIG_LAST.get(family, "charge_threshold"))
     elif number == 0xF0:
-        values = {"inputs": reader.many(reader.one("B"), "B"), "outputs": reader.many(reader.one("B"), "B"), "analog": reader.many(reader.one("B"), "H")}
+        values = {name: reader.many(reader.one("B"), kind) for name, kind in (("inputs", "B"), ("outputs", "B"), ("analog", "H"))}
     elif number == 0x98:
         values = {"readings": [(reader.one("H"), reader.one("B")) for _ in range(reader.one("B"))]}
     elif number == 0xFA:

@@ -1,4 +1,4 @@
-"""Every byte that the robot sends, in long and varied runs of every family of firmware, read by the protocol notes alone and compared with the truth."""
+"""Every byte that the robot sends, in long and varied runs of every family of firmware: read by the protocol notes alone, compared with the truth."""
 
 import dataclasses
 import math
@@ -80,7 +80,7 @@ def whims(draw):
         lambda robot: setattr(robot.hardware, "charger", draw.random() < 0.5),
         lambda robot: setattr(robot.hardware, "dead_transducers", {number(16)}),
         lambda robot: setattr(robot.hardware, "gripper_stuck", draw.random() < 0.3),
-        lambda robot: setattr(robot.hardware, "joystick", Joystick(draw.random() < 0.3, draw.random() < 0.5, number(1024), number(1024), number(1024))),
+        lambda robot: setattr(robot.hardware, "joystick", Joystick(draw.random() < 0.3, draw.random() < 0.5, *(number(1024) for _ in range(3)))),
         lambda robot: robot.hardware.analog_volts.__setitem__(number(8), draw.uniform(0.0, 5.0)),
         lambda robot: setattr(robot.hardware.battery, "voltage", draw.uniform(11.2, 13.0) * robot.hardware.battery.scale),
     ]
@@ -103,16 +103,18 @@ def true_sip(robot):
     stalled = hardware.stop_button and hardware.stop_button_stalls
     north = (90.0 - math.degrees(robot.true_pose[2])) % 360.0
     joystick = hardware.joystick is not None and hardware.joystick.button_1
-    flags = [robot.motors_enabled] + [array in hardware.sonar.firing for array in range(4)] + [hardware.stop_button, stalled, False, False, joystick,
-                                                                                             battery.charging]
+    firing = [array in hardware.sonar.firing for array in range(4)]
+    flags = [robot.motors_enabled] + firing + [hardware.stop_button, stalled, False, False, joystick, battery.charging]
     return dict(
         x=units(x * 1000.0, model.dist_mm_per_unit) % 0x8000, y=units(y * 1000.0, model.dist_mm_per_unit) % 0x8000,
-        th=(units(heading, 2.0 * math.pi / turn) + turn // 2) % turn - turn // 2, control=(units(goal, 2.0 * math.pi / turn) + turn // 2) % turn - turn // 2,
+        th=(units(heading, 2.0 * math.pi / turn) + turn // 2) % turn - turn // 2,
+        control=(units(goal, 2.0 * math.pi / turn) + turn // 2) % turn - turn // 2,
         lvel=units(linear * 1000.0 - difference, model.vel_mm_s_per_unit), rvel=units(linear * 1000.0 + difference, model.vel_mm_s_per_unit),
         battery=round(battery.voltage / battery.scale * 10.0), stall_low=(hardware.left_stalled or stalled) + 2 * rear,
         stall_high=(hardware.right_stalled or stalled) + 2 * front, flags=sum(bit << place for place, bit in enumerate(flags)),
         compass=(round(north / 2.0) or 180) if hardware.compass_on else 0, port=hardware.analog_port,
-        analog=round(hardware.analog_volts[hardware.analog_port] * 51.0), grip=true_grip(gripper), digin=true_digin(robot), digout=hardware.digital_out,
+        analog=round(hardware.analog_volts[hardware.analog_port] * 51.0), grip=true_grip(gripper), digin=true_digin(robot),
+        digout=hardware.digital_out,
         battery_x10=round(battery.voltage * 10.0), charge_state=battery.charge_state, rotvel=round(math.degrees(angular) * 10.0),
         fault=8 if battery.voltage / battery.scale < 11.5 else 0,
     )
@@ -171,7 +173,7 @@ def check_sonar(readings, robot):
         along = [(ROOM - sign * place) / abs(slope or 1e-9) for place, slope in
                  ((place_x, math.cos(heading + direction)), (place_y, math.sin(heading + direction))) for sign in (math.copysign(1.0, slope),)]
         assert 0.0999 <= far <= 5.0003
-        if clearance > 0.0 and not {number} & (robot.hardware.dead_transducers | DEAD):     # some stand out from the body, into a wall that it touches
+        if clearance > 0.0 and number not in robot.hardware.dead_transducers | DEAD:        # some stand out of the body, into a wall it touches
             assert min(clearance, 5.0) - moved <= far <= max(0.1, min(min(along), 5.0)) + moved, (number, far, clearance, along)
 
 

@@ -111,7 +111,7 @@ def test_no_gripper():
 def test_moving_bits_carry_the_direction():
     bench = grip(Bench().open(), GripperCommand.LIFT_DOWN, GripperCommand.CLOSE, seconds=1.0)
     assert bench.sip.grip_state == GripState.CLOSED | GripState.MOVING | GripState.LIFT_DOWN | GripState.LIFT_MOVING
-    assert DigitalIn.PADDLES_NOT_OPEN in bench.sip.digital_in and DigitalIn.LIFT_BETWEEN in bench.sip.digital_in
+    assert bench.sip.digital_in & DigitalIn.PADDLES_NOT_OPEN and bench.sip.digital_in & DigitalIn.LIFT_BETWEEN
     grip(bench, GripperCommand.HALT, seconds=0.2)
     assert bench.sip.grip_state == 0
     grip(bench, GripperCommand.STORE)
@@ -123,7 +123,7 @@ def test_moving_bits_carry_the_direction():
 def test_a_pick_as_packets_show_it():
     world = World("can", cans=[Can(PALM + 0.05, 0.04)])
     bench = grip(Bench(world=world).open(), GripperCommand.LIFT_DOWN)
-    assert DigitalIn.INNER_BEAM_BROKEN in bench.sip.digital_in and DigitalIn.OUTER_BEAM_BROKEN in bench.sip.digital_in
+    assert bench.sip.digital_in & DigitalIn.INNER_BEAM_BROKEN and bench.sip.digital_in & DigitalIn.OUTER_BEAM_BROKEN
     grip(bench, GripperCommand.CLOSE)
     assert bench.sip.grip_state == GripState.CLOSED | GripState.LIFT_DOWN
     assert not bench.sip.digital_in & (DigitalIn.LEFT_CONTACT_FREE | DigitalIn.RIGHT_CONTACT_FREE)

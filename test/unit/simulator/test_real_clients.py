@@ -223,7 +223,8 @@ def test_a_rotation_repeated_every_half_second(model, rate):
 
 
 @pytest.mark.parametrize("model", FIVE)
-@pytest.mark.parametrize("value, left, right", [(0x0A0A, 200, 200), (0xF60A, -200, 200), (-0x09F6, -200, 200), (0x0AF6, 200, -200), (0x050A, 100, 200)])
+@pytest.mark.parametrize("value, left, right", [
+    (0x0A0A, 200, 200), (0xF60A, -200, 200), (-0x09F6, -200, 200), (0x0AF6, 200, -200), (0x050A, 100, 200)])
 def test_wheel_velocities_as_both_clients_write_them(model, value, left, right):
     client = driving(model).say(command(10, 200)).wait(3.0, [command(32, value)])
     wheels = tuple(client.sip[name] * client.model.vel_mm_s_per_unit for name in ("lvel", "rvel"))
@@ -510,7 +511,8 @@ def test_p2os_at_its_start_hears_a_packet_for_each_it_sends():
         assert client.answer_to_sync(number).id == number
         client.wait(0.2)
     client.say(command(1)).wait(0.1).say(command(0))
-    for packet in (command(28, 0), command(5, 300), command(44, 3), bytes.fromhex("FAFB04073B073B"), command(42, b"\x90\x30"), command(43, 6), command(43, 0)):
+    camera = (command(42, b"\x90\x30"), command(43, 6), command(43, 0))
+    for packet in (command(28, 0), command(5, 300), command(44, 3), bytes.fromhex("FAFB04073B073B"), *camera):
         heard = len(client.heard)
         client.say(packet).wait(0.15)
         assert len(client.heard) > heard
