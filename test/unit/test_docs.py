@@ -21,6 +21,9 @@ from pioneer_control.parameters import AutoSwitch, Choice, Number, Numbers, Rate
 from pioneer_control.robots import load_table
 from pioneer_control.robots.__main__ import main, table
 from pioneer_control.robots.table import FAMILIES
+from pioneer_control.simulator import faults
+from pioneer_control.simulator.__main__ import parser as simulator_parser
+from pioneer_control.simulator.parameters import SimulatorParameters
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -147,6 +150,31 @@ def test_a_number_in_a_sentence_is_the_constant(sentence, numbers):
 def test_how_long_connecting_takes_is_what_the_handshake_says():
     told = re.findall(r"\d\.\d s", " ".join(sum(rows(read(DOCS / "driver.md"), "Getting the link back"), [])))
     assert told == re.findall(r"\d\.\d s", handshake.__doc__.partition("====\n")[2])
+
+
+# The simulated robot: simulator/faults.py, simulator/parameters.py and a test are the sources.
+
+def test_the_table_of_faults_is_that_of_the_simulator():
+    wanted = [["`%s`" % name, *rest] for name, *rest in faults.rows()]
+    assert rows(read(DOCS / "simulator.md"), "Faults") == wanted
+
+
+def test_the_simulators_node_has_the_parameters_that_are_named():
+    told = set(re.findall(r"`(\w+)`", read(DOCS / "simulator.md").partition("as private parameters:")[2].partition("and the frames")[0]))
+    frames = {"map_frame", "odom_frame_id", "base_link_frame_id", "frame_prefix"}
+    assert told | frames == {entry.name for entry in dataclasses.fields(SimulatorParameters)}
+
+
+def test_the_options_that_are_told_are_there():
+    known = {option for action in simulator_parser()._actions for option in action.option_strings}
+    told = re.findall(r"`(--\w+)", " ".join(row[0] for row in rows(read(DOCS / "simulator.md"), "Running it")))
+    assert len(told) > 8 and set(told) <= known
+
+
+def test_the_examples_are_code_that_is_tested():
+    examples = re.findall(r"^```python\n(.*?)^```", read(DOCS / "simulator.md"), re.MULTILINE | re.DOTALL)
+    source = read(ROOT / "test" / "integration" / "test_somebody_elses_client.py")
+    assert len(examples) == 2 and all(example in source for example in examples)
 
 
 # Launch files
