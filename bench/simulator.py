@@ -1,66 +1,248 @@
-#!/usr/bin/python3
-"""How fast the simulated robot lives: simulated seconds per second of the processor, for one robot that drives about.
+#!/usr/bin/env python3
+"""What simulated robots cost: alone in each world, many in one world, in small and large worlds, and served over TCP with clients attached.
 
-    python3 bench/simulator.py                  # every world of the gallery, p3dx-sh with 16 sonars
-    python3 bench/simulator.py --world office --minutes 10
+    python3 bench/simulator.py                       # everything, ten minutes; prints the tables of bench/simulator.md
+    python3 bench/simulator.py alone --seconds 20    # one part, shorter: alone, crowd, worlds, served
 
-The robot turns away from what its front sonar sees, as decoded from its packets; encoding commands and decoding packets count too.
-bench/simulator.md has what was measured.
+All robots drive and turn away from what their front sonar hears, 16 transducers firing; each gets two commands every tenth of a second.
+Figures are time of the processor, not of a clock: the median of several runs, and the least and greatest of them.
 """
 
 import argparse
+import math
 import os
+import pathlib
+import random
+import resource
+import selectors
+import socket
 import statistics
+import subprocess
 import sys
 import time
-from typing import List
+from typing import Dict, List, Sequence
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "src"))
 
-from pioneer_control import p2os
-from pioneer_control.robots import find_model
-from pioneer_control.simulator.firmware import Firmware
-from pioneer_control.simulator.loading import known_worlds, load_world
+from pioneer_control import p2os  # noqa: E402
+from pioneer_control.errors import ParameterError  # noqa: E402
+from pioneer_control.robots import find_model  # noqa: E402
+from pioneer_control.simulator.firmware import Firmware  # noqa: E402
+from pioneer_control.simulator.loading import known_worlds, load_world  # noqa: E402
+from pioneer_control.simulator.simulation import Simulation  # noqa: E402
+from pioneer_control.simulator.world import World  # noqa: E402
 
-OPEN = [p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("ENABLE", 1)]
+MODEL = find_model("p3dx-sh")
+OPEN = b"".join([p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("ENABLE", 1)])
+GO = p2os.encode_command("VEL", 200) + p2os.encode_command("RVEL", 0)
+TURN = p2os.encode_command("VEL", 0) + p2os.encode_command("RVEL", 30)
 NEAR_MM = 700
-SLICE = 100  # SIPs measured at a time: on a machine that has other things to do, the best slice tells what this costs
+CROWDS = (1, 10, 100, 500)
+CROWDED_WALLS = 2500
+SIZES = (10, 1000, 100000)
+VENDOR = {1: 0.27, 10: 0.12}
+"""Seconds of processor time for a robot and minute that the vendor's simulator took, by how many robots there were."""
 
 
-def drive(robot: Firmware, minutes: float) -> List[float]:
-    """Let the robot drive about for some simulated minutes; the seconds of processor time that each slice took."""
-    decoder = p2os.FrameDecoder()
-    ranges = {}
-    for packet in OPEN:
-        robot.receive(packet)
-    times = []
-    for _ in range(round(minutes * 600 / SLICE)):
-        start = time.process_time()
-        for _ in range(SLICE):
-            for frame in decoder.feed(robot.advance(0.1)):
-                packet = p2os.decode_packet(frame)
-                if isinstance(packet, p2os.Sip):
-                    ranges.update((reading.number, reading.range_units) for reading in packet.sonar)
-            near = min(ranges.get(number, 5000) for number in range(1, 7)) < NEAR_MM
-            robot.receive(p2os.encode_command("VEL", 0 if near else 200))
-            robot.receive(p2os.encode_command("RVEL", 30 if near else 0))
-        times.append(time.process_time() - start)
-    return times
+class Driver:
+    """The computer's side of one robot: turns away from what is near ahead."""
+
+    def __init__(self):
+        self._decoder = p2os.FrameDecoder()
+        self._ranges: Dict[int, int] = {}
+        self.sips = 0
+
+    def answer(self, data: bytes) -> bytes:
+        """The next commands, after these bytes of the robot."""
+        for frame in self._decoder.feed(data):
+            packet = p2os.decode_packet(frame)
+            if isinstance(packet, p2os.Sip):
+                self.sips += 1
+                self._ranges.update((reading.number, reading.range_units) for reading in packet.sonar)
+        return TURN if min((self._ranges.get(number, 5000) for number in range(1, 7))) < NEAR_MM else GO
+
+
+class Herd:
+    """Robots with their drivers. Only what the robots do counts."""
+
+    def __init__(self, robots: Simulation):
+        self.robots = robots
+        self._drivers = [Driver() for _ in robots.robots]
+        for robot in robots.robots:
+            robot.receive(OPEN)
+
+    def drive(self, seconds: float) -> float:
+        """Live for some simulated seconds; how many of the processor's the robots took."""
+        spent = 0.0
+        commands = [GO] * len(self._drivers)
+        for _ in range(round(seconds * 10)):
+            begin = time.process_time()
+            for robot, command in zip(self.robots.robots, commands):
+                robot.receive(command)
+            sent = self.robots.advance(0.1)
+            spent += time.process_time() - begin
+            commands = [driver.answer(data) for driver, data in zip(self._drivers, sent)]
+        return spent
+
+
+def floor(count: int, rng: random.Random, spacing: float = 2.0) -> World:
+    """A square floor of `count` walls: four round it, and inside one of 1 to 2 m for every 4 square metres."""
+    side = spacing * math.sqrt(count)
+    walls = [(0.0, 0.0, side, 0.0), (side, 0.0, side, side), (side, side, 0.0, side), (0.0, side, 0.0, 0.0)]
+    while len(walls) < count:
+        x, y, angle, length = rng.uniform(0, side), rng.uniform(0, side), rng.uniform(-math.pi, math.pi), rng.uniform(1.0, 2.0)
+        walls.append((x, y, x + length * math.cos(angle), y + length * math.sin(angle)))
+    return World(f"{count} walls", walls)
+
+
+def herd(world: World, count: int, rng: random.Random, **options) -> Herd:
+    """So many robots at random places of a world."""
+    robots = Simulation(world)
+    low_x, low_y, high_x, high_y = world.bounds
+    while len(robots.robots) < count:
+        place = rng.uniform(low_x, high_x), rng.uniform(low_y, high_y), rng.uniform(-3.0, 3.0)
+        try:
+            robots.add(MODEL, place, seed=len(robots.robots), **options)
+        except ParameterError:      # something stands there
+            continue
+    return Herd(robots)
+
+
+def spread(values: Sequence[float], form: str) -> str:
+    """The median, and the least and greatest."""
+    return f"{statistics.median(values):{form}} ({min(values):{form}} to {max(values):{form}})"
+
+
+def table(*head: str) -> None:
+    """Begin a table."""
+    print("\n| " + " | ".join(head) + " |\n|" + "---|" * len(head), flush=True)
+
+
+def row(*cells: str) -> None:
+    """One row of it."""
+    print("| " + " | ".join(cells) + " |", flush=True)
+
+
+def alone(seconds: float, runs: int) -> None:
+    """One robot in each world of the gallery."""
+    table("world", "simulated seconds per second of the processor", "processor seconds a minute", "contacts")
+    for name in known_worlds():
+        robots = Simulation(load_world(name))
+        robot = robots.add(MODEL)
+        one = Herd(robots)
+        one.drive(10.0)
+        spent = [one.drive(seconds) for _ in range(runs)]
+        row(name, spread([seconds / each for each in spent], ".0f"), spread([each * 60.0 / seconds for each in spent], ".3f"), str(robot.contacts))
+
+
+def crowd(seconds: float, runs: int) -> None:
+    """One to five hundred robots in the same world."""
+    table("robots", "processor ms for a robot and simulated second", "processor seconds for a robot and minute", "vendor's", "robots per core")
+    for count in CROWDS:
+        rng = random.Random(1)
+        many = herd(floor(CROWDED_WALLS, rng), count, rng)
+        share = seconds * max(0.02, 1.0 / count) if count > 10 else seconds
+        many.drive(5.0)
+        each = [many.drive(share) / share / count for _ in range(runs)]
+        vendor = f"{VENDOR[count]:.2f}" if count in VENDOR else ""
+        row(str(count), spread([one * 1e3 for one in each], ".2f"), spread([one * 60.0 for one in each], ".3f"), vendor,
+            f"{1.0 / statistics.median(each):.0f}")
+
+
+def worlds(seconds: float, runs: int) -> None:
+    """Three robots in worlds of ten to a hundred thousand walls."""
+    table("walls", "processor ms for a robot and simulated second", "to make the world (s)")
+    for count in SIZES:
+        begin = time.process_time()
+        world = floor(count, random.Random(2))
+        made = time.process_time() - begin
+        few = herd(world, 3, random.Random(3), gripper=False)
+        few.drive(5.0)
+        row(str(count), spread([few.drive(seconds) / seconds / 3 * 1e3 for _ in range(runs)], ".2f"), f"{made:.2f}")
+
+
+# -- served: robots in a process of their own
+
+SERVER = """
+import sys, time, random
+sys.path[:0] = {path!r}
+import simulator as bench
+from pioneer_control.simulator.server import Server
+rng = random.Random(1)
+many = bench.herd(bench.floor(bench.CROWDED_WALLS, rng), {count}, rng).robots
+for robot in many.robots:
+    robot.close_session()
+with Server(many, tcp=0) as server:
+    print(*(berth.url.rpartition(":")[2] for berth in server.berths), flush=True)
+    for _ in sys.stdin:
+        print(time.process_time(), many.time_us * 1e-6, flush=True)
+"""
+
+
+class Client:
+    """A socket to a robot, and its driver."""
+
+    def __init__(self, port: int):
+        self.socket = socket.create_connection(("127.0.0.1", port))
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.socket.sendall(OPEN)
+        self.driver = Driver()
+
+    def serve(self) -> None:
+        """Answer what has come."""
+        self.socket.sendall(self.driver.answer(self.socket.recv(4096)))
+
+
+def served(seconds: float, runs: int) -> None:
+    """Robots in real time, each with a client that answers every SIP."""
+    table("robots", "processor ms for a robot and second, all of the server's", "robots per core", "of real time", "SIPs of those due", "memory (MB)")
+    for count in CROWDS:
+        path = [str(pathlib.Path(__file__).parent), sys.path[0]]
+        with subprocess.Popen([sys.executable, "-c", SERVER.format(path=path, count=count)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                              universal_newlines=True) as server:
+            clients = [Client(int(port)) for port in server.stdout.readline().split()]
+            figures = [_served_run(server, clients, seconds) for _ in range(runs + 1)][1:]      # the first one warms up
+            server.stdin.close()
+        spent, lived, heard = zip(*figures)
+        each = [used / passed / count for used, passed in zip(spent, lived)]
+        memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+        row(str(count), spread([one * 1e3 for one in each], ".2f"), f"{1.0 / statistics.median(each):.0f}", spread([one / seconds for one in lived], ".3f"),
+            spread([one / (seconds * 10 * count) for one in heard], ".3f"), f"{memory:.0f}")
+
+
+def _served_run(server: subprocess.Popen, clients: List[Client], seconds: float):
+    """Processor time of the server, simulated time and SIPs in some real seconds."""
+    def ask():
+        server.stdin.write("\n")
+        server.stdin.flush()
+        return [float(word) for word in server.stdout.readline().split()]
+
+    with selectors.DefaultSelector() as selector:
+        for client in clients:
+            selector.register(client.socket, selectors.EVENT_READ, client)
+        before, sips = ask(), sum(client.driver.sips for client in clients)
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            for key, _ in selector.select(0.1):
+                key.data.serve()
+        after = ask()
+    return after[0] - before[0], after[1] - before[1], sum(client.driver.sips for client in clients) - sips
+
+
+PARTS = {"alone": (alone, 60.0, 7), "crowd": (crowd, 60.0, 5), "worlds": (worlds, 20.0, 5), "served": (served, 10.0, 5)}
 
 
 def main() -> None:
-    """Measure and print a line for each world."""
+    """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--world", action="append", help="world to drive in (default: all that have a name)")
-    parser.add_argument("--model", default="p3dx-sh")
-    parser.add_argument("--minutes", type=float, default=5.0, help="simulated minutes in each (default: %(default)s)")
+    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="what to measure (default: everything)")
+    parser.add_argument("--seconds", type=float, help="simulated seconds of a run")
+    parser.add_argument("--runs", type=int, help="how many runs of each")
     options = parser.parse_args()
-    print("times real time:   best   median   (us of the best for 100 ms)   contacts")
-    for name in options.world or known_worlds():
-        robot = Firmware(find_model(options.model), load_world(name))
-        times = drive(robot, options.minutes)
-        best, median = (SLICE * 0.1 / seconds for seconds in (min(times), statistics.median(times)))
-        print(f"{name:<16} {best:7.0f} {median:8.0f} {1e5 / best:20.0f} {robot.contacts:20}", flush=True)
+    print(f"Python {sys.version.split()[0]}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    for name in options.parts or PARTS:
+        measure, seconds, runs = PARTS[name]
+        measure(options.seconds or seconds, options.runs or runs)
 
 
 if __name__ == "__main__":
