@@ -51,7 +51,8 @@ def server(tmp_path):
 
 
 def rows(text):
-    return dict(line.split(None, 1) if not line.startswith("STOP") else ("STOP button", line[len("STOP button"):].strip()) for line in text.splitlines())
+    words = "STOP button"       # all other names are one
+    return dict((words, line[len(words):].strip()) if line.startswith(words) else line.split(None, 1) for line in text.splitlines())
 
 
 @pytest.mark.parametrize("line", ["tcp", "pty"])

@@ -99,9 +99,7 @@ def test_an_exception_in_a_listener_stops_the_robot_and_is_kept(server, monkeypa
 
     robot = Robot(server.url, on_state=listener).start()
     robot.wait_until_ready()
-    with robot._changed:
-        robot._session.drive.request_motors(True, time.monotonic(), 2.0)
-        robot._act()
+    robot.request_motors(True)
     assert robot.wait_until_ended(LIMIT)
     until(lambda: loud, "exception said")
     assert waiting(server)
@@ -277,7 +275,8 @@ def test_sonar_gripper_outputs_and_odometry_reset(server):
         assert (robot.state.x, robot.state.y, robot.state.heading) == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("command, value", [(0, None), (99, None), ("open", None), (GripperCommand.OPEN, 5), (16, None), (16, 0), (16, 101), (17, 0), (17, -256)])
+@pytest.mark.parametrize("command, value", [
+    (0, None), (99, None), ("open", None), (GripperCommand.OPEN, 5), (16, None), (16, 0), (16, 101), (17, 0), (17, -256)])
 def test_gripper_commands_that_mean_nothing_are_refused(server, command, value):
     with pytest.raises(UsageError, match="gripper command"):
         Robot(server.url).gripper(command, value)
@@ -410,7 +409,7 @@ def test_a_write_that_fails_is_told_and_ends_the_link(server, by):
         if by == "a command":
             with pytest.raises(LinkLostError, match="takes no more bytes"):
                 robot.set_velocity(0.1, 0.0)
-        until(lambda: not robot._thread.is_alive(), "I/O thread ended")
+        assert robot.wait_until_ended(LIMIT)
         assert not robot.ready and "takes no more" in robot.link.last_error
 
 
@@ -435,7 +434,7 @@ def test_an_unknown_subtype_is_final_even_with_reconnect(server):
     robot = Robot(server.url, reconnect=True).start()
     with pytest.raises(UnknownModelError, match="p3dz-sh.*near: .*p3dx-sh.*model"):
         robot.wait_until_ready(LIMIT)
-    until(lambda: not robot._thread.is_alive(), "no further attempt")
+    assert robot.wait_until_ended(LIMIT), "no further attempt"
     robot.close()
     assert waiting(server)
     with Robot(server.url, model="p3dx-sh") as robot:

@@ -58,6 +58,11 @@ class Bottle:
         self.node = node_module.DriverNode(check_parameters(given)[0])
         self.exit_code = self.node.run()
 
+    @property
+    def robot(self):
+        """The node's client."""
+        return self.node._robot
+
     def send(self, topic, message):
         """Publish a command."""
         message._connection_header = {"callerid": self._caller}

@@ -92,7 +92,8 @@ def test_motor_states_are_one_and_zero():
             motors_wanted(MotorState(state))
 
 
-@pytest.mark.parametrize("caller, replayed", [("/play_1795", True), ("/pioneer/play_1795", True), ("/player", False), ("/play_ground/teleop", False), ("", False)])
+@pytest.mark.parametrize("caller, replayed", [
+    ("/play_1795", True), ("/pioneer/play_1795", True), ("/player", False), ("/play_ground/teleop", False), ("", False)])
 def test_a_replayed_message_is_known_by_its_caller(caller, replayed):
     message = Twist()
     message._connection_header = {"callerid": caller}

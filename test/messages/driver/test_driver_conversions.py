@@ -105,8 +105,8 @@ def test_an_end_of_the_lift_is_remembered_though_nobody_listened():
 def test_the_lift_reports_its_last_end_while_it_moves():
     reporter = conversions.GripperReporter()
     seen = []
-    for true in ({}, {"lift_up": True}, {"lift_moving": True, "lift_down": True}, {"lift_moving": True}, {"lift_down": True}, {"lift_moving": True, "lift_up": True}):
-        lift = gripper_message(reporter, **true).lift
+    for true in ((), ("lift_up",), ("lift_moving", "lift_down"), ("lift_moving",), ("lift_down",), ("lift_moving", "lift_up")):
+        lift = gripper_message(reporter, **dict.fromkeys(true, True)).lift
         seen.append((lift.state, lift.dir, lift.position))
     assert seen == [(3, 0, 0.0), (1, 0, 1.0), (2, -1, 1.0), (2, 0, 1.0), (1, 0, 0.0), (2, 1, 0.0)]
 

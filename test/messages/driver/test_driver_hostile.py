@@ -26,7 +26,7 @@ def lose_the_link(bottle, seconds):
 
 
 def find_it_again(bottle):
-    while not bottle.node._robot.ready or bottle.line.lost:
+    while not bottle.robot.ready or bottle.line.lost:
         yield 0.05
     yield 0.3
 
@@ -34,7 +34,7 @@ def find_it_again(bottle):
 @pytest.mark.parametrize("service, values, done", [
     ("set_motors", [True], lambda bottle: bottle.firmware.motors_enabled),
     ("enable_motors", [], lambda bottle: bottle.firmware.motors_enabled),
-    ("set_sonar", [False], lambda bottle: not bottle.node._robot.state.sonar_enabled)])
+    ("set_sonar", [False], lambda bottle: not bottle.robot.state.sonar_enabled)])
 def test_a_service_says_no_while_there_is_no_link_and_nothing_comes_of_it_later(run, service, values, done):
     def script(bottle):
         bottle.answers = []
@@ -57,7 +57,7 @@ def test_a_sonar_that_was_told_to_go_off_over_a_line_that_was_dead_already_is_on
         bottle.answer = yield from ask(bottle, "set_sonar", False)
         bottle.plug_in()
         yield from find_it_again(bottle)
-        bottle.on = bottle.node._robot.state.sonar_enabled
+        bottle.on = bottle.robot.state.sonar_enabled
 
     bottle = run(script)
     assert not bottle.answer[0] and "cable" in bottle.answer[1] and bottle.on
@@ -73,11 +73,11 @@ def test_the_odometry_that_began_anew_while_the_link_was_lost_goes_on_from_there
                 bottle.send("cmd_vel", twist(0.3))
                 yield 0.1
             yield 1.5
-            before = bottle.node._robot.state.x
+            before = bottle.robot.state.x
             yield from lose_the_link(bottle, moment)
             said_yes = bottle.call("reset_odometry").success
             yield from find_it_again(bottle)
-            bottle.poses.append((said_yes, before, bottle.node._robot.state.x))
+            bottle.poses.append((said_yes, before, bottle.robot.state.x))
 
     for said_yes, before, after in run(script).poses:
         assert before > 0.1 and after == (0.0 if said_yes else pytest.approx(before))
@@ -87,7 +87,7 @@ def test_a_gripper_that_is_told_to_close_without_a_link_stays_as_it_is(run):
     def script(bottle):
         for moment in MOMENTS:
             yield from lose_the_link(bottle, moment)
-            if not bottle.node._robot.ready:
+            if not bottle.robot.ready:
                 bottle.send("gripper_control", GripperState(GripState(state=2), LiftState()))
             yield from find_it_again(bottle)
 

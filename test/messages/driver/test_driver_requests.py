@@ -144,7 +144,7 @@ def test_enable_motors_on_start_counts_once_and_is_said(run, befall, reconnects)
         yield 0.5
         bottle.first = bottle.firmware.motors_enabled
         yield from befall(bottle)
-        bottle.second = bottle.firmware.motors_enabled, bottle.node._robot.link.reconnects
+        bottle.second = bottle.firmware.motors_enabled, bottle.robot.link.reconnects
 
     bottle = run(script, enable_motors_on_start=True)
     assert bottle.first and bottle.second == (False, reconnects)
@@ -157,7 +157,7 @@ def test_enable_motors_on_start_has_counted_also_when_the_robot_did_not_obey(run
         yield from befall(bottle)
         bottle.deaf_to.clear()
         yield 3.0
-        bottle.on = bottle.firmware.motors_enabled, bottle.node._robot.link.reconnects
+        bottle.on = bottle.firmware.motors_enabled, bottle.robot.link.reconnects
 
     bottle = run(script, before=lambda bottle: bottle.deaf_to.add("ENABLE"), enable_motors_on_start=True)
     assert bottle.on == (False, 1)
@@ -437,11 +437,11 @@ def test_a_change_without_a_link_holds_for_the_next_one(run):
 
 def test_the_sonar_stays_as_it_was_told_when_the_link_comes_back(run):
     def script(bottle):
-        bottle.node._robot.set_sonar(False)
+        bottle.robot.set_sonar(False)
         yield 0.5
         bottle.unplug(for_a_moment=True)
         yield 3.0
-        bottle.on = bottle.node._robot.state.sonar_enabled, bottle.node._robot.link.reconnects
+        bottle.on = bottle.robot.state.sonar_enabled, bottle.robot.link.reconnects
 
     assert run(script).on == (False, 1)
 

@@ -171,17 +171,17 @@ class Bench:
         self.writes: Dict[float, List[bytes]] = {}
         self._to_client = to_client
         self.session.start(self.now)
-        self._act()
+        self.act()
 
     def step(self) -> None:
-        self._act()
+        self.act()
         self.now += STEP
         sent = self.robot.advance(self.now)
         if sent:
             self.session.receive(self._to_client(sent if self.line_speed_fits else bytes(byte ^ 0x5A for byte in sent)), self.now)
         self.session.tick(self.now)
         assert self.session.wake_at > self.now, "a thread would spin"
-        self._act()
+        self.act()
 
     @property
     def line_speed_fits(self) -> bool:
@@ -219,11 +219,11 @@ class Bench:
 
     def drive(self, linear: float, angular: float) -> None:
         self.session.drive.set_velocity(linear, angular, self.now)
-        self._act()
+        self.act()
 
     def close(self) -> None:
         self.session.close(self.now)
-        self._act()
+        self.act()
 
     @property
     def finished(self) -> bool:
@@ -234,7 +234,8 @@ class Bench:
         found, = (event for event in self.events if isinstance(event, kind))
         return found
 
-    def _act(self) -> None:
+    def act(self) -> None:
+        """Carry out what the session wants done."""
         for action in self.session.take_actions():
             if isinstance(action, SetBaud):
                 self.baud = action.baud

@@ -166,7 +166,7 @@ def test_a_velocity_that_waits_through_a_hold_up_is_not_sent(then):
         bench.session.drive.request_motors(True, bench.now, 2.0)
     else:
         bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
-    bench._act()
+    bench.act()
     bench.run(0.5)
     assert ("VEL", 300) not in [(heard.name, heard.value) for heard in bench.robot.heard]
     assert not bench.robot.moving and not bench.robot.revived

@@ -40,7 +40,8 @@ def test_switches_of_a_gripperpac_replace_the_digital_inputs():
     assert packet.has_gripper == 2 and true_of(with_switches(floating, packet.state)) == {"paddles_open"}
 
 
-@pytest.mark.parametrize("bits, expected", [(0b111000, {"inner_beam"}), (0b110100, {"outer_beam"}), (0b100000, {"left_contact"}), (0b010000, {"right_contact"})])
+@pytest.mark.parametrize("bits, expected", [
+    (0b111000, {"inner_beam"}), (0b110100, {"outer_beam"}), (0b100000, {"left_contact"}), (0b010000, {"right_contact"})])
 def test_each_switch(bits, expected):
     assert true_of(with_switches(AT_REST, p2os.GripperSwitches(bits))) == expected
 

@@ -7,7 +7,8 @@ import pytest
 from pioneer_control.client.odometry import Odometry, wrapped
 
 
-@pytest.mark.parametrize("before, after, step", [(32760, 8, 16), (5, 32763, -10), (0, 0xFFC8, -56), (0, 0x7FC8, -56), (0, 0x3FFF, 0x3FFF), (0, 0x4000, -0x4000)])
+@pytest.mark.parametrize("before, after, step", [
+    (32760, 8, 16), (5, 32763, -10), (0, 0xFFC8, -56), (0, 0x7FC8, -56), (0, 0x3FFF, 0x3FFF), (0, 0x4000, -0x4000)])
 def test_steps_across_the_wrap(before, after, step):
     odometry = Odometry(1.0, 4096)
     odometry.update(before, 0, 0)

@@ -70,7 +70,7 @@ class Watched:
             session.fail(LinkLostError("pulled"))
         elif session.phase is Phase.READY:
             self.command(action, value)
-        bench._act()
+        bench.act()
         self.check()
 
     def command(self, action, value):

@@ -170,15 +170,16 @@ def test_what_the_robot_reports_wins_over_the_table():
 
 
 def test_of_a_working_and_a_hard_limit_that_contradict_each_other_the_lower_holds():
-    known = identity(translation_velocity_max_mm_s=65535, translation_velocity_top_mm_s=1500, rotation_velocity_max_deg_s=100, rotation_velocity_top_deg_s=90)
+    known = identity(
+        translation_velocity_max_mm_s=65535, translation_velocity_top_mm_s=1500, rotation_velocity_max_deg_s=100, rotation_velocity_top_deg_s=90)
     assert (known.max_linear, known.max_angular) == (1.5, math.radians(90))
 
 
 def test_what_the_robot_leaves_empty_comes_from_the_table():
     model = find_model("p3dx-sh")
     known = identity(
-        translation_velocity_max_mm_s=0, translation_velocity_top_mm_s=0, rotation_velocity_max_deg_s=None, rotation_velocity_top_deg_s=None, watchdog_ms=0,
-        front_sonar=0, rear_sonar=0, firmware_version="")
+        translation_velocity_max_mm_s=0, translation_velocity_top_mm_s=0, rotation_velocity_max_deg_s=None, rotation_velocity_top_deg_s=None,
+        watchdog_ms=0, front_sonar=0, rear_sonar=0, firmware_version="")
     assert (known.max_linear, known.max_angular) == (model.max_linear, model.max_angular)
     assert known.watchdog == 2.0 and known.model == model and known.firmware is None
 
@@ -195,4 +196,5 @@ def test_bumpers_are_the_robots_own_unless_it_does_not_say():
 
 @pytest.mark.parametrize("reported, wanted, fitted", [(0, None, False), (1, None, True), (2, None, True), (0, True, True), (1, False, False)])
 def test_a_gripper_is_there_if_the_robot_or_the_user_says_so(reported, wanted, fitted):
-    assert identify(p2os.SyncReply("fake", "Pioneer", "p3dx-sh"), find_model("p3dx-sh"), config(has_gripper=reported), None, None, wanted).has_gripper is fitted
+    reply, model = p2os.SyncReply("fake", "Pioneer", "p3dx-sh"), find_model("p3dx-sh")
+    assert identify(reply, model, config(has_gripper=reported), None, None, wanted).has_gripper is fitted

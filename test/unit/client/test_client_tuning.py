@@ -77,7 +77,7 @@ def names_of_settings(robot):
 def tune(bench, **values):
     """Change some of the settings."""
     bench.session.tune(replace(bench.session._settings.tuning, **values), bench.now)
-    bench._act()
+    bench.act()
 
 
 # Values
@@ -221,8 +221,8 @@ def test_a_robot_that_no_longer_answers_config_is_said():
 
 
 @pytest.mark.parametrize("subtype, unknown", [
-    ("p3dx-sh", []), ("amigo-sh", []), ("p3dx", ["ticks_mm", "drift_factor"]), ("p2dx", ["ticks_mm", "drift_factor"]), ("amigo", ["ticks_mm", "drift_factor"]),
-    ("pion1m", list(GOLDEN))])
+    ("p3dx-sh", []), ("amigo-sh", []), ("p3dx", ["ticks_mm", "drift_factor"]), ("p2dx", ["ticks_mm", "drift_factor"]),
+    ("amigo", ["ticks_mm", "drift_factor"]), ("pion1m", list(GOLDEN))])
 def test_firmware_too_old_for_a_command_is_said_and_never_hears_it(subtype, unknown):
     robot = TunedRobot()
     robot.subtype = subtype
@@ -361,7 +361,7 @@ def test_a_link_that_breaks_amid_it_says_nothing_of_it():
     bench = Bench(TunedRobot()).until_ready()
     tune(bench, bump_stall=1)
     bench.session.fail(LinkLostError("pulled"))
-    bench._act()
+    bench.act()
     assert bench.finished and tuned(bench) == []
 
 

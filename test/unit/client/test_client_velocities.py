@@ -36,7 +36,7 @@ def wheels_driven(bench):
 
 def drive_wheels(bench, left, right):
     bench.session.drive.set_wheel_velocities(left, right, bench.now)
-    bench._act()
+    bench.act()
 
 
 def with_motors(bench):
