@@ -12,7 +12,9 @@ A file of them, a timeline, is a YAML list of such words, or of mappings with th
     - {fault: transducer, value: 3, robot: 2, from: 30}
 """
 
+import functools
 import math
+import operator
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import yaml
@@ -101,6 +103,11 @@ def _hardware(name: str, of: Callable[[List[Any]], Any]) -> Callable[[Plant, Lis
     return lambda plant, values: setattr(plant.firmware.hardware, name, of(values))
 
 
+def _radians_together(degrees: List[float]) -> float:
+    """The sum in rad; not by `sum`, which rounds otherwise from Python 3.12 on."""
+    return math.radians(functools.reduce(operator.add, degrees, 0.0))
+
+
 SHARE = Number(0.0, 1.0)
 
 KINDS: Dict[str, Kind] = {kind.name: kind for kind in (
@@ -116,7 +123,7 @@ KINDS: Dict[str, Kind] = {kind.name: kind for kind in (
     Kind("battery", Number(0.0, 40.0), "V", "another battery, of this voltage, which falls from there; its own is back at the end",
          lambda plant, values: plant.set_voltage(values[-1] if values else None)),
     Kind("transducer", Whole(0, 31), "number", "this sonar transducer is dead: it hears nothing", _hardware("dead_transducers", set)),
-    Kind("gyro", Number(-360.0, 360.0), "deg/s", "the gyro drifts, + counter-clockwise", _hardware("gyro_drift", lambda values: math.radians(sum(values)))),
+    Kind("gyro", Number(-360.0, 360.0), "deg/s", "the gyro drifts, + counter-clockwise", _hardware("gyro_drift", _radians_together)),
     Kind("gripper", None, "", "stuck: neither paddles nor lift move", _hardware("gripper_stuck", bool)),
     Kind("charger", None, "", "no fault: somebody plugs a charger in", _hardware("charger", bool)),
 )}
