@@ -90,7 +90,8 @@ class Body:
         elif not self._is_free(pose):
             return self._stopped()
         crowd = self._world.crowd
-        if crowd and self._meets_another(pose):
+        beside = crowd.beside(pose[0], pose[1])
+        if beside and self._meets(beside, pose):
             return self._stopped()
         self.pose = pose
         self.blocked = False
@@ -105,10 +106,10 @@ class Body:
         self.blocked = True
         return False
 
-    def _meets_another(self, pose: Pose) -> bool:
-        """Whether it would touch another robot at `pose`."""
-        near = [body for body in self._world.crowd.near(pose[0], pose[1], self.reach) if body is not self and body.is_close(pose, self.reach)]
-        return bool(near) and any(outlines_meet(_placed(self._outline, pose), body.outline) for body in near)
+    def _meets(self, bodies: Sequence["Body"], pose: Pose) -> bool:
+        """Whether it would touch one of these bodies at `pose`, other than itself."""
+        return any(
+            body is not self and body.is_close(pose, self.reach) and outlines_meet(_placed(self._outline, pose), body.outline) for body in bodies)
 
     def place(self, pose: Pose) -> None:
         """Put the body somewhere else, as a person would who carries it."""

@@ -54,7 +54,7 @@ class Crowd:
     def __init__(self):
         self._bodies: Dict[int, Any] = {}
         self._squares: Dict[int, Cell] = {}
-        self._grids: Dict[float, _Grid] = {}
+        self._grids: Dict[float, _Grid] = {SIDE: _Grid(SIDE)}
 
     def __len__(self) -> int:
         return len(self._bodies)
@@ -81,6 +81,10 @@ class Crowd:
                 self._squares[id(body)] = square
                 for grid in self._grids.values():
                     grid.put(body)
+
+    def beside(self, x: float, y: float) -> List:
+        """The bodies that could touch another body whose middle is at (x, y), that one included if it has entered, and some that could not."""
+        return self._grids[SIDE].near(x, y) if self._bodies else []
 
     def near(self, x: float, y: float, reach: float) -> List:
         """The bodies that have a point within `reach` of (x, y), and some that have none."""

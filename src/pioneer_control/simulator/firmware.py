@@ -138,6 +138,8 @@ class Firmware:
 
     def take_sent(self) -> bytes:
         """Everything the robot sent since the last call."""
+        if not self._sent:
+            return b""
         sent, self._sent = b"".join(self._sent), []
         return sent
 

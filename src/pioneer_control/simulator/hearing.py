@@ -20,6 +20,7 @@ MOST_SQUARES = 2048
 """So many of them are kept."""
 SECTORS = 32
 """Into so many directions a square of floor sorts what can be heard from it."""
+SECTORS_PER_RADIAN = SECTORS / (2.0 * math.pi)
 
 _NUDGE = 1e-13  # m: a sensor exactly on a wall's line counts as this far beside it, so that it hears the wall's end
 _SPARE = 1e-6  # m: rounding must not drop what just touches a sector
@@ -42,26 +43,34 @@ class Ear:
     def __init__(self, world, half_width: float, maximum: float, slant: float):
         if not 0.0 < half_width <= math.pi / 4.0:
             raise UsageError(f"half_width {half_width!r} rad: a sonar cone's must be above 0 and at most pi / 4")
-        self._world, self._half_width, self._maximum, self._slant = world, half_width, maximum, slant
+        self._world, self._maximum, self._slant = world, maximum, slant
+        borders = [2.0 * math.pi / SECTORS * key for key in range(SECTORS)]
+        self._rights = np.array([unit(border - half_width) for border in borders])
+        self._lefts = np.array([unit(border + 2.0 * math.pi / SECTORS + half_width) for border in borders])
         self._earshots: Dict[Point, Earshot] = {}
 
-    def echo(self, x: float, y: float, axis: Point, right: Point, left: Point, listener=None) -> float:
+    def echo(self, x: float, y: float, heading: float, right: Point, left: Point, listener=None) -> float:
         """The distance (m) from a transducer to the nearest wall, post or other robot in its cone. Cans are too low to be heard.
 
         Exact, not sampled by rays. Nothing hides the nearest point of a cone, so nothing has to be hidden.
 
         :param x: position of the transducer, as `y`.
-        :param axis: unit vector the way it looks.
+        :param heading: the way it looks (rad).
         :param right: unit vector along the right edge of its cone, as `left`.
         :param listener: the body that it is on, which it does not hear.
         :returns: the maximum where nothing is nearer, 0 inside a post.
         """
         square = x // SQUARE, y // SQUARE
         earshot = self._earshots.get(square) or self._listen(*square)
-        nearest = echo(earshot.candidates(axis), x, y, right, left, self._maximum, self._slant)
-        if self._world.crowd:
+        number = int(heading * SECTORS_PER_RADIAN // 1.0) % SECTORS
+        candidates = earshot.sectors[number]
+        if candidates is None:
+            candidates = earshot.candidates(number)
+        nearest = echo(candidates, x, y, right, left, self._maximum, self._slant)
+        others = self._world.crowd.near(x, y, nearest)
+        if others:
             room = nearest + LARGEST_REACH
-            for body in self._world.crowd.near(x, y, nearest):
+            for body in others:
                 to_x, to_y, _ = body.pose
                 to_x -= x
                 to_y -= y
@@ -75,50 +84,50 @@ class Ear:
             self._earshots.clear()
         x, y, spread = (column + 0.5) * SQUARE, (row + 0.5) * SQUARE, SQUARE * 0.7072
         solids = self._world.within(x, y, self._maximum + spread)
-        earshot = self._earshots[column, row] = Earshot(solids, x, y, spread, self._half_width)
+        earshot = self._earshots[column, row] = Earshot(solids, x, y, spread, self._rights, self._lefts)
         return earshot
 
 
 class Earshot:
-    """What can be heard from a small square of floor, for cones of one width: by direction, and nearest first.
+    """What can be heard from a small square of floor, for cones of one width: by sector of the way they look, and nearest first.
 
     :param solids: all that is within the sonar's maximum of any place of the square, and maybe more.
     :param x: middle of the square, as `y`.
     :param spread: from there to its corners.
-    :param half_width: angle between a cone's axis and its edge, at most pi / 4.
+    :param rights: for each sector the unit vector along the rightmost of the right edges of its cones, (sectors, 2).
+    :param lefts: the same of their left edges.
+
+    `sectors` are the lists that have been asked for by `candidates`.
     """
 
-    def __init__(self, solids: Solids, x: float, y: float, spread: float, half_width: float):
+    def __init__(self, solids: Solids, x: float, y: float, spread: float, rights: np.ndarray, lefts: np.ndarray):
         walls, posts = solids.distances(np.array(x), np.array(y))
         least = np.concatenate((walls, posts)) - (spread + _SPARE)
         order = np.argsort(least, kind="stable")
         posts = np.vstack((solids.posts.T, np.zeros(len(solids.posts)), np.full(len(solids.posts), -1.0)))
         columns = np.vstack((least, np.hstack((solids.frames, posts))))[:, order]
         self._candidates: List[Candidate] = list(zip(*columns.tolist()))
-        self._audible = self._by_sector(solids, x, y, spread + _SPARE, half_width)[:, order]
-        self._sectors: List[Optional[List[Candidate]]] = [None] * SECTORS
+        self._audible = _audible(solids, x, y, spread + _SPARE, rights, lefts)[:, order]
+        self.sectors: List[Optional[List[Candidate]]] = [None] * SECTORS
 
-    @staticmethod
-    def _by_sector(solids: Solids, x: float, y: float, spread: float, half_width: float) -> np.ndarray:
-        """Whether a cone whose axis lies in a sector can reach a solid: (sectors, solids). Sure where it says no."""
-        right, left = (np.array(edges).T[:, :, None] for edges in _edges(half_width))
-        ends_x = np.concatenate((solids.walls[:, 0::2].T, np.tile(solids.posts[:, 0], (2, 1))), axis=1) - x
-        ends_y = np.concatenate((solids.walls[:, 1::2].T, np.tile(solids.posts[:, 1], (2, 1))), axis=1) - y
-        room = np.concatenate((np.zeros(len(solids.walls)), solids.posts[:, 2])) + spread
-        audible = np.ones((SECTORS, len(solids)), dtype=bool)
-        for (edge_x, edge_y), side in ((right, 1.0), (left, -1.0)):
-            inside = side * (edge_x * ends_y[0] - edge_y * ends_x[0]), side * (edge_x * ends_y[1] - edge_y * ends_x[1])
-            audible &= np.maximum(*inside) >= -room
-        return audible
-
-    def candidates(self, axis: Point) -> List[Candidate]:
-        """What a cone with this axis can reach from the square, and some that it cannot, nearest first."""
-        number = _sector(*axis)
-        candidates = self._sectors[number]
-        if candidates is None:
-            audible = np.flatnonzero(self._audible[number]).tolist()
-            candidates = self._sectors[number] = [self._candidates[key] for key in audible]
+    def candidates(self, number: int) -> List[Candidate]:
+        """What cones that look into a sector can reach from the square, and some that they cannot, nearest first."""
+        audible = np.flatnonzero(self._audible[number]).tolist()
+        candidates = self.sectors[number] = [self._candidates[key] for key in audible]
         return candidates
+
+
+def _audible(solids: Solids, x: float, y: float, spread: float, rights: np.ndarray, lefts: np.ndarray) -> np.ndarray:
+    """Whether a cone that looks into a sector can reach a solid: (sectors, solids). Sure where it says no."""
+    ends_x = np.concatenate((solids.walls[:, 0::2].T, np.tile(solids.posts[:, 0], (2, 1))), axis=1) - x
+    ends_y = np.concatenate((solids.walls[:, 1::2].T, np.tile(solids.posts[:, 1], (2, 1))), axis=1) - y
+    room = np.concatenate((np.zeros(len(solids.walls)), solids.posts[:, 2])) + spread
+    audible = np.ones((SECTORS, len(solids)), dtype=bool)
+    for edges, side in ((rights, 1.0), (lefts, -1.0)):
+        edge_x, edge_y = edges.T[:, :, None]
+        inside = side * (edge_x * ends_y[0] - edge_y * ends_x[0]), side * (edge_x * ends_y[1] - edge_y * ends_x[1])
+        audible &= np.maximum(*inside) >= -room
+    return audible
 
 
 def outline_candidates(outline: Sequence[Point]) -> List[Candidate]:
@@ -201,24 +210,3 @@ def disc_echo(x: float, y: float, radius: float, right: Point, left: Point) -> f
         if 0.0 < outside <= radius and ahead > 0.0:
             nearest = min(nearest, ahead - math.sqrt(radius * radius - outside * outside))
     return nearest
-
-
-def _sector(x: float, y: float) -> int:
-    """The sector that a direction lies in: equal parts of the square |x| + |y| = 1, counter-clockwise from x."""
-    part = y / (abs(x) + abs(y))
-    return int((2.0 - part if x < 0.0 else part + 4.0) * (SECTORS / 4)) % SECTORS
-
-
-def _edges(half_width: float) -> Tuple[Sequence[Point], Sequence[Point]]:
-    """For each sector the rightmost of the right edges and the leftmost of the left edges of the cones whose axes lie in it."""
-    borders = []
-    for key in range(SECTORS + 1):
-        part = key * 4 / SECTORS
-        y = part if part <= 1.0 else 2.0 - part if part <= 3.0 else part - 4.0
-        x = (1.0 - abs(y)) * (1.0 if part <= 1.0 or part >= 3.0 else -1.0)
-        length = math.sqrt(x * x + y * y)
-        borders.append((x / length, y / length))
-    cosine, sine = unit(half_width)
-    right = [(x * cosine + y * sine, y * cosine - x * sine) for x, y in borders[:-1]]
-    left = [(x * cosine - y * sine, y * cosine + x * sine) for x, y in borders[1:]]
-    return right, left

@@ -68,11 +68,10 @@ class Simulation:
             for robot in robots:
                 robot.run_to(next_us)
         self.time_us = end_us
-        sent = []
         for robot in robots:
-            robot.run_to(end_us)
-            sent.append(robot.take_sent())
-        return sent
+            if robot.time_us != end_us:
+                robot.run_to(end_us)
+        return [robot.take_sent() for robot in robots]
 
     def _next_start(self) -> Pose:
         starts = self.world.starts

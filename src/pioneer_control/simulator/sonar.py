@@ -19,11 +19,11 @@ Reading = Tuple[int, float]
 
 
 class Mount(NamedTuple):
-    """Where on a robot a transducer sits (m, base_link), and the unit vectors along its axis and the edges of its cone."""
+    """Where on a robot a transducer sits and looks (m, rad, base_link), and the unit vectors along the edges of its cone."""
 
     x: float
     y: float
-    axis: Point
+    heading: float
     right: Point
     left: Point
 
@@ -43,7 +43,7 @@ class Sonar:
 
     def __init__(self, transducers: Sequence[Transducer], numbers, world, noise: float, seed: int, body=None):
         half_width = math.radians(numbers.cone_deg) / 2.0
-        self._mounts = {number: Mount(x, y, unit(to), unit(to - half_width), unit(to + half_width)) for number, x, y, to in transducers}
+        self._mounts = {number: Mount(x, y, to, unit(to - half_width), unit(to + half_width)) for number, x, y, to in transducers}
         self._numbers, self._noise, self._body = numbers, noise, body
         self._ear = world.ear(half_width, numbers.maximum, _tangent(math.radians(numbers.specular_deg)))
         self._random = random.Random(seed)
@@ -107,11 +107,12 @@ class Sonar:
         """The range (m) that a transducer of a robot at `pose`, which looks `forward`, reports."""
         if number in self.dead:
             return self._numbers.maximum
-        x, y, *directions = self._mounts[number]
+        x, y, heading, (right_x, right_y), (left_x, left_y) = self._mounts[number]
         cosine, sine = forward
-        axis, right, left = [(x * cosine - y * sine, x * sine + y * cosine) for x, y in directions]
+        right = right_x * cosine - right_y * sine, right_x * sine + right_y * cosine
+        left = left_x * cosine - left_y * sine, left_x * sine + left_y * cosine
         x, y = pose[0] + x * cosine - y * sine, pose[1] + x * sine + y * cosine
-        return self._reported(self._ear.echo(x, y, axis, right, left, self._body))
+        return self._reported(self._ear.echo(x, y, pose[2] + heading, right, left, self._body))
 
     def _reported(self, distance: float) -> float:
         """A range as the electronics report it: with its noise, no less than the minimum, the maximum for no echo."""

@@ -107,7 +107,7 @@ class World:
     def echoes(self, x: Sequence[float], y: Sequence[float], heading: Sequence[float], half_width: float, maximum: float) -> List[float]:
         """What several transducers hear that look into directions (rad): distances, `maximum` where nothing is nearer."""
         ear = self.ear(half_width, maximum)
-        return [ear.echo(*place, unit(to), unit(to - half_width), unit(to + half_width)) for *place, to in zip(x, y, heading)]
+        return [ear.echo(*place, to, unit(to - half_width), unit(to + half_width)) for *place, to in zip(x, y, heading)]
 
     def touches(self, outline_xy: Sequence[Sequence[float]]) -> bool:
         """Whether a body overlaps any wall or post, also one that is wholly inside it. Cans give way and do not count.
