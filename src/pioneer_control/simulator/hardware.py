@@ -203,6 +203,13 @@ class Hardware:
         self.linear.emergency_stop()
         self.angular.emergency_stop()
 
+    def press_motors_button(self) -> None:
+        """Press the MOTORS button: it switches the motors on, if they may be, or off."""
+        if self.motors_enabled:
+            self.disable_motors()
+        else:
+            self.enable_motors()
+
     @property
     def stop_button(self) -> bool:
         """Whether the STOP button is pressed. Pressing it takes the power from the motors, letting it go does not give it back."""

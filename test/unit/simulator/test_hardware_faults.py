@@ -84,3 +84,43 @@ def test_a_charger_that_is_plugged_in():
     assert bench.wait(240.0).sip.charge_state == ChargeState.FLOAT and bench.sip.battery_x10_dv == 130
     bench.robot.hardware.charger = False
     assert not bench.wait(0.1).sip.flags & Flags.CHARGER_POWER
+
+
+def test_the_motors_button_toggles():
+    bench = Bench().open(motors=False)
+    bench.robot.hardware.press_motors_button()
+    assert bench.wait(0.1).sip.flags & Flags.MOTORS_ENABLED
+    bench.robot.hardware.press_motors_button()
+    assert not bench.wait(0.1).sip.flags & Flags.MOTORS_ENABLED
+    bench.robot.hardware.stop_button = True
+    bench.robot.hardware.press_motors_button()
+    assert not bench.wait(0.1).sip.flags & Flags.MOTORS_ENABLED
+
+
+@pytest.mark.parametrize("model, motors", [("p2dx", True), ("p3dx", False), ("p3dx-sh", False)])
+def test_the_stop_button_of_old_firmware_takes_no_motors_until_told_to(model, motors):
+    bench = Bench(model).open().wait(0.1)
+    bench.robot.hardware.stop_button = True
+    bench.wait(0.1)
+    assert bool(bench.sip.flags & Flags.MOTORS_ENABLED) == motors and bench.sip.flags & Flags.STOP_BUTTON
+    assert bool(bench.sip.flags & Flags.E_STALL) != motors
+    assert not bench.send("E_STALL", 1).wait(0.1).sip.flags & Flags.MOTORS_ENABLED
+
+
+@pytest.mark.parametrize("model", ["p2dx", "p3dx"])
+def test_wheels_that_hit_a_wall_one_by_one_stall_and_drive_on_when_told(model):
+    bench = Bench(model, World("wall", walls=[(0.6, -9.0, 0.6, 9.0)])).open().send("VEL2", 15, 15).wait(3.0, alive=True)
+    assert bench.robot.contacts == 1 and any(sip.left_stall_bits & StallBits.STALLED for sip in bench.sips)
+    bench.send("VEL", -200).wait(2.0, alive=True)
+    assert bench.robot.velocity == (pytest.approx(-0.2), 0.0) and not bench.sip.left_stall_bits & StallBits.STALLED
+    bench.send("VEL2", -10, -10).send("STOP").wait(2.0, alive=True)
+    assert bench.robot.velocity == (0.0, 0.0)
+
+
+def test_what_a_device_says_that_nobody_fetches_does_not_pile_up():
+    bench = Bench().open()
+    for count in range(1000):
+        bench.robot.hardware.aux[0].put(b"%04d" % count * 5)
+    bench.send("GETAUX", 4).wait(0.2)
+    first, = bench.of(p2os.SerialAux)
+    assert 700 < int(first.data) < 999 and len(bench.robot.hardware.aux[0]._waiting) <= 4096
