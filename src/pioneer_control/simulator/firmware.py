@@ -279,7 +279,7 @@ class Firmware:
     def restart(self) -> None:
         """What the RESET command does: end the session as a fresh start of the controller would, and say so."""
         self.close_session()
-        self.hardware.battery.pretend(0.0)
+        self.hardware.restart()
         self._send(p2os.Reset(0xFF, b""))
 
     # -- commands

@@ -105,7 +105,12 @@ class Hardware:
         self.reset_odometry()
 
     def power_cycle(self) -> None:
-        """Off and on again: motors off, everything as after power-on but for what has a place in the world: body, gripper, battery, cans."""
+        """Off and on again: as `restart`, and the firmware has to boot."""
+        self.restart()
+        self.on_restart()
+
+    def restart(self) -> None:
+        """Motors off, everything as after power-on but for what has a place in the world: body, gripper, battery, cans."""
         self.disable_motors()
         self.linear.speed = self.angular.speed = 0.0
         self._left_mm = self._right_mm = 0.0
@@ -119,7 +124,6 @@ class Hardware:
             self.gripper.lift_stop()
         self.reset_parameters()
         self.reset_odometry()
-        self.on_restart()
 
     def reset_parameters(self) -> None:
         """Limits, sonar sequence and safety settings as they are at power-on."""

@@ -99,6 +99,14 @@ def test_reset_says_so_and_waits():
     assert bench.packets[-1] == p2os.Reset(0xFF, b"") and bench.robot.session is Session.WAITING
 
 
+def test_reset_is_like_power_on():
+    bench = Bench().open().send("DIGOUT", 0xFF, 0x05).send("BATTEST", 120).send("MOVE", 100).wait(2.0, alive=True).send("RESET").wait(0.1)
+    where = bench.robot.true_pose
+    bench.open().send("ENCODER", 1).wait(0.2)
+    assert bench.of(p2os.Encoder)[-1] == p2os.Encoder(0, 0) and (bench.sip.digital_out, bench.sip.battery_dv) == (0, 130)
+    assert bench.robot.true_pose == where and where[0] == pytest.approx(0.1)
+
+
 def test_unknown_and_senseless_commands_are_counted_and_ignored():
     bench = Bench().open()
     bench.robot.receive(p2os.encode_frame(200) + p2os.encode_frame(11) + p2os.encode_frame(11, b"\x2B\x02hi") + p2os.encode_frame(255))
