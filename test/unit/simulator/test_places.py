@@ -1,4 +1,4 @@
-"""Where many robots can stand in a world: apart from each other, from cans and from walls, and always at the same places."""
+"""Where many robots stand at first."""
 
 import math
 
@@ -9,24 +9,35 @@ from pioneer_control.robots import find_model
 from pioneer_control.simulator.loading import known_worlds, load_world
 from pioneer_control.simulator.places import standing_places
 from pioneer_control.simulator.simulation import Simulation
-
-MODEL = find_model("p3dx-sh")
-REACH = max(math.hypot(x, y) for x, y in MODEL.outline(True))
+from pioneer_control.simulator.world import World
 
 
 @pytest.mark.parametrize("name", known_worlds())
-def test_eight_robots_stand_in_every_world_of_the_gallery(name):
-    world = load_world(name)
-    places = standing_places(world, MODEL, 8)
-    assert places == standing_places(world, MODEL, 8) and places[: len(world.starts)] == world.starts
-    for number, (x, y, _) in enumerate(places):
-        assert world.clearance(x, y) >= REACH or number < len(world.starts)
-        assert all(math.hypot(x - other[0], y - other[1]) >= 2 * REACH for other in places[:number])
-        assert all(math.hypot(x - can.x, y - can.y) >= REACH + can.radius for can in world.cans) or number < len(world.starts)
-    simulation = Simulation(world)
-    assert len([simulation.add(MODEL, pose) for pose in places]) == 8
+@pytest.mark.parametrize("subtype", ["p3dx-sh", "amigo-sh"])
+def test_five_robots_stand_in_every_world_of_the_gallery_and_can_turn(name, subtype):
+    simulation, model = Simulation(load_world(name)), find_model(subtype)
+    for pose in standing_places(simulation.world, model, 5):
+        simulation.add(model, pose)
+    for pose in standing_places(simulation.world, model, 5)[len(simulation.world.starts):]:
+        reach = max(math.hypot(x, y) for x, y in model.outline(model.can_carry_gripper))
+        assert simulation.world.clearance(*pose[:2]) >= reach
 
 
-def test_no_room_is_told():
-    with pytest.raises(ParameterError, match=r"the world 'table' has room for \d+ robots of the model p3dx-sh, not for 100"):
-        standing_places(load_world("table"), MODEL, 100)
+def test_the_starts_of_the_world_come_first_as_they_are():
+    world = load_world("office")
+    for count in (1, 3, 5):
+        assert standing_places(world, find_model("p3dx-sh"), count)[:3] == world.starts[:count][:3]
+
+
+def test_five_hundred_on_an_open_floor_none_near_another():
+    places = standing_places(World("hall", starts=[(1.0, 2.0, 0.5)]), find_model("p3dx-sh"), 500)
+    assert len(places) == 500 and {heading for _, _, heading in places} == {0.5}
+    assert min(math.hypot(x - a, y - b) for at, (x, y, _) in enumerate(places) for a, b, _ in places[:at]) > 0.8
+    assert max(math.hypot(x - 1.0, y - 2.0) for x, y, _ in places) < 20.0
+
+
+def test_nobody_stands_beyond_a_wall():
+    walls = [(-2, -2, 2, -2), (2, -2, 2, 2), (2, 2, -2, 2), (-2, 2, -2, -2)]
+    with pytest.raises(ParameterError, match="the world 'cell' has room for 9 robots of the model p3dx-sh, not for 10"):
+        standing_places(World("cell", walls), find_model("p3dx-sh"), 10)
+    assert all(abs(x) < 2 and abs(y) < 2 for x, y, _ in standing_places(World("cell", walls), find_model("p3dx-sh"), 9))
