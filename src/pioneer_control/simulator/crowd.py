@@ -8,11 +8,6 @@ from typing import Any, Dict, List, Tuple
 
 Cell = Tuple[float, float]
 
-SIDE = 2.0
-"""All grids have squares with a multiple of this side (m): a body that stays in one of this side stays in one of each."""
-LARGEST_REACH = 1.0
-"""More than the distance (m) from the middle of any robot to its farthest corner."""
-
 
 class _Grid:
     """Bodies listed by the square of floor they stand on, and by the eight round it: a question looks into one list only."""
@@ -49,20 +44,33 @@ class _Grid:
 
 
 class Crowd:
-    """The bodies that stand in a world."""
+    """The bodies that stand in a world.
+
+    All grids have squares whose side is a multiple of one: a body that stays in a square of that side stays in one of each.
+    """
 
     def __init__(self):
+        self.reach = 1.0
+        """No body reaches farther (m) from its middle."""
         self._bodies: Dict[int, Any] = {}
         self._squares: Dict[int, Cell] = {}
-        self._grids: Dict[float, _Grid] = {SIDE: _Grid(SIDE)}
+        self._grids: Dict[float, _Grid] = {}
 
     def __len__(self) -> int:
         return len(self._bodies)
 
+    @property
+    def _side(self) -> float:
+        """Side (m) of the smallest squares: two bodies that touch stand in the same or in neighbours."""
+        return 2.0 * self.reach
+
     def enter(self, body) -> None:
         """From now on this body is in everybody's way."""
         self._bodies[id(body)] = body
-        self._squares[id(body)] = math.inf, math.inf    # nowhere yet
+        if body.reach > self.reach:
+            self.reach = body.reach
+            self._grids.clear()
+        self._squares = dict.fromkeys(self._bodies, (math.inf, math.inf))   # nowhere yet
         self.moved(body)
 
     def leave(self, body) -> None:
@@ -76,7 +84,8 @@ class Crowd:
         before = self._squares.get(id(body))
         if before is not None:
             x, y, _ = body.pose
-            square = x // SIDE, y // SIDE
+            side = 2.0 * self.reach
+            square = x // side, y // side
             if square != before:
                 self._squares[id(body)] = square
                 for grid in self._grids.values():
@@ -84,19 +93,19 @@ class Crowd:
 
     def beside(self, x: float, y: float) -> List:
         """The bodies that could touch another body whose middle is at (x, y), that one included if it has entered, and some that could not."""
-        return self._grids[SIDE].near(x, y) if self._bodies else []
+        return self._grid(self._side).near(x, y) if self._bodies else []
 
     def near(self, x: float, y: float, reach: float) -> List:
         """The bodies that have a point within `reach` of (x, y), and some that have none."""
-        if not self._bodies:
-            return []
-        side = SIDE * math.ceil((reach + LARGEST_REACH) / SIDE)
+        return self._grid(self._side * math.ceil((reach + self.reach) / self._side)).near(x, y) if self._bodies else []
+
+    def _grid(self, side: float) -> _Grid:
         grid = self._grids.get(side)
         if grid is None:
             grid = self._grids[side] = _Grid(side)
             for body in self._bodies.values():
                 grid.put(body)
-        return grid.near(x, y)
+        return grid
 
 
 def _around(cell: Cell) -> List[Cell]:

@@ -10,7 +10,6 @@ from typing import Dict, List, Optional, Sequence, Tuple
 import numpy as np
 
 from ..errors import UsageError
-from .crowd import LARGEST_REACH
 from .exact import unit
 from .geometry import Point, Solids
 
@@ -69,7 +68,7 @@ class Ear:
         nearest = echo(candidates, x, y, right, left, self._maximum, self._slant)
         others = self._world.crowd.near(x, y, nearest)
         if others:
-            room = nearest + LARGEST_REACH
+            room = nearest + self._world.crowd.reach
             for body in others:
                 to_x, to_y, _ = body.pose
                 to_x -= x

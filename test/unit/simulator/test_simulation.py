@@ -1,5 +1,6 @@
 """Several robots in one world and one time: they see each other, stop each other, and do not depend on how time is split."""
 
+import dataclasses
 import math
 import random
 
@@ -127,3 +128,17 @@ def test_a_can_between_two_robots_is_jammed():
     assert 2 * can.radius - 1e-4 <= gap < 2 * can.radius + 0.02 and first.contacts == 0
     assert can.x == pytest.approx(first.true_pose[0] + MODEL.length_front + gap / 2, abs=0.02)
     assert abs(second.true_pose[0] - 2.0) < 1e-9
+
+
+def test_a_robot_larger_than_any_of_ours_is_minded_from_afar():
+    large = dataclasses.replace(MODEL, length_front=3.0, length_rear=3.0)
+    simulation = Simulation(World("two", starts=((0.0, 0.0, 0.0), (4.5, 0.0, math.pi / 2), (4.5, 5.0, 0.0))))
+    small, _ = simulation.add(MODEL, noise=0.0, gripper=False), simulation.add(large, noise=0.0, gripper=False)
+    simulation.add(MODEL, (-3.0, 2.8, -math.pi / 2), gripper=False)
+    small.receive(OPEN)
+    for _ in range(300):
+        small.receive(p2os.encode_command("VEL", 300))
+        simulation.advance(0.1)
+    assert small.contacts == 1 and small.true_pose[0] == pytest.approx(4.5 - large.width / 2 - MODEL.length_front, abs=0.02)
+    with pytest.raises(ParameterError, match="another robot"):
+        simulation.add(MODEL, (4.5, 2.9, 0.0))
