@@ -1,6 +1,7 @@
 """The table of commands: none is forgotten, old firmware lacks what the protocol says, and the page for people shows what the code does."""
 
 import pathlib
+import re
 
 import pytest
 
@@ -10,6 +11,7 @@ from pioneer_control import p2os
 from pioneer_control.p2os import COMMANDS, UNKNOWN_TO, Argument
 from pioneer_control.robots.table import FAMILIES
 from pioneer_control.simulator.handlers import HANDLERS, IGNORED, LETTERS, documented
+from pioneer_control.simulator.robot_numbers import standard_numbers
 
 PAGE = pathlib.Path(__file__).resolve().parents[3] / "docs" / "simulator-commands.md"
 ONE_OF_EACH = {"PSOS": "pion1m", "P2OS": "p2dx", "AmigOS": "amigo", "AROS": "p3dx", "ARCOS": "p3dx-sh", "AmigoSH": "amigo-sh", "uARCS": "seekur",
@@ -36,6 +38,19 @@ def test_the_page_shows_the_table():
 
 def test_a_row_that_lies_is_seen():
     assert len(missing_rows(PAGE.read_text(encoding="utf-8").replace("MOVE | - |", "MOVE | yes |"))) == 1
+
+
+def unknown_numbers(text):
+    """`section.name` that the page names and robot.yaml has not; `section.*` stands for all."""
+    named = re.findall(r"`([a-z]+)\.([a-z_]+|\*)`", text)
+    numbers = standard_numbers()
+    return [names for names in named if not hasattr(numbers, names[0]) or names[1] != "*" and not hasattr(getattr(numbers, names[0]), names[1])]
+
+
+def test_the_numbers_that_the_page_names_are_there():
+    text = PAGE.read_text(encoding="utf-8")
+    assert unknown_numbers(text) == [] and "`gyro.kind`" in text
+    assert unknown_numbers(text.replace("gyro.kind", "gyro.type")) == [("gyro", "type")]
 
 
 def test_it_agrees_with_what_clients_are_told_of_old_firmware():
