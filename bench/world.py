@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
 """What one look of the sonar, one contact test and one clearance cost in small and large worlds: `python3 bench/world.py`.
 
-A look is five transducers of one robot in one call, as a SIP asks for. Large worlds are as dense as an office, one wall of 1 to 2 m for each
+A look is five transducers of one robot, as a SIP brings. Large worlds are as dense as an office, one wall of 1 to 2 m for each
 square metre. Robots stand at random places; each first looks once, which finds its neighbourhood, and that is listed apart.
 
 Measured on two cores that others were using too (Python 3.11, numpy 1.24), in microseconds:
 
 world             walls  posts   first look    look   contact   clearance
-tutorial             25      2          382      68       6.0         5.7
-office              160     15          509      82       7.3         8.3
-10 walls             10      0          140      52       6.5         4.1
-1000 walls         1000      0          506      79       7.3         4.7
-100000 walls     100000      0        19654      84       7.7         5.6
+tutorial             25      2          263      16       3.3         3.0
+office              160     15          566      18       3.7         3.5
+10 walls             10      0          112      13       3.5         2.1
+1000 walls         1000      0          586      16       3.6         2.6
+100000 walls     100000      0          730      19       3.7         3.0
 """
 
 import math
