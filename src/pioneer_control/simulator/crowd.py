@@ -54,22 +54,17 @@ class Crowd:
         """No body reaches farther (m) from its middle."""
         self._bodies: Dict[int, Any] = {}
         self._squares: Dict[int, Cell] = {}
-        self._grids: Dict[float, _Grid] = {}
+        self._start_grids()
 
     def __len__(self) -> int:
         return len(self._bodies)
-
-    @property
-    def _side(self) -> float:
-        """Side (m) of the smallest squares: two bodies that touch stand in the same or in neighbours."""
-        return 2.0 * self.reach
 
     def enter(self, body) -> None:
         """From now on this body is in everybody's way."""
         self._bodies[id(body)] = body
         if body.reach > self.reach:
             self.reach = body.reach
-            self._grids.clear()
+            self._start_grids()
         self._squares = dict.fromkeys(self._bodies, (math.inf, math.inf))   # nowhere yet
         self.moved(body)
 
@@ -84,8 +79,7 @@ class Crowd:
         before = self._squares.get(id(body))
         if before is not None:
             x, y, _ = body.pose
-            side = 2.0 * self.reach
-            square = x // side, y // side
+            square = x // self._side, y // self._side
             if square != before:
                 self._squares[id(body)] = square
                 for grid in self._grids.values():
@@ -93,18 +87,25 @@ class Crowd:
 
     def beside(self, x: float, y: float) -> List:
         """The bodies that could touch another body whose middle is at (x, y), that one included if it has entered, and some that could not."""
-        return self._grid(self._side).near(x, y) if self._bodies else []
+        return self._smallest.near(x, y) if self._bodies else []
 
     def near(self, x: float, y: float, reach: float) -> List:
         """The bodies that have a point within `reach` of (x, y), and some that have none."""
-        return self._grid(self._side * math.ceil((reach + self.reach) / self._side)).near(x, y) if self._bodies else []
+        if not self._bodies:
+            return []
+        sides = math.ceil((reach + self.reach) / self._side)
+        return (self._grids.get(sides) or self._add_grid(sides)).near(x, y)
 
-    def _grid(self, side: float) -> _Grid:
-        grid = self._grids.get(side)
-        if grid is None:
-            grid = self._grids[side] = _Grid(side)
-            for body in self._bodies.values():
-                grid.put(body)
+    def _start_grids(self) -> None:
+        self._side = 2.0 * self.reach
+        """Of the smallest squares (m): two bodies that touch stand in the same or in neighbours."""
+        self._grids: Dict[int, _Grid] = {}
+        self._smallest = self._add_grid(1)
+
+    def _add_grid(self, sides: int) -> _Grid:
+        grid = self._grids[sides] = _Grid(self._side * sides)
+        for body in self._bodies.values():
+            grid.put(body)
         return grid
 
 
