@@ -303,6 +303,29 @@ def test_twenty_clients_after_each_other_every_second_one_rude(place):
                     close(computer)
 
 
+def test_who_comes_before_the_end_of_the_session_was_read_is_let_in_after_it():
+    with contextlib.closing(TcpLine(0)) as line, contextlib.closing(dial(line)) as first:
+        until(lambda: line.read(False) or line.has_client, "connection")
+        first.sendall(b"bye")
+        with contextlib.closing(dial(line)) as second:
+            until(lambda: line.read(False) == b"bye", "the end")
+            line.finish()
+            second.sendall(b"hello")
+            until(lambda: line.read(False) == b"hello", "the next client")
+
+
+def test_clients_that_follow_at_once_are_all_let_in():
+    opening = b"".join(map(p2os.encode_frame, (0, 1, 2, 1)))
+    with Server(robot(), tcp=0, speed=20.0) as server:
+        for number in range(100):
+            with contextlib.closing(dial(server)) as line:
+                line.settimeout(LIMIT)
+                line.sendall(opening)
+                assert line.recv(6) == p2os.encode_frame(0), "client %d" % number
+                if number % 2:
+                    line.sendall(p2os.encode_command("CLOSE"))
+
+
 # -- several robots
 
 @pytest.fixture

@@ -138,6 +138,9 @@ class TcpLine:
             self._listener.close()
 
     def _welcome(self, busy: bool) -> None:
+        """Let the next one in, or turn it away. It waits while something of the present one is left to read, which may end its session."""
+        if self._client is not None and self._has_more():
+            return
         try:
             client, _ = self._listener.accept()
         except OSError:     # nobody, or gone again
@@ -153,8 +156,15 @@ class TcpLine:
         self.opened(client)
         self.welcomed(client)
 
+    def _has_more(self) -> bool:
+        """Whether something of the client is left to read."""
+        try:
+            return self._client.recv(1, socket.MSG_PEEK) != b""
+        except OSError:
+            return False
+
     def _gone(self) -> bool:
-        """Whether the client has hung up, with nothing of it left to read."""
+        """Whether the client has hung up."""
         try:
             return self._client.recv(1, socket.MSG_PEEK) == b""
         except BlockingIOError:

@@ -204,8 +204,6 @@ class Server:
                         self._serve(*key.data, events, now)
                     if self._held_up:
                         self._let_go()
-                    if ready:
-                        self._deliver(self.wired.run_to(int(target_us)))
         finally:
             self._close()
 
@@ -221,6 +219,7 @@ class Server:
             berth.line, berth.heard = line, now
             self._recording.put(self.wired.time, berth.number + 1, True, data)
             self.wired.send(berth.number, data, line.client_baud)
+            self._deliver(self.wired.run_to(self.wired.time_us))    # before another client takes the place of this one
             if line.client_baud and self.wired.backlog(berth.number) > LONGEST_BACKLOG:
                 for file in line.files():
                     self._unwatch(file)
