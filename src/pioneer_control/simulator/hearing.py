@@ -69,11 +69,16 @@ class Ear:
         others = self._world.crowd.near(x, y, nearest)
         if others:
             room = nearest + self._world.crowd.reach
+            right_x, right_y = right
+            left_x, left_y = left
             for body in others:
                 to_x, to_y, _ = body.pose
                 to_x -= x
                 to_y -= y
-                if to_x * to_x + to_y * to_y < room * room and body is not listener and disc_echo(to_x, to_y, body.reach, right, left) < nearest:
+                reach = body.reach
+                if right_y * to_x - right_x * to_y > reach or left_x * to_y - left_y * to_x > reach:
+                    continue    # wholly beside the cone, as most are
+                if to_x * to_x + to_y * to_y < room * room and body is not listener and disc_echo(to_x, to_y, reach, right, left) < nearest:
                     nearest = echo(body.candidates, x, y, right, left, nearest, self._slant)
         return nearest
 
