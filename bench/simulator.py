@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What simulated robots cost: alone in each world, many in one world, in small and large worlds, and served over TCP with clients attached.
 
-    python3 bench/simulator.py                       # everything, ten minutes; prints the tables of bench/simulator.md
+    python3 bench/simulator.py                       # everything, six minutes; prints the tables of bench/simulator.md
     python3 bench/simulator.py alone --seconds 20    # one part, shorter: alone, crowd, worlds, served
 
 All robots drive and turn away from what their front sonar hears, 16 transducers firing; each gets two commands every tenth of a second.
@@ -175,8 +175,14 @@ for robot in many.robots:
 with Server(many, tcp=0) as server:
     print(*(berth.url.rpartition(":")[2] for berth in server.berths), flush=True)
     for _ in sys.stdin:
-        print(time.process_time(), many.time_us * 1e-6, flush=True)
+        print(time.process_time(), many.time_us * 1e-6, bench.memory(), flush=True)
 """
+
+
+def memory() -> float:
+    """What this process has of it at present (MB)."""
+    with open("/proc/self/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * resource.getpagesize() / 1e6
 
 
 class Client:
@@ -203,15 +209,14 @@ def served(seconds: float, runs: int) -> None:
             clients = [Client(int(port)) for port in server.stdout.readline().split()]
             figures = [_served_run(server, clients, seconds) for _ in range(runs + 1)][1:]      # the first one warms up
             server.stdin.close()
-        spent, lived, heard = zip(*figures)
-        each = [used / passed / count for used, passed in zip(spent, lived)]
-        memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+        spent, lived, heard, used = zip(*figures)
+        each = [one / passed / count for one, passed in zip(spent, lived)]
         row(str(count), spread([one * 1e3 for one in each], ".2f"), f"{1.0 / statistics.median(each):.0f}", spread([one / seconds for one in lived], ".3f"),
-            spread([one / (seconds * 10 * count) for one in heard], ".3f"), f"{memory:.0f}")
+            spread([one / (seconds * 10 * count) for one in heard], ".3f"), f"{max(used):.0f}")
 
 
 def _served_run(server: subprocess.Popen, clients: List[Client], seconds: float):
-    """Processor time of the server, simulated time and SIPs in some real seconds."""
+    """Processor time of the server, simulated time and SIPs in some real seconds, and its memory (MB)."""
     def ask():
         server.stdin.write("\n")
         server.stdin.flush()
@@ -226,7 +231,7 @@ def _served_run(server: subprocess.Popen, clients: List[Client], seconds: float)
             for key, _ in selector.select(0.1):
                 key.data.serve()
         after = ask()
-    return after[0] - before[0], after[1] - before[1], sum(client.driver.sips for client in clients) - sips
+    return after[0] - before[0], after[1] - before[1], sum(client.driver.sips for client in clients) - sips, after[2]
 
 
 PARTS = {"alone": (alone, 60.0, 7), "crowd": (crowd, 60.0, 5), "worlds": (worlds, 20.0, 5), "served": (served, 10.0, 5)}
