@@ -9,6 +9,7 @@ import queue
 import signal
 import sys
 import threading
+import types
 import xmlrpc.client
 from typing import Any, Optional
 
@@ -16,8 +17,10 @@ import rosgraph
 import rospy
 from rospy.impl.rosout import RosOutHandler
 
-MASTER_PATIENCE = 0.9
-"""Seconds that the end of a node waits for the master to take notice."""
+MASTER_PATIENCE = 0.5
+"""Seconds, after the program's own shutdown hooks, that the end of a node waits for the master to take notice."""
+MAIN_PATIENCE = 0.4
+"""Seconds after that in which the main thread must come to its end, when the master did not answer."""
 
 
 def init_node(name: str) -> None:
@@ -26,8 +29,8 @@ def init_node(name: str) -> None:
     rospy's own handlers run the shutdown on top of whatever the main thread was just doing, and then wait for ever for locks that
     it holds: those of its talk with the master, which even `rospy.loginfo` takes (seen with 1.15.15). ``nohup`` is respected.
 
-    A signal that comes while this function runs ends the program here, with code 0. A master that hangs keeps no node from its end: who still waits
-    for it when the program's own shutdown hooks have run and MASTER_PATIENCE is over is not waited for. Nor does it keep who logs something.
+    A signal that comes while this function runs ends the program here, with code 0. A master that hangs keeps no node from its end, nor who logs
+    something.
     """
     asked: "queue.SimpleQueue[str]" = queue.SimpleQueue()   # to end, and why; takes no lock: it may be used in a signal handler
     hooks_ran, over, ended = threading.Event(), threading.Event(), threading.Event()
@@ -43,10 +46,10 @@ def init_node(name: str) -> None:
         shutdown.start()
         hooks_ran.wait()
         shutdown.join(MASTER_PATIENCE)
-        if not over.is_set() and not rospy.is_shutdown():
-            sys.stdout.flush()
-            os._exit(0)     # the main thread, too, may wait for the master, and nothing wakes it
         ended.set()
+        if not rospy.is_shutdown() and not over.wait(MAIN_PATIENCE):
+            sys.stdout.flush()
+            os._exit(0)     # the main thread, too, waits for the master, and nothing wakes it
 
     def at_exit() -> None:
         over.set()
@@ -70,10 +73,14 @@ def init_node(name: str) -> None:
 
 
 def _publish_log_by(listener: logging.handlers.QueueListener) -> None:
-    """rospy asks the master with every line that is logged, and publishes it on /rosout: let that be the work of the listener's thread."""
+    """rospy asks the master with every line that is logged, and publishes it on /rosout: let that be the work of the listener's thread.
+
+    It does so without the lock of rospy's handler: the end of the program waits for that.
+    """
     logger = logging.getLogger("rosout")
-    listener.handlers = tuple(handler for handler in logger.handlers if isinstance(handler, RosOutHandler))
-    for handler in listener.handlers:
+    handlers = [handler for handler in logger.handlers if isinstance(handler, RosOutHandler)]
+    listener.handlers = [types.SimpleNamespace(handle=handler.emit) for handler in handlers]
+    for handler in handlers:
         logger.removeHandler(handler)
         logger.addHandler(logging.handlers.QueueHandler(listener.queue))
 

@@ -37,10 +37,10 @@ class HangingMaster:
             self._hangs, self._hang_at = False, None
             self._changed.notify_all()
 
-    def wait_until_asked(self):
-        """Until somebody waits for an answer."""
+    def wait_until_asked(self, asker=None):
+        """Until somebody waits for an answer; ``asker`` is who should (a Driver)."""
         with self._changed:
-            assert self._changed.wait_for(lambda: self._waiting, PATIENCE), "nobody asks"
+            assert self._changed.wait_for(lambda: self._waiting, PATIENCE), "nobody asks:\n%s" % (asker and asker.printed)
 
     def close(self):
         self._server.shutdown()
