@@ -170,6 +170,8 @@ class World:
 
     def _near(self, x: float, y: float, reach: float) -> Solids:
         """At least every solid within `reach` of a point, found once for each small square of floor and kept."""
+        if not len(self._solids):   # an endless floor
+            return self._solids
         reach = math.ceil(4.0 * reach) / 4.0  # a few sizes only, so that squares are shared
         side = reach / 2.0
         square = (reach, math.floor(x / side), math.floor(y / side))

@@ -201,3 +201,13 @@ def test_one_call_for_many_sensors_gives_the_very_bytes_of_many_calls():
     apart = [heard(World("large", walls, [(1.0, 1.0, 0.2)]), *pose) for pose in poses]
     assert together == apart
     assert min(apart) < MAXIMUM == max(apart)
+
+
+@pytest.mark.parametrize("walls, places", [([], 1), ([(1000.0, -3.0, 1000.0, 3.0)], 1), ([(2.0, -300.0, 2.0, 300.0)], 100)])
+def test_a_floor_without_end_takes_no_memory_where_nothing_is(walls, places):
+    world = World("floor", walls=walls)
+    for metres in range(100):
+        heard(world, y=float(metres))
+    ear = world.ear(HALF, MAXIMUM)
+    assert len({id(earshot) for earshot in ear._earshots.values()}) == places
+    assert world.clearance(0.0, 0.0) == (walls[0][0] if walls else math.inf) and (len(world._neighbourhoods) == 0) is (not walls)
