@@ -17,6 +17,7 @@ import heapq
 import math
 from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple, Union
 
+from ..errors import ParameterError
 from ..p2os.framing import SMALLEST_COUNT
 from .faults import FROM_ROBOT, TO_ROBOT, Fault, Faults, Plant
 from .firmware import Firmware, Session
@@ -40,11 +41,11 @@ class Arrival(NamedTuple):
 class Wired:
     """Robots with their lines.
 
-    :param simulation: them (`Simulation`), or one that is alone in its world (`Firmware`).
+    :param simulation: them (`Simulation`, to which no robot is added from now on), or one that is alone in its world (`Firmware`).
     :param seed: of the luck on the lines.
     :param faults: which come; more may be added to `faults` at any time.
     :param say: told of each fault when it begins and ends: simulated seconds, and a sentence.
-    :raises ParameterError: a fault of a robot that is not there.
+    :raises ParameterError: a fault of a robot that is not there, or no robot at all.
     """
 
     def __init__(
@@ -53,6 +54,8 @@ class Wired:
     ):
         self._simulation = simulation if isinstance(simulation, Simulation) else None
         self.robots: List[Firmware] = [simulation] if self._simulation is None else self._simulation.robots
+        if not self.robots:
+            raise ParameterError("there is no robot in the simulation: add one first")
         self.plants = [Plant(robot, f"{seed} {number}") for number, robot in enumerate(self.robots)]
         self.faults = Faults(self.plants, say)
         self.time_us = simulation.time_us

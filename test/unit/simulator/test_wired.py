@@ -3,6 +3,7 @@
 import pytest
 
 from pioneer_control import p2os
+from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.faults import fault_of
 from pioneer_control.simulator.firmware import Firmware, Session
@@ -154,6 +155,11 @@ def test_the_backlog_of_a_line_that_is_written_to_too_fast():
     assert wired.backlog(0) == pytest.approx(1.0)
     wired.advance(0.75)
     assert wired.backlog(0) == pytest.approx(0.25)
+
+
+def test_without_a_robot_there_is_nothing_to_wire():
+    with pytest.raises(ParameterError, match="no robot in the simulation"):
+        Wired(Simulation(World("hall")))
 
 
 def test_nothing_is_due_between_two_steps_of_the_physics():
