@@ -1,4 +1,4 @@
-"""A record of a line as text: who sent which bytes when. Written by the simulated robot, explained by ``python3 -m pioneer_control.p2os --record FILE``.
+"""A record of a line as text: who sent which bytes when. A simulated robot writes it, ``python3 -m pioneer_control.p2os --record FILE`` tells it.
 
 ::
 

@@ -48,7 +48,8 @@ def simulation_of(options: argparse.Namespace) -> Simulation:
     for number, pose in enumerate(standing_places(simulation.world, model, options.robots)):
         name = options.name or f"sim_{number + 1:04d}"
         simulation.add(
-            model, pose, gripper=options.gripper, rear_sonar=options.rear_sonar, name=name, seed=options.seed + number, noise=options.noise, numbers=numbers)
+            model, pose, gripper=options.gripper, rear_sonar=options.rear_sonar, name=name, seed=options.seed + number, noise=options.noise,
+            numbers=numbers)
     return simulation
 
 
@@ -107,7 +108,8 @@ def parser() -> argparse.ArgumentParser:
         f"HOST:PORT is given, such as 0.0.0.0:8101 (default: {STANDARD_PORT}, unless --pty is given)")
     add("--pty", metavar="LINK", help="make a pseudo-terminal, and this link to it; of several robots LINK1, LINK2, ...")
     add("--seed", type=int, default=0, help="of all that is left to chance (default: %(default)s)")
-    add("--speed", type=float, default=1.0, metavar="X", help=f"simulated seconds in a real one, {SPEEDS[0]:g} to {SPEEDS[1]:g} (default: %(default)s)")
+    add("--speed", type=float, default=1.0, metavar="X",
+        help=f"simulated seconds in a real one, {SPEEDS[0]:g} to {SPEEDS[1]:g} (default: %(default)s)")
     add("--record", metavar="FILE", help="write there what goes over the lines; python3 -m pioneer_control.p2os --record FILE explains it")
     add("--fault", action="append", default=[], metavar="WORDS", help="such as 'loss 0.1 from 10 to 20'; may be given again; see below")
     add("--faults", action="append", default=[], metavar="FILE", help="a YAML list of faults; may be given again")

@@ -154,7 +154,7 @@ class Node:
         if self._own_clock:
             self._clock = rospy.Publisher("/clock", Clock, queue_size=10)
             if not rospy.get_param("/use_sim_time", False):
-                rospy.logwarn("the speed is not 1, so /clock is published; set /use_sim_time to true before other nodes start, or they keep real time")
+                rospy.logwarn("the speed is not 1: /clock is published; set /use_sim_time to true before other nodes start, or they keep real time")
         rospy.Service("~add_fault", AddFault, self._add_fault)
         rospy.Service("~list_faults", Trigger, self._list_faults)
         rospy.Service("~clear_faults", Trigger, self._clear_faults)

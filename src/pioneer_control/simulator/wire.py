@@ -140,8 +140,11 @@ class Ruler:
     def skip(self, data: bytes) -> None:
         """Take many bytes."""
         start = 0
-        while self._at == 0 and start + 2 < len(data) and data[start:start + 2] == HEADER and SMALLEST_COUNT <= data[start + 2] <= len(data) - start - 3:
-            start += 3 + data[start + 2]      # a whole packet: nearly always all there is
+        while self._at == 0 and data[start:start + 2] == HEADER and start + 2 < len(data):
+            end = start + 3 + data[start + 2]
+            if data[start + 2] < SMALLEST_COUNT or end > len(data):
+                break
+            start = end     # behind a whole packet: nearly always all there is
         for byte in data[start:]:
             self.begins(byte)
 

@@ -40,13 +40,15 @@ def test_a_packet_in_pieces_has_the_time_of_its_last(size):
 
 
 def test_what_never_becomes_whole_is_shown_as_it_is():
-    lines = list(told(record(Entry(1.0, 1, True, VEL[:4]), Entry(1.05, 1, False, b"\x01"), Entry(1.2, 1, True, VEL), Entry(1.3, 1, True, b"\xFA"))))
+    made = Entry(1.0, 1, True, VEL[:4]), Entry(1.05, 1, False, b"\x01"), Entry(1.2, 1, True, VEL), Entry(1.3, 1, True, b"\xFA")
+    lines = list(told(record(*made)))
     assert lines[0].endswith("robot 1 -> 01  (noise: no header FA FB)") and lines[1].startswith("    1.000000  robot 1 <- FA FB 06 0B  (cut off")
     assert lines[2].endswith("VEL -200") and lines[3].endswith("<- FA  (noise: no header FA FB)") and len(lines) == 4
 
 
 def test_a_wrong_checksum_and_packets_that_make_no_sense():
-    lines = list(told(record(Entry(1.0, 1, True, VEL[:-1] + b"\0"), Entry(1.1, 1, False, p2os.encode_frame(0x77)), Entry(1.2, 1, True, p2os.encode_frame(200)))))
+    made = Entry(1.0, 1, True, VEL[:-1] + b"\0"), Entry(1.1, 1, False, p2os.encode_frame(0x77)), Entry(1.2, 1, True, p2os.encode_frame(200))
+    lines = list(told(record(*made)))
     assert "(wrong checksum: D3 00)" in lines[0] and "what its data mean is not known" in lines[1] and "command 200, which no Pioneer knows" in lines[2]
 
 
