@@ -55,7 +55,7 @@ class DataRequests:
     @property
     def due(self) -> float:
         """When tick() has something to do."""
-        return min((self._asked_at[kind] + AGAIN for kind in self._tries), default=math.inf)
+        return min(self._asked_at[kind] for kind in self._tries) + AGAIN if self._tries else math.inf
 
     def request(self, kind: str, on: bool, now: float) -> None:
         """Ask for packets of this kind with every SIP, or for no more of them."""
@@ -78,8 +78,9 @@ class DataRequests:
 
     def tick(self, now: float) -> None:
         """Ask again for what has not come."""
-        for kind in [kind for kind in self._tries if now >= self._asked_at[kind] + AGAIN]:
-            self._ask(kind, now)
+        if now >= self.due:
+            for kind in [kind for kind in self._tries if now >= self._asked_at[kind] + AGAIN]:
+                self._ask(kind, now)
 
     def _ask(self, kind: str, now: float) -> None:
         self._asked_at[kind] = now

@@ -71,14 +71,14 @@ class Drive:
     @property
     def due(self) -> float:
         """When tick() has something to do at the latest."""
-        times = [math.inf]
+        due = math.inf
         if self._wanted is not None:
-            times += [self._commanded_at + self.command_timeout, self._sent_at + REFRESH]
-        if self._stopping:
-            times.append(self._sent_at + REFRESH)
+            due = min(self._commanded_at + self.command_timeout, self._sent_at + REFRESH)
+        elif self._stopping:
+            due = self._sent_at + REFRESH
         if self._motors is not None:
-            times += [self._motors.asked_at + REFRESH, self._motors.give_up_at]
-        return min(times)
+            due = min(due, self._motors.asked_at + REFRESH, self._motors.give_up_at)
+        return due
 
     def set_velocity(self, linear: float, angular: float, now: float) -> None:
         """m/s, rad/s; clamped to the limits. Raises UsageError on what is no finite number, and changes nothing."""

@@ -24,7 +24,7 @@ from .tuning import Tuning
 BACK_OFF = (0.2, 0.5, 1.0, 2.0)     # s before the next attempt to connect; the last one again and again
 CLOSE_TIMEOUT = 0.9                 # s that close() waits for the I/O thread
 HOST_BAUD_BREAKS = 2                # times in a row that the link may break while its speed changes: once may be chance
-HELD_UP = 0.1                       # s between the guard's looks at a session whose I/O thread is with a listener
+HELD_UP = 0.1                       # s by which the guard may be later than an I/O thread that is not held up
 
 
 class LinkCounts(NamedTuple):
@@ -92,7 +92,8 @@ class Robot:
         self._on_event = on_event
         # Guards all below, and the order of writes. Reentrant, for a signal handler may call close() while its thread holds it. Released
         # before listeners run.
-        self._changed = threading.Condition(threading.RLock())
+        self._lock = threading.RLock()
+        self._changed = threading.Condition(self._lock)
         self._thread = threading.Thread(target=self._run, name="pioneer %s" % url, daemon=True)
         self._guard = threading.Thread(target=self._watch_over_listeners, name="pioneer %s guard" % url, daemon=True)
         self._telling = False           # a listener has the I/O thread
@@ -122,7 +123,7 @@ class Robot:
 
         Without ``wait`` only the stop is written when this returns; the rest follows: see wait_until_ended().
         """
-        with self._changed:
+        with self._lock:
             self._closing = True
             if self._session is not None:
                 self._session.close(monotonic())
@@ -136,7 +137,7 @@ class Robot:
             return
         self._thread.join(CLOSE_TIMEOUT)
         if self._thread.is_alive():     # a listener holds it up: the robot must not wait for that
-            with self._changed:
+            with self._lock:
                 self._give_up(LinkLostError("%s: closed" % self.url))
 
     def __enter__(self) -> "Robot":
@@ -156,7 +157,7 @@ class Robot:
 
         Raises PortError, NoAnswerError or UnknownModelError with what to do.
         """
-        with self._changed:
+        with self._lock:
             self._changed.wait_for(lambda: self.ready or self._ended.is_set(), timeout)
             if self.ready:
                 assert self._identity is not None
@@ -165,7 +166,7 @@ class Robot:
 
     def wait_for_state(self, timeout: float = 1.0) -> RobotState:
         """The next state that arrives. Raises LinkLostError when none comes within ``timeout`` s."""
-        with self._changed:
+        with self._lock:
             before = self._states
             self._changed.wait_for(lambda: self._states != before or self._ended.is_set(), timeout)
             if self._states == before:
@@ -205,13 +206,13 @@ class Robot:
 
     @use_sonar.setter
     def use_sonar(self, on: bool) -> None:
-        with self._changed:
+        with self._lock:
             self._settings = replace(self._settings, use_sonar=bool(on))
 
     @property
     def link(self) -> LinkCounts:
         """How well the line works."""
-        with self._changed:
+        with self._lock:
             counts = self._total()
             error = None if self._error is None else str(self._error)
             return LinkCounts(*counts, reconnects=max(0, self._reconnects), last_error=error)
@@ -224,7 +225,7 @@ class Robot:
         Clamped to the identity's limits. On an idle line the command is written before this returns.
         Raises UsageError on NaN and infinity (and sends nothing), LinkError (what stands in the way) without a link.
         """
-        with self._changed:
+        with self._lock:
             session = self._ready_session()
             session.drive.set_velocity(linear, angular, monotonic())
             self._act()
@@ -234,7 +235,7 @@ class Robot:
 
         Where a wheel or the robot as a whole would go beyond a limit, both are made smaller alike: the curve stays. Otherwise as set_velocity().
         """
-        with self._changed:
+        with self._lock:
             session = self._ready_session()
             session.drive.set_wheel_velocities(left, right, monotonic())
             self._act()
@@ -244,7 +245,7 @@ class Robot:
 
         The identity with the new limits comes as the event Tuned. Raises ParameterError, and then all stays as it was.
         """
-        with self._changed:
+        with self._lock:
             self._settings = replace(self._settings, max_linear=max_linear, max_angular=max_angular, command_timeout=command_timeout)
             if self._session is not None:
                 self._session.limit(self._settings)
@@ -256,7 +257,7 @@ class Robot:
         What ``tuning`` leaves open and an earlier one did not goes back to what the robot had. Without a link all is kept for the next one.
         What the robot made of it comes as the event Tuned; it forgets it at the end of the session.
         """
-        with self._changed:
+        with self._lock:
             self._settings = replace(self._settings, tuning=tuning)
             if self._session is not None:
                 self._session.tune(tuning, monotonic())
@@ -264,7 +265,7 @@ class Robot:
 
     def stop(self) -> None:
         """Stop, ahead of all that waits; repeated until the robot reports that it stands. No error without a link: a link begins with a stop."""
-        with self._changed:
+        with self._lock:
             if self.ready:
                 self._session.drive.stop(monotonic())
                 self._try_act()
@@ -282,12 +283,12 @@ class Robot:
 
     def request_motors(self, on: bool, timeout: float = 2.0) -> Callable[[], None]:
         """Ask for the motors and return at once. Returns a function that waits for the answer, and raises as enable_motors() does."""
-        with self._changed:
+        with self._lock:
             request = self._ready_session().drive.request_motors(on, monotonic(), timeout)
             self._act()
 
         def wait() -> None:
-            with self._changed:
+            with self._lock:
                 self._changed.wait_for(lambda: request.done)
             if request.error is not None:
                 raise request.error
@@ -296,7 +297,7 @@ class Robot:
 
     def set_sonar(self, on: bool) -> None:
         """Sonar on or off, after a reconnect too."""
-        with self._changed:
+        with self._lock:
             self._command(encode_command("SONAR", int(bool(on))))
             self.use_sonar = on
 
@@ -306,7 +307,7 @@ class Robot:
         Raises UsageError for a number that means nothing, RefusedError when no gripper is fitted.
         """
         packets = gripper_packets(command, value)
-        with self._changed:
+        with self._lock:
             if not self._ready_session().identity.has_gripper:
                 raise RefusedError("%s: the robot reports no gripper" % self.url)
             self._command(*packets)
@@ -323,7 +324,7 @@ class Robot:
         """
         if kind not in DATA:
             raise UsageError("there are no packets called %r; legal: %s" % (kind, ", ".join(DATA)))
-        with self._changed:
+        with self._lock:
             self._wanted_data[kind] = bool(on)
             if self.ready:
                 self._session.data.request(kind, bool(on), monotonic())
@@ -331,7 +332,7 @@ class Robot:
 
     def reset_odometry(self) -> None:
         """The robot stands at (0, 0, 0) from the next state on."""
-        with self._changed:
+        with self._lock:
             self._ready_session().odometry.reset()
 
     def _switch_motors(self, on: bool, timeout: float) -> None:
@@ -340,7 +341,7 @@ class Robot:
         self.request_motors(on, timeout)()
 
     def _command(self, *packets: bytes) -> None:
-        with self._changed:
+        with self._lock:
             self._ready_session().command(monotonic(), *packets)
             self._act()
 
@@ -385,7 +386,8 @@ class Robot:
 
     def _wake(self) -> None:
         """Let the I/O thread look again when it would wait too long."""
-        if self._transport is not None and (self._session.phase is Phase.FINISHED or self._session.wake_at < self._reading_until):
+        if self._reading_until and (self._session.phase is Phase.FINISHED or self._session.wake_at < self._reading_until):
+            self._reading_until = 0.0
             self._transport.wake()
 
     def _give_up(self, error: LinkError) -> None:
@@ -415,13 +417,13 @@ class Robot:
                 self._tell([LinkDown(error, -1.0 if final else pause)])
                 if final:
                     break
-                with self._changed:
+                with self._lock:
                     self._changed.wait_for(lambda: self._closing, pause)
         finally:
             if sys.exc_info()[1] is not None:
                 self._error = sys.exc_info()[1]
             self._ended.set()
-            with self._changed:
+            with self._lock:
                 self._changed.notify_all()
 
     def _connect(self) -> bool:
@@ -436,14 +438,14 @@ class Robot:
             first = (transport.baud,) + ((self._settings.host_baud,) if self._settings.host_baud else ())   # a crash may have left it at that
             rates = tuple(dict.fromkeys(first + RATES))
         previous = self._session.odometry if self._session is not None else None
-        with self._changed:
+        with self._lock:
             session = Session(self.url, rates, self._settings, previous, self._wanted_data)
             self._past = self._total()
             self._transport, self._session = transport, session
         try:
             self._serve(transport, session)
         finally:
-            with self._changed:
+            with self._lock:
                 self._give_up(LinkLostError("%s: a listener failed" % self.url))
                 self._transport, self._telling = None, False
                 said = self._judge_host_baud(session)
@@ -463,17 +465,17 @@ class Robot:
 
     def _serve(self, transport: Transport, session: Session) -> None:
         """Read, tick, act and tell, until the session is finished."""
-        with self._changed:
+        with self._lock:
             session.start(monotonic())
         while session.phase is not Phase.FINISHED:
-            with self._changed:
+            with self._lock:
                 self._telling, self._reading_until = False, session.wake_at
             data, lost = b"", None
             try:
                 data = transport.read(self._reading_until - monotonic())
             except LinkLostError as error:
                 lost = error
-            with self._changed:
+            with self._lock:
                 self._reading_until, now = 0.0, monotonic()
                 if data:
                     session.receive(data, now)
@@ -481,7 +483,8 @@ class Robot:
                     session.fail(lost)
                 if self._closing:
                     session.close(now)
-                session.tick(now)
+                if now >= session.wake_at:
+                    session.tick(now)
                 self._try_act()
                 events = session.take_events()
                 self._notice(session, events)
@@ -490,12 +493,16 @@ class Robot:
 
     def _watch_over_listeners(self) -> None:
         """The guard thread: keeps time for the session, the dead man's above all, while a listener holds up the I/O thread."""
-        while not self._ended.wait(HELD_UP):
-            with self._changed:
+        pause = HELD_UP
+        while not self._ended.wait(pause):
+            with self._lock:
+                pause, session, now = HELD_UP, self._session, monotonic()
                 if self._telling and self._transport is not None:
-                    self._session.tick(monotonic())
+                    session.tick(now)
                     self._try_act()
                     self._changed.notify_all()
+                elif session is not None:   # nothing is due before that; and a velocity that comes meanwhile is good for the time-out
+                    pause += max(0.0, min(session.wake_at - now, self._settings.command_timeout))
 
     def _notice(self, session: Session, events: List[Union[RobotState, Event]]) -> None:
         """Keep what the properties show."""

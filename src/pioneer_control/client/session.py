@@ -143,12 +143,12 @@ class Session:
         """When tick() is to be called at the latest (monotonic, s); infinity once finished. After a tick always in the future."""
         if self.phase is Phase.FINISHED:
             return math.inf
-        times = [self._resume_at, self._line.due]
+        due = min(self._resume_at, self._line.due)
         if self._decoder.waiting:
-            times.append(self._last_byte + p2os.PARTIAL_TIMEOUT)
+            due = min(due, self._last_byte + p2os.PARTIAL_TIMEOUT)
         if self.phase is Phase.READY:
-            times += [self.drive.due, self.data.due, self.tuner.due, self._last_sip + SILENCE, self._pulse_at]
-        return min(times)
+            due = min(due, self.drive.due, self.data.due, self.tuner.due, self._last_sip + SILENCE, self._pulse_at)
+        return due
 
     def take_actions(self) -> List[Action]:
         """What is to be done on the line, in order; each only once."""

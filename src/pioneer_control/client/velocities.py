@@ -8,6 +8,7 @@ none. Zero is always exactly zero.
 import itertools
 import math
 from abc import ABC, abstractmethod
+from functools import lru_cache
 from typing import Tuple
 
 from ..p2os import COMMANDS, encode_command
@@ -19,6 +20,9 @@ ROUNDING_PERIOD = 1.0           # s over which a rate is exact on average
 HOLD = 0.2                      # s for which wheels keep one of two steps: their ramps take 0.07 s, and what is shorter they average wrongly
 LEGAL = 1 + 1e-9                # times a limit
 FASTEST = 1000.0                # m/s: more than any wheel does, and small enough to reckon with
+
+packet = lru_cache(maxsize=4096)(encode_command)
+"""The same few numbers are sent again and again."""
 
 
 class FairRounding:
@@ -78,7 +82,7 @@ class BodyVelocity(Velocity):
     def packets(self, linear: float, angular: float, now: float) -> Tuple[bytes, ...]:
         rates = (linear * 1000, math.degrees(angular))
         vel, rvel = (rounding.units(rate, limit, now) for rounding, rate, limit in zip(self._rounding, rates, self._limits))
-        return encode_command("VEL", vel), encode_command("RVEL", rvel)
+        return packet("VEL", vel), packet("RVEL", rvel)
 
 
 class WheelVelocities(Velocity):
@@ -103,7 +107,7 @@ class WheelVelocities(Velocity):
             self._until, self._units = now + HOLD, self._nearest(*aims)
         for rounding, each in zip(self._rounding, self._units):
             rounding.send(each)
-        return (encode_command("VEL2", *self._units),)
+        return (packet("VEL2", *self._units),)
 
     def rest(self, now: float) -> None:
         super().rest(now)

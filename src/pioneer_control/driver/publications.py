@@ -2,12 +2,13 @@
 
 import math
 import threading
-from time import monotonic
+from time import monotonic, time
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Set, Tuple
 
 import rospy
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
+from rospy.rostime import is_wallclock
 from sensor_msgs.msg import BatteryState as Battery
 from sensor_msgs.msg import Imu, JointState, PointCloud2, Range
 from std_msgs.msg import Bool
@@ -80,6 +81,7 @@ class Publications:
         self._gripper = conversions.GripperReporter(parameters.beam_polarity)
         self._switches: Optional[p2os.GripperSwitches] = None
         self._gyro = GyroReader()
+        self._stamp = rospy.Time()
         self._lock = threading.Lock()
         self._advertise()
 
@@ -149,7 +151,7 @@ class Publications:
                 self._advertise()
             if state.gripper is not None:
                 self._gripper.saw(state.gripper)
-            self._publish(RobotState, state, stamp_of(state.sent_time))
+            self._publish(RobotState, state, self._stamp_of(state.sent_time))
             self._standing = not state.moving
 
     def packet(self, event: PacketReceived) -> None:
@@ -157,12 +159,20 @@ class Publications:
         with self._lock:
             if isinstance(event.packet, p2os.Gripper):
                 self._switches = event.packet.state
-            self._publish(type(event.packet), event.packet, stamp_of(event.sent_time))
+            self._publish(type(event.packet), event.packet, self._stamp_of(event.sent_time))
 
     def close(self) -> None:
         """Publish nothing more: ROS shuts down, and closes topics before it says so."""
         with self._lock:
             self._topics, self._wanted = (), {}
+
+    def _stamp_of(self, moment: float) -> rospy.Time:
+        """A monotonic time (s) of late as ROS time, as long as no other is asked for; zero before simulated time begins."""
+        seconds = max(0.0, ros_time() - (monotonic() - moment))
+        stamp = self._stamp
+        stamp.secs = int(seconds)
+        stamp.nsecs = int((seconds - stamp.secs) * 1e9)
+        return stamp
 
     def _publish(self, source: type, value: Any, stamp: rospy.Time) -> None:
         if self._listeners.changed:
@@ -224,6 +234,6 @@ class Publications:
         return None if rate is None else conversions.turn_rate(rate, stamp, base_link_frame)
 
 
-def stamp_of(moment: float) -> rospy.Time:
-    """A monotonic time (s) of late as ROS time."""
-    return rospy.Time.from_sec(max(0.0, rospy.get_time() - (monotonic() - moment)))
+def ros_time() -> float:
+    """The time of ROS (s), without the objects that rospy makes of it."""
+    return time() if is_wallclock() else rospy.get_time()

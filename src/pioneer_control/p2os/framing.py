@@ -135,19 +135,19 @@ class FrameDecoder:
 
     def _frame_end(self, at: int) -> Optional[int]:
         """Where the frame that starts at `at` ends; `at` itself if none does; None if it takes more bytes to say."""
-        held = self._held
-        start = held[at:at + 3]
-        if start[:2] != HEADER[:len(start)]:
+        held, there = self._held, len(self._held)
+        if held[at] != HEADER[0] or at + 1 < there and held[at + 1] != HEADER[1]:
             return at
-        if len(start) < 3:
+        if at + 3 > there:
             return None
-        if start[2] < SMALLEST_COUNT:
+        count = held[at + 2]
+        if count < SMALLEST_COUNT:
             self._bad_counts += 1
             return at
-        end = at + 3 + start[2]
-        if end > len(held):
+        end = at + 3 + count
+        if end > there:
             return None
-        if checksum(held[at + 3:end - 2]) != int.from_bytes(held[end - 2:end], "big"):
+        if checksum(held[at + 3:end - 2]) != held[end - 2] << 8 | held[end - 1]:
             self._bad_checksums += 1
             return at
         return end

@@ -136,6 +136,7 @@ class Bottle:
         monkeypatch.setattr(rospy, "resolve_name", lambda name: "/" + name)
         monkeypatch.setattr(rospy, "on_shutdown", lambda hook: None)
         monkeypatch.setattr(rospy.Time, "now", lambda: rospy.Time.from_sec(self.now))
+        monkeypatch.setattr("pioneer_control.driver.publications.ros_time", lambda: self.now)
         for level in ("debug", "info", "warn", "err", "fatal"):
             monkeypatch.setattr(rospy, "log" + level, log(level))
         for name, module in list(sys.modules.items()):

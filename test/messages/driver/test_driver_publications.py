@@ -3,6 +3,7 @@
 import copy
 import dataclasses
 import math
+import time
 from time import monotonic
 
 import pytest
@@ -12,7 +13,7 @@ from pioneer_control import p2os
 from pioneer_control.client import PacketReceived
 from pioneer_control.driver import conversions, publications, ranges
 from pioneer_control.driver.parameters import DriverParameters
-from pioneer_control.driver.publications import Publications, stamp_of
+from pioneer_control.driver.publications import Publications
 
 from robot_reports import DRIVING, GRIPPER_SWITCHES, GYRO, IO, OLD, STATE, identity_of, packet_of, state_of
 
@@ -46,6 +47,7 @@ def topics(monkeypatch):
     Publisher.all = {}
     monkeypatch.setattr(publications.rospy, "Publisher", Publisher)
     monkeypatch.setattr(publications.rospy.Time, "now", lambda: rospy.Time(1000))
+    monkeypatch.setattr(publications, "ros_time", lambda: 1000.0)
     return Publisher.all
 
 
@@ -140,9 +142,27 @@ def test_all_messages_of_a_packet_have_the_stamp_of_its_sending(driver, topics, 
     assert len(topics["sonar_ranges"].published) == 2
 
 
-def test_stamps_work_before_simulated_time_begins(monkeypatch):
-    monkeypatch.setattr(publications.rospy.Time, "now", rospy.Time)
-    assert stamp_of(monotonic() - 1.0) == rospy.Time(0)
+def test_stamps_work_before_simulated_time_begins(driver, topics, monkeypatch):
+    monkeypatch.setattr(publications, "ros_time", lambda: 0.0)
+    listen(topics, "pose")
+    driver.state(dataclasses.replace(STATE, sent_time=monotonic() - 1.0))
+    assert topics["pose"].published[0].header.stamp == rospy.Time(0)
+
+
+def test_the_time_of_ros_is_that_of_the_clock_unless_it_is_simulated(monkeypatch):
+    before = time.time()
+    assert before <= publications.ros_time() <= time.time()
+    monkeypatch.setattr(publications, "is_wallclock", lambda: False)
+    monkeypatch.setattr(publications.rospy, "get_time", lambda: 12.5)
+    assert publications.ros_time() == 12.5
+
+
+def test_no_latched_message_has_the_stamp_that_the_next_packet_changes(driver, topics, monkeypatch):
+    kept = []
+    monkeypatch.setattr(Publisher, "publish", lambda self, message: kept.append(message) if self.latch else None)
+    driver.identity(identity_of())
+    driver.state(STATE)
+    assert kept and not any(getattr(message, "header", None) and message.header.stamp is driver._stamp for message in kept)
 
 
 def test_the_stop_button_is_said_once_per_change_and_kept(driver, topics):
