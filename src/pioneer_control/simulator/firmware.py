@@ -156,7 +156,7 @@ class Firmware:
 
     @property
     def time(self) -> float:
-        """Simulated seconds since power-on."""
+        """Simulated seconds: of the `Simulation` it is in, else since power-on."""
         return self.time_us * 1e-6
 
     @property
