@@ -1,4 +1,4 @@
-"""Out: how well everything is, on /diagnostics, once a second and when a level changes. What is said is decided in `health`.
+"""Out: how well everything is, on /diagnostics, once a second and when a level changes, while somebody listens. What is said is decided in `health`.
 
 Names are those of diagnostic_updater, ``NODE: TASK`` (``pioneer/p2os: Link``), so two robots never share one; the id of the hardware is the robot's
 name. A second is one of real time, also where the clock of ROS stands, jumps or runs slower: a thread of its own waits for it.
@@ -66,9 +66,10 @@ class Diagnostics:
                 updater.add(task, self._filler(task))
             while not self._ended.is_set():
                 self._wanted.clear()
-                self._findings = self._health.report(monotonic(), self._link())
-                updater.setHardwareID(self._health.hardware_id)
-                updater.force_update()                  # update() counts in ROS time
+                if updater.publisher.get_num_connections():
+                    self._findings = self._health.report(monotonic(), self._link())
+                    updater.setHardwareID(self._health.hardware_id)
+                    updater.force_update()              # update() counts in ROS time
                 if not self._ended.wait(SHORTEST):
                     self._wanted.wait(PERIOD - SHORTEST)
         except rospy.ROSException:

@@ -276,7 +276,7 @@ class LinkWindow:
     def recent(self, now: float, counts: LinkCounts) -> Optional[Recent]:
         """Take the counts of this moment. Returns what came since those of WINDOW ago; None within the first second of a link."""
         samples = self._samples
-        if samples and samples[-1][1].reconnects != counts.reconnects:
+        if samples and (samples[-1][1].reconnects != counts.reconnects or now - samples[-1][0] > 2 * WINDOW):   # or nobody asked
             samples.clear()
         if not samples or now - samples[-1][0] >= SAMPLING:
             samples.append((now, counts))
@@ -306,6 +306,8 @@ class Health:
 
     def __init__(self, port: str, baud: Optional[int], how_to_enable: str) -> None:
         self._facts = Facts(port, how_to_enable, baud)
+        self._state: Optional[RobotState] = None    # these two change with every packet
+        self._lost = 0
         self._window = LinkWindow()
         self._levels: List[Level] = []      # of all tasks but the link, after the last state
         self._cycle = USUAL_CYCLE
@@ -319,19 +321,23 @@ class Health:
     def state(self, state: RobotState) -> bool:
         """Take a state. Whether the level of any task has changed by it."""
         facts = self._facts
-        before = facts.state
-        self._facts = facts._replace(
-            state=state,
-            motors_gone=facts.motors_gone and not state.motors_enabled,
-            unmoved=0.0 if state.moving else facts.unmoved,
-            # Packets that come together after a pause make up for it.
-            lost=facts.lost if before is None else facts.lost + round((state.time - before.time) / self._cycle) - 1)
-        if before is not None and _judged(before) == _judged(state) and not facts.unmoved:
+        before, self._state = self._state, state
+        if before is not None:  # packets that come together after a pause make up for it
+            self._lost += round((state.time - before.time) / self._cycle) - 1
+        if facts.motors_gone and state.motors_enabled:
+            self._facts = facts._replace(motors_gone=False)
+        elif facts.unmoved and state.moving:
+            self._facts = facts._replace(unmoved=0.0)
+        elif before is not None and _judged(before) == _judged(state):
             return False
         return self._changed()
 
+    def _now(self) -> Facts:
+        return self._facts._replace(state=self._state, lost=self._lost)
+
     def _changed(self) -> bool:
-        levels = [find(task, self._facts).level for task in TASKS if task != "Link"]
+        facts = self._now()
+        levels = [find(task, facts).level for task in TASKS if task != "Link"]
         changed, self._levels = levels != self._levels, levels
         return changed
 
@@ -340,7 +346,8 @@ class Health:
         facts, was_gone = self._facts, self._facts.no_link not in (None, NOT_YET)
         if isinstance(event, Ready):
             self._cycle = _cycle(event.identity)
-            self._facts = facts._replace(identity=event.identity, no_link=None, state=None, motors_gone=False, unmoved=0.0, lost=0)
+            self._facts = facts._replace(identity=event.identity, no_link=None, motors_gone=False, unmoved=0.0)
+            self._state, self._lost = None, 0
         elif isinstance(event, LinkDown):
             self._facts, self._levels = facts._replace(no_link=str(event.error)), []
             return not was_gone
@@ -360,7 +367,7 @@ class Health:
 
     def report(self, now: float, counts: LinkCounts) -> Dict[str, Finding]:
         """What is to be said of all tasks now (monotonic, s); call it once a second, or more often."""
-        facts = self._facts._replace(counts=counts)
+        facts = self._now()._replace(counts=counts)
         if facts.no_link is None:
             facts = facts._replace(recent=self._window.recent(now, counts))
         return {task: find(task, facts) for task in TASKS}

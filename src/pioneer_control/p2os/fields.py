@@ -55,7 +55,8 @@ class Layout:
             if isinstance(row.type, Many):
                 record, width = row.type.item.record_class, len(row.type.item.letters)
                 first = len(letters) + 1    # behind their count
-                self._records = first, first + number * width, width, record
+                end = first + number * width
+                self._records = first, end, [slice(first + column, end, width) for column in range(width)], record
                 letters += row.type.count.letter + row.type.item.letters * number
             else:
                 letters += row.type.letter
@@ -68,9 +69,8 @@ class Layout:
         """The values by name; those of the rows `absent` are None."""
         values = self._struct.unpack_from(data)
         if self._records is not None:
-            first, end, width, record = self._records
-            columns = [values[first + column:end:width] for column in range(width)]
-            values = (*values[:first - 1], tuple(map(record, *columns)), *values[end:])
+            first, end, columns, record = self._records
+            values = (*values[:first - 1], tuple(map(record, *map(values.__getitem__, columns))), *values[end:])
         return dict(zip(self._names, values + self._absent))
 
     def write(self, values: Sequence[Any]) -> Optional[bytes]:

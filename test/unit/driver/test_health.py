@@ -269,6 +269,14 @@ def test_the_window_keeps_few_samples_however_often_it_is_asked():
     assert len(window._samples) < 12 and WINDOW <= recent.seconds < WINDOW + 1
 
 
+def test_a_window_that_nobody_looked_through_for_long_begins_anew():
+    window = LinkWindow()
+    window.recent(0.0, counted(0))
+    assert window.recent(5.0, counted(50)) is not None
+    assert window.recent(500.0, counted(4000, bad=300)) is None, "what was then is not lately"
+    assert window.recent(501.0, counted(4010, bad=300)) == (1.0, 10, 0, 0)
+
+
 def test_a_new_link_begins_anew():
     window = LinkWindow()
     window.recent(0.0, counted(0)), window.recent(5.0, counted(50))
