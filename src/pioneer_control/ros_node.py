@@ -34,6 +34,7 @@ def init_node(name: str) -> None:
     """
     asked: "queue.SimpleQueue[str]" = queue.SimpleQueue()   # to end, and why; takes no lock: it may be used in a signal handler
     hooks_ran, over, ended = threading.Event(), threading.Event(), threading.Event()
+    signals = []
     log = logging.handlers.QueueListener(queue.SimpleQueue())
     log.start()
 
@@ -51,6 +52,10 @@ def init_node(name: str) -> None:
             sys.stdout.flush()
             os._exit(0)     # the main thread, too, waits for the master, and nothing wakes it
 
+    def hear(number: int, frame: Any) -> None:
+        signals.append(number)
+        asked.put("signal %d" % number)
+
     def at_exit() -> None:
         over.set()
         asked.put("the program has ended")
@@ -61,13 +66,13 @@ def init_node(name: str) -> None:
     atexit.register(at_exit)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if number != signal.SIGHUP or signal.getsignal(number) == signal.SIG_DFL:
-            signal.signal(number, lambda number, frame: asked.put("signal %d" % number))
+            signal.signal(number, hear)
     try:
         rospy.init_node(name, disable_signals=True)
     except Exception:
-        if not rospy.core.is_shutdown_requested():
+        if not signals and not rospy.core.is_shutdown_requested():
             raise
-    if rospy.core.is_shutdown_requested():
+    if signals or rospy.core.is_shutdown_requested():
         sys.exit(0)
     _publish_log_by(log)
 
