@@ -120,5 +120,6 @@ class TestShape:
 
 def test_rviz_shows_the_topics_of_the_robot_in_whose_namespace_it_is():
     config = yaml.safe_load((ROOT / "config" / "pioneer.rviz").read_text())
-    topics = {display["Topic"] for display in config["Visualization Manager"]["Displays"] if "Topic" in display}
-    assert topics == {"map", "pose", "ground_truth", "cans", "sonar_points"}
+    displays = config["Visualization Manager"]["Displays"]
+    topics = {display[key] for display in displays for key in ("Topic", "Marker Topic") if key in display}
+    assert topics == {"map", "world_markers", "pose", "ground_truth", "cans", "markers", "sonar_ranges", "sonar_points"}
