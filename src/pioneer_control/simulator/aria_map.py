@@ -16,9 +16,10 @@ import numpy as np
 
 from ..errors import WorldError
 from .free_space import START_CLEARANCE
+from .geometry import Point, Pose
 from .grids import borders, place, roomiest
-from .shapes import Point, Wall, closed, turned
-from .world import Pose, World
+from .shapes import Wall, closed, turned
+from .world import World
 
 FIRST_LINE = "2D-Map"
 OUTSIDE = 1.0

@@ -6,11 +6,8 @@ Metres and radians in the map frame; knows neither motors nor packets.
 from typing import List, Optional, Sequence, Tuple
 
 from .exact import hypot, sin, unit
-from .geometry import outlines_meet
+from .geometry import Point, Pose, outlines_meet
 from .hearing import Candidate, outline_candidates
-
-Point = Tuple[float, float]
-Pose = Tuple[float, float, float]
 
 SKINS = (0.5, 0.1, 0.02)
 """How much larger than itself (m) the body is taken to be when asking how far it can go before the next question."""

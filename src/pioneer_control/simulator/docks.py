@@ -7,7 +7,7 @@ or not at all.
 import math
 from typing import Optional, Sequence
 
-from .world import Pose
+from .geometry import Pose
 
 
 def dock_at(pose: Pose, docks: Sequence[Pose], distance: float, angle: float) -> Optional[Pose]:

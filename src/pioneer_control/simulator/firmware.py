@@ -20,7 +20,7 @@ from ..errors import ParameterError
 from ..p2os import SYNC0, SYNC2, Frame, FrameDecoder, ReceivedCommand
 from ..robots import RobotModel
 from . import reports
-from .body import Pose
+from .geometry import Pose
 from .gripper import Gripper
 from .handlers import HANDLERS
 from .hardware import Hardware

@@ -11,7 +11,8 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
 from ..errors import WorldError
 from .exact import cos, sin
 from .free_space import START_CLEARANCE, room
-from .shapes import Point, Wall, box_walls, closed
+from .geometry import Point
+from .shapes import Wall, box_walls, closed
 from .world import World
 
 START_ROOM = 2.0

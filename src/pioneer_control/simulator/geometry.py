@@ -12,6 +12,8 @@ import numpy as np
 from .exact import hypot
 
 Point = Tuple[float, float]
+Pose = Tuple[float, float, float]
+"""x, y, heading (counter-clockwise from x)."""
 
 
 class Solids:

@@ -7,8 +7,9 @@ import math
 from typing import List, Optional, Sequence, Tuple
 
 from ..robots import GripperShape
-from .body import Pose, compose, relative
+from .body import compose, relative
 from .exact import hypot
+from .geometry import Pose
 from .pushing import Block, make_way
 from .world import Can
 

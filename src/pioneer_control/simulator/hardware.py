@@ -11,12 +11,13 @@ from ..errors import ParameterError
 from ..robots import RobotModel
 from .accessories import AuxPort, Gyro, Joystick
 from .battery import Battery
-from .body import Body, Pose, along_arc
+from .body import Body, along_arc
 from .docks import dock_at
 from .drive import Channel, Limits
+from .geometry import Pose
 from .gripper import Gripper, cans_near
-from .robot_numbers import DriveNumbers, Numbers
 from .pushing import Block, make_way
+from .robot_numbers import DriveNumbers, Numbers
 from .sonar import Sonar
 from .wheel_errors import WheelErrors
 

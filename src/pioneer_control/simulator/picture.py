@@ -13,9 +13,10 @@ import numpy as np
 
 from ..errors import PioneerError, UsageError
 from ..robots import find_model
+from .geometry import Point, Pose
 from .loading import known_worlds, load_world
 from .places import standing_places
-from .world import FREE, OCCUPIED, Pose, World
+from .world import FREE, OCCUPIED, World
 
 FORMATS = (".png", ".pdf", ".svg")
 WALL, FLOOR, BEYOND = "#3c3c3c", "#ffffff", "#e4e4e4"
@@ -29,7 +30,7 @@ CAN_DOT = 4.5  # points across: no can is drawn smaller
 DPI = 90
 CELLS = 900  # along the longer side: the shading of what cannot be reached
 
-Outline = Sequence[Tuple[float, float]]
+Outline = Sequence[Point]
 Standing = Tuple[Outline, Pose]
 
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..robots import RobotModel
-from .body import Pose
 from .exact import hypot
 from .free_space import RESOLUTION, flood
+from .geometry import Pose
 from .world import World
 
 MARGIN = 0.1

@@ -4,10 +4,10 @@ Blocks are rectangles along the axes of the robot's own frame (m, base_link); ca
 """
 
 import math
-from typing import Callable, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Callable, List, NamedTuple, Optional, Sequence, Set
 
-from .body import Pose
 from .exact import hypot, unit
+from .geometry import Point, Pose
 
 ROUNDS = 200
 """How often all pushes are gone through before a can counts as jammed: sliding out of a narrow wedge takes many small pushes."""
@@ -19,8 +19,6 @@ STILL = 1e-7
 """Cans that come back this near (m) to where they were two rounds ago are only pushed to and fro."""
 PROBE = 1e-3
 """How far apart (m) the clearance of a wall is probed to find which way leads away from it."""
-
-Place = Tuple[float, float]
 
 
 class Block(NamedTuple):
@@ -36,7 +34,7 @@ class Block(NamedTuple):
         """How far (m) its farthest corner is from the robot's middle."""
         return hypot(max(-self.low_x, self.high_x), max(-self.low_y, self.high_y))
 
-    def push(self, x: float, y: float, radius: float) -> Optional[Place]:
+    def push(self, x: float, y: float, radius: float) -> Optional[Point]:
         """Where a disc in base_link goes that overlaps this block, or None when it does not overlap."""
         near_x = max(self.low_x, min(self.high_x, x))
         near_y = max(self.low_y, min(self.high_y, y))
@@ -71,7 +69,7 @@ def make_way(world, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], 
     pending = [key for key, can in enumerate(standing) if any(can is other for other in near)]
     places = [(can.x, can.y) for can in standing]
     moved: Set[int] = set()
-    history: List[List[Place]] = []
+    history: List[List[Point]] = []
     for _ in range(ROUNDS):
         changed: Set[int] = set()
         for key in pending:
@@ -94,11 +92,11 @@ def make_way(world, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], 
     return False
 
 
-def _same(before: List[Place], now: List[Place]) -> bool:
+def _same(before: List[Point], now: List[Point]) -> bool:
     return all(abs(x1 - x2) < STILL and abs(y1 - y2) < STILL for (x1, y1), (x2, y2) in zip(before, now))
 
 
-def _shove_others(key: int, cans: Sequence, places: List[Place]) -> Set[int]:
+def _shove_others(key: int, cans: Sequence, places: List[Point]) -> Set[int]:
     """Move every can that overlaps number `key` straight away from it; the numbers of those that moved."""
     shoved = set()
     x, y = places[key]
@@ -111,7 +109,7 @@ def _shove_others(key: int, cans: Sequence, places: List[Place]) -> Set[int]:
     return shoved
 
 
-def _pushed_off(x: float, y: float, from_x: float, from_y: float, reach: float) -> Optional[Place]:
+def _pushed_off(x: float, y: float, from_x: float, from_y: float, reach: float) -> Optional[Point]:
     """Where a point goes that is nearer than `reach` to another one, straight away from it; None when it is not."""
     away_x, away_y = x - from_x, y - from_y
     distance = math.sqrt(away_x * away_x + away_y * away_y)
@@ -122,7 +120,7 @@ def _pushed_off(x: float, y: float, from_x: float, from_y: float, reach: float) 
     return from_x + away_x * reach / distance, from_y + away_y * reach / distance
 
 
-def _off_walls(world, place: Place, radius: float) -> Optional[Place]:
+def _off_walls(world, place: Point, radius: float) -> Optional[Point]:
     """Where a can goes that overlaps a wall: the way that the clearance grows; None when it overlaps none."""
     x, y = place
     square = ((x - radius, y - radius), (x + radius, y - radius), (x + radius, y + radius), (x - radius, y + radius))
@@ -140,7 +138,7 @@ def _off_walls(world, place: Place, radius: float) -> Optional[Place]:
     return x + slope_x * step, y + slope_y * step
 
 
-def _off_robots(robots: Sequence["_Robot"], place: Place, radius: float) -> Optional[Place]:
+def _off_robots(robots: Sequence["_Robot"], place: Point, radius: float) -> Optional[Point]:
     """Where a can goes that overlaps another robot, which does not give way; None when it overlaps none."""
     return next((away for away in (robot.push(place, radius) for robot in robots) if away is not None), None)
 
@@ -153,7 +151,7 @@ class _Robot:
         self._cosine, self._sine = unit(pose[2])
         self._held = [(can.x, can.y, can.radius) for can in held]
 
-    def push(self, place: Place, radius: float) -> Optional[Place]:
+    def push(self, place: Point, radius: float) -> Optional[Point]:
         """Where a can at `place` (map frame) goes that overlaps the robot, or None when it does not."""
         from_x, from_y = place[0] - self._pose[0], place[1] - self._pose[1]
         x = from_x * self._cosine + from_y * self._sine
@@ -169,6 +167,6 @@ class _Robot:
             moved = _pushed_off(now_x, now_y, held_x, held_y, radius + held_radius) or moved
         return moved
 
-    def _to_map(self, place: Place) -> Place:
+    def _to_map(self, place: Point) -> Point:
         x, y = place
         return self._pose[0] + x * self._cosine - y * self._sine, self._pose[1] + x * self._sine + y * self._cosine

@@ -14,9 +14,10 @@ import yaml
 
 from ..errors import WorldError
 from .free_space import START_CLEARANCE
+from .geometry import Pose
 from .grids import borders, place, roomiest
 from .shapes import turned
-from .world import Pose, World
+from .world import World
 from .yaml_nodes import NodeReader
 
 MODES = ("trinary", "scale", "raw")

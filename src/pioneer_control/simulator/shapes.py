@@ -3,8 +3,8 @@
 from typing import List, Sequence, Tuple
 
 from . import exact
+from .geometry import Point
 
-Point = Tuple[float, float]
 Wall = Tuple[float, float, float, float]
 
 

@@ -16,9 +16,9 @@ from typing import List, Optional
 
 from ..errors import ParameterError
 from ..robots import RobotModel
-from .body import Pose
 from .crowd import Crowd
 from .firmware import Firmware
+from .geometry import Pose
 from .world import World
 
 

@@ -8,9 +8,8 @@ import random
 from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from ..robots import ARRAY_SIZE, Transducer
-from .body import Pose
 from .exact import unit
-from .geometry import Point
+from .geometry import Point, Pose
 
 LONGEST_SEQUENCE = 16
 """Firings that the sequence of one array can name (ARCOS manual)."""

@@ -13,13 +13,11 @@ from ..errors import WorldError
 from .crowd import Crowd
 from .exact import hypot, unit
 from .free_space import flood
-from .geometry import Finder, Solids
+from .geometry import Finder, Pose, Solids
 from .hearing import Ear
 
 SONAR_PLANE = 0.17
 """Height of the sonar above the floor (m): what is lower is not seen."""
-
-Pose = Tuple[float, float, float]
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """Values of an occupancy map, as nav_msgs/OccupancyGrid has them."""

@@ -7,8 +7,9 @@ from typing import Any, Callable, Dict, List, Optional, Tuple
 import yaml
 
 from ..errors import WorldError
-from .shapes import Point, Wall, box_walls
-from .world import SONAR_PLANE, Can, Pose, World
+from .geometry import Point, Pose
+from .shapes import Wall, box_walls
+from .world import SONAR_PLANE, Can, World
 from .yaml_nodes import NodeReader
 
 

@@ -3,13 +3,12 @@
 import difflib
 import math
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NoReturn, Optional, Tuple
+from typing import Any, Callable, Dict, List, NoReturn, Optional
 
 import yaml
 
 from ..errors import WorldError
-
-Point = Tuple[float, float]
+from .geometry import Point
 
 
 def compose(path: Path, text: str) -> Optional[yaml.Node]:
