@@ -36,7 +36,8 @@ class FairRounding:
 
     def units(self, wanted: float, limit: int, now: float) -> int:
         """The whole number to send at ``now`` (s) for a rate of ``wanted`` units, at most ``limit`` either way."""
-        return self.send(round(clamped(self.aim(clamped(wanted, limit), now), limit)))
+        self._sent = round(clamped(self.aim(clamped(wanted, limit), now), limit))
+        return self._sent
 
     def aim(self, wanted: float, now: float) -> float:
         """The rate that from ``now`` on makes good what is owed; send() says what became of it."""
@@ -46,10 +47,9 @@ class FairRounding:
             self._owed = 0.0
         return wanted + self._owed / ROUNDING_PERIOD
 
-    def send(self, units: int) -> int:
+    def send(self, units: int) -> None:
         """Those, and not the rate aimed at, are sent."""
         self._sent = units
-        return units
 
 
 class Velocity(ABC):
@@ -81,7 +81,7 @@ class BodyVelocity(Velocity):
 
     def packets(self, linear: float, angular: float, now: float) -> Tuple[bytes, ...]:
         rates = (linear * 1000, math.degrees(angular))
-        vel, rvel = (rounding.units(rate, limit, now) for rounding, rate, limit in zip(self._rounding, rates, self._limits))
+        vel, rvel = [rounding.units(rate, limit, now) for rounding, rate, limit in zip(self._rounding, rates, self._limits)]
         return packet("VEL", vel), packet("RVEL", rvel)
 
 

@@ -260,7 +260,7 @@ def encode_command(name: str, *values) -> bytes:
     command = COMMANDS.get(name)
     if command is None:
         raise EncodingError(f"no command is called {name!r}")
-    needed = {NONE: 0, TWO_BYTES: 2}.get(command.argument, 1)
+    needed = 0 if command.argument is NONE else 2 if command.argument is TWO_BYTES else 1
     if len(values) != needed and not (command.optional and not values):
         plural = "" if needed == 1 else "s"
         raise EncodingError(f"{name} takes {needed} value{plural}, not {len(values)} ({command.effect})")
