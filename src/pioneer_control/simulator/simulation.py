@@ -59,7 +59,11 @@ class Simulation:
         exact_us = seconds * 1e6 + self._remainder_us
         whole_us = round(exact_us)
         self._remainder_us = exact_us - whole_us
-        end_us = self.time_us + whole_us
+        self.run_to(self.time_us + whole_us)
+        return [robot.take_sent() for robot in self.robots]
+
+    def run_to(self, end_us: int) -> None:
+        """Let simulated time pass for all until `end_us`; what they send meanwhile is kept for their `take_sent`."""
         robots = self.robots
         while robots:  # all take the step of one moment before any takes that of the next
             next_us = min([robot.next_step_us for robot in robots])
@@ -71,7 +75,6 @@ class Simulation:
         for robot in robots:
             if robot.time_us != end_us:
                 robot.run_to(end_us)
-        return [robot.take_sent() for robot in robots]
 
     def _next_start(self) -> Pose:
         starts = self.world.starts

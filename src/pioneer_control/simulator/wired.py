@@ -52,8 +52,8 @@ class Wired:
         self, simulation: Union[Simulation, Firmware], seed: int = 0, faults: Sequence[Fault] = (),
         say: Callable[[float, str], None] = lambda time, sentence: None,
     ):
-        self._simulation = simulation if isinstance(simulation, Simulation) else None
-        self.robots: List[Firmware] = [simulation] if self._simulation is None else self._simulation.robots
+        self._simulation = simulation
+        self.robots: List[Firmware] = simulation.robots if isinstance(simulation, Simulation) else [simulation]
         if not self.robots:
             raise ParameterError("there is no robot in the simulation: add one first")
         self.plants = [Plant(robot, f"{seed} {number}") for number, robot in enumerate(self.robots)]
@@ -122,14 +122,9 @@ class Wired:
 
     def _step(self) -> None:
         """One step of the physics of all robots, and what they sent at its end."""
-        if self._simulation is None:
-            self.robots[0].run_to(self._step_us)
-            self._answer(0)
-        else:
-            passed = (self._step_us - self._simulation.time_us) * 1e-6
-            for robot, data in enumerate(self._simulation.advance(passed)):
-                if data:
-                    self._reply(robot, data)
+        self._simulation.run_to(self._step_us)
+        for robot in range(len(self.robots)):
+            self._answer(robot)
         self._step_us = self._next_step()
         self._news_us = self._next_news()
 
