@@ -254,24 +254,23 @@ class Firmware:
 
     def close_session(self) -> None:
         """End the session: motors and sonar off, parameters as at power-on, waiting for SYNC0."""
-        self.session = Session.WAITING
+        self._forget_session()
         self.closed_sessions += 1
-        self.previous = None
-        self.wheel_mode = False
-        self.baud = self.numbers.session.host_baud
-        self._requests.clear()
         self.hardware.disable_motors()
         self.hardware.sonar.switch(False, self.time_us)
         self.hardware.reset_parameters()
 
-    def _boot(self) -> None:
-        """The power came back: nothing of the session is left, and for a moment it hears and says nothing."""
+    def _forget_session(self) -> None:
         self.session = Session.WAITING
-        self._next_sync = SYNC0
         self.previous = None
         self.wheel_mode = False
         self.baud = self.numbers.session.host_baud
         self._requests.clear()
+
+    def _boot(self) -> None:
+        """The power came back: nothing of the session is left, and for a moment it hears and says nothing."""
+        self._forget_session()
+        self._next_sync = SYNC0
         self._sent.clear()
         self._decoder.drop_partial()
         self._booted_us = self.time_us + round(self.numbers.session.boot_time * 1e6)

@@ -47,7 +47,8 @@ class Ear:
         self._rights = np.array([unit(border - half_width) for border in borders])
         self._lefts = np.array([unit(border + 2.0 * math.pi / SECTORS + half_width) for border in borders])
         self._earshots: Dict[Point, Earshot] = {}
-        self._silence: Optional[Earshot] = None     # where there is nothing, which is the same everywhere
+        nothing = Solids(np.empty((0, 4)), np.empty((0, 3)))
+        self._silence = Earshot(nothing, 0.0, 0.0, 0.0, self._rights, self._lefts)   # where there is nothing, which is the same everywhere
 
     def echo(self, x: float, y: float, heading: float, right: Point, left: Point, listener=None) -> float:
         """The distance (m) from a transducer to the nearest wall, post or other robot in its cone. Cans are too low to be heard.
@@ -89,9 +90,8 @@ class Ear:
             self._earshots.clear()
         x, y, spread = (column + 0.5) * SQUARE, (row + 0.5) * SQUARE, SQUARE * 0.7072
         solids = self._world.within(x, y, self._maximum + spread)
-        silent = not len(solids)
-        earshot = self._earshots[column, row] = silent and self._silence or Earshot(solids, x, y, spread, self._rights, self._lefts)
-        self._silence = earshot if silent else self._silence
+        earshot = Earshot(solids, x, y, spread, self._rights, self._lefts) if len(solids) else self._silence
+        self._earshots[column, row] = earshot
         return earshot
 
 
