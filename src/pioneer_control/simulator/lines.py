@@ -26,8 +26,8 @@ PTY_UNREAD_LIMIT = 1024
 BACKLOG = 4
 CHUNK = 4096
 ISPEED, OSPEED = 4, 5
-SPEEDS = {getattr(termios, f"B{baud}"): baud for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400)}
-"""Speeds that a terminal can have, by the number that stands for them; a client that sets another one is not disturbed."""
+BAUD_RATE_OF = {getattr(termios, f"B{baud}"): baud for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400)}
+"""Speeds (baud) that a terminal can have, by the number that stands for them; a client that sets another one is not disturbed."""
 
 
 def _nobody(file: Any) -> None:
@@ -139,13 +139,13 @@ class TcpLine:
 
     def _welcome(self, busy: bool) -> None:
         """Let the next one in, or turn it away. It waits while something of the present one is left to read, which may end its session."""
-        if self._client is not None and self._has_more():
+        if self._peek():
             return
         try:
             client, _ = self._listener.accept()
         except OSError:     # nobody, or gone again
             return
-        if busy or (self._client is not None and not self._finished and not self._gone()):
+        if busy or not (self._finished or self._peek() == b""):
             client.close()
             return
         self._dismiss()
@@ -156,21 +156,16 @@ class TcpLine:
         self.opened(client)
         self.welcomed(client)
 
-    def _has_more(self) -> bool:
-        """Whether something of the client is left to read."""
+    def _peek(self) -> Optional[bytes]:
+        """The next byte of the client; None if it has not come yet, empty if none will: it has hung up, or there is no client."""
+        if self._client is None:
+            return b""
         try:
-            return self._client.recv(1, socket.MSG_PEEK) != b""
-        except OSError:
-            return False
-
-    def _gone(self) -> bool:
-        """Whether the client has hung up."""
-        try:
-            return self._client.recv(1, socket.MSG_PEEK) == b""
+            return self._client.recv(1, socket.MSG_PEEK)
         except BlockingIOError:
-            return False
+            return None
         except OSError:
-            return True
+            return b""
 
     def _dismiss(self) -> None:
         if self._client is not None:
@@ -206,7 +201,7 @@ class PtyLine:
     @property
     def client_baud(self) -> int:
         """Speed of the client's end: what it was last set to, by this client or one before it."""
-        return SPEEDS.get(termios.tcgetattr(self._slave)[OSPEED], self.baud)
+        return BAUD_RATE_OF.get(termios.tcgetattr(self._slave)[OSPEED], self.baud)
 
     @property
     def unread(self) -> int:
