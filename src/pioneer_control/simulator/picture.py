@@ -1,6 +1,6 @@
 """Draw any world as one picture: walls, cans, where robots start, charge and may be sent to, and where they are.
 
-``python3 -m pioneer_control.simulator.picture WORLD`` writes WORLD.png; ``-o`` names another file (.pdf and .svg work too), ``--model``
+``python3 -m pioneer_control.simulator.picture WORLD`` writes world-WORLD.png; ``-o`` names another file (.pdf and .svg work too), ``--model``
 and ``--robots`` put robots on their starts. No display is needed. Colours are Okabe and Ito's, as in `bags.draw`.
 """
 
@@ -35,13 +35,17 @@ Standing = Tuple[Outline, Pose]
 
 
 def draw_world(world: World, output: str, robots: Sequence[Standing] = (), title: Optional[str] = None) -> None:
-    """Write the picture of a world to a file; its ending, one of `FORMATS`, chooses the format. Raises UsageError for others.
+    """Write the picture of a world to a file; its ending, one of `FORMATS`, chooses the format. Raises UsageError for others,
+    and for a place where none can be written.
 
     :param robots: for each its outline (base_link) and its pose (map frame).
     """
     if not output.endswith(FORMATS):
         raise UsageError(f"{output}: a picture's name ends in {', '.join(FORMATS)}")
-    figure(world, robots, title).savefig(output, dpi=DPI)
+    try:
+        figure(world, robots, title).savefig(output, dpi=DPI)
+    except OSError as error:
+        raise UsageError(f"cannot write {output}: {error.strerror}") from error
 
 
 def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] = None):
@@ -215,16 +219,16 @@ def main(arguments: Optional[List[str]] = None) -> int:
     parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.simulator.picture", description="Draw a world of the simulated robot.",
                                      epilog=f"Worlds: {', '.join(known_worlds())}.")
     parser.add_argument("world", help="name of a world, or path of a world file (.yaml, .map)")
-    parser.add_argument("-o", "--output", metavar="FILE", help="the picture (default: the world's name and .png)")
+    parser.add_argument("-o", "--output", metavar="FILE", help="the picture (default: world-NAME.png)")
     parser.add_argument("--robots", type=int, metavar="N", default=0, help="draw so many robots where they start")
     parser.add_argument("--model", default="p3dx-sh", help="of these robots (default: %(default)s)")
     options = parser.parse_args(arguments)
     try:
         world, model = load_world(options.world), find_model(options.model)
         places = standing_places(world, model, options.robots) if options.robots else []
-        output = options.output or f"{world.name}.png"
+        output = options.output or f"world-{world.name}.png"    # NAME.png may be the image of a map NAME.yaml
         draw_world(world, output, [(model.outline(model.can_carry_gripper), pose) for pose in places])
-    except (PioneerError, OSError) as error:
+    except PioneerError as error:
         print(f"picture: {error}", file=sys.stderr)
         return 2
     for skipped in world.skipped:

@@ -50,12 +50,20 @@ def test_the_command(tmp_path, capsys):
     assert (tmp_path / "mine.png").stat().st_size > 3000
 
 
+def test_the_image_of_a_map_is_not_drawn_over(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab.map").write_text('2D-Map\nLINES\n0 0 1000 0\n')
+    (tmp_path / "lab.png").write_bytes(b"precious")
+    assert main(["lab.map"]) == 0
+    assert (tmp_path / "lab.png").read_bytes() == b"precious" and (tmp_path / "world-lab.png").stat().st_size > 3000
+
+
 @pytest.mark.parametrize("arguments, message", [
     (["tutoral"], "did you mean 'tutorial'"),
     (["empty", "-o", "empty.bmp"], "empty.bmp: a picture's name ends in .png, .pdf, .svg"),
     (["empty", "--model", "p4"], "p4"),
     (["tutorial", "--robots", "500"], "has room for"),
-    (["empty", "-o", "no/such/folder/empty.png"], "No such file or directory"),
+    (["empty", "-o", "no/such/folder/empty.png"], "cannot write no/such/folder/empty.png: No such file or directory"),
 ])
 def test_mistakes_are_told(arguments, message, capsys):
     assert main(arguments) == 2
