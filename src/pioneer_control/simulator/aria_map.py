@@ -19,7 +19,7 @@ from .free_space import START_CLEARANCE
 from .geometry import Point, Pose
 from .grids import borders, place, roomiest
 from .shapes import Wall, closed, turned
-from .world import World
+from .world import World, begin_at
 
 FIRST_LINE = "2D-Map"
 OUTSIDE = 1.0
@@ -83,7 +83,7 @@ class _AriaMap:
         walls = (self._walls or self._walls_of_points()) + self._boxes
         if not self._starts:
             self._starts = [self._find_start(walls)]
-            skipped.append("no RobotHome in the map: robots begin at x {:.2f}, y {:.2f}".format(*self._starts[0]))
+            skipped.append(f"no RobotHome in the map: {begin_at(self._starts[0])}")
         return World(self._path.stem, walls, starts=self._starts, docks=self._docks, goals=self._goals, skipped=skipped)
 
     def fail(self, message: str) -> NoReturn:

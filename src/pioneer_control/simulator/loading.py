@@ -13,6 +13,7 @@ from .yaml_nodes import compose
 
 GALLERY = Path(__file__).parent / "worlds"
 ENDINGS = (".yaml", ".yml", ".map")
+PICTURES = (".pgm", ".png")
 
 
 def known_worlds() -> List[str]:
@@ -75,15 +76,16 @@ def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8", errors="replace" if path.suffix == ".map" else "strict")
     except (OSError, UnicodeDecodeError) as error:
-        hint = "; of a picture, give the YAML file beside it" if path.suffix in (".pgm", ".png") else ""
+        hint = "; of a picture, give the YAML file beside it" if path.suffix in PICTURES else ""
         raise WorldError(f"world file {path} cannot be read: {getattr(error, 'strerror', None) or error}{hint}") from error
 
 
 def _find(name_or_path: Union[str, Path]) -> Path:
     name = str(name_or_path)
-    if "/" in name or name.endswith(ENDINGS):
+    if "/" in name or name.endswith(ENDINGS + PICTURES):
         if not Path(name).is_file():
-            raise WorldError(f"world file {name} does not exist; worlds known by name: {', '.join(known_worlds())}")
+            what = "is a directory" if Path(name).is_dir() else "does not exist"
+            raise WorldError(f"world file {name} {what}; worlds known by name: {', '.join(known_worlds())}")
         return Path(name)
     if name not in known_worlds():
         near = difflib.get_close_matches(name, known_worlds(), n=1)

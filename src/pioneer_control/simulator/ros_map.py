@@ -17,7 +17,7 @@ from .free_space import START_CLEARANCE
 from .geometry import Pose
 from .grids import borders, place, roomiest
 from .shapes import turned
-from .world import World
+from .world import World, begin_at
 from .yaml_nodes import NodeReader
 
 MODES = ("trinary", "scale", "raw")
@@ -59,12 +59,12 @@ class _MapReader(NodeReader):
             return x + ahead, y + aside
 
         walls = place(borders(occupancy > values["occupied_thresh"]), (0.0, 0.0), side).tolist()
-        start_x, start_y = placed(start[0] * side, start[1] * side)
-        skipped.append(f"no start in a map of this kind: robots begin at x {start_x:.2f}, y {start_y:.2f}")
+        beginning = (*placed(start[0] * side, start[1] * side), 0.0)
+        skipped.append(f"no start in a map of this kind: {begin_at(beginning)}")
         return World(
             name=self.path.stem,
             walls=[placed(x1, y1) + placed(x2, y2) for x1, y1, x2, y2 in walls],
-            starts=[(start_x, start_y, 0.0)],
+            starts=[beginning],
             skipped=skipped,
         )
 

@@ -40,6 +40,11 @@ class Can:
     held_by: Optional[Any] = None
 
 
+def begin_at(start: Pose) -> str:
+    """How it is said where robots begin, when a file does not say it."""
+    return f"robots begin at x {start[0]:.2f}, y {start[1]:.2f}"
+
+
 class World:
     """Walls and posts that never move, cans that may, and the poses where a robot starts, charges or may be sent to.
 

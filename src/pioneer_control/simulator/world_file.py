@@ -9,7 +9,7 @@ import yaml
 from ..errors import WorldError
 from .geometry import Point, Pose
 from .shapes import Wall, box_walls
-from .world import SONAR_PLANE, Can, World
+from .world import SONAR_PLANE, Can, World, begin_at
 from .yaml_nodes import NodeReader
 
 
@@ -45,7 +45,7 @@ class _WorldReader(NodeReader):
             starts=sections["starts"],
             docks=(below.docks if below else []) + sections.get("docks", []),
             goals={**(below.goals if below else {}), **sections.get("goals", {})},
-            skipped=below.skipped if below else (),
+            skipped=[sentence for sentence in below.skipped if not sentence.endswith(begin_at(below.starts[0]))] if below else (),
         )
 
     def walls(self, node: yaml.Node) -> List[Wall]:

@@ -143,8 +143,15 @@ def test_file_that_is_no_text(tmp_path):
 
 
 def test_folder_instead_of_a_file(tmp_path):
-    with pytest.raises(WorldError, match="does not exist"):
+    with pytest.raises(WorldError, match="is a directory"):
         load_world(os.path.join(str(tmp_path), ""))
+
+
+def test_picture_instead_of_its_map(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab.png").write_bytes(b"\x89PNG\xff\xfe")
+    with pytest.raises(WorldError, match="lab.png cannot be read.*give the YAML file beside it"):
+        load_world("lab.png")
 
 
 def test_the_gallery_is_complete():

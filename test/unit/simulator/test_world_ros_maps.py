@@ -167,6 +167,7 @@ def test_a_world_of_our_own_over_a_map(tmp_path):
     written(tmp_path)
     world = load_world(own(tmp_path, "lab.yaml"))
     assert (world.name, len(world.walls), len(world.posts), world.starts) == ("own", 12, 1, [(6.0, 2.0, 0.0)])
+    assert world.skipped == ()   # nothing of the start that the map has not: the world says its own
 
 
 def test_goals_and_docks_of_the_map_stay(tmp_path):
