@@ -11,10 +11,9 @@ from ..errors import PioneerError
 from ..robots import find_model
 from .faults import fault_of, load_faults, rows
 from .loading import known_worlds, load_world
-from .places import standing_places
 from .robot_numbers import load_numbers
 from .server import SPEEDS, STANDARD_PORT, Server
-from .simulation import Simulation
+from .simulation import MOST_ROBOTS, Simulation, simulate
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
@@ -32,25 +31,24 @@ def main(arguments: Optional[List[str]] = None) -> int:
     except PioneerError as error:
         print(f"simulator: {error}", file=sys.stderr)
         return 2 if isinstance(error, ValueError) else 1
-    with server:
+    try:
         print(welcome(server))
         if server.open_to_others:
             print("simulator: every machine that reaches this one can drive it: the protocol knows no password", file=sys.stderr)
         print("Ctrl-C ends it.", flush=True)
+        server.start()  # only now: a fault that begins at once would be told in the middle of that
         while server.running and not stop.wait(0.2):
             pass
         return 0 if stop.is_set() else 1
+    finally:
+        server.stop()
 
 
 def simulation_of(options: argparse.Namespace) -> Simulation:
     """The world and the robots that the command line asks for. Raises UsageError for what makes no sense."""
-    simulation, model, numbers = Simulation(load_world(options.world)), find_model(options.model, options.models), load_numbers(options.numbers)
-    for number, pose in enumerate(standing_places(simulation.world, model, options.robots)):
-        name = options.name or f"sim_{number + 1:04d}"
-        simulation.add(
-            model, pose, gripper=options.gripper, rear_sonar=options.rear_sonar, name=name, seed=options.seed + number, noise=options.noise,
-            numbers=numbers)
-    return simulation
+    return simulate(
+        load_world(options.world), find_model(options.model, options.models), options.robots, options.name, options.seed, gripper=options.gripper,
+        rear_sonar=options.rear_sonar, noise=options.noise, numbers=load_numbers(options.numbers))
 
 
 def faults_of(options: argparse.Namespace) -> list:
@@ -86,8 +84,8 @@ def allow_many_files() -> None:
 
 def count(text: str) -> int:
     """A number of robots."""
-    if not text.isdigit() or not 1 <= int(text) <= 2000:
-        raise argparse.ArgumentTypeError(f"{text!r} is not legal: give a whole number from 1 to 2000")
+    if not text.isdigit() or not 1 <= int(text) <= MOST_ROBOTS:
+        raise argparse.ArgumentTypeError(f"{text!r} is not legal: give a whole number from 1 to {MOST_ROBOTS}")
     return int(text)
 
 
