@@ -9,6 +9,9 @@ from typing import Any, Deque, Optional
 
 import rospy.topics
 
+LARGEST = 4096
+"""Bytes of a message that is written by who publishes it: any buffer with room has as much. What is larger may wait in the midst of it."""
+
 
 def send_promptly() -> None:
     """Publish like this from now on, whatever the publisher: to be called before the first subscriber comes."""
@@ -27,12 +30,12 @@ class PromptConnection:
 
     def __init__(self, connection: Any, queue_size: int) -> None:
         self._connection = connection
-        self._room = select.poll()  # true while a third of the socket's buffer is free: more than any message of ours needs
+        self._room = select.poll()  # true while a third of the socket's buffer is free
         self._room.register(connection.fileno(), select.POLLOUT)
         self._waiting: Deque[bytes] = deque(maxlen=queue_size or None)
-        self._writing = False       # the thread, one that waited
+        self._writing = False       # one message, whoever does it; without the lock, for rospy has its own, and closes a connection that breaks
         self._error: Optional[Exception] = None
-        self._changed = threading.Condition()   # reentrant: a connection that breaks while it is written to closes itself
+        self._changed = threading.Condition()   # reentrant, for signal handlers
         connection.set_cleanup_callback(self._closed)
         threading.Thread(target=self._write_what_waits, name="waiting messages", daemon=True).start()
 
@@ -47,11 +50,18 @@ class PromptConnection:
             if self._error is not None:
                 error, self._error = self._error, None
                 raise error
-            if not self._waiting and not self._writing and self._room.poll(0):
-                return self._connection.write_data(data)
-            self._waiting.append(data)
-            self._changed.notify()
-        return True
+            if self._writing or self._waiting or len(data) > LARGEST or not self._room.poll(0):
+                self._waiting.append(data)
+                self._changed.notify()
+                return True
+            self._writing = True
+        try:
+            return self._connection.write_data(data)
+        finally:
+            with self._changed:
+                self._writing = False
+                if self._waiting:
+                    self._changed.notify()
 
     def _closed(self, _: Any) -> None:
         with self._changed:
@@ -60,13 +70,14 @@ class PromptConnection:
     def _write_what_waits(self) -> None:
         while True:
             with self._changed:
-                self._writing = False
-                self._changed.wait_for(lambda: self._waiting or self._connection.done)
+                self._changed.wait_for(lambda: self._waiting and not self._writing or self._connection.done)
                 if self._connection.done:
                     return
                 data, self._writing = self._waiting.popleft(), True
+            error = None
             try:
                 self._connection.write_data(data)
-            except Exception as error:  # whatever it is, it is for whoever publishes next
-                with self._changed:
-                    self._error = error
+            except Exception as raised:     # whatever it is, it is for whoever publishes next
+                error = raised
+            with self._changed:
+                self._writing, self._error = False, error or self._error

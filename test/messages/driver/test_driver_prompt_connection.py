@@ -119,6 +119,75 @@ def test_its_thread_ends_with_the_connection():
     assert not thread.is_alive()
 
 
+def test_a_connection_that_breaks_while_it_is_written_to_and_while_rospy_drops_it_is_no_deadlock():
+    """A subscriber that was killed is back at once: rospy drops its old connection, and holds a lock which a write that fails needs too."""
+    writes, drops = threading.Event(), threading.Event()
+
+    class Breaking(Transport):
+        def write_data(self, data):
+            writes.set()
+            assert drops.wait(PATIENCE)
+            self.close()
+            raise BrokenPipeError(errno.EPIPE, "broken")
+
+    topic = rospy.topics._PublisherImpl("/somewhere", rospy.AnyMsg)
+    topic.queue_size = None
+    connection = PromptConnection(Breaking(), 10)
+    topic.add_connection(connection)
+
+    def write():
+        with pytest.raises(BrokenPipeError):
+            connection.write_data(message(1))
+
+    def drop():
+        assert writes.wait(PATIENCE)
+        with topic.c_lock:
+            drops.set()
+            connection.close()
+
+    threads = [threading.Thread(target=each, daemon=True) for each in (write, drop)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(PATIENCE / 4)
+    assert not any(thread.is_alive() for thread in threads)
+
+
+def test_what_is_written_in_the_middle_of_a_write_waits_its_turn():
+    """A signal handler that says something, on the thread that is just saying something else."""
+    class Interrupted(Transport):
+        def write_data(self, data):
+            if data == message(0):
+                for number in (1, 2):
+                    connection.write_data(message(number))
+            return super().write_data(data)
+
+    transport = Interrupted()
+    connection = PromptConnection(transport, 10)
+    connection.write_data(message(0))
+    assert numbers(received(transport, 1500)) == [0, 1, 2]
+
+
+@pytest.mark.parametrize("size", [700, 30000])
+def test_nobody_waits_for_a_subscriber_that_takes_crumbs(size):
+    """Over TCP, where a buffer that is empty may still be too small for a large message."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        subscriber = socket.socket()
+        subscriber.setsockopt(socket.IPPROTO_TCP, socket.TCP_MAXSEG, 536)
+        subscriber.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1)
+        subscriber.connect(server.getsockname())
+        transport = Transport()
+        transport.socket, _ = server.accept()
+    connection = PromptConnection(transport, 10)
+    publisher = threading.Thread(target=lambda: all(connection.write_data(message(number, size)) for number in range(3000)), daemon=True)
+    publisher.start()
+    publisher.join(PATIENCE / 4)
+    stuck = publisher.is_alive()
+    transport.done = True
+    subscriber.close()
+    assert not stuck
+
+
 def test_all_else_is_asked_of_the_transport():
     connection = PromptConnection(Transport(), 10)
     assert connection.endpoint_id == "subscriber" and not connection.done
