@@ -17,11 +17,10 @@ import math
 import operator
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
-import yaml
-
 from ..errors import ParameterError
 from ..parameters import Number, Whole
 from .wire import Wire
+from .yaml_nodes import read_values
 
 TO_ROBOT, FROM_ROBOT = WAYS = ("to-robot", "from-robot")
 KEYS = ("fault", "value", "way", "robot", "from", "to")
@@ -151,12 +150,10 @@ def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
 
     :raises ParameterError: names what makes no sense in it, and what is legal.
     """
-    given = _split(words) if isinstance(words, str) else words
-    text = words if isinstance(words, str) else str(words)
-
     def fail(problem: str) -> ParameterError:
-        return ParameterError(f"fault {text!r}: {problem}")
+        return ParameterError(f"fault {str(words)!r}: {problem}")
 
+    given = _split(words, fail) if isinstance(words, str) else words
     if not isinstance(given, Mapping) or not given:
         raise fail("write a kind, perhaps its value, and 'way', 'robot', 'from' and 'to' with theirs: loss 0.1 from 10 to 20")
     unknown = [key for key in given if key not in KEYS]
@@ -195,13 +192,7 @@ def load_faults(path: str) -> List[Fault]:
 
     :raises ParameterError: names the file and what makes no sense in it.
     """
-    try:
-        with open(path, encoding="utf-8") as stream:
-            listed = yaml.safe_load(stream)
-    except OSError as error:
-        raise ParameterError(f"cannot read {path}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ParameterError(f"{path} does not parse: {' '.join(str(error).split())}") from error
+    listed = read_values(path)
     if not isinstance(listed, list):
         raise ParameterError(f"{path}: expected a list of faults, such as '- loss 0.1 from 10 to 20'")
     faults = []
@@ -290,7 +281,7 @@ class Faults:
                     kind.act(plant.wires[way] if kind.on_line else plant, values)
 
 
-def _split(text: str) -> Dict[str, Any]:
+def _split(text: str, fail: Callable[[str], ParameterError]) -> Dict[str, Any]:
     """The words of a fault by key; numbers as numbers."""
     words = text.split()
     given: Dict[str, Any] = {"fault": words.pop(0)} if words else {}
@@ -299,7 +290,7 @@ def _split(text: str) -> Dict[str, Any]:
     while words:
         key = words.pop(0)
         if key in given or not words:
-            raise ParameterError(f"fault {text!r}: {key!r} is there twice" if key in given else f"fault {text!r}: {key!r} needs a value behind it")
+            raise fail(f"{key!r} is there twice" if key in given else f"{key!r} needs a value behind it")
         given[key] = _number(words.pop(0))
     return given
 

@@ -6,10 +6,9 @@ import os
 from dataclasses import dataclass
 from typing import Any, Dict, Optional, Tuple
 
-import yaml
-
 from ..errors import ParameterError
 from ..p2os import BAUD_RATES
+from .yaml_nodes import read_values
 
 LEGAL = {
     "gyro.kind": (0, 2),
@@ -183,13 +182,7 @@ def standard_numbers() -> Numbers:
 
 
 def _read(path: str) -> Dict[str, Dict[str, Any]]:
-    try:
-        with open(path, encoding="utf-8") as stream:
-            values = yaml.safe_load(stream)
-    except OSError as error:
-        raise ParameterError(f"cannot read {path}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ParameterError(f"{path} does not parse: {' '.join(str(error).split())}") from error
+    values = read_values(path)
     if not isinstance(values, dict) or not all(isinstance(entries, dict) for entries in values.values()):
         raise ParameterError(f"{path}: expected sections of 'name: value', as in {OWN_FILE}")
     return values

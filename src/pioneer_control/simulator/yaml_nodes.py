@@ -1,4 +1,4 @@
-"""Reads YAML files strictly: what a file does not say exactly is an error with its line."""
+"""Reads YAML files: as plain values, or strictly, so that what a file does not say exactly is an error with its line."""
 
 import difflib
 import math
@@ -7,8 +7,22 @@ from typing import Any, Callable, Dict, List, NoReturn, Optional
 
 import yaml
 
-from ..errors import WorldError
+from ..errors import ParameterError, WorldError
 from .geometry import Point
+
+
+def read_values(path: str) -> Any:
+    """What a file holds, as plain values.
+
+    :raises ParameterError: it cannot be read, or does not parse.
+    """
+    try:
+        with open(path, encoding="utf-8") as stream:
+            return yaml.safe_load(stream)
+    except OSError as error:
+        raise ParameterError(f"cannot read {path}: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ParameterError(f"{path} does not parse: {' '.join(str(error).split())}") from error
 
 
 def compose(path: Path, text: str) -> Optional[yaml.Node]:
