@@ -46,6 +46,8 @@ def draw_world(world: World, output: str, robots: Sequence[Standing] = (), title
         figure(world, robots, title).savefig(output, dpi=DPI)
     except OSError as error:
         raise UsageError(f"cannot write {output}: {error.strerror}") from error
+    except ModuleNotFoundError as error:
+        raise UsageError(f"pictures need matplotlib, and there is no {error.name}: install python3-matplotlib, or with pip .[pictures]") from error
 
 
 def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] = None):

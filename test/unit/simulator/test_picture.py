@@ -1,5 +1,7 @@
 """Pictures of worlds: everything of a world is in it, whatever its size, and mistakes are told."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -68,6 +70,12 @@ def test_the_image_of_a_map_is_not_drawn_over(tmp_path, monkeypatch):
 def test_mistakes_are_told(arguments, message, capsys):
     assert main(arguments) == 2
     assert message in capsys.readouterr().err
+
+
+def test_without_matplotlib(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    assert main(["empty"]) == 2
+    assert "pictures need matplotlib" in capsys.readouterr().err
 
 
 def test_no_other_formats():
