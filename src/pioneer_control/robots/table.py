@@ -93,8 +93,8 @@ class ModelTable:
             raise UnknownModelError("robot model %r is not supported: %s" % (subtype, self.excluded[wanted]))
         near = [by_lower_case[name] for name in difflib.get_close_matches(wanted, by_lower_case, n=3, cutoff=0.5)]
         known = "near: %s" % ", ".join(near) if near else "known: %s" % ", ".join(sorted(self.models))
-        raise UnknownModelError("unknown robot model %r (%s); name the one to use instead with the parameter 'model', or describe "
-                                "this one in a models file" % (subtype, known))
+        raise UnknownModelError("unknown robot model %r (%s); name the one to use instead (parameter 'model', option --model), "
+                                "or describe this one in a models file" % (subtype, known))
 
 
 def load_table(override_file: Optional[str] = None) -> ModelTable:

@@ -4,11 +4,12 @@ import argparse
 import resource
 import signal
 import sys
+import textwrap
 import threading
 from typing import List, Optional
 
 from ..errors import PioneerError
-from ..robots import find_model
+from ..robots import find_model, load_models
 from .faults import fault_of, load_faults, rows
 from .loading import known_worlds, load_world
 from .robot_numbers import load_numbers
@@ -95,12 +96,13 @@ def parser() -> argparse.ArgumentParser:
         prog="python3 -m pioneer_control.simulator", description="Simulated Pioneers that speak P2OS.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="\n".join([
-            f"worlds: {', '.join(known_worlds())}", "", "faults, written as KIND [VALUE] [way to-robot|from-robot] [robot N] [from S] [to S]:",
+            f"worlds: {', '.join(known_worlds())}", "", *textwrap.wrap(f"models: {', '.join(load_models())}", 79, break_on_hyphens=False), "",
+            "faults, written as KIND [VALUE] [way to-robot|from-robot] [robot N] [from S] [to S], S in simulated seconds:",
             *(f"  {name + (' ' + unit if unit else ''):17} {meaning}" for name, _, unit, meaning in rows())]),
     )
     add = result.add_argument
-    add("--model", default="p3dx-sh", help="robot model, by its subtype (default: %(default)s)")
-    add("--world", default="tutorial", help="name of a world, or path of a world file (default: %(default)s)")
+    add("--model", default="p3dx-sh", help="robot model, by its subtype: see below (default: %(default)s)")
+    add("--world", default="tutorial", help="name of a world, or path of a world file or a map: see below (default: %(default)s)")
     add("--robots", type=count, default=1, metavar="N", help="so many of them (default: %(default)s)")
     add("--tcp", metavar="PORT", help="TCP port of the first robot, the next ones for the others; 0 for any free ones; for this machine only unless "
         f"HOST:PORT is given, such as 0.0.0.0:8101 (default: {STANDARD_PORT}, unless --pty is given)")
