@@ -35,10 +35,9 @@ from .faults import fault_of, load_faults
 from .firmware import Firmware
 from .loading import load_world
 from .parameters import SimulatorParameters, check_parameters
-from .places import standing_places
 from .robot_numbers import load_numbers
 from .server import Server
-from .simulation import Simulation
+from .simulation import Simulation, simulate
 
 PERIOD = 0.1
 """Seconds between two publications, of real time."""
@@ -88,13 +87,10 @@ def main() -> int:
 
 def simulation_of(parameters: SimulatorParameters) -> Simulation:
     """The world and its robots. Raises UsageError for what makes no sense."""
-    simulation, model = Simulation(load_world(parameters.world)), find_model(parameters.model, parameters.models_file or None)
-    numbers = load_numbers(parameters.numbers_file or None)
-    for number, pose in enumerate(standing_places(simulation.world, model, parameters.robots)):
-        name = parameters.name if parameters.robots == 1 else f"sim_{number + 1:04d}"
-        simulation.add(
-            model, pose, gripper=parameters.gripper, rear_sonar=parameters.rear_sonar, name=name, seed=parameters.seed + number, numbers=numbers)
-    return simulation
+    return simulate(
+        load_world(parameters.world), find_model(parameters.model, parameters.models_file or None), parameters.robots,
+        parameters.name if parameters.robots == 1 else None, parameters.seed, gripper=parameters.gripper, rear_sonar=parameters.rear_sonar,
+        numbers=load_numbers(parameters.numbers_file or None))
 
 
 class Face:

@@ -6,6 +6,7 @@ from typing import Any, Mapping, NamedTuple, Optional, Union
 from ..errors import ParameterError
 from ..parameters import AutoSwitch, Number, Switch, Text, Whole, check, parameter
 from .server import SPEEDS
+from .simulation import MOST_ROBOTS
 
 
 class TcpAddress(NamedTuple):
@@ -26,7 +27,7 @@ class SimulatorParameters:
 
     model: str = parameter("p3dx-sh", Text(), "robot model, by its subtype")
     world: str = parameter("tutorial", Text(), "name of a world, or path of a world file")
-    robots: int = parameter(1, Whole(1, 2000), "so many robots in the world")
+    robots: int = parameter(1, Whole(1, MOST_ROBOTS), "so many robots in the world")
     tcp: Union[int, str, None] = parameter(None, TcpAddress(), "TCP port of the robot's line; of several robots, of the first one's")
     pty: str = parameter("", Text(empty=True), "path of a link to a pseudo-terminal, of several robots with their numbers behind it; empty for none")
     seed: int = parameter(0, Whole(), "of all that is left to chance")

@@ -19,7 +19,11 @@ from ..robots import RobotModel
 from .crowd import Crowd
 from .firmware import Firmware
 from .geometry import Pose
+from .places import standing_places
 from .world import World
+
+MOST_ROBOTS = 2000
+"""So many, at most, are asked for by number."""
 
 
 class Simulation:
@@ -81,3 +85,17 @@ class Simulation:
         if len(self.robots) >= len(starts):
             raise ParameterError(f"the world {self.world.name!r} has {len(starts)} starts: say where robot {len(self.robots) + 1} is to stand")
         return starts[len(self.robots)]
+
+
+def simulate(world: World, model: RobotModel, count: int, name: Optional[str], seed: int, **options) -> Simulation:
+    """Robots of one model in a world, as the command line and the ROS node offer them.
+
+    :param name: of every robot; ``sim_0001`` and up if None.
+    :param seed: of the first one; each has another.
+    :param options: whatever else `Firmware` takes.
+    :raises ParameterError: they cannot all stand there, or `Firmware` raises it.
+    """
+    simulation = Simulation(world)
+    for number, pose in enumerate(standing_places(world, model, count)):
+        simulation.add(model, pose, name=name or f"sim_{number + 1:04d}", seed=seed + number, **options)
+    return simulation
