@@ -27,7 +27,6 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "src"))
 from pioneer_control import p2os  # noqa: E402
 from pioneer_control.errors import ParameterError  # noqa: E402
 from pioneer_control.robots import find_model  # noqa: E402
-from pioneer_control.simulator.firmware import Firmware  # noqa: E402
 from pioneer_control.simulator.loading import known_worlds, load_world  # noqa: E402
 from pioneer_control.simulator.simulation import Simulation  # noqa: E402
 from pioneer_control.simulator.world import World  # noqa: E402

@@ -7,7 +7,7 @@ import math
 from typing import Dict, NamedTuple, Optional, Sequence, Tuple
 
 import sensor_msgs.msg
-from geometry_msgs.msg import Point, Point32, Pose2D, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Point32, Pose2D, Quaternion, TransformStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool, Header
 

@@ -2,7 +2,6 @@
 
 import pytest
 
-from pioneer_control import p2os
 from pioneer_control.client.events import BaudFound, LineSpeed
 from pioneer_control.client.handshake import RATES
 from pioneer_control.client.host_baud import ANSWER, BEFORE_SPEAKING, SETTLE, TRIES
