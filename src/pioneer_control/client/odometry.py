@@ -9,9 +9,11 @@ pose we had. Resetting is a new tie, too: SETO is never sent, so no packet that 
 """
 
 import math
-from typing import Tuple
+from typing import Optional, Tuple
 
 COUNT_RANGE = 0x8000        # x and y wrap at this many counts
+FASTEST = 5.0, 10.0         # m/s, rad/s: more than any robot does
+SLACK = 0.5, 0.5            # m, rad: packets that were held up come together
 
 
 def wrapped(difference: int, full: int) -> int:
@@ -36,16 +38,26 @@ class Odometry:
         self._units_per_turn = units_per_turn
         self._rad_per_unit = 2 * math.pi / units_per_turn
         self._raw = (0, 0, 0)
+        self._doubted: Optional[Tuple[int, int, int]] = None
         self._tied = False
         self._tie(0.0, 0.0, 0.0)
 
-    def update(self, x_raw: int, y_raw: int, heading_raw: int) -> None:
-        """Take the numbers of the next SIP as they came; any 16-bit form of them will do."""
+    def update(self, x_raw: int, y_raw: int, heading_raw: int, seconds: float = math.inf) -> bool:
+        """Take the numbers of the next SIP as they came, ``seconds`` after those of the last; any 16-bit form of them will do.
+
+        Returns whether they are believed. No robot is as fast as some packets would have it that a bad line has changed and whose checksum, of
+        16 bits, fits by chance: they change nothing. Two that agree do: then the robot counts from elsewhere now, and our pose goes on from
+        where it is.
+        """
         if self._tied:
-            forward, left, turn = (
-                wrapped(x_raw - self._raw[0], COUNT_RANGE),
-                wrapped(y_raw - self._raw[1], COUNT_RANGE),
-                wrapped(heading_raw - self._raw[2], self._units_per_turn))
+            forward, left, turn = self._steps(self._raw, x_raw, y_raw, heading_raw)
+            if not self._possible(forward, left, turn, seconds):
+                doubted, self._doubted = self._doubted, (x_raw, y_raw, heading_raw)
+                if doubted is None or not self._possible(*self._steps(doubted, x_raw, y_raw, heading_raw), seconds):
+                    return False
+                self.rebase()
+                return self.update(x_raw, y_raw, heading_raw)
+            self._doubted = None
             self.x_counts += forward
             self.y_counts += left
             self.heading_units += turn
@@ -56,7 +68,20 @@ class Odometry:
             pose = self.pose
             self._raw = (x_raw, y_raw, heading_raw)
             self._tie(*pose)
-            self._tied = True
+            self._tied, self._doubted = True, None
+        return True
+
+    def _steps(self, raw: Tuple[int, int, int], x_raw: int, y_raw: int, heading_raw: int) -> Tuple[int, int, int]:
+        """What lies between two SIPs, in the robot's units: forward, left, turned."""
+        return (
+            wrapped(x_raw - raw[0], COUNT_RANGE),
+            wrapped(y_raw - raw[1], COUNT_RANGE),
+            wrapped(heading_raw - raw[2], self._units_per_turn))
+
+    def _possible(self, forward: int, left: int, turn: int, seconds: float) -> bool:
+        """Whether a robot gets as far as these steps in so many seconds."""
+        metres = (abs(forward) + abs(left)) * self._mm_per_count / 1000
+        return metres <= FASTEST[0] * seconds + SLACK[0] and abs(turn) * self._rad_per_unit <= FASTEST[1] * seconds + SLACK[1]
 
     @property
     def turned(self) -> float:

@@ -34,7 +34,7 @@ class LinkCounts(NamedTuple):
     bad_checksums: int
     discarded_bytes: int
     unreadable: int
-    """whole packets that nobody understands"""
+    """whole packets that nobody understands, or can believe: the robot would be where it cannot be"""
     unknown_sonar: int
     """readings of transducers that the model does not have"""
     reconnects: int
@@ -94,6 +94,7 @@ class Robot:
         # before listeners run.
         self._lock = threading.RLock()
         self._changed = threading.Condition(self._lock)
+        self._alert = threading.Condition(self._lock)       # the guard is to look at once, not only when it meant to
         self._thread = threading.Thread(target=self._run, name="pioneer %s" % url, daemon=True)
         self._guard = threading.Thread(target=self._watch_over_listeners, name="pioneer %s guard" % url, daemon=True)
         self._telling = False           # a listener has the I/O thread
@@ -129,6 +130,7 @@ class Robot:
                 self._session.close(monotonic())
                 self._try_act()
             self._wake()
+            self._alert.notify()
             self._changed.notify_all()
         if not wait:
             return
@@ -250,6 +252,7 @@ class Robot:
             if self._session is not None:
                 self._session.limit(self._settings)
                 self._try_act()
+            self._alert.notify()
 
     def tune(self, tuning: Tuning) -> None:
         """Settings of the robot itself from now on, instead of those of before: what differs is sent at once, and all of it after every connecting.
@@ -424,6 +427,7 @@ class Robot:
                 self._error = sys.exc_info()[1]
             self._ended.set()
             with self._lock:
+                self._alert.notify()
                 self._changed.notify_all()
 
     def _connect(self) -> bool:
@@ -467,9 +471,12 @@ class Robot:
         """Read, tick, act and tell, until the session is finished."""
         with self._lock:
             session.start(monotonic())
-        while session.phase is not Phase.FINISHED:
+        while True:
             with self._lock:
-                self._telling, self._reading_until = False, session.wake_at
+                self._telling = False
+                if session.phase is Phase.FINISHED:
+                    return
+                self._reading_until = session.wake_at
             data, lost = b"", None
             try:
                 data = transport.read(self._reading_until - monotonic())
@@ -493,16 +500,16 @@ class Robot:
 
     def _watch_over_listeners(self) -> None:
         """The guard thread: keeps time for the session, the dead man's above all, while a listener holds up the I/O thread."""
-        pause = HELD_UP
-        while not self._ended.wait(pause):
-            with self._lock:
+        with self._lock:
+            while not self._ended.is_set():
                 pause, session, now = HELD_UP, self._session, monotonic()
                 if self._telling and self._transport is not None:
                     session.tick(now)
                     self._try_act()
                     self._changed.notify_all()
-                elif session is not None:   # nothing is due before that; and a velocity that comes meanwhile is good for the time-out
+                elif self.ready:    # nothing is due before that; and a velocity that comes meanwhile is good for the time-out
                     pause += max(0.0, min(session.wake_at - now, self._settings.command_timeout))
+                self._alert.wait(pause)
 
     def _notice(self, session: Session, events: List[Union[RobotState, Event]]) -> None:
         """Keep what the properties show."""

@@ -278,6 +278,9 @@ class Session:
     def _report(self, sip: p2os.Sip, time: float, transfer_time: float) -> None:
         assert self._reader is not None and self.drive is not None
         state = self._reader.read(sip, time, transfer_time)
+        if state is None:
+            self._unreadable += 1
+            return
         self._events.append(state)
         self.drive.saw(state)
         self.tuner.saw(state)

@@ -101,6 +101,7 @@ class StateReader:
         self.unknown_sonar = 0
         """Readings of transducers that the model does not have."""
         self._sonar: List[Optional[SonarRange]] = []
+        self._read_at = -math.inf
         self.follow(identity)
 
     def follow(self, identity: RobotIdentity) -> None:
@@ -111,10 +112,15 @@ class StateReader:
         self._said: Optional[Tuple] = None
         self._status: Dict[str, Any] = {}
 
-    def read(self, sip: p2os.Sip, time: float, transfer_time: float = 0.0) -> RobotState:
-        """The state after this SIP, which was whole at ``time`` (monotonic, s) after ``transfer_time`` s on the line."""
+    def read(self, sip: p2os.Sip, time: float, transfer_time: float = 0.0) -> Optional[RobotState]:
+        """The state after this SIP, which was whole at ``time`` (monotonic, s) after ``transfer_time`` s on the line.
+
+        None for one that nobody can believe: it would have the robot where it cannot be (Odometry.update).
+        """
         odometry, m_s_per_unit = self.odometry, self.identity.model.vel_mm_s_per_unit / 1000
-        odometry.update(sip.x_counts, sip.y_counts, sip.heading_units)
+        if not odometry.update(sip.x_counts, sip.y_counts, sip.heading_units, time - self._read_at):
+            return None
+        self._read_at = time
         x, y, heading = odometry.pose
         left, right = sip.left_velocity_units * m_s_per_unit, sip.right_velocity_units * m_s_per_unit
         self._hear(sip, time)

@@ -92,3 +92,39 @@ def test_after_a_reconnect_the_pose_goes_on_in_the_robots_new_frame():
 def test_an_odometry_fits_robots_with_its_units_only():
     odometry = Odometry(0.485, 4096)
     assert odometry.fits(0.485, 4096) and not odometry.fits(1.0, 4096) and not odometry.fits(0.485, 1024)
+
+
+def moved(*steps):
+    """An odometry after SIPs every 0.1 s with these x, y (mm) and headings (units), and which of them it believed."""
+    odometry = Odometry(1.0, 4096)
+    return odometry, [odometry.update(*step, 0.1) for step in steps]
+
+
+@pytest.mark.parametrize("wild", [(9000, 0, 0), (0, -9000, 0), (100, 0, 2000), (0x4000, 0, 0)])
+def test_a_packet_that_would_have_the_robot_where_it_cannot_be_changes_nothing(wild):
+    odometry, believed = moved((0, 0, 0), (100, 0, 0), wild, (200, 0, 0))
+    assert believed == [True, True, False, True]
+    assert odometry.pose == (0.2, 0.0, 0.0) and odometry.travel == pytest.approx(0.2) and odometry.turned == 0.0
+
+
+def test_wild_packets_that_do_not_agree_are_all_not_believed():
+    odometry, believed = moved((0, 0, 0), (9000, 0, 0), (-9000, 0, 0), (0, 5000, 0), (150, 0, 0))
+    assert believed == [True, False, False, False, True] and odometry.pose == (0.15, 0.0, 0.0)
+
+
+def test_a_robot_that_goes_on_counting_from_elsewhere_is_believed_and_its_pose_does_not_jump():
+    odometry, believed = moved((0, 0, 0), (100, 0, 0), (9000, 0, 0), (9100, 0, 0), (9200, 0, 0))
+    assert believed == [True, True, False, True, True]
+    assert odometry.pose == pytest.approx((0.2, 0.0, 0.0)), "tied at the second of the two that agree"
+
+
+def test_what_one_packet_too_many_said_is_not_held_for_long():
+    odometry, believed = moved((0, 0, 0), (9000, 0, 0), (100, 0, 0), (9000, 0, 0), (200, 0, 0))
+    assert believed == [True, False, True, False, True] and odometry.pose == (0.2, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("step, seconds", [((300, 0, 0), 0.1), ((900, 0, 0), 0.1), ((9000, 0, 0), 2.0), ((0, 0, 1000), 0.2), ((400, 0, 200), 0.0)])
+def test_what_a_robot_can_do_in_its_time_is_believed(step, seconds):
+    odometry = Odometry(1.0, 4096)
+    odometry.update(0, 0, 0)
+    assert odometry.update(*step, seconds)

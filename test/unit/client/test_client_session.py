@@ -173,6 +173,7 @@ def test_states_and_packets_say_when_the_robot_sent_them(rates, delay):
     bench.run(0.5)
     data = bytes.fromhex("FAFB2833D204C8FF0002BE00D20080000200020700000203DC05049808210500F00080000020000000260D")
     bench.robot.mute = lambda packet: True
+    bench.run(0.2)      # it takes a robot that long to get there
     bench.session.receive(data[:20], bench.now)
     bench.step()
     bench.session.receive(data[20:], bench.now)
@@ -342,6 +343,8 @@ def test_a_session_that_ends_in_the_middle_of_a_packet_wants_no_time_for_the_res
 
 def test_the_odometry_goes_on_over_a_reconnect():
     bench = Bench().until_ready()
+    bench.robot.mute = lambda packet: True
+    bench.run(1.0)      # it takes a robot that long to get there
     bench.session.receive(p2os.encode_packet(sip(x_counts=1500, y_counts=200, heading_units=1024)), bench.now)
     before = bench.session.odometry.pose
     bench.session = Session("fake", (), Settings(), bench.session.odometry)
@@ -361,3 +364,20 @@ def test_a_robot_that_reports_more_sonar_than_before_has_a_reading_for_each():
     bench.robot.send(config(front_sonar=1, rear_sonar=1))
     bench.run(0.3)
     assert len(bench.states[0].sonar) == 8 and len(bench.states[-1].sonar) == bench.session.identity.model.sonar_count == 16
+
+
+def test_a_packet_whose_checksum_fits_by_chance_moves_nobody():
+    """Two bytes changed in the same column of the sum: one more, the high byte of x, and one less."""
+    bench = Bench().until_ready()
+    bench.run(0.5)
+    before = bench.states[-1]
+    spoilt = bytearray(p2os.encode_packet(sip(control_units=0x2020)))
+    spoilt[5] += 0x20       # 8.192 m
+    spoilt[spoilt.index(0x20, 6) if spoilt.index(0x20, 6) % 2 else spoilt.index(0x20, 6) + 1] -= 0x20
+    frame, = p2os.FrameDecoder().feed(spoilt)
+    assert p2os.decode_packet(frame).x_counts - sip().x_counts == 0x2000, "it passes"
+    count = len(bench.states)
+    bench.session.receive(bytes(spoilt), bench.now)
+    assert bench.session.counts.unreadable == 1 and len(bench.states) == count
+    bench.run(0.5)
+    assert len(bench.states) > count and (bench.states[-1].x, bench.states[-1].y) == (before.x, before.y)

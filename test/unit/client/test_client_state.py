@@ -81,7 +81,7 @@ def test_each_wheel_has_its_speed_and_its_angle():
     assert read(sip(x_counts=200), 0.1).wheel_angles == pytest.approx((0.2 / 0.0975, 0.2 / 0.0975))
     assert read(sip(x_counts=100), 0.2).wheel_angles == pytest.approx((0.1 / 0.0975, 0.1 / 0.0975)), "backwards"
     turned = math.pi / 2 / model.diff_rad_per_mm / 1000 / 0.0975
-    assert read(sip(x_counts=100, heading_units=1024), 0.3).wheel_angles == pytest.approx((0.1 / 0.0975 - turned, 0.1 / 0.0975 + turned))
+    assert read(sip(x_counts=100, heading_units=1024), 0.5).wheel_angles == pytest.approx((0.1 / 0.0975 - turned, 0.1 / 0.0975 + turned))
     state = reader("powerbot").read(sip(left_velocity_units=100), 0.0)
     assert state.wheel_angles is None and state.wheel_velocities == (0.1, 0.0)
 
