@@ -5,7 +5,6 @@ import math
 
 import pytest
 
-from pioneer_control import p2os
 from pioneer_control.driver import conversions
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.p2os import ChargeState, Flags
