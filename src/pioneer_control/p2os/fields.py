@@ -94,43 +94,47 @@ class Table(tuple):
     """The rows of a packet or record, in wire order."""
 
     @cached_property
-    def _count_at(self) -> Optional[int]:
-        """Where the count of the records is, -1 without records; None if the rows are not all numbers, and at most once records of numbers."""
-        numbers = [row for row in self if isinstance(row.type, Number)]
-        others = [row for row in self if not isinstance(row.type, Number)]
-        if not others:
-            return -1
-        if len(others) > 1 or not isinstance(others[0].type, Many) or not others[0].type.is_plain:
-            return None
-        return sum(row.type.size for row in numbers[:self.index(others[0])])
-
-    @cached_property
-    def _layout(self) -> Callable[[int, int], Optional[Layout]]:
-        return lru_cache(maxsize=64)(self._make_layout)
-
-    def layout(self, data: bytes) -> Optional[Layout]:
-        """How to read all of these data; None if they need the row by row of `read_fields`."""
-        at = self._count_at
-        if at is None or at >= len(data):
-            return None
-        return self._layout(len(data), data[at] if at >= 0 else 0)
-
-    @cached_property
     def names(self) -> Tuple[str, ...]:
         """Those of the rows."""
         return tuple(row.name for row in self)
 
+    def layout(self, data: bytes) -> Optional[Layout]:
+        """How to read all of these data; None if they need the row by row of `read_fields`."""
+        if not self._is_plain:
+            return None
+        at = self._count_at
+        if at is None:
+            return self._layout(len(data), 0)
+        return self._layout(len(data), data[at]) if at < len(data) else None
+
     def layout_of(self, values: List[Any]) -> Optional[Layout]:
         """How to write these values of the first rows; None if they need the row by row of `write_fields`."""
-        many = self._many
-        if self._count_at is None or many is not None and (len(values) <= many or type(values[many]) is not tuple):
+        if not self._is_plain:
             return None
-        return self._layout_to_write(len(values), len(values[many]) if many is not None else 0)
+        many = self._many
+        if many is None:
+            return self._layout_to_write(len(values), 0)
+        return self._layout_to_write(len(values), len(values[many])) if len(values) > many and type(values[many]) is tuple else None
+
+    @cached_property
+    def _is_plain(self) -> bool:
+        """Whether the rows are all numbers, but for at most one of records of numbers."""
+        others = [row.type for row in self if not isinstance(row.type, Number)]
+        return not others or len(others) == 1 and isinstance(others[0], Many) and others[0].is_plain
 
     @cached_property
     def _many(self) -> Optional[int]:
         """Which row holds records, if one does."""
         return next((index for index, row in enumerate(self) if isinstance(row.type, Many)), None)
+
+    @cached_property
+    def _count_at(self) -> Optional[int]:
+        """Where in the data the count of the records is, if there are any; of a plain table."""
+        return None if self._many is None else sum(row.type.size for row in self[:self._many])
+
+    @cached_property
+    def _layout(self) -> Callable[[int, int], Optional[Layout]]:
+        return lru_cache(maxsize=64)(self._make_layout)
 
     @cached_property
     def _layout_to_write(self) -> Callable[[int, int], Layout]:
