@@ -84,7 +84,7 @@ def _find(name_or_path: Union[str, Path]) -> Path:
     name = str(name_or_path)
     if "/" in name or name.endswith(ENDINGS + PICTURES):
         if not Path(name).is_file():
-            what = "is a directory" if Path(name).is_dir() else "does not exist"
+            what = "is a directory" if Path(name).is_dir() else "does not exist" if Path(name).is_absolute() else f"does not exist below {Path.cwd()}"
             raise WorldError(f"world file {name} {what}; worlds known by name: {', '.join(known_worlds())}")
         return Path(name)
     if name not in known_worlds():

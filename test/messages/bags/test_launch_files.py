@@ -46,6 +46,15 @@ class TestRecord:
         assert shlex.split(node("record.launch").args)[0] == "--output-prefix=/here/pioneer"
 
 
+class TestSimulator:
+    @pytest.mark.parametrize("launch, arguments", [("simulator.launch", []), ("pioneer.launch", ["sim:=true"])])
+    @pytest.mark.parametrize("place, entered", [("/my lab", "/my lab"), (None, ".")])
+    def test_files_are_looked_for_where_the_command_is_typed_in(self, monkeypatch, launch, arguments, place, entered):
+        monkeypatch.delenv("PWD") if place is None else monkeypatch.setenv("PWD", place)
+        nodes = load_config_default([(str(ROOT / "launch" / launch), arguments)], None, verbose=False).nodes
+        assert [shlex.split(each.launch_prefix) for each in nodes if each.type == "p2os_simulator"] == [["env", "--chdir=" + entered]]
+
+
 class TestReplay:
     def test_commands_go_where_nobody_listens(self):
         player = node("replay.launch", "bag:=/tmp/x.bag", "robot:=alice")
