@@ -12,7 +12,7 @@ from ..errors import WorldError
 from .exact import cos, sin
 from .free_space import START_CLEARANCE, room
 from .geometry import Point
-from .shapes import Wall, box_walls, closed
+from .shapes import Wall, box_walls, closed, turned
 from .world import World
 
 START_ROOM = 2.0
@@ -45,16 +45,11 @@ def random_world(seed: int, kind: Optional[str] = None) -> World:
 
 
 def _turned(floor: Floor, angle: float, heading: float, name: str) -> World:
-    cosine, sine = cos(angle), sin(angle)
-
-    def turn(x: float, y: float) -> Point:
-        return x * cosine - y * sine, x * sine + y * cosine
-
     return World(
         name,
-        walls=[turn(x1, y1) + turn(x2, y2) for x1, y1, x2, y2 in floor.walls],
-        posts=[turn(x, y) + (radius,) for x, y, radius in floor.posts],
-        starts=[turn(*floor.start) + (heading,)],
+        walls=[turned((x1, y1), angle) + turned((x2, y2), angle) for x1, y1, x2, y2 in floor.walls],
+        posts=[turned((x, y), angle) + (radius,) for x, y, radius in floor.posts],
+        starts=[turned(floor.start, angle) + (heading,)],
     )
 
 

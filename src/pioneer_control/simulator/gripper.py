@@ -10,18 +10,11 @@ from ..robots import GripperShape
 from .body import compose, relative
 from .exact import hypot
 from .geometry import Pose
-from .pushing import Block, make_way
+from .pushing import Block, cans_near, make_way
 from .world import Can
 
 TOLERANCE = 1e-4
 """A paddle this near (m) to a can presses on it."""
-
-
-def cans_near(world, pose: Pose, reach: float) -> List[Can]:
-    """The cans standing so near a robot that something `reach` from its middle could meet them."""
-    x, y, _ = pose
-    beside = [can for can in world.cans if -reach - can.radius < can.x - x < reach + can.radius]
-    return [can for can in beside if can.held_by is None and hypot(can.x - x, can.y - y) < reach + can.radius]
 
 
 class Gripper:
@@ -184,9 +177,8 @@ class Gripper:
 
     def make_way(self, pose: Pose) -> bool:
         """Push cans aside for a robot that goes to `pose`; False when one is jammed, and nothing was moved."""
-        near = cans_near(self._world, pose, self._reach)
         self.carry(pose)
-        return not near or make_way(self._world, pose, self.blocks_for, self.held if self.is_low else (), near)
+        return make_way(self._world, pose, self.blocks_for, self.held if self.is_low else (), self._reach)
 
     def carry(self, pose: Pose) -> None:
         """What is held goes where the robot goes."""

@@ -15,7 +15,7 @@ from .body import Body, along_arc
 from .docks import dock_at
 from .drive import Channel, Limits
 from .geometry import Pose
-from .gripper import Gripper, cans_near
+from .gripper import Gripper
 from .pushing import Block, make_way
 from .robot_numbers import DriveNumbers, Numbers
 from .sonar import Sonar
@@ -374,8 +374,7 @@ class Hardware:
     def _make_way(self, pose: Pose) -> bool:
         if self.gripper is not None:
             return self.gripper.make_way(pose)
-        near = cans_near(self.world, pose, self._block.reach)
-        return not near or make_way(self.world, pose, lambda radius: (self._block,), (), near)
+        return make_way(self.world, pose, lambda radius: (self._block,), (), self._block.reach)
 
     def _count_wheels(self, distance: float, turn: float) -> None:
         difference_mm = turn / self.model.diff_rad_per_mm

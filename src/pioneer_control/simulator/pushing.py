@@ -8,6 +8,7 @@ from typing import Callable, List, NamedTuple, Optional, Sequence, Set
 
 from .exact import hypot, unit
 from .geometry import Point, Pose
+from .world import Can
 
 ROUNDS = 200
 """How often all pushes are gone through before a can counts as jammed: sliding out of a narrow wedge takes many small pushes."""
@@ -54,14 +55,24 @@ class Block(NamedTuple):
         return min(ways_out, key=lambda way: way[0])[1]
 
 
-def make_way(world, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], held: Sequence, near: Sequence) -> bool:
-    """Push the cans `near` out of the way of a robot at `pose`, and whatever they push out of theirs.
+def cans_near(world, pose: Pose, reach: float) -> List[Can]:
+    """The cans standing so near a robot that something `reach` from its middle could meet them."""
+    x, y, _ = pose
+    beside = [can for can in world.cans if -reach - can.radius < can.x - x < reach + can.radius]
+    return [can for can in beside if can.held_by is None and hypot(can.x - x, can.y - y) < reach + can.radius]
+
+
+def make_way(world, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], held: Sequence[Can], reach: float) -> bool:
+    """Push cans out of the way of a robot at `pose`, and whatever they push out of theirs.
 
     :param blocks_for: the blocks that a can of a given radius meets.
     :param held: cans in the gripper that push others as they go.
-    :param near: standing cans that the robot could meet.
+    :param reach: how far from the middle of the robot anything of it can meet a can.
     :returns: whether all found a place; if not (one is jammed against a wall or another robot), none was moved.
     """
+    near = cans_near(world, pose, reach)
+    if not near:
+        return True
     robot = _Robot(pose, blocks_for, held)
     others = [body for body in world.crowd.near(pose[0], pose[1], PUSHED_FAR) if body.pose != pose]
     standing_by = [_Robot(body.pose, lambda radius, box=Block(*body.box): (box,), ()) for body in others]
@@ -96,7 +107,7 @@ def _same(before: List[Point], now: List[Point]) -> bool:
     return all(abs(x1 - x2) < STILL and abs(y1 - y2) < STILL for (x1, y1), (x2, y2) in zip(before, now))
 
 
-def _shove_others(key: int, cans: Sequence, places: List[Point]) -> Set[int]:
+def _shove_others(key: int, cans: Sequence[Can], places: List[Point]) -> Set[int]:
     """Move every can that overlaps number `key` straight away from it; the numbers of those that moved."""
     shoved = set()
     x, y = places[key]

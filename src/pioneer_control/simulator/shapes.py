@@ -2,7 +2,7 @@
 
 from typing import List, Sequence, Tuple
 
-from . import exact
+from .exact import unit
 from .geometry import Point
 
 Wall = Tuple[float, float, float, float]
@@ -11,7 +11,7 @@ Wall = Tuple[float, float, float, float]
 def turned(point: Point, angle: float) -> Point:
     """A point after a turn about the origin."""
     x, y = point
-    cosine, sine = exact.cos(angle), exact.sin(angle)
+    cosine, sine = unit(angle)
     return x * cosine - y * sine, x * sine + y * cosine
 
 
