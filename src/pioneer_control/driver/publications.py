@@ -162,9 +162,11 @@ class Publications:
             self._publish(type(event.packet), event.packet, self._stamp_of(event.sent_time))
 
     def close(self) -> None:
-        """Publish nothing more: ROS shuts down, and closes topics before it says so."""
-        with self._lock:
-            self._topics, self._wanted = (), {}
+        """Publish nothing more: ROS shuts down, and closes topics before it says so. Who keeps the lock for longer waits for a master that hangs."""
+        locked = self._lock.acquire(timeout=CLOSE_TIMEOUT)
+        self._topics, self._wanted = (), {}
+        if locked:
+            self._lock.release()
 
     def _stamp_of(self, moment: float) -> rospy.Time:
         """A monotonic time (s) of late as ROS time, as long as no other is asked for; zero before simulated time begins."""

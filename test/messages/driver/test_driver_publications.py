@@ -3,6 +3,7 @@
 import copy
 import dataclasses
 import math
+import threading
 import time
 from time import monotonic
 
@@ -19,6 +20,7 @@ from robot_reports import DRIVING, GRIPPER_SWITCHES, GYRO, IO, OLD, STATE, ident
 
 ALWAYS = {"pose", "/tf", "motor_state", "e_stop", "stall", "battery_state", "battery", "dio", "aio", "robot_info"}
 SONAR = {"sonar", "sonar_ranges", "sonar_points", "/tf_static"}
+LIMIT = 30.0        # s: generous; nothing waits that long
 
 
 class Publisher:
@@ -75,6 +77,29 @@ def leave(topic):
 def test_no_message_is_held_back_until_the_one_before_is_acknowledged(driver):
     driver.identity(identity_of("p3dx-sh"))
     assert all(publisher.tcp_nodelay for publisher in Publisher.all.values())
+
+
+def test_it_closes_while_somebody_waits_for_a_master_that_hangs(topics, monkeypatch):
+    driver, hangs, answers, closed = Publications(DriverParameters(), lambda kind, on: None), threading.Event(), threading.Event(), threading.Event()
+
+    def advertise(*args, **options):
+        hangs.set()
+        answers.wait()
+        return Publisher(*args, **options)
+
+    def close():
+        driver.close()
+        closed.set()
+
+    monkeypatch.setattr(publications.rospy, "Publisher", advertise)
+    welcome = threading.Thread(target=driver.identity, args=(identity_of("p3dx-sh"),), daemon=True)
+    welcome.start()
+    assert hangs.wait(LIMIT)
+    threading.Thread(target=close, daemon=True).start()
+    in_time = closed.wait(LIMIT)
+    answers.set()
+    welcome.join(LIMIT)
+    assert in_time and not topics["robot_info"].published
 
 
 def test_what_every_robot_feeds_is_there_before_the_first_one(driver, topics):
