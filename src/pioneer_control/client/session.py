@@ -251,12 +251,12 @@ class Session:
         grip_state_first = self._model is None or self._model.grip_state_first
         for frame in frames:
             packet = p2os.decode_packet(frame, grip_state_first)
+            self._transfer_time = self._line.transfer_time(frame.length)
             if isinstance(packet, p2os.Sip):
                 self._sips += 1
                 self._last_sip = self._now
                 if self.phase is Phase.OPENING:
-                    self._pending_sip, self._pending_times = packet, (self._now, self._line.transfer_time(frame.length))
-            self._transfer_time = self._line.transfer_time(frame.length)
+                    self._pending_sip, self._pending_times = packet, (self._now, self._transfer_time)
             if self._script is not None:
                 self._resume(packet)
             elif self.phase is Phase.READY:
