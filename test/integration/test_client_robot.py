@@ -146,6 +146,43 @@ def test_a_listener_that_hangs_holds_up_no_dead_man(server, goes_on):
         hang.set()
 
 
+def test_a_shorter_time_out_holds_at_once_also_while_a_listener_hangs(server, monkeypatch):
+    """The guard sleeps until something is due, or as long as a velocity is good: that may have become less since it fell asleep."""
+    monkeypatch.setattr("pioneer_control.client.session.SILENCE", 10 * LIMIT)
+    hang, hanging, told, take = threading.Event(), threading.Event(), [], server.firmware.receive
+
+    def listener(state):
+        if robot.link.sips > 10:
+            hanging.set()
+            hang.wait(10 * LIMIT)
+
+    robot = Robot(server.url, on_state=listener, command_timeout=10 * LIMIT, pulse=0)
+    with robot:
+        assert hanging.wait(LIMIT)
+        robot.set_limits(None, None, 0.2)
+        server.firmware.receive = lambda data: (told.append(data), take(data))
+        robot.set_velocity(0.3, 0.0)
+        until(lambda: encode_command("STOP") in b"".join(told), "told to stop")
+        hang.set()
+
+
+def test_a_session_that_is_closed_during_a_hang_goes_on_to_its_end(server, monkeypatch):
+    monkeypatch.setattr("pioneer_control.client.session.SILENCE", 10 * LIMIT)
+    hang, hanging = threading.Event(), threading.Event()
+
+    def listener(state):
+        if robot.link.sips > 10:
+            hanging.set()
+            hang.wait(10 * LIMIT)
+
+    robot = Robot(server.url, on_state=listener, command_timeout=10 * LIMIT, pulse=0).start()
+    assert hanging.wait(LIMIT)
+    robot.close(wait=False)
+    until(lambda: waiting(server), "closed while nobody reads")
+    hang.set()
+    robot.close()
+
+
 @pytest.mark.parametrize("name", ["_telling", "_reading_until"])
 def test_what_threads_tell_each_other_is_only_written_under_the_lock(server, name):
     unlocked, written = [], []
@@ -411,6 +448,36 @@ def test_a_write_that_fails_is_told_and_ends_the_link(server, by):
                 robot.set_velocity(0.1, 0.0)
         assert robot.wait_until_ended(LIMIT)
         assert not robot.ready and "takes no more" in robot.link.last_error
+
+
+def test_a_line_that_is_found_dead_just_before_it_is_read_is_connected_again(server):
+    """A command writes to a line that takes nothing, which takes its time; the I/O thread comes back from a listener meanwhile."""
+    listening, found = threading.Event(), threading.Event()
+
+    def refuse(data):
+        found.set()
+        until(lambda: robot._thread_waits, "the I/O thread has looked for what is due")
+        raise LinkLostError("takes no more bytes")
+
+    class WatchedRobot(Robot):
+        _thread_waits = False
+
+        def _tell(self, events):
+            super()._tell(events)
+            self._thread_waits = found.is_set()
+
+    def listener(state):
+        if not listening.is_set():
+            listening.set()
+            assert found.wait(LIMIT)
+
+    robot = WatchedRobot(server.url, on_state=listener, reconnect=True)
+    with robot:
+        assert listening.wait(LIMIT)
+        robot._transport.write = refuse
+        with pytest.raises(LinkLostError):
+            robot.set_velocity(0.1, 0.0)
+        until(lambda: robot.link.reconnects, "connected again")
 
 
 def test_started_before_the_robot_is_there():
