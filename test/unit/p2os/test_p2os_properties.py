@@ -1,5 +1,8 @@
 """What holds for all bytes and all values, searched for by hypothesis."""
 
+import unittest.mock
+from types import SimpleNamespace
+
 from hypothesis import example, given
 from hypothesis import strategies as some
 
@@ -7,12 +10,17 @@ from pioneer_control import p2os
 from pioneer_control.errors import EncodingError
 from pioneer_control.p2os.commands import Argument
 from pioneer_control.p2os.explain import explain
+from pioneer_control.p2os.fields import Many, read_fields, write_fields
+from pioneer_control.p2os.fields import rows as p2os_rows
+from pioneer_control.p2os.packets import PACKETS, packet_rows
 
 LONGEST = 3 + 0xFF
 FRAMES = some.builds(p2os.encode_frame, some.integers(0, 255), some.binary(max_size=197))
 NOISE = some.one_of(some.binary(max_size=40), some.sampled_from([b"\xFA", b"\xFA\xFA", b"\xFA\xFB", b"\xFA\xFB\xFF", b"\xFA\xFB\x02"]))
 STREAMS = some.lists(some.one_of(FRAMES, NOISE), max_size=8).map(b"".join)
 COMMANDS = some.sampled_from(sorted(p2os.COMMANDS))
+TABLES = list({id(table): table for packet_class, _ in PACKETS.values() for first in (True, False)
+               for table in [packet_rows(packet_class, first)] if table._is_plain}.values())
 
 
 def cut(data, at):
@@ -106,3 +114,47 @@ def test_every_command_arrives_as_it_was_meant(data, name):
 @given(STREAMS)
 def test_whatever_it_is_it_can_be_explained(stream):
     assert isinstance("\n".join(explain(stream)), str)
+
+
+@given(some.data(), some.sampled_from(TABLES), some.binary(max_size=250))
+def test_a_packet_is_read_in_one_go_as_field_by_field(data, table, raw):
+    """Also cut off anywhere, with more behind it, and with a count of records that are not all there."""
+    raw = raw.ljust(data.draw(some.integers(0, 60)), b"\0")
+    at, few = table._count_at, data.draw(some.integers(0, 12))
+    if at is not None and at < len(raw) and data.draw(some.booleans()):
+        raw = raw[:at] + bytes([few]) + raw[at + 1:]
+    layout = table.layout(raw)
+    if layout is None:
+        return
+    values, _ = read_fields(table, raw)
+    in_one_go = layout.read(raw)
+    assert in_one_go == values and list(in_one_go) == list(values)
+
+
+@given(some.data(), some.sampled_from(TABLES))
+def test_a_packet_is_written_in_one_go_as_field_by_field(data, table):
+    """Also with values that do not fit, that are None, or that are of another kind."""
+    def number(row):
+        if data.draw(some.integers(0, 9)):
+            return data.draw(some.integers(row.type.low, row.type.high))
+        return data.draw(some.one_of(some.sampled_from([row.type.low - 1, row.type.high + 1, True, None, 1.0, "1", p2os.Flags(1)]), some.integers()))
+
+    def records(row):
+        make, inner = row.type.item.record_class, p2os_rows(row.type.item.record_class)
+        tuples = some.lists(some.builds(lambda: make(**{each.name: number(each) for each in inner})), max_size=5).map(tuple)
+        return data.draw(some.one_of(tuples, tuples, some.sampled_from([None, (), [], (1,), 3])))
+
+    values = {row.name: records(row) if isinstance(row.type, Many) else number(row) for row in table}
+    for name in list(values)[data.draw(some.integers(0, len(values))):]:
+        values[name] = None
+    packet = SimpleNamespace(**values)
+
+    def written(way):
+        try:
+            return way()
+        except EncodingError as error:
+            return str(error)
+
+    with unittest.mock.patch.object(type(table), "layout_of", lambda *_: None):
+        expected = written(lambda: write_fields(table, packet))
+    assert written(lambda: write_fields(table, packet)) == expected
