@@ -230,6 +230,11 @@ class Faults:
         """Those that have begun and not ended, oldest first."""
         return [timed.fault for timed in self._on]
 
+    def told(self, now_us: int) -> List[str]:
+        """In words, those that are on, and behind them those that are to come, and when."""
+        to_come = [(str(timed.fault), (timed.start_us - now_us) / 1e6) for timed in self._waiting]
+        return [str(fault) for fault in self.on] + [f"{words}, in {wait:.1f} s" if wait > 0.0 else words for words, wait in to_come]
+
     def add(self, fault: Fault, now_us: int = 0) -> None:
         """One more; its times count from `now_us`.
 

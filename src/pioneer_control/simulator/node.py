@@ -204,7 +204,7 @@ class Node:
 
     def _list_faults(self, request) -> TriggerResponse:
         with self._server.lock:
-            return TriggerResponse(True, "; ".join(map(str, self._server.wired.faults.on)) or "none")
+            return TriggerResponse(True, "; ".join(self._server.wired.faults.told(self._server.wired.time_us)) or "none")
 
     def _clear_faults(self, request) -> TriggerResponse:
         with self._server.lock:

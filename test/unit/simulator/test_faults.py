@@ -86,6 +86,17 @@ class Scene:
         return [getattr(plant.wires[way], name) for plant in self.plants for way in WAYS]
 
 
+def test_faults_that_are_on_and_those_to_come_are_told():
+    scene = Scene()
+    assert scene.faults.told(0) == []
+    scene.add("stall robot 2 from 5 to 8", now=1.0)
+    scene.add("loss 0.1", now=1.0)
+    assert scene.faults.told(2500000) == ["loss 0.1", "stall robot 2, in 3.5 s"]
+    assert scene.faults.told(6000000) == ["loss 0.1", "stall robot 2"], "due, with the next step"
+    scene.faults.step(9000000)
+    assert scene.faults.told(9000000) == ["loss 0.1"]
+
+
 def test_a_fault_begins_and_ends_and_is_named_both_times():
     scene = Scene()
     scene.add("loss 0.1 from 10 to 20")
