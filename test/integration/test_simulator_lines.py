@@ -568,7 +568,7 @@ def test_the_program_says_where_to_connect_and_ends_cleanly(tmp_path, number):
     (("--gripper", "--model", "amigo-sh"), 2, "amigo-sh cannot carry a gripper"),
     (("--tcp", "seven"), 1, "is no TCP port"),
     (("--numbers", "/nowhere.yaml"), 2, "cannot read /nowhere.yaml"),
-    (("--fault", "los 0.1"), 2, "no kind 'los'; there are loss"),
+    (("--fault", "los 0.1"), 2, "no kind 'los'; did you mean 'loss'? there are loss"),
     (("--fault", "cable robot 2"), 2, "there is no robot 2"),
     (("--faults", "/nowhere.yaml"), 2, "cannot read /nowhere.yaml"),
     (("--record", "/nowhere/wire"), 2, "cannot record to /nowhere/wire"),

@@ -12,6 +12,7 @@ A file of them, a timeline, is a YAML list of such words, or of mappings with th
     - {fault: transducer, value: 3, robot: 2, from: 30}
 """
 
+import difflib
 import functools
 import math
 import operator
@@ -161,7 +162,8 @@ def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
         raise fail(f"it has no {unknown[0]!r}; there are {', '.join(KEYS)}")
     kind = KINDS.get(str(given.get("fault")))
     if kind is None:
-        raise fail(f"no kind {given.get('fault')!r}; there are {', '.join(KINDS)}")
+        near = difflib.get_close_matches(str(given.get("fault")).lower(), KINDS, n=1)
+        raise fail(f"no kind {given.get('fault')!r}; {f'did you mean {near[0]!r}? ' if near else ''}there are {', '.join(KINDS)}")
     checks = {"robot": Whole(1, 100000), "from": Number(0.0, 1e9), "to": Number(0.0, 1e9)}
     if kind.value is not None:
         checks["value"] = kind.value
@@ -294,9 +296,9 @@ def _split(text: str, fail: Callable[[str], ParameterError]) -> Dict[str, Any]:
         given["value"] = _number(words.pop(0))
     while words:
         key = words.pop(0)
-        if key in given or not words:
+        if key in given or key in KEYS and not words:
             raise fail(f"{key!r} is there twice" if key in given else f"{key!r} needs a value behind it")
-        given[key] = _number(words.pop(0))
+        given[key] = _number(words.pop(0)) if words else None
     return given
 
 

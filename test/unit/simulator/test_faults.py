@@ -31,11 +31,11 @@ def test_the_words_of_a_fault_are_read_back():
 
 
 @pytest.mark.parametrize("words, problem", [
-    ("", "write a kind"), ("los 0.1", "no kind 'los'; there are loss, flips"), ("loss", "loss needs a value: a number from 0 to 1 .share."),
+    ("", "write a kind"), ("Los 0.1", "no kind 'Los'; did you mean 'loss'. there are loss, flips"), ("fog", "no kind 'fog'; there are"), ("loss", "loss needs a value: a number from 0 to 1 .share."),
     ("loss 2", "value 2 is not legal: give a number from 0 to 1 .share."), ("loss nan", "value nan is not legal"),
     ("loss x", "value 'x' is not legal"),
     ("cable 1", "cable takes no value, and 1 is one"), ("loss 0.1 form 10", "has no 'form'; there are fault, value, way, robot, from, to"),
-    ("loss 0.1 from", "'from' needs a value"), ("loss 0.1 from 1 from 2", "'from' is there twice"),
+    ("cable for 3", "has no '3'"), ("loss 0.1 from", "'from' needs a value"), ("loss 0.1 from 1 from 2", "'from' is there twice"),
     ("loss 0.1 from 5 to 5", "to 5 is not after from 5"),
     ("loss 0.1 from -1", "from -1 is not legal"), ("loss 0.1 way up", "way 'up' is not legal: give to-robot or from-robot"),
     ("cable way to-robot", "cable has no way"), ("loss 0.1 robot 0", "robot 0 is not legal: give a whole number from 1"),
