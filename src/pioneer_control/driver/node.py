@@ -9,7 +9,6 @@ out stops the robot, switches its motors off and ends the session. All safety ti
 """
 
 import sys
-import threading
 from time import monotonic
 
 import rospy
@@ -25,8 +24,6 @@ from .publications import Publications
 from .reconfigure import Reconfiguration
 from .requests import Requests
 
-HOLD_UP = 0.1
-"""Seconds that the end waits for messages that are just being published."""
 START_GRACE = 3.0
 """Seconds from the start in which a port that is not there yet is no news: a simulated robot starts beside its driver."""
 
@@ -85,9 +82,7 @@ class DriverNode:
         self._asked_to_end = True
         self._robot.close(wait=False)
         self._diagnostics.stop()
-        silence = threading.Thread(target=self._publications.close, daemon=True)
-        silence.start()
-        silence.join(HOLD_UP)   # not longer: on_event may wait in there, for a master that hangs
+        self._publications.close()
 
     def _reconfigure(self, parameters: DriverParameters) -> None:
         """Other values of what may change while the driver runs."""
