@@ -45,10 +45,7 @@ class FaultFlags(IntFlag):
 
 
 class Flags3(IntFlag):
-    """FLAGS3 of the standard SIP, Pioneer LX (protocol 4.2).
-
-    A packet keeps it as a plain integer: Python remembers every value of an IntFlag it has seen, and 32 bits are many.
-    """
+    """FLAGS3 of the standard SIP, Pioneer LX (protocol 4.2)."""
 
     JOYSTICK_OVERRIDE = 1 << 0
     AMPLIFIER_ERROR = 1 << 1

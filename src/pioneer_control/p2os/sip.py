@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Optional, Tuple
 
 from .fields import BYTE, INT8, INT16, UINT16, UINT32, Many, Record, later, wire
-from .flags import ChargeState, DigitalIn, FaultFlags, Flags, GripState, StallBits
+from .flags import ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripState, StallBits
 
 STOPPED, MOVING = 0x32, 0x33
 """Frame ids of a SIP: only a hint, the velocities say more. 0x31 is no motor power on PSOS."""
@@ -53,4 +53,4 @@ class Sip:
     temperature_c: Optional[int] = later(INT8, "deg C", "temperature; -128 and -127 mean none")
     state_of_charge_percent: Optional[int] = later(BYTE, "%", "state of charge; 0 means not provided")
     controller_time_us: Optional[int] = later(UINT32, "us", "time of the controller (Pioneer LX)")
-    flags3: Optional[int] = later(UINT32, "", "bits of Flags3 (Pioneer LX)")
+    flags3: Optional[int] = later(UINT32.of(Flags3), "", "more flags (Pioneer LX)")
