@@ -50,7 +50,6 @@ def test_a_line_that_breaks_while_its_speed_changes(monkeypatch, pull, seconds, 
         yield steps * STEP
         yield from pull(life, seconds)
         yield from life.until(lambda: life.robot.ready, FOUND)
-        life.found_after = life.now
         count = len(life.states)
         yield 2.0
         assert life.robot.ready and len(life.states) >= count + 19

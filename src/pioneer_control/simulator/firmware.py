@@ -79,7 +79,7 @@ class Firmware:
         self.name = name
         start = world.starts[0] if pose is None else pose
         self.hardware = Hardware(self.model, world, start, gripper, self.numbers, noise, seed)
-        self.hardware.on_restart = self._boot
+        self.hardware.on_power_up = self._boot
         self.session = Session.WAITING
         self.time_us = time_us
         self.previous: Optional[ReceivedCommand] = None

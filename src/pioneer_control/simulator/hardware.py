@@ -78,7 +78,7 @@ class Hardware:
         """Whether a charger is plugged in."""
         self.gyro_drift = 0.0
         """How much faster (rad/s, + counter-clockwise) the gyro turns than the robot does."""
-        self.on_restart: Callable[[], None] = lambda: None
+        self.on_power_up: Callable[[], None] = lambda: None
         """What the firmware does when the power comes back."""
         self._stop_button = False
         self.gyro_kind: int = numbers.gyro.kind
@@ -108,7 +108,7 @@ class Hardware:
     def power_cycle(self) -> None:
         """Off and on again: as `restart`, and the firmware has to boot."""
         self.restart()
-        self.on_restart()
+        self.on_power_up()
 
     def restart(self) -> None:
         """Motors off, everything as after power-on but for what has a place in the world: body, gripper, battery, cans."""
