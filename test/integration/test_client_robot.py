@@ -183,6 +183,20 @@ def test_a_session_that_is_closed_during_a_hang_goes_on_to_its_end(server, monke
     robot.close()
 
 
+def test_the_guard_stays_awake_while_there_is_no_link(server):
+    """A velocity that is good for ever is none without a link, and the next link wants its guard."""
+    pauses = []
+    with Robot(server.url, command_timeout=1e12, reconnect=True) as robot:
+        wait = robot._alert.wait
+        robot._alert.wait = lambda pause: (pauses.append(pause), wait(pause))
+        server.stop()
+        until(lambda: not robot.ready, "the link is gone")
+        del pauses[:]
+        until(lambda: len(pauses) > 2, "the guard looks")
+        assert max(pauses) <= 0.1
+        assert robot._guard.is_alive()
+
+
 @pytest.mark.parametrize("name", ["_telling", "_reading_until"])
 def test_what_threads_tell_each_other_is_only_written_under_the_lock(server, name):
     unlocked, written = [], []
