@@ -70,8 +70,8 @@ class Diagnostics:
                     self._findings = self._health.report(monotonic(), self._link())
                     updater.setHardwareID(self._health.hardware_id)
                     updater.force_update()              # update() counts in ROS time
-                if not self._ended.wait(SHORTEST):
-                    self._wanted.wait(PERIOD - SHORTEST)
+                    self._ended.wait(SHORTEST)
+                self._wanted.wait(PERIOD - SHORTEST)
         except rospy.ROSException:
             if not rospy.is_shutdown():                 # then the topic is closed
                 raise

@@ -35,7 +35,8 @@ class PromptConnection:
         self._waiting: Deque[bytes] = deque(maxlen=queue_size or None)
         self._writing = False       # one message, whoever does it; without the lock, for rospy has its own, and closes a connection that breaks
         self._error: Optional[Exception] = None
-        self._changed = threading.Condition()   # reentrant, for signal handlers
+        self._lock = threading.RLock()   # reentrant, for signal handlers
+        self._changed = threading.Condition(self._lock)
         connection.set_cleanup_callback(self._closed)
         threading.Thread(target=self._write_what_waits, name="waiting messages", daemon=True).start()
 
@@ -46,7 +47,7 @@ class PromptConnection:
 
     def write_data(self, data: bytes) -> bool:
         """Send one message, or let it wait. Raises what went wrong with one before, or with this one: rospy then drops the connection."""
-        with self._changed:
+        with self._lock:
             if self._error is not None:
                 error, self._error = self._error, None
                 raise error
@@ -58,18 +59,18 @@ class PromptConnection:
         try:
             return self._connection.write_data(data)
         finally:
-            with self._changed:
+            with self._lock:
                 self._writing = False
                 if self._waiting:
                     self._changed.notify()
 
     def _closed(self, _: Any) -> None:
-        with self._changed:
+        with self._lock:
             self._changed.notify()
 
     def _write_what_waits(self) -> None:
         while True:
-            with self._changed:
+            with self._lock:
                 self._changed.wait_for(lambda: self._waiting and not self._writing or self._connection.done)
                 if self._connection.done:
                     return
@@ -79,5 +80,5 @@ class PromptConnection:
                 self._connection.write_data(data)
             except Exception as raised:     # whatever it is, it is for whoever publishes next
                 error = raised
-            with self._changed:
+            with self._lock:
                 self._writing, self._error = False, error or self._error
