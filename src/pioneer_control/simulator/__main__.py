@@ -118,7 +118,7 @@ def parser() -> argparse.ArgumentParser:
     fitted.add_argument("--gripper", action="store_true", default=None, help="fit a gripper (default: on a p3dx-sh)")
     fitted.add_argument("--no-gripper", action="store_false", dest="gripper", help="fit no gripper")
     add("--no-rear-sonar", action="store_false", dest="rear_sonar", help="fit no rear sonar array")
-    add("--name", help="the robot's own name (default: sim_0001 and up)")
+    add("--name", help="the robot's own name; several are numbered, NAME_0001 and up (default: sim_0001 and up)")
     add("--models", metavar="FILE", help="a models file that overrides or adds robot models")
     add("--numbers", metavar="FILE", help="a file that overrides numbers of robot.yaml")
     return result

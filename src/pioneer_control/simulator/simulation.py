@@ -90,12 +90,13 @@ class Simulation:
 def simulate(world: World, model: RobotModel, count: int, name: Optional[str], seed: int, **options) -> Simulation:
     """Robots of one model in a world, as the command line and the ROS node offer them.
 
-    :param name: of every robot; ``sim_0001`` and up if None.
+    :param name: of a robot alone; several are numbered, ``NAME_0001`` and up, ``sim_0001`` and up if None.
     :param seed: of the first one; each has another.
     :param options: whatever else `Firmware` takes.
     :raises ParameterError: they cannot all stand there, or `Firmware` raises it.
     """
     simulation = Simulation(world)
     for number, pose in enumerate(standing_places(world, model, count)):
-        simulation.add(model, pose, name=name or f"sim_{number + 1:04d}", seed=seed + number, **options)
+        called = name if name and count == 1 else f"{name or 'sim'}_{number + 1:04d}"
+        simulation.add(model, pose, name=called, seed=seed + number, **options)
     return simulation

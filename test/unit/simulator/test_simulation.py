@@ -10,7 +10,7 @@ from pioneer_control import p2os
 from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.loading import load_world
-from pioneer_control.simulator.simulation import Simulation
+from pioneer_control.simulator.simulation import Simulation, simulate
 from pioneer_control.simulator.world import Can, World
 
 MODEL = find_model("p3dx-sh")
@@ -142,3 +142,10 @@ def test_a_robot_larger_than_any_of_ours_is_minded_from_afar():
     assert small.contacts == 1 and small.true_pose[0] == pytest.approx(4.5 - large.width / 2 - MODEL.length_front, abs=0.02)
     with pytest.raises(ParameterError, match="another robot"):
         simulation.add(MODEL, (4.5, 2.9, 0.0))
+
+
+@pytest.mark.parametrize("count, name, called", [
+    (1, None, ["sim_0001"]), (1, "Fred", ["Fred"]), (3, None, ["sim_0001", "sim_0002", "sim_0003"]), (2, "Fred", ["Fred_0001", "Fred_0002"]),
+])
+def test_no_two_robots_have_one_name(count, name, called):
+    assert [robot.name for robot in simulate(load_world("empty"), find_model("p3dx-sh"), count, name, 0).robots] == called
