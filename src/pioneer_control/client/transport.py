@@ -54,6 +54,8 @@ def open_transport(url: str, baud: int) -> "Transport":
     address = tcp_address(url)
     if address is not None:
         return SocketTransport(url, _connect(url, address))
+    if url.isdigit():
+        raise PortError("cannot understand the port %r: for a robot on that TCP port of this machine give socket://localhost:%s" % (url, url))
     if "://" in url:
         raise PortError("cannot understand the port %r: give a path such as /dev/ttyUSB0, or socket://host:port" % url)
     return SerialTransport(url, _open_serial(url, baud))

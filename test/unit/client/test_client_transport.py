@@ -211,6 +211,7 @@ def test_busy_by_the_kernels_word(monkeypatch):
 
 @pytest.mark.parametrize("url, message", [
     (__file__, "not a serial port"), ("/dev/null", "not a serial port"), ("socket://..:1", "no such host"), ("http://robot:1", "cannot understand"),
+    ("8501", "give socket://localhost:8501"),
     ("socket://no.such.host.invalid:1", "no such host"), ("socket://localhost:99999999", "no TCP port 99999999")])
 def test_other_ports_that_do_not_open(url, message):
     with pytest.raises(PortError, match=message):
