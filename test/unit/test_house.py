@@ -21,13 +21,14 @@ ROOMS = {
     "message_values": set(),
     "parameters": set(),
     "ros_node": set(),
+    "pictures": set(),
     "p2os": set(),
     "robots": {"p2os"},
     "client": {"p2os", "robots"},
     "driver": {"message_values", "parameters", "ros_node", "p2os", "robots", "client", "msg"},
-    "simulator": {"message_values", "parameters", "ros_node", "p2os", "robots"},
+    "simulator": {"message_values", "parameters", "ros_node", "pictures", "p2os", "robots"},
     "tutorial": {"message_values", "msg"},
-    "bags": {"message_values", "p2os", "msg"},
+    "bags": {"message_values", "pictures", "p2os", "msg"},
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "driver/", "tutorial/", "bags/", "simulator/node.py")

@@ -12,14 +12,12 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from pioneer_control.bags.run import Map, Run, Track, placed, read_run
-from pioneer_control.errors import PioneerError, UsageError
+from pioneer_control.errors import PioneerError
+from pioneer_control.pictures import BEYOND, FAINT, FLOOR, INK, WALL, draw_frame, write
 
-FORMATS = (".png", ".pdf", ".svg")
-WALL, FLOOR, UNKNOWN = "#3c3c3c", "#ffffff", "#e4e4e4"
 TRUE_PATH, ODOMETRY, ECHO = "#0072b2", "#d55e00", "#56b4e9"
 CAN_BEFORE, CAN_AFTER = "#000000", "#e69f00"
 EVENT = {"picked up": "#009e73", "put down": "#cc79a7", "closed on nothing": "#767676"}
-INK, FAINT = "#222222", "#8a8a8a"
 
 CAN_RADIUS = 0.033  # m
 PADDLE_MIDDLE = 0.05  # m behind the tips: where the paddles grip
@@ -28,15 +26,12 @@ LABEL_EVERY = 10.0  # s between two times written beside the path
 LABEL_APART = 0.45  # m: no two of them nearer than this
 MOST = 0.4  # share of a map: a run that saw more of it is drawn with the whole map
 EVENTS_LISTED = 8
-SCALE_BARS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # m
 SHORT_SIDE, LONG_SIDE = 4.5, 11.0  # inches, of the drawing itself
 
 
 def draw_run(run: Run, output: str, title: Optional[str] = None) -> None:
-    """Write the picture of a run to a file; its ending, one of FORMATS, chooses the format. Raises UsageError for others."""
-    if not output.endswith(FORMATS):
-        raise UsageError(f"{output}: a picture's name ends in {', '.join(FORMATS)}")
-    figure(run, title).savefig(output, dpi=160)
+    """Write the picture of a run to a file; see `pictures.write`."""
+    write(lambda: figure(run, title), output, dpi=160)
 
 
 def figure(run: Run, title: Optional[str] = None):
@@ -66,7 +61,7 @@ def figure(run: Run, title: Optional[str] = None):
     _draw_robot(axes, run.footprint, path.pose(-1), "end", alpha=0.45)
     _draw_gripper(axes, run, path)
     _draw_times(axes, path)
-    _draw_frame(axes, low, high)
+    draw_frame(axes, low[0], high[0])
     _write_texts(page, axes, run, path, title)
     return page
 
@@ -99,7 +94,7 @@ def _draw_map(axes, walls: Map) -> None:
     from matplotlib.colors import to_rgb
     from matplotlib.transforms import Affine2D
 
-    shades = np.where(walls.cells[..., None] >= 50, to_rgb(WALL), np.where(walls.cells[..., None] < 0, to_rgb(UNKNOWN), to_rgb(FLOOR)))
+    shades = np.where(walls.cells[..., None] >= 50, to_rgb(WALL), np.where(walls.cells[..., None] < 0, to_rgb(BEYOND), to_rgb(FLOOR)))
     rows, columns = walls.cells.shape
     image = axes.imshow(
         shades, origin="lower", interpolation="nearest", zorder=0,
@@ -196,21 +191,6 @@ def _draw_times(axes, path: Track) -> None:
             f"{seconds:.0f} s", (x, y), side * (1.6, 1.0), textcoords="offset points", ha="center", va="center",
             fontsize=7.5, color=INK, zorder=8, bbox=_PAPER,
         )  # fmt: skip
-
-
-def _draw_frame(axes, low: np.ndarray, high: np.ndarray) -> None:
-    """Axes in metres, kept faint, and above them on the right a bar of a round length."""
-    length = max(bar for bar in SCALE_BARS if bar <= max(SCALE_BARS[0], 0.15 * (high[0] - low[0])))
-    top = axes.get_xaxis_transform()
-    axes.plot([high[0] - length, high[0]], [1.012, 1.012], color=INK, linewidth=3, solid_capstyle="butt", transform=top, clip_on=False)
-    axes.text(high[0] - length / 2, 1.02, f"{length:g} m", ha="center", va="bottom", fontsize=9, color=INK, transform=top)
-    axes.grid(color=FAINT, linewidth=0.4, alpha=0.35, zorder=1)
-    axes.set_axisbelow(True)
-    axes.tick_params(colors=FAINT, labelsize=8, length=2)
-    for spine in axes.spines.values():
-        spine.set_color(UNKNOWN)
-    axes.set_xlabel("x (m)", color=FAINT, fontsize=8, labelpad=1)
-    axes.set_ylabel("y (m)", color=FAINT, fontsize=8, labelpad=1)
 
 
 def _write_texts(page, axes, run: Run, path: Track, title: Optional[str]) -> None:

@@ -11,19 +11,15 @@ from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ..errors import PioneerError, UsageError
+from ..errors import PioneerError
+from ..pictures import BEYOND, FAINT, FLOOR, INK, WALL, draw_frame, write
 from ..robots import find_model
 from .geometry import Point, Pose
 from .loading import known_worlds, load_world
 from .places import standing_places
 from .world import FREE, OCCUPIED, World
 
-FORMATS = (".png", ".pdf", ".svg")
-WALL, FLOOR, BEYOND = "#3c3c3c", "#ffffff", "#e4e4e4"
 CAN, START, DOCK, GOAL, ROBOT = "#e69f00", "#009e73", "#0072b2", "#cc79a7", "#d55e00"
-INK, FAINT = "#222222", "#8a8a8a"
-
-SCALE_BARS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # m
 LEAST_SPAN = 4.0  # m: a world without anything is drawn this wide
 WIDEST, HIGHEST, NARROWEST = 8.0, 5.5, 3.2  # inches, of the drawing itself
 CAN_DOT = 4.5  # points across: no can is drawn smaller
@@ -35,19 +31,11 @@ Standing = Tuple[Outline, Pose]
 
 
 def draw_world(world: World, output: str, robots: Sequence[Standing] = (), title: Optional[str] = None) -> None:
-    """Write the picture of a world to a file; its ending, one of `FORMATS`, chooses the format. Raises UsageError for others,
-    and for a place where none can be written.
+    """Write the picture of a world to a file; see `pictures.write`.
 
     :param robots: for each its outline (base_link) and its pose (map frame).
     """
-    if not output.endswith(FORMATS):
-        raise UsageError(f"{output}: a picture's name ends in {', '.join(FORMATS)}")
-    try:
-        figure(world, robots, title).savefig(output, dpi=DPI)
-    except OSError as error:
-        raise UsageError(f"cannot write {output}: {error.strerror}") from error
-    except ModuleNotFoundError as error:
-        raise UsageError(f"pictures need matplotlib, and there is no {error.name}: install python3-matplotlib, or with pip .[pictures]") from error
+    write(lambda: figure(world, robots, title), output, DPI)
 
 
 def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] = None):
@@ -70,7 +58,8 @@ def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] =
         _draw_starts(axes, world)
     for outline, pose in robots:
         draw_robot(axes, outline, pose)
-    _draw_frame(axes, low, high)
+    _draw_ticks(axes, (high - low).max())
+    draw_frame(axes, low[0], high[0])
     _write_texts(page, axes, world, title)
     return page
 
@@ -183,24 +172,13 @@ def draw_robot(axes, outline: Outline, pose: Pose, colour: str = ROBOT) -> None:
     axes.add_patch(Polygon(_arrow(pose, 0.28), facecolor="white", edgecolor="none", zorder=6))
 
 
-def _draw_frame(axes, low: np.ndarray, high: np.ndarray) -> None:
-    """Axes in metres, kept faint, and above them on the right a bar of a round length."""
+def _draw_ticks(axes, span: float) -> None:
+    """A round number of metres apart, no more than a dozen over the longer side (m)."""
     from matplotlib.ticker import MultipleLocator
 
-    length = max(bar for bar in SCALE_BARS if bar <= max(SCALE_BARS[0], 0.15 * (high[0] - low[0])))
-    top = axes.get_xaxis_transform()
-    axes.plot([high[0] - length, high[0]], [1.015, 1.015], color=INK, linewidth=3, solid_capstyle="butt", transform=top, clip_on=False)
-    axes.text(high[0] - length / 2, 1.025, f"{length:g} m", ha="center", va="bottom", fontsize=9, color=INK, transform=top)
-    step = min(step for step in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0) if step > (high - low).max() / 13.0 or step == 100.0)
+    step = min(step for step in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0) if step > span / 13.0 or step == 100.0)
     axes.xaxis.set_major_locator(MultipleLocator(step))
     axes.yaxis.set_major_locator(MultipleLocator(step))
-    axes.grid(color=FAINT, linewidth=0.4, alpha=0.3, zorder=1)
-    axes.set_axisbelow(True)
-    axes.tick_params(colors=FAINT, labelsize=8, length=2)
-    for spine in axes.spines.values():
-        spine.set_color(BEYOND)
-    axes.set_xlabel("x (m)", color=FAINT, fontsize=8, labelpad=1)
-    axes.set_ylabel("y (m)", color=FAINT, fontsize=8, labelpad=1)
 
 
 def _write_texts(page, axes, world: World, title: Optional[str]) -> None:

@@ -1,0 +1,40 @@
+"""What all our pictures from above have in common: paper, ink, frame, and how they are written to a file. matplotlib's objects come as arguments."""
+
+from typing import Any, Callable
+
+from .errors import UsageError
+
+FORMATS = (".png", ".pdf", ".svg")
+WALL, FLOOR, BEYOND = "#3c3c3c", "#ffffff", "#e4e4e4"
+INK, FAINT = "#222222", "#8a8a8a"
+SCALE_BARS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # m
+
+
+def write(figure: Callable[[], Any], output: str, dpi: int) -> None:
+    """Make a matplotlib Figure and write it to a file; the file's ending, one of `FORMATS`, chooses the format.
+
+    Raises UsageError for another ending, for a place where nothing can be written, and where there is no matplotlib.
+    """
+    if not output.endswith(FORMATS):
+        raise UsageError(f"{output}: a picture's name ends in {', '.join(FORMATS)}")
+    try:
+        figure().savefig(output, dpi=dpi)
+    except OSError as error:
+        raise UsageError(f"cannot write {output}: {error.strerror}") from error
+    except ModuleNotFoundError as error:
+        raise UsageError(f"pictures need matplotlib, and there is no {error.name}: install python3-matplotlib, or with pip .[pictures]") from error
+
+
+def draw_frame(axes, low_x: float, high_x: float) -> None:
+    """Axes in metres, kept faint, and above them on the right a bar of a round length."""
+    length = max(bar for bar in SCALE_BARS if bar <= max(SCALE_BARS[0], 0.15 * (high_x - low_x)))
+    top = axes.get_xaxis_transform()
+    axes.plot([high_x - length, high_x], [1.012, 1.012], color=INK, linewidth=3, solid_capstyle="butt", transform=top, clip_on=False)
+    axes.text(high_x - length / 2, 1.02, f"{length:g} m", ha="center", va="bottom", fontsize=9, color=INK, transform=top)
+    axes.grid(color=FAINT, linewidth=0.4, alpha=0.35, zorder=1)
+    axes.set_axisbelow(True)
+    axes.tick_params(colors=FAINT, labelsize=8, length=2)
+    for spine in axes.spines.values():
+        spine.set_color(BEYOND)
+    axes.set_xlabel("x (m)", color=FAINT, fontsize=8, labelpad=1)
+    axes.set_ylabel("y (m)", color=FAINT, fontsize=8, labelpad=1)
