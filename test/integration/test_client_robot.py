@@ -183,6 +183,16 @@ def test_a_session_that_is_closed_during_a_hang_goes_on_to_its_end(server, monke
     robot.close()
 
 
+def test_the_guard_sleeps_no_longer_than_a_velocity_is_good(server):
+    """Nothing is due for 2 s of a robot that stands; but one that is told to drive just now, and then hangs, must stop in time."""
+    pauses = []
+    with Robot(server.url, command_timeout=0.3, pulse=0) as robot:
+        wait = robot._alert.wait
+        robot._alert.wait = lambda pause: (pauses.append(pause), wait(pause))
+        until(lambda: len(pauses) > 4 and max(pauses) > 0.3, "the guard sleeps")
+        assert max(pauses) <= 0.1 + 0.3
+
+
 def test_the_guard_stays_awake_while_there_is_no_link(server):
     """A velocity that is good for ever is none without a link, and the next link wants its guard."""
     pauses = []
