@@ -280,10 +280,14 @@ def test_two_lines_one_client(tmp_path):
 
 def test_old_news_is_not_kept_in_a_terminal(tmp_path):
     with contextlib.closing(PtyLine(str(tmp_path / "robot"))) as line:
+        forgotten = 0
         for packet in packets_of(60):
+            before = line.unread
             line.write(packet)
-            time.sleep(0.001)   # a robot's pace, times a hundred: the kernel needs a moment to bring a packet across
-        assert line.unread < 4 * PTY_UNREAD_LIMIT
+            until(lambda: line.unread in (before + len(packet), len(packet)), "the packet, brought across by the kernel")
+            forgotten += line.unread < before
+            assert line.unread <= PTY_UNREAD_LIMIT + len(packet)
+        assert forgotten > 20
 
 
 def test_twenty_clients_after_each_other_every_second_one_rude(place):
