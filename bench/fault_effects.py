@@ -21,10 +21,11 @@ from PIL import Image
 
 from pioneer_control import p2os
 from pioneer_control.p2os import Flags
+from pioneer_control.pictures import BEYOND, FAINT, INK
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.faults import KINDS, fault_of
 from pioneer_control.simulator.firmware import Firmware
-from pioneer_control.simulator.picture import BEYOND, DOCK, FAINT, INK, ROBOT, draw_robot, draw_solids
+from pioneer_control.simulator.picture import DOCK, ROBOT, draw_robot, draw_solids
 from pioneer_control.simulator.robot_numbers import Numbers, standard_numbers
 from pioneer_control.simulator.shapes import box_walls, closed
 from pioneer_control.simulator.wired import Wired
