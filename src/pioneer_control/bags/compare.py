@@ -1,0 +1,59 @@
+"""How far two tracks lie apart, when both are laid so that they begin together. Pure: arrays in, figures out.
+
+"Together" is the same place, the same heading, and the same moment: that of the first movement, so that neither a
+recorder that started early nor another corner of the room counts.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pioneer_control.bags.run import Track, inverted
+
+MOVED = 0.01, np.radians(1.0)  # m, rad: who is that far from his first pose has begun to move
+
+
+class Deviation(NamedTuple):
+    """How far one track is from a reference: at the same moments since both began to move, and when both have ended.
+
+    A robot that ended before the other stands where it ended.
+    """
+
+    mean: float  # m, over time
+    maximum: float  # m
+    at_end: float  # m, from end to end
+    turn_at_end: float  # rad, -pi to pi; positive: the other one ended turned further to the left
+
+
+def deviation(reference: Track, other: Track) -> Deviation:
+    """How far ``other`` is from ``reference``, however long each is and wherever its frame lies."""
+    one, two = from_its_start(reference), from_its_start(other)
+    moments = np.unique(np.concatenate(([0.0], one.time, two.time)))  # both go straight between these: the farthest is at one of them
+    moments = moments[moments >= 0.0]
+    one, two = one.at(moments), two.at(moments)
+    apart = np.hypot(two.x - one.x, two.y - one.y)
+    turn = two.heading[-1] - one.heading[-1]
+    return Deviation(_mean(moments, apart), float(apart.max()), float(apart[-1]), float(np.angle(np.exp(1j * turn))))
+
+
+def from_its_start(track: Track) -> Track:
+    """A track with its first pose as origin, and its first movement as time zero."""
+    laid = track.seen_from(inverted(track.pose(0)))
+    return laid._replace(time=laid.time - first_movement(track))
+
+
+def first_movement(track: Track) -> float:
+    """When a robot was `MOVED` from where it began, s; of one that stays, its first moment."""
+    moved = np.hypot(track.x - track.x[0], track.y - track.y[0]) / MOVED[0]
+    moved = np.maximum(moved, np.abs(track.heading - track.heading[0]) / MOVED[1])
+    if moved.max() < 1.0:
+        return float(track.time[0])
+    first = int(np.argmax(moved >= 1.0))
+    return float(np.interp(1.0, moved[first - 1 : first + 1], track.time[first - 1 : first + 1]))
+
+
+def _mean(time: np.ndarray, values: np.ndarray) -> float:
+    """The mean over time of values that change straight between moments."""
+    if time[-1] == time[0]:
+        return float(values.mean())
+    return float(np.sum(np.diff(time) * (values[1:] + values[:-1]) / 2) / (time[-1] - time[0]))

@@ -1,0 +1,72 @@
+"""How far two tracks lie apart, on tracks whose deviation is known."""
+
+import math
+
+import numpy as np
+import pytest
+
+from pioneer_control.bags.compare import deviation, first_movement, from_its_start
+from pioneer_control.bags.run import Track
+
+
+def track(*rows):
+    """A track of rows (s, m, m, rad)."""
+    return Track(*np.array(rows, dtype=float).T)
+
+
+def straight(seconds=10.0, speed=0.2, veer=0.0, rest=0.0, step=0.1):
+    """A robot that stands ``rest`` seconds and drives on for ``seconds``, at ``veer`` rad to its heading."""
+    time = np.arange(0.0, rest + seconds + step / 2, step)
+    way = speed * np.clip(time - rest, 0.0, None)
+    return Track(time, way * math.cos(veer), way * math.sin(veer), np.zeros_like(time))
+
+
+def test_a_track_does_not_deviate_from_itself():
+    assert deviation(straight(), straight()) == pytest.approx((0.0, 0.0, 0.0, 0.0))
+
+
+def test_neither_place_nor_heading_nor_the_recorders_start_count():
+    other = straight(rest=3.0).seen_from((5.0, -2.0, 2.5))
+    other = other._replace(time=other.time + 1e9)
+    assert deviation(straight(), other) == pytest.approx((0.0, 0.0, 0.0, 0.0), abs=1e-6)
+
+
+def test_one_that_veers():
+    apart = 2 * 2.0 * math.sin(0.1 / 2)
+    found = deviation(straight(), straight(veer=0.1))
+    assert found.maximum == found.at_end == pytest.approx(apart, rel=1e-6)
+    assert found.mean == pytest.approx(apart / 2, rel=0.01)
+    assert found.turn_at_end == 0.0
+
+
+def test_one_that_ends_sooner_stands_there():
+    found = deviation(straight(10.0), straight(5.0))
+    assert found.at_end == found.maximum == pytest.approx(1.0)
+    assert found.mean == pytest.approx(0.25, rel=0.01)
+    assert deviation(straight(5.0), straight(10.0)) == pytest.approx(found)
+
+
+def test_far_apart_and_back_again():
+    there = track((0, 0, 0, 0), (1, 1, 0, 0), (3, 1, 0, 0))
+    detour = track((0, 0, 0, 0), (1, 1, 0, 0), (2, 1, 0.5, 0), (3, 1, 0, 0))
+    found = deviation(there, detour)
+    assert (found.maximum, found.at_end) == pytest.approx((0.5, 0.0)) and found.mean == pytest.approx(0.5 / 2.99)
+
+
+@pytest.mark.parametrize("end, turn", [(0.5, 0.5), (-0.5, -0.5), (2 * math.pi + 0.5, 0.5), (4.0, 4.0 - 2 * math.pi)])
+def test_turn_at_the_end(end, turn):
+    turning = track((0, 0, 0, 0), (1, 1, 0, 0), (2, 1, 0, end))
+    assert deviation(track((0, 0, 0, 0), (1, 1, 0, 0), (2, 1, 0, 0)), turning).turn_at_end == pytest.approx(turn)
+
+
+def test_the_clock_begins_between_two_poses():
+    assert first_movement(track((10, 0, 0, 0), (11, 0, 0, 0), (12, 0.02, 0, 0))) == pytest.approx(11.5)
+    assert first_movement(track((10, 0, 0, 0), (11, 0, 0, math.radians(-4)))) == pytest.approx(10.25)
+
+
+@pytest.mark.parametrize("still", [track((7, 1, 2, 3)), track((7, 1, 2, 3), (9, 1.009, 2, 3))])
+def test_robots_that_stay(still):
+    assert first_movement(still) == 7.0
+    assert from_its_start(still).pose(0) == pytest.approx((0.0, 0.0, 0.0))
+    assert deviation(still, still) == (0.0, 0.0, 0.0, 0.0)
+    assert deviation(straight(), still).at_end == pytest.approx(2.0, abs=0.01)
