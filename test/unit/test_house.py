@@ -38,8 +38,8 @@ ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag
 # Heavy or special libraries, and the only places that may use them.
 LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/", "simulator/picture"), "PIL": ("simulator/ros_map",)}
 
-# Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph with rospy.
-PART_OF_ANOTHER = {"genpy", "rosgraph"}
+# Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph and rospkg with rospy.
+PART_OF_ANOTHER = {"genpy", "rosgraph", "rospkg"}
 
 
 class Import(NamedTuple):

@@ -1,0 +1,138 @@
+"""What a recording says of itself: a text (YAML) on the latched topic ``recording`` of each robot in it, so that it travels with the bag.
+
+::
+
+    recording: {date: 2026-11-21 18:00:00+00:00, robots: [pioneer], file: /data/pioneer_2026-11-21-18-00-00.bag, topics: [/pioneer/pose, ...]}
+    versions: {pioneer_control: 0.1.0, commit: 8d1c2e4..., rospy: 1.15.15, rosbag: 1.15.15, python: 3.11.2, system: Debian GNU/Linux 12 (bookworm)}
+    nodes:
+      /pioneer/p2os: {publishes: [...], hears: [...], serves: [...]}
+    parameters:                     the whole parameter server: {pioneer: {p2os: {port: ...}}}
+
+It is said again when nodes or parameters change, so a bag may hold several: all nodes there ever were are in one or another.
+"""
+
+import datetime
+import os
+import platform
+import subprocess
+import sys
+from typing import Any, Dict, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+import yaml
+
+from .. import __version__
+from ..errors import UsageError
+
+
+class Description(NamedTuple):
+    """A recording's description as values."""
+
+    recording: Mapping[str, Any]
+    """date, robots, file, topics"""
+    versions: Mapping[str, str]
+    nodes: Mapping[str, Mapping[str, Sequence[str]]]
+    """node -> publishes, hears, serves"""
+    parameters: Mapping[str, Any]
+    """The tree of the parameter server."""
+
+    def parameters_of(self, node: str) -> Dict[str, Any]:
+        """The private parameters of a node (its whole name), as a tree; empty where it has none."""
+        tree: Any = self.parameters
+        for name in node.strip("/").split("/"):
+            tree = tree.get(name, {}) if isinstance(tree, Mapping) else {}
+        return dict(tree) if isinstance(tree, Mapping) else {}
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes also what only XML-RPC knows, and repeats what is there twice."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+_Dumper.add_multi_representer(object, lambda dumper, value: dumper.represent_str(str(getattr(value, "data", value))))
+
+
+def text_of(description: Description) -> str:
+    """The text that is published."""
+    return yaml.dump(description._asdict(), Dumper=_Dumper, sort_keys=False, allow_unicode=True, default_flow_style=None, width=1000)
+
+
+def description_of(text: str) -> Description:
+    """The values of a published text.
+
+    Raises:
+        UsageError: it is no description.
+    """
+    try:
+        given = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise UsageError(f"no description of a recording: {error}") from error
+    if not isinstance(given, dict) or not {"recording", "parameters"} <= set(given):
+        raise UsageError(f"no description of a recording: {text[:80]!r}")
+    return Description(*(given.get(field) or {} for field in Description._fields))
+
+
+def nodes_of(state: Sequence[Sequence[Tuple[str, Sequence[str]]]]) -> Dict[str, Dict[str, list]]:
+    """Who publishes, hears and serves what, by node: of what a ROS master's getSystemState() returns."""
+    nodes: Dict[str, Dict[str, list]] = {}
+    for kind, entries in zip(("publishes", "hears", "serves"), state):
+        for name, there in entries:
+            for node in there:
+                nodes.setdefault(node, {}).setdefault(kind, []).append(name)
+    return {node: {kind: sorted(names) for kind, names in sorted(does.items(), reverse=True)} for node, does in sorted(nodes.items())}
+
+
+def versions(source: str = __file__) -> Dict[str, str]:
+    """Of all that the run may depend on, as far as it can be known."""
+    known = {
+        "pioneer_control": __version__,
+        "commit": commit_of(source),
+        "rospy": _package_version("rospy"),
+        "rosbag": _package_version("rosbag"),
+        "python": platform.python_version(),
+        "system": _system(),
+        "kernel": f"{platform.system()} {platform.release()} {platform.machine()}",
+    }
+    return {name: value for name, value in known.items() if value}
+
+
+def commit_of(path: str) -> Optional[str]:
+    """The git commit that a file is of; None where it is in no repository. With changes that nobody committed it says so."""
+    folder = os.path.dirname(os.path.abspath(path))
+
+    def git(*arguments: str) -> str:
+        return subprocess.run(["git", "-C", folder, *arguments], check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=10,
+                              universal_newlines=True).stdout.strip()
+
+    try:
+        git("ls-files", "--error-unmatch", os.path.abspath(path))
+        changed = git("status", "--porcelain", "--untracked-files=no")
+        return git("rev-parse", "HEAD") + (" and changes" if changed else "")
+    except (OSError, subprocess.SubprocessError):
+        return None
+
+
+def _package_version(name: str) -> Optional[str]:
+    """Of a ROS package."""
+    import rospkg
+
+    try:
+        return rospkg.RosPack().get_manifest(name).version
+    except (rospkg.ResourceNotFound, rospkg.InvalidManifest):
+        return None
+
+
+def _system() -> str:
+    """What the operating system calls itself."""
+    try:
+        with open("/etc/os-release", encoding="utf-8") as file:
+            rows = dict(line.rstrip().split("=", 1) for line in file if "=" in line)
+        return rows.get("PRETTY_NAME", "").strip('"')
+    except OSError:
+        return sys.platform
+
+
+def now() -> str:
+    """The computer's time, for people."""
+    return datetime.datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")

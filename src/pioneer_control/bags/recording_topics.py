@@ -1,0 +1,117 @@
+"""Which topics are kept, and why: ``config/record.yaml``, read and checked.
+
+::
+
+    always:               kept in each recording
+      GROUP:
+        TOPIC: reason     a topic that begins with / is everybody's; any other is one of each robot's
+    also:                 groups that are kept when asked for by name
+      GROUP:
+        TOPIC: reason
+"""
+
+import difflib
+import os
+import re
+from typing import Any, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+
+import yaml
+
+from ..errors import UsageError
+
+ALWAYS, ALSO = SECTIONS = "always", "also"
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")
+"""A robot's name, or a topic of it."""
+
+
+class Kept(NamedTuple):
+    """One row of the list."""
+
+    topic: str
+    """as written: /tf, or pose, which is below each robot's namespace"""
+    reason: str
+    group: str
+    asked_for: bool
+    """kept only when its group is asked for"""
+
+
+def default_list() -> str:
+    """Where the package keeps its own list."""
+    import rospkg
+
+    return os.path.join(rospkg.RosPack().get_path("pioneer_control"), "config", "record.yaml")
+
+
+def load_list(path: Optional[str] = None) -> Tuple[Kept, ...]:
+    """The rows of a list; of the package's own where no path is given.
+
+    Raises:
+        UsageError: the file cannot be read, or makes no sense; says where.
+    """
+    path = path or default_list()
+    try:
+        with open(path, encoding="utf-8") as file:
+            given = yaml.safe_load(file)
+    except OSError as error:
+        raise UsageError(f"cannot read the list of topics {path}: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f", line {mark.line + 1}" if mark else ""
+        raise UsageError(f"{path}{where}: {getattr(error, 'problem', None) or error}; a row is 'topic: reason'") from error
+    try:
+        return tuple(_rows(given))
+    except UsageError as error:
+        raise UsageError(f"{path}: {error}") from None
+
+
+def _rows(given: Any) -> Iterator[Kept]:
+    """The rows of what YAML had."""
+    seen: List[str] = []
+    for section, groups in _items("the list", given):
+        if section not in SECTIONS:
+            raise UsageError(f"no section is called {section!r}; there are {' and '.join(SECTIONS)}")
+        for group, topics in _items(f"section {section!r}", groups):
+            for topic, reason in _items(f"group {group!r}", topics):
+                name = topic[1:] if topic.startswith("/") else topic
+                if not NAME.fullmatch(name):
+                    raise UsageError(f"{topic!r} in group {group!r} is no name of a topic: give one like pose, p2os/wire or /tf")
+                if topic in seen:
+                    raise UsageError(f"topic {topic!r} is there twice, the second time in group {group!r}")
+                if not isinstance(reason, (str, type(None))):
+                    raise UsageError(f"the reason of {topic!r} must be a text, not {reason!r}")
+                seen.append(topic)
+                yield Kept(topic, reason or "", group, section == ALSO)
+
+
+def _items(what: str, given: Any) -> Iterator[Tuple[str, Any]]:
+    """Keys and values of a mapping; none of nothing."""
+    if given is None:
+        return
+    if not isinstance(given, dict):
+        raise UsageError(f"{what} is to have rows 'name: ...', not {given!r}")
+    for key, value in given.items():
+        if not isinstance(key, str):
+            raise UsageError(f"{what} has a row {key!r}, which is no text: put it in quotes")
+        yield key, value
+
+
+def groups_to_ask_for(rows: Iterable[Kept]) -> Tuple[str, ...]:
+    """The groups that are not kept unless somebody says so."""
+    return tuple(dict.fromkeys(row.group for row in rows if row.asked_for))
+
+
+def topics_of(rows: Sequence[Kept], robots: Sequence[str], also: Sequence[str] = ()) -> Tuple[str, ...]:
+    """Whole names of all topics to record of some robots (namespaces, without slashes at the ends), with groups that were asked for.
+
+    Raises:
+        UsageError: there is no such group.
+    """
+    there = groups_to_ask_for(rows)
+    for group in also:
+        if group not in there:
+            near = difflib.get_close_matches(group, there, n=1)
+            raise UsageError(f"no group {group!r} can be asked for with also{f': did you mean {near[0]!r}?' if near else ''}; there are: "
+                             f"{', '.join(there) or 'none'}")
+    kept = [row.topic for row in rows if not row.asked_for or row.group in also]
+    own = [f"/{robot}/{topic}" for robot in robots for topic in kept if not topic.startswith("/")]
+    return tuple(dict.fromkeys(own + [topic for topic in kept if topic.startswith("/")]))
