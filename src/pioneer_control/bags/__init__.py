@@ -1,9 +1,9 @@
 """Runs kept and looked at: what ``rosbag record`` wrote, read back and drawn.
 
 ============  =====================================================================================
+``reader``    the messages of a bag in bounded memory, front to back, whole or damaged
 ``run``       a bag of one robot becomes a :class:`~pioneer_control.bags.run.Run` of numpy arrays
 ``draw``      a ``Run`` becomes one picture: ``python3 -m pioneer_control.bags.draw RUN.bag``
-``recorder``  a program begins when its recorder listens (``nodes/when_recording``)
 ``recorder``  a program begins when its recorder listens (``nodes/when_recording``)
 ============  =====================================================================================
 

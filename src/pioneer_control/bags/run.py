@@ -10,7 +10,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from pioneer_control.errors import UsageError
+from pioneer_control.bags.reader import BagError
 from pioneer_control.message_values import NO_ECHO, NOT_HEARD, GripStatus, heading_of
 
 # What is read: the topic's last name and its type's last name.
@@ -26,10 +26,6 @@ ROLES = {
 }
 
 Pose = Tuple[float, float, float]  # x, y (m), heading (rad, counter-clockwise)
-
-
-class BagError(UsageError):
-    """A file that cannot be read as the run of a robot; the message says why and what to do."""
 
 
 class Track(NamedTuple):
