@@ -18,7 +18,7 @@ from .identity import RobotIdentity
 from .session import Counts, Phase, Session, SetBaud
 from .settings import Settings
 from .state import RobotState
-from .transport import Transport, open_transport
+from .transport import Transport, open_transport, tap
 from .tuning import Tuning
 
 BACK_OFF = (0.2, 0.5, 1.0, 2.0)     # s before the next attempt to connect; the last one again and again
@@ -60,6 +60,8 @@ class Robot:
             counts as lost and the robot is stopped. A listener that raises ends the connection: the robot is stopped and closed, and the next
             command raises.
         on_event: called with every Event (client.events), likewise.
+        on_wire: called with every piece of bytes: whether it goes to the robot, and they. In the order in which they go over the line, on the thread that
+            writes or reads, which holds the lock while it writes: only put them aside.
         host_baud: line speed to change to once the robot is open, if it is a serial line and the robot can; else the one at which it was found
             stays. None for that one.
         reconnect: keep trying to get the link, for ever; else the first failure is final.
@@ -83,6 +85,7 @@ class Robot:
         reconnect: bool = False,
         on_state: Optional[Callable[[RobotState], None]] = None,
         on_event: Optional[Callable[[Event], None]] = None,
+        on_wire: Optional[Callable[[bool, bytes], None]] = None,
     ) -> None:
         self.url = url
         self._baud = baud
@@ -90,6 +93,7 @@ class Robot:
         self._reconnect = reconnect
         self._on_state = on_state
         self._on_event = on_event
+        self._on_wire = on_wire
         # Guards all below, and the order of writes. Reentrant, for a signal handler may call close() while its thread holds it. Released
         # before listeners run.
         self._lock = threading.RLock()
@@ -437,6 +441,8 @@ class Robot:
         except PioneerError as error:
             self._error = error
             return False
+        if self._on_wire is not None:
+            tap(transport, self._on_wire)
         rates: Tuple[int, ...] = ()
         if transport.baud is not None:
             first = (transport.baud,) + ((self._settings.host_baud,) if self._settings.host_baud else ())   # a crash may have left it at that

@@ -13,7 +13,7 @@ import socket
 import stat
 import termios
 import time
-from typing import NamedTuple, Optional
+from typing import Callable, NamedTuple, Optional
 
 import serial
 from serial.tools import list_ports
@@ -126,6 +126,26 @@ class Transport:
         """Close the line; what was written still goes out."""
         os.close(self._wake_reader)
         os.close(self._wake_writer)
+
+
+def tap(transport: Transport, tell: Callable[[bool, bytes], None]) -> None:
+    """Tell of all bytes from now on, in the order in which they go over the line: whether they go to the robot, and they.
+
+    On the thread that reads or writes them; of what is written right before that, for an answer must not be told of first.
+    """
+    read, write = transport.read, transport.write
+
+    def told_read(timeout: float) -> bytes:
+        data = read(timeout)
+        if data:
+            tell(False, data)
+        return data
+
+    def told_write(data: bytes) -> None:
+        tell(True, data)
+        write(data)
+
+    transport.read, transport.write = told_read, told_write
 
 
 class SerialTransport(Transport):

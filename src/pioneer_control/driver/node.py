@@ -23,6 +23,7 @@ from .prompt_connection import send_promptly
 from .publications import Publications
 from .reconfigure import Reconfiguration
 from .requests import Requests
+from .wire import WirePublisher
 
 START_GRACE = 3.0
 """Seconds from the start in which a port that is not there yet is no news: a simulated robot starts beside its driver."""
@@ -40,6 +41,7 @@ class DriverNode:
         self._asked_to_end = False
         self._started = monotonic()
         self._publications = Publications(parameters, lambda kind, on: self._robot.request_data(kind, on))
+        self._wire = WirePublisher() if parameters.publish_wire else None
         self._robot = Robot(
             parameters.port,
             baud=parameters.baud,
@@ -56,6 +58,7 @@ class DriverNode:
             reconnect=True,
             on_state=self._on_state,
             on_event=self._on_event,
+            on_wire=self._wire and self._wire.tell,
         )
         self._requests = Requests(parameters, self._robot, self._watch, self._warn)
 
@@ -83,6 +86,8 @@ class DriverNode:
         self._robot.close(wait=False)
         self._diagnostics.stop()
         self._publications.close()
+        if self._wire is not None:
+            self._wire.close()
 
     def _reconfigure(self, parameters: DriverParameters) -> None:
         """Other values of what may change while the driver runs."""

@@ -83,6 +83,7 @@ class DriverParameters:
     base_link_frame_id: str = parameter("base_link", Text(slash=False), "frame of the robot")
     frame_prefix: str = parameter("", Text(empty=True, slash=False), "put before every frame name, e.g. robot2/")
     publish_tf: bool = parameter(True, Switch(), "publish the transform odom -> base_link")
+    publish_wire: bool = parameter(False, Switch(), "publish every byte of the robot's line, both ways, on wire")
     sonar_no_echo: str = parameter("inf", Choice(("inf", "max")), "range in sonar_ranges when nothing is in sight: inf or max")
     pose_covariance_moving: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES, "of pose, while the robot moves")
     pose_covariance_still: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES, "of pose, while it stands")

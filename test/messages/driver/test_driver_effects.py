@@ -7,6 +7,7 @@ parameter is changed in a third run while the driver runs, and must have the sam
 import dataclasses
 import functools
 import pathlib
+import time
 from typing import Any, Callable, Mapping, NamedTuple, Optional
 
 import pytest
@@ -16,10 +17,13 @@ from geometry_msgs.msg import Twist, Vector3
 from pioneer_control.driver.parameters import LIVE, DriverParameters
 from pioneer_control.driver.reconfigure import encode
 from pioneer_control.msg import MotorState
+from pioneer_control.p2os import FrameDecoder, decode_command
 
+PATIENCE = 30.0                                 # s, real ones; nothing takes that long
 IDLE = 2.5                                      # s before anything is commanded
 DRIVES = ((5.0, 0.0), (0.0, 9.0))               # m/s, rad/s: more than is allowed, straight on and then in place
 DRIVE, REST = 2.0, 4.0                          # s of each drive, and of the pause behind it
+GOODBYE = ["ENABLE", "CLOSE"]                   # what a driver still tells the robot when ROS has ended
 WIDE_MODEL = str(pathlib.Path(__file__).resolve().parents[2] / "data" / "wide-model.yaml")
 
 
@@ -90,6 +94,18 @@ class Run(Bottle):
         """Packets to the robot while nothing is commanded."""
         return sum(0.5 < time < IDLE - 0.1 for time, _ in self.commands("STOP", "PULSE"))
 
+    def tells_of_the_wire(self) -> bool:
+        """Whether what the robot heard is on wire, up to the end of ROS; that is published on a thread of its own."""
+        heard, ends = [name for _, name, _ in self.heard], time.monotonic() + PATIENCE
+
+        def said():
+            data = b"".join(message.data for message in self.messages("wire") if message.to_robot)
+            return [decode_command(frame).name for frame in FrameDecoder().feed(data)]
+
+        while self.node._wire and len(said()) < len(heard) - len(GOODBYE) and time.monotonic() < ends:
+            time.sleep(0.01)
+        return heard == said() + GOODBYE
+
     def variances(self, part: str, moving: bool):
         """The first variance of pose or twist in messages of a robot that moves or stands."""
         found = {getattr(message, part).covariance[0] for message in self.messages("pose")
@@ -154,6 +170,7 @@ EFFECTS = {
     "base_link_frame_id": Effect("me", lambda run: run.frames, ("odom", "base_link"), ("odom", "me")),
     "frame_prefix": Effect("two/", lambda run: run.frames, ("odom", "base_link"), ("two/odom", "two/base_link")),
     "publish_tf": Effect(False, lambda run: "/tf" in run.published, True, False),
+    "publish_wire": Effect(True, Run.tells_of_the_wire, False, True),
     "sonar_no_echo": Effect("max", lambda run: max(message.range for message in run.messages("sonar_ranges")), float("inf"), 5.0),
     "pose_covariance_moving": variances("pose", True, 1e-3),
     "pose_covariance_still": variances("pose", False, 1e-3),

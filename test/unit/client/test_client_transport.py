@@ -245,3 +245,26 @@ def test_a_host_that_never_answers(monkeypatch):
     monkeypatch.setattr(transport.socket, "create_connection", hang)
     with pytest.raises(PortError, match="no answer from robot within 3 s"):
         open_transport("robot:8101", 9600)
+
+
+def test_a_tapped_line_tells_of_every_byte_in_its_order_and_of_what_closing_drops(peer):
+    line, other = connected(peer)
+    told = []
+    transport.tap(line, lambda to_robot, data: told.append((to_robot, data)))
+    assert line.read(0.0) == b""
+    line.write(b"question")
+    assert other.recv(100) == b"question"
+    other.sendall(b"answer")
+    assert line.read(5.0) == b"answer"
+    other.sendall(b"late")
+    other.close()
+    line.close()
+    assert told == [(True, b"question"), (False, b"answer"), (False, b"late")]
+
+
+def test_a_question_is_told_of_before_its_answer_can_be():
+    line = types.SimpleNamespace(read=None, write=lambda data: told.append("written"))
+    told = []
+    transport.tap(line, lambda to_robot, data: told.append(data))
+    line.write(b"question")
+    assert told == [b"question", "written"]
