@@ -4,7 +4,8 @@ from dataclasses import dataclass, fields
 from typing import Any, Mapping, NamedTuple, Optional, Union
 
 from ..errors import ParameterError
-from ..parameters import AutoSwitch, Number, Switch, Text, Whole, check, parameter
+from ..parameters import AutoSwitch, Number, Numbers, Switch, Text, Whole, check, parameter
+from .geometry import Pose
 from .server import SPEEDS
 from .simulation import MOST_ROBOTS
 
@@ -21,12 +22,23 @@ class TcpAddress(NamedTuple):
         return None if value == "" else value
 
 
+class Place(NamedTuple):
+    """A pose in the world (m, m, rad); an empty text (None) for none."""
+
+    legal: str = "three numbers, as a list: x, y, heading; or an empty text for the world's own"
+
+    def accept(self, value: Any) -> Optional[Pose]:
+        """The pose, None for an empty text. Raises ValueError when it is neither."""
+        return None if isinstance(value, str) and not value.strip() else Numbers(3, -1e6, 1e6).accept(value)
+
+
 @dataclass(frozen=True)
 class SimulatorParameters:
     """What can be set on the node."""
 
     model: str = parameter("p3dx-sh", Text(), "robot model, by its subtype")
     world: str = parameter("tutorial", Text(), "name of a world, or path of a world file")
+    start: Optional[Pose] = parameter(None, Place(), "where the first robot stands at first", "m, m, rad")
     robots: int = parameter(1, Whole(1, MOST_ROBOTS), "so many robots in the world")
     tcp: Union[int, str, None] = parameter(None, TcpAddress(), "TCP port of the robot's line; of several robots, of the first one's")
     pty: str = parameter("", Text(empty=True), "path of a link to a pseudo-terminal, of several robots with their numbers behind it; empty for none")

@@ -14,13 +14,24 @@ def test_nothing_given_is_all_defaults():
 
 def test_every_default_is_legal():
     for entry in dataclasses.fields(SimulatorParameters):
-        given = {"tcp": "", "gripper": "auto"}.get(entry.name, entry.default)
+        given = {"tcp": "", "gripper": "auto", "start": ""}.get(entry.name, entry.default)
         assert entry.metadata["kind"].accept(given) == entry.default
 
 
 @pytest.mark.parametrize("given, tcp", [(0, 0), (8101, 8101), ("0.0.0.0:81", "0.0.0.0:81"), ("", None)])
 def test_tcp(given, tcp):
     assert check_parameters({"tcp": given}).tcp == tcp
+
+
+@pytest.mark.parametrize("given, start", [([1, 2.5, -3], (1.0, 2.5, -3.0)), ("", None), (" ", None)])
+def test_start(given, start):
+    assert check_parameters({"start": given}).start == start
+
+
+@pytest.mark.parametrize("given", [[1, 2], "1 2 3", [1, 2, "north"], 7, True, [1, 2, float("nan")]])
+def test_a_start_that_is_none(given):
+    with pytest.raises(ParameterError, match="~start = .*three numbers"):
+        check_parameters({"start": given})
 
 
 @pytest.mark.parametrize("given, message", [
