@@ -19,19 +19,20 @@ PACKAGE = ROOT / "src" / "pioneer_control"
 ROOMS = {
     "errors": set(),
     "message_values": set(),
+    "standard_messages": {"message_values"},
     "parameters": set(),
     "ros_node": set(),
     "pictures": set(),
     "p2os": set(),
     "robots": {"p2os"},
     "client": {"p2os", "robots"},
-    "driver": {"message_values", "parameters", "ros_node", "p2os", "robots", "client", "msg"},
+    "driver": {"message_values", "standard_messages", "parameters", "ros_node", "p2os", "robots", "client", "msg"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "p2os", "robots"},
     "tutorial": {"message_values", "msg"},
-    "bags": {"message_values", "pictures", "p2os", "msg"},
+    "bags": {"message_values", "standard_messages", "pictures", "p2os", "robots", "msg"},      # robots: where the sonar of an old bag looks
 }
 # Files that may use ROS, by the start of their path in the package.
-ROS_PLACES = ("ros_node.py", "driver/", "tutorial/", "bags/", "simulator/node.py")
+ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "simulator/node.py")
 ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib", "rospkg", "rostest", "rostopic",
                "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs",
                "diagnostic_updater", "visualization_msgs"}

@@ -11,7 +11,7 @@ from geometry_msgs.msg import Point32, Pose2D, Quaternion, TransformStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool, Header
 
-from .. import p2os
+from .. import p2os, standard_messages
 from ..client import GripperReading, RobotIdentity, RobotState
 from ..message_values import GripStatus, LiftStatus, quaternion_of
 from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, GripState, LiftState, MotorState, RobotInfo, Stall
@@ -153,18 +153,8 @@ def battery(state: RobotState, stamp, base_link_frame: str) -> sensor_msgs.msg.B
     status = POWER_SUPPLY_STATUS.get(state.charge_state, _Power.POWER_SUPPLY_STATUS_UNKNOWN)
     if status == _Power.POWER_SUPPLY_STATUS_DISCHARGING and state.flags & p2os.Flags.CHARGER_POWER:
         status = _Power.POWER_SUPPLY_STATUS_NOT_CHARGING
-    return sensor_msgs.msg.BatteryState(
-        header=Header(stamp=stamp, frame_id=base_link_frame),
-        voltage=state.battery_voltage,
-        temperature=math.nan,
-        current=math.nan,
-        charge=math.nan,
-        capacity=math.nan,
-        design_capacity=math.nan,
-        percentage=math.nan if state.state_of_charge is None else state.state_of_charge,
-        power_supply_status=status,
-        present=True,
-    )
+    percentage = math.nan if state.state_of_charge is None else state.state_of_charge
+    return standard_messages.battery(state.battery_voltage, stamp, base_link_frame, percentage, status)
 
 
 def bumpers(state: RobotState, stamp, base_link_frame: str) -> Bumpers:

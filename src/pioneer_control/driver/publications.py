@@ -14,7 +14,7 @@ from sensor_msgs.msg import Imu, JointState, PointCloud2, Range
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from .. import p2os
+from .. import p2os, standard_messages
 from ..client import PacketReceived, RobotIdentity, RobotState
 from ..client.gripper import is_on_general_io, with_switches
 from ..client.gyro import GyroReader, is_for_client
@@ -109,7 +109,7 @@ class Publications:
             Topic("sonar_ranges", Range, RobotState, lambda state, stamp: ranges.sonar_ranges(state, stamp, prefix, no_echo), fed_by=has_sonar),
             Topic("sonar_points", PointCloud2, RobotState, lambda state, stamp: self._sonar_points(state, stamp, base), fed_by=has_sonar),
             Topic("/tf_static", TFMessage, RobotIdentity,
-                  lambda identity, stamp: ranges.sonar_frames(identity.model.sonar, stamp, base, prefix), fed_by=has_sonar, latch=lambda identity: identity),
+                  lambda identity, stamp: standard_messages.sonar_frames(identity.model.sonar, stamp, base, prefix), fed_by=has_sonar, latch=lambda identity: identity),
             Topic("joint_states", JointState, RobotState,
                   lambda state, stamp: conversions.joint_states(state, stamp, self._identity.model.wheel_radius),
                   fed_by=lambda identity: identity.model.wheel_radius),

@@ -6,6 +6,7 @@ import struct
 
 import pytest
 
+from pioneer_control import standard_messages
 from pioneer_control.client import SonarRange
 from pioneer_control.driver import ranges
 from pioneer_control.robots import find_model
@@ -95,7 +96,7 @@ def test_an_older_echo_stays_in_the_world_while_the_robot_goes_on(linear, angula
 
 
 def test_every_transducer_has_a_frame_that_looks_along_its_axis():
-    message = ranges.sonar_frames(SONAR, STAMP, "two/base_link", "two/")
+    message = standard_messages.sonar_frames(SONAR, STAMP, "two/base_link", "two/")
     assert [transform.child_frame_id for transform in message.transforms] == ["two/sonar_%d" % number for number in range(16)]
     assert {transform.header.frame_id for transform in message.transforms} == {"two/base_link"}
     second = message.transforms[1].transform
@@ -104,5 +105,5 @@ def test_every_transducer_has_a_frame_that_looks_along_its_axis():
 
 
 def test_frames_keep_the_numbers_of_the_wire_where_some_are_missing():
-    frames = {transform.child_frame_id for transform in ranges.sonar_frames(find_model("powerbot-sh").sonar, STAMP, "b", "").transforms}
+    frames = {transform.child_frame_id for transform in standard_messages.sonar_frames(find_model("powerbot-sh").sonar, STAMP, "b", "").transforms}
     assert "sonar_6" in frames and "sonar_7" not in frames and "sonar_8" in frames

@@ -6,6 +6,7 @@ from typing import List, Tuple
 
 import pytest
 
+from pioneer_control import standard_messages
 from pioneer_control.driver import ranges, requests
 from pioneer_control.driver.health import TASKS
 from pioneer_control.driver.parameters import DriverParameters
@@ -54,8 +55,8 @@ def test_what_the_readme_names_is_there():
     ("0.0: not heard for %g s", ranges.SONAR_LIFETIME),
     ("not older than %g s", ranges.SONAR_LIFETIME),
     ("%.1f: no echo", ranges.NO_ECHO),
-    ("From %g m on", ranges.MIN_RANGE),
-    ("of the transducers, %g m above the floor", ranges.HEIGHT),
+    ("From %g m on", standard_messages.MIN_RANGE),
+    ("of the transducers, %g m above the floor", standard_messages.HEIGHT),
 ])
 def test_a_number_in_a_sentence_is_the_constant(sentence, number):
     assert sentence % number in " ".join(REFERENCE.split())

@@ -1,0 +1,94 @@
+"""What sonar and battery report, as messages that other packages know: for the driver, which sends them live, and for old bags that are converted.
+
+Units and axes are those of REP 103, ranges those of REP 117. Pure functions; a transducer is anything with number, x, y (m) and heading (rad), in base_link.
+"""
+
+import math
+import struct
+from typing import Any, Iterable, Tuple
+
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from sensor_msgs.msg import BatteryState, PointCloud2, PointField, Range
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
+
+from .message_values import NO_ECHO, quaternion_of
+
+MIN_RANGE = 0.1
+"""Range (m) below which a transducer hears only its own pulse: what is nearer reads as this."""
+FIELD_OF_VIEW = math.radians(25)
+HEIGHT = 0.17
+"""Height (m) of the transducers above the floor on a Pioneer 3: the table of models has none."""
+
+POINT = struct.Struct("<fff")
+FIELDS = [PointField(axis, 4 * place, PointField.FLOAT32, 1) for place, axis in enumerate("xyz")]
+
+
+def sonar_range(number: int, distance: float, stamp, frame_prefix: str, no_echo: float = math.inf) -> Range:
+    """What one transducer heard (m); ``no_echo`` (m) where nothing is in sight: infinity (REP 117), or NO_ECHO."""
+    return Range(
+        header=Header(stamp=stamp, frame_id=frame_of(number, frame_prefix)),
+        radiation_type=Range.ULTRASOUND,
+        field_of_view=FIELD_OF_VIEW,
+        min_range=MIN_RANGE,
+        max_range=NO_ECHO,
+        range=max(MIN_RANGE, distance) if distance < NO_ECHO else no_echo,
+    )
+
+
+def sonar_points(points: Iterable[Tuple[float, float]], stamp, base_link_frame: str) -> PointCloud2:
+    """Places of echoes (m, base_link; see `echo_place`) as a cloud at the height of the transducers."""
+    data = b"".join(POINT.pack(*point, HEIGHT) for point in points)
+    return PointCloud2(
+        header=Header(stamp=stamp, frame_id=base_link_frame),
+        height=1,
+        width=len(data) // POINT.size,
+        fields=FIELDS,
+        point_step=POINT.size,
+        row_step=len(data),
+        data=data,
+        is_dense=True,
+    )
+
+
+def echo_place(transducer: Any, distance: float, age: float, linear: float, angular: float) -> Tuple[float, float]:
+    """Where (m) an echo is in base_link, after the robot has gone on at its present speed (m/s, rad/s) since it was heard, ``age`` s ago."""
+    turn, way = angular * age, linear * age
+    x = transducer.x + distance * math.cos(transducer.heading) - way * math.cos(turn / 2)
+    y = transducer.y + distance * math.sin(transducer.heading) - way * math.sin(turn / 2)
+    cosine, sine = math.cos(turn), math.sin(turn)
+    return cosine * x + sine * y, cosine * y - sine * x
+
+
+def sonar_frames(transducers: Iterable[Any], stamp, base_link_frame: str, frame_prefix: str) -> TFMessage:
+    """Where each transducer sits and looks. All in one message: /tf_static keeps only the last one of a node."""
+    transforms = TFMessage()
+    for transducer in transducers:
+        message = TransformStamped(Header(stamp=stamp, frame_id=base_link_frame), frame_of(transducer.number, frame_prefix), None)
+        message.transform.translation = Vector3(transducer.x, transducer.y, HEIGHT)
+        message.transform.rotation = Quaternion(*quaternion_of(transducer.heading))
+        transforms.transforms.append(message)
+    return transforms
+
+
+def frame_of(number: int, frame_prefix: str) -> str:
+    """The frame of a transducer, x along its axis."""
+    return "%ssonar_%d" % (frame_prefix, number)
+
+
+def battery(
+    voltage: float, stamp, base_link_frame: str, percentage: float = math.nan, status: int = BatteryState.POWER_SUPPLY_STATUS_UNKNOWN,
+) -> BatteryState:
+    """Voltage (V), charge (0 to 1) and what the charger does where they are known; what no Pioneer measures is NaN."""
+    return BatteryState(
+        header=Header(stamp=stamp, frame_id=base_link_frame),
+        voltage=voltage,
+        temperature=math.nan,
+        current=math.nan,
+        charge=math.nan,
+        capacity=math.nan,
+        design_capacity=math.nan,
+        percentage=percentage,
+        power_supply_status=status,
+        present=True,
+    )
