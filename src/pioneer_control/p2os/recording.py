@@ -1,8 +1,10 @@
-"""A record of a line as text: who sent which bytes when. A simulated robot writes it, ``python3 -m pioneer_control.p2os --record FILE`` tells it.
+"""A record of a line as text: who sent which bytes when. ``python3 -m pioneer_control.p2os --record FILE`` tells it.
+
+A simulated robot writes it, in simulated s, and `bags.wire` makes one of a bag; `simulator.played_robot` and `simulator.played_client` play it.
 
 ::
 
-    # pioneer_control line record 1: simulated s, robot, > to it or < from it, bytes as its client wrote and got them
+    # pioneer_control line record 1: s, robot, > to it or < from it, bytes as its client wrote and got them
     0.480000 1 > FA FB 03 00 00 00
     0.480000 1 < FA FB 03 00 00 00
     # 0.500000 fault begins: loss 0.1
@@ -16,7 +18,7 @@ from ..errors import UsageError
 from .explain import Piece, explain_piece, in_one_line, parse_hex, pieces
 from .framing import HEADER, PARTIAL_TIMEOUT
 
-TITLE = "# pioneer_control line record 1: simulated s, robot, > to it or < from it, bytes as its client wrote and got them"
+TITLE = "# pioneer_control line record 1: s, robot, > to it or < from it, bytes as its client wrote and got them"
 
 
 class Entry(NamedTuple):

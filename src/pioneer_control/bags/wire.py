@@ -1,0 +1,99 @@
+"""The line in a bag as text: ``python3 -m pioneer_control.bags.wire RUN.bag [-o RUN.wire]``; `p2os.recording` is the format.
+
+Times are seconds since the first bytes, by the driver's stamps; each robot, which is each topic, has its number. Where something is missing, a note says so.
+"""
+
+import argparse
+import datetime
+import os
+import sys
+from typing import Dict, Iterator, List, Optional, Sequence
+
+from ..errors import PioneerError, UsageError
+from ..p2os.recording import TITLE, Entry, written
+from .reader import BagReader, Connection, decode, read_bag
+
+HOW_TO = ("it has no bytes of a robot's line: the driver publishes them with its parameter publish_wire (roslaunch pioneer_control pioneer.launch "
+          "publish_wire:=true), and the recorder keeps them when told to (roslaunch pioneer_control record.launch also:=wire)")
+
+
+def is_wire(connection: Connection) -> bool:
+    """Whether it carries pioneer_control/Wire."""
+    return connection.type.endswith("/Wire")
+
+
+def wire_entries(reader: BagReader) -> Iterator[Entry]:
+    """What went over the lines, and notes of what is missing; nothing for a bag without it."""
+    begin = None
+    numbers: Dict[str, int] = {}
+    counts: Dict[int, int] = {}     # seq of the newest message of each robot
+    for topic, connection, data, _ in reader:
+        message = decode(connection, data)
+        stamp = message.header.stamp
+        if begin is None:
+            begin = stamp
+            day = datetime.datetime.fromtimestamp(begin.to_sec(), datetime.timezone.utc)
+            yield Entry(0.0, 0, False, b"", f"begins at {begin.to_sec():.6f}, {day:%Y-%m-%d %H:%M:%S} UTC")
+        time = (stamp - begin).to_sec()
+        if topic not in numbers:
+            numbers[topic] = len(numbers) + 1
+            yield Entry(time, 0, False, b"", f"robot {numbers[topic]} is {topic}")
+        robot, count = numbers[topic], message.header.seq
+        missing = count - counts.get(robot, count - 1) - 1
+        counts[robot] = count
+        if missing:
+            what = f"{missing} pieces are missing: the recorder was too slow" if missing > 0 else "its driver begins anew"
+            yield Entry(time, 0, False, b"", f"robot {robot}: {what}")
+        if message.data:
+            yield Entry(time, robot, message.to_robot, bytes(message.data))
+        else:
+            yield Entry(time, 0, False, b"", f"robot {robot}: pieces are missing: ROS was too slow for the driver")
+
+
+def write_wire(bags: Sequence[str], path: str) -> str:
+    """Write what the parts of a recording hold of the lines. Returns what is wrong with the bag, in sentences.
+
+    Raises:
+        UsageError: the bag cannot be read, or holds nothing of a line, which says how to record it, or the file cannot be written.
+    """
+    if any(os.path.realpath(path) == os.path.realpath(bag) for bag in bags):
+        raise UsageError(f"{path} is the bag itself: give another file")
+    reader = read_bag(bags, is_wire)
+    found = wire_entries(reader)
+    first = next(found, None)
+    if first is None:
+        raise UsageError(f"{', '.join(bags)}: {HOW_TO}. {reader.damage}".rstrip())
+    try:
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(f"{TITLE}\n{written(first)}\n")
+            file.writelines(written(entry) + "\n" for entry in found)
+            if reader.damage:
+                file.write(f"# {reader.damage}\n")
+    except OSError as error:
+        raise UsageError(f"cannot write {path}: {error.strerror or error}") from error
+    return reader.damage
+
+
+def main(arguments: Optional[List[str]] = None) -> int:
+    """Write the file; 0 when it is written, 2 when there is nothing to write."""
+    parser = argparse.ArgumentParser(
+        prog="python3 -m pioneer_control.bags.wire", description="Write the line of a robot that a bag holds as text.",
+        epilog="python3 -m pioneer_control.p2os --record RUN.wire tells it packet by packet, python3 -m pioneer_control.simulator --play RUN.wire is "
+               "the robot in it.")
+    parser.add_argument("bags", metavar="BAG", nargs="+", help="what rosbag record wrote; several are the parts of one recording, in order")
+    parser.add_argument("-o", "--output", metavar="FILE", help="the file to write (default: beside the bag, .wire)")
+    options = parser.parse_args(arguments)
+    output = options.output or os.path.splitext(options.bags[0])[0] + ".wire"
+    try:
+        damage = write_wire(options.bags, output)
+    except (PioneerError, OSError) as error:
+        print(f"wire: {error}", file=sys.stderr)
+        return 2
+    if damage:
+        print(f"wire: {damage}", file=sys.stderr)
+    print(output)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
