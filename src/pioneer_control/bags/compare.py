@@ -1,16 +1,18 @@
-"""How far two tracks lie apart, when both are laid so that they begin together. Pure: arrays in, figures out.
+"""How far two tracks lie apart, when both are laid so that they begin together, and other figures of a run. Pure: arrays in, figures out.
 
 "Together" is the same place, the same heading, and the same moment: that of the first movement, so that neither a
 recorder that started early nor another corner of the room counts.
 """
 
-from typing import NamedTuple
+from typing import List, NamedTuple, Tuple
 
 import numpy as np
 
 from pioneer_control.bags.run import Track, inverted
 
 MOVED = 0.01, np.radians(1.0)  # m, rad: who is that far from his first pose has begun to move
+STILL = 0.02, np.radians(2.0)  # m/s, rad/s: who is slower stands
+STOP = 0.5  # s: who stands for longer has stopped
 
 
 class Deviation(NamedTuple):
@@ -27,19 +29,52 @@ class Deviation(NamedTuple):
 
 def deviation(reference: Track, other: Track) -> Deviation:
     """How far ``other`` is from ``reference``, however long each is and wherever its frame lies."""
+    time, apart = distance_between(reference, other)
+    turn = (other.heading[-1] - other.heading[0]) - (reference.heading[-1] - reference.heading[0])
+    return Deviation(_mean(time, apart), float(apart.max()), float(apart[-1]), float(np.angle(np.exp(1j * turn))))
+
+
+def distance_between(reference: Track, other: Track) -> Tuple[np.ndarray, np.ndarray]:
+    """Seconds since both began to move, and how far apart (m) they are then."""
     one, two = from_its_start(reference), from_its_start(other)
     moments = np.unique(np.concatenate(([0.0], one.time, two.time)))  # both go straight between these: the farthest is at one of them
     moments = moments[moments >= 0.0]
     one, two = one.at(moments), two.at(moments)
-    apart = np.hypot(two.x - one.x, two.y - one.y)
-    turn = two.heading[-1] - one.heading[-1]
-    return Deviation(_mean(moments, apart), float(apart.max()), float(apart[-1]), float(np.angle(np.exp(1j * turn))))
+    return moments, np.hypot(two.x - one.x, two.y - one.y)
 
 
 def from_its_start(track: Track) -> Track:
     """A track with its first pose as origin, and its first movement as time zero."""
     laid = track.seen_from(inverted(track.pose(0)))
     return laid._replace(time=laid.time - first_movement(track))
+
+
+class Driven(NamedTuple):
+    """A track in figures."""
+
+    time: float  # s from the first movement to the last
+    length: float  # m
+    mean_speed: float  # m/s: the length by the time
+    stops: int  # on the way, each of `STOP` s or longer
+
+
+def driven(track: Track) -> Driven:
+    """What a robot drove, in figures."""
+    stands = standing(track)
+    begin = stands[0][1] if stands and stands[0][0] <= track.time[0] else track.time[0]
+    end = stands[-1][0] if stands and stands[-1][1] >= track.time[-1] else track.time[-1]
+    time = max(float(end - begin), 0.0)
+    on_the_way = sum(begin < since and until < end for since, until in stands)
+    return Driven(time, track.length, track.length / time if time else 0.0, on_the_way)
+
+
+def standing(track: Track) -> List[Tuple[float, float]]:
+    """Spans of time (s) in which a robot stood, but for those shorter than `STOP`."""
+    passed = np.maximum(np.diff(track.time), 1e-9)
+    still = (np.hypot(np.diff(track.x), np.diff(track.y)) < STILL[0] * passed) & (np.abs(np.diff(track.heading)) < STILL[1] * passed)
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], still, [False]))))
+    spans = [(float(track.time[begin]), float(track.time[end])) for begin, end in zip(edges[::2], edges[1::2])]
+    return [(begin, end) for begin, end in spans if end - begin >= STOP]
 
 
 def first_movement(track: Track) -> float:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from pioneer_control.bags.compare import deviation, first_movement, from_its_start
+from pioneer_control.bags.compare import deviation, driven, first_movement, from_its_start, standing
 from pioneer_control.bags.run import Track
 
 
@@ -70,3 +70,31 @@ def test_robots_that_stay(still):
     assert from_its_start(still).pose(0) == pytest.approx((0.0, 0.0, 0.0))
     assert deviation(still, still) == (0.0, 0.0, 0.0, 0.0)
     assert deviation(straight(), still).at_end == pytest.approx(2.0, abs=0.01)
+
+
+def drives(*legs, step=0.1):
+    """A robot that drives for some seconds at some m/s, for each leg; 0 m/s: it stands."""
+    speeds = np.concatenate([np.full(round(seconds / step), float(speed)) for seconds, speed in legs])
+    x = np.concatenate(([0.0], np.cumsum(speeds * step)))
+    return Track(100.0 + step * np.arange(len(x)), x, np.zeros_like(x), np.zeros_like(x))
+
+
+class TestDriven:
+    def test_a_robot_that_stops_on_its_way(self):
+        found = driven(drives((3, 0), (5, 0.2), (2, 0), (5, 0.2), (4, 0)))
+        assert found == pytest.approx((12.0, 2.0, 2.0 / 12.0, 1))
+
+    def test_what_is_no_stop(self):
+        assert driven(drives((5, 0.2), (0.3, 0), (5, 0.2))).stops == 0
+        turning = drives((5, 0.2), (2, 0), (5, 0.2))
+        turning = turning._replace(heading=0.4 * np.clip(turning.time - 105.0, 0.0, 2.0))
+        assert driven(turning).stops == 0
+
+    def test_one_that_never_moves(self):
+        assert driven(drives((5, 0))) == (0.0, 0.0, 0.0, 0)
+
+    def test_a_single_pose(self):
+        assert driven(track((7, 1, 2, 3))) == (0.0, 0.0, 0.0, 0)
+
+    def test_a_pause_between_two_poses_far_apart(self):
+        assert standing(track((0, 0, 0, 0), (1, 0.2, 0, 0), (9, 0.21, 0, 0), (10, 0.41, 0, 0))) == [(1.0, 9.0)]
