@@ -273,6 +273,7 @@ class _File:
         self.connections: Dict[int, Connection] = {}
         self.begin: Optional[int] = None
         self.end: Optional[int] = None
+        self.compression = ""
         self._is_wanted = is_wanted
         self._wanted: Dict[int, bool] = {}
         self._chunks: Dict[int, Tuple[int, Set[int]]] = {}      # by position: the first time in it or a later one, and the connections in it
@@ -374,6 +375,7 @@ class _File:
                 elif record.op == CONNECTION:
                     self._know(record.connection, _connection(record, source.get(record.begin, record.end - record.begin)))
                 elif record.op == CHUNK:
+                    self.compression = self.compression or record.fields[b"compression"].decode()
                     progress(record.position)
                     earliest = self._chunks[record.position][0] if record.position in self._chunks else (self.end or 0) - LATE
                     yield from _give(waiting, earliest)
@@ -510,6 +512,11 @@ class BagReader:
     def end(self) -> Optional[int]:
         """ns: the latest message so far, wanted or not, where the bag did not tell that nothing is wanted around it."""
         return max((file.end for file in self._files if file.end is not None), default=None)
+
+    @property
+    def compression(self) -> str:
+        """How the first chunk so far is compressed: none, bz2 or lz4; empty before it."""
+        return next((file.compression for file in self._files if file.compression), "")
 
     @property
     def damage(self) -> str:
