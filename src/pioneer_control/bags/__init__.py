@@ -2,7 +2,8 @@
 
 ============  =====================================================================================
 ``reader``    the messages of a bag in bounded memory, front to back, whole or damaged
-``run``       a bag of one robot becomes a :class:`~pioneer_control.bags.run.Run` of numpy arrays
+``run``       what one robot did: a :class:`~pioneer_control.bags.run.Run` of numpy arrays, read from a bag
+``gather``    how: it takes the messages one by one and keeps what is worth keeping
 ``draw``      a ``Run`` becomes one picture: ``python3 -m pioneer_control.bags.draw RUN.bag``
 ``recorder``  a program begins when its recorder listens (``nodes/when_recording``)
 ============  =====================================================================================

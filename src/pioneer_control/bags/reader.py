@@ -423,6 +423,8 @@ class _File:
             sentences.append(f"{self.path} was not closed and ends {seconds}: its recorder was killed, or still records.")
         elif cut and places and places[-1] is self._places[-1]:
             sentences.append(f"{self.path} is damaged from {_percent(places[-1].begin / self.size)} of the file on, {seconds}: the rest is missing.")
+        elif cut:
+            sentences.append(f"{self.path} is cut off in its index: all messages are there, but rosbag wants it mended (rosbag reindex).")
         if self._nameless:
             sentences.append(f"{self.path} does not say any more what {self._nameless} of its messages are: these are lost.")
         return sentences
@@ -502,6 +504,11 @@ class BagReader:
     def connections(self) -> List[Connection]:
         """Those known so far: of a bag that was closed all, and of others those in what was read."""
         return [connection for file in self._files for connection in file.connections.values()]
+
+    @property
+    def closed(self) -> bool:
+        """Whether all connections are known from the start, and whether that is all."""
+        return all(file.connections for file in self._files)
 
     @property
     def begin(self) -> Optional[int]:

@@ -1,29 +1,17 @@
-"""Read a bag of one robot into a :class:`Run`: plain arrays, SI units, one clock (the recorder's) for every topic.
+"""What one robot did, as plain arrays: a :class:`Run`. SI units, one clock (the recorder's, s) for everything; `read_run` reads it from a bag.
 
-A topic counts by the last part of its name and the last part of its type, so bags with ``p2os_driver/SonarArray`` or
-``p2os_msgs/SonarArray`` read as ours do. Only odometry is required; whatever else is missing is empty or ``None``.
+Only odometry is required; whatever else a bag has not is empty or ``None``. However long the run, a Run stays small: of paths and values those rows
+are kept that differ from the row kept before (1 cm, 1 degree, ...), and of echoes those that are new. `gather` does it.
 """
 
-import os
-import struct
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from pioneer_control.bags.reader import BagError
-from pioneer_control.message_values import NO_ECHO, NOT_HEARD, GripStatus, heading_of
+from pioneer_control.bags.reader import BagError  # noqa: F401  for who reads runs
+from pioneer_control.message_values import GripStatus
 
-# What is read: the topic's last name and its type's last name.
-ROLES = {
-    "pose": "Odometry",
-    "sonar": "SonarArray",
-    "gripper_state": "GripperState",
-    "robot_info": "RobotInfo",
-    "ground_truth": "Odometry",
-    "cans": "PoseArray",
-    "map": "OccupancyGrid",
-    "world": "String",
-}
+ECHO_GRID = 0.01  # m
 
 Pose = Tuple[float, float, float]  # x, y (m), heading (rad, counter-clockwise)
 
@@ -57,10 +45,64 @@ class Track(NamedTuple):
 
 
 class Sonar(NamedTuple):
-    """Sonar messages: time (m,), ranges (m, n) in m with the sonar's number as column, NaN where there is none."""
+    """Echoes: arrays of one length; s, the sonar's number, m. A reading is there when it is new, and neither "no echo" nor 0.0, "not heard"."""
 
     time: np.ndarray
-    ranges: np.ndarray
+    number: np.ndarray
+    range: np.ndarray
+
+
+class Velocities(NamedTuple):
+    """How fast a robot was or was to be: arrays of one length; s, m/s forward, rad/s counter-clockwise."""
+
+    time: np.ndarray
+    linear: np.ndarray
+    angular: np.ndarray
+
+
+class Series(NamedTuple):
+    """A value over time: arrays of one length. It holds from its time to the next one's."""
+
+    time: np.ndarray
+    value: np.ndarray
+
+
+class Span(NamedTuple):
+    """Something that lasted, from begin to end (s): "both wheels", "front 2, 3"."""
+
+    begin: float
+    end: float
+    what: str
+
+
+class Happening(NamedTuple):
+    """Something that somebody warned of (level 1) or called an error (2): at a time (s), who ("Link", "/pioneer/p2os"), in which words."""
+
+    time: float
+    level: int
+    who: str
+    what: str
+
+
+class Gap(NamedTuple):
+    """A topic that should not be silent was, from begin to end (s)."""
+
+    topic: str
+    begin: float
+    end: float
+
+
+class Decision(NamedTuple):
+    """What a wandering program decided at a time (s), on the sonar message of a stamp (s); m/s, rad/s."""
+
+    time: float
+    stamp: float
+    wander: int
+    seed: int
+    speed: float
+    linear: float
+    angular: float
+    reason: str
 
 
 class GripperEvent(NamedTuple):
@@ -78,10 +120,13 @@ class Map(NamedTuple):
     origin: Pose
 
 
+_NOTHING = np.empty(0)
+
+
 class Run(NamedTuple):
     """What one robot did, in the frame of its odometry unless said otherwise."""
 
-    path: str
+    path: str  # of the bag, or of its first part
     robot: str  # namespace without slashes at its ends; empty for a robot at the root
     model: str  # subtype, empty when no robot_info was recorded
     world: str  # name of the simulated world, empty when none was recorded
@@ -93,6 +138,18 @@ class Run(NamedTuple):
     gripper: Tuple[GripperEvent, ...]
     cans: Tuple[np.ndarray, ...]  # each (n, 3): x, y, height lifted (m), in the frame of the map; as they came
     map: Optional[Map]
+    commanded: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # cmd_vel
+    measured: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # the odometry's
+    battery: Series = Series(_NOTHING, _NOTHING)  # V
+    motors: Series = Series(_NOTHING, _NOTHING)  # 0 off, 1 on
+    e_stop: Series = Series(_NOTHING, _NOTHING)  # 1 while the STOP button is pressed
+    stalls: Tuple[Span, ...] = ()
+    bumps: Tuple[Span, ...] = ()
+    faults: Tuple[Happening, ...] = ()  # of this robot, of what it shares with others, and of nobody in particular
+    gaps: Tuple[Gap, ...] = ()
+    decisions: Tuple[Decision, ...] = ()  # where their reason changes
+    notes: str = ""  # how the recording describes itself (YAML)
+    damage: str = ""  # what of the bag could not be read; empty when all was
 
     @property
     def duration(self) -> float:
@@ -109,25 +166,17 @@ class Run(NamedTuple):
         return chained(self.truth.at(start).pose(0), inverted(self.odometry.at(start).pose(0)))
 
     def echoes(self) -> np.ndarray:
-        """Points (n, 2) in the odometry's frame that returned a ping; m.
-
-        A reading counts when it is new (a driver repeats each until its transducer's next turn), and is neither "no
-        echo" nor 0.0, "not heard".
-        """
-        ranges = self.sonar.ranges
-        fresh = np.ones(ranges.shape, dtype=bool)
-        fresh[1:] = ranges[1:] != ranges[:-1]
-        with np.errstate(invalid="ignore"):
-            row, number = np.nonzero(fresh & (ranges > NOT_HEARD) & (ranges < NO_ECHO))
-        fitted = np.isin(number, list(self.transducers))
-        row, number = row[fitted], number[fitted]
-        if not row.size:
+        """Points (n, 2) in the odometry's frame that returned a ping; m. Of those in one square of 1 cm the first."""
+        fitted = np.isin(self.sonar.number, list(self.transducers))
+        if not fitted.any():
             return np.empty((0, 2))
-        looks = np.array([self.transducers[n] for n in number])
-        reach = ranges[row, number]
-        robot = self.odometry.at(self.sonar.time[row])
+        time, number, reach = (values[fitted] for values in self.sonar)
+        looks = np.array([self.transducers[n] for n in number.astype(int)])
+        robot = self.odometry.at(time)
         hit = looks[:, 0] + reach * np.cos(looks[:, 2]), looks[:, 1] + reach * np.sin(looks[:, 2])
-        return np.column_stack(placed((robot.x, robot.y, robot.heading), *hit))
+        points = np.column_stack(placed((robot.x, robot.y, robot.heading), *hit))
+        _, first = np.unique(np.round(points / ECHO_GRID).astype(int), axis=0, return_index=True)
+        return points[np.sort(first)]
 
 
 def placed(pose, x, y) -> Tuple[np.ndarray, np.ndarray]:
@@ -166,125 +215,11 @@ def gripper_events(states: Sequence[Tuple[float, int, bool]]) -> Tuple[GripperEv
     return tuple(events)
 
 
-def read_run(path: str, robot: Optional[str] = None) -> Run:
-    """Read the run of a robot, by its namespace; ``None`` takes the only one in the bag. Raises :class:`BagError`."""
-    import genpy  # here, so that a Run of arrays needs no ROS
-    import rosbag
+def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None, progress: Optional[Callable[[int, int], object]] = None) -> Run:
+    """Read the run of a robot, by its namespace; ``None`` takes the only one there is.
 
-    if not os.path.exists(path):
-        raise BagError(f"{path}: no such file")
-    try:
-        with rosbag.Bag(path) as bag:
-            return _read(path, bag, robot)
-    except rosbag.ROSBagUnindexedException:
-        raise BagError(
-            f"{path} has no index: its recorder is still running or was killed. When it has ended: rosbag reindex {path}"
-        ) from None
-    except (rosbag.ROSBagException, genpy.MessageException, struct.error, EOFError) as error:
-        raise BagError(f"{path} is not a bag, or is damaged: {error}") from None
-    except OSError as error:  # also what bz2 raises for damaged data
-        raise BagError(f"{path} cannot be read: {error.strerror or error}") from None
+    Several paths are the parts of one recording. ``progress`` is called now and then with the bytes done and all bytes. Raises :class:`BagError`.
+    """
+    from pioneer_control.bags.gather import gather  # here: a Run of arrays needs nothing of it
 
-
-def _read(path: str, bag, robot: Optional[str]) -> Run:
-    """The run in an open bag."""
-    known = bag.get_type_and_topic_info().topics
-    types = {topic: info.msg_type for topic, info in known.items() if info.message_count}
-    robot = _choose(path, types, robot)
-    role_of = {topic: role for role, topic in _topics_of(robot, types).items()}
-    collected = {role: [] for role in ROLES}
-    for topic, message, stamp in bag.read_messages(topics=list(role_of)):
-        collected[role_of[topic]].append((stamp.to_sec(), message))
-    return _assemble(path, robot, collected)
-
-
-def _split(topic: str) -> Tuple[str, str]:
-    """A topic's namespace (no slashes at its ends) and last name."""
-    namespace, _, name = topic.strip("/").rpartition("/")
-    return namespace, name
-
-
-def _fits(topic: str, type_name: str) -> bool:
-    """Whether a topic is of a kind we read, by its last name and its type's last name."""
-    return ROLES.get(_split(topic)[1]) == type_name.split("/")[-1]
-
-
-def _choose(path: str, types: Dict[str, str], robot: Optional[str]) -> str:
-    """The namespace to read."""
-    robots = sorted({_split(topic)[0] for topic in types if _split(topic)[1] == "pose" and _fits(topic, types[topic])})
-    names = ", ".join(name or "/" for name in robots)
-    if robot is not None:
-        if robot.strip("/") not in robots:
-            raise BagError(f"{path} has no robot {robot!r}; it has: {names or 'none'}")
-        return robot.strip("/")
-    if not robots:
-        there = ", ".join(sorted(types)) or "nothing: the bag is empty"
-        raise BagError(f"{path} has no odometry of a robot (a topic `pose`, nav_msgs/Odometry). It has: {there}")
-    if len(robots) > 1:
-        raise BagError(f"{path} has {len(robots)} robots: {names}. Choose one with --robot")
-    return robots[0]
-
-
-def _topics_of(robot: str, types: Dict[str, str]) -> Dict[str, str]:
-    """Role to topic, for one robot. A map may also be everybody's."""
-    found = {}
-    for role in ROLES:
-        own = f"/{robot}/{role}" if robot else f"/{role}"
-        for topic in [own, own.lstrip("/")] + (["/map"] if role == "map" else []):
-            if topic in types and _fits(topic, types[topic]):
-                found.setdefault(role, topic)
-    return found
-
-
-def _assemble(path: str, robot: str, collected: Dict[str, list]) -> Run:
-    """A Run of the messages collected by role, each (seconds, message)."""
-    info = collected["robot_info"][-1][1] if collected["robot_info"] else None
-    grips = [
-        (time, message.grip.state, message.grip.left_contact or message.grip.right_contact)
-        for time, message in collected["gripper_state"]
-    ]
-    return Run(
-        path=path,
-        robot=robot,
-        model=info.subtype if info else "",
-        world=collected["world"][-1][1].data if collected["world"] else "",
-        footprint=np.array([(p.x, p.y) for p in info.footprint.points] if info else []).reshape(-1, 2),
-        transducers={n: (p.x, p.y, p.theta) for n, p in zip(info.sonar_numbers, info.sonar_poses)} if info else {},
-        odometry=_track(collected["pose"]),
-        truth=_track(collected["ground_truth"]) if collected["ground_truth"] else None,
-        sonar=_sonar(collected["sonar"]),
-        gripper=gripper_events(grips),
-        cans=tuple(
-            np.array([(p.position.x, p.position.y, p.position.z) for p in message.poses]).reshape(-1, 3)
-            for _, message in collected["cans"]
-        ),
-        map=_map(collected["map"][-1][1]) if collected["map"] else None,
-    )
-
-
-def _track(messages: list) -> Track:
-    """A Track of Odometry messages."""
-    rows = [(time, m.pose.pose.position.x, m.pose.pose.position.y, _heading(m.pose.pose.orientation)) for time, m in messages]
-    time, x, y, heading = np.array(rows, dtype=float).T
-    return Track(time, x, y, np.unwrap(heading))
-
-
-def _heading(q) -> float:
-    """Heading of a quaternion message, in rad."""
-    return heading_of(q.x, q.y, q.z, q.w)
-
-
-def _sonar(messages: list) -> Sonar:
-    """Sonar of SonarArray messages, which may differ in length."""
-    width = max((len(message.ranges) for _, message in messages), default=0)
-    ranges = np.full((len(messages), width), np.nan)
-    for row, (_, message) in zip(ranges, messages):
-        row[: len(message.ranges)] = message.ranges
-    return Sonar(np.array([time for time, _ in messages], dtype=float), ranges)
-
-
-def _map(message) -> Map:
-    """Map of an OccupancyGrid message."""
-    info = message.info
-    corner = (info.origin.position.x, info.origin.position.y, _heading(info.origin.orientation))
-    return Map(np.array(message.data, dtype=np.int8).reshape(info.height, info.width), info.resolution, corner)
+    return gather([paths] if isinstance(paths, str) else list(paths), robot, progress)

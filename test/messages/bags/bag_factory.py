@@ -1,4 +1,4 @@
-"""Bags for tests: messages of any package name with our definitions, and the run of an invented robot."""
+"""Bags for tests: messages of any package name with our definitions, the runs of invented robots, and bags that were damaged."""
 
 import functools
 import math
@@ -7,9 +7,11 @@ import pathlib
 import genpy
 import genpy.dynamic
 import rosbag
-from geometry_msgs.msg import Point32, Pose, Pose2D, PoseArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Point32, Pose, Pose2D, PoseArray, Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
-from std_msgs.msg import Header, String
+from rosgraph_msgs.msg import Log
+from std_msgs.msg import Bool, Header, String
 
 MESSAGES = pathlib.Path(__file__).resolve().parents[3] / "msg"
 STANDARD = {"Header": Header, "geometry_msgs/Pose2D": Pose2D, "geometry_msgs/Point32": Point32}
@@ -33,9 +35,10 @@ def message_class(name, package="pioneer_control"):
     return genpy.dynamic.generate_dynamic(f"{package}/{name}", ("\n" + "=" * 80 + "\n").join(parts))[f"{package}/{name}"]
 
 
-def odometry(x, y, heading, frame="odom"):
-    """An Odometry message at a pose."""
+def odometry(x, y, heading, frame="odom", linear=0.0, angular=0.0):
+    """An Odometry message at a pose, with velocities (m/s, rad/s)."""
     message = Odometry()
+    message.twist.twist.linear.x, message.twist.twist.angular.z = linear, angular
     message.header.frame_id = frame
     message.pose.pose.position.x, message.pose.pose.position.y = x, y
     message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(heading / 2), math.cos(heading / 2)
@@ -53,6 +56,50 @@ def gripper(state, pressed, package="pioneer_control"):
     message.grip.state = state
     message.grip.left_contact = message.grip.right_contact = pressed
     return message
+
+
+def twist(linear, angular=0.0):
+    """A Twist message: what cmd_vel takes (m/s, rad/s)."""
+    message = Twist()
+    message.linear.x, message.angular.z = linear, angular
+    return message
+
+
+def battery(voltage, package="pioneer_control"):
+    """A BatteryState message of p2os's kind."""
+    return message_class("BatteryState", package)(voltage=voltage)
+
+
+def motors(state, package="pioneer_control"):
+    """A MotorState message: 1 on, 0 off."""
+    return message_class("MotorState", package)(state=state)
+
+
+def stall(left, right):
+    """A Stall message."""
+    return message_class("Stall")(left=left, right=right)
+
+
+def bumpers(front=(), rear=()):
+    """A Bumpers message: whether each segment is pressed."""
+    return message_class("Bumpers")(front=list(front), rear=list(rear))
+
+
+def diagnostics(node="pioneer/p2os", **tasks):
+    """A DiagnosticArray message of a driver: task=(level, text)."""
+    return DiagnosticArray(status=[DiagnosticStatus(level=level, name=f"{node}: {task}", message=text) for task, (level, text) in tasks.items()])
+
+
+def log(level, node, text):
+    """A Log message of /rosout: Log.WARN, Log.ERROR, ..."""
+    return Log(level=level, name=node, msg=text)
+
+
+def decision(stamp, reason, wander=1, seed=0, speed=0.1, linear=0.1, angular=0.0):
+    """A Decision message on the sonar message of a stamp (s)."""
+    header = Header(stamp=genpy.Time.from_sec(stamp))
+    return message_class("Decision")(
+        header=header, wander=wander, seed=seed, speed=speed, linear=linear, angular=angular, reason=reason)
 
 
 def robot_info(transducers):
@@ -110,9 +157,67 @@ def driven(start=(1.0, 1.0, 0.0), seconds=10, speed=0.1, name="pioneer", drift=0
     for step in range(seconds * 10 + 1):
         time, way = begin + 0.1 * step, 0.1 * step * speed
         x, y = start[0] + way * math.cos(start[2]), start[1] + way * math.sin(start[2])
-        yield topic % "pose", odometry(way * (1 - drift), 0.0, 0.0), time
+        yield topic % "pose", odometry(way * (1 - drift), 0.0, 0.0, linear=speed * (1 - drift)), time
         yield topic % "ground_truth", odometry(x, y, start[2], "map"), time
         yield topic % "sonar", sonar([6.0 - 0.1 - y, 0.0, 5.0, min(8.0 - 0.2 - x, 5.0)]), time
         closed = seconds * 5 <= step < seconds * 8
         yield topic % "gripper_state", gripper(2 if closed else 1, closed), time
     yield topic % "cans", cans((x + 0.3, y, 0.0), (5.0, 4.0, 0.0)), time
+
+
+def eventful(name="pioneer", seconds=20):
+    """(topic, message, seconds) of a `driven` robot to whom everything happens that a Run knows: 1000 s is its begin."""
+    topic, begin = f"/{name}/%s", 1000.0
+    told = {topic % "pose", topic % "sonar", topic % "gripper_state"}
+    yield from (entry for entry in driven(name=name, seconds=seconds) if entry[0] not in told or not begin + 6 < entry[2] < begin + 8)
+    yield topic % "recording", String("robots: [%s]" % name), begin
+    yield topic % "e_stop", Bool(False), begin
+    yield topic % "e_stop", Bool(True), begin + 12
+    yield topic % "e_stop", Bool(False), begin + 13
+    yield "/rosout", log(Log.INFO, f"/{name}/p2os", "connected"), begin
+    yield "/rosout", log(Log.WARN, f"/{name}/simulator", "simulated 6.000 s: fault begins: silence"), begin + 6
+    yield "/rosout", log(Log.ERROR, f"/{name}/p2os", "no link: nothing came for 1.5 s"), begin + 7.5
+    for step in range(seconds * 10 + 1):
+        time, since = begin + 0.1 * step, 0.1 * step
+        silent = 6 < since < 8
+        speed = 0.1 if since < seconds / 2 else 0.0
+        yield topic % "cmd_vel", twist(speed, 0.2 * (since > seconds / 2)), time
+        if silent:
+            continue
+        yield topic % "battery_state", battery(12.8 - 0.02 * since), time
+        yield topic % "motor_state", motors(int(not 12 <= since < 15)), time
+        yield topic % "stall", stall(10 <= since < 11, 10.5 <= since < 11), time
+        yield topic % "bumpers", bumpers([False, 10 <= since < 11], [False]), time
+        yield topic % "decision", decision(time, "forward" if since < 5 else "turning left: 0.3 m ahead"), time
+    for since in range(seconds + 1):
+        link = (2, "no link: silent") if since == 7 else (0, "connected")
+        motor = (1, "the STOP button is pressed") if since == 12 else (0, "motors are on")
+        yield "/diagnostics", diagnostics(f"{name}/p2os", Link=link, Motors=motor), begin + since + 0.05
+
+
+def unclosed(path, messages, compression="none", chunk=4096):
+    """A bag whose recorder was killed: (topic, message, seconds) without an index, the last chunk without its length."""
+    writer = rosbag.Bag(str(path), "w", compression=compression, chunk_threshold=chunk)
+    for topic, message, seconds in messages:
+        writer.write(topic, message, genpy.Time.from_sec(seconds))
+    writer.flush = writer._stop_writing = lambda *_: None
+    writer._file.flush()
+    content = pathlib.Path(path).read_bytes()
+    writer._file.close()
+    writer._file = None
+    pathlib.Path(path).write_bytes(content)
+    return str(path)
+
+
+def cut(path, length):
+    """Cut a file off after so many bytes, or after a share of it (a float)."""
+    content = pathlib.Path(path).read_bytes()
+    pathlib.Path(path).write_bytes(content[:int(length * len(content)) if isinstance(length, float) else length])
+    return str(path)
+
+
+def overwritten(path, position, with_):
+    """Overwrite some bytes of a file."""
+    content = pathlib.Path(path).read_bytes()
+    pathlib.Path(path).write_bytes(content[:position] + with_ + content[position + len(with_):])
+    return str(path)
