@@ -1,0 +1,132 @@
+"""Stands beside ``rosbag record``: publishes the recording's description, watches the disk, says what is missing. Ends with the recorder."""
+
+import http.client
+import os
+import threading
+import xmlrpc.client
+from time import monotonic
+from typing import Any, Dict, Iterable, Iterator, Optional, Sequence, Tuple
+
+import rosgraph
+import rospy
+from std_msgs.msg import String
+
+from ..ros_node import init_node
+from .recording_description import Description, nodes_of, now, text_of, versions
+from .recording_disk import USUAL_RATE, DiskWatch, Notice, Sample
+from .recording_start import WHAT_TO_DO, Recording, free_space, parts_of
+
+TICK = 0.2
+"""s between two looks whether the recorder is there."""
+LOOK = 3.0
+"""s between two looks at nodes, parameters and the disk."""
+LONGER = 1.2
+"""Each description that is published makes the next wait so much longer: a parameter that flickers fills no bag."""
+BEGIN = 5.0
+"""s for which rosbag may first list all it subscribes to, so that what is said here stands below."""
+GRACE = 10.0
+"""s after which it is said what nobody publishes; drivers start beside the recorder."""
+SAY = {"info": rospy.loginfo, "warning": rospy.logwarn, "error": rospy.logerr}
+
+
+class Descriptions:
+    """Publishes the description whenever something in it has changed."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = {"date": now(), "robots": list(recording.robots), "file": recording.file, "topics": list(recording.topics)}
+        self._versions = versions()
+        self._publishers = [rospy.Publisher(f"/{robot}/recording", String, queue_size=1, latch=True) for robot in recording.robots]
+        self._last: Any = None
+        self._wait, self._due = LOOK, 0.0
+
+    def look(self, time: float, state: Sequence[Any], parameters: Dict[str, Any]) -> None:
+        """`state`: what the master's getSystemState() returned."""
+        seen = nodes_of(state), parameters
+        if seen == self._last or time < self._due:
+            return
+        self._last = seen
+        text = text_of(Description(self._recording, self._versions, *seen))
+        for publisher in self._publishers:
+            publisher.publish(text)
+        self._due = time + self._wait
+        self._wait *= LONGER
+
+
+def silent(recording: Recording, state: Sequence[Any]) -> Iterator[Notice]:
+    """What nobody publishes although it was meant to be recorded: of what the master's getSystemState() returned."""
+    published = {topic for topic, nodes in state[0] if nodes}
+    robots = sorted({topic.rpartition("/")[0].strip("/") for topic in published if topic.endswith("/pose")})
+    gone = []
+    for robot in recording.robots:
+        own = {topic for topic in published if topic.startswith(f"/{robot}/") and not topic.endswith("/recording")}
+        if not own:
+            gone.append(robot)
+            yield Notice("warning", f"nothing is published under /{robot}: is that the robot's name, and does its driver run? "
+                         + (f"There are: {', '.join(robots)}" if robots else "There is no robot at all yet")
+                         + ". What comes later is recorded")
+    for topic in recording.asked_for:
+        if topic not in published and not any(topic.startswith(f"/{robot}/") for robot in gone):
+            yield Notice("warning", f"nobody publishes {topic}, which was asked for" + (" (set the driver's publish_wire)" if topic.endswith("/wire") else ""))
+
+
+def seen_by_master(master: Any) -> Optional[Tuple[Sequence[Any], Dict[str, Any]]]:
+    """Nodes and parameters; None when the master does not say."""
+    try:
+        return master.getSystemState(), master.getParam("/")
+    except (OSError, http.client.HTTPException, xmlrpc.client.Error, rosgraph.MasterException):
+        return None
+
+
+def say(notices: Iterable[Notice]) -> None:
+    """Into the log."""
+    for severity, text in notices:
+        SAY[severity]("%s", text)
+
+
+def sample(recording: Recording) -> Sample:
+    """The disk and the recording as they are."""
+    return Sample(monotonic(), free_space(recording.folder), sum(_size(path) for path in parts_of(recording.stem)))
+
+
+def _size(path: str) -> int:
+    try:
+        return os.path.getsize(path)
+    except OSError:     # it was just renamed
+        return 0
+
+
+def attend(recording: Recording, recorder: int, name: str, notices: Sequence[Notice]) -> None:
+    """Run as a node of this name, as a child of the recorder (its process id), until that ends. `notices` are said first."""
+    init_node(name)
+    stop = threading.Event()
+    rospy.on_shutdown(stop.set)
+    start = monotonic()
+    while not parts_of(recording.stem) and monotonic() < start + BEGIN and os.getppid() == recorder and not stop.wait(TICK):
+        pass
+    say(notices)
+    parts = f", a new part each {recording.split[1]} {'MB' if recording.split[0] == 'size' else 's'}" if recording.split[0] else ""
+    rospy.loginfo("recording %s: %d topics into %s (%s%s)", ", ".join(recording.robots), len(recording.topics), recording.file, recording.compression, parts)
+    disk = DiskWatch(recording.folder, recording.keep_free, USUAL_RATE[recording.compression] * len(recording.robots))
+    say([disk.first(sample(recording))])
+    descriptions, master = Descriptions(recording), rosgraph.Master(rospy.get_name())
+    due, told = start, False
+    while not rospy.is_shutdown() and os.getppid() == recorder:
+        if monotonic() >= due:
+            due = monotonic() + LOOK
+            say(disk.look(sample(recording)))
+            seen = seen_by_master(master)
+            if seen:
+                descriptions.look(monotonic(), *seen)
+                if not told and monotonic() > start + GRACE:
+                    told = True
+                    say(silent(recording, seen[0]))
+        stop.wait(TICK)
+    if not rospy.is_shutdown():
+        _look_back(recording)
+
+
+def _look_back(recording: Recording) -> None:
+    """The recorder is gone, and nobody told us to end too: say so when it did not close its bag."""
+    unfinished = [path for path in parts_of(recording.stem) if path.endswith(".active")]
+    if unfinished:
+        rospy.logerr("the recorder was killed, or failed. %s %s", unfinished[-1], WHAT_TO_DO.format(file=unfinished[-1]))
