@@ -1,5 +1,6 @@
 """What all our pictures from above have in common: paper, ink, frame, and how they are written to a file. matplotlib's objects come as arguments."""
 
+import os
 from typing import Any, Callable
 
 from .errors import UsageError
@@ -7,7 +8,20 @@ from .errors import UsageError
 FORMATS = (".png", ".pdf", ".svg")
 WALL, FLOOR, BEYOND = "#3c3c3c", "#ffffff", "#e4e4e4"
 INK, FAINT = "#222222", "#8a8a8a"
+# Okabe and Ito's colours: they stay apart for colour-blind eyes. In grey print line styles and hatches tell what colours do not.
+BLUE, SKY, VERMILLION, ORANGE, GREEN, PURPLE = "#0072b2", "#56b4e9", "#d55e00", "#e69f00", "#009e73", "#cc79a7"
 SCALE_BARS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # m
+
+
+def check_output(output: str) -> None:
+    """Raise UsageError where no picture of this name could be written: before the work, not after it."""
+    if not output.endswith(FORMATS):
+        raise UsageError(f"{output}: a picture's name ends in {', '.join(FORMATS)}")
+    folder = os.path.dirname(output) or "."
+    if not os.path.isdir(folder):
+        raise UsageError(f"cannot write {output}: there is no directory {folder}")
+    if os.path.isdir(output) or not os.access(output if os.path.exists(output) else folder, os.W_OK):
+        raise UsageError(f"cannot write {output}: it is a directory, or yours to read only")
 
 
 def write(figure: Callable[[], Any], output: str, dpi: int) -> None:
@@ -15,8 +29,7 @@ def write(figure: Callable[[], Any], output: str, dpi: int) -> None:
 
     Raises UsageError for another ending, for a place where nothing can be written, and where there is no matplotlib.
     """
-    if not output.endswith(FORMATS):
-        raise UsageError(f"{output}: a picture's name ends in {', '.join(FORMATS)}")
+    check_output(output)
     try:
         figure().savefig(output, dpi=dpi)
     except OSError as error:

@@ -4,7 +4,8 @@
 ``reader``    the messages of a bag in bounded memory, front to back, whole or damaged
 ``run``       what one robot did: a :class:`~pioneer_control.bags.run.Run` of numpy arrays, read from a bag
 ``gather``    how: it takes the messages one by one and keeps what is worth keeping
-``draw``      a ``Run`` becomes one picture: ``python3 -m pioneer_control.bags.draw RUN.bag``
+``draw``      a ``Run`` becomes one page, several are compared on one: ``python3 -m pioneer_control.bags.draw RUN.bag``.
+              The pages are ``page`` and ``side_by_side``; on them ``from_above``, ``strips``, ``incidents``; figures: ``compare``
 ``recorder``  a program begins when its recorder listens (``nodes/when_recording``)
 ============  =====================================================================================
 

@@ -1,0 +1,200 @@
+"""A run from above: the way with headings and times, sonar echoes, the map, cans, and where the gripper did something.
+
+Sizes in points and inches are those of the page; whatever is drawn to scale is in m.
+"""
+
+from typing import List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from pioneer_control.bags.run import Map, Run, Track, placed
+from pioneer_control.bags.timeline import Timeline
+from pioneer_control.pictures import BEYOND, BLUE, FAINT, FLOOR, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, WALL
+
+TRUE_PATH, ODOMETRY, ECHO = BLUE, VERMILLION, SKY
+CAN_BEFORE, CAN_AFTER = "#000000", ORANGE
+EVENT = {"picked up": GREEN, "put down": PURPLE, "closed on nothing": "#767676"}
+
+CAN_RADIUS = 0.033  # m
+PADDLE_MIDDLE = 0.05  # m behind the tips: where the paddles grip
+LONGEST_NOSE = 0.16  # m, of the triangle that shows a heading
+MOST = 0.4  # share of a map: a run that saw more of it is drawn with the whole map
+FEWEST_METRES = 1.0  # seen across: a robot that never moved is not drawn larger than that
+
+ARROW, ARROW_EVERY = 0.1, 0.7  # inches: length of an arrow, and way between two of them
+TIMES = 12  # written beside the path, at most
+TIMES_APART = 0.36  # inches
+NAMES_APART = 0.3  # inches: a robot that ends nearer to its start than that gets one name for both
+BADGES = 40  # numbered on the drawing: more of them would hide it
+
+
+class View(NamedTuple):
+    """What is to be seen of a run, in the map's frame if the true path is known, else in the odometry's; m."""
+
+    run: Run
+    path: Track  # the true one if it is known
+    odometry: Track
+    echoes: np.ndarray
+    walls: Optional[Map]
+    low: np.ndarray  # lower left corner
+    high: np.ndarray  # upper right corner
+
+
+def view_of(run: Run) -> View:
+    """A run as it will be drawn."""
+    odometry = run.odometry.seen_from(run.odometry_origin)
+    path = odometry if run.truth is None else run.truth
+    echoes = np.column_stack(placed(run.odometry_origin, *run.echoes().T))
+    walls = run.map if run.truth is not None else None
+    reach = np.hypot(*run.footprint.T).max() if len(run.footprint) else 0.3
+    return View(run, path, odometry, echoes, walls, *extent((odometry, path), echoes, walls, reach))
+
+
+def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map], reach: float) -> Tuple[np.ndarray, np.ndarray]:
+    """Lower left and upper right corner of what is to be seen, m, with a margin: where robots, that reach so far round, were and heard something.
+
+    A map is shown whole, unless that would leave most of the page to where the robot never was.
+    """
+    points = [np.column_stack((track.x + side, track.y + side)) for track in tracks for side in (-reach, reach)]
+    points = np.concatenate(points + [echoes])
+    if walls is not None:
+        row, column = np.nonzero(walls.cells >= 50)
+        corners = [placed(walls.origin, (column + d) * walls.resolution, (row + d) * walls.resolution) for d in (0, 1)]
+        everything = np.concatenate([points] + [np.column_stack(corner) for corner in corners])
+        if np.ptp(points, axis=0).prod() > MOST * np.ptp(everything, axis=0).prod():
+            points = everything
+    margin = 0.02 * np.ptp(points, axis=0).max() + 0.05
+    margin = np.maximum(margin, (FEWEST_METRES - np.ptp(points, axis=0)) / 2)
+    return points.min(axis=0) - margin, points.max(axis=0) + margin
+
+
+def draw(axes, view: View, timeline: Timeline, inches: float) -> None:
+    """Draw a run on axes that are so many inches wide."""
+    scale = (view.high - view.low)[0] / inches  # m in an inch
+    axes.set(xlim=(view.low[0], view.high[0]), ylim=(view.low[1], view.high[1]), aspect="equal")
+    if view.walls is not None:
+        draw_map(axes, view.walls)
+    _draw_tracks(axes, view, scale)
+    axes.plot(*view.echoes.T, ".", color=ECHO, markersize=2.0, alpha=0.6, zorder=2, label="sonar echo", rasterized=len(view.echoes) > 20000)
+    if view.run.truth is not None:
+        _draw_cans(axes, view.run.cans)
+    _draw_robots(axes, view, scale)
+    _draw_gripper(axes, view)
+    _draw_times(axes, view.path, timeline, scale)
+
+
+def draw_map(axes, walls: Map) -> None:
+    """Walls, posts and boxes, from the occupancy grid."""
+    from matplotlib.colors import to_rgb
+    from matplotlib.transforms import Affine2D
+
+    shades = np.where(walls.cells[..., None] >= 50, to_rgb(WALL), np.where(walls.cells[..., None] < 0, to_rgb(BEYOND), to_rgb(FLOOR)))
+    rows, columns = walls.cells.shape
+    limits = axes.get_xlim(), axes.get_ylim()
+    image = axes.imshow(
+        shades, origin="lower", interpolation="nearest", zorder=0,
+        extent=(0, columns * walls.resolution, 0, rows * walls.resolution),
+    )  # fmt: skip
+    x, y, turn = walls.origin
+    image.set_transform(Affine2D().rotate(turn).translate(x, y) + axes.transData)
+    axes.set(xlim=limits[0], ylim=limits[1])
+
+
+def _draw_tracks(axes, view: View, scale: float) -> None:
+    """The true path under the odometry's, with arrows that say which way."""
+    if view.run.truth is not None:
+        axes.plot(view.path.x, view.path.y, color=TRUE_PATH, linewidth=3.4, alpha=0.55, zorder=3, label="true path", solid_capstyle="round")
+    axes.plot(view.odometry.x, view.odometry.y, color=ODOMETRY, linewidth=1.2, linestyle=(0, (5, 2)), zorder=4, label="odometry")
+    draw_arrows(axes, view.path, scale)
+
+
+def draw_arrows(axes, path: Track, scale: float, colour: str = INK) -> None:
+    """Arrows along a path: the way it moves, which is not its heading when it backs off."""
+    from matplotlib.collections import PolyCollection
+
+    way = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(path.x), np.diff(path.y)))))
+    marks = np.arange(ARROW_EVERY * scale / 2, way[-1], ARROW_EVERY * scale)
+    behind, ahead = (path.at(np.interp(marks + d * ARROW * scale / 2, way, path.time)) for d in (-1, 1))
+    course = np.arctan2(ahead.y - behind.y, ahead.x - behind.x)
+    middle = (behind.x + ahead.x) / 2, (behind.y + ahead.y) / 2
+    arrow = ARROW * scale * np.array([(0.6, 0.0), (-0.4, 0.5), (-0.15, 0.0), (-0.4, -0.5)])
+    shapes = [np.column_stack(placed(pose, *arrow.T)) for pose in zip(*middle, course)]
+    axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor="white", linewidth=0.4, zorder=5))
+
+
+def _draw_cans(axes, cans: Sequence[np.ndarray]) -> None:
+    """Cans where they were first and last, and an arrow from one to the other for those that were moved."""
+    from matplotlib.patches import Circle
+
+    if not cans or not len(cans[0]):
+        return
+    before, after = cans[0], cans[-1]
+    dots = dict(linestyle="none", marker="o")  # large enough to be found; in a large drawing the circles to scale are larger
+    axes.plot(*before[:, :2].T, **dots, markersize=7, markerfacecolor="none", markeredgecolor=CAN_BEFORE, label="can before", zorder=6.6)
+    axes.plot(*after[:, :2].T, **dots, markersize=4.5, color=CAN_AFTER, markeredgecolor=INK, markeredgewidth=0.5, label="can after", zorder=6)
+    for x, y, _ in after:
+        axes.add_patch(Circle((x, y), CAN_RADIUS, facecolor=CAN_AFTER, edgecolor=INK, linewidth=0.4, zorder=6))
+    for (x, y, _), (to_x, to_y, _) in zip(before, after):
+        if np.hypot(to_x - x, to_y - y) > 0.15:
+            arrow = dict(arrowstyle="->", color=CAN_AFTER, linewidth=1.2, linestyle=":", shrinkA=6, shrinkB=5)
+            axes.annotate("", (to_x, to_y), (x, y), arrowprops=arrow, zorder=5)
+
+
+def _draw_robots(axes, view: View, scale: float) -> None:
+    """The robot at the start and at the end; one name for both where they would lie on each other."""
+    start, end = view.path.pose(0), view.path.pose(-1)
+    together = np.hypot(start[0] - end[0], start[1] - end[1]) < NAMES_APART * scale
+    _draw_robot(axes, view.run.footprint, start, "start", scale, "" if together else "start", alpha=0.15)
+    _draw_robot(axes, view.run.footprint, end, "end", scale, "start, end" if together else "end", alpha=0.45)
+
+
+def _draw_robot(axes, footprint: np.ndarray, pose, name: str, scale: float, written: str, alpha: float) -> None:
+    """The outline of the robot, to scale, its heading, and what is to be written beside."""
+    from matplotlib.patches import Polygon
+
+    if len(footprint):
+        outline = np.column_stack(placed(pose, *footprint.T))
+        axes.add_patch(Polygon(outline, facecolor=FAINT, alpha=alpha, edgecolor="none", zorder=2.5))
+        axes.add_patch(Polygon(outline, facecolor="none", edgecolor=INK, linewidth=1.0, zorder=6, label=f"robot at {name}"))
+    nose = min(LONGEST_NOSE, 0.15 * scale) * np.array([(1.0, 0.0), (0.1, 0.5), (0.1, -0.5)])
+    axes.add_patch(Polygon(np.column_stack(placed(pose, *nose.T)), facecolor=INK, edgecolor="white", linewidth=0.6, zorder=7))
+    if written:
+        behind = -np.array([(9 + 2.2 * len(written)) * np.cos(pose[2]), 11 * np.sin(pose[2])])
+        axes.annotate(written, pose[:2], behind, textcoords="offset points", ha="center", va="center", fontsize=7, color=INK, zorder=8, bbox=PAPER)
+
+
+PAPER = dict(boxstyle="round,pad=0.12", facecolor="white", edgecolor="none", alpha=0.8)
+
+
+def _draw_gripper(axes, view: View) -> None:
+    """A numbered badge where the paddles did something; the strip of the gripper says when."""
+    tip = view.run.footprint[:, 0].max() if len(view.run.footprint) else 0.3
+    taken: List[Tuple[float, float]] = []
+    for number, event in enumerate(view.run.gripper[:BADGES], 1):
+        robot = view.path.at(np.array([event.time])).pose(0)
+        x, y = placed(robot, tip - PADDLE_MIDDLE, 0.0)
+        near = sum(np.hypot(x - other_x, y - other_y) < 0.6 for other_x, other_y in taken)
+        taken.append((x, y))
+        angle = robot[2] + np.pi / 2 * (-1) ** near * (1 - 0.25 * (near // 2))  # left, right, left ahead, ... of the paddles
+        axes.annotate(
+            str(number), (x, y), (26 * np.cos(angle), 26 * np.sin(angle)), textcoords="offset points", ha="center", va="center",
+            color="white", fontsize=7, fontweight="bold", zorder=10, annotation_clip=False,
+            bbox=dict(boxstyle="circle,pad=0.25", facecolor=EVENT[event.what], edgecolor="white"),
+            arrowprops=dict(arrowstyle="-", color=EVENT[event.what], linewidth=1.2, shrinkA=0, shrinkB=0),
+        )  # fmt: skip
+
+
+def _draw_times(axes, path: Track, timeline: Timeline, scale: float) -> None:
+    """When it was where, beside the path."""
+    shown = [path.pose(0), path.pose(-1)]
+    for time in timeline.ticks(TIMES)[1:]:
+        x, y, heading = path.at(np.array([time])).pose(0)
+        if time >= path.time[-1] or any(np.hypot(x - other[0], y - other[1]) < TIMES_APART * scale for other in shown):
+            continue
+        shown.append((x, y, heading))
+        axes.plot(x, y, "o", color="white", markeredgecolor=INK, markersize=3.2, markeredgewidth=0.8, zorder=7)
+        side = 8 * np.array([-np.sin(heading), np.cos(heading)])
+        axes.annotate(
+            timeline.write(time), (x, y), side * (1.6, 1.0), textcoords="offset points", ha="center", va="center",
+            fontsize=6.5, color=INK, zorder=8, bbox=PAPER,
+        )  # fmt: skip

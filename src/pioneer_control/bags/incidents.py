@@ -1,0 +1,76 @@
+"""What went wrong in a run, as a page shows it: each kind of warning and error once, with a letter; what a simulator was asked to break; silences."""
+
+import re
+from typing import Dict, List, NamedTuple, Sequence, Tuple
+
+from pioneer_control.bags.run import Gap, Happening, Span
+
+LISTED = 10  # kinds, on one page
+AT_ONCE = 1.0  # s
+NUMBER = re.compile(r"\d+(\.\d+)?")
+WARNING, ERROR = 1, 2  # diagnostic_msgs' levels
+MADE = re.compile(r"(?:simulated [\d.]+ s: )?fault (begins|ends): (.*)")  # as the simulator says what it was asked to break
+TOPICS_NAMED = 3
+
+
+class Incident(NamedTuple):
+    """One kind of warning or error."""
+
+    letter: str  # empty for one that the page has no room for
+    level: int
+    times: Tuple[float, ...]  # s
+    words: str
+
+
+def incidents(faults: Sequence[Happening], listed: int = LISTED) -> Tuple[Incident, ...]:
+    """Warnings and errors in order of time, those that say the same as one; letters for so many of them, errors first."""
+    same: Dict[str, List[Happening]] = {}
+    for fault in sorted(faults):
+        if not MADE.fullmatch(fault.what):
+            core = NUMBER.sub("#", fault.what).partition(" (")[0]
+            same.setdefault(next((known for known in same if core in known or known in core), core), []).append(fault)
+    found = [_incident(each) for each in same.values()]
+    worst = sorted(range(len(found)), key=lambda number: (-found[number].level, number))[:listed]
+    letters = dict(zip(sorted(worst), "ABCDEFGHIJKLMNOPQRSTUVWXYZ"))
+    return tuple(each._replace(letter=letters.get(number, "")) for number, each in enumerate(found))
+
+
+def _incident(same: Sequence[Happening]) -> Incident:
+    """Those that say the same, whoever said it and with whatever numbers; what two say at once (a node and its diagnostics) happened once."""
+    who = same[0].who.rsplit("/", 1)[-1]
+    level = ERROR if max(fault.level for fault in same) >= ERROR else WARNING
+    times = [fault.time for fault, before in zip(same, [None, *same]) if before is None or fault.time - before.time > AT_ONCE]
+    return Incident("", level, tuple(times), f"{who}: {same[0].what}" if who else same[0].what)
+
+
+def made(faults: Sequence[Happening], end: float) -> Tuple[Span, ...]:
+    """What a simulator was asked to break, until ``end`` (s) where nobody mended it."""
+    spans: List[Span] = []
+    for fault in sorted(faults):
+        told = MADE.fullmatch(fault.what)
+        if told and told.group(1) == "begins":
+            spans.append(Span(fault.time, end, told.group(2)))
+        elif told:
+            begun = [number for number, span in enumerate(spans) if span.what == told.group(2) and span.end == end]
+            if begun:
+                spans[begun[0]] = spans[begun[0]]._replace(end=fault.time)
+    return tuple(spans)
+
+
+def silences(gaps: Sequence[Gap]) -> Tuple[Span, ...]:
+    """Gaps in the data; those that overlap are one, with the names of all topics that were silent."""
+    found: List[Tuple[float, float, List[str]]] = []
+    for topic, begin, end in sorted(gaps, key=lambda gap: (gap.begin, gap.end)):
+        if found and begin < found[-1][1]:
+            first, last, topics = found.pop()
+            found.append((first, max(last, end), topics + [topic]))
+        else:
+            found.append((begin, end, [topic]))
+    return tuple(Span(begin, end, _named(topics)) for begin, end, topics in found)
+
+
+def _named(topics: Sequence[str]) -> str:
+    """The last names of topics, the first few of them."""
+    names = list(dict.fromkeys(topic.rsplit("/", 1)[-1] for topic in topics))
+    more = len(names) - TOPICS_NAMED
+    return ", ".join(names[:TOPICS_NAMED]) + (f" and {more} more" if more > 0 else "")

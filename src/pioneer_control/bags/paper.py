@@ -1,0 +1,62 @@
+"""A sheet of paper to draw on, A4 wide, with places given in inches from its upper left corner."""
+
+from typing import List, Tuple
+
+from pioneer_control.pictures import INK
+
+WIDTH, HEIGHT = 8.27, 11.69  # inches: A4
+LEFT, RIGHT, TOP, BOTTOM = 0.55, 7.92, 0.35, 0.30  # inches: where the drawing begins and ends, and what stays free above and below
+DPI = 160
+BODY, SMALL = 8.5, 7.5  # points
+
+
+class Paper:
+    """A matplotlib Figure, as tall as it is told."""
+
+    def __init__(self, height: float) -> None:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # here: it takes a second to load
+        from matplotlib.figure import Figure
+
+        self.height = height
+        self.figure = Figure(figsize=(WIDTH, height), facecolor="white")
+        FigureCanvasAgg(self.figure)
+
+    def axes(self, left: float, top: float, width: float, height: float, **look):
+        """Axes, by their upper left corner and size."""
+        place = left / WIDTH, 1.0 - (top + height) / self.height, width / WIDTH, height / self.height
+        return self.figure.add_axes(place, **look)
+
+    def at(self, left: float, top: float) -> Tuple[float, float]:
+        """A place as matplotlib's figure has it."""
+        return left / WIDTH, 1.0 - top / self.height
+
+    def text(self, left: float, middle: float, words: str, room: float = WIDTH, size: float = BODY, **look):
+        """One line of text, by its left end and middle height; cut off, and said so with dots, where it would take more than ``room`` inches."""
+        words = plain(words)
+        look = {**dict(color=INK, va="center", fontsize=size), **look}
+        text = self.figure.text(*self.at(left, middle), words, **look)
+        while len(words) > 1 and self.wide(text) > room:
+            words = words[: min(len(words) - 1, int(len(words) * room / self.wide(text)))]
+            text.set_text(words.rstrip(" \\") + "…")
+        return text
+
+    def wide(self, text) -> float:
+        """How wide a text is, inches."""
+        return text.get_window_extent(self.figure.canvas.get_renderer()).width / self.figure.dpi
+
+    def lines(self, words: str, room: float, size: float = BODY) -> List[str]:
+        """Words broken into lines of at most so many inches."""
+        probe, lines = self.figure.text(0, 0, "", fontsize=size), [""]
+        for word in words.split():
+            probe.set_text(plain(f"{lines[-1]} {word}".strip()))
+            if lines[-1] and self.wide(probe) > room:
+                lines.append(word)
+            else:
+                lines[-1] = f"{lines[-1]} {word}".strip()
+        probe.remove()
+        return lines
+
+
+def plain(words: str) -> str:
+    """Words of a bag or a user as matplotlib shows them as they are: on one line, no formula made of dollars."""
+    return "".join(sign if sign.isprintable() else " " for sign in words).replace("$", r"\$")

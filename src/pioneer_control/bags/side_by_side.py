@@ -1,0 +1,151 @@
+"""Several runs compared on one page, A4 wide: their paths laid over each other, a table of figures, velocities and distances over time."""
+
+import os
+from typing import List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from pioneer_control.bags import from_above, strips
+from pioneer_control.bags.compare import Deviation, Driven, deviation, distance_between, driven, first_movement, from_its_start
+from pioneer_control.bags.incidents import incidents
+from pioneer_control.bags.paper import BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper
+from pioneer_control.bags.run import Map, Run, Track
+from pioneer_control.bags.timeline import Timeline, how_long
+from pioneer_control.errors import UsageError
+from pioneer_control.pictures import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, draw_frame
+
+# Colour and line style of each run; the first lies wide under the others.
+LOOKS = (
+    dict(color=BLUE, linewidth=3.2, alpha=0.55, linestyle="-"),
+    dict(color=VERMILLION, linewidth=1.3, linestyle=(0, (5, 2))),
+    dict(color=INK, linewidth=1.3, linestyle=(0, (1, 1.5))),
+    dict(color=GREEN, linewidth=1.3, linestyle="-"),
+    dict(color=PURPLE, linewidth=1.6, linestyle=(0, (7, 2, 1, 2))),
+    dict(color=ORANGE, linewidth=1.6, linestyle=(0, (3, 1))),
+    dict(color=SKY, linewidth=1.6, linestyle=(0, (4, 1, 1, 1, 1, 1))),
+)
+MOST = len(LOOKS)
+
+AXIS, ROW = 0.36, 0.2  # inches
+LARGEST_SCALE = 2.5  # inches on paper for each metre
+FEWEST_METRES = 0.1  # of distance, shown at least
+COLUMNS = ("time", "way", "mean speed", "stops", "faults", "farthest from first", "at the end")
+ENDS = (3.35, 4.0, 4.8, 5.25, 5.7, 6.85, 7.92)  # inches from the left edge of the paper to the right end of each column
+
+
+class Compared(NamedTuple):
+    """A run as it is compared."""
+
+    name: str
+    run: Run
+    track: Track  # true paths where all runs know theirs, else by odometry; in a frame of its own
+    figures: Driven
+    deviation: Optional[Deviation]  # from the first; None for the first itself
+
+
+def compared(runs: Sequence[Run]) -> Tuple[Compared, ...]:
+    """Runs with their figures; the first is what the others are held against. Raises UsageError when they are too many for a page."""
+    check_number(len(runs))
+    tracks = [run.odometry if any(each.truth is None for each in runs) else run.truth for run in runs]
+    apart = [None] + [deviation(tracks[0], track) for track in tracks[1:]]
+    return tuple(Compared(*each) for each in zip(names(runs), runs, tracks, map(driven, tracks), apart))
+
+
+def check_number(runs: int) -> None:
+    """Raise UsageError when so many runs are too many for a page."""
+    if runs > MOST:
+        raise UsageError(f"{runs} runs are too many to be told apart on one page; compare up to {MOST}")
+
+
+def names(runs: Sequence[Run]) -> List[str]:
+    """Files without their ending; with the robot's name too, or the directory's, where that tells apart what would have the same name."""
+    files = [os.path.splitext(os.path.basename(run.path))[0] for run in runs]
+    if len(set(files)) == len(files):
+        return files
+    if len({(run.path, run.robot) for run in runs}) == len(runs) == len({run.robot for run in runs}):
+        return [f"{file} {run.robot}".strip() for file, run in zip(files, runs)]
+    return [os.path.join(os.path.basename(os.path.dirname(os.path.abspath(run.path))), file) for file, run in zip(files, runs)]
+
+
+def figure(runs: Sequence[Run], title: Optional[str] = None):
+    """The matplotlib Figure of a comparison."""
+    rows = compared(runs)
+    begin = rows[0].track.pose(0)
+    laid = [from_its_start(row.track).seen_from(begin) for row in rows]
+    walls = runs[0].map if all(run.truth is not None for run in runs) else None
+    reach = max(np.hypot(*run.footprint.T).max() if len(run.footprint) else 0.3 for run in runs)
+    low, high = from_above.extent(laid, np.empty((0, 2)), walls, reach)
+    timeline = Timeline(0.0, max(float(track.time[-1]) for track in laid))
+    shown = _curves(rows)
+
+    head, table = 0.78, ROW * (len(rows) + 1) + 0.2
+    below = table + strips.height(shown, ()) + AXIS
+    room = HEIGHT - TOP - head - AXIS - below - BOTTOM
+    width, height = min((RIGHT - LEFT) / (high - low)[0], room / (high - low)[1], LARGEST_SCALE) * (high - low)
+
+    paper = Paper(TOP + head + height + AXIS + below + BOTTOM)
+    _write_head(paper, rows, title)
+    axes = paper.axes(LEFT, TOP + head, width, height)
+    _draw_paths(axes, rows, laid, walls, low, high, width)
+    draw_frame(axes, low[0], high[0])
+    _write_table(paper, TOP + head + height + AXIS + ROW / 2, rows)
+    strips.draw(paper, TOP + head + height + AXIS + table, shown, (), timeline, "each began to move")
+    return paper.figure
+
+
+def _curves(rows: Sequence[Compared]) -> List[strips.Curves]:
+    """Velocities of all, and how far each is from the first, since each began to move."""
+    measured = [(row.run.measured._replace(time=row.run.measured.time - first_movement(row.track)), look) for row, look in zip(rows, LOOKS)]
+    apart = tuple((*distance_between(rows[0].track, row.track), look) for row, look in zip(rows[1:], LOOKS[1:]))
+    return strips.velocities(measured) + [strips.Curves("from first\n(m)", strips.CURVE, apart, FEWEST_METRES, True)]
+
+
+def _write_head(paper: Paper, rows: Sequence[Compared], title: Optional[str]) -> None:
+    """Title, and what is compared with what."""
+    robots = list(dict.fromkeys(f"{row.run.robot or 'robot'} ({row.run.model or 'model not recorded'})" for row in rows))
+    paper.text(LEFT, TOP + 0.1, title or f"{len(rows)} runs of {robots[0].replace(' (model not recorded)', '')}", room=RIGHT - LEFT, size=15, fontweight="bold")
+    paths = "true paths" if rows[0].track is rows[0].run.truth else "paths as the robots' odometry has them"
+    words = f"{paths}, laid so that all begin together: at the same place, heading, and moment of the first movement"
+    paper.text(LEFT, TOP + 0.39, words[0].upper() + words[1:], room=RIGHT - LEFT, size=SMALL)
+
+
+def _draw_paths(axes, rows: Sequence[Compared], laid: Sequence[Track], walls: Optional[Map], low: np.ndarray, high: np.ndarray, inches: float) -> None:
+    """All paths, and a mark where each ends."""
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    if walls is not None:
+        from_above.draw_map(axes, walls)
+    for track, look in zip(laid, LOOKS):
+        axes.plot(track.x, track.y, zorder=3, **look)
+        axes.plot(*track.pose(-1)[:2], "s", color=look["color"], markeredgecolor="white", markeredgewidth=0.8, markersize=6, zorder=6)
+    axes.plot(*laid[0].pose(0)[:2], "o", color="white", markeredgecolor=INK, markersize=6, zorder=6)
+    from_above.draw_arrows(axes, laid[0], (high - low)[0] / inches)
+
+
+def _write_table(paper: Paper, top: float, rows: Sequence[Compared]) -> None:
+    """A line of figures for each run, with its line as the drawings have it."""
+    from matplotlib.lines import Line2D
+
+    for name, end in zip(COLUMNS, ENDS):
+        paper.text(end, top, name, size=SMALL, color=FAINT, ha="right")
+    for row, look in zip(rows, LOOKS):
+        top += ROW
+        (left, middle), (right, _) = paper.at(LEFT, top), paper.at(LEFT + 0.35, top)
+        paper.figure.add_artist(Line2D([left, right], [middle, middle], **look))
+        paper.text(LEFT + 0.45, top, row.name, room=ENDS[0] - LEFT - 1.15)
+        for words, end in zip(figures(row), ENDS):
+            paper.text(end, top, words, ha="right")
+
+
+def figures(row: Compared) -> Tuple[str, ...]:
+    """What the table says of a run, by `COLUMNS`."""
+    way, apart = row.figures, row.deviation
+    faults = sum(len(each.times) for each in incidents(row.run.faults))
+    own = how_long(way.time), f"{way.length:.2f} m", f"{way.mean_speed:.2f} m/s", str(way.stops), str(faults)
+    if apart is None:
+        return (*own, "", "")
+    return (*own, length(apart.maximum), f"{length(apart.at_end)}, {np.degrees(apart.turn_at_end):+.0f}°")
+
+
+def length(metres: float) -> str:
+    """A distance for people."""
+    return f"{100 * metres:.1f} cm" if metres < 1.0 else f"{metres:.2f} m"

@@ -1,0 +1,246 @@
+"""A run over time: strips with one axis of time for all, of curves (velocities, battery) and of lanes (what was on, what happened)."""
+
+from typing import Dict, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from pioneer_control.bags.from_above import EVENT
+from pioneer_control.bags.incidents import ERROR, WARNING, Incident, made, silences
+from pioneer_control.bags.run import Run, Series, Span, Velocities
+from pioneer_control.bags.paper import RIGHT, Paper
+from pioneer_control.bags.timeline import Timeline, spread
+from pioneer_control.pictures import BEYOND, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
+
+CURVE, BATTERY, LANE = 0.8, 0.45, 0.19  # inches high
+BETWEEN = 0.09  # inches between two strips
+NAMES = 1.15  # inches from the left edge of the paper: room for the strips' names
+TICKS = 10  # on the axis of time, at most
+LEAST_SPEED, LEAST_VOLTS = 0.2, 1.0  # shown at least: noise is not blown up
+BADGES_APART = 0.17  # inches
+COMMANDED = dict(label="commanded", color=ORANGE, linewidth=3.0, alpha=0.7, drawstyle="steps-post")  # it holds until the next one
+MEASURED = dict(label="measured", color=BLUE, linewidth=1.0)  # thin and dark over wide and light
+VOLTAGE = dict(color=INK, linewidth=1.0)
+DOINGS = 5  # lanes of decisions, at most
+SAID = {ERROR: "errors", WARNING: "warnings"}
+SAID_COLOUR = {ERROR: VERMILLION, WARNING: ORANGE}
+BROKEN, SILENT, SILENCE = "made to fail", "no data", "#b4b4b4"
+ROWS, LETTER = 4, 0.053  # lanes of one kind, at most; inches that a letter on them takes
+
+
+class Badge(NamedTuple):
+    """A sign in a lane: its time (s), what is written in it, and its colour."""
+
+    time: float
+    words: str
+    colour: str
+
+
+class Lane(NamedTuple):
+    """A row of spans of time (s), and badges."""
+
+    name: str
+    colour: str
+    hatch: str
+    spans: Tuple[Tuple[float, float], ...]
+    badges: Tuple[Badge, ...] = ()
+    words: Tuple[Tuple[float, str], ...] = ()  # written on it: from when (s) on
+
+
+class Curves(NamedTuple):
+    """A strip of lines: its name with the unit, its height (inches), (time, value, look) of each, and what its axis spans at least."""
+
+    name: str
+    height: float
+    lines: Tuple[Tuple[np.ndarray, np.ndarray, Dict[str, object]], ...]
+    least: float
+    zero: bool  # belongs on the axis
+
+
+def curves(run: Run) -> List[Curves]:
+    """What a run has to show as lines."""
+    found = velocities([(run.commanded, COMMANDED), (run.measured, MEASURED)])
+    if len(run.battery.time):
+        found.append(Curves("battery\n(V)", BATTERY, ((run.battery.time, run.battery.value, VOLTAGE),), LEAST_VOLTS, False))
+    return found
+
+
+def velocities(each: Sequence[Tuple[Velocities, Dict[str, object]]]) -> List[Curves]:
+    """Strips of velocities, each with its look; none where nobody has any."""
+    some = [(v, look) for v, look in each if len(v.time)]
+    return [
+        Curves("forward\n(m/s)", CURVE, tuple((v.time, v.linear, look) for v, look in some), LEAST_SPEED, True),
+        Curves("turn left\n(rad/s)", CURVE, tuple((v.time, v.angular, look) for v, look in some), LEAST_SPEED, True),
+    ] * bool(some)
+
+
+def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline) -> List[Lane]:
+    """What a run has to show as rows. What never was is no row, but for the motors."""
+    end = timeline.end
+    held_by = tuple(Badge(event.time, str(number), EVENT[event.what]) for number, event in enumerate(run.gripper, 1))
+    found = [
+        Lane("motors on", GREEN, "", on(run.motors, end)),
+        Lane("STOP button", VERMILLION, "////", on(run.e_stop, end)),
+        Lane("stalled", PURPLE, "xxxx", tuple((span.begin, span.end) for span in run.stalls)),
+        Lane("bumped", INK, "....", tuple((span.begin, span.end) for span in run.bumps)),
+        Lane("gripper", SKY, "", held(run, end), held_by),
+    ]
+    shown = [lane for lane in found if lane.spans or lane.badges or (lane.name == "motors on" and len(run.motors.time))]
+    shown += doings(run, end) + [lane for lane in (_said(level, wrong) for level in SAID) if lane.spans]
+    return shown + packed(BROKEN, PURPLE, made(run.faults, end), timeline) + packed(SILENT, SILENCE, silences(run.gaps), timeline)
+
+
+def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline) -> List[Lane]:
+    """Spans with words on them, in as few rows as they need to leave each other alone; what that is too much for is in the last one, without words."""
+    second, rows, ends = (RIGHT - NAMES) / timeline.span, [], []
+    for span in sorted(spans):
+        wide = LETTER * len(span.what) / second
+        begin = max(min(span.begin, timeline.end - wide), timeline.begin)
+        row = next((number for number, end in enumerate(ends) if end <= begin), len(rows))
+        if row == len(rows) and row < ROWS:
+            rows.append(Lane(name if not rows else "", colour, "", ()))
+            ends.append(begin)
+        wordy = row < ROWS
+        row = min(row, ROWS - 1)
+        words = ((begin, span.what),) if wordy else ()
+        rows[row] = rows[row]._replace(spans=rows[row].spans + ((span.begin, span.end),), words=rows[row].words + words)
+        ends[row] = max(ends[row], span.end, begin + wide)
+    return rows
+
+
+def on(series: Series, end: float) -> Tuple[Tuple[float, float], ...]:
+    """Spans of time (s) in which a series of changes is not zero."""
+    time, value = np.append(series.time, max([end, *series.time[-1:]])), np.append(series.value, 0) != 0
+    spans: List[Tuple[float, float]] = []
+    since = None
+    for moment, is_on in zip(time, value):
+        if is_on and since is None:
+            since = moment
+        elif not is_on and since is not None:
+            spans.append((since, moment))
+            since = None
+    return tuple(spans)
+
+
+def held(run: Run, end: float) -> Tuple[Tuple[float, float], ...]:
+    """Spans of time (s) in which the gripper held something that it picked up in the run."""
+    changes = [(event.time, event.what == "picked up") for event in run.gripper]
+    return on(Series(*np.array(changes, dtype=float).reshape(-1, 2).T), end)
+
+
+def doings(run: Run, end: float) -> List[Lane]:
+    """A lane for each kind of decision, by the first word of its reason: "driving", "turning", ... The commonest few. A decision holds until the next."""
+    words = [decision.reason.replace(":", " ").split()[:1] for decision in run.decisions]
+    changes: Dict[str, List[Tuple[float, float]]] = {}
+    times = [decision.time for decision in run.decisions] + [end]
+    for word, begin, until in zip(words, times, times[1:]):
+        spans = changes.setdefault(word[0] if word else "no reason", [])
+        if spans and spans[-1][1] == begin:
+            spans[-1] = spans[-1][0], until
+        else:
+            spans.append((begin, until))
+    commonest = sorted(changes, key=lambda word: -sum(until - begin for begin, until in changes[word]))[:DOINGS]
+    return [Lane(f"decided: {word}", FAINT, "", tuple(changes[word])) for word in changes if word in commonest]
+
+
+def _said(level: int, wrong: Sequence[Incident]) -> Lane:
+    """The lane of all warnings or all errors, with letters where each was first said."""
+    name, mine = SAID[level], [each for each in wrong if each.level == level]
+    badges = tuple(Badge(each.times[0], each.letter, SAID_COLOUR[level]) for each in mine if each.letter)
+    return Lane(name, SAID_COLOUR[level], "", tuple((time, time) for each in mine for time in each.times), badges)
+
+
+# --- On paper ---------------------------------------------------------------------------------------------------------
+
+
+def height(shown: Sequence[Curves], rows: Sequence[Lane]) -> float:
+    """Inches that the strips take, without the axis of time."""
+    return sum(each.height + BETWEEN for each in shown) + LANE * len(rows)
+
+
+def draw(paper: Paper, top: float, shown: Sequence[Curves], rows: Sequence[Lane], timeline: Timeline, since: str = "the start") -> None:
+    """Draw strips under each other on a sheet , and below the last the axis of time: since what it counts."""
+    left, width = NAMES, RIGHT - NAMES
+    silent = [span for lane in rows if lane.colour == SILENCE for span in lane.spans]
+    drawn = []
+    for each in shown:
+        axes = paper.axes(left, top, width, each.height)
+        draw_curves(axes, each)
+        drawn.append(axes)
+        top += each.height + BETWEEN
+    if rows:
+        axes = paper.axes(left, top, width, LANE * len(rows))
+        draw_lanes(axes, rows, timeline, width)
+        drawn.append(axes)
+    for axes in drawn:
+        draw_time(axes, timeline, f"time since {since} ({timeline.unit})" if axes is drawn[-1] else "")
+        for begin, end in silent:
+            axes.axvspan(begin, end, color=BEYOND, linewidth=0, zorder=0)
+    labelled = [axes for axes in drawn if any(axes.get_legend_handles_labels())]
+    if labelled:
+        labelled[0].legend(
+            loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=2, frameon=False, fontsize=7.5, borderaxespad=0.1, handlelength=2.2, columnspacing=1.4
+        )
+
+
+def draw_curves(axes, strip: Curves) -> None:
+    """The lines of one strip."""
+    for time, value, look in strip.lines:
+        axes.plot(time, value, **look)
+    values = np.concatenate([value[np.isfinite(value)] for _, value, _ in strip.lines] + [np.zeros(1 if strip.zero else 0)])
+    low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
+    wider = max(0.12 * (high - low), (strip.least - (high - low)) / 2)
+    axes.set_ylim(low - wider, high + wider)
+    axes.set_yticks(value_ticks(low - wider, high + wider, 3 if strip.height > 0.6 else 2))
+    if strip.zero:
+        axes.axhline(0.0, color=FAINT, linewidth=0.6, zorder=1)
+    axes.set_ylabel(strip.name, rotation=0, ha="right", va="center", multialignment="right", fontsize=7.5, color=INK)
+    axes.yaxis.set_label_coords(-0.053, 0.5)
+
+
+def value_ticks(low: float, high: float, most: int) -> np.ndarray:
+    """Round values well inside an axis, so many or a few more, so that no number touches that of the next strip."""
+    edge = 0.08 * (high - low)
+    power = 10.0 ** np.floor(np.log10((high - low) / most))
+    for step in (10 * power, 5 * power, 2 * power, power):
+        ticks = step * np.arange(np.ceil((low + edge) / step), np.floor((high - edge) / step) + 1)
+        if len(ticks) >= most:
+            break
+    return ticks
+
+
+def draw_lanes(axes, rows: Sequence[Lane], timeline: Timeline, width: float) -> None:
+    """Rows from the top down, with their names at the left; ``width`` in inches."""
+    for number, lane in enumerate(rows):
+        middle = len(rows) - 0.5 - number
+        bars = [(begin, end - begin) for begin, end in lane.spans]
+        axes.broken_barh(bars, (middle - 0.3, 0.6), facecolor="white" if lane.hatch else lane.colour, edgecolor=lane.colour, linewidth=0.8, hatch=lane.hatch or None, zorder=3)
+        badges = sorted(lane.badges)
+        in_inches = timeline.span / width
+        places = spread([badge.time for badge in badges], BADGES_APART * in_inches, timeline.begin, timeline.end)
+        for badge, place in zip(badges, places):
+            axes.text(
+                place, middle, badge.words, ha="center", va="center", color=INK if badge.colour == ORANGE else "white", fontsize=6.5, fontweight="bold", zorder=5,
+                bbox=dict(boxstyle="circle,pad=0.18", facecolor=badge.colour, edgecolor="white", linewidth=0.5),
+            )  # fmt: skip
+        for time, words in lane.words:
+            axes.text(time, middle, " " + words, va="center", color=INK, fontsize=6.5, zorder=5)
+    axes.set_ylim(0, len(rows))
+    axes.set_yticks(len(rows) - 0.5 - np.arange(len(rows)))
+    axes.set_yticklabels([lane.name for lane in rows], fontsize=7.5, color=INK)
+    for line in (number for number in range(1, len(rows)) if rows[-number].name):
+        axes.axhline(line, color=BEYOND, linewidth=0.5, zorder=1)
+
+
+def draw_time(axes, timeline: Timeline, name: str) -> None:
+    """The axis of time, written below the strip where it has a name, and the frame of a strip."""
+    ticks = timeline.ticks(TICKS)
+    axes.set_xlim(timeline.begin, timeline.begin + timeline.span)
+    axes.set_xticks(ticks)
+    axes.set_xticklabels([timeline.number(tick) for tick in ticks] if name else [])
+    axes.grid(axis="x", color=FAINT, linewidth=0.4, alpha=0.35)
+    axes.set_axisbelow(True)
+    axes.tick_params(axis="x", colors=INK, labelsize=7.5, length=2 if name else 0)
+    axes.tick_params(axis="y", labelsize=7, length=0 if axes.get_ylabel() == "" else 2, color=FAINT)
+    for spine in axes.spines.values():
+        spine.set_color(BEYOND)
+    axes.set_xlabel(name, fontsize=7.5, color=INK, labelpad=1)

@@ -1,0 +1,61 @@
+"""How the time of a run is written: in seconds, minutes or hours, whichever it is made of."""
+
+from typing import List, NamedTuple, Sequence
+
+import numpy as np
+
+STEPS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 4 * 3600, 8 * 3600, 24 * 3600)  # s
+
+
+class Timeline(NamedTuple):
+    """The time of a run, from its first message to its last, s."""
+
+    begin: float
+    end: float
+
+    @property
+    def span(self) -> float:
+        """Its length, s; never nothing."""
+        return max(self.end - self.begin, 0.1)
+
+    @property
+    def unit(self) -> str:
+        """In what its moments are written."""
+        return "s" if self.span < 200 else "min:s" if self.span < 7200 else "h:min:s"
+
+    def write(self, time: float) -> str:
+        """A moment of it, counted from its begin: ``7.5 s``, ``68 s``, ``12:05``, ``1:12:05``."""
+        unit = " s" if self.unit == "s" else ""
+        return self.number(time) + unit
+
+    def number(self, time: float) -> str:
+        """A moment without its unit."""
+        seconds = time - self.begin
+        if self.unit == "s":
+            return f"{round(seconds, 1):g}" if self.span < 10 else f"{seconds:.0f}"
+        minutes, second = divmod(int(round(seconds)), 60)
+        return f"{minutes}:{second:02d}" if self.unit == "min:s" else f"{minutes // 60}:{minutes % 60:02d}:{second:02d}"
+
+    def ticks(self, most: int) -> np.ndarray:
+        """Moments at round steps from the begin, at most so many steps of them; s."""
+        step = next((step for step in STEPS if self.span <= most * step), STEPS[-1] * np.ceil(self.span / STEPS[-1] / most))
+        return self.begin + np.arange(0.0, self.span + step / 1000, step)
+
+
+def how_long(seconds: float) -> str:
+    """A length of time for people: ``7.5 s``, ``78 s``, ``12 min 5 s``, ``3 h 12 min``."""
+    if seconds < 200:
+        return f"{round(seconds, 1):g} s" if seconds < 10 else f"{seconds:.0f} s"
+    minutes, second = divmod(int(round(seconds)), 60)
+    return f"{minutes} min {second} s" if minutes < 120 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def spread(places: Sequence[float], apart: float, low: float, high: float) -> List[float]:
+    """Places (rising) moved as little as needed to lie ``apart`` from each other between ``low`` and ``high``, if there is room at all."""
+    places, room = list(places), high - low
+    apart = min(apart, room / max(len(places) - 1, 1))
+    for number, place in enumerate(places):
+        places[number] = max(place, low if number == 0 else places[number - 1] + apart)
+    for number in range(len(places) - 1, -1, -1):
+        places[number] = min(places[number], high - apart * (len(places) - 1 - number))
+    return places
