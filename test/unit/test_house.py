@@ -37,7 +37,7 @@ ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag
                "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs",
                "diagnostic_updater", "visualization_msgs"}
 # Heavy or special libraries, and the only places that may use them.
-LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/", "simulator/picture"), "PIL": ("simulator/ros_map",)}
+LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/", "simulator/picture"), "PIL": ("simulator/ros_map",), "tqdm": ("bags/",)}
 
 # Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph and rospkg with rospy.
 PART_OF_ANOTHER = {"genpy", "rosgraph", "rospkg"}
@@ -196,7 +196,7 @@ def test_package_xml_names_what_the_code_imports():
     """Whatever ROS package or library the sources import, package.xml says so; and it names no messages that nobody imports."""
     manifest = ElementTree.parse(ROOT / "package.xml").getroot()
     named = {element.text for element in manifest if element.tag.endswith("depend")}
-    keys = {"numpy": "python3-numpy", "serial": "python3-serial", "yaml": "python3-yaml", "matplotlib": "python3-matplotlib", "PIL": "python3-pil"}
+    keys = {"numpy": "python3-numpy", "serial": "python3-serial", "yaml": "python3-yaml", "matplotlib": "python3-matplotlib", "PIL": "python3-pil", "tqdm": "python3-tqdm"}
     keys.update({module: module for module in ROS_MODULES})
     used = {module.partition(".")[0] for path in package_files()
             for module, _ in imports(path.read_text(encoding="utf-8"), "pioneer_control.x")}

@@ -9,7 +9,7 @@ from matplotlib.patches import Polygon
 from std_msgs.msg import Header
 
 import bag_factory as make
-from pioneer_control.bags import draw
+from pioneer_control.bags import draw, from_above, page
 from pioneer_control.bags.run import read_run
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -20,9 +20,9 @@ def drawn(tmp_path):
     """Draws messages; gives the axes."""
 
     def drawn(messages, title=None):
-        page = draw.figure(read_run(make.write_bag(tmp_path / "run.bag", messages)), title)
-        page.canvas.draw()  # what raises while it is rendered raises here
-        return page.axes[0]
+        sheet = page.figure(read_run(make.write_bag(tmp_path / "run.bag", messages)), title)
+        sheet.canvas.draw()  # what raises while it is rendered raises here
+        return sheet.axes[0]
 
     return drawn
 
@@ -49,7 +49,7 @@ def without(messages, *names):
 
 def test_everything_is_there(drawn):
     axes = drawn(make.driven(drift=0.1))
-    assert labels(axes) == ["sonar echo", "true path", "odometry", "can before", "can after", "robot at start", "robot at end"]
+    assert labels(axes) == ["true path", "odometry", "sonar echo", "can before", "can after", "robot at start", "robot at end"]
     assert line(axes, "true path")[[0, -1]] == pytest.approx(np.array([(1.0, 1.0), (2.0, 1.0)]))
     assert line(axes, "odometry")[-1] == pytest.approx((1.9, 1.0))
     assert line(axes, "can before")[0] == pytest.approx((2.0, 1.0))
@@ -87,20 +87,20 @@ def test_the_robot_is_drawn_to_scale_where_it_was(drawn):
 def test_gripper_events_are_numbered_where_the_paddles_were(drawn):
     axes = drawn(make.driven())
     picked = next(text for text in axes.texts if text.get_text() == "1")
-    assert picked.xy == pytest.approx((1.5 + 0.36 - draw.PADDLE_MIDDLE, 1.0))
+    assert picked.xy == pytest.approx((1.5 + 0.36 - from_above.PADDLE_MIDDLE, 1.0))
     assert "picked up at 5 s" in texts(axes) and "put down at 8 s" in texts(axes)
 
 
 def test_title(drawn):
     written = texts(drawn(make.driven()))
     assert "pioneer (p3dx-sh) in tutorial" in written
-    assert any(text.startswith("10 s  ·  1.0 m driven") for text in written)
+    assert any(text.startswith("10 s   ·   1.0 m driven") for text in written)
     assert "mine" in texts(drawn(make.driven(), "mine"))
 
 
 def test_a_real_robots_bag(drawn):
     axes = drawn(without(make.driven(), "ground_truth", "map", "world", "cans"))
-    assert labels(axes) == ["sonar echo", "odometry", "robot at start", "robot at end"]
+    assert labels(axes) == ["odometry", "sonar echo", "robot at start", "robot at end"]
     assert line(axes, "odometry")[0] == pytest.approx((0.0, 0.0))
     assert not axes.images
     assert any("as the robot's odometry has it" in text for text in texts(axes))
@@ -145,7 +145,7 @@ class TestCommand:
     def test_nothing_to_draw(self, tmp_path, capsys, messages, says):
         assert draw.main([make.write_bag(tmp_path / "run.bag", messages)]) == 2
         error = capsys.readouterr().err
-        assert error.startswith("draw: ") and says in error and error.count("\n") == 1
+        assert error.startswith("draw_run: ") and says in error and error.count("\n") == 1
         assert not (tmp_path / "run.png").exists()
 
     def test_no_such_bag(self, tmp_path, capsys):
