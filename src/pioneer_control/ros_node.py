@@ -1,6 +1,7 @@
 """How every node of ours begins, ends at a signal, and asks a master that may hang: it takes connections, but never answers."""
 
 import atexit
+import contextlib
 import http.client
 import logging
 import logging.handlers
@@ -16,11 +17,14 @@ from typing import Any, Optional
 import rosgraph
 import rospy
 from rospy.impl.rosout import RosOutHandler
+from rospy.impl.tcpros_base import init_tcpros_server
 
 MASTER_PATIENCE = 0.5
 """Seconds, after the program's own shutdown hooks, that the end of a node waits for the master to take notice."""
 MAIN_PATIENCE = 0.4
 """Seconds after that in which the main thread must come to its end, when the master did not answer."""
+WAITING_CONNECTIONS = 128
+"""Connections to a node that may wait to be taken."""
 
 
 def init_node(name: str) -> None:
@@ -74,7 +78,16 @@ def init_node(name: str) -> None:
             raise
     if signals or rospy.core.is_shutdown_requested():
         sys.exit(0)
+    _let_many_connect()
     _publish_log_by(log)
+
+
+def _let_many_connect() -> None:
+    """A recorder comes for thirty topics at once. rospy lets five connections wait to be taken: the others would try again only a second later."""
+    server = init_tcpros_server()
+    server.start_server()       # where none runs yet
+    with contextlib.suppress(OSError):      # the end came first
+        server.tcp_ros_server.server_sock.listen(WAITING_CONNECTIONS)
 
 
 def _publish_log_by(listener: logging.handlers.QueueListener) -> None:
@@ -88,6 +101,22 @@ def _publish_log_by(listener: logging.handlers.QueueListener) -> None:
     for handler in handlers:
         logger.removeHandler(handler)
         logger.addHandler(logging.handlers.QueueHandler(listener.queue))
+
+
+def wait_for_clock() -> None:
+    """Return once ROS has a time. Where it is simulated and nobody tells it yet, this says so. Raises ROSInterruptException when ROS shuts down."""
+    if not rospy.get_time():
+        rospy.loginfo("waiting for the time on /clock: use_sim_time is set")
+        sleep(0.0)
+
+
+def sleep(duration: float) -> None:
+    """rospy.sleep (s), which is begun again when time jumps back; rospy's raises then. Raises ROSInterruptException when ROS shuts down."""
+    while True:
+        try:
+            return rospy.sleep(duration)
+        except rospy.ROSTimeMovedBackwardsException:
+            pass
 
 
 class _Impatient(xmlrpc.client.Transport):
