@@ -1,0 +1,202 @@
+"""``rosrun pioneer_control convert_bag IN.bag OUT.bag [WHAT ...]``: bags of p2os, and of this package, with standard messages.
+
+`convert_messages` says what becomes of a message; here are the files, the command line and the report.
+"""
+
+import argparse
+import errno
+import os
+import sys
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+
+from .. import msg
+from ..errors import PioneerError, UsageError
+from ..robots import find_model
+from .convert_messages import CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Outlet, is_sonar, namespace_of, transducers_of
+from .reader import BagError, Connection, Progress, decode, read_bag
+from .writer import BagWriter
+
+PART = ".part"
+"""Ending of an output that is not complete."""
+
+
+class Survey(NamedTuple):
+    """What has to be known of a bag before its first message is converted."""
+
+    connections: List[Connection]
+    transducers: Dict[str, Sequence[Any]]   # by namespace, where a robot_info says it
+    static_frames: Set[str]                 # in /tf_static
+    compression: str
+
+
+def survey(path: str, progress: Optional[Progress] = None) -> Survey:
+    """Look through a bag for these; quick where it has an index."""
+    transducers: Dict[str, Sequence[Any]] = {}
+    frames: Set[str] = set()
+    reader = read_bag(path, lambda connection: connection.md5sum == msg.RobotInfo._md5sum or connection.topic == STATIC_FRAMES, progress)
+    for topic, connection, data, _ in reader:
+        try:
+            message = decode(connection, data)
+        except BagError:    # a damaged one says nothing
+            continue
+        if topic != STATIC_FRAMES:
+            transducers.setdefault(namespace_of(topic), transducers_of(message))
+        else:
+            frames.update(transform.child_frame_id for transform in getattr(message, "transforms", ()))
+    return Survey(reader.connections, transducers, frames, reader.compression or "none")
+
+
+def convert(source: str, target: str, what: Sequence[str] = DEFAULT, transducers: Optional[Sequence[Any]] = None, replace: bool = False,
+            renamed: Optional[Dict[str, str]] = None, progress: Callable[[str], Optional[Progress]] = lambda title: None) -> Tuple[Converter, str]:
+    """Write a new bag; gives the converter, which counted, and what is missing in the old one (a sentence, or nothing).
+
+    Args:
+        what: names of CONVERSIONS.
+        transducers: where the sonar looks, of a robot of which no robot_info in the bag says it.
+        replace: leave out what was converted.
+        renamed: frames, old name -> new name.
+        progress: gives what is told about the progress of a pass with a title.
+
+    Raises:
+        UsageError: a file or an argument makes no sense; nothing is written then.
+        OSError: the new bag cannot be written; nothing is left of it then.
+    """
+    _check_files(source, target)
+    found = survey(source, progress("looking"))
+    others = [word for word in what if CONVERSIONS[word].fits is not is_sonar]
+    unknown = sorted({connection.topic for connection in found.connections if is_sonar(connection) and namespace_of(connection.topic) not in found.transducers})
+    if unknown and transducers is None and len(others) < len(what):
+        raise UsageError(f"{source} does not say where the transducers of {', '.join(unknown)} look (it has no robot_info): name the robot's model, "
+                         f"--model p3dx-sh for example, or leave sonar out: convert_bag {source} {target} {' '.join(others) or 'types'}")
+    places = {**{namespace_of(topic): transducers for topic in unknown}, **found.transducers}
+    converter = Converter(what, found.connections, places, found.static_frames, replace, renamed)
+    part = target + PART
+    writer = BagWriter(part, found.compression)
+    try:
+        reader = read_bag(source, progress=progress("converting"))
+        numbers: Dict[Outlet, int] = {}
+        for message in reader:
+            for outlet, data in converter(message):
+                if outlet not in numbers:
+                    numbers[outlet] = writer.connect(outlet.topic, outlet.header)
+                writer.write(numbers[outlet], data, message.time)
+        writer.close()
+        os.rename(part, target)
+    except BaseException:   # Ctrl-C too
+        writer.abandon()
+        os.unlink(part)
+        raise
+    return converter, reader.damage
+
+
+def _check_files(source: str, target: str) -> None:
+    """Whether a bag can be made of another one. Raises UsageError."""
+    if os.path.exists(source) and os.path.exists(target) and os.path.samefile(source, target):
+        raise UsageError(f"{target} is the bag to be read: name another file to be written")
+    if os.path.lexists(target):
+        raise UsageError(f"{target} exists already: name another file, or remove it")
+    place = os.path.dirname(target) or "."
+    if not os.path.isdir(place):
+        raise UsageError(f"{target} cannot be written: there is no directory {place}")
+
+
+def report(source: str, target: str, converter: Converter, damage: str, model: str = "") -> str:
+    """What was converted into what, what was kept, and what is wrong, in plain words."""
+    made = [outlet for outlet in converter.outlets if outlet.made]
+    renamed = [outlet for outlet in converter.outlets if not outlet.made and outlet.header["type"] != outlet.source.type]
+    kept = [outlet for outlet in converter.outlets if not outlet.made and outlet not in renamed]
+    read: Dict[str, int] = dict(converter.dropped)
+    for outlet in renamed + kept:
+        read[outlet.topic] = read.get(outlet.topic, 0) + outlet.count
+    lines = [f"{source} -> {target}"]
+    for outlet in renamed:
+        lines.append(f"  renamed {outlet.topic}: {outlet.count} of {outlet.source.type} are {outlet.header['type']}")
+    for outlet in made:
+        of = outlet.source.topic
+        lines.append(f"  made    {outlet.topic}: {outlet.count} of {outlet.header['type']} from {read.get(of, 0)} of {of}")
+    for topic, count in converter.dropped.items():
+        lines.append(f"  dropped {topic}: {count}, replaced")
+    lines.append(f"  kept    {sum(outlet.count for outlet in kept)} as they were, of {', '.join(sorted({outlet.topic for outlet in kept})) or 'no topic'}")
+    for topic in sorted(converter.already_there):
+        lines.append(f"  {topic} is in the bag already: it was not made")
+    if not made and not renamed:
+        lines.append("  There was nothing to convert: neither types of p2os nor what was asked for.")
+    if converter.not_fitted:
+        name = model or "the robot_info of the bag"
+        lines.append(f"  {converter.not_fitted} readings are of transducers that {name} does not have, and were left out: is it the right model?")
+    for topic, count in converter.damaged.items():
+        lines.append(f"  {count} messages of {topic} are damaged: kept, and nothing made of them")
+    if damage:
+        lines.append(f"  {damage} What could be read was converted.")
+    return "\n".join(lines)
+
+
+def _parser() -> argparse.ArgumentParser:
+    words = "\n".join(f"  {word:8} {conversion.meaning}{'' if conversion.by_default else ' (only when named)'}" for word, conversion in CONVERSIONS.items())
+    parser = argparse.ArgumentParser(
+        prog="convert_bag", formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Write a new bag in which messages of p2os have the names of pioneer_control, with standard messages beside them.",
+        epilog=f"WHAT to convert, by default {', '.join(DEFAULT)}:\n{words}\n\nEverything else stays as it is: bytes, order, times, publishers, latching.")
+    parser.add_argument("bag", metavar="IN.bag")
+    parser.add_argument("output", metavar="OUT.bag", help="must not exist yet")
+    parser.add_argument("what", metavar="WHAT", nargs="*", help="see below")
+    parser.add_argument("--model", default="", help="which robot it is, for its sonar, where the bag has no robot_info: p3dx-sh for example")
+    parser.add_argument("--models-file", default="", metavar="FILE", help="your own table of models")
+    parser.add_argument("--replace", action="store_true", help="leave out the topics that were converted; else they stay, beside the new ones")
+    parser.add_argument("--frame", action="append", default=[], metavar="OLD=NEW", help="rename a frame in every message; may be given again")
+    return parser
+
+
+def _renamed(texts: Sequence[str]) -> Dict[str, str]:
+    """The frames of --frame."""
+    renamed = {}
+    for text in texts:
+        old, equal, new = (part.strip().lstrip("/") for part in text.partition("="))
+        if not (old and equal and new) or "=" in new:
+            raise UsageError(f"--frame {text}: not of the form OLD=NEW, odom=robot_1/odom for example")
+        renamed[old] = new
+    return renamed
+
+
+def _bar(title: str) -> Optional[Progress]:
+    """A bar on a terminal, and nothing elsewhere."""
+    if not sys.stderr.isatty():
+        return None
+    from tqdm import tqdm
+
+    bar = tqdm(desc=title, unit="B", unit_scale=True, unit_divisor=1024, leave=False)
+
+    def progress(done: int, whole: int) -> None:
+        bar.total = whole
+        bar.update(done - bar.n)
+        if done >= whole:
+            bar.close()
+
+    return progress
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """0 when the bag is written, 1 when of a damaged one all that could be read is, 2 when nothing is."""
+    options = _parser().parse_intermixed_args(arguments)
+    try:
+        for word in options.what:
+            if word not in CONVERSIONS:
+                raise UsageError(f"{word!r} cannot be converted (legal: {', '.join(CONVERSIONS)})")
+        what = list(dict.fromkeys(options.what)) or DEFAULT
+        renamed = _renamed(options.frame)
+        transducers = find_model(options.model, options.models_file or None).sonar if options.model else None
+        converter, damage = convert(options.bag, options.output, what, transducers, options.replace, renamed, _bar)
+    except (PioneerError, OSError) as error:
+        full = getattr(error, "errno", None) in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+        text = f"{options.output} cannot be written: {error.strerror}" if isinstance(error, OSError) and not isinstance(error, PioneerError) else error
+        print(f"convert_bag: {text}{'. What was written of it is removed: make room, or write it elsewhere' if full else ''}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print(f"\nconvert_bag: interrupted; {options.output} was not written", file=sys.stderr)
+        return 130
+    print(report(options.bag, options.output, converter, damage, options.model))
+    return 1 if damage or converter.damaged else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

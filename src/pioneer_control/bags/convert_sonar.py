@@ -1,0 +1,85 @@
+"""Arrays of sonar ranges, as a driver repeats them, read as what each transducer heard and when; and a scan of it."""
+
+import math
+from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
+
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Header
+
+from ..message_values import NO_ECHO, NOT_HEARD
+from ..standard_messages import MIN_RANGE
+
+ROUND = 0.32
+"""s in which each transducer of an array has its turn. A reading that has not changed for so long has been heard anew."""
+BEAMS = 360
+"""Directions of a scan; a degree, for where an echo is seen from the robot's middle depends on how far it is."""
+
+
+class Transducer(NamedTuple):
+    """Where a transducer sits and looks: m and rad in base_link."""
+
+    number: int
+    x: float
+    y: float
+    heading: float
+
+
+class Reading(NamedTuple):
+    """What a transducer heard last: m, and how long ago, s. Age 0: just now."""
+
+    transducer: Any
+    range: float
+    age: float
+
+
+class SonarHistory:
+    """Tells new readings from repeated ones."""
+
+    def __init__(self) -> None:
+        self._last: Dict[int, Tuple[float, float]] = {}     # by number: range, and when it was heard
+        self._time = -math.inf
+
+    def readings(self, ranges: Sequence[float], transducers: Iterable[Any], time: float) -> List[Reading]:
+        """The newest reading of each transducer in an array that came at a time (s); none of those not heard."""
+        if time < self._time:   # it began anew
+            self._last.clear()
+        self._time = time
+        found = []
+        for transducer in transducers:
+            heard = ranges[transducer.number] if transducer.number < len(ranges) else NOT_HEARD
+            if not heard > NOT_HEARD:   # a NaN too
+                self._last.pop(transducer.number, None)
+                continue
+            before, since = self._last.get(transducer.number, (None, time))
+            if heard != before or time - since >= ROUND:
+                since = time
+            self._last[transducer.number] = heard, since
+            found.append(Reading(transducer, heard, time - since))
+        return found
+
+
+def sonar_scan(points: Iterable[Tuple[float, float]], silent: Iterable[Any], transducers: Iterable[Any], stamp, base_link_frame: str) -> LaserScan:
+    """A scan all round base_link: echoes (m, base_link), infinity where a transducer of ``silent`` has none in sight, NaN where none looks (REP 117)."""
+    step = 2 * math.pi / BEAMS
+    ranges = [math.nan] * BEAMS
+    for transducer in silent:
+        end = transducer.x + NO_ECHO * math.cos(transducer.heading), transducer.y + NO_ECHO * math.sin(transducer.heading)
+        ranges[_beam(*end)] = math.inf
+    for x, y in points:
+        beam = _beam(x, y)
+        distance = math.hypot(x, y)
+        ranges[beam] = min(distance, ranges[beam]) if ranges[beam] >= 0 else distance
+    return LaserScan(
+        header=Header(stamp=stamp, frame_id=base_link_frame),
+        angle_min=-math.pi,
+        angle_max=math.pi - step,
+        angle_increment=step,
+        range_min=MIN_RANGE,
+        range_max=NO_ECHO + max((math.hypot(each.x, each.y) for each in transducers), default=0.0),
+        ranges=ranges,
+    )
+
+
+def _beam(x: float, y: float) -> int:
+    """The beam that goes through a point (m), or next to it."""
+    return round((math.atan2(y, x) + math.pi) / (2 * math.pi) * BEAMS) % BEAMS
