@@ -6,17 +6,18 @@
 It looks at nothing: whatever stands ahead is run into. Keep three metres of floor free.
 """
 
+import time
+
 import rospy
 from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import Odometry
 
 from pioneer_control.msg import MotorState, SonarArray
-from pioneer_control.ros_node import init_node
+from pioneer_control.ros_node import init_node, wait_for_clock
 
 NAMESPACE = "pioneer"
 SPEED = 0.1  # m/s
 MOTORS_ON = 1
-PATIENCE = 15.0  # s
 
 
 def show(text):
@@ -35,8 +36,8 @@ def print_sonar(message):
 
 def switch_motors_on(motors):
     """Ask for the motors until the robot says that they are on; False when it does not in time."""
-    end = rospy.get_time() + PATIENCE
-    while rospy.get_time() < end and not rospy.is_shutdown():
+    end = time.monotonic() + 15  # s
+    while time.monotonic() < end and not rospy.is_shutdown():
         motors.publish(MotorState(state=MOTORS_ON))
         try:
             if rospy.wait_for_message(NAMESPACE + "/motor_state", MotorState, timeout=1.0).state == MOTORS_ON:
@@ -49,6 +50,7 @@ def switch_motors_on(motors):
 def main():
     init_node("rosPioneer1")
     duration = float(rospy.get_param("~duration", 20.0))  # s
+    wait_for_clock()
     velocity = rospy.Publisher(NAMESPACE + "/cmd_vel", Twist, queue_size=1)
     motors = rospy.Publisher(NAMESPACE + "/cmd_motor_state", MotorState, queue_size=1)
     if not switch_motors_on(motors):
@@ -66,11 +68,13 @@ def main():
     rospy.on_shutdown(stop)  # at the end, at Ctrl-C and at rosnode kill
     rospy.Subscriber(NAMESPACE + "/pose", Odometry, print_odometry, queue_size=1)
     rospy.Subscriber(NAMESPACE + "/sonar", SonarArray, print_sonar, queue_size=1)
-    rate = rospy.Rate(10)  # the driver stops a robot that is not told for 0.6 s
-    end = rospy.get_time() + duration
-    while rospy.get_time() < end and not rospy.is_shutdown():
+    rate = rospy.Rate(10, reset=True)  # the driver stops a robot that is not told for 0.6 s; reset: time may jump back
+    for _ in range(round(10 * duration)):
+        rate.sleep()  # first: while time is paused, nothing drives
+        if rospy.is_shutdown():
+            break
         velocity.publish(command)
-        rate.sleep()
+    rate.sleep()
 
 
 if __name__ == "__main__":

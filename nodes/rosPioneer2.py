@@ -4,19 +4,22 @@
     rosrun pioneer_control rosPioneer2.py [NAMESPACE] [_duration:=20] [_speed:=0.1] [_seed:=1] [_stop_at_can:=true]
 
 NAMESPACE is the robot's, pioneer if not given; duration [s] of each wander; speed [m/s]; the same seed makes the same choices; with
-stop_at_can a wander ends early when something stands between the paddles.
+stop_at_can a wander ends early when something stands between the paddles. To decide again on what a bag holds, it is told as begin_at
+and end_at the stamps [s] of the first and the last message on decision of each wander, as lists.
 """
 
 import sys
 from dataclasses import dataclass
-from typing import Optional
+from typing import Optional, Tuple
 
 import rospy
 
 from pioneer_control.errors import ParameterError, PioneerError
-from pioneer_control.parameters import Number, Switch, Whole, check, parameter
-from pioneer_control.ros_node import init_node
+from pioneer_control.parameters import Number, Numbers, Switch, Whole, check, parameter
+from pioneer_control.ros_node import init_node, sleep
 from pioneer_control.tutorial.pioneer import Pioneer
+
+STAMPS = Numbers(None, 0.0, 2.0 ** 32)
 
 
 @dataclass(frozen=True)
@@ -25,17 +28,19 @@ class Parameters:
     speed: float = parameter(0.1, Number(0.01, 0.5), "speed of the wander", "m/s")
     seed: Optional[int] = parameter(None, Whole(), "of what chance decides; None: the clock's")
     stop_at_can: bool = parameter(True, Switch(), "whether what stands between the paddles ends a wander")
+    begin_at: Tuple[float, ...] = parameter((), STAMPS, "for a re-run: a wander decides on nothing before its stamp", "s")
+    end_at: Tuple[float, ...] = parameter((), STAMPS, "for a re-run: a wander decides on nothing after its stamp, and no can ends it", "s")
 
 
 def run(namespace):
     given, _ = check(Parameters, rospy.get_param("~", {}))
-    with Pioneer(namespace, speed=given.speed, seed=given.seed) as robot:
+    with Pioneer(namespace, speed=given.speed, seed=given.seed, begin_at=given.begin_at, end_at=given.end_at) as robot:
         for _ in range(2):
             robot.wander(given.duration, stop_at_can=given.stop_at_can)
             robot.stop()
-            rospy.sleep(2)
+            sleep(2)
             robot.pick()
-            rospy.sleep(2)
+            sleep(2)
 
 
 def main():

@@ -92,19 +92,19 @@ class Choice(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """So many numbers, each in [low, high]."""
+    """So many numbers, or any (None), each in [low, high]."""
 
-    count: int
+    count: Optional[int]
     low: float
     high: float
 
     @property
     def legal(self) -> str:
-        return f"{self.count} numbers from {self.low:g} to {self.high:g}, as a list"
+        return ("numbers" if self.count is None else f"{self.count} numbers") + f" from {self.low:g} to {self.high:g}, as a list"
 
     def accept(self, value: Any) -> Tuple[float, ...]:
         """The numbers as floats. Raises ValueError when it is not legal."""
-        if not isinstance(value, (list, tuple)) or len(value) != self.count:
+        if not isinstance(value, (list, tuple)) or self.count not in (None, len(value)):
             raise ValueError
         return tuple(map(Number(self.low, self.high).accept, value))
 

@@ -13,8 +13,8 @@
 import math
 import threading
 import time
-from enum import Enum
-from typing import Callable, List, Optional, Tuple
+from collections import deque
+from typing import Callable, Deque, Iterable, List, Optional, Sequence, Tuple
 
 import genpy
 import rosgraph
@@ -24,26 +24,21 @@ from nav_msgs.msg import Odometry
 
 from pioneer_control.errors import NoAnswerError, NotConfirmedError, RefusedError, UsageError
 from pioneer_control.message_values import GripCommand, LiftCommand, heading_of
-from pioneer_control.msg import GripperState, MotorState, RobotInfo, SonarArray
+from pioneer_control.msg import Decision, GripperState, MotorState, RobotInfo, SonarArray
 from pioneer_control.tutorial.pick import CLOSE, LOWER, OPEN, PICK, RAISE, Outcome, Step, holds, judge
 from pioneer_control.tutorial.sender import Sender
-from pioneer_control.tutorial.snapshot import Grip, Heard, Lift, Pose, RobotShape, Snapshot, Transducer
-from pioneer_control.tutorial.wander import SPEED, Memory, wander
+from pioneer_control.tutorial.sights import KEPT, Sight, Sights
+from pioneer_control.tutorial.snapshot import Command, Grip, Heard, Lift, Pose, RobotShape, Snapshot, Transducer
+from pioneer_control.tutorial.wander import SPEED, STALE, no_news
+from pioneer_control.tutorial.wandering import WanderEnd, Wandering
 
 CONNECT_TIMEOUT = 15.0  #: s for driver and first data; a robot may need ten to answer
 LISTENERS_TIMEOUT = 2.0  #: s for others than the driver; one that has died without a word never connects
 MOTORS_TIMEOUT = 5.0  #: s for the robot to report that its motors are on
 STEP_TIMEOUT = 10.0  #: s for one movement of the gripper; the slowest takes 3.5
 ASK_AGAIN = 0.5  #: s between two requests for the motors
-NEXT_SONAR = 0.25  #: s to wait for a sonar message before deciding without
+LOOK_AGAIN = 0.25  #: s between two looks whether there is news
 MOTORS_ON = 1  #: of cmd_motor_state and motor_state
-
-
-class WanderEnd(Enum):
-    """Why a wander ended."""
-
-    TIME_UP = "the time is up"
-    AT_CAN = "something stands between the paddles"
 
 
 class Pioneer:
@@ -53,23 +48,29 @@ class Pioneer:
     block, and when ROS shuts down (Ctrl-C, ``rosnode kill``).
     """
 
-    def __init__(self, namespace: str = "pioneer", *, speed: float = SPEED, seed: Optional[int] = None):
+    def __init__(
+            self, namespace: str = "pioneer", *, speed: float = SPEED, seed: Optional[int] = None, begin_at: Sequence[float] = (),
+            end_at: Sequence[float] = ()):
         """Subscribe to the topics below `namespace`. `speed` [m/s] and `seed` are those of `wander`.
 
-        Raises UsageError for a speed that is not above 0.
+        For a re-run from a bag, `begin_at` and `end_at` are the stamps [s] of the first and the last `decision` of each wander, in their order:
+        it then decides on the very messages it decided on live. Raises UsageError for a speed that is not above 0.
         """
         self._namespace, self._speed = namespace, _above_zero("speed", speed, "m/s")
         self._seed = int(time.time()) if seed is None else seed
-        self._heard = Heard()
+        self._begin_at, self._end_at, self._wanders = begin_at, end_at, 0
+        self._heard, self._sights = Heard(), Sights()
+        self._seen: Deque[Tuple[float, Sight]] = deque(maxlen=KEPT)  # and when [s], monotonic
         self._news = threading.Condition()
         self._driving = self._closed = False
         self._velocity = rospy.Publisher(self._name("cmd_vel"), Twist, queue_size=1)
         self._motors = rospy.Publisher(self._name("cmd_motor_state"), MotorState, queue_size=1)
         self._gripper = rospy.Publisher(self._name("gripper_control"), GripperState, queue_size=2)
+        self._decisions = rospy.Publisher(self._name("decision"), Decision, queue_size=0)  # 0: as many as there are, and none is lost
         self._sender = Sender(self._velocity, Twist())
-        self._subscribers = [
-            rospy.Subscriber(self._name("pose"), Odometry, self._hear_pose, queue_size=1),
-            rospy.Subscriber(self._name("sonar"), SonarArray, self._hear_sonar, queue_size=1),
+        self._subscribers = [  # those of the decisions without a queue_size: then rospy drops none
+            rospy.Subscriber(self._name("pose"), Odometry, self._hear_pose),
+            rospy.Subscriber(self._name("sonar"), SonarArray, self._hear_sonar),
             rospy.Subscriber(self._name("gripper_state"), GripperState, self._hear_gripper, queue_size=1),
             rospy.Subscriber(self._name("motor_state"), MotorState, self._hear_motors, queue_size=1),
             rospy.Subscriber(self._name("robot_info"), RobotInfo, self._hear_info, queue_size=1),
@@ -113,13 +114,18 @@ class Pioneer:
 
     def snapshot(self) -> Snapshot:
         """All that is known now, of one moment. Raises NoAnswerError before pose, sonar and robot_info have arrived."""
-        return self._heard.snapshot(time.monotonic())
+        return self._heard.snapshot(rospy.get_time(), self._heard.age(time.monotonic()))
 
     # Getting ready
 
     def wait_until_ready(self, timeout: float = CONNECT_TIMEOUT) -> None:
         """Wait until the driver listens and everything has arrived once. Raises NoAnswerError that says what is missing."""
-        if self._wait(lambda: not self._missing(), timeout):
+        passed = Passed()
+        if not rospy.get_time():
+            rospy.loginfo("waiting for the time on /clock: use_sim_time is set")
+        if not self._wait(lambda: not self._missing(), timeout) and passed() < timeout:
+            rospy.logwarn("ROS time stands or is slow (use_sim_time is set): waiting on for %s", ", ".join(self._missing()))
+        if self._wait(lambda: not self._missing(), timeout - passed(), passed):
             self._wait(self._all_connected, LISTENERS_TIMEOUT)
             return
         raise NoAnswerError(
@@ -128,9 +134,9 @@ class Pioneer:
 
     def enable_motors(self, timeout: float = MOTORS_TIMEOUT) -> None:
         """Ask for the motors until the robot reports that they are on. Raises NotConfirmedError if it does not."""
-        end = time.monotonic() + timeout
+        passed = Passed()
         while not self._heard.motors:
-            if time.monotonic() > end:
+            if passed() > timeout:
                 raise NotConfirmedError(
                     "the motors stay off after %.0f s of asking. Is the STOP button of the robot pressed? Release it and start again; "
                     "the driver's log tells more." % timeout)
@@ -138,15 +144,16 @@ class Pioneer:
             self._wait(lambda: self._heard.motors, ASK_AGAIN)
 
     def _all_connected(self) -> bool:
-        """Is everybody connected who listens to our commands? A recorder that is not yet would miss the first of them."""
+        """Is everybody connected who listens to us? A recorder that is not yet would miss the first of them."""
         _, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
         listeners = {topic: len(nodes) for topic, nodes in subscribers}
-        commands = self._velocity, self._motors, self._gripper
-        return all(each.get_num_connections() >= listeners.get(each.resolved_name, 0) for each in commands)
+        ours = self._velocity, self._motors, self._gripper, self._decisions
+        return all(each.get_num_connections() >= listeners.get(each.resolved_name, 0) for each in ours)
 
     def _missing(self) -> List[str]:
         heard = self._heard
         needed = [
+            ("/clock", rospy.rostime.is_wallclock() or rospy.get_time()),
             ("listener on %s" % self._velocity.resolved_name, self._velocity.get_num_connections()),
             ("listener on %s" % self._motors.resolved_name, self._motors.get_num_connections()),
             (self._name("robot_info"), heard.robot),
@@ -182,37 +189,61 @@ class Pioneer:
         """Drive about for `duration` seconds of ROS time and touch nothing, then stop.
 
         With nothing held the paddles are first opened and lowered; then, if `stop_at_can`, what breaks the outer beam ends the wander.
-        Raises UsageError for a duration that is not above 0.
+        Every sonar message is decided on, in order, and told on ``decision``; the robot is told the newest. Raises UsageError for a
+        duration that is not above 0.
         """
         _above_zero("duration", duration, "s")
         rospy.loginfo("wander, for %g s at most", duration)
         self._show_paddles()
-        memory = Memory(seed=self._seed, speed=self._speed)
-        narrator = Narrator()
-        end = rospy.get_time() + duration
+        wandering = self._begin_wander(duration, stop_at_can)
         try:
-            while rospy.get_time() < end:
-                snapshot = self._next_snapshot()
-                if stop_at_can and snapshot.grip and snapshot.grip.outer and not holds(snapshot.grip):
-                    return self._ended(WanderEnd.AT_CAN)
-                command, memory = wander(snapshot, memory)
+            return self._wander(wandering, duration)
+        finally:
+            self._seed = wandering.memory.seed
+            self.stop()
+
+    def _begin_wander(self, duration: float, stop_at_can: bool) -> Wandering:
+        """Raises NoAnswerError when the robot has not told enough yet."""
+        limits = {name: stamps[self._wanders] for name, stamps in (("begin_at", self._begin_at), ("end_at", self._end_at))
+                  if self._wanders < len(stamps)}
+        self._wanders += 1
+        self._wait(lambda: self._heard.pose and self._heard.ranges and self._heard.robot, LOOK_AGAIN)
+        self.snapshot()
+        if "begin_at" not in limits:
+            self._seen.clear()
+        return Wandering(self._seed, self._speed, duration, stop_at_can=stop_at_can, **limits)
+
+    def _wander(self, wandering: Wandering, duration: float) -> WanderEnd:
+        narrator, passed, news = Narrator(), Passed(), time.monotonic()
+        while wandering.end is None:
+            sight, command, newest = None, None, wandering.newest
+            if self._wait(lambda: self._seen, LOOK_AGAIN):
+                seen_at, sight = self._seen.popleft()
+                command = wandering.decide(sight, self._heard)
+                if wandering.newest != newest:
+                    news = seen_at
+            age = time.monotonic() - news
+            if age > STALE:  # also where the stamps stand still: nobody drives on for ever while time is paused
+                self.stop()
+                narrator.tell(no_news(age).reason)
+                if passed() >= duration and not wandering.waits:
+                    return self._ended(WanderEnd.TIME_UP)
+            elif command and not self._seen:
                 self.drive(command.linear, command.angular)
                 narrator.tell(command.reason)
-            return self._ended(WanderEnd.TIME_UP)
-        finally:
-            self._seed = memory.seed
-            self.stop()
+            if command:
+                self._tell(wandering, sight, command)
+        return self._ended(wandering.end)
+
+    def _tell(self, wandering: Wandering, sight: Sight, command: Command) -> None:
+        message = Decision(wander=self._wanders, seed=wandering.seed, speed=wandering.speed, **command._asdict())
+        message.header.stamp = rospy.Time(nsecs=sight.stamp)
+        self._send(self._decisions, message)
 
     def _ended(self, end: WanderEnd) -> WanderEnd:
         self.stop()
         rospy.loginfo("stopped: %s", end.value)
         return end
-
-    def _next_snapshot(self) -> Snapshot:
-        """Wait for the next sonar message and the pose that comes with it, but not for ever: what is old tells its age."""
-        last = self._heard
-        self._wait(lambda: self._heard.ranges_time != last.ranges_time and self._heard.pose_time != last.pose_time, NEXT_SONAR)
-        return self.snapshot()
 
     def _show_paddles(self) -> None:
         if self.has_gripper and not holds(self.grip):
@@ -255,7 +286,7 @@ class Pioneer:
         outcome = judge(step, self.grip, self.lift, commanded=False)
         if outcome is None:
             self._command_gripper(step.grip, step.lift)
-            self._wait(lambda: judge(step, self.grip, self.lift, commanded=True), STEP_TIMEOUT)
+            self._wait(lambda: judge(step, self.grip, self.lift, commanded=True), STEP_TIMEOUT, Passed())
             outcome = judge(step, self.grip, self.lift, commanded=True)
         if outcome is None:
             self._command_gripper(GripCommand.STOP, LiftCommand.STOP)
@@ -285,12 +316,12 @@ class Pioneer:
 
     # Listening
 
-    def _wait(self, condition: Callable[[], object], timeout: float) -> bool:
-        """Wait until something heard makes `condition` true: whether it did within `timeout` seconds of real time."""
-        end = time.monotonic() + timeout
+    def _wait(self, condition: Callable[[], object], timeout: float, clock: Callable[[], float] = time.monotonic) -> bool:
+        """Wait until something heard makes `condition` true: whether it did within `timeout` seconds of `clock`."""
+        end = clock() + timeout
         with self._news:
             while not condition():
-                left = end - time.monotonic()
+                left = end - clock()
                 if left <= 0:
                     return False
                 self._check_open()
@@ -304,10 +335,19 @@ class Pioneer:
 
     def _hear_pose(self, message: Odometry) -> None:
         position, turn = message.pose.pose.position, message.pose.pose.orientation
-        self._hear(pose=Pose(position.x, position.y, heading_of(turn.x, turn.y, turn.z, turn.w)), pose_time=time.monotonic())
+        pose, now = Pose(position.x, position.y, heading_of(turn.x, turn.y, turn.z, turn.w)), rospy.Time.now().to_nsec()
+        with self._news:
+            self._see(self._sights.hear_pose(message.header.stamp.to_nsec(), pose, now))
+            self._hear(pose=pose, pose_time=time.monotonic())
 
     def _hear_sonar(self, message: SonarArray) -> None:
-        self._hear(ranges=tuple(message.ranges), ranges_time=time.monotonic())
+        ranges = tuple(message.ranges)
+        with self._news:
+            self._see(self._sights.hear_sonar(message.header.stamp.to_nsec(), ranges))
+            self._hear(ranges=ranges, ranges_time=time.monotonic())
+
+    def _see(self, sights: Iterable[Sight]) -> None:
+        self._seen.extend((time.monotonic(), sight) for sight in sights)
 
     def _hear_gripper(self, message: GripperState) -> None:
         grip, lift = message.grip, message.lift
@@ -327,6 +367,21 @@ class Pioneer:
 
     def _name(self, topic: str) -> str:
         return "%s/%s" % (self._namespace.rstrip("/"), topic) if self._namespace else topic
+
+
+class Passed:
+    """Seconds that have passed since it was made, in real time and in ROS time, whichever shows less.
+
+    So who waits for a robot waits longer where time is slow or paused, and no shorter where it is fast; a jump back changes nothing.
+    """
+
+    def __init__(self):
+        self._began, self._ros, self._last = time.monotonic(), 0.0, rospy.get_time()
+
+    def __call__(self) -> float:
+        now = rospy.get_time()
+        self._ros, self._last = self._ros + max(0.0, now - self._last), now
+        return min(self._ros, time.monotonic() - self._began)
 
 
 class Narrator:

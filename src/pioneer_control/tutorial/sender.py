@@ -38,7 +38,7 @@ class Sender:
             publisher.publish(message)
             if publisher is self._velocity:
                 last = message
-        if last != self._stop:
-            for _ in range(REPEATS):  # the process may end next: give the threads that send time to do it
-                self._velocity.publish(self._stop)
-                time.sleep(REPEAT_AFTER)
+        for _ in range(REPEATS if last != self._stop else 0):
+            self._velocity.publish(self._stop)
+            time.sleep(REPEAT_AFTER)
+        time.sleep(REPEAT_AFTER)  # the process may end next: give the threads that send time to do it

@@ -124,7 +124,7 @@ def _seen(transducer: Transducer, direction: int, distance: float) -> Optional[T
 class Snapshot(NamedTuple):
     """All that one decision may look at."""
 
-    time: float  #: now [s]
+    time: float  #: s, of ROS; of a decision on a sonar message its stamp
     age: float  #: how old the oldest of pose and ranges is [s]
     pose: Pose
     ranges: Tuple[float, ...]  #: [m], index is the sonar's number; 0.0 is "not heard"
@@ -137,21 +137,25 @@ class Heard(NamedTuple):
     """The last of everything the robot told, each None before its first. Replaced as a whole, so it never changes under a reader."""
 
     pose: Optional[Pose] = None
-    pose_time: float = 0.0  #: of arrival [s]
+    pose_time: float = 0.0  #: of arrival [s], monotonic
     ranges: Optional[Tuple[float, ...]] = None
-    ranges_time: float = 0.0  #: of arrival [s]
+    ranges_time: float = 0.0  #: of arrival [s], monotonic
     grip: Optional[Grip] = None
     lift: Optional[Lift] = None
     motors: Optional[bool] = None
     robot: Optional[RobotShape] = None
     has_gripper: bool = False
 
-    def snapshot(self, now: float) -> Snapshot:
-        """What is known at time `now` [s]. Raises NoAnswerError before pose, sonar and the robot's shape have been told."""
+    def age(self, now: float) -> float:
+        """How old the oldest of pose and ranges is at time `now` [s] of the clock of their arrivals."""
+        return now - min(self.pose_time, self.ranges_time)
+
+    def snapshot(self, time: float, age: float) -> Snapshot:
+        """What is known, as of `time` [s] and `age` [s] old. Raises NoAnswerError before pose, sonar and the robot's shape have been told."""
         if self.pose is None or self.ranges is None or self.robot is None:
             raise NoAnswerError("nothing to decide on: the robot has not told its pose, its sonar ranges and its shape yet")
         ranges = self.ranges + (0.0,) * (self.robot.sonar_count - len(self.ranges))
-        return Snapshot(now, now - min(self.pose_time, self.ranges_time), self.pose, ranges, self.robot, self.grip, self.lift)
+        return Snapshot(time, age, self.pose, ranges, self.robot, self.grip, self.lift)
 
 
 class Command(NamedTuple):

@@ -133,7 +133,7 @@ class View(NamedTuple):
 def wander(snapshot: Snapshot, memory: Memory) -> Tuple[Command, Memory]:
     """Decide once: the command to give now, and what to hand to the next decision."""
     if snapshot.age > STALE:
-        return Command(0.0, 0.0, "stopped: no news from the robot for %.1f s" % snapshot.age), memory
+        return no_news(snapshot.age), memory
     if not snapshot.robot.front:
         return Command(0.0, 0.0, "stopped: this robot has no sonar that looks ahead"), memory
     view, memory = _look(snapshot, memory)
@@ -146,6 +146,11 @@ def wander(snapshot: Snapshot, memory: Memory) -> Tuple[Command, Memory]:
     if memory.going is not Going.TURNING:
         memory = _begin_turn(view, memory)
     return _turn(view, memory)
+
+
+def no_news(age: float) -> Command:
+    """To stand, for what is known is `age` [s] old."""
+    return Command(0.0, 0.0, "stopped: no news from the robot for %.1f s" % age)
 
 
 def _look(snapshot: Snapshot, memory: Memory) -> Tuple[View, Memory]:

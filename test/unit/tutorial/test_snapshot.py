@@ -53,10 +53,10 @@ def heard():
 def test_a_snapshot_does_not_change_when_something_new_is_heard():
     """Row 18: the original's ranges changed between two looks at them."""
     before = heard()
-    taken = before.snapshot(10.2)
+    taken = before.snapshot(10.2, 0.2)
     after = before._replace(ranges=(2.0,) * 16, pose=Pose(0.0, 0.0, 0.0))
     assert taken.ranges == (1.0,) * 16 and taken.pose == Pose(1.0, 2.0, 3.0)
-    assert after.snapshot(10.2).ranges == (2.0,) * 16
+    assert after.snapshot(10.2, 0.2).ranges == (2.0,) * 16
     with pytest.raises(AttributeError):
         taken.ranges = ()
     with pytest.raises(TypeError):
@@ -64,21 +64,22 @@ def test_a_snapshot_does_not_change_when_something_new_is_heard():
 
 
 def test_a_snapshot_is_as_old_as_the_oldest_in_it():
-    assert heard().snapshot(10.5).age == pytest.approx(0.5)
-    assert heard()._replace(pose_time=11.0).snapshot(11.1).age == pytest.approx(1.0)
+    assert heard().age(10.5) == pytest.approx(0.5)
+    assert heard()._replace(pose_time=11.0).age(11.1) == pytest.approx(1.0)
+    assert heard().snapshot(77.0, 0.5)[:2] == (77.0, 0.5)
 
 
 @pytest.mark.parametrize("missing", ["pose", "ranges", "robot"])
 def test_there_is_no_snapshot_of_what_was_never_heard(missing):
     """Row 17: the original acted on sixteen zeros of its own making."""
     with pytest.raises(NoAnswerError):
-        heard()._replace(**{missing: None}).snapshot(10.2)
+        heard()._replace(**{missing: None}).snapshot(10.2, 0.2)
 
 
 @pytest.mark.parametrize("count", [0, 7, 8, 12])
 def test_any_number_of_ranges_will_do_and_what_is_not_there_is_not_heard(count):
     """Row 17: the original took sixteen ranges or nothing."""
-    snapshot = heard()._replace(ranges=(1.0,) * count).snapshot(10.2)
+    snapshot = heard()._replace(ranges=(1.0,) * count).snapshot(10.2, 0.2)
     assert snapshot.ranges == (1.0,) * count + (0.0,) * (16 - count)
 
 

@@ -1,0 +1,130 @@
+"""Sonar messages find the poses of the same stamp, whichever topic is faster, whatever gets lost."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pioneer_control.tutorial.sights import JUMP_BACK, KEPT, Sights
+from pioneer_control.tutorial.snapshot import Pose
+
+SECOND = 10 ** 9
+FIRST = 1_700_000_000 * SECOND
+
+
+def pose_of(number):
+    return Pose(float(number), 0.0, 0.0)
+
+
+def seen(events):
+    """What is seen by events, ("pose" or "sonar", stamp [tenths of a second after FIRST, or None]): (stamp, pose's number, sonar's number).
+
+    A message's number is that of its place on its topic."""
+    sights, counts, found = Sights(), {"pose": 0, "sonar": 0}, []
+    for place, (topic, stamp) in enumerate(events):
+        number, nanoseconds = counts[topic], 0 if stamp is None else FIRST + round(stamp * SECOND / 10)
+        counts[topic] += 1
+        if topic == "pose":
+            new = sights.hear_pose(nanoseconds, pose_of(number), FIRST + place * SECOND)
+        else:
+            new = sights.hear_sonar(nanoseconds, (float(number),))
+        found += [((sight.stamp - FIRST) * 10 / SECOND, int(sight.pose.x), int(sight.ranges[0])) for sight in new]
+    return found
+
+
+def both(*stamps):
+    return [event for stamp in stamps for event in (("pose", stamp), ("sonar", stamp))]
+
+
+def test_the_pose_of_the_same_stamp_whichever_comes_first():
+    assert seen(both(1, 2)) == [(1, 0, 0), (2, 1, 1)]
+    assert seen([("sonar", 1), ("pose", 1), ("pose", 2), ("pose", 3), ("sonar", 2), ("sonar", 3)]) == [(1, 0, 0), (2, 1, 1), (3, 2, 2)]
+
+
+def test_it_is_seen_as_soon_as_both_are_there():
+    assert seen([("sonar", 1), ("sonar", 2)]) == [] == seen([("pose", 1), ("pose", 2)])
+    assert seen([("sonar", 1), ("sonar", 2), ("pose", 1)]) == [(1, 0, 0)]
+
+
+def test_where_the_pose_is_missing_the_last_before_it_serves_and_tells_its_age():
+    events = both(1) + [("sonar", 2), ("pose", 3), ("sonar", 3)]
+    assert seen(events) == [(1, 0, 0), (2, 0, 1), (3, 1, 2)]
+    assert seen(events[:3]) == [(1, 0, 0)]     # it may still come
+    sights = Sights()
+    assert [sight.pose_age for stamp in (1, 2) for sight in sights.hear_pose(stamp * SECOND, pose_of(0), 0)] == []
+    assert [sight.pose_age for sight in sights.hear_sonar(3 * SECOND // 2, ())] == [0.5]
+    assert [sight.pose_age for sight in sights.hear_sonar(2 * SECOND, ())] == [0.0]
+
+
+def test_a_pose_without_sonar_is_passed_over():
+    assert seen([("pose", 1), ("pose", 2), ("pose", 3), ("sonar", 3)]) == [(3, 2, 0)]
+
+
+def test_nothing_is_seen_before_the_first_pose():
+    assert seen([("sonar", 1), ("sonar", 2), ("pose", 2), ("sonar", 3), ("pose", 3)]) == [(2, 0, 1), (3, 1, 2)]
+    assert seen([("sonar", None), ("pose", 1)]) == []
+
+
+def test_equal_stamps_one_after_the_other_belong_together_in_their_order():
+    """A coarse clock: two packets between two ticks."""
+    assert seen([("sonar", 1), ("sonar", 1), ("pose", 1), ("pose", 1)]) == [(1, 0, 0), (1, 1, 1)] == seen(both(1, 1))
+
+
+def test_stamps_that_go_back_a_little_are_no_jump():
+    """A paused clock, from which the age of a packet is taken away."""
+    assert seen(both(5, 4.99, 5.01, 4.98)) == [(5, 0, 0), (4.99, 1, 1), (5.01, 2, 2), (4.98, 3, 3)]
+    assert seen(both(5) + [("sonar", 4.99), ("pose", 5.1), ("sonar", 5.1)])[1:] == [(4.99, 0, 1), (5.1, 1, 2)]
+
+
+@pytest.mark.parametrize("events", [
+    both(100, 101, 0, 1),
+    [("sonar", 100), ("sonar", 101), ("sonar", 0), ("pose", 100), ("pose", 101), ("sonar", 1), ("pose", 0), ("pose", 1)],
+    [("pose", 100), ("pose", 101), ("pose", 0), ("pose", 1), ("sonar", 100), ("sonar", 101), ("sonar", 0), ("sonar", 1)],
+])
+def test_time_jumps_back_on_one_topic_before_the_other(events):
+    assert seen(events) == [(100, 0, 0), (101, 1, 1), (0, 2, 2), (1, 3, 3)]
+
+
+def test_after_a_jump_back_no_pose_of_before_serves():
+    events = [("pose", 100), ("sonar", 100), ("sonar", 0), ("pose", 1), ("sonar", 1)]
+    assert seen(events) == [(100, 0, 0), (1, 1, 2)]
+
+
+def test_a_jump_back_that_one_topic_does_not_show_ends_nothing():
+    """Of a bag of a second that is played over and over: its sonar begins later."""
+    times = [("pose", 0), ("pose", 11), ("sonar", 2), ("sonar", 11), ("pose", 0), ("sonar", 2), ("pose", 11), ("sonar", 11)]
+    assert len(seen(times * 5)) > 10
+
+
+def test_without_stamps_it_is_the_newest_pose_and_its_arrival():
+    assert seen([("pose", None), ("sonar", None), ("pose", None), ("sonar", None)]) == [(0, 0, 0), (20, 1, 1)]
+    assert seen([("pose", 1), ("sonar", None), ("pose", 2), ("sonar", None)]) == [(1, 0, 0), (2, 1, 1)]
+
+
+def test_it_keeps_no_more_than_it_is_told_to():
+    sights = Sights()
+    for number in range(KEPT + 5):
+        assert list(sights.hear_sonar(number + 1, ())) == []
+    assert [sight.stamp for sight in sights.hear_pose(6, pose_of(0), 0)] == [6]
+
+
+STEPS = st.lists(st.sampled_from([-3 * JUMP_BACK, 0, SECOND // 10, SECOND // 10, SECOND // 10, SECOND]), min_size=1, max_size=30)
+
+
+@given(STEPS, st.data())
+def test_which_topic_is_faster_changes_nothing(steps, data):
+    """Any messages, some lost, delivered in any interleaving that keeps the order of each topic: as if one came straight after the other."""
+    stamps = [FIRST + sum(steps[:count]) for count in range(len(steps))]
+    lost = data.draw(st.sets(st.tuples(st.sampled_from(["pose", "sonar"]), st.integers(1, len(steps)))))
+    topics = {topic: [stamp for number, stamp in enumerate(stamps) if (topic, number) not in lost] for topic in ("pose", "sonar")}
+    topics = {topic: messages + [stamps[-1] + 100 * SECOND] for topic, messages in topics.items()}     # so that nothing waits at the end
+
+    def deliver(order):
+        sights, waiting, found = Sights(), {topic: list(messages) for topic, messages in topics.items()}, []
+        for topic in order:
+            stamp = waiting[topic].pop(0)
+            count = float(len(waiting[topic]))
+            found += sights.hear_pose(stamp, Pose(count, 0, 0), 0) if topic == "pose" else sights.hear_sonar(stamp, (count,))
+        return found
+
+    in_turn = [topic for topic, messages in topics.items() for _ in messages]
+    assert deliver(data.draw(st.permutations(in_turn))) == deliver(in_turn) == deliver(in_turn[::-1])
