@@ -5,7 +5,7 @@ import os
 import threading
 import xmlrpc.client
 from time import monotonic
-from typing import Any, Dict, Iterable, Iterator, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, Optional, Sequence, Tuple
 
 import rosgraph
 import rospy
@@ -30,24 +30,27 @@ SAY = {"info": rospy.loginfo, "warning": rospy.logwarn, "error": rospy.logerr}
 
 
 class Descriptions:
-    """Publishes the description whenever something in it has changed."""
+    """Publishes the description whenever something in it has changed.
 
-    def __init__(self, recording: Recording) -> None:
+    Args:
+        recording: what it is of.
+        publish: takes the text.
+    """
+
+    def __init__(self, recording: Recording, publish: Callable[[str], None]) -> None:
         self._recording = {"date": now(), "robots": list(recording.robots), "file": recording.file, "topics": list(recording.topics)}
         self._versions = versions()
-        self._publishers = [rospy.Publisher(f"/{robot}/recording", String, queue_size=1, latch=True) for robot in recording.robots]
+        self._publish = publish
         self._last: Any = None
         self._wait, self._due = LOOK, 0.0
 
     def look(self, time: float, state: Sequence[Any], parameters: Dict[str, Any]) -> None:
-        """`state`: what the master's getSystemState() returned."""
+        """`time` in s; `state`: what the master's getSystemState() returned."""
         seen = nodes_of(state), parameters
         if seen == self._last or time < self._due:
             return
         self._last = seen
-        text = text_of(Description(self._recording, self._versions, *seen))
-        for publisher in self._publishers:
-            publisher.publish(text)
+        self._publish(text_of(Description(self._recording, self._versions, *seen)))
         self._due = time + self._wait
         self._wait *= LONGER
 
@@ -108,7 +111,9 @@ def attend(recording: Recording, recorder: int, name: str, notices: Sequence[Not
     rospy.loginfo("recording %s: %d topics into %s (%s%s)", ", ".join(recording.robots), len(recording.topics), recording.file, recording.compression, parts)
     disk = DiskWatch(recording.folder, recording.keep_free, USUAL_RATE[recording.compression] * len(recording.robots))
     say([disk.first(sample(recording))])
-    descriptions, master = Descriptions(recording), rosgraph.Master(rospy.get_name())
+    publishers = [rospy.Publisher(f"/{robot}/recording", String, queue_size=1, latch=True) for robot in recording.robots]
+    descriptions = Descriptions(recording, lambda text: [publisher.publish(text) for publisher in publishers])
+    master = rosgraph.Master(rospy.get_name())
     due, told = start, False
     while not rospy.is_shutdown() and os.getppid() == recorder:
         if monotonic() >= due:

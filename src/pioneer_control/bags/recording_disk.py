@@ -53,7 +53,7 @@ class DiskWatch:
         """What to say at the start."""
         self._samples.append(sample)
         hours = (sample.free - self._keep_free) / self._usual
-        return Notice("info", f"{in_words(sample.free)} free in {self._place}: room for about {_time(hours * 3600)} at the usual {in_words(self._usual)} an hour")
+        return Notice("info", f"{in_words(sample.free)} free in {self._place}: room for {_time(hours * 3600)} at the usual {in_words(self._usual)} an hour")
 
     def look(self, sample: Sample) -> Iterator[Notice]:
         """What to say now; often nothing."""
@@ -76,13 +76,13 @@ class DiskWatch:
         if measured and not self._measured:
             self._measured = True
             written = self._written()
-            yield Notice("info", f"{in_words(written * 3600)} an hour are written: room for about {_time(left)}"
+            yield Notice("info", f"{in_words(written * 3600)} an hour are written: room for {_time(left)}"
                          + (f" (others fill the disk too: {in_words(rate * 3600)} an hour in all)" if rate > 2 * written + 1 else ""))
         self._warned = [limit for limit in self._warned if left < 2 * limit]
         due = [limit for limit in WARNINGS if left < limit and limit not in self._warned]
         if due:
             self._warned += due
-            yield Notice("warning", f"the disk will be full in about {_time(left)}: {in_words(sample.free)} free in {self._place}, and rosbag stops writing "
+            yield Notice("warning", f"the disk will be full in {_time(left)}: {in_words(sample.free)} free in {self._place}, and rosbag stops writing "
                          f"below {in_words(self._keep_free)} (keep_free). Make room, or record elsewhere (bag:=)")
 
     def rate(self) -> Tuple[float, bool]:
@@ -111,5 +111,5 @@ def _time(seconds: float) -> str:
     """A time for people."""
     for unit, name in ((86400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
         if seconds >= 2 * unit:
-            return "more than a year" if seconds > 366 * 86400 else f"{seconds / unit:.0f} {name}"
-    return f"{max(0.0, seconds):.0f} s"
+            return "more than a year" if seconds > 366 * 86400 else f"about {seconds / unit:.0f} {name}"
+    return f"about {max(0.0, seconds):.0f} s"

@@ -1,0 +1,147 @@
+"""Recording: what the launch file asks for, which topics are kept, and what a recording says of itself; without a master."""
+
+import datetime
+import pathlib
+import shlex
+import xmlrpc.client
+
+import pytest
+from roslaunch.config import load_config_default
+
+from pioneer_control.bags import recording_attendant as attendant
+from pioneer_control.bags import recording_description as description
+from pioneer_control.bags.recording_start import Recording, parser, recording_of
+from pioneer_control.driver import requests
+from pioneer_control.driver.conversions import WHEEL_JOINTS
+from pioneer_control.errors import UsageError
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+NOW = datetime.datetime(2026, 11, 21, 18, 5, 9).timetuple()
+DRAWN = "pose sonar gripper_state motor_state battery_state e_stop stall bumpers robot_info ground_truth cans map world cmd_vel decision recording"
+MADE = Recording(("a", "b"), ("/a/pose", "/b/pose", "/a/wire", "/tf"), ("/a/wire",), "/data/x", "lz4", ("", 0), 0)
+
+
+def node(*arguments):
+    """The recorder of record.launch."""
+    (only,) = load_config_default([(str(ROOT / "launch" / "record.launch"), list(arguments))], None, verbose=False).nodes
+    return only
+
+
+def recording(*arguments):
+    return recording_of(parser().parse_args(shlex.split(node(*arguments).args)), NOW)
+
+
+class TestLaunchFile:
+    def test_all_that_is_drawn_and_commanded_is_recorded(self):
+        kept = set(recording().topics)
+        assert {f"/pioneer/{name}" for name in DRAWN.split()} <= kept
+        assert {f"/pioneer/{topic.name}" for topic in requests.TOPICS} <= kept
+        assert {"/tf", "/tf_static", "/rosout", "/diagnostics", "/pioneer/recording"} <= kept
+        assert WHEEL_JOINTS and "/pioneer/joint_states" in kept, "the wheels of a robot that is played back"
+
+    def test_other_robots(self):
+        assert (node("robot:=alice").namespace, node("robot:=alice").name) == ("/alice/", "recorder")
+        assert recording("robot:=alice").robots == ("alice",)
+        assert node("robots:=alice, bob").namespace == "/alice/"
+        assert recording("robots:=alice bob").robots == ("alice", "bob")
+
+    def test_files_are_looked_for_where_the_command_is_typed_in(self, monkeypatch):
+        monkeypatch.setenv("PWD", "/my lab")
+        assert shlex.split(node().launch_prefix) == ["env", "--chdir=/my lab"]
+
+    def test_it_gives_what_holds_without_it(self):
+        assert recording() == recording_of(parser().parse_args([]), NOW)
+
+    def test_all_that_can_be_said(self):
+        made = recording("bag:=/data/my runs/x.bag", "split:=1h", "also:=wire packets", "compression:=bz2", "keep_free:=1GB")
+        assert (made.stem, made.split, made.compression, made.keep_free) == ("/data/my runs/x", ("duration", 3600), "bz2", 2 ** 30)
+        assert set(made.asked_for) == {"/pioneer/wire", "/pioneer/io", "/pioneer/imu"}
+
+
+class TestDescription:
+    parameters = {"rosdistro": "noetic\n", "pioneer": {"p2os": {"port": "/dev/ttyUSB0", "gains": [1.0, 2], "on": True}, "deep": {"er": {"seed": 7}}}}
+
+    def made(self, **parameters):
+        nodes = description.nodes_of([[["/a/pose", ["/a/p2os"]]], [["/a/pose", ["/rviz"]], ["/a/cmd_vel", ["/a/p2os"]]], [["/a/set", ["/a/p2os"]]]])
+        return description.Description({"robots": ["a"]}, {"python": "3.8"}, nodes, parameters or self.parameters)
+
+    def test_comes_back_as_it_was(self):
+        made = self.made()
+        assert description.description_of(description.text_of(made)) == made
+        assert made.nodes == {"/a/p2os": {"serves": ["/a/set"], "publishes": ["/a/pose"], "hears": ["/a/cmd_vel"]}, "/rviz": {"hears": ["/a/pose"]}}
+
+    def test_parameters_of_a_node(self):
+        made = self.made()
+        assert made.parameters_of("/pioneer/p2os") == self.parameters["pioneer"]["p2os"]
+        assert made.parameters_of("/pioneer/deep/er") == {"seed": 7}
+        assert made.parameters_of("/pioneer/p2os/port/x") == made.parameters_of("/nobody") == {}
+
+    def test_what_only_the_parameter_server_knows_is_written_as_text(self):
+        made = self.made(picture=xmlrpc.client.Binary(b"\x00\xff"), when=xmlrpc.client.DateTime("20261121T18:00:00"), same=[self.parameters] * 2)
+        back = description.description_of(description.text_of(made))
+        assert isinstance(back.parameters["picture"], str) and isinstance(back.parameters["when"], str)
+        assert back.parameters["same"] == [self.parameters] * 2
+
+    @pytest.mark.parametrize("text", ["", "a picture", "{a: 1}", "{recording: {}", "parameters: {}"])
+    def test_another_text_is_none(self, text):
+        with pytest.raises(UsageError, match="no description of a recording"):
+            description.description_of(text)
+
+    def test_versions_name_the_package_and_what_it_runs_on(self, tmp_path):
+        known = description.versions()
+        assert {"pioneer_control", "rospy", "rosbag", "python", "system", "kernel"} <= set(known) and all(known.values())
+        (tmp_path / "module.py").write_text("")
+        assert "commit" not in description.versions(str(tmp_path / "module.py"))
+
+
+class TestDescriptions:
+    """When it is said again."""
+
+    @pytest.fixture
+    def said(self):
+        return []
+
+    @pytest.fixture
+    def descriptions(self, said):
+        return attendant.Descriptions(MADE, said.append)
+
+    STATE = [[["/a/pose", ["/a/p2os"]]], [], []]
+
+    def test_once_as_long_as_nothing_changes(self, descriptions, said):
+        for time in range(0, 300, 3):
+            descriptions.look(float(time), self.STATE, {"a": 1})
+        (text,) = said
+        made = description.description_of(text)
+        assert made.recording["robots"] == ["a", "b"] and made.recording["topics"] == list(MADE.topics) and made.parameters == {"a": 1}
+
+    def test_again_when_a_parameter_or_a_node_is_another(self, descriptions, said):
+        descriptions.look(0.0, self.STATE, {"a": 1})
+        descriptions.look(10.0, self.STATE, {"a": 2})
+        descriptions.look(20.0, [[["/a/pose", ["/a/p2os", "/b/p2os"]]], [], []], {"a": 2})
+        assert [description.description_of(text).parameters for text in said] == [{"a": 1}, {"a": 2}, {"a": 2}]
+
+    def test_what_flickers_fills_no_bag_but_its_last_state_is_said(self, descriptions, said):
+        for time in range(0, 3600):
+            descriptions.look(float(time), self.STATE, {"a": time})
+        assert 10 < len(said) < 40
+        descriptions.look(1e6, self.STATE, {"a": "last"})
+        assert description.description_of(said[-1]).parameters == {"a": "last"}
+
+
+class TestSilent:
+    def texts(self, published):
+        return [notice.text for notice in attendant.silent(MADE, [[[topic, ["/node"]] for topic in published], [], []])]
+
+    def test_nothing_to_say(self):
+        assert self.texts(["/a/pose", "/b/pose", "/a/wire"]) == []
+
+    def test_a_robot_that_nobody_has(self):
+        (text,) = self.texts(["/a/pose", "/a/wire", "/pioneer/pose", "/b/recording"])
+        assert "nothing is published under /b" in text and "There are: a, pioneer" in text
+
+    def test_no_robot_at_all(self):
+        assert "There is no robot at all yet" in self.texts([])[0]
+
+    def test_what_was_asked_for_and_is_not_there(self):
+        (text,) = self.texts(["/a/pose", "/b/pose"])
+        assert "nobody publishes /a/wire" in text and "publish_wire" in text
