@@ -1,6 +1,5 @@
 """What the launch files, the URDF and the RViz configuration say, without starting anything."""
 
-import os
 import pathlib
 import shlex
 import xml.etree.ElementTree as ElementTree
@@ -10,7 +9,6 @@ import pytest
 import yaml
 from roslaunch.config import load_config_default
 
-from pioneer_control.bags.run import ROLES
 from pioneer_control.driver.conversions import WHEEL_JOINTS
 from pioneer_control.robots import find_model
 
@@ -22,28 +20,6 @@ def node(launch, *arguments):
     """The only node of a launch file."""
     (only,) = load_config_default([(str(ROOT / "launch" / launch), list(arguments))], None, verbose=False).nodes
     return only
-
-
-class TestRecord:
-    def test_all_that_is_drawn_and_commanded_is_recorded(self):
-        topics = set(shlex.split(node("record.launch").args))
-        assert {f"/pioneer/{name}" for name in [*ROLES, *COMMANDS]} <= topics
-        assert {"/tf", "/tf_static", "/rosout"} <= topics
-        assert "/pioneer/joint_states" in topics, "the wheels of a robot that is played back"
-
-    def test_another_robot(self):
-        recorder = node("record.launch", "robot:=alice")
-        assert (recorder.namespace, recorder.name) == ("/alice/", "recorder")
-        assert "/alice/pose" in recorder.args and "pioneer/" not in recorder.args.replace(os.getcwd(), "")
-
-    @pytest.mark.parametrize("given, used", [("/tmp/with space/x.bag", "/tmp/with space/x.bag"), ("x.bag", "/here/x.bag")])
-    def test_the_bag_goes_where_it_was_said(self, monkeypatch, given, used):
-        monkeypatch.setenv("PWD", "/here")
-        assert "--output-name=" + used in shlex.split(node("record.launch", "bag:=" + given).args)
-
-    def test_a_bag_without_a_name_is_named_by_robot_and_time(self, monkeypatch):
-        monkeypatch.setenv("PWD", "/here")
-        assert shlex.split(node("record.launch").args)[0] == "--output-prefix=/here/pioneer"
 
 
 class TestSimulator:
