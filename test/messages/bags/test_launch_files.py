@@ -9,6 +9,7 @@ import pytest
 import yaml
 from roslaunch.config import load_config_default
 
+from pioneer_control.bags import redrive, replay, rerun
 from pioneer_control.driver.conversions import WHEEL_JOINTS
 from pioneer_control.robots import find_model
 
@@ -32,17 +33,31 @@ class TestSimulator:
 
 
 class TestReplay:
-    def test_commands_go_where_nobody_listens(self):
-        player = node("replay.launch", "bag:=/tmp/x.bag", "robot:=alice")
-        assert dict(player.remap_args) == {f"/alice/{name}": f"/alice/recorded/{name}" for name in COMMANDS}
+    def test_it_looks_unless_another_way_is_named(self):
+        assert shlex.split(node("replay.launch", "bag:=/tmp/with space/x.bag", "options:=-r 2").args) == ["look", "/tmp/with space/x.bag", "-r", "2"]
 
     def test_the_driver_would_know_it_for_a_player(self):
         assert node("replay.launch", "bag:=/tmp/x.bag").name.startswith("play_")
 
-    def test_it_brings_its_own_time(self):
+    def test_looking_has_the_bags_time(self):
         config = load_config_default([(str(ROOT / "launch" / "replay.launch"), ["bag:=/tmp/x.bag"])], None, verbose=False)
         assert config.params["/use_sim_time"].value is True
-        assert "--clock" in config.nodes[0].args
+
+    def test_no_other_way_touches_everybodys_time(self):
+        for way in ("rerun", "redrive", "rewind"):
+            config = load_config_default([(str(ROOT / "launch" / "replay.launch"), ["bag:=/tmp/x.bag", "way:=" + way])], None, verbose=False)
+            assert "/use_sim_time" not in config.params
+
+    @pytest.mark.parametrize("way, parser", [("rerun", rerun.parser), ("redrive", redrive.parser)])
+    def test_each_way_has_one_program_that_takes_the_arguments(self, way, parser):
+        words = shlex.split(node("replay.launch", "bag:=/tmp/with space/x.bag", "way:=" + way).args)
+        given = parser().parse_args(words[1:])
+        assert (words[0], given.bag) == (way, "/tmp/with space/x.bag")
+        assert vars(given) == vars(parser().parse_args([given.bag])), "what the launch file gives is what holds without it"
+
+    def test_a_way_that_there_is_not_is_told(self, capsys):
+        assert replay.main(shlex.split(node("replay.launch", "bag:=/tmp/x.bag", "way:=rewind").args)) == 2
+        assert "'rewind': there are look, rerun, redrive" in capsys.readouterr().err
 
 
 class TestShape:

@@ -1,0 +1,363 @@
+"""Tell another robot what the recorded one was told, and see how far it gets from there: ``rosrun pioneer_control replay redrive FILE.bag``.
+
+The other robot is a simulated one, of the model, in the world and at the place the bag tells of; or with ``--into real --port PORT`` a real one,
+slower. Its driver is started here, in a namespace of its own, and ends here. What it did is kept in a bag, compared and drawn.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from std_srvs.srv import SetBool
+
+from ..errors import PioneerError, UsageError
+from ..message_values import heading_of
+from ..msg import GripperState, MotorState, RobotInfo, WheelVelocities
+from ..ros_node import init_node
+from .compare import deviation
+from .reader import BagError, decode, read_bag
+from .recording_description import Description, description_of
+from .recording_topics import load_list, topics_of
+from .redrive_schedule import OTHERS, VALID, VELOCITIES, Order, duration, fastest, schedule
+from .replay import absolute, bag_files
+from .replay_stage import Interrupted, Keeper, Programs, drivers, explain_roslaunch, free_name, nodes, put_back, say, wait_until
+from .run import Track, read_run
+
+KINDS = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}
+WORLDS = Path(__file__).parents[1] / "simulator" / "worlds"
+SAME_ROBOT = "model", "models_file", "gripper", "rear_sonar"
+"""Parameters of a recorded simulator that a re-drive's gets, too."""
+SAME_DRIVER = "cmd_vel_timeout", "max_"
+"""What the names of those of a recorded driver begin with."""
+SPEEDS = {"sim": (0.05, 1.0, 1.0), "real": (0.05, 0.5, 0.3)}
+"""Share of the recorded speeds: least, most, and what it is if nobody says."""
+ANNOUNCED = 3.0  # s from saying that a real robot will move until it does
+ON = 1  # MotorState.state
+STOPS, STOP_AGAIN = 5, 0.05  # the last stop: how often, and s between
+MOTORS_PATIENCE = 120.0  # s for somebody to switch on the motors of a real robot
+STANDS = 0.005  # m/s and rad/s
+
+
+class Recorded(NamedTuple):
+    """What a bag tells of a robot that was driven."""
+
+    robot: str  # namespace
+    told: List[Order]
+    begin: float  # s, when it was told the first
+    model: str
+    has_gripper: Optional[bool]
+    world: str
+    start: Optional[Sequence[float]]  # where it truly stood when it was told the first: x, y, heading; m, rad
+    simulator: Dict[str, Any]  # parameters
+    driver: Dict[str, Any]
+
+    @property
+    def valid(self) -> float:
+        """s for which its driver took a velocity."""
+        return float(self.driver.get("cmd_vel_timeout", VALID))
+
+
+def read_recorded(files: Sequence[str], robot: str = "") -> Recorded:
+    """Read what a robot was told. Raises BagError when it was told nothing, or there are several."""
+    wanted = {*KINDS, "robot_info", "world", "ground_truth", "recording"}
+    heard: Dict[str, Dict[str, list]] = {}
+    for topic, connection, data, nanoseconds in read_bag(files, lambda connection: connection.topic.rpartition("/")[2] in wanted):
+        namespace, _, name = absolute(topic).rpartition("/")
+        heard.setdefault(namespace.strip("/"), {}).setdefault(name, []).append((nanoseconds * 1e-9, decode(connection, data)))
+    told = {name: parts for name, parts in heard.items() if set(parts) & set(KINDS)}
+    chosen = robot.strip("/")
+    if chosen and chosen not in told or not told:
+        raise BagError(f"{files[0]}: {f'robot {chosen!r}' if chosen else 'nobody'} was told anything in it ({', '.join(KINDS)})"
+                       + (f"; who was: {', '.join(sorted(told))}" if told else ": there is nothing to re-drive"))
+    if not chosen and len(told) > 1:
+        raise BagError(f"{files[0]}: {len(told)} robots were told something: {', '.join(sorted(told))}. Choose one with robot:=NAME")
+    chosen = chosen or next(iter(told))
+    parts = heard[chosen]
+    orders = sorted((Order(when, name, message) for name in KINDS for when, message in parts.get(name, [])), key=lambda order: order.time)
+    begin = orders[0].time
+    description = _description(parts.get("recording", []))
+    info = parts["robot_info"][-1][1] if parts.get("robot_info") else None
+    return Recorded(
+        chosen, orders, begin, info.subtype if info else "", info.has_gripper if info else None,
+        parts["world"][-1][1].data if parts.get("world") else "", _start(parts.get("ground_truth", []), begin),
+        description.parameters_of(f"{chosen}/simulator"), description.parameters_of(f"{chosen}/p2os"))
+
+
+def _description(said: list) -> Description:
+    """The newest description of a recording that makes sense; an empty one where there is none."""
+    for _, message in reversed(said):
+        try:
+            return description_of(message.data)
+        except UsageError:
+            continue
+    return Description({}, {}, {}, {})
+
+
+def _start(truths: list, begin: float) -> Optional[Sequence[float]]:
+    """Where the robot stood last before a time, or first after it."""
+    before = [message for when, message in truths if when <= begin]
+    if not truths:
+        return None
+    pose = (before[-1] if before else truths[0][1]).pose.pose
+    turn = pose.orientation
+    return [pose.position.x, pose.position.y, heading_of(turn.x, turn.y, turn.z, turn.w)]
+
+
+def simulator_parameters(recorded: Recorded, world: str, numbers_file: str, seed: int) -> Dict[str, Any]:
+    """What the simulated robot is to be: as the recorded one, as far as the bag tells."""
+    parameters = {name: recorded.simulator[name] for name in SAME_ROBOT if name in recorded.simulator}
+    if recorded.model:
+        parameters["model"] = recorded.model
+    if recorded.has_gripper is not None:
+        parameters["gripper"] = recorded.has_gripper
+    parameters["world"] = world or known_world(recorded)
+    if recorded.start is not None:
+        parameters["start"] = list(recorded.start)
+    return dict(parameters, seed=seed, numbers_file=os.path.abspath(numbers_file) if numbers_file else "")
+
+
+def known_world(recorded: Recorded) -> str:
+    """The world of the recorded robot if it is still there, else the empty one; says so."""
+    named = str(recorded.simulator.get("world") or recorded.world)
+    if (WORLDS / f"{named}.yaml").is_file() or "/" in named and os.path.isfile(named):
+        return named
+    if named:
+        say(f"The world {named!r} of the recording is not here: there is nothing round the robot now. Give its file with world:=FILE.")
+    else:
+        say("The bag does not tell what was round the robot: there is nothing round it now. Give a world with world:=NAME.")
+    return "empty"
+
+
+class Redrive:
+    """One re-drive. Call `run`."""
+
+    def __init__(self, given: argparse.Namespace) -> None:
+        """Raises UsageError for what makes no sense, before anything is started."""
+        self._given = given
+        self._real = given.into == "real"
+        self._files = bag_files(given.bag)
+        self._recorded = read_recorded(self._files, given.robot)
+        least, most, usual = SPEEDS[given.into]
+        self._factor = usual if given.speed == "" else _number("speed", given.speed, least, most)
+        told = [order for order in self._recorded.told if not (self._real and order.topic == "cmd_motor_state" and order.message.state == ON)]
+        self._orders = schedule(told, self._factor, self._recorded.valid)
+        if self._real and not given.port:
+            raise UsageError("into:=real needs the robot's port, too: port:=/dev/ttyUSB0")
+        if given.port and not self._real:
+            raise UsageError("port is of a real robot: give into:=real, too, if that is what shall move")
+        if not any(order.topic in VELOCITIES + OTHERS for order in self._orders):
+            raise UsageError("there is nothing in the bag that a real robot would be told")
+        self._name = "/" + given.name.strip("/")
+        self._programs = Programs()
+        self._silent = False
+        self._publishing = threading.Lock()
+
+    def run(self) -> int:
+        """Drive. Returns the exit code: 0 driven to the end and compared."""
+        self._look_round()
+        keeper = Keeper(self._given.output or free_name(self._files[0], "redrive"), rospy.Time.now)
+        own = [topic for topic in topics_of(load_list(), [self._name.strip("/")]) if topic.startswith(self._name + "/")]
+        kinds = {"pose": Odometry, "motor_state": MotorState, "robot_info": RobotInfo}
+        self._publishers = {name: rospy.Publisher(f"{self._name}/{name}", kind, queue_size=10) for name, kind in KINDS.items()}
+        for topic in own:
+            name = topic[len(self._name) + 1:]
+            if name not in KINDS:
+                keeper.hear(topic, kinds.get(name, rospy.AnyMsg))
+        rospy.on_shutdown(self._stop)
+        self._keeper = keeper
+        try:
+            robot = self._start_robot()
+            self._switch_motors_on(robot)
+            self._drive(robot)
+            wait_until("the robot to stand", self._stands, robot)
+        finally:
+            self._stop()
+            self._programs.end_all()
+            keeper.close()
+            put_back(self._name, None)
+        self._tell(keeper.path)
+        return 0
+
+    # Before anything moves
+
+    def _look_round(self) -> None:
+        """Nobody else may be at work where this is going to be, and with a real robot nowhere on this master."""
+        if rospy.get_param("/use_sim_time", False):
+            raise UsageError("this master has simulated time (/use_sim_time), perhaps of an earlier replay. Without a player: rosparam set /use_sim_time false")
+        there = [node for node in nodes() if node.startswith(self._name + "/")]
+        if there:
+            raise UsageError(f"{', '.join(there)} is there already: end it, or take another name for the re-driven robot with --name")
+        others = drivers()
+        if self._real and others:
+            raise UsageError(f"{', '.join(others)} runs on this master: a real robot is re-driven with no other driver at work. End it first")
+
+    def _start_robot(self) -> Sequence[subprocess.Popen]:
+        """The driver, and the robot if it is simulated; returns what must not end."""
+        recorded, given = self._recorded, self._given
+        driver: Dict[str, Any] = {} if self._real else {
+            name: value for name, value in recorded.driver.items() if name.startswith(SAME_DRIVER)}
+        driver["frame_prefix"] = self._name.strip("/") + "/"
+        started = []
+        if self._real:
+            driver["port"] = given.port
+            driver["max_xspeed"] = max(0.01, min(3.0, fastest(self._orders)))
+            say(f"A REAL robot on {given.port} is going to move as the one in {self._files[0]} did: for {duration(self._orders):.0f} s, at {self._factor:g} of "
+                f"the recorded speeds, which is {driver['max_xspeed']:.2f} m/s at most. Nothing looks where it goes. Ctrl-C stops it.")
+        else:
+            line = f"/tmp/pioneer_redrive_{os.getpid()}"
+            simulator = dict(simulator_parameters(recorded, given.world, given.numbers_file, given.seed), pty=line, frame_prefix=driver["frame_prefix"])
+            driver["port"] = line
+            rospy.set_param(self._name + "/simulator", simulator)
+            started.append(self._programs.start(["rosrun", "pioneer_control", "p2os_simulator", "__name:=simulator"], self._name))
+            x, y, heading = simulator.get("start") or (0.0, 0.0, 0.0)
+            where = f" at x {x:.2f} m, y {y:.2f} m, {np.degrees(heading):.0f} degrees" if "start" in simulator else ""
+            say(f"A simulated {simulator.get('model', 'robot')} in the world {simulator['world']!r}{where} is told what {recorded.robot or 'the robot'} in "
+                f"{self._files[0]} was told: for {duration(self._orders):.0f} s, as {self._name}.")
+        rospy.set_param(self._name + "/p2os", driver)
+        started.append(self._programs.start(["rosrun", "pioneer_control", "p2os_driver", "__name:=p2os"], self._name))
+        needed = ["pose", "motor_state", "robot_info"] + ([] if self._real else ["ground_truth"])
+        wait_until(f"the robot ({', '.join(needed)})", lambda: all(self._newest(name) for name in needed), started)
+        wait_until("its driver to listen", lambda: all(publisher.get_num_connections() for publisher in self._publishers.values()), started)
+        return started
+
+    def _switch_motors_on(self, robot: Sequence[subprocess.Popen]) -> None:
+        """Of a simulated robot; of a real one only if that was asked for. Else somebody else has to."""
+        service = self._name + "/set_motors"
+        if self._real and self._given.motors:
+            say(f"The motors go on in {ANNOUNCED:.0f} s.")
+            end = time.monotonic() + ANNOUNCED
+            wait_until("the moment", lambda: time.monotonic() > end, robot)
+        if not self._real or self._given.motors:
+            rospy.wait_for_service(service, MOTORS_PATIENCE)
+            answer = rospy.ServiceProxy(service, SetBool)(True)
+            if not answer.success:
+                raise UsageError(f"the motors do not go on: {answer.message}")
+        else:
+            say(f"The motors are off. When everybody is out of the way: rosservice call {service} true   (motors:=true does it from here)")
+        wait_until("the motors to be on", lambda: self._newest("motor_state").state == ON, robot, MOTORS_PATIENCE)
+
+    def _newest(self, name: str) -> Any:
+        return self._keeper.newest.get(f"{self._name}/{name}")
+
+    # Moving
+
+    def _drive(self, robot: Sequence[subprocess.Popen]) -> None:
+        """Give every order when it is due."""
+        begin = time.monotonic()
+        for order in self._orders:
+            while time.monotonic() < begin + order.time:
+                time.sleep(max(0.0, min(begin + order.time - time.monotonic(), 0.05)))
+                self._check(robot)
+            self._check(robot)
+            self._give(order)
+
+    def _check(self, robot: Sequence[subprocess.Popen]) -> None:
+        """Raises when it must not go on."""
+        if rospy.is_shutdown():
+            raise Interrupted("ended before it was done; the robot was stopped")
+        if any(process.poll() is not None for process in robot):
+            raise UsageError("the robot is gone: why, its programs say above")
+        if self._real and self._newest("motor_state").state != ON:
+            raise UsageError("the motors went off (was the STOP button pressed?): it ends here, and nothing switches them on again")
+
+    def _give(self, order: Order) -> None:
+        with self._publishing:
+            if self._silent:
+                return
+            self._publishers[order.topic].publish(order.message)
+        self._keeper.write(f"{self._name}/{order.topic}", order.message)
+
+    def _stop(self) -> None:
+        """Stand, and be told nothing any more, whoever asks for it, and however often."""
+        with self._publishing:
+            if self._silent:
+                return
+            self._silent = True
+            for _ in range(STOPS):  # the end may come next: give what sends it time to do it
+                self._publishers["cmd_vel"].publish(Twist())
+                time.sleep(STOP_AGAIN)
+
+    def _stands(self) -> bool:
+        twist = self._newest("pose").twist.twist
+        return abs(twist.linear.x) < STANDS and abs(twist.angular.z) < STANDS
+
+    # Afterwards
+
+    def _tell(self, path: str) -> None:
+        """How far it came from the recorded path, in words and as a picture."""
+        recorded = read_run(self._files[0], self._recorded.robot or None)
+        driven = read_run(path, self._name.strip("/"))
+        where, before, after = "where it truly was", recorded.truth, driven.truth
+        if before is None or after is None:
+            where, before, after = "as each one's odometry has it", recorded.odometry, driven.odometry
+        after = after._replace(time=after.time * self._factor)
+        apart = deviation(trimmed(before, self._recorded.begin), after)
+        length = trimmed(before, self._recorded.begin).length
+        say(f"\nThe recorded path is {length:.2f} m long, the new one {after.length:.2f} m ({where}).\n"
+            f"They are {100 * apart.mean:.1f} cm apart on average, {100 * apart.maximum:.1f} cm at most, {100 * apart.at_end:.1f} cm and "
+            f"{np.degrees(apart.turn_at_end):+.1f} degrees at the end.\nbag      {path}")
+        picture = os.path.splitext(path)[0] + ".png"
+        drawn = subprocess.run(
+            [sys.executable, "-m", "pioneer_control.bags.draw", self._files[0], path, "-o", picture], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        say(f"picture  {picture}" if drawn.returncode == 0 else "There is no picture: " + drawn.stderr.decode(errors="replace").strip().rpartition("\n")[2])
+        explain_roslaunch()
+
+
+def trimmed(track: Track, begin: float) -> Track:
+    """A track from a moment on, s."""
+    kept = track.time >= min(begin, track.time[-1])
+    return Track(*(values[kept] for values in track))
+
+
+def _number(name: str, text: str, low: float, high: float) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not low <= value <= high:
+        raise UsageError(f"{name}:={text} is not legal: give a number from {low:g} to {high:g}")
+    return value
+
+
+def _yes_or_no(text: str) -> bool:
+    if text.lower() not in ("true", "false"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not legal: give true or false")
+    return text.lower() == "true"
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line; replay.launch has arguments of the same names."""
+    result = argparse.ArgumentParser(prog="replay redrive", description="Tell another robot what the recorded one was told, and compare.")
+    add = result.add_argument
+    add("bag", help="the bag; several, or a pattern, in quotes: the parts of one recording")
+    add("--robot", default="", help="namespace of the recorded robot (default: the only one that was told something)")
+    add("--into", choices=sorted(SPEEDS), default="sim", help="a simulated robot, or a real one (default: %(default)s)")
+    add("--port", default="", help="of the real robot")
+    add("--speed", default="", metavar="K", help="so many times as fast, and as much longer (default: 1, into a real robot 0.3)")
+    add("--motors", type=_yes_or_no, default=False, metavar="true|false", help="of a real robot: switch them on (default: wait until somebody does)")
+    add("--world", default="", help="of the simulated robot (default: as the bag tells)")
+    add("--numbers-file", default="", help="of the simulated robot: errors of its wheels, for example (default: none)")
+    add("--seed", type=int, default=0, help="of the simulated robot (default: %(default)s)")
+    add("--name", default="redrive", help="namespace of the re-driven robot (default: %(default)s)")
+    add("--output", default="", metavar="NEW.bag", help="where what it does is kept (default: beside the bag)")
+    return result
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run it. Returns the exit code: 0 driven to the end and compared, 1 ended before, 2 it cannot be done as asked."""
+    redrive = Redrive(parser().parse_args(arguments))
+    init_node("redrive")
+    try:
+        return redrive.run()
+    except (PioneerError, rospy.ROSException, rospy.ServiceException) as error:
+        print(f"redrive: {error}", file=sys.stderr, flush=True)
+        return 2 if isinstance(error, UsageError) else 1

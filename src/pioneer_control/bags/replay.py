@@ -1,0 +1,153 @@
+"""Bring a run back, in one of three ways: ``rosrun pioneer_control replay WAY FILE.bag``, or ``launch/replay.launch``.
+
+===========  ================================================================================================================
+``look``     all of the bag comes back, with its own clock and no driver; what commanded comes back under ``recorded/``
+``rerun``    a program hears the bag, and what it commands is compared with what was commanded (`rerun`)
+``redrive``  what was commanded is commanded again, to a simulated robot, or to a real one when somebody insists (`redrive`)
+===========  ================================================================================================================
+
+In none of them does a command of the bag reach anything that was there before.
+"""
+
+import argparse
+import glob
+import os
+import re
+import shlex
+import sys
+from typing import Dict, Iterable, List, Mapping, Optional, Sequence
+
+from ..errors import PioneerError, UsageError
+from .reader import BagError, read_bag
+
+RECORDED = "recorded"
+"""Under this name, in the namespace where they were, commands of a bag come back."""
+
+COMMANDS = {
+    "cmd_vel": "drives",
+    "cmd_wheels": "drives each side",
+    "cmd_motor_state": "switches the motors on",
+    "gripper_control": "moves the gripper",
+    "stop_button": "presses the STOP button of a simulated robot, and lets it go",
+    "ptz_control": "moves a camera",
+    "joy": "a joystick: who listens to it drives",
+    "goal": "sends a navigation, or an arm, on its way",
+    "cancel": "ends that",
+    "initialpose": "tells a navigation where it is",
+}
+"""Last names of topics on which something alive would do what it was told once, and what it would do."""
+
+COMMAND_TYPES = "Twist", "TwistStamped", "WheelVelocities"
+"""Last names of types of messages that drive, whatever their topic is called."""
+
+WAYS = "look", "rerun", "redrive"
+
+
+def is_command(topic: str, type_name: str) -> bool:
+    """Whether something alive may do what comes on a topic."""
+    return topic.rpartition("/")[2] in COMMANDS or type_name.rpartition("/")[2] in COMMAND_TYPES
+
+
+def aside(topic: str, folder: str = RECORDED) -> str:
+    """A topic's name where nothing alive listens: ``/pioneer/cmd_vel`` becomes ``/pioneer/recorded/cmd_vel``."""
+    namespace, _, name = absolute(topic).rpartition("/")
+    return f"{namespace}/{folder}/{name}"
+
+
+def absolute(topic: str) -> str:
+    """A topic's whole name; a bag may have it without the slash."""
+    return topic if topic.startswith("/") else "/" + topic
+
+
+def remappings(topics: Mapping[str, str]) -> List[str]:
+    """What a player of these topics ({topic: type}) is to be told, so that no command reaches what listens for it."""
+    return [f"{topic}:={aside(topic)}" for topic in sorted({absolute(topic) for topic in topics if is_command(topic, topics[topic])})]
+
+
+def player(files: Sequence[str], topics: Mapping[str, str], options: Sequence[str] = ()) -> List[str]:
+    """The command that plays bags with their own clock: in order of time, parts of one recording or several."""
+    command = ["rosrun", "rosbag", "play", "--clock", *options]
+    if "/clock" in topics:      # recorded from somebody who made time himself: two clocks would fight
+        return command + ["--topics", *sorted(set(topics) - {"/clock"}), "--bags", *files, *remappings(topics)]
+    return command + [*files, *remappings(topics)]
+
+
+def bag_files(given: str) -> List[str]:
+    """The files that a text names: one, several between spaces, or a pattern such as ``run_*.bag``. Raises BagError if one is not there."""
+    if os.path.exists(given):
+        return [given]
+    try:
+        words = shlex.split(given)
+    except ValueError:
+        words = [given]
+    files: List[str] = []
+    for word in words:
+        found = [word] if os.path.exists(word) else sorted(glob.glob(word), key=by_number)
+        if not found:
+            raise BagError(f"{word}: no such file" + ("" if os.path.isabs(word) else f" in {os.getcwd()}"))
+        files += found
+    if not files:
+        raise BagError("no bag is named: give its file, bag:=FILE.bag")
+    return files
+
+
+def by_number(name: str) -> List[object]:
+    """Sorts part 10 behind part 9."""
+    return [int(piece) if piece.isdigit() else piece for piece in re.split(r"(\d+)", name)]
+
+
+def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
+    """{topic: type} of bags. Raises BagError for what `rosbag play` would not play."""
+    import rosbag
+
+    connections = read_bag(files, lambda connection: False).connections     # says what is no bag at all
+    for path in files:
+        try:
+            rosbag.Bag(path, skip_index=True).close()
+        except rosbag.ROSBagUnindexedException:
+            raise BagError(
+                f"{path} has no index: its recorder is still running or was killed. When it has ended: rosbag reindex {path}") from None
+        except (rosbag.ROSBagException, OSError, EOFError, ValueError) as error:
+            raise BagError(f"{path} is damaged: {error}. This makes what is left of it a bag again: rosbag reindex {path}") from None
+    if not connections:
+        raise BagError(f"{' '.join(files)}: there is nothing in it")
+    return {connection.topic: connection.type for connection in connections}
+
+
+def look(arguments: Sequence[str], ros: Sequence[str]) -> int:
+    """Become a `rosbag play` that commands nothing."""
+    parser = argparse.ArgumentParser(prog="replay look", description="Play a bag back, its commands aside.", allow_abbrev=False,
+                                     epilog="Whatever else is given goes to rosbag play: -r 2, -s 30, -l, ...")
+    parser.add_argument("bag", help="the bag; several, or a pattern, in quotes: the parts of one recording")
+    given, options = parser.parse_known_args(arguments)
+    files = bag_files(given.bag)
+    command = player(files, recorded_topics(files), options)
+    sys.stdout.flush()
+    os.execvp(command[0], command + list(ros))
+
+
+def main(argv: Optional[Sequence[str]] = None) -> int:
+    """Replay in the way that is named. Returns the exit code: 0 done, 1 it came out otherwise, 2 it cannot be done as asked."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    ros = [word for word in words if ":=" in word]      # names and remappings that roslaunch gives every node
+    way, *arguments = [word for word in words if ":=" not in word] or ["-h"]
+    try:
+        if way == "look":
+            return look(arguments, ros)
+        if way == "rerun":
+            from .rerun import main as rerun
+            return rerun(arguments)
+        if way == "redrive":
+            from .redrive import main as redrive
+            return redrive(arguments)
+        if way in ("-h", "--help"):
+            print(f"usage: replay {{{','.join(WAYS)}}} FILE.bag ...   (replay WAY --help tells more)\n\n{__doc__}")
+            return 0
+        raise UsageError(f"no way to replay is called {way!r}: there are {', '.join(WAYS)}")
+    except PioneerError as error:
+        print(f"replay: {error}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

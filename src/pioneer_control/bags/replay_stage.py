@@ -1,0 +1,177 @@
+"""What a re-run and a re-drive both need: the bag they keep, the programs they start and end, and who is there already."""
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from types import SimpleNamespace
+from typing import Any, Callable, Dict, List, Optional, Sequence
+
+import genpy
+import rosbag
+import rosgraph
+import rospy
+
+from ..errors import NoAnswerError, PioneerError, UsageError
+
+PATIENCE = 30.0  # s: for programs to be there; the slowest machine needs few of them
+INTERVAL = 0.05  # s between two looks
+LAST_WORDS = 10.0, 5.0  # s after Ctrl-C, and after SIGTERM, until a program is killed
+DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
+
+
+class Keeper:
+    """Writes into a new bag what it hears, and what it is given."""
+
+    def __init__(self, path: str, now: Callable[[], genpy.Time]) -> None:
+        """``now``: when what is heard was heard. Raises UsageError when there can be no such bag."""
+        if os.path.exists(path):
+            raise UsageError(f"{path} is there already: name another output")
+        try:
+            self._bag: Optional[rosbag.Bag] = rosbag.Bag(path, "w")
+        except OSError as error:
+            raise UsageError(f"{path} cannot be written: {error.strerror or error}") from None
+        self.path = path
+        self.newest: Dict[str, Any] = {}
+        self.counts: Dict[str, int] = {}
+        self.heard_at = time.monotonic()
+        self._now = now
+        self._lock = threading.Lock()
+        self._subscribers: List[rospy.Subscriber] = []
+
+    def hear(self, topic: str, kind: type = rospy.AnyMsg, kept_as: Optional[str] = None) -> rospy.Subscriber:
+        """Keep every message of a topic from now on, under another name if wanted."""
+        subscriber = rospy.Subscriber(topic, kind, self._take, kept_as or topic)
+        self._subscribers.append(subscriber)
+        return subscriber
+
+    def _take(self, message: Any, topic: str) -> None:
+        header = getattr(message, "_connection_header", {})
+        given = {name: header[name] for name in ("type", "md5sum", "message_definition", "callerid", "latching") if name in header}
+        raw = isinstance(message, rospy.AnyMsg)
+        content = (header["type"], message._buff, header["md5sum"], SimpleNamespace(_md5sum=header["md5sum"])) if raw else message
+        self.write(topic, content, raw, dict(given, topic=topic) if len(given) >= 3 else None)
+
+    def write(self, topic: str, message: Any, raw: bool = False, header: Optional[Dict[str, str]] = None) -> None:
+        """Keep a message, as of now."""
+        with self._lock:
+            if self._bag is None:
+                return
+            self._bag.write(topic, message, self._now(), raw, header)
+            self.newest[topic] = message
+            self.counts[topic] = self.counts.get(topic, 0) + 1
+            self.heard_at = time.monotonic()
+
+    def close(self) -> None:
+        """Close the bag; what comes now is dropped. May be called twice."""
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        self._subscribers = []
+        with self._lock:
+            bag, self._bag = self._bag, None
+            if bag is not None:
+                bag.close()
+
+
+class Programs:
+    """Programs that are started for a while. They end in order, however this one does."""
+
+    def __init__(self) -> None:
+        self._running: List[subprocess.Popen] = []
+
+    def start(self, command: Sequence[str], namespace: str = "/", quiet: bool = False) -> subprocess.Popen:
+        """Start one, with relative names below a namespace."""
+        libc = ctypes.CDLL(None)  # here: nothing may be loaded in the child
+        process = subprocess.Popen(
+            list(command), env=dict(os.environ, ROS_NAMESPACE=namespace), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL if quiet else None,
+            start_new_session=True,  # Ctrl-C is for us: they end when it is their turn
+            preexec_fn=lambda: libc.prctl(DIE_WITH_PARENT, signal.SIGINT))
+        self._running.append(process)
+        return process
+
+    def end(self, process: subprocess.Popen) -> int:
+        """Ctrl-C for one, and wait for it; harder means for one that does not end. Its exit code."""
+        for number, patience in zip((signal.SIGINT, signal.SIGTERM), LAST_WORDS):
+            if process.poll() is None:
+                process.send_signal(number)
+                try:
+                    process.wait(patience)
+                except subprocess.TimeoutExpired:
+                    pass
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+        return process.wait()
+
+    def end_all(self) -> None:
+        """The last one first."""
+        while self._running:
+            self.end(self._running.pop())
+
+
+class Interrupted(PioneerError):
+    """Ctrl-C, or another end that was asked for."""
+
+
+def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subprocess.Popen] = (), patience: float = PATIENCE) -> None:
+    """Until a condition holds. Raises NoAnswerError in time, or when a program ends that is needed for it, and Interrupted."""
+    end = time.monotonic() + patience
+    while not condition():
+        if rospy.is_shutdown():
+            raise Interrupted("ended before it was done")
+        for process in needed:
+            if process.poll() is not None:
+                raise NoAnswerError(f"waited for {what}, but a program that is needed for it has ended (exit code {process.poll()}); why, it says above")
+        if time.monotonic() > end:
+            raise NoAnswerError(f"waited {patience:.0f} s in vain for {what}")
+        time.sleep(INTERVAL)
+
+
+def graph() -> SimpleNamespace:
+    """Who publishes and who hears what: {topic: [nodes]} each; as the master knows it now."""
+    publishers, subscribers, services = rosgraph.Master(rospy.get_name()).getSystemState()
+    return SimpleNamespace(publishers=dict(publishers), subscribers=dict(subscribers), services=dict(services))
+
+
+def nodes() -> List[str]:
+    """All nodes there are."""
+    now = graph()
+    return sorted({node for part in (now.publishers, now.subscribers, now.services) for names in part.values() for node in names})
+
+
+def drivers() -> List[str]:
+    """Nodes that report the motors of a robot: its driver, or what plays one back."""
+    return sorted({node for topic, names in graph().publishers.items() if topic.rpartition("/")[2] == "motor_state" for node in names})
+
+
+def put_back(name: str, value: Any) -> None:
+    """A parameter as it was; None: there was none."""
+    try:
+        if value is not None:
+            rospy.set_param(name, value)
+        elif rospy.has_param(name):
+            rospy.delete_param(name)
+    except (OSError, KeyError, rosgraph.MasterException):
+        pass  # the master has ended, too
+
+
+def free_name(bag: str, what: str) -> str:
+    """A file that is not there yet, beside a bag: RUN-redrive.bag, or RUN-redrive-2.bag, ..."""
+    stem = os.path.splitext(bag)[0]
+    number, path = 1, f"{stem}-{what}.bag"
+    while os.path.exists(path):
+        number, path = number + 1, f"{stem}-{what}-{number + 1}.bag"
+    return path
+
+
+def say(sentence: str) -> None:
+    """For whoever looks on: at once, and between the lines that others print."""
+    print(sentence, flush=True)
+
+
+def explain_roslaunch() -> None:
+    """What it prints at the end of a required node looks worse than it is."""
+    if any(word.startswith("__log:=") for word in sys.argv):
+        say("(roslaunch now says in red that a required process has died: it means that this is done.)\n")

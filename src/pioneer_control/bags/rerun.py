@@ -1,0 +1,282 @@
+"""Let a program hear the bag, and compare what it commands with what it commanded then: ``rosrun pioneer_control replay rerun FILE.bag``.
+
+The bag is played with its own clock; the commands in it come back under ``recorded/``, what the program commands goes under ``rerun/``: neither reaches a robot.
+The program gets the parameters that it had, as far as the bag tells.
+"""
+
+import argparse
+import os
+import shlex
+import subprocess
+import sys
+import time
+from typing import Any, Dict, List, NamedTuple, Sequence
+from xmlrpc.client import ServerProxy
+
+import genpy
+import rosgraph
+import rospy
+from geometry_msgs.msg import Twist
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import SetBool
+
+from ..errors import PioneerError, UsageError
+from ..msg import Decision, GripperState, MotorState, WheelVelocities
+from ..ros_node import init_node
+from .reader import BagError, decode, read_bag
+from .recording_description import description_of
+from .redrive_schedule import VELOCITIES
+from .replay import absolute, aside, bag_files, player, recorded_topics
+from .replay_stage import INTERVAL, Interrupted, Keeper, Programs, explain_roslaunch, free_name, graph, nodes, put_back, say, wait_until
+from .rerun_compare import Velocity, Verdict, judge_decisions, judge_others, judge_velocities
+
+RERUN = "rerun"
+"""Under this name, in the namespace where it would be, the program's commands go."""
+KINDS = {"decision": Decision, "cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}
+SERVICES = "set_motors", "enable_motors", "disable_motors", "set_sonar", "reset_odometry"
+"""Of a driver: the program does not reach those of one that is alive either."""
+PLAYER = "/play_rerun"
+QUIET = 10.0  # s without a word from the program: it has nothing more to say
+LAST_WORD = 0.5  # s: that many decisions as there were are enough, when no other follows
+
+
+class Live(NamedTuple):
+    """What a program commanded when the bag was recorded."""
+
+    robot: str  # namespace
+    node: str  # its whole name
+    commanded: Dict[str, list]  # topic's last name -> (s, message)
+    parameters: Dict[str, Any]
+    begin: float  # s: first message of the bag
+
+
+def read_live(files: Sequence[str], robot: str, program: str) -> Live:
+    """Read it. Raises BagError when nobody commanded anything, or several robots were commanded."""
+    names = {*KINDS, "recording"}
+    reader = read_bag(files, lambda connection: connection.topic.rpartition("/")[2] in names)
+    heard: Dict[str, Dict[str, list]] = {}
+    said: List[str] = []
+    callers: Dict[str, Dict[str, str]] = {}
+    for topic, connection, data, nanoseconds in reader:
+        namespace, _, name = absolute(topic).rpartition("/")
+        message = decode(connection, data)
+        if name == "recording":
+            said.append(message.data)
+            continue
+        heard.setdefault(namespace.strip("/"), {}).setdefault(name, []).append((nanoseconds * 1e-9, message))
+        callers.setdefault(namespace.strip("/"), {}).setdefault(name, connection.caller)
+    chosen = robot.strip("/")
+    if chosen and chosen not in heard or not heard:
+        raise BagError(f"{files[0]}: {f'robot {chosen!r}' if chosen else 'nobody'} was commanded anything in it ({', '.join(KINDS)})"
+                       + (f"; who was: {', '.join(sorted(heard))}" if heard else ": there is nothing to compare with"))
+    if not chosen and len(heard) > 1:
+        raise BagError(f"{files[0]}: {len(heard)} robots were commanded something: {', '.join(sorted(heard))}. Choose one with robot:=NAME")
+    chosen = chosen or next(iter(heard))
+    who = [callers[chosen][name] for name in KINDS if callers[chosen].get(name)]
+    node = who[0] if who else "/" + os.path.splitext(os.path.basename(program))[0]
+    parameters = _parameters(said, node)
+    return Live(chosen, node, heard[chosen], parameters, (reader.begin or 0) * 1e-9)
+
+
+def _parameters(said: Sequence[str], node: str) -> Dict[str, Any]:
+    """The newest parameters that a recording's descriptions have of a node."""
+    for text in reversed(said):
+        try:
+            found = description_of(text).parameters_of(node)
+        except UsageError:
+            continue
+        if found:
+            return found
+    return {}
+
+
+def limits(decisions: Sequence[Any]) -> Dict[str, List[float]]:
+    """When each wander decided first and last, stamps in s: a re-run begins and ends each with the same messages."""
+    stamps: Dict[int, List[float]] = {}
+    for decision in decisions:
+        stamps.setdefault(decision.wander, []).append(decision.header.stamp.to_sec())
+    return {"begin_at": [min(each) for each in stamps.values()], "end_at": [max(each) for each in stamps.values()]}
+
+
+def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Verdict:
+    """Everything that was commanded. Decisions say whether it is the same; where there were none, velocities and gripper do.
+
+    Whether a program asks for the motors hangs on whether they are on already when it comes to that: told, but not judged.
+    """
+    sentences, same = [], []
+    for name in KINDS:
+        before, now = live.get(name, []), again.get(name, [])
+        if not before and not now:
+            continue
+        if name == "decision":
+            verdict = judge_decisions([message for _, message in before], [message for _, message in now])
+        elif name in VELOCITIES:
+            verdict = judge_velocities(name, *([velocity_of(*each) for each in part] for part in (before, now)), enough)
+        else:
+            verdict = judge_others(name, [message for _, message in before], [message for _, message in now])
+        sentences += verdict.sentences
+        same += [verdict.same] if name != "cmd_motor_state" else []
+    return Verdict(same[0] if live.get("decision") else all(same), sentences)
+
+
+def velocity_of(seconds: float, message: Any) -> Velocity:
+    """Of a Twist or WheelVelocities."""
+    return Velocity(seconds, *((message.left, message.right) if hasattr(message, "left") else (message.linear.x, message.angular.z)))
+
+
+class Rerun:
+    """One re-run. Call `run`."""
+
+    def __init__(self, given: argparse.Namespace) -> None:
+        """Raises UsageError for what makes no sense, before anything is started."""
+        self._given = given
+        self._files = bag_files(given.bag)
+        self._topics = recorded_topics(self._files)
+        self._live = read_live(self._files, given.robot, given.program)
+        self._robot = f"/{self._live.robot}" if self._live.robot else ""
+        self._programs = Programs()
+        self._time = genpy.Time.from_sec(self._live.begin)
+
+    def run(self) -> int:
+        """Returns the exit code: 0 it commands the same again, 1 it does not."""
+        self._look_round()
+        live = self._live
+        keeper = Keeper(self._given.output or free_name(self._files[0], "rerun"), lambda: self._time)
+        rospy.Subscriber("/clock", Clock, self._hear_clock, queue_size=1)  # what this node began with is everybody's time
+        for name, kind in KINDS.items():
+            keeper.hear(aside(f"{self._robot}/{name}", RERUN), kind, f"{self._robot}/{name}")
+        time_before = rospy.get_param("/use_sim_time", None)
+        parameters_before = rospy.get_param(live.node, None)
+        try:
+            rospy.set_param("/use_sim_time", True)
+            rospy.set_param(live.node, dict(live.parameters, **limits([message for _, message in live.commanded.get("decision", [])])))
+            self._play(keeper)
+        finally:
+            self._programs.end_all()
+            keeper.close()
+            put_back("/use_sim_time", time_before)
+            put_back(live.node, parameters_before)
+        return self._tell(keeper.path)
+
+    def _hear_clock(self, message: Clock) -> None:
+        self._time = message.clock
+
+    def _look_round(self) -> None:
+        """What the program hears must be the bag's alone, and a new node must not end one of the same name."""
+        if self._live.node in nodes():
+            raise UsageError(f"{self._live.node} is running: a program of that name was recorded, and would end it. End it first")
+        own = {absolute(topic) for topic in self._topics if absolute(topic).startswith(self._robot + "/") and absolute(topic).count("/") > 1}
+        others = sorted({f"{node} ({topic})" for topic, names in graph().publishers.items() if topic in own for node in names})
+        if others:
+            raise UsageError(f"a robot {self._live.robot!r} is alive on this master: {', '.join(others[:3])}{', ...' if others[3:] else ''}. Its data would mix with the "
+                             "bag's: end it, or take a master of its own (export ROS_MASTER_URI=http://localhost:11411)")
+
+    def _play(self, keeper: Keeper) -> None:
+        """Start everything, and let the bag run when all is connected."""
+        live, given = self._live, self._given
+        say(f"{given.program} hears {' '.join(self._files)} as {live.node}" + (f" with {_told(live.parameters)}." if live.parameters else
+            "; the bag does not tell which parameters it had, and it gets none."))
+        command = player(self._files, self._topics, ["--pause", "--quiet", *shlex.split(given.options)])
+        bag = self._programs.start([*command, f"__name:={PLAYER[1:]}"], quiet=True)
+        rospy.wait_for_service(PLAYER + "/pause_playback", 30.0)
+        namespace, _, name = live.node.rpartition("/")
+        arguments = shlex.split(given.args) if given.args else [live.robot] if (given.package, given.program) == ("pioneer_control", "rosPioneer2.py") else []
+        aside_of = [f"{self._robot}/{name}:={aside(f'{self._robot}/{name}', RERUN)}" for name in (*KINDS, *SERVICES)]
+        program = self._programs.start(["rosrun", given.package, given.program, *arguments, *aside_of, f"__name:={name}"], namespace or "/")
+        self._wait_for_ears(program, bag)
+        rospy.ServiceProxy(PLAYER + "/pause_playback", SetBool)(False)
+        self._wait_for_end(bag, program, keeper)
+
+    def _wait_for_ears(self, program: subprocess.Popen, bag: subprocess.Popen) -> None:
+        """Until the program listens to what it is going to listen to, and is connected with the player."""
+        before: Any = None
+        since = time.monotonic()
+
+        def ready() -> bool:
+            nonlocal before, since
+            heard = {topic for topic, names in graph().subscribers.items() if self._live.node in names}
+            if heard != before:
+                before, since = heard, time.monotonic()
+            return bool(heard & {absolute(topic) for topic in self._topics}) and time.monotonic() - since > 1.0 and heard_from(self._live.node, heard)
+
+        wait_until(f"{self._given.program} to listen", ready, [program, bag])
+
+    def _wait_for_end(self, bag: subprocess.Popen, program: subprocess.Popen, keeper: Keeper) -> None:
+        """Until the bag is over and the program has said all it has to say."""
+        while bag.poll() is None:
+            if rospy.is_shutdown():
+                raise Interrupted("ended before the bag was over")
+            time.sleep(INTERVAL)
+        expected = len(self._live.commanded.get("decision", []))
+        ended = time.monotonic()
+        while program.poll() is None and not rospy.is_shutdown():
+            quiet = time.monotonic() - max(keeper.heard_at, ended)
+            if quiet > (LAST_WORD if expected and keeper.counts.get(f"{self._robot}/decision", 0) >= expected else QUIET):
+                break
+            time.sleep(INTERVAL)
+        if program.poll():
+            say(f"{self._given.program} ended with exit code {program.poll()}.")
+
+    def _tell(self, path: str) -> int:
+        """The verdict, in plain sentences."""
+        names = {f"{self._robot}/{name}" for name in KINDS}
+        again: Dict[str, list] = {}
+        for topic, connection, data, nanoseconds in read_bag(path, names):
+            again.setdefault(topic.rpartition("/")[2], []).append((nanoseconds * 1e-9, decode(connection, data)))
+        verdict = compare(self._live.commanded, again, self._given.enough)
+        say("")
+        for sentence in verdict.sentences:
+            say(sentence)
+        say(f"{self._given.program} {'commands THE SAME' if verdict.same else 'commands SOMETHING ELSE'} on the bag {'as' if verdict.same else 'than'} "
+            f"beside the robot.\nbag      {path}")
+        explain_roslaunch()
+        return 0 if verdict.same else 1
+
+
+def heard_from(node: str, topics: Any) -> bool:
+    """Whether a node is connected with the player on all of these topics that the player has."""
+    played = {topic for topic, names in graph().publishers.items() if PLAYER in names}
+    address = rosgraph.Master(rospy.get_name()).lookupNode(PLAYER)
+    _, _, connections = ServerProxy(address).getBusInfo(rospy.get_name())
+    connected = {entry[4] for entry in connections if entry[1] == node and entry[2] == "o"}
+    return played & set(topics) <= connected
+
+
+def _told(parameters: Dict[str, Any]) -> str:
+    return ", ".join(f"{name} {value}" for name, value in sorted(parameters.items()) if not isinstance(value, dict))
+
+
+def _share(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value <= 1.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not legal: give a number from 0 to 1")
+    return value
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line; replay.launch has arguments of the same names."""
+    result = argparse.ArgumentParser(prog="replay rerun", description="Let a program hear the bag, and compare what it commands with what it commanded then.")
+    add = result.add_argument
+    add("bag", help="the bag; several, or a pattern, in quotes: the parts of one recording")
+    add("--robot", default="", help="namespace of the robot (default: the only one that was commanded something)")
+    add("--package", default="pioneer_control", help="of the program (default: %(default)s)")
+    add("--program", default="rosPioneer2.py", help="as rosrun knows it (default: %(default)s)")
+    add("--args", default="", help="of the program, in one text (default: none; of rosPioneer2.py the robot)")
+    add("--options", default="", help="of rosbag play, in one text: '-r 2'")
+    add("--enough", type=_share, default=0.95, metavar="SHARE", help="of the time that commands must be alike, of a program without decisions (default: %(default)s)")
+    add("--output", default="", metavar="NEW.bag", help="where what it commands is kept (default: beside the bag)")
+    return result
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run it. Returns the exit code: 0 it commands the same, 1 something else, 2 it cannot be done as asked."""
+    rerun = Rerun(parser().parse_args(arguments))
+    init_node("rerun")
+    try:
+        return rerun.run()
+    except (PioneerError, rospy.ROSException, rospy.ServiceException) as error:
+        print(f"rerun: {error}", file=sys.stderr, flush=True)
+        return 2

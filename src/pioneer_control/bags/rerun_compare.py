@@ -1,0 +1,150 @@
+"""Does a program command the same again? What it commanded beside the robot against what it commanded on the bag. Pure.
+
+Decisions (msg/Decision.msg) are compared exactly, in every field. Of any other program the velocities are compared as they held at each moment, with some
+tolerance: a program may be a little faster or slower than it was. Whatever else it commanded is compared by its order.
+"""
+
+from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from .redrive_schedule import VALID
+
+STEP = 0.05  # s between two moments that are compared
+LATE = 0.3  # s by which a command may come earlier or later
+TOLERANCE = 0.02, 0.05  # m/s, rad/s: as good as the same
+NOT_COMPARED = {"header.seq"}
+"""Fields of a decision that count what a publisher sent, not what it decided."""
+
+
+class Velocity(NamedTuple):
+    """A velocity: when it was commanded (s), and its two numbers: m/s and rad/s of a cmd_vel, m/s of each side of a cmd_wheels."""
+
+    time: float
+    first: float
+    second: float
+
+
+class Difference(NamedTuple):
+    """The first of two sequences' elements that are not the same: which (from 0), and what is different."""
+
+    index: int
+    what: str
+
+
+class Likeness(NamedTuple):
+    """How alike two commanded motions are."""
+
+    seconds: float  # compared
+    share: float  # of that time within the tolerance
+    first: Optional[float]  # s after the first command: when they differ for the first time; None: never
+    largest: Tuple[float, float]  # difference in either number
+
+
+def fields_of(message: Any, prefix: str = "") -> Iterator[Tuple[str, Any]]:
+    """Names and values of a message's fields, those in its parts too."""
+    for name in message.__slots__:
+        value = getattr(message, name)
+        if hasattr(value, "__slots__") and hasattr(value, "_type"):
+            yield from fields_of(value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, value
+
+
+def first_difference(live: Sequence[Any], again: Sequence[Any]) -> Optional[Difference]:
+    """Where two sequences of messages differ first; None when they are the same, to the last bit, and equally many."""
+    for index, (one, other) in enumerate(zip(live, again)):
+        for (name, before), (_, now) in zip(fields_of(one), fields_of(other)):
+            if before != now and name not in NOT_COMPARED:
+                return Difference(index, f"{name} was {before}, and is {now}")
+    if len(live) != len(again):
+        return Difference(min(len(live), len(again)), f"there were {len(live)}, and are {len(again)}")
+    return None
+
+
+def likeness(live: Sequence[Velocity], again: Sequence[Velocity], tolerance: Tuple[float, float] = TOLERANCE, late: float = LATE) -> Likeness:
+    """How alike what held at each moment is, from the first command of either to the end of the last one.
+
+    A moment is alike when what was commanded then is met, within the tolerance, at some moment not more than ``late`` away. After
+    `redrive_schedule.VALID` without a command a robot stands.
+    """
+    everything = [*live, *again]
+    if not everything:
+        return Likeness(0.0, 1.0, None, (0.0, 0.0))
+    begin = min(velocity.time for velocity in everything)
+    moments = np.arange(-late, max(velocity.time for velocity in everything) - begin + VALID + late, STEP)
+    around = round(late / STEP)
+    apart = _apart(_held(live, begin, moments), _held(again, begin, moments), around, tolerance)
+    alike = np.all(apart <= np.array(tolerance) + 1e-9, axis=1)
+    first = None if alike.all() else max(0.0, float(moments[np.argmin(alike)]))
+    return Likeness(float(np.ptp(moments)), float(alike.mean()), first, (float(apart[:, 0].max()), float(apart[:, 1].max())))
+
+
+def _held(velocities: Sequence[Velocity], begin: float, moments: np.ndarray) -> np.ndarray:
+    """What held at each moment, (m, 2)."""
+    if not velocities:
+        return np.zeros((len(moments), 2))
+    ordered = np.array(sorted(velocities), dtype=float)
+    times = ordered[:, 0] - begin
+    index = np.searchsorted(times, moments, side="right") - 1
+    held = ordered[np.maximum(index, 0), 1:].copy()
+    held[(index < 0) | (moments - times[np.maximum(index, 0)] > VALID)] = 0.0
+    return held
+
+
+def _apart(one: np.ndarray, other: np.ndarray, around: int, tolerance: Tuple[float, float]) -> np.ndarray:
+    """How far the numbers of ``one`` are from the nearest of ``other`` at moments near by, and the other way round; (m, 2), the larger of the two."""
+    return np.maximum(_nearest(one, other, around, tolerance), _nearest(other, one, around, tolerance))
+
+
+def _nearest(one: np.ndarray, other: np.ndarray, around: int, tolerance: Tuple[float, float]) -> np.ndarray:
+    padded = np.pad(other, ((around, around), (0, 0)))
+    shifted = np.stack([np.abs(one - padded[start : start + len(one)]) for start in range(2 * around + 1)])
+    best = np.argmin((shifted / np.array(tolerance)).max(axis=2), axis=0)
+    return shifted[best, np.arange(len(one))]
+
+
+class Verdict(NamedTuple):
+    """What a comparison came to."""
+
+    same: bool
+    sentences: List[str]
+
+
+def judge_decisions(live: Sequence[Any], again: Sequence[Any]) -> Verdict:
+    """Of the decisions of a `Pioneer`."""
+    found = first_difference(live, again)
+    counts = f"{len(live)} decisions live, {len(again)} in the re-run"
+    if found is None:
+        return Verdict(True, [f"{counts}: every one is the same."])
+    if found.index >= min(len(live), len(again)):
+        return Verdict(False, [f"{counts}: the first {found.index} are the same."])
+    stamp = live[found.index].header.stamp.to_sec() - live[0].header.stamp.to_sec()
+    return Verdict(False, [f"{counts}. They differ from number {found.index + 1} on, {stamp:.1f} s after the first: {found.what}."])
+
+
+def judge_velocities(topic: str, live: Sequence[Velocity], again: Sequence[Velocity], enough: float) -> Verdict:
+    """Of one topic; ``enough``: the share of the time that must be alike."""
+    alike = likeness(live, again)
+    units = ("m/s", "rad/s") if topic == "cmd_vel" else ("m/s left", "m/s right")
+    tolerance = TOLERANCE if topic == "cmd_vel" else TOLERANCE[:1] * 2
+    same = alike.share >= enough
+    sentence = f"{topic}: {len(live)} live, {len(again)} in the re-run; alike for {100 * alike.share:.1f} % of {alike.seconds:.1f} s"
+    sentence += f" (within {tolerance[0]:g} {units[0]} and {tolerance[1]:g} {units[1]})"
+    if alike.first is not None:
+        sentence += f"; different first after {alike.first:.1f} s, by at most {alike.largest[0]:.2f} {units[0]} and {alike.largest[1]:.2f} {units[1]}"
+    return Verdict(same, [sentence + "."])
+
+
+def judge_others(topic: str, live: Sequence[Any], again: Sequence[Any]) -> Verdict:
+    """Of what is no velocity: the same, in the same order; how often one is repeated does not count."""
+    one, other = _changes(live), _changes(again)
+    found = first_difference(one, other)
+    if found is None:
+        return Verdict(True, [f"{topic}: the same {len(one)} in the same order." if one else f"{topic}: none."])
+    return Verdict(False, [f"{topic}: different from the {found.index + 1}. on: {found.what}."])
+
+
+def _changes(messages: Sequence[Any]) -> List[Any]:
+    """Messages without those that only repeat the one before."""
+    return [message for index, message in enumerate(messages) if index == 0 or first_difference([messages[index - 1]], [message])]

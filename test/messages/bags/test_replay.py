@@ -1,0 +1,133 @@
+"""Bringing a bag back: which topics are commands, where they go instead, and what `rosbag play` is told."""
+
+import os
+
+import bag_factory as make
+import pytest
+from geometry_msgs.msg import Twist
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Joy
+
+from pioneer_control.bags import replay
+from pioneer_control.bags.reader import BagError
+from pioneer_control.driver.requests import TOPICS
+from pioneer_control.msg import MotorState, WheelVelocities
+
+
+@pytest.fixture
+def bag(tmp_path):
+    """Two robots and a joystick."""
+    told = [("/alice/cmd_vel", Twist(), 1.0), ("/bob/cmd_wheels", WheelVelocities(), 1.1), ("cmd_motor_state", MotorState(), 1.2),
+            ("/joy", Joy(), 1.3), ("/base/velocity", Twist(), 1.4), ("/alice/pose", make.odometry(0, 0, 0), 1.5)]
+    return make.write_bag(tmp_path / "told.bag", told)
+
+
+class TestCommands:
+    def test_all_that_a_driver_listens_to_goes_aside(self):
+        topics = {f"/{robot}/{row.name}": row.message._type for robot in ("alice", "bob") for row in TOPICS}
+        wanted = {f"/{robot}/{row.name}:=/{robot}/recorded/{row.name}" for robot in ("alice", "bob") for row in TOPICS}
+        assert len(TOPICS) >= 4 and set(replay.remappings(topics)) == wanted
+
+    @pytest.mark.parametrize("row", TOPICS, ids=lambda row: row.name)
+    def test_each_of_them_is_named(self, row):
+        assert row.name in replay.COMMANDS and replay.is_command(row.name, "any/Type")
+
+    def test_what_a_simulator_listens_to_goes_aside(self):
+        assert replay.is_command("/robot1/stop_button", "std_msgs/Bool")
+
+    def test_what_drives_is_a_command_whatever_it_is_called(self):
+        assert replay.is_command("/base/velocity", "geometry_msgs/Twist")
+        assert replay.is_command("/base/sides", "p2os_msgs/WheelVelocities")
+
+    @pytest.mark.parametrize("topic, type_name", [
+        ("/pioneer/pose", "nav_msgs/Odometry"), ("/pioneer/motor_state", "pioneer_control/MotorState"), ("/tf", "tf2_msgs/TFMessage"),
+        ("/pioneer/gripper_state", "pioneer_control/GripperState"), ("/pioneer/decision", "pioneer_control/Decision")])
+    def test_a_report_is_none(self, topic, type_name):
+        assert not replay.is_command(topic, type_name)
+
+    def test_aside(self):
+        assert replay.aside("/pioneer/cmd_vel") == "/pioneer/recorded/cmd_vel"
+        assert replay.aside("/fleet/bob/cmd_vel", "rerun") == "/fleet/bob/rerun/cmd_vel"
+        assert replay.aside("cmd_vel") == "/recorded/cmd_vel", "of a robot at the root"
+
+
+class TestPlayer:
+    def test_every_command_of_every_robot_is_put_aside(self, bag):
+        command = replay.player([bag], replay.recorded_topics([bag]), ["-r", "2"])
+        assert command[:7] == ["rosrun", "rosbag", "play", "--clock", "-r", "2", bag]
+        assert command[7:] == [
+            "/alice/cmd_vel:=/alice/recorded/cmd_vel", "/base/velocity:=/base/recorded/velocity", "/bob/cmd_wheels:=/bob/recorded/cmd_wheels",
+            "/cmd_motor_state:=/recorded/cmd_motor_state", "/joy:=/recorded/joy"]
+
+    def test_a_clock_in_the_bag_stays_there(self, tmp_path):
+        path = make.write_bag(tmp_path / "simulated.bag", [("/clock", Clock(), 1.0), ("/pose", make.odometry(0, 0, 0), 1.0)])
+        command = replay.player([path], replay.recorded_topics([path]))
+        assert command == ["rosrun", "rosbag", "play", "--clock", "--topics", "/pose", "--bags", path]
+
+    def test_commands_in_any_part_are_put_aside(self, tmp_path, bag):
+        first = make.write_bag(tmp_path / "first.bag", [("/alice/pose", make.odometry(0, 0, 0), 0.5)])
+        assert "/alice/cmd_vel:=/alice/recorded/cmd_vel" in replay.player([first, bag], replay.recorded_topics([first, bag]))
+
+
+class TestFiles:
+    @pytest.fixture
+    def folder(self, tmp_path, monkeypatch):
+        for name in ("run_0.bag", "run_2.bag", "run_10.bag", "my run.bag", "odd'.bag"):
+            (tmp_path / name).write_bytes(b"")
+        monkeypatch.chdir(tmp_path)
+
+    @pytest.mark.parametrize("given, files", [
+        ("run_0.bag", ["run_0.bag"]), ("my run.bag", ["my run.bag"]), ("run_2.bag run_0.bag", ["run_2.bag", "run_0.bag"]), ("odd'.bag", ["odd'.bag"]),
+        ("run_*.bag", ["run_0.bag", "run_2.bag", "run_10.bag"]), ("'my run.bag' run_0.bag", ["my run.bag", "run_0.bag"])])
+    def test_one_or_several(self, folder, given, files):
+        assert replay.bag_files(given) == files
+
+    @pytest.mark.parametrize("given, named", [
+        ("nothing.bag", "nothing.bag"), ("run_0.bag nothing.bag", "nothing.bag"), ("none_*.bag", r"none_\*.bag"), ("it's.bag", "it's.bag"),
+        (" ", "no bag is named")])
+    def test_one_that_is_not_there_is_named(self, folder, given, named):
+        with pytest.raises(BagError, match=named):
+            replay.bag_files(given)
+
+
+class TestBags:
+    def test_topics_and_types(self, bag):
+        assert replay.recorded_topics([bag])["/alice/cmd_vel"] == "geometry_msgs/Twist"
+
+    @pytest.mark.parametrize("content, said", [(b"no bag at all", "is not a bag"), (b"", "is empty")])
+    def test_what_is_none(self, tmp_path, content, said):
+        path = tmp_path / "x.bag"
+        path.write_bytes(content)
+        with pytest.raises(BagError, match=said):
+            replay.recorded_topics([str(path)])
+
+    def test_a_recorder_that_was_killed(self, tmp_path, bag):
+        with open(bag, "rb") as whole:
+            content = whole.read()
+        path = tmp_path / "x.bag.active"
+        path.write_bytes(content.replace(b"index_pos=" + content.split(b"index_pos=")[1][:8], b"index_pos=" + bytes(8)))
+        with pytest.raises(BagError, match="rosbag reindex"):
+            replay.recorded_topics([str(path)])
+
+    def test_an_empty_one(self, tmp_path):
+        with pytest.raises(BagError, match="nothing in it"):
+            replay.recorded_topics([make.write_bag(tmp_path / "empty.bag", [])])
+
+    def test_a_directory(self, tmp_path):
+        with pytest.raises(BagError, match=str(tmp_path)):
+            replay.recorded_topics([str(tmp_path)])
+
+
+class TestMain:
+    @pytest.mark.parametrize("words, said", [
+        (["look", "/nowhere/x.bag"], "/nowhere/x.bag: no such file"), (["rewind"], "'rewind': there are look, rerun, redrive")])
+    def test_what_cannot_be_done_is_told_in_a_line(self, capsys, words, said):
+        assert replay.main(words) == 2
+        assert said in capsys.readouterr().err
+
+    def test_looking_becomes_the_player(self, bag, monkeypatch):
+        became = []
+        monkeypatch.setattr(os, "execvp", lambda file, words: became.append(words))
+        replay.main(["look", bag, "-l", "__name:=play_bag"])
+        (words,) = became
+        assert words[:6] == ["rosrun", "rosbag", "play", "--clock", "-l", bag] and words[-1] == "__name:=play_bag"

@@ -1,0 +1,111 @@
+"""What another robot is told, and when: pure, with messages made up."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from pioneer_control.bags.redrive_schedule import REFRESH, VALID, Order, duration, fastest, schedule, slowed
+
+
+def twist(linear, angular=0.0):
+    """As geometry_msgs/Twist."""
+    return SimpleNamespace(linear=SimpleNamespace(x=linear, y=0.0, z=0.0), angular=SimpleNamespace(x=0.0, y=0.0, z=angular))
+
+
+def driven(times, linear=0.2):
+    """One velocity at each of some times."""
+    return [Order(time, "cmd_vel", twist(linear)) for time in times]
+
+
+def velocity(order):
+    return order.message.linear.x
+
+
+def told_at(orders, time):
+    """The velocity that holds at a time: what was said last."""
+    return velocity([order for order in orders if order.time <= time][-1])
+
+
+class TestIntervals:
+    def test_as_recorded_from_zero_on(self):
+        times = [100.0, 100.1, 100.23, 100.3]
+        orders = schedule(driven(times))
+        assert [order.time for order in orders[:4]] == pytest.approx([0.0, 0.1, 0.23, 0.3])
+        assert {velocity(order) for order in orders[:4]} == {0.2}
+
+    def test_whatever_else_is_told_keeps_its_place(self):
+        open_it, motors = object(), object()
+        told = [Order(9.0, "cmd_motor_state", motors), *driven([10.0, 10.1]), Order(10.05, "gripper_control", open_it)]
+        orders = schedule(told)
+        assert [order.message for order in orders if order.topic != "cmd_vel"] == [motors, open_it]
+        assert [order.time for order in orders if order.topic != "cmd_vel"] == pytest.approx([0.0, 1.05])
+
+    def test_what_came_together_stays_in_its_order(self):
+        told = [Order(1.0, "gripper_control", number) for number in range(5)]
+        assert [order.message for order in schedule(told)] == [0, 1, 2, 3, 4]
+
+    def test_a_recorder_may_have_them_in_another_order(self):
+        assert [order.time for order in schedule(driven([2.0, 1.0]))][0] == 0.0
+
+    def test_nothing_was_told(self):
+        assert schedule([]) == [] and duration([]) == 0.0 and fastest([]) == 0.0
+
+
+class TestSlower:
+    def test_slower_and_longer_so_that_the_path_stays(self):
+        orders = schedule(driven([0.0, 0.1, 0.2]), factor=0.25)
+        assert {velocity(order) for order in orders} == {0.05, 0.0}
+        way = sum(velocity(one) * (other.time - one.time) for one, other in zip(orders, orders[1:]))
+        assert way == pytest.approx(0.2 * (0.2 + VALID))
+        assert duration(orders) == pytest.approx((0.2 + VALID) / 0.25)
+
+    def test_the_driver_never_takes_it_for_old(self):
+        orders = schedule(driven([0.0, 0.5, 1.0]), factor=0.1)
+        assert max(other.time - one.time for one, other in zip(orders, orders[1:])) <= REFRESH + 1e-9
+
+    def test_what_was_recorded_is_not_touched(self):
+        told = driven([0.0])
+        schedule(told, factor=0.5)
+        assert velocity(told[0]) == 0.2
+
+    def test_wheels(self):
+        assert vars(slowed(SimpleNamespace(left=0.2, right=-0.1), 0.5)) == {"left": 0.1, "right": -0.05}
+
+    def test_turns(self):
+        assert slowed(twist(0.2, 1.0), 0.5).angular.z == 0.5
+
+
+class TestDeadman:
+    """A velocity holds no longer than it did for the recorded robot."""
+
+    @pytest.mark.parametrize("factor", [1.0, 0.25])
+    def test_after_the_last_one_the_robot_is_stopped(self, factor):
+        orders = schedule(driven([0.0, 0.1]), factor)
+        assert velocity(orders[-1]) == 0.0
+        assert orders[-1].time == pytest.approx((0.1 + VALID) / factor)
+        assert all(velocity(order) != 0.0 for order in orders[:-1])
+
+    @pytest.mark.parametrize("factor", [1.0, 0.25])
+    def test_a_pause_is_a_pause(self, factor):
+        orders = schedule(driven([0.0, 5.0]), factor)
+        assert told_at(orders, (VALID - 0.01) / factor) == 0.2 * factor
+        assert told_at(orders, (VALID + 0.01) / factor) == 0.0
+        assert told_at(orders, 4.99 / factor) == 0.0
+        assert told_at(orders, 5.01 / factor) == 0.2 * factor
+
+    def test_one_that_is_just_in_time_is_no_pause(self):
+        assert 0.0 not in [velocity(order) for order in schedule(driven([0.0, VALID]))[:-1]]
+
+    def test_the_recorded_drivers_own_limit_counts(self):
+        assert told_at(schedule(driven([0.0, 5.0]), valid=2.0), 1.9) == 0.2
+
+    def test_either_kind_of_velocity_ends_the_other(self):
+        told = [Order(0.0, "cmd_vel", twist(0.2)), Order(0.3, "cmd_wheels", SimpleNamespace(left=0.0, right=0.0))]
+        assert [order.topic for order in schedule(told) if order.time >= 0.3 - 1e-9][0] == "cmd_wheels"
+        assert not [order for order in schedule(told) if order.topic == "cmd_vel" and order.time > 0.3]
+
+
+def test_the_highest_speed():
+    told = driven([0.0], -0.3) + [Order(1.0, "cmd_wheels", SimpleNamespace(left=0.1, right=-0.4)), Order(2.0, "gripper_control", None)]
+    assert fastest(told) == 0.4
+    assert fastest(schedule(told, factor=0.5)) == 0.2
