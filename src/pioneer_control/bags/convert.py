@@ -7,13 +7,14 @@ import argparse
 import errno
 import os
 import sys
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from .. import msg
 from ..errors import PioneerError, UsageError
 from ..robots import find_model
 from .convert_messages import CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Outlet, is_sonar, namespace_of, transducers_of
-from .reader import BagError, Connection, Progress, decode, read_bag
+from .progress import Progress
+from .reader import BagError, Connection, decode, read_bag
 from .writer import BagWriter
 
 PART = ".part"
@@ -29,25 +30,26 @@ class Survey(NamedTuple):
     compression: str
 
 
-def survey(path: str, progress: Optional[Progress] = None) -> Survey:
+def survey(path: str) -> Survey:
     """Look through a bag for these; quick where it has an index."""
     transducers: Dict[str, Sequence[Any]] = {}
     frames: Set[str] = set()
-    reader = read_bag(path, lambda connection: connection.md5sum == msg.RobotInfo._md5sum or connection.topic == STATIC_FRAMES, progress)
-    for topic, connection, data, _ in reader:
-        try:
-            message = decode(connection, data)
-        except BagError:    # a damaged one says nothing
-            continue
-        if topic != STATIC_FRAMES:
-            transducers.setdefault(namespace_of(topic), transducers_of(message))
-        else:
-            frames.update(transform.child_frame_id for transform in getattr(message, "transforms", ()))
+    with Progress("looking") as progress:
+        reader = read_bag(path, lambda connection: connection.md5sum == msg.RobotInfo._md5sum or connection.topic == STATIC_FRAMES, progress)
+        for topic, connection, data, _ in reader:
+            try:
+                message = decode(connection, data)
+            except BagError:    # a damaged one says nothing
+                continue
+            if topic != STATIC_FRAMES:
+                transducers.setdefault(namespace_of(topic), transducers_of(message))
+            else:
+                frames.update(transform.child_frame_id for transform in getattr(message, "transforms", ()))
     return Survey(reader.connections, transducers, frames, reader.compression or "none")
 
 
 def convert(source: str, target: str, what: Sequence[str] = DEFAULT, transducers: Optional[Sequence[Any]] = None, replace: bool = False,
-            renamed: Optional[Dict[str, str]] = None, progress: Callable[[str], Optional[Progress]] = lambda title: None) -> Tuple[Converter, str]:
+            renamed: Optional[Dict[str, str]] = None) -> Tuple[Converter, str]:
     """Write a new bag; gives the converter, which counted, and what is missing in the old one (a sentence, or nothing).
 
     Args:
@@ -55,14 +57,13 @@ def convert(source: str, target: str, what: Sequence[str] = DEFAULT, transducers
         transducers: where the sonar looks, of a robot of which no robot_info in the bag says it.
         replace: leave out what was converted.
         renamed: frames, old name -> new name.
-        progress: gives what is told about the progress of a pass with a title.
 
     Raises:
         UsageError: a file or an argument makes no sense; nothing is written then.
         OSError: the new bag cannot be written; nothing is left of it then.
     """
     _check_files(source, target)
-    found = survey(source, progress("looking"))
+    found = survey(source)
     others = [word for word in what if CONVERSIONS[word].fits is not is_sonar]
     unknown = sorted({connection.topic for connection in found.connections if is_sonar(connection) and namespace_of(connection.topic) not in found.transducers})
     if unknown and transducers is None and len(others) < len(what):
@@ -71,15 +72,16 @@ def convert(source: str, target: str, what: Sequence[str] = DEFAULT, transducers
     places = {**{namespace_of(topic): transducers for topic in unknown}, **found.transducers}
     converter = Converter(what, found.connections, places, found.static_frames, replace, renamed)
     part = target + PART
+    numbers: Dict[Outlet, int] = {}
     writer = BagWriter(part, found.compression)
     try:
-        reader = read_bag(source, progress=progress("converting"))
-        numbers: Dict[Outlet, int] = {}
-        for message in reader:
-            for outlet, data in converter(message):
-                if outlet not in numbers:
-                    numbers[outlet] = writer.connect(outlet.topic, outlet.header)
-                writer.write(numbers[outlet], data, message.time)
+        with Progress("converting") as progress:
+            reader = read_bag(source, progress=progress)
+            for message in reader:
+                for outlet, data in converter(message):
+                    if outlet not in numbers:
+                        numbers[outlet] = writer.connect(outlet.topic, outlet.header)
+                    writer.write(numbers[outlet], data, message.time)
         writer.close()
         os.rename(part, target)
     except BaseException:   # Ctrl-C too
@@ -158,23 +160,6 @@ def _renamed(texts: Sequence[str]) -> Dict[str, str]:
     return renamed
 
 
-def _bar(title: str) -> Optional[Progress]:
-    """A bar on a terminal, and nothing elsewhere."""
-    if not sys.stderr.isatty():
-        return None
-    from tqdm import tqdm
-
-    bar = tqdm(desc=title, unit="B", unit_scale=True, unit_divisor=1024, leave=False)
-
-    def progress(done: int, whole: int) -> None:
-        bar.total = whole
-        bar.update(done - bar.n)
-        if done >= whole:
-            bar.close()
-
-    return progress
-
-
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """0 when the bag is written, 1 when of a damaged one all that could be read is, 2 when nothing is."""
     options = _parser().parse_intermixed_args(arguments)
@@ -185,7 +170,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         what = list(dict.fromkeys(options.what)) or DEFAULT
         renamed = _renamed(options.frame)
         transducers = find_model(options.model, options.models_file or None).sonar if options.model else None
-        converter, damage = convert(options.bag, options.output, what, transducers, options.replace, renamed, _bar)
+        converter, damage = convert(options.bag, options.output, what, transducers, options.replace, renamed)
     except (PioneerError, OSError) as error:
         full = getattr(error, "errno", None) in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
         text = f"{options.output} cannot be written: {error.strerror}" if isinstance(error, OSError) and not isinstance(error, PioneerError) else error

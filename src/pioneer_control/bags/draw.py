@@ -9,16 +9,14 @@ import argparse
 import os
 import re
 import sys
-import time
 from typing import List, Optional, Sequence, Tuple
 
 from pioneer_control.bags import page, side_by_side
 from pioneer_control.bags.paper import DPI
+from pioneer_control.bags.progress import Progress
 from pioneer_control.bags.run import Run, read_run
 from pioneer_control.errors import PioneerError, UsageError
 from pioneer_control.pictures import check_output, write
-
-PATIENCE = 1.0  # s of reading without a progress bar
 
 
 def draw_run(run: Run, output: str, title: Optional[str] = None) -> None:
@@ -31,33 +29,10 @@ def draw_comparison(runs: Sequence[Run], output: str, title: Optional[str] = Non
     write(lambda: side_by_side.figure(runs, title), output, DPI)
 
 
-class Progress:
-    """A bar on a terminal, for the reading that takes longer than `PATIENCE`: called with the bytes done and all bytes."""
-
-    def __init__(self, name: str) -> None:
-        self._name, self._begin, self._bar = name, time.monotonic(), None
-
-    def __call__(self, done: int, total: int) -> None:
-        if self._bar is None and sys.stderr.isatty() and time.monotonic() - self._begin > PATIENCE:
-            from tqdm import tqdm  # here: few bags are that long
-
-            self._bar = tqdm(desc=self._name, total=total, unit="B", unit_scale=True, leave=False)
-        if self._bar is not None:
-            self._bar.update(done - self._bar.n)
-
-    def close(self) -> None:
-        """Take the bar away."""
-        if self._bar is not None:
-            self._bar.close()
-
-
 def read(paths: Sequence[str], robot: Optional[str]) -> Run:
     """The run in the parts of one recording, with a progress bar."""
-    progress = Progress(os.path.basename(paths[0]))
-    try:
+    with Progress(os.path.basename(paths[0])) as progress:
         return read_run(paths, robot, progress)
-    finally:
-        progress.close()
 
 
 def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tuple[Sequence[str], Optional[str]]]:

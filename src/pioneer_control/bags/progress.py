@@ -1,0 +1,29 @@
+"""A progress bar for what takes long: reading bags of gigabytes."""
+
+import sys
+import time
+
+PATIENCE = 1.0
+"""s of reading without a bar."""
+
+
+class Progress:
+    """A bar on a terminal, for the reading that takes longer than `PATIENCE`: called with the bytes done and all bytes. ``with`` takes it away at the end."""
+
+    def __init__(self, name: str) -> None:
+        self._name, self._begin, self._bar = name, time.monotonic(), None
+
+    def __enter__(self) -> "Progress":
+        return self
+
+    def __call__(self, done: int, total: int) -> None:
+        if self._bar is None and sys.stderr.isatty() and time.monotonic() - self._begin > PATIENCE:
+            from tqdm import tqdm  # here: few bags are that long
+
+            self._bar = tqdm(desc=self._name, total=total, unit="B", unit_scale=True, leave=False)
+        if self._bar is not None:
+            self._bar.update(done - self._bar.n)
+
+    def __exit__(self, *_) -> None:
+        if self._bar is not None:
+            self._bar.close()
