@@ -425,7 +425,7 @@ def gather(paths: Sequence[str], robot: Optional[str] = None, progress: Optional
     """See `pioneer_control.bags.run.read_run`."""
     gatherer = Gatherer(None if robot is None else robot.strip("/"))
     reader = read_bag(paths, gatherer.wants, progress)
-    if reader.closed:   # it has said before it is read what is in it
+    if reader.indexed:  # it has said before it is read what is in it
         _choose(paths, _robots(reader.connections), gatherer.robot, reader)
     for _, connection, data, time in reader:
         gatherer.add(connection, data, time / 1e9)

@@ -1,0 +1,251 @@
+"""The format of bags, version 2.0 (http://wiki.ros.org/Bags/Format/2.0): ``#ROSBAG V2.0``, then records. Reads them front to back, also around damage.
+
+A record is a header (its length, then fields ``name=value``, each after its own length) and data (their length, then bytes); numbers are little-endian.
+The field ``op`` says what it is:
+
+==============  ====  ==========================================  =====================================================
+record          op    fields                                      data
+==============  ====  ==========================================  =====================================================
+message         2     conn, time                                  the message as it was sent
+file header     3     index_pos, conn_count, chunk_count          padding
+index data      4     conn, count, ver                            time and place of each message in the chunk before it
+chunk           5     compression (none, bz2, lz4), size          records: connections and messages
+chunk info      6     chunk_pos, start_time, end_time, count      how many messages of which connections
+connection      7     conn, topic                                 fields: type, md5sum, message_definition, ...
+==============  ====  ==========================================  =====================================================
+
+All connections again, and the chunk infos, stand at ``index_pos``, which is zero until the recorder closes the bag.
+"""
+
+import bz2
+import re
+import struct
+from typing import Any, Callable, Collection, Dict, Iterator, NamedTuple, Optional
+
+from ..errors import UsageError
+
+MAGIC = b"#ROSBAG V2.0\n"
+MESSAGE, FILE_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = range(2, 8)
+FIELDS: Dict[int, Dict[bytes, Optional[int]]] = {
+    MESSAGE: {b"conn": 4, b"time": 8},
+    FILE_HEADER: {b"index_pos": 8, b"conn_count": 4, b"chunk_count": 4},
+    INDEX: {b"conn": 4, b"count": 4, b"ver": 4},
+    CHUNK: {b"compression": None, b"size": 4},
+    CHUNK_INFO: {b"chunk_pos": 8, b"start_time": 8, b"end_time": 8, b"count": 4},
+    CONNECTION: {b"conn": 4, b"topic": None},
+}
+"""op -> the fields it has at least, with their length in bytes; None: any. What has them all is taken for a record."""
+ENTRY = {INDEX: 12, CHUNK_INFO: 8}
+"""Bytes of data for each of ``count``."""
+COMPRESSIONS = (b"none", b"bz2", b"lz4")
+BETWEEN_CHUNKS = (INDEX, CHUNK, CHUNK_INFO)
+"""What can follow a compressed chunk. Other records found behind one may be pieces of it: lz4 leaves some bytes as they are."""
+LONGEST_HEADER = 1 << 16
+"""Bytes; a topic's name is the longest thing in a header."""
+OP = re.compile(rb"\x04\0\0\0op=[\x02-\x07]")
+OP_WITHIN = 64
+"""Bytes from the begin of a header to its op, at most: recorders write the fields in order of their names, or the op first."""
+USUAL_MESSAGE = re.compile(
+    rb"\x26\0\0\0(?:\x09\0\0\0conn=(....)\x04\0\0\0op=\x02|\x04\0\0\0op=\x02\x09\0\0\0conn=(....))\x0d\0\0\0time=(........)(....)", re.DOTALL)
+"""A message's header and the length of its data, as all recorders known write them: most of a bag is this."""
+USUAL_LENGTH = 46
+
+BLOCK = 1 << 16
+"""Bytes read at once. Of longer data, what nobody asks for is not read."""
+LARGEST_CHUNK = 1 << 30
+"""Bytes of a chunk after decompressing; rosbag record makes them of 768 KiB, or of one message."""
+
+U32 = struct.Struct("<I")
+U64 = struct.Struct("<Q")
+TIME = struct.Struct("<II")
+
+
+class BagError(UsageError):
+    """A file that cannot be read as a bag, or not as the run of a robot; the message says why and what to do."""
+
+
+class Record(NamedTuple):
+    """Where a record is, in bytes from the begin of a file or of a decompressed chunk, and what its header says."""
+
+    position: int
+    op: int
+    fields: Dict[bytes, bytes]
+    """empty for most messages"""
+    connection: int
+    """number of a connection, where it has one"""
+    time: int
+    """ns, of a message"""
+    begin: int
+    """of its data"""
+    end: int
+    """of its data, and so of the record"""
+
+    @property
+    def count(self) -> int:
+        """Entries in the data of an INDEX or CHUNK_INFO."""
+        return U32.unpack(self.fields[b"count"])[0]
+
+    @property
+    def compressed(self) -> bool:
+        """Whether it is a chunk with records that are to be decompressed."""
+        return self.op == CHUNK and self.fields[b"compression"] != b"none"
+
+
+class Source:
+    """Bytes by position, read in blocks: ``read_at(position, length)`` gives them, of a file or of a decompressed chunk."""
+
+    def __init__(self, read_at: Callable[[int, int], bytes], size: int) -> None:
+        self.read_at = read_at
+        self.size = size
+        self.block = b""
+        self.base = 0
+
+    def load(self, position: int, length: int) -> int:
+        """Have so many bytes from a position on in the block, as far as there are; returns their index in it."""
+        index = position - self.base
+        if index < 0 or index + length > len(self.block) and self.base + len(self.block) < self.size:
+            self.block, self.base, index = self.read_at(position, max(length, BLOCK)), position, 0
+        return index
+
+    def get(self, position: int, length: int) -> bytes:
+        """Bytes, as far as there are."""
+        index = self.load(position, length)
+        return self.block[index:index + length]
+
+    def data(self, record: Record) -> bytes:
+        """The data of a record."""
+        return self.get(record.begin, record.end - record.begin)
+
+
+def source_of_bytes(data: bytes) -> Source:
+    """Bytes that are there already: one block."""
+    source = Source(lambda position, length: data[position:position + length], len(data))
+    source.block = data
+    return source
+
+
+def fields_of(header: bytes) -> Optional[Dict[bytes, bytes]]:
+    """The fields of a header, or of a connection's data; None if it is none."""
+    fields, index = {}, 0
+    while index < len(header):
+        if index + 4 > len(header):
+            return None
+        length, = U32.unpack_from(header, index)
+        name, equal, value = header[index + 4:index + 4 + length].partition(b"=")
+        index += 4 + length
+        if not equal or index > len(header):
+            return None
+        fields[name] = value
+    return fields
+
+
+def nanoseconds(field: bytes) -> int:
+    """A time in ns."""
+    seconds, rest = TIME.unpack(field)
+    return seconds * 1000000000 + rest
+
+
+def record_at(source: Source, position: int) -> Optional[Record]:
+    """The record that begins at a position, whose data may end anywhere; None if there is none."""
+    index = source.load(position, USUAL_LENGTH)
+    usual = USUAL_MESSAGE.match(source.block, index)
+    if usual is None:
+        return _unusual_record_at(source, position)
+    first, second, time, length = usual.groups()
+    begin = position + USUAL_LENGTH
+    return Record(position, MESSAGE, {}, U32.unpack(first or second)[0], nanoseconds(time), begin, begin + U32.unpack(length)[0])
+
+
+def _unusual_record_at(source: Source, position: int) -> Optional[Record]:
+    head = source.get(position, 4)
+    if len(head) < 4:
+        return None
+    length, = U32.unpack(head)
+    if length > LONGEST_HEADER:
+        return None
+    header = source.get(position + 4, length + 4)
+    if len(header) < length + 4:
+        return None
+    fields = fields_of(header[:length])
+    op = fields.get(b"op", b"") if fields else b""
+    needed = FIELDS.get(op[0]) if len(op) == 1 else None
+    if needed is None or any(name not in fields or size not in (None, len(fields[name])) for name, size in needed.items()):
+        return None
+    begin = position + length + 8
+    record = Record(position, op[0], fields, U32.unpack(fields.get(b"conn", bytes(4)))[0], nanoseconds(fields.get(b"time", bytes(8))),
+                    begin, begin + U32.unpack_from(header, length)[0])
+    if record.op == CHUNK and fields[b"compression"] not in COMPRESSIONS:
+        return None
+    if record.op in ENTRY and record.end - record.begin != ENTRY[record.op] * record.count:
+        return None
+    return record
+
+
+def next_record(source: Source, position: int, searched: Collection[int] = FIELDS) -> int:
+    """Position of the first record of some kinds at or after a position; the end if there is none."""
+    earliest = position
+    while position < source.size:
+        index = source.load(position, BLOCK)
+        block, base = source.block, source.base
+        for found in OP.finditer(block, index):
+            for start in range(max(earliest, base + found.start() - OP_WITHIN), base + found.start() - 3):
+                if block[found.end() - 1] in searched and record_at(source, start):
+                    return start
+        position = base + len(block) - OP_WITHIN if base + len(block) < source.size else source.size
+    return source.size
+
+
+def records(source: Source, position: int, passes_over: Callable[[Record], bool], damaged: Callable[[int, int], Any],
+            searched: Collection[int] = FIELDS) -> Iterator[Record]:
+    """Every record from a position on, those in chunks that are not compressed too, but for the ones in chunks that are passed over.
+
+    A record counts when another one, or the end, follows where its data end; else either its length is wrong, or what follows. Then the next record, of
+    the kinds ``searched``, is looked for from its data on, and ``damaged`` is told which bytes are none: begin, end.
+    """
+    record = record_at(source, position)
+    while position < source.size:
+        after = position
+        if record is not None:
+            enters = record.op == CHUNK and not record.compressed and not passes_over(record)
+            after = record.begin if enters else record.end
+            following = record_at(source, after) if after < source.size else None
+            if following is not None or after == source.size:
+                yield record
+                position, record = after, following
+                continue
+        if record is None:
+            found = next_record(source, position + 1, searched)
+        elif record.compressed:
+            found = next_record(source, record.begin, BETWEEN_CHUNKS)
+            yield record._replace(end=found)    # as much of it as there is
+        else:
+            found = next_record(source, record.begin, searched)
+            if after <= found:
+                yield record
+        damaged(after if after <= found else position, found)
+        position, record = found, record_at(source, found) if found < source.size else None
+
+
+def decompressed(source: Source, chunk: Record) -> bytes:
+    """The records in a compressed chunk, as far as they can be had."""
+    decompress = _decompressor(chunk.fields[b"compression"])
+    pieces, total = [], 0
+    try:
+        for position in range(chunk.begin, chunk.end, BLOCK):
+            pieces.append(decompress(source.read_at(position, min(BLOCK, chunk.end - position))))
+            total += len(pieces[-1])
+            if total > LARGEST_CHUNK:
+                break
+    except (OSError, EOFError):  # damaged, or more bytes than it has
+        pass
+    return b"".join(pieces)
+
+
+def _decompressor(compression: bytes) -> Callable[[bytes], bytes]:
+    if compression == b"bz2":
+        return bz2.BZ2Decompressor().decompress
+    try:
+        from roslz4 import LZ4Decompressor
+    except ImportError:
+        raise BagError("the bag is compressed with lz4: install the Python package roslz4 (Debian: python3-roslz4)") from None
+    return LZ4Decompressor().decompress
