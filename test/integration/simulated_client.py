@@ -18,14 +18,14 @@ class Life:
     """A client and a robot, and what befalls them.
 
     ``script`` is a generator function of this life. It begins with the client, yields the seconds to wait next, and acts in between; at its end the
-    client is closed. All that they say is in ``states`` and ``events``; ``plugged`` is False while the port is gone, ``carries`` while its
+    client is closed. All that they say is in ``states`` and ``events``, and in its order in ``told``; ``plugged`` is False while the port is gone, ``carries`` while its
     cable ends in the air.
     """
 
     def __init__(self, monkeypatch, script, firmware=None, url="/dev/robot", on_write=lambda data: None, **settings):
         self.firmware = firmware or Firmware(find_model("p3dx-sh"), load_world("empty"), noise=0.0)
         self.now = 0.0
-        self.states, self.events = [], []
+        self.states, self.events, self.told = [], [], []
         self.plugged = self.carries = True
         self.on_write = on_write
         self.line = None
@@ -69,6 +69,7 @@ class Life:
         return self.line
 
     def _tell(self, event):
+        self.told.append(event)
         (self.states if isinstance(event, RobotState) else self.events).append(event)
 
 

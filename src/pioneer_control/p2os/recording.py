@@ -59,6 +59,19 @@ def entries(lines: Iterable[str]) -> Iterator[Entry]:
                 raise UsageError(f"line {number} of the record: {line.strip()!r} is not 'TIME ROBOT > BYTES' or 'TIME ROBOT < BYTES'") from error
 
 
+def read_record(path: str) -> List[Entry]:
+    """All that a file says.
+
+    Raises:
+        UsageError: it cannot be read, or a line says nothing.
+    """
+    try:
+        with open(path, encoding="utf-8") as lines:
+            return list(entries(lines))
+    except (OSError, UnicodeDecodeError, UsageError) as error:
+        raise UsageError(f"{path}: {getattr(error, 'strerror', None) or error}") from error
+
+
 def told(lines: Iterable[str], long: bool = False, grip_state_first: bool = True) -> Iterator[str]:
     """A record packet by packet, each with the time of its last byte: in a line, or `long`, as `explain` has it.
 

@@ -8,25 +8,33 @@ import textwrap
 import threading
 from typing import List, Optional
 
-from ..errors import PioneerError
+from ..errors import ParameterError, PioneerError
+from ..p2os.recording import Entry, read_record
 from ..robots import find_model, load_models
-from .faults import fault_of, load_faults, rows
+from .faults import KINDS, fault_of, load_faults, rows
 from .loading import known_worlds, load_world
+from .played_client import compare, play_client
+from .played_robot import PlayedRobot
+from .recording import Recording
 from .robot_numbers import load_numbers
 from .server import SPEEDS, STANDARD_PORT, Server
 from .simulation import MOST_ROBOTS, Simulation, simulate
+from .wired import Wired
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
-    """Run until Ctrl-C or SIGTERM. Returns the exit code: 0 ended, 1 something failed, 2 something makes no sense."""
+    """Run until Ctrl-C or SIGTERM, or for as long as --client takes. Returns the exit code: 0 ended, 1 something failed, or what the simulated robots
+    said differs from the record, 2 something makes no sense."""
     options = parser().parse_args(arguments)
+    if options.client is not None:
+        return compare_with(options)
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     try:
         allow_many_files()
         server = Server(
-            simulation_of(options), options.tcp, options.pty, speed=options.speed, seed=options.seed, faults=faults_of(options),
+            played_robot(options) if options.play is not None else simulation_of(options), options.tcp, options.pty, speed=options.speed, seed=options.seed, faults=faults_of(options),
             record=options.record, say=say,
         )
     except PioneerError as error:
@@ -52,6 +60,32 @@ def simulation_of(options: argparse.Namespace) -> Simulation:
         rear_sonar=options.rear_sonar, noise=options.noise, numbers=load_numbers(options.numbers))
 
 
+def played_robot(options: argparse.Namespace) -> PlayedRobot:
+    """The robot of a record. Raises UsageError for a record that makes no sense, and for faults that only a simulated robot can have."""
+    for fault in faults_of(options):
+        if not (KINDS[fault.kind].on_line or fault.kind == "cable"):
+            raise ParameterError(f"fault '{fault}': a played robot only says what the record has; its line can have faults")
+    return PlayedRobot(read_record(options.play), options.robot, lambda time, sentence: say(f"{time:.3f} s of the record: {sentence}"))
+
+
+def compare_with(options: argparse.Namespace) -> int:
+    """Let simulated robots hear what those of a record heard, and say how their answers differ. Returns the exit code, as `main`."""
+    try:
+        simulation, recorded = simulation_of(options), read_record(options.client)
+        recording, notes = Recording(options.record), []
+        wired = Wired(simulation, options.seed, faults_of(options), lambda time, sentence: notes.append(Entry(time, 0, False, b"", sentence)))
+        made = sorted(notes + play_client(recorded, wired), key=lambda entry: entry.time)
+        for entry in made:
+            recording.put(*entry)
+        recording.close()
+    except PioneerError as error:
+        print(f"simulator: {error}", file=sys.stderr)
+        return 2
+    found = compare(recorded, made, [robot.model for robot in simulation.robots])
+    print(*found, sep="\n")
+    return 0 if all(each.same for each in found) else 1
+
+
 def faults_of(options: argparse.Namespace) -> list:
     """The faults that the command line asks for. Raises ParameterError for what makes no sense."""
     return [fault_of(words) for words in options.fault] + [fault for path in options.faults for fault in load_faults(path)]
@@ -60,6 +94,9 @@ def faults_of(options: argparse.Namespace) -> list:
 def welcome(server: Server) -> str:
     """Which robots there are, and where to connect to each."""
     robots = server.wired.robots
+    if isinstance(robots[0], PlayedRobot):
+        places = [place for place in (server.url, server.pty_link) if place is not None]
+        return "\n".join([f"A robot that says what {robots[0].name} of the record said. Connect to it at", *(f"    {place}" for place in places)])
     first, world = robots[0].model.subtype, robots[0].world
     lines = [f"World file, skipped: {skipped}" for skipped in world.skipped]
     if len(robots) == 1:
@@ -111,6 +148,10 @@ def parser() -> argparse.ArgumentParser:
     add("--speed", type=float, default=1.0, metavar="X",
         help=f"simulated seconds in a real one, {SPEEDS[0]:g} to {SPEEDS[1]:g} (default: %(default)s)")
     add("--record", metavar="FILE", help="write there what goes over the lines; python3 -m pioneer_control.p2os --record FILE explains it")
+    played = result.add_mutually_exclusive_group()
+    played.add_argument("--play", metavar="FILE", help="no simulated robot, but the one in this record: it says again what it said; see docs/wire.md")
+    played.add_argument("--client", metavar="FILE", help="tell the simulated robots what those in this record were told, at once, and say how they differ")
+    add("--robot", type=count, default=1, metavar="N", help="which robot of the record is played (default: %(default)s)")
     add("--fault", action="append", default=[], metavar="WORDS", help="such as 'loss 0.1 from 10 to 20'; may be given again; see below")
     add("--faults", action="append", default=[], metavar="FILE", help="a YAML list of faults; may be given again")
     add("--noise", type=float, metavar="M", help="sonar ranges are off by up to this much (default: as robot.yaml says)")

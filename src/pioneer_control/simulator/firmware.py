@@ -62,6 +62,9 @@ class Firmware:
     :raises ParameterError: a gripper on a model that cannot carry one, a place in a wall, or a negative noise.
     """
 
+    line_takes_time = True
+    """On a serial line its packets take the time that a line takes."""
+
     def __init__(
         self, model: RobotModel, world: World, pose: Optional[Pose] = None, *, gripper: Optional[bool] = None,
         rear_sonar: bool = True, name: str = "sim_0001", seed: int = 0, noise: Optional[float] = None,

@@ -22,15 +22,14 @@ class Recording:
                 raise ParameterError(f"cannot record to {path}: {error.strerror}") from error
             self._file.write(TITLE + "\n")
 
-    def put(self, time: float, robot: int, to_robot: bool, data: bytes) -> None:
-        """Bytes that a client of a robot (from 1) wrote or got."""
-        if self._file is not None and data:
-            self._file.write(written(Entry(time, robot, to_robot, data)) + "\n")
+    def put(self, time: float, robot: int, to_robot: bool, data: bytes, note: str = "") -> None:
+        """Bytes that a client of a robot (from 1) wrote or got, or something that people should know."""
+        if self._file is not None and (data or note):
+            self._file.write(written(Entry(time, robot, to_robot, data, note)) + "\n")
 
     def note(self, time: float, text: str) -> None:
         """Something that people should know."""
-        if self._file is not None:
-            self._file.write(written(Entry(time, 0, False, b"", text)) + "\n")
+        self.put(time, 0, False, b"", text)
 
     def close(self) -> None:
         """Nothing more comes."""

@@ -89,7 +89,7 @@ class Wired:
 
         The robot's answers go back the same way. What arrives comes out of `advance`.
         """
-        self._serial[robot] = baud is not None
+        self._serial[robot] = baud is not None and self.robots[robot].line_takes_time
         self._put(robot, TO_ROBOT, data, baud)
 
     def advance(self, seconds: float) -> List[Arrival]:

@@ -1,0 +1,166 @@
+"""A record played as a robot: when it waits for the client, when it does not, and what it says of a client that does otherwise."""
+
+import pytest
+
+from pioneer_control import p2os
+from pioneer_control.errors import UsageError
+from pioneer_control.p2os import encode_command, encode_frame, encode_packet
+from pioneer_control.p2os.recording import Entry, written
+from pioneer_control.simulator.__main__ import main
+from pioneer_control.simulator.firmware import Session
+from pioneer_control.simulator.played_robot import PlayedRobot
+
+SYNC = [encode_frame(number) for number in range(3)]
+OPEN, CLOSE, PULSE = (encode_command(name) for name in ("OPEN", "CLOSE", "PULSE"))
+REPLY = encode_packet(p2os.SyncReply("then", "Pioneer", "p3dx-sh"))
+
+
+def sip(x):
+    """A SIP at x units."""
+    return encode_packet(p2os.Sip(
+        type_id=p2os.STOPPED, x_counts=x, y_counts=0, heading_units=0, left_velocity_units=0, right_velocity_units=0, battery_dv=128,
+        left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0), control_units=0, flags=p2os.Flags(0), compass=0, sonar=(),
+        grip_state=p2os.GripState(0), analog_port=0, analog=0, digital_in=p2os.DigitalIn(255), digital_out=0))
+
+
+def session(begin, number, *commands, robot=1):
+    """Connect, three SIPs, the commands after the first, CLOSE, and a last SIP that was on its way."""
+    pieces = [(0.0, True, CLOSE), (0.01, True, SYNC[0]), (0.02, False, SYNC[0]), (0.03, True, SYNC[1]), (0.04, False, SYNC[1]), (0.05, True, SYNC[2]),
+              (0.06, False, REPLY), (0.1, True, OPEN), (0.2, False, sip(number)), *((0.25, True, command) for command in commands),
+              (0.3, False, sip(number + 1)), (0.4, False, sip(number + 2)), (0.45, True, PULSE), (0.5, True, CLOSE), (0.51, False, sip(number + 3))]
+    return [Entry(begin + time, robot, to_robot, data) for time, to_robot, data in pieces]
+
+
+TWO = session(5.0, 10) + session(7.0, 20)
+
+
+class Played:
+    """A played robot and its client."""
+
+    def __init__(self, record, robot=1):
+        self.said = []
+        self.robot = PlayedRobot(record, robot, lambda time, sentence: self.said.append((round(time, 3), sentence)))
+
+    def tell(self, *packets):
+        """What it says to that at once."""
+        self.robot.receive(b"".join(packets))
+        return self.robot.take_sent()
+
+    def connect(self):
+        """As far as OPEN, each command as late as the record's."""
+        assert self.tell(SYNC[0]) == b"" and self.robot.advance(0.1) == SYNC[0]
+        assert self.tell(SYNC[1]) == b"" and self.robot.advance(0.1) == SYNC[1]
+        assert self.tell(SYNC[2]) == b"" and self.robot.advance(0.1) == REPLY
+        return self.tell(OPEN)
+
+
+def test_it_waits_for_each_step_of_the_connection_and_then_keeps_the_pace_of_the_record():
+    played = Played(TWO)
+    assert played.robot.advance(60.0) == b""        # nobody connects
+    assert played.tell(CLOSE, CLOSE) == b"" and played.robot.session is Session.WAITING
+    played.connect()
+    assert played.robot.session is Session.OPEN
+    assert [played.robot.advance(step) for step in (0.099, 0.001, 0.2)] == [b"", sip(10), sip(11) + sip(12)]
+
+
+def test_a_client_that_is_faster_than_the_record_is_answered_at_once():
+    played = Played(TWO)
+    assert played.tell(SYNC[0]) == b""
+    assert played.tell(SYNC[1]) == SYNC[0]
+    assert played.tell(SYNC[2], OPEN) == SYNC[1] + REPLY
+
+
+def test_what_is_out_of_order_is_not_answered_and_a_sync0_again_begins_again():
+    played = Played(TWO)
+    assert played.tell(SYNC[1], SYNC[2]) == b"" and played.robot.advance(1.0) == b""
+    assert played.tell(SYNC[0]) == b"" and played.robot.advance(0.1) == SYNC[0]
+    assert played.tell(SYNC[2]) == b"" and played.robot.advance(1.0) == b""
+    played.connect()
+
+
+def test_a_client_that_ends_its_session_early_goes_on_with_the_next_connection():
+    played = Played(TWO)
+    played.connect()
+    assert played.robot.advance(0.1) == sip(10)
+    assert played.tell(CLOSE) == b"" and played.robot.closed_sessions == 1
+    assert played.robot.advance(5.0) == sip(13)     # it was on its way then, too
+    played.connect()
+    assert played.robot.advance(0.1) == sip(20) and not played.robot.over
+    assert played.tell(CLOSE) == b"" and played.robot.advance(1.0) == sip(23) and played.robot.over
+    assert played.tell(SYNC[0], SYNC[0]) == b"" and played.robot.advance(1.0) == b""
+    assert [sentence for _, sentence in played.said if "any more" in sentence] == ["the client connects, and nobody does in the record any more: no answer"]
+
+
+def test_a_client_that_connects_while_the_record_is_elsewhere_skips_what_is_between():
+    """It lost the link sooner, and closed into the void."""
+    played = Played(TWO)
+    played.connect()
+    played.robot.close_session()
+    played.connect()
+    assert played.robot.advance(0.1) == sip(20)
+
+
+def test_a_robot_that_was_left_open_streams_to_whoever_comes():
+    played = Played([Entry(1.0, 1, False, sip(1)), Entry(1.1, 1, False, sip(2)), Entry(1.2, 1, True, CLOSE), *session(2.0, 10)])
+    assert played.robot.session is Session.OPEN and played.robot.advance(5.0) == sip(1) + sip(2)     # to nobody
+    played.robot.close_session()        # as a server does when a client comes
+    assert played.robot.session is Session.OPEN and played.robot.advance(0.05) == sip(1)
+    assert played.tell(CLOSE) == b"" and played.robot.advance(3.0) == b""
+    played.connect()
+
+
+@pytest.mark.parametrize("sent, said", [
+    ([PULSE], []),
+    ([encode_command("VEL", 200), PULSE], [(5.1, "here the client sends VEL 200, and that of the record did not"),
+                                           (5.1, "in this session the client sent, against that of the record: VEL +1")]),
+    ([], [(5.1, "in this session the client sent, against that of the record: PULSE -1")]),
+    ([PULSE, encode_command("ENABLE", 1), PULSE], [(5.1, "here the client sends ENABLE 1, and that of the record did not"),
+                                                   (5.1, "in this session the client sent, against that of the record: ENABLE +1, PULSE +1")]),
+])
+def test_what_the_client_does_otherwise_is_said_once_in_each_session(sent, said):
+    played = Played(TWO)
+    played.connect()
+    for packet in [*sent, CLOSE]:
+        played.tell(packet)
+    assert played.said == said
+
+
+def test_a_line_speed_that_the_client_asks_for():
+    played = Played(session(0.0, 10, encode_command("HOSTBAUD", 4)))
+    played.connect()
+    assert played.robot.baud == 9600 and played.tell(encode_command("HOSTBAUD", 4)) == b"" and played.robot.baud == 115200
+    played.tell(CLOSE)
+    assert played.robot.baud == 9600
+
+
+def test_a_robot_among_several():
+    both = sorted(session(0.0, 10) + session(0.01, 20, robot=2))
+    played = Played(both, 2)
+    played.connect()
+    assert played.robot.advance(0.1) == sip(20)
+    with pytest.raises(UsageError, match="nothing that a robot 3 said"):
+        Played(both, 3)
+
+
+@pytest.mark.parametrize("record, message", [
+    ([], "nothing that a robot 1 said"), ([Entry(0.0, 0, False, b"", "a note")], "nothing that a robot 1 said"),
+    (TWO[8:14], "no connection begins in the record of robot 1"), (TWO[:6], "no connection begins")])
+def test_a_record_to_which_no_client_could_connect(record, message):
+    with pytest.raises(UsageError, match=message):
+        PlayedRobot(record)
+
+
+@pytest.mark.parametrize("arguments, text, message", [
+    (["--play"], "what?", "line 1 of the record: 'what?' is not"),
+    (["--play"], "\n".join(map(written, TWO[8:14])), "no connection begins"),
+    (["--play", "--robot", "2"], "\n".join(map(written, TWO)), "nothing that a robot 2 said"),
+    (["--play", "--fault", "power from 3"], "\n".join(map(written, TWO)), "a played robot only says what the record has"),
+    (["--client"], "1.0 2 > FA", "the record has a robot 2: let there be as many simulated ones"),
+    (["--client"], "what?", "line 1 of the record"),
+    (["--client"], None, "No such file or directory")])
+def test_what_makes_no_sense_is_told(tmp_path, capsys, arguments, text, message):
+    path = tmp_path / "a.wire"
+    if text is not None:
+        path.write_text(text)
+    assert main([arguments[0], str(path), *arguments[1:], "--tcp", "0"]) == 2
+    assert message in capsys.readouterr().err
