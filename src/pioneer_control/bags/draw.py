@@ -7,12 +7,11 @@ hatches do.
 
 import argparse
 import os
-import re
 import sys
 from typing import List, Optional, Sequence, Tuple
 
 from pioneer_control.bags import page, side_by_side
-from pioneer_control.bags.paper import DPI
+from pioneer_control.bags.paper import DPI, stem
 from pioneer_control.bags.progress import Progress
 from pioneer_control.bags.run import Run, read_run
 from pioneer_control.errors import PioneerError, UsageError
@@ -56,7 +55,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     options = parser.parse_args(arguments)
     try:
         chosen = wanted(options.bag, options.robot, options.parts)
-        output = options.output or re.sub(r"(\.bag)?(\.active)?$", "", options.bag[0]) + ("-compared.png" if len(chosen) > 1 else ".png")
+        output = options.output or stem(options.bag[0]) + ("-compared.png" if len(chosen) > 1 else ".png")
         check_output(output)
         side_by_side.check_number(len(chosen))
         runs = [read(*each) for each in chosen]

@@ -25,7 +25,8 @@ ARROW, ARROW_EVERY = 0.1, 0.7  # inches: length of an arrow, and way between two
 TIMES = 12  # written beside the path, at most
 TIMES_APART = 0.36  # inches
 NAMES_APART = 0.3  # inches: a robot that ends nearer to its start than that gets one name for both
-BADGES = 40  # numbered on the drawing: more of them would hide it
+BADGES = 24  # numbered on the drawing: more of them would hide it
+MARKERS = {"picked up": "^", "put down": "v", "closed on nothing": "s"}
 
 
 class View(NamedTuple):
@@ -75,9 +76,10 @@ def draw(axes, view: View, timeline: Timeline, inches: float) -> None:
     if view.walls is not None:
         draw_map(axes, view.walls)
     _draw_tracks(axes, view, scale)
-    axes.plot(*view.echoes.T, ".", color=ECHO, markersize=2.0, alpha=0.6, zorder=2, label="sonar echo", rasterized=len(view.echoes) > 20000)
+    if len(view.echoes):
+        axes.plot(*view.echoes.T, ".", color=ECHO, markersize=2.0, alpha=0.6, zorder=2, label="sonar echo", rasterized=len(view.echoes) > 20000)
     if view.run.truth is not None:
-        _draw_cans(axes, view.run.cans)
+        _draw_cans(axes, view.run.cans, view.low, view.high)
     _draw_robots(axes, view, scale)
     _draw_gripper(axes, view)
     _draw_times(axes, view.path, timeline, scale)
@@ -104,7 +106,8 @@ def _draw_tracks(axes, view: View, scale: float) -> None:
     """The true path under the odometry's, with arrows that say which way."""
     if view.run.truth is not None:
         axes.plot(view.path.x, view.path.y, color=TRUE_PATH, linewidth=3.4, alpha=0.55, zorder=3, label="true path", solid_capstyle="round")
-    axes.plot(view.odometry.x, view.odometry.y, color=ODOMETRY, linewidth=1.2, linestyle=(0, (5, 2)), zorder=4, label="odometry")
+    alone = "-" if view.run.truth is None else (0, (5, 2))
+    axes.plot(view.odometry.x, view.odometry.y, color=ODOMETRY, linewidth=1.2, linestyle=alone, zorder=4, label="odometry")
     draw_arrows(axes, view.path, scale)
 
 
@@ -122,11 +125,11 @@ def draw_arrows(axes, path: Track, scale: float, colour: str = INK) -> None:
     axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor="white", linewidth=0.4, zorder=5))
 
 
-def _draw_cans(axes, cans: Sequence[np.ndarray]) -> None:
-    """Cans where they were first and last, and an arrow from one to the other for those that were moved."""
+def _draw_cans(axes, cans: Sequence[np.ndarray], low: np.ndarray, high: np.ndarray) -> None:
+    """Cans where they were first and last, as far as they are in sight, and an arrow from one to the other for those that were moved."""
     from matplotlib.patches import Circle
 
-    if not cans or not len(cans[0]):
+    if not cans or not any(((low < can[:2]) & (can[:2] < high)).all() for place in (cans[0], cans[-1]) for can in place):
         return
     before, after = cans[0], cans[-1]
     dots = dict(linestyle="none", marker="o")  # large enough to be found; in a large drawing the circles to scale are larger
@@ -167,10 +170,16 @@ PAPER = dict(boxstyle="round,pad=0.12", facecolor="white", edgecolor="none", alp
 
 
 def _draw_gripper(axes, view: View) -> None:
-    """A numbered badge where the paddles did something; the strip of the gripper says when."""
+    """A numbered badge where the paddles did something, or a mark where that is too often; the strip of the gripper says when."""
     tip = view.run.footprint[:, 0].max() if len(view.run.footprint) else 0.3
+    if len(view.run.gripper) > BADGES:
+        for what, marker in MARKERS.items():
+            robot = view.path.at(np.array([event.time for event in view.run.gripper if event.what == what]))
+            x, y = placed((robot.x, robot.y, robot.heading), tip - PADDLE_MIDDLE, 0.0)
+            axes.plot(x, y, marker, color=EVENT[what], markeredgecolor="white", markeredgewidth=0.4, markersize=5, zorder=9, label=what)
+        return
     taken: List[Tuple[float, float]] = []
-    for number, event in enumerate(view.run.gripper[:BADGES], 1):
+    for number, event in enumerate(view.run.gripper, 1):
         robot = view.path.at(np.array([event.time])).pose(0)
         x, y = placed(robot, tip - PADDLE_MIDDLE, 0.0)
         near = sum(np.hypot(x - other_x, y - other_y) < 0.6 for other_x, other_y in taken)

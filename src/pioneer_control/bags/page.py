@@ -14,44 +14,81 @@ from pioneer_control.bags.run import Run
 from pioneer_control.bags.timeline import Timeline, how_long
 from pioneer_control.pictures import FAINT, INK, ORANGE, VERMILLION, draw_frame
 
-AXIS = 0.36  # inches below the map and below the strips for their axes
-LINE = 0.175  # inches from one line of text to the next
+GAP, AXIS = 0.28, 0.36  # inches above the map for its scale bar; below the map and below the strips for their axes
+LINE, EVENT_LINE = 0.175, 0.22  # inches from one line of text to the next; where they have badges
 LEAST_MAP, LARGEST_SCALE = 2.6, 2.5  # inches high; inches on paper for each metre
 BESIDE = 1.9  # inches: a map that leaves so much has its legend beside it
-EVENTS_LISTED = 8
+NARROW, WIDEST = 1.6, 3.2  # what is so many times as high as wide has the strips beside it, and is at most so many inches wide
+SIGNS, EVENTS_LISTED = 5, 8  # in a legend
 MUCH, SQUEEZED = 12, 0.75  # lanes and lines of text from which on curves are lower, so that the map need not be; and how much lower
+FULL, FEWEST = 20, 4  # lanes and lines of text on a page, at most; lines that may always be
+DAMAGED = dict(size=BODY, fontweight="bold")
 REAL = 1e8  # s: a clock beyond that is not that of a simulation
+
+
+class Plan(NamedTuple):
+    """Where things go on a page: inches from its upper left corner."""
+
+    height: float  # of the page
+    map: Tuple[float, float, float, float]  # left, top, width, height
+    legend: Tuple[float, float, int]  # left, top, columns
+    strips: Tuple[float, float]  # left of their axes, top
+    list: float  # top
 
 
 def figure(run: Run, title: Optional[str] = None):
     """The matplotlib Figure of a run."""
     view, timeline = from_above.view_of(run), timeline_of(run)
-    wrong = incidents(run.faults)
-    shown, rows = strips.curves(run), strips.lanes(run, wrong, timeline)
-    listed = [each for each in wrong if each.letter]
-
-    probe = Paper(1.0)
-    damage = probe.lines(f"This recording is damaged: {run.damage}", RIGHT - LEFT, BODY) if run.damage else []
-    head = 0.62 + LINE * len(damage)
-    if len(rows) + len(listed) > MUCH:
+    span = view.high - view.low
+    shown = strips.curves(run)
+    lanes = len(strips.lanes(run, (), timeline))
+    wrong = incidents(run.faults, max(FULL - lanes, FEWEST))
+    lines = sum(bool(each.letter) for each in wrong) + (not all(each.letter for each in wrong))
+    if lanes + lines > MUCH:
         shown = [each._replace(height=SQUEEZED * each.height) for each in shown]
-    below = (strips.height(shown, rows) + AXIS + 0.1) * bool(shown or rows) + (LINE * (len(listed) + 1 + (len(wrong) > len(listed)))) * bool(wrong)
-    width, height, beside = _map_size(view, HEIGHT - TOP - head - 0.28 - AXIS - _legend_height(run) - below - BOTTOM)
-    legend = 0.0 if beside else _legend_height(run)
 
-    paper = Paper(TOP + head + 0.28 + height + AXIS + legend + below + BOTTOM)
+    damage = Paper(1.0).lines(f"This recording is damaged: {run.damage}", RIGHT - LEFT, **DAMAGED)[:3] if run.damage else []
+    high = strips.height(shown, lanes + len({each.level for each in wrong}))
+    where = plan(span, TOP + 0.62 + LINE * len(damage) + GAP, high, lines, min(len(run.gripper), EVENTS_LISTED))
+    rows = strips.lanes(run, wrong, timeline, RIGHT - where.strips[0])
+
+    paper = Paper(where.height)
     _write_head(paper, run, view, timeline, title, wrong, damage)
-    top = TOP + head + 0.28
-    axes = paper.axes(LEFT, top, width, height)
-    from_above.draw(axes, view, timeline, width)
+    axes = paper.axes(*where.map)
+    from_above.draw(axes, view, timeline, where.map[2])
     draw_frame(axes, view.low[0], view.high[0])
-    _write_legend(paper, axes, run, timeline, *((LEFT + width + 0.15, top, 1) if beside else (LEFT, top + height + AXIS, 6)))
-    top += height + AXIS + legend
-    if shown or rows:
-        strips.draw(paper, top + 0.1, shown, rows, timeline)
-        top += 0.1 + strips.height(shown, rows) + AXIS
-    _write_wrong(paper, top, wrong, timeline)
+    _write_legend(paper, axes, run, timeline, *where.legend)
+    strips.draw(paper, *where.strips, shown, rows, timeline)
+    _write_wrong(paper, where.list, wrong, timeline)
     return paper.figure
+
+
+def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: int) -> Plan:
+    """Where things go: for a drawing of so many metres, below a head, with strips so many inches high, a list of lines, and a legend of events."""
+    below = (strips_high + AXIS + 0.1) * bool(strips_high)
+    listed = (lines * LINE + 0.12) * bool(lines)
+    if span[1] > NARROW * span[0]:
+        width, height = min(WIDEST / span[0], (HEIGHT - head - AXIS - listed - BOTTOM) / span[1], LARGEST_SCALE) * span
+        left = LEFT + width + strips.NAMES - 0.15
+        legend = head + below
+        end = max(head + height + AXIS, legend + legend_height(events, 2))
+        return Plan(end + listed + BOTTOM, (LEFT, head, width, height), (left, legend, 2), (left, head), end)
+    room = HEIGHT - head - AXIS - legend_height(events, 6) - below - listed - BOTTOM
+    width, height = min((RIGHT - LEFT) / span[0], max(room, LEAST_MAP) / span[1], LARGEST_SCALE) * span
+    foot = head + height + AXIS
+    if width < RIGHT - LEFT - BESIDE:
+        legend, top = (LEFT + width + 0.15, head, 1), max(foot, head + legend_height(events, 1))
+    else:
+        legend, top = (LEFT, foot, 6), foot + legend_height(events, 6)
+    return Plan(top + below + listed + BOTTOM, (LEFT, head, width, height), legend, (strips.NAMES, top + 0.1), top + below)
+
+
+def legend_height(events: int, columns: int) -> float:
+    """Inches of a legend: signs, and events of the gripper."""
+    return -(-SIGNS // columns) * LINE + (0.06 + EVENT_LINE * -(-events // EVENTS_BESIDE[columns])) * bool(events)
+
+
+EVENTS_BESIDE = {6: 4, 2: 2, 1: 1}  # columns of signs to columns of events
 
 
 def timeline_of(run: Run) -> Timeline:
@@ -59,19 +96,6 @@ def timeline_of(run: Run) -> Timeline:
     times = [run.odometry.time, run.commanded.time, run.measured.time, run.battery.time, run.sonar.time]
     ends = [float(time[end]) for time in times if len(time) for end in (0, -1)]
     return Timeline(min(ends), max(ends))
-
-
-def _map_size(view: View, room: float) -> Tuple[float, float, bool]:
-    """Inches for the view from above, of which so many are free in height; whether there is room for its legend beside it."""
-    span = view.high - view.low
-    scale = min((RIGHT - LEFT) / span[0], max(room, LEAST_MAP) / span[1], LARGEST_SCALE)
-    width, height = scale * span
-    return width, height, width < RIGHT - LEFT - BESIDE
-
-
-def _legend_height(run: Run) -> float:
-    """Inches that the legend takes below the map."""
-    return 0.2 + 0.24 * -(-min(len(run.gripper), EVENTS_LISTED) // 4)
 
 
 def _write_head(paper: Paper, run: Run, view: View, timeline: Timeline, title: Optional[str], wrong: Sequence[Incident], damage: Sequence[str]) -> None:
@@ -84,12 +108,12 @@ def _write_head(paper: Paper, run: Run, view: View, timeline: Timeline, title: O
     paper.text(RIGHT, TOP + 0.17, began, size=SMALL, color=FAINT, ha="right")
     paper.text(LEFT, TOP + 0.43, "   ·   ".join(summary(run, view, wrong)), room=RIGHT - LEFT, size=BODY)
     for number, line in enumerate(damage):
-        paper.text(LEFT, TOP + 0.43 + LINE * (number + 1), line, size=BODY, color=VERMILLION, fontweight="bold")
+        paper.text(LEFT, TOP + 0.43 + LINE * (number + 1), line, room=RIGHT - LEFT, color=VERMILLION, **DAMAGED)
 
 
 def summary(run: Run, view: View, wrong: Sequence[Incident]) -> List[str]:
     """The figures of a run."""
-    parts = [how_long(run.duration), f"{view.path.length:.1f} m driven"]
+    parts = [how_long(run.duration), f"{view.path.length:.{1 if view.path.length < 100 else 0}f} m driven"]
     if run.truth is not None:
         end = view.odometry.pose(-1)
         parts.append(f"odometry {100 * np.hypot(end[0] - view.path.x[-1], end[1] - view.path.y[-1]):.0f} cm off at the end")
@@ -110,10 +134,12 @@ def _write_legend(paper: Paper, axes, run: Run, timeline: Timeline, left: float,
     )  # fmt: skip
     for line in legend.get_lines():
         line.set_markersize(max(line.get_markersize(), 5))  # an echo's dot is too small to be seen alone
-    top += 0.31 if columns > 1 else LINE * len(shown) + 0.12
+    if len(run.gripper) > strips.BADGES:
+        return
+    top += -(-len(shown) // columns) * LINE + 0.1
     for number, event in enumerate(run.gripper[:EVENTS_LISTED], 1):
-        row, column = divmod(number - 1, 4 if columns > 1 else 1)
-        x, y = left + 0.1 + column * (RIGHT - LEFT) / 4, top + row * 0.24
+        row, column = divmod(number - 1, EVENTS_BESIDE[columns])
+        x, y = left + 0.1 + column * (RIGHT - left) / EVENTS_BESIDE[columns], top + row * EVENT_LINE
         _badge(paper, x, y, str(number), EVENT[event.what])
         paper.text(x + 0.16, y, f"{event.what} at {timeline.write(event.time)}", size=SMALL)
 
@@ -126,12 +152,14 @@ def _badge(paper: Paper, left: float, middle: float, words: str, colour: str) ->
 
 def _write_wrong(paper: Paper, top: float, wrong: Sequence[Incident], timeline: Timeline) -> None:
     """Under the strips: what the letters mean."""
-    for each in (each for each in wrong if each.letter):
-        top += LINE
-        _badge(paper, LEFT + 0.1, top, each.letter, strips.SAID_COLOUR[each.level])
-        when = timeline.write(each.times[0]) + (f", {len(each.times)}×" if len(each.times) > 1 else "")
-        paper.text(LEFT + 0.27, top, when, size=SMALL, color=FAINT)
-        paper.text(strips.NAMES + 0.3, top, each.words, room=RIGHT - strips.NAMES - 0.3, size=SMALL)
+    listed = [each for each in wrong if each.letter]
+    rows = [top + LINE * (number + 0.5) for number in range(len(listed) + 1)]
+    times = [timeline.write(each.times[0]) + (f", {len(each.times)}×" if len(each.times) > 1 else "") for each in listed]
+    times = [paper.text(LEFT + 0.27, row, time, size=SMALL, color=FAINT) for row, time in zip(rows, times)]
+    left = LEFT + 0.27 + max((paper.wide(time) for time in times), default=0.0) + 0.12
+    for row, each in zip(rows, listed):
+        _badge(paper, LEFT + 0.1, row, each.letter, strips.SAID_COLOUR[each.level])
+        paper.text(left, row, each.words, room=RIGHT - left, size=SMALL)
     more = sum(len(each.times) for each in wrong if not each.letter)
     if more:
-        paper.text(LEFT + 0.27, top + LINE, f"and {more} more, which have no letter", size=SMALL, color=FAINT)
+        paper.text(LEFT + 0.27, rows[-1], f"and {more} more, without a letter", size=SMALL, color=FAINT)

@@ -1,5 +1,6 @@
 """A sheet of paper to draw on, A4 wide, with places given in inches from its upper left corner."""
 
+import re
 from typing import List, Tuple
 
 from pioneer_control.pictures import INK
@@ -44,9 +45,9 @@ class Paper:
         """How wide a text is, inches."""
         return text.get_window_extent(self.figure.canvas.get_renderer()).width / self.figure.dpi
 
-    def lines(self, words: str, room: float, size: float = BODY) -> List[str]:
+    def lines(self, words: str, room: float, size: float = BODY, **look) -> List[str]:
         """Words broken into lines of at most so many inches."""
-        probe, lines = self.figure.text(0, 0, "", fontsize=size), [""]
+        probe, lines = self.figure.text(0, 0, "", fontsize=size, **look), [""]
         for word in words.split():
             probe.set_text(plain(f"{lines[-1]} {word}".strip()))
             if lines[-1] and self.wide(probe) > room:
@@ -55,6 +56,11 @@ class Paper:
                 lines[-1] = f"{lines[-1]} {word}".strip()
         probe.remove()
         return lines
+
+
+def stem(path: str) -> str:
+    """The name of a bag without what all bags end in, also of one that was not closed."""
+    return re.sub(r"(\.bag)?(\.active)?$", "", path)
 
 
 def plain(words: str) -> str:

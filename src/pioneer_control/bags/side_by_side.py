@@ -8,7 +8,7 @@ import numpy as np
 from pioneer_control.bags import from_above, strips
 from pioneer_control.bags.compare import Deviation, Driven, deviation, distance_between, driven, first_movement, from_its_start
 from pioneer_control.bags.incidents import incidents
-from pioneer_control.bags.paper import BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper
+from pioneer_control.bags.paper import BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper, stem
 from pioneer_control.bags.run import Map, Run, Track
 from pioneer_control.bags.timeline import Timeline, how_long
 from pioneer_control.errors import UsageError
@@ -59,7 +59,7 @@ def check_number(runs: int) -> None:
 
 def names(runs: Sequence[Run]) -> List[str]:
     """Files without their ending; with the robot's name too, or the directory's, where that tells apart what would have the same name."""
-    files = [os.path.splitext(os.path.basename(run.path))[0] for run in runs]
+    files = [stem(os.path.basename(run.path)) for run in runs]
     if len(set(files)) == len(files):
         return files
     if len({(run.path, run.robot) for run in runs}) == len(runs) == len({run.robot for run in runs}):
@@ -79,7 +79,7 @@ def figure(runs: Sequence[Run], title: Optional[str] = None):
     shown = _curves(rows)
 
     head, table = 0.78, ROW * (len(rows) + 1) + 0.2
-    below = table + strips.height(shown, ()) + AXIS
+    below = table + strips.height(shown, 0) + AXIS
     room = HEIGHT - TOP - head - AXIS - below - BOTTOM
     width, height = min((RIGHT - LEFT) / (high - low)[0], room / (high - low)[1], LARGEST_SCALE) * (high - low)
 
@@ -89,7 +89,7 @@ def figure(runs: Sequence[Run], title: Optional[str] = None):
     _draw_paths(axes, rows, laid, walls, low, high, width)
     draw_frame(axes, low[0], high[0])
     _write_table(paper, TOP + head + height + AXIS + ROW / 2, rows)
-    strips.draw(paper, TOP + head + height + AXIS + table, shown, (), timeline, "each began to move")
+    strips.draw(paper, strips.NAMES, TOP + head + height + AXIS + table, shown, (), timeline, "each began to move")
     return paper.figure
 
 
@@ -114,9 +114,9 @@ def _draw_paths(axes, rows: Sequence[Compared], laid: Sequence[Track], walls: Op
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     if walls is not None:
         from_above.draw_map(axes, walls)
-    for track, look in zip(laid, LOOKS):
+    for number, (track, look) in enumerate(zip(laid, LOOKS)):
         axes.plot(track.x, track.y, zorder=3, **look)
-        axes.plot(*track.pose(-1)[:2], "s", color=look["color"], markeredgecolor="white", markeredgewidth=0.8, markersize=6, zorder=6)
+        axes.plot(*track.pose(-1)[:2], "s", color=look["color"], markeredgecolor="white", markeredgewidth=0.8, markersize=5.5 if number else 9, zorder=6)
     axes.plot(*laid[0].pose(0)[:2], "o", color="white", markeredgecolor=INK, markersize=6, zorder=6)
     from_above.draw_arrows(axes, laid[0], (high - low)[0] / inches)
 
@@ -131,7 +131,7 @@ def _write_table(paper: Paper, top: float, rows: Sequence[Compared]) -> None:
         top += ROW
         (left, middle), (right, _) = paper.at(LEFT, top), paper.at(LEFT + 0.35, top)
         paper.figure.add_artist(Line2D([left, right], [middle, middle], **look))
-        paper.text(LEFT + 0.45, top, row.name, room=ENDS[0] - LEFT - 1.15)
+        paper.text(LEFT + 0.45, top, row.name + " (damaged)" * bool(row.run.damage), room=ENDS[0] - LEFT - 1.1)
         for words, end in zip(figures(row), ENDS):
             paper.text(end, top, words, ha="right")
 
@@ -143,7 +143,7 @@ def figures(row: Compared) -> Tuple[str, ...]:
     own = how_long(way.time), f"{way.length:.2f} m", f"{way.mean_speed:.2f} m/s", str(way.stops), str(faults)
     if apart is None:
         return (*own, "", "")
-    return (*own, length(apart.maximum), f"{length(apart.at_end)}, {np.degrees(apart.turn_at_end):+.0f}°")
+    return (*own, length(apart.maximum), f"{length(apart.at_end)}, {np.degrees(apart.turn_at_end):+.0f}°".replace("-", "−"))
 
 
 def length(metres: float) -> str:

@@ -4,7 +4,7 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from pioneer_control.bags.from_above import EVENT
+from pioneer_control.bags.from_above import BADGES, EVENT
 from pioneer_control.bags.incidents import ERROR, WARNING, Incident, made, silences
 from pioneer_control.bags.run import Run, Series, Span, Velocities
 from pioneer_control.bags.paper import RIGHT, Paper
@@ -14,9 +14,9 @@ from pioneer_control.pictures import BEYOND, BLUE, FAINT, GREEN, INK, ORANGE, PU
 CURVE, BATTERY, LANE = 0.8, 0.45, 0.19  # inches high
 BETWEEN = 0.09  # inches between two strips
 NAMES = 1.15  # inches from the left edge of the paper: room for the strips' names
-TICKS = 10  # on the axis of time, at most
+TICKS_APART = 0.65  # inches, on the axis of time
 LEAST_SPEED, LEAST_VOLTS = 0.2, 1.0  # shown at least: noise is not blown up
-BADGES_APART = 0.17  # inches
+BADGES_APART, VALUES_APART = 0.17, 0.15  # inches
 COMMANDED = dict(label="commanded", color=ORANGE, linewidth=3.0, alpha=0.7, drawstyle="steps-post")  # it holds until the next one
 MEASURED = dict(label="measured", color=BLUE, linewidth=1.0)  # thin and dark over wide and light
 VOLTAGE = dict(color=INK, linewidth=1.0)
@@ -73,8 +73,8 @@ def velocities(each: Sequence[Tuple[Velocities, Dict[str, object]]]) -> List[Cur
     ] * bool(some)
 
 
-def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline) -> List[Lane]:
-    """What a run has to show as rows. What never was is no row, but for the motors."""
+def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float = RIGHT - NAMES) -> List[Lane]:
+    """What a run has to show as rows that are so many inches wide. What never was is no row, but for the motors."""
     end = timeline.end
     held_by = tuple(Badge(event.time, str(number), EVENT[event.what]) for number, event in enumerate(run.gripper, 1))
     found = [
@@ -82,16 +82,16 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline) -> List[Lane]
         Lane("STOP button", VERMILLION, "////", on(run.e_stop, end)),
         Lane("stalled", PURPLE, "xxxx", tuple((span.begin, span.end) for span in run.stalls)),
         Lane("bumped", INK, "....", tuple((span.begin, span.end) for span in run.bumps)),
-        Lane("gripper", SKY, "", held(run, end), held_by),
+        Lane("gripper", SKY, "", held(run, end), held_by if len(held_by) <= BADGES else ()),
     ]
     shown = [lane for lane in found if lane.spans or lane.badges or (lane.name == "motors on" and len(run.motors.time))]
     shown += doings(run, end) + [lane for lane in (_said(level, wrong) for level in SAID) if lane.spans]
-    return shown + packed(BROKEN, PURPLE, made(run.faults, end), timeline) + packed(SILENT, SILENCE, silences(run.gaps), timeline)
+    return shown + packed(BROKEN, PURPLE, made(run.faults, end), timeline, inches) + packed(SILENT, SILENCE, silences(run.gaps), timeline, inches)
 
 
-def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline) -> List[Lane]:
+def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, inches: float) -> List[Lane]:
     """Spans with words on them, in as few rows as they need to leave each other alone; what that is too much for is in the last one, without words."""
-    second, rows, ends = (RIGHT - NAMES) / timeline.span, [], []
+    second, rows, ends = inches / timeline.span, [], []
     for span in sorted(spans):
         wide = LETTER * len(span.what) / second
         begin = max(min(span.begin, timeline.end - wide), timeline.begin)
@@ -152,19 +152,19 @@ def _said(level: int, wrong: Sequence[Incident]) -> Lane:
 # --- On paper ---------------------------------------------------------------------------------------------------------
 
 
-def height(shown: Sequence[Curves], rows: Sequence[Lane]) -> float:
+def height(shown: Sequence[Curves], lanes: int) -> float:
     """Inches that the strips take, without the axis of time."""
-    return sum(each.height + BETWEEN for each in shown) + LANE * len(rows)
+    return sum(each.height + BETWEEN for each in shown) + LANE * lanes
 
 
-def draw(paper: Paper, top: float, shown: Sequence[Curves], rows: Sequence[Lane], timeline: Timeline, since: str = "the start") -> None:
+def draw(paper: Paper, left: float, top: float, shown: Sequence[Curves], rows: Sequence[Lane], timeline: Timeline, since: str = "the start") -> None:
     """Draw strips under each other on a sheet , and below the last the axis of time: since what it counts."""
-    left, width = NAMES, RIGHT - NAMES
+    width = RIGHT - left
     silent = [span for lane in rows if lane.colour == SILENCE for span in lane.spans]
     drawn = []
     for each in shown:
         axes = paper.axes(left, top, width, each.height)
-        draw_curves(axes, each)
+        draw_curves(axes, each, width)
         drawn.append(axes)
         top += each.height + BETWEEN
     if rows:
@@ -172,7 +172,7 @@ def draw(paper: Paper, top: float, shown: Sequence[Curves], rows: Sequence[Lane]
         draw_lanes(axes, rows, timeline, width)
         drawn.append(axes)
     for axes in drawn:
-        draw_time(axes, timeline, f"time since {since} ({timeline.unit})" if axes is drawn[-1] else "")
+        draw_time(axes, timeline, int(width / TICKS_APART), f"time since {since} ({timeline.unit})" if axes is drawn[-1] else "")
         for begin, end in silent:
             axes.axvspan(begin, end, color=BEYOND, linewidth=0, zorder=0)
     labelled = [axes for axes in drawn if any(axes.get_legend_handles_labels())]
@@ -182,30 +182,27 @@ def draw(paper: Paper, top: float, shown: Sequence[Curves], rows: Sequence[Lane]
         )
 
 
-def draw_curves(axes, strip: Curves) -> None:
-    """The lines of one strip."""
+def draw_curves(axes, strip: Curves, width: float) -> None:
+    """The lines of one strip, which is so many inches wide."""
     for time, value, look in strip.lines:
         axes.plot(time, value, **look)
     values = np.concatenate([value[np.isfinite(value)] for _, value, _ in strip.lines] + [np.zeros(1 if strip.zero else 0)])
     low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
     wider = max(0.12 * (high - low), (strip.least - (high - low)) / 2)
     axes.set_ylim(low - wider, high + wider)
-    axes.set_yticks(value_ticks(low - wider, high + wider, 3 if strip.height > 0.6 else 2))
+    axes.set_yticks(value_ticks(low - wider, high + wider, int(strip.height / VALUES_APART)))
     if strip.zero:
         axes.axhline(0.0, color=FAINT, linewidth=0.6, zorder=1)
     axes.set_ylabel(strip.name, rotation=0, ha="right", va="center", multialignment="right", fontsize=7.5, color=INK)
-    axes.yaxis.set_label_coords(-0.053, 0.5)
+    axes.yaxis.set_label_coords(-0.42 / width, 0.5)
 
 
 def value_ticks(low: float, high: float, most: int) -> np.ndarray:
-    """Round values well inside an axis, so many or a few more, so that no number touches that of the next strip."""
+    """Round values well inside an axis, as many as may be, so that no number touches that of the next strip."""
     edge = 0.08 * (high - low)
     power = 10.0 ** np.floor(np.log10((high - low) / most))
-    for step in (10 * power, 5 * power, 2 * power, power):
-        ticks = step * np.arange(np.ceil((low + edge) / step), np.floor((high - edge) / step) + 1)
-        if len(ticks) >= most:
-            break
-    return ticks
+    steps = (ten * power * np.arange(np.ceil((low + edge) / ten / power), np.floor((high - edge) / ten / power) + 1) for ten in (1, 2, 5, 10, 20))
+    return next(ticks for ticks in steps if len(ticks) <= most)
 
 
 def draw_lanes(axes, rows: Sequence[Lane], timeline: Timeline, width: float) -> None:
@@ -231,9 +228,9 @@ def draw_lanes(axes, rows: Sequence[Lane], timeline: Timeline, width: float) -> 
         axes.axhline(line, color=BEYOND, linewidth=0.5, zorder=1)
 
 
-def draw_time(axes, timeline: Timeline, name: str) -> None:
+def draw_time(axes, timeline: Timeline, most: int, name: str) -> None:
     """The axis of time, written below the strip where it has a name, and the frame of a strip."""
-    ticks = timeline.ticks(TICKS)
+    ticks = timeline.ticks(most)
     axes.set_xlim(timeline.begin, timeline.begin + timeline.span)
     axes.set_xticks(ticks)
     axes.set_xticklabels([timeline.number(tick) for tick in ticks] if name else [])
