@@ -56,25 +56,23 @@ def main():
     if not switch_motors_on(motors):
         rospy.logerr("the motors do not go on: does the driver run, is the robot's STOP button released?")
         return 1
-
     command = Twist(linear=Vector3(x=SPEED))
 
     def stop():
         command.linear.x = 0.0  # also of what the loop below may still publish
         for _ in range(3):  # the process may end next: give the message time to leave
             velocity.publish(command)
-            rospy.rostime.wallsleep(0.05)
+            time.sleep(0.05)
 
     rospy.on_shutdown(stop)  # at the end, at Ctrl-C and at rosnode kill
     rospy.Subscriber(NAMESPACE + "/pose", Odometry, print_odometry, queue_size=1)
     rospy.Subscriber(NAMESPACE + "/sonar", SonarArray, print_sonar, queue_size=1)
     rate = rospy.Rate(10, reset=True)  # the driver stops a robot that is not told for 0.6 s; reset: time may jump back
     for _ in range(round(10 * duration)):
-        rate.sleep()  # first: while time is paused, nothing drives
         if rospy.is_shutdown():
             break
         velocity.publish(command)
-    rate.sleep()
+        rate.sleep()
 
 
 if __name__ == "__main__":

@@ -104,10 +104,13 @@ def _publish_log_by(listener: logging.handlers.QueueListener) -> None:
 
 
 def wait_for_clock() -> None:
-    """Return once ROS has a time. Where it is simulated and nobody tells it yet, this says so. Raises ROSInterruptException when ROS shuts down."""
-    if not rospy.get_time():
-        rospy.loginfo("waiting for the time on /clock: use_sim_time is set")
-        sleep(0.0)
+    """Return once ROS time goes on. Raises ROSInterruptException when ROS shuts down.
+
+    Where it is simulated this says what is waited for: nobody may tell it yet, or it may be paused.
+    """
+    if not rospy.rostime.is_wallclock():
+        rospy.loginfo("waiting for the time on /clock to go on (use_sim_time is set)")
+        sleep(1e-9)
 
 
 def sleep(duration: float) -> None:
