@@ -13,11 +13,12 @@ from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import Odometry
 
 from pioneer_control.msg import MotorState, SonarArray
-from pioneer_control.ros_node import init_node, wait_for_clock
+from pioneer_control.ros_node import init_node, ticks, wait_for_clock
 
 NAMESPACE = "pioneer"
 SPEED = 0.1  # m/s
 MOTORS_ON = 1
+PATIENCE = 15.0  # s
 
 
 def show(text):
@@ -36,7 +37,7 @@ def print_sonar(message):
 
 def switch_motors_on(motors):
     """Ask for the motors until the robot says that they are on; False when it does not in time."""
-    end = time.monotonic() + 15  # s
+    end = time.monotonic() + PATIENCE
     while time.monotonic() < end and not rospy.is_shutdown():
         motors.publish(MotorState(state=MOTORS_ON))
         try:
@@ -56,6 +57,7 @@ def main():
     if not switch_motors_on(motors):
         rospy.logerr("the motors do not go on: does the driver run, is the robot's STOP button released?")
         return 1
+
     command = Twist(linear=Vector3(x=SPEED))
 
     def stop():
@@ -67,12 +69,8 @@ def main():
     rospy.on_shutdown(stop)  # at the end, at Ctrl-C and at rosnode kill
     rospy.Subscriber(NAMESPACE + "/pose", Odometry, print_odometry, queue_size=1)
     rospy.Subscriber(NAMESPACE + "/sonar", SonarArray, print_sonar, queue_size=1)
-    rate = rospy.Rate(10, reset=True)  # the driver stops a robot that is not told for 0.6 s; reset: time may jump back
-    for _ in range(round(10 * duration)):
-        if rospy.is_shutdown():
-            break
+    for _ in ticks(10, duration):  # ten times a second: the driver stops a robot that is not told for 0.6 s
         velocity.publish(command)
-        rate.sleep()
 
 
 if __name__ == "__main__":

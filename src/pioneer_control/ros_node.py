@@ -12,7 +12,7 @@ import sys
 import threading
 import types
 import xmlrpc.client
-from typing import Any, Optional
+from typing import Any, Iterator, Optional
 
 import rosgraph
 import rospy
@@ -120,6 +120,19 @@ def sleep(duration: float) -> None:
             return rospy.sleep(duration)
         except rospy.ROSTimeMovedBackwardsException:
             pass
+
+
+def ticks(rate: float, duration: float) -> Iterator[None]:
+    """Yields `rate` times a second for `duration` seconds of ROS time, or until ROS shuts down.
+
+    Not while time is paused, and no oftener when it jumps back: who drives by it drives no farther.
+    """
+    pace = rospy.Rate(rate, reset=True)
+    for _ in range(round(rate * duration)):
+        if rospy.is_shutdown():
+            return
+        yield
+        pace.sleep()
 
 
 class _Impatient(xmlrpc.client.Transport):
