@@ -130,7 +130,7 @@ class _File:
         if head.fields.get(b"encryptor", b"") not in (b"", b"rosbag/NoEncryptor"):
             raise BagError(f"{self.path} is encrypted. To make a bag of it that can be read: rosbag decrypt")
         self._index, = U64.unpack(head.fields[b"index_pos"])
-        if 0 < self._index < self.size:
+        if 0 < self._index <= self.size:
             self._read_index(source, *(U32.unpack(head.fields[name])[0] for name in (b"conn_count", b"chunk_count")))
 
     def _read_index(self, source: Source, connection_count: int, chunk_count: int) -> None:
