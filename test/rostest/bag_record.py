@@ -1,0 +1,337 @@
+#!/usr/bin/python3
+"""Every message that was published is in the bag: counted by sequence numbers, by a second subscriber, and by what went over the robots' lines.
+
+The robots' cables are pulled while recorders and a witness connect, so that all of them hear from the same packet on; their drivers end before the
+recorders do. One recorder writes parts, with both robots in them and one that nobody has; another one is killed.
+"""
+
+import collections
+import os
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+import xmlrpc.client
+
+import rosgraph
+import rosnode
+import rospy
+import rostest
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from std_srvs.srv import SetBool, Trigger
+
+from pioneer_control import p2os
+from pioneer_control.bags.reader import decode, read_bag
+from pioneer_control.bags.recording_description import description_of
+from pioneer_control.bags.recording_start import parts_of
+from pioneer_control.p2os.recording import entries
+from pioneer_control.srv import AddFault
+
+PATIENCE = 40.0  # s
+ROBOTS = "robot1", "robot2"
+OF_EVERY_PACKET = "pose", "joint_states", "motor_state", "battery_state", "battery", "stall", "gripper_state", "dio", "aio"
+NUMBERED = "pose", "sonar", "joint_states", "battery_state", "battery", "stall", "ground_truth"
+"""Topics whose messages have a header, with a number that the publisher counts."""
+LATCHED = "robot_info", "recording", "e_stop", "p2os/parameter_updates"
+
+
+# The checks
+
+def holes(numbers):
+    """The sequence numbers that are missing between the first and the last, or come out of order."""
+    return [(one, other) for one, other in zip(numbers, numbers[1:]) if other != one + 1]
+
+
+def within(part, whole):
+    """Whether a list is a piece of another without anything left out."""
+    part, whole = list(part), list(whole)
+    return any(whole[start:start + len(part)] == part for start in range(len(whole) - len(part) + 1))
+
+
+def way(places):
+    """The places from the last before the first change to the first after the last one; empty where nothing ever changes."""
+    changes = [number for number, (one, other) in enumerate(zip(places, places[1:])) if one != other]
+    return places[changes[0]:changes[-1] + 2] if changes else []
+
+
+def steps(places):
+    """Where the places change: the same of any two reports of one way, whatever their units."""
+    return [one != other for one, other in zip(places, places[1:])]
+
+
+def sips_on_the_wire(lines, robot):
+    """The place (raw) of each SIP that a robot's client got, by the record of the lines."""
+    decoder = p2os.FrameDecoder()
+    for entry in entries(lines):
+        if entry.robot == robot and not entry.to_robot and entry.data:
+            for packet in map(p2os.decode_packet, decoder.feed(entry.data)):
+                if isinstance(packet, p2os.Sip):
+                    yield packet.x_counts, packet.y_counts, packet.heading_units
+
+
+def wait_until(what, condition):
+    """Until a condition holds; AssertionError that says what did not happen."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, f"not within {PATIENCE:.0f} s: {what}"
+        time.sleep(0.05)
+
+
+class Checks(unittest.TestCase):
+    """They find what they are for."""
+
+    def test_a_missing_number_is_found(self):
+        self.assertEqual(holes([4, 5, 6]), [])
+        self.assertEqual(holes([4, 6, 7]), [(4, 6)])
+        self.assertEqual(holes([4, 4, 5]), [(4, 4)])
+        self.assertEqual(holes([5, 4]), [(5, 4)])
+
+    def test_a_list_with_something_left_out_is_no_piece(self):
+        self.assertTrue(within("bc", "abcd"))
+        self.assertFalse(within("bd", "abcd"))
+        self.assertFalse(within("abcd", "bc"))
+
+    def test_a_report_that_is_missing_changes_the_way(self):
+        whole = [0, 0, 0, 1, 2, 2, 3, 3, 3]
+        self.assertEqual(way(whole), [0, 1, 2, 2, 3])
+        self.assertEqual(steps(way(whole)), steps(way([10 * place for place in whole[1:-1]])), "what is missing outside of it, and the unit, do not matter")
+        for number in range(3, 6):
+            self.assertNotEqual(steps(way(whole)), steps(way(whole[:number] + whole[number + 1:])))
+        self.assertEqual(way([1, 1]), [])
+
+
+class Witness:
+    """A second subscriber: keeps the bytes of all messages as they come."""
+
+    def __init__(self, topics):
+        self.heard = {topic: [] for topic in topics}
+        self._subscribers = [rospy.Subscriber(topic, rospy.AnyMsg, lambda message, topic=topic: self.heard[topic].append(message._buff)) for topic in topics]
+
+    def pose(self, robot):
+        """The newest."""
+        return Odometry().deserialize(self.heard[f"/{robot}/pose"][-1])
+
+    def forget(self):
+        for kept in self.heard.values():
+            kept.clear()
+
+
+def destinations(node, topic):
+    """Names of those that a node sends a topic to, by what it says itself."""
+    uri = rosgraph.Master("/bag_record").lookupNode(node)
+    _, _, connections = xmlrpc.client.ServerProxy(uri).getBusInfo("/bag_record")
+    return {connection[1] for connection in connections if connection[2] == "o" and connection[4] == topic}
+
+
+class Record(unittest.TestCase):
+    """One run, recorded twice."""
+
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node("bag_record", disable_signals=True)
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = folder.name
+        cls.stem, cls.killed = os.path.join(folder.name, "parts"), os.path.join(folder.name, "killed")
+        cls.witness = Witness([f"/{robot}/{name}" for robot in ROBOTS for name in OF_EVERY_PACKET])
+        wait_until("both robots are there, and heard", lambda: all(cls.witness.heard.values()))
+        cls.record()
+        cls.parts = parts_of(cls.stem)
+        cls.messages = list(read_bag(cls.parts))
+        cls.by_topic = collections.defaultdict(list)
+        for message in cls.messages:
+            cls.by_topic[message.topic].append(message)
+
+    @classmethod
+    def start(cls, name, *arguments):
+        """A recorder in a terminal of its own."""
+        log = open(os.path.join(cls.folder, name + ".log"), "w")
+        cls.addClassCleanup(log.close)
+        process = subprocess.Popen(arguments, cwd=cls.folder, env=dict(os.environ, PWD=cls.folder), stdout=log, stderr=log, start_new_session=True)
+        cls.addClassCleanup(lambda: process.poll() is None and os.killpg(process.pid, signal.SIGKILL))
+        return process
+
+    @classmethod
+    def record(cls):
+        """A way with both robots, into the bags."""
+        rospy.wait_for_service("/simulator/add_fault", PATIENCE)
+        cls.addClassCleanup(os.remove, rospy.get_param("/simulator/record"))
+        cls.pull_cables()
+        cls.witness.forget()
+        parts = cls.start("parts", "roslaunch", "pioneer_control", "record.launch", "robots:=robot1, robot2 nobody", "bag:=parts", "split:=6s")
+        killed = cls.start("killed", "rosrun", "pioneer_control", "record", "robot1", "--bag=killed.bag", "__name:=killed")
+        recorders = "/robot1/recorder", "/robot1/killed"
+        for robot in ROBOTS:
+            for name in OF_EVERY_PACKET:
+                wanted = set(recorders if robot == "robot1" else recorders[:1]) | {"/bag_record"}
+                wait_until(f"all hear {robot}'s {name}", lambda: wanted <= destinations(f"/{robot}/p2os", f"/{robot}/{name}"))
+        cls.second = subprocess.run(["rosrun", "pioneer_control", "record", "robot1"], cwd=cls.folder, universal_newlines=True, stderr=subprocess.PIPE)
+        assert rospy.ServiceProxy("/simulator/clear_faults", Trigger)().success
+        wait_until("the robots are back", lambda: all(cls.witness.heard[f"/{robot}/pose"] for robot in ROBOTS))
+        cls.drive(0.3)
+        cls.kill(killed)
+        cls.drive(0.3)
+        wait_until("it is said that nobody is there", lambda: "nothing is published under /nobody" in cls.log("parts"))
+        cls.pull_cables()
+        rosnode.kill_nodes([f"/{robot}/p2os" for robot in ROBOTS])
+        wait_until("the drivers are gone", lambda: not {f"/{robot}/p2os" for robot in ROBOTS} & set(rosnode.get_node_names()))
+        os.killpg(parts.pid, signal.SIGINT)
+        parts.wait(PATIENCE)
+
+    @classmethod
+    def log(cls, name):
+        with open(os.path.join(cls.folder, name + ".log")) as file:
+            return file.read()
+
+    @classmethod
+    def pull_cables(cls):
+        """The robots send nothing any more, and the last message has come."""
+        for robot in "12":
+            assert rospy.ServiceProxy("/simulator/add_fault", AddFault)("cable robot " + robot).success
+
+        def silent():
+            before = {topic: len(kept) for topic, kept in cls.witness.heard.items()}
+            time.sleep(1.0)
+            return before == {topic: len(kept) for topic, kept in cls.witness.heard.items()}
+        wait_until("the robots are silent", silent)
+
+    @classmethod
+    def drive(cls, distance):
+        """Both robots on curves, from rest to rest."""
+        ended = threading.Event()
+        publishers = [rospy.Publisher(f"/{robot}/cmd_vel", Twist, queue_size=1) for robot in ROBOTS]
+
+        def command():
+            while not ended.wait(0.1):
+                for publisher in publishers:
+                    twist = Twist()
+                    twist.linear.x, twist.angular.z = 0.2, 0.3
+                    publisher.publish(twist)
+
+        start = {robot: cls.witness.pose(robot).pose.pose.position.x for robot in ROBOTS}
+        for robot in ROBOTS:
+            switch_on = rospy.ServiceProxy(f"/{robot}/set_motors", SetBool)
+            wait_until(f"{robot}'s motors are on", lambda: switch_on(True).success)
+        thread = threading.Thread(target=command)
+        thread.start()
+        try:
+            wait_until("both have driven", lambda: all(abs(cls.witness.pose(robot).pose.pose.position.x - start[robot]) > distance for robot in ROBOTS))
+        finally:
+            ended.set()
+            thread.join()
+        sent = {robot: cls.witness.pose(robot).header.seq for robot in ROBOTS}
+        wait_until("both stand", lambda: all(pose.header.seq > sent[robot] + 10 and pose.twist.twist.linear.x == 0.0
+                                             for robot, pose in ((robot, cls.witness.pose(robot)) for robot in ROBOTS)))
+
+    @classmethod
+    def kill(cls, process):
+        """The recorder itself, with force; it is what the program that was started has become."""
+        process.send_signal(signal.SIGKILL)
+        process.wait(PATIENCE)
+        wait_until("its attendant has said so", lambda: "the recorder was killed" in cls.log("killed"))
+
+    # What must be so
+
+    def holes(self, messages):
+        """Sequence numbers that a list of messages lacks: (topic, publisher, before, after). rosbag's own lines on /rosout have no publisher, nor numbers."""
+        numbered = {f"/{robot}/{name}" for robot in ROBOTS for name in NUMBERED} | {"/rosout", "/diagnostics"}
+        numbers = collections.defaultdict(list)
+        for message in messages:
+            if message.topic in numbered and message.connection.caller:
+                numbers[message.topic, message.connection.caller].append(decode(message.connection, message.data).header.seq)
+        self.assertLessEqual(numbered, {topic for topic, _ in numbers})
+        return [(*key, *hole) for key, found in numbers.items() for hole in holes(found)]
+
+    def differing(self, messages):
+        """Topics of which a list of messages has not exactly what the witness heard."""
+        recorded = collections.defaultdict(list)
+        for message in messages:
+            recorded[message.topic].append(message.data)
+        return [topic for topic, heard in self.witness.heard.items() if recorded[topic] != heard]
+
+    def ways(self, messages, number):
+        """The way of a robot by a list of messages, and by what went over its line."""
+        poses = [decode(message.connection, message.data).pose.pose for message in messages if message.topic == f"/robot{number}/pose"]
+        with open(rospy.get_param("/simulator/record")) as file:
+            sent = way(list(sips_on_the_wire(file, number)))
+        return way([(pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w) for pose in poses]), sent
+
+    def test_no_sequence_number_is_missing(self):
+        self.assertEqual(self.holes(self.messages), [])
+
+    def test_the_bag_has_what_a_second_subscriber_heard_byte_by_byte(self):
+        self.assertEqual(self.differing(self.messages), [])
+        for robot in ROBOTS:
+            counts = {name: len(self.by_topic[f"/{robot}/{name}"]) for name in OF_EVERY_PACKET}
+            self.assertEqual(len(set(counts.values())), 1, f"each packet has a message on each topic: {counts}")
+
+    def test_the_bag_has_a_message_for_each_packet_on_the_line(self):
+        for number, robot in enumerate(ROBOTS, 1):
+            recorded, sent = self.ways(self.messages, number)
+            self.assertGreater(len(recorded), 30)
+            self.assertEqual(len(recorded), len(sent))
+            self.assertEqual(steps(recorded), steps(sent))
+            transforms = [decode(message.connection, message.data).transforms[0] for message in self.by_topic["/tf"]]
+            stamps = [decode(message.connection, message.data).header.stamp for message in self.by_topic[f"/{robot}/pose"]]
+            self.assertEqual([transform.header.stamp for transform in transforms if transform.child_frame_id == robot + "/base_link"], stamps)
+            print(f"{robot}: {len(sent)} packets on the line and {len(recorded)} poses in the bag from its first movement to its last; "
+                  f"{len(stamps)} poses in all, in {len(self.parts)} parts")
+
+    def test_a_message_that_is_missing_is_found_by_each_of_these(self):
+        moving = self.by_topic["/robot1/pose"]
+        lost = moving[len(moving) // 2]
+        rest = [message for message in self.messages if message is not lost]
+        self.assertEqual([hole[:2] for hole in self.holes(rest)], [("/robot1/pose", "/robot1/p2os")])
+        self.assertEqual(self.differing(rest), ["/robot1/pose"])
+        recorded, sent = self.ways(rest, 1)
+        self.assertEqual(len(recorded), len(sent) - 1)
+
+    def test_each_part_has_what_is_latched(self):
+        self.assertGreater(len(self.parts), 1)
+        self.assertEqual([os.path.basename(path) for path in self.parts], [f"parts_{number}.bag" for number in range(len(self.parts))])
+        for path in self.parts:
+            there = {message.topic for message in read_bag(path)}
+            self.assertLessEqual({f"/{robot}/{name}" for robot in ROBOTS for name in LATCHED} | {"/tf_static", "/map", "/world"}, there)
+
+    def test_it_says_of_itself_who_was_there(self):
+        made = [description_of(decode(message.connection, message.data).data) for message in self.by_topic["/robot2/recording"]]
+        self.assertEqual({tuple(each.recording["robots"]) for each in made}, {("robot1", "robot2", "nobody")})
+        told = {node for each in made for node in each.nodes}
+        self.assertLessEqual({"/robot1/p2os", "/robot2/p2os", "/simulator", "/robot1/recorder"}, told)
+        self.assertEqual(made[0].parameters_of("/robot2/p2os")["port"], rospy.get_param("/robot2/p2os/port"))
+
+    def test_the_end_was_clean(self):
+        self.assertFalse([path for path in self.parts if path.endswith(".active")])
+        reader = read_bag(self.parts)
+        self.assertTrue(list(reader))
+        self.assertFalse(reader.damage)
+
+    def test_a_killed_recorder_leaves_what_it_has_written(self):
+        self.assertEqual(parts_of(self.killed), [self.killed + ".bag.active"])
+        messages = list(read_bag(self.killed + ".bag.active"))
+        recorded = [message.data for message in messages if message.topic == "/robot1/pose"]
+        self.assertGreater(len(recorded), 0)
+        self.assertTrue(within(recorded, self.witness.heard["/robot1/pose"]))
+        self.assertEqual(recorded[0], self.witness.heard["/robot1/pose"][0])
+        self.assertIn("rosbag reindex", self.log("killed"))
+
+    def test_what_a_killed_recorder_left_is_not_overwritten(self):
+        with open(self.killed + ".bag.active", "rb") as file:
+            before = file.read()
+        again = subprocess.run(["rosrun", "pioneer_control", "record", "robot1", "--bag=killed.bag", "__name:=again"], cwd=self.folder, universal_newlines=True,
+                               stderr=subprocess.PIPE)
+        self.assertEqual(again.returncode, 1)
+        self.assertIn("killed.bag.active is there already", again.stderr)
+        with open(self.killed + ".bag.active", "rb") as file:
+            self.assertEqual(file.read(), before)
+
+    def test_a_second_recorder_of_the_same_name_does_not_end_the_first(self):
+        self.assertEqual(self.second.returncode, 1)
+        self.assertIn("/robot1/recorder records already", self.second.stderr)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("pioneer_control", "bag_record", "__main__")
