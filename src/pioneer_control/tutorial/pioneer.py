@@ -11,6 +11,7 @@
 """
 
 import math
+import operator
 import threading
 import time
 from collections import deque
@@ -54,10 +55,10 @@ class Pioneer:
         """Subscribe to the topics below `namespace`. `speed` [m/s] and `seed` are those of `wander`.
 
         For a re-run from a bag, `begin_at` and `end_at` are the stamps [s] of the first and the last `decision` of each wander, in their order:
-        it then decides on the very messages it decided on live. Raises UsageError for a speed that is not above 0.
+        it then decides on the very messages it decided on live. Raises UsageError for a speed that is not above 0, and a seed that is no whole number.
         """
         self._namespace, self._speed = namespace, _above_zero("speed", speed, "m/s")
-        self._seed = int(time.time()) if seed is None else seed
+        self._seed = int(time.time()) if seed is None else _whole("seed", seed)
         self._begin_at, self._end_at, self._wanders = begin_at, end_at, 0
         self._heard, self._sights = Heard(), Sights()
         self._seen: Deque[Tuple[float, Sight]] = deque(maxlen=KEPT)  # and when [s], monotonic
@@ -403,6 +404,17 @@ def _finite(name: str, value: float, unit: str) -> float:
     if isinstance(value, (int, float)) and math.isfinite(value):
         return value
     raise UsageError("%s is %r: it must be a finite number (%s)" % (name, value, unit))
+
+
+def _whole(name: str, value: int) -> int:
+    """The value, if it is a whole number of 64 bits, as a message holds it. Raises UsageError that says what it is instead."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = None
+    if number is None or not -2 ** 63 <= number < 2 ** 63:
+        raise UsageError("%s is %r: it must be a whole number of at most 64 bits" % (name, value))
+    return number
 
 
 def _above_zero(name: str, value: float, unit: str) -> float:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 
-from pioneer_control.errors import NoAnswerError, RefusedError
+from pioneer_control.errors import NoAnswerError, RefusedError, UsageError
 from pioneer_control.message_values import quaternion_of
 from pioneer_control.msg import MotorState, RobotInfo, SonarArray
 from pioneer_control.robots import find_model
@@ -38,6 +38,9 @@ class Graph:
 
         class Publisher:
             resolved_name = "/" + name
+
+            def get_num_connections(self):
+                return 1
 
             def publish(self, message):
                 with graph.changed:
@@ -90,7 +93,7 @@ def started(ros):
         graph = Graph()
         ros.setattr(pioneer.rospy, "Publisher", graph.publisher)
         ros.setattr(pioneer.rospy, "Subscriber", graph.subscriber)
-        robot = Pioneer("r", seed=4, **more)
+        robot = Pioneer("r", **{"seed": 4, **more})
         robots.append(robot)
         graph.hand_out("robot_info", RobotInfo(
             sonar_numbers=[each.number for each in MODEL.sonar], sonar_poses=[Pose2D(each.x, each.y, each.heading) for each in MODEL.sonar],
@@ -298,3 +301,34 @@ def test_a_second_wander_of_a_re_run_loses_nothing_though_it_comes_late(started)
     robot.close()
     assert [(each[0], each[1]) for each in graph.log()] == [
         (str(stamp(number)), 1) for number in range(13)] + [(str(stamp(number)), 2) for number in range(35, 41)]
+
+
+@pytest.mark.parametrize("seed", ["four", 1.5, 2 ** 63, -2 ** 63 - 1])
+def test_a_seed_that_no_message_can_hold_is_refused(started, seed):
+    with pytest.raises(UsageError, match="seed is .*whole number"):
+        started(seed=seed)
+
+
+@pytest.mark.parametrize("seed", [0, -2 ** 63, 2 ** 63 - 1, True])
+def test_any_other_seed_will_do(started, packets, seed):
+    log = wander_on(*started(seed=seed, begin_at=[stamp(0).to_sec()]), packets[:2] + messages(40)[38:])
+    assert {each[2] for each in log} == {seed}
+
+
+def test_time_that_passed_is_the_shorter_of_real_and_of_ros_time(ros, monkeypatch):
+    now = {"real": 5.0, "ros": 100.0}
+    monkeypatch.setattr(pioneer.time, "monotonic", lambda: now["real"])
+    monkeypatch.setattr(pioneer.rospy, "get_time", lambda: now["ros"])
+    passed, told = pioneer.Passed(), []
+    for real, ros_time in ((6.0, 110.0), (7.0, 110.0), (20.0, 110.0), (20.0, 113.0), (21.0, 3.0), (30.0, 4.0)):
+        now.update(real=real, ros=ros_time)
+        told.append(passed())
+    assert told == [1.0, 2.0, 10.0, 13.0, 13.0, 14.0]
+
+
+def test_no_clock_is_among_what_is_missing(started, monkeypatch):
+    graph, robot = started()
+    assert "/clock" not in robot._missing()
+    monkeypatch.setattr(pioneer.rospy.rostime, "is_wallclock", lambda: False)
+    monkeypatch.setattr(pioneer.rospy, "get_time", lambda: 0.0)
+    assert robot._missing()[0] == "/clock"
