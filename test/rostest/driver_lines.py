@@ -17,6 +17,7 @@ import time
 import unittest
 from xmlrpc.client import ServerProxy
 
+import rosbag
 import rosgraph
 import rosnode
 import rospy
@@ -32,15 +33,18 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "..", "integration")]
 
 from client_lines import Adapter, SpoiltLine  # noqa: E402
+from pioneer_control.bags.wire import main as bag_to_wire  # noqa: E402
 from pioneer_control.msg import GripperState, MotorState, RobotInfo, SonarArray  # noqa: E402
 from pioneer_control.p2os import FrameDecoder, decode_command  # noqa: E402
+from pioneer_control.p2os.recording import read_record  # noqa: E402
 from pioneer_control.robots import find_model  # noqa: E402
 from pioneer_control.simulator.firmware import Firmware, Session  # noqa: E402
 from pioneer_control.simulator.loading import load_world  # noqa: E402
+from pioneer_control.simulator.played_robot import PlayedRobot  # noqa: E402
 from pioneer_control.simulator.robot_numbers import standard_numbers  # noqa: E402
 from pioneer_control.simulator.server import Server  # noqa: E402
 from hanging_master import HangingMaster  # noqa: E402
-from witness import PATIENCE, Witness  # noqa: E402
+from witness import PATIENCE, Witness, heading_of  # noqa: E402
 
 SIGNALLED_AT = (
     ("p2os_driver", "registerPublisher.*/rosout", False),       # the first four: in rospy.init_node
@@ -600,6 +604,52 @@ class DriverLines(unittest.TestCase):
         driver.end()
         self.assertIn("unknown robot model 'p3dz' (near: p3dx", driver.printed)
         self.assertFalse(firmware.motors_enabled)
+
+    def test_every_byte_of_the_line_is_in_the_bag_and_plays_to_another_driver_as_the_same_run(self):
+        folder = self.ending.enter_context(tempfile.TemporaryDirectory())
+        bag, record, wire = (os.path.join(folder, name) for name in ("run.bag", "simulator.wire", "run.wire"))
+        topics = [self.namespace + "/wire", self.namespace + "/pose"]
+        recorder = subprocess.Popen(["rosbag", "record", "-q", "-O", bag, *topics])
+        self.ending.callback(recorder.kill)
+        self.until("the recorder listens", lambda: {name for name, _ in rosgraph.Master("/asks").getSystemState()[1]} >= set(topics))
+        server = self.ending.enter_context(Server(OverheardFirmware(), tcp=0, record=record))
+        driver = self.driver(server.url, publish_wire="true")
+        seen = self.witness(pose=Odometry)
+        self.motors_on(driver)
+        with self.commanding(0.3, angular=0.4):
+            seen.wait("driven", lambda: seen.seen[topics[1]] and seen.seen[topics[1]][-1].pose.pose.position.x > 0.15)
+        recorder.send_signal(signal.SIGINT)
+        self.assertEqual(recorder.wait(PATIENCE), 0)
+        driver.end()
+        server.stop()
+
+        self.assertEqual(bag_to_wire([bag]), 0)
+        entries = {path: read_record(path) for path in (record, wire)}
+        self.assertFalse([entry.note for entry in entries[wire] if "missing" in entry.note])
+        for to_robot in (True, False):
+            whole, kept = (b"".join(entry.data for entry in entries[path] if entry.to_robot == to_robot) for path in (record, wire))
+            self.assertEqual(kept, whole[:len(kept)])
+            self.assertGreater(len(FrameDecoder().feed(kept)), 15)
+
+        played = PlayedRobot(entries[wire])
+        poses = self.namespace + "/again/pose"
+        again = Witness({poses: Odometry})
+        other = self.ending.enter_context(Server(played, tcp=0))
+        self.driver(other.url, self.namespace + "/again")
+        self.until("the record is over", lambda: played.over)
+        then = [place_of(message) for _, message, _ in rosbag.Bag(bag).read_messages(topics[1:])]
+        again.wait("all of it", lambda: again.seen[poses] and place_of(again.seen[poses][-1]) in then[-3:])
+        now = [place_of(message) for message in again.seen[poses]]
+        moves = next(place for place in then if place[0] > 0.0)
+        then, now = then[then.index(moves):], now[now.index(moves):]
+        self.assertEqual(then[:len(now)], now[:len(then)])
+        self.assertGreater(min(len(then), len(now)), 5)
+
+
+def place_of(message):
+    """Of an Odometry: x, y and heading."""
+    pose = message.pose.pose
+    return pose.position.x, pose.position.y, heading_of(pose)
 
 
 if __name__ == "__main__":

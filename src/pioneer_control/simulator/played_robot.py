@@ -102,6 +102,9 @@ class PlayedRobot:
             self._sent.append(step.data)
             self._at += 1
         self.time_us = end_us
+        if self.over and not self._over_told:
+            self._over_told = True
+            self._tell("the record is over: the robot says nothing more")
 
     def take_sent(self) -> bytes:
         """What it said since the last call."""
@@ -157,9 +160,6 @@ class PlayedRobot:
         if at is not None and id == SYNC0 and self.steps[at].stage != SYNC0:
             at = max((before for before in range(at) if self.steps[before].stage == SYNC0), default=None)
         if at is None or id != IDS[self.steps[at].stage]:
-            if at is None and id == SYNC0 and not self._over_told:
-                self._over_told = True
-                self._tell("the client connects, and nobody does in the record any more: no answer")
             return
         if id != SYNC0:
             self._sent += [step.data for step in self.steps[self._at:at]]

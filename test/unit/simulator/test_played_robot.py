@@ -87,8 +87,8 @@ def test_a_client_that_ends_its_session_early_goes_on_with_the_next_connection()
     played.connect()
     assert played.robot.advance(0.1) == sip(20) and not played.robot.over
     assert played.tell(CLOSE) == b"" and played.robot.advance(1.0) == sip(23) and played.robot.over
-    assert played.tell(SYNC[0], SYNC[0]) == b"" and played.robot.advance(1.0) == b""
-    assert [sentence for _, sentence in played.said if "any more" in sentence] == ["the client connects, and nobody does in the record any more: no answer"]
+    assert played.tell(*SYNC) == b"" and played.robot.advance(1.0) == b""
+    assert [sentence for _, sentence in played.said if "over" in sentence] == ["the record is over: the robot says nothing more"]
 
 
 def test_a_client_that_connects_while_the_record_is_elsewhere_skips_what_is_between():
