@@ -12,7 +12,7 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tu
 
 import numpy as np
 
-from pioneer_control.bags.reader import BagError, BagReader, Connection, decode, read_bag
+from pioneer_control.bags.reader import BagError, BagReader, Connection, decode, message_class, read_bag
 from pioneer_control.bags.run import Decision, Gap, Happening, Map, Run, Series, Sonar, Span, Track, Velocities, gripper_events
 from pioneer_control.message_values import NO_ECHO, NOT_HEARD, heading_of
 
@@ -45,14 +45,16 @@ class Thinned:
 
     def add(self, time: float, *values: float) -> None:
         """Take a row."""
-        row = (time, *values)
-        if self._kept and not any(abs(a - b) > most for a, b, most in zip(values, self._kept[1:], self._tolerances)):
-            self._passed = row
-            return
-        if self._passed:
-            self._rows.extend(self._passed)
-        self._rows.extend(row)
-        self._kept, self._passed = row, ()
+        for value, kept, most in zip(values, self._kept, self._tolerances):
+            if not -most <= value - kept <= most:
+                break
+        else:
+            if self._kept:
+                self._passed = (time, *values)
+                return
+        self._rows.extend(self._passed)
+        self._rows.extend((time, *values))
+        self._kept, self._passed = values, ()
         if len(self._rows) > ROWS * self._width:
             self._rows = _every_second(self._rows, self._width)
             self._tolerances = tuple(2 * most for most in self._tolerances)
@@ -361,6 +363,7 @@ TOPICS: Dict[str, Topic] = {
     "recording": Topic("String", Ends),
 }
 ODOMETRY = ("pose", "odom")     # the first that is there
+KEPT = tuple(sorted({"/" + topic.type for topic in TOPICS.values() if topic.keeper is Ends}))   # messages that are kept whole
 
 
 class Robot:
@@ -392,6 +395,7 @@ class Gatherer:
             ("diagnostics", "DiagnosticArray"): self.faults.add_diagnostics, ("rosout", "Log"): self.faults.add_log,
             ("map", "OccupancyGrid"): self.map.add}
         self._adders: Dict[Tuple[str, str], List[Callable[[float, Any], Any]]] = {}     # by topic and type
+        self._filled: Dict[type, Any] = {}      # a message of each class: to fill one again takes half the time of a new one
 
     def wants(self, connection: Connection) -> bool:
         """Whether a connection's messages are read."""
@@ -414,7 +418,9 @@ class Gatherer:
     def add(self, connection: Connection, data: bytes, time: float) -> None:
         """Take a message (s)."""
         try:
-            message = decode(connection, data)
+            kind = message_class(connection)
+            message = decode(connection, data, None if kind._type.endswith(KEPT) else self._filled.get(kind))
+            self._filled[kind] = message
             for add in self._adders_of(connection):
                 add(time, message)
         except (BagError, ValueError, ArithmeticError):     # bytes of the file that are no message, or one of numbers that are none

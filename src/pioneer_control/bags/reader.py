@@ -438,9 +438,9 @@ def message_class(connection: Connection) -> type:
     return _class_of(connection.type, connection.md5sum, connection.definition)
 
 
-def decode(connection: Connection, data: bytes) -> Any:
-    """The message in recorded bytes. Raises BagError when they are none."""
-    made = message_class(connection)()
+def decode(connection: Connection, data: bytes, into: Any = None) -> Any:
+    """The message in recorded bytes, in a new one or into one of the class. Raises BagError when they are none."""
+    made = message_class(connection)() if into is None else into
     try:
         made.deserialize(data)
     except Exception as error:  # genpy's own, or what struct and codecs raise on its way
