@@ -28,11 +28,16 @@ def incidents(faults: Sequence[Happening], listed: int = LISTED) -> Tuple[Incide
     for fault in sorted(faults):
         if not MADE.fullmatch(fault.what):
             core = NUMBER.sub("#", fault.what).partition(" (")[0]
-            same.setdefault(next((known for known in same if core in known or known in core), core), []).append(fault)
+            same.setdefault(next((known for known in same if _says(known, core) or _says(core, known)), core), []).append(fault)
     found = [_incident(each) for each in same.values()]
     worst = sorted(range(len(found)), key=lambda number: (-found[number].level, number))[:listed]
     letters = dict(zip(sorted(worst), "ABCDEFGHIJKLMNOPQRSTUVWXYZ"))
     return tuple(each._replace(letter=letters.get(number, "")) for number, each in enumerate(found))
+
+
+def _says(longer: str, shorter: str) -> bool:
+    """Whether words are the same, but for what somebody put before a colon or after a semicolon."""
+    return longer == shorter or longer.endswith(": " + shorter) or longer.startswith(shorter + "; ")
 
 
 def _incident(same: Sequence[Happening]) -> Incident:

@@ -16,7 +16,7 @@ from pioneer_control.pictures import FAINT, INK, ORANGE, VERMILLION, draw_frame
 
 GAP, AXIS = 0.28, 0.36  # inches above the map for its scale bar; below the map and below the strips for their axes
 LINE, EVENT_LINE = 0.175, 0.22  # inches from one line of text to the next; where they have badges
-LEAST_MAP, LARGEST_SCALE = 2.6, 2.5  # inches high; inches on paper for each metre
+LEAST_MAP, LARGEST_SCALE = 2.4, 2.5  # inches high; inches on paper for each metre
 BESIDE = 1.9  # inches: a map that leaves so much has its legend beside it
 NARROW, WIDEST = 1.6, 3.2  # what is so many times as high as wide has the strips beside it, and is at most so many inches wide
 SIGNS, EVENTS_LISTED = 5, 8  # in a legend

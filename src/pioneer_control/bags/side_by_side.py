@@ -102,8 +102,9 @@ def _curves(rows: Sequence[Compared]) -> List[strips.Curves]:
 
 def _write_head(paper: Paper, rows: Sequence[Compared], title: Optional[str]) -> None:
     """Title, and what is compared with what."""
-    robots = list(dict.fromkeys(f"{row.run.robot or 'robot'} ({row.run.model or 'model not recorded'})" for row in rows))
-    paper.text(LEFT, TOP + 0.1, title or f"{len(rows)} runs of {robots[0].replace(' (model not recorded)', '')}", room=RIGHT - LEFT, size=15, fontweight="bold")
+    robots = list(dict.fromkeys((row.run.robot or "robot") + (f" ({row.run.model})" if row.run.model else "") for row in rows))
+    of = robots[0] if len(robots) == 1 else f"{len(robots)} robots: {', '.join(robots)}"
+    paper.text(LEFT, TOP + 0.1, title or f"{len(rows)} runs of {of}", room=RIGHT - LEFT, size=15, fontweight="bold")
     paths = "true paths" if rows[0].track is rows[0].run.truth else "paths as the robots' odometry has them"
     words = f"{paths}, laid so that all begin together: at the same place, heading, and moment of the first movement"
     paper.text(LEFT, TOP + 0.39, words[0].upper() + words[1:], room=RIGHT - LEFT, size=SMALL)
@@ -143,7 +144,7 @@ def figures(row: Compared) -> Tuple[str, ...]:
     own = how_long(way.time), f"{way.length:.2f} m", f"{way.mean_speed:.2f} m/s", str(way.stops), str(faults)
     if apart is None:
         return (*own, "", "")
-    return (*own, length(apart.maximum), f"{length(apart.at_end)}, {np.degrees(apart.turn_at_end):+.0f}°".replace("-", "−"))
+    return (*own, length(apart.maximum), f"{length(apart.at_end)}, {round(np.degrees(apart.turn_at_end)):+d}°".replace("-", "−"))
 
 
 def length(metres: float) -> str:

@@ -24,7 +24,7 @@ DOINGS = 5  # lanes of decisions, at most
 SAID = {ERROR: "errors", WARNING: "warnings"}
 SAID_COLOUR = {ERROR: VERMILLION, WARNING: ORANGE}
 BROKEN, SILENT, SILENCE = "made to fail", "no data", "#b4b4b4"
-ROWS, LETTER = 4, 0.053  # lanes of one kind, at most; inches that a letter on them takes
+ROWS, LETTER = 3, 0.053  # lanes of one kind, at most; inches that a letter on them takes
 
 
 class Badge(NamedTuple):

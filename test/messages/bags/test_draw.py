@@ -162,6 +162,44 @@ class TestCommand:
         assert draw.main([bag, "-o", str(tmp_path / "x.doc")]) == 2
         assert ".png" in capsys.readouterr().err
 
+    def test_a_place_where_nothing_can_be_written_is_said_before_the_bag_is_read(self, tmp_path, capsys):
+        assert draw.main([str(tmp_path / "missing.bag"), "-o", str(tmp_path / "missing" / "x.png")]) == 2
+        assert "there is no directory" in capsys.readouterr().err
+
+    def test_several_are_compared(self, tmp_path, capsys):
+        bags = [make.write_bag(tmp_path / f"{name}.bag", make.driven(seconds=2, speed=speed)) for name, speed in (("a", 0.1), ("b", 0.2))]
+        assert draw.main(bags) == 0
+        assert capsys.readouterr().out.strip() == str(tmp_path / "a-compared.png")
+        assert (tmp_path / "a-compared.png").read_bytes().startswith(PNG)
+
+    def test_too_many_are_said_before_they_are_read(self, tmp_path, capsys):
+        assert draw.main([str(tmp_path / f"{number}.bag") for number in range(9)]) == 2
+        assert "9 runs are too many" in capsys.readouterr().err
+
+    def test_parts_of_one_recording(self, tmp_path, capsys):
+        messages = sorted(make.driven(seconds=4), key=lambda entry: entry[2])
+        parts = [make.write_bag(tmp_path / f"{number}.bag", half) for number, half in enumerate((messages[:80], messages[80:]))]
+        assert draw.main(["--parts", *parts, "-o", str(tmp_path / "x.png")]) == 0
+        (run,) = [draw.read(*each) for each in draw.wanted(parts, [], True)]
+        assert run.duration == pytest.approx(4.0)
+
+    def test_a_damaged_bag_is_drawn_and_the_damage_is_said(self, tmp_path, capsys):
+        bag = make.write_bag(tmp_path / "run.bag", make.driven(seconds=5))
+        with open(bag, "r+b") as file:
+            file.truncate(int(0.6 * file.seek(0, 2)))
+        assert draw.main([bag]) == 0
+        told = capsys.readouterr()
+        assert told.out.strip() == str(tmp_path / "run.png") and told.err.startswith(f"draw_run: {bag}: ")
+
+    def test_robots_of_one_bag_are_compared(self, tmp_path):
+        bag = make.write_bag(tmp_path / "run.bag", list(make.driven(seconds=1, name="alice")) + list(make.driven(seconds=1, name="bob")))
+        assert draw.main([bag, "--robot", "alice", "--robot", "bob"]) == 0
+        assert (tmp_path / "run-compared.png").exists()
+
+    def test_robots_that_fit_no_bags(self, capsys):
+        assert draw.main(["a.bag", "b.bag", "c.bag", "--robot", "alice", "--robot", "bob"]) == 2
+        assert "one for each of the 3" in capsys.readouterr().err
+
     def test_one_of_several_robots(self, tmp_path, capsys):
         messages = list(make.driven(seconds=1, name="alice")) + list(make.driven(seconds=1, name="bob"))
         bag = make.write_bag(tmp_path / "run.bag", messages)

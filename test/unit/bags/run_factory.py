@@ -1,0 +1,59 @@
+"""Runs made by hand, to be drawn: no bag, no ROS."""
+
+import numpy as np
+
+from pioneer_control.bags.run import Decision, Gap, GripperEvent, Happening, Map, Run, Series, Sonar, Span, Track, Velocities
+
+BEGIN = 1.8e9  # s
+SQUARE = np.array([(0.36, -0.2), (0.36, 0.2), (-0.3, 0.2), (-0.3, -0.2)])
+REASONS = "driving: 1 m clear ahead", "turning left: sonar 1 sees 3 m", "stopped: the time is up", "backing off", "halting: to turn", "asleep", "awake"
+LONG_TEXT = "the other side closed the line: switched off, cable pulled, or another program is connected, and this says it at great length"
+
+
+def track(seconds, speed=0.2, towards=0.0, bend=0.05, step=0.1):
+    """A robot that drives in bends, at ``speed`` (m/s), ``towards`` a heading (rad)."""
+    time = np.arange(0.0, seconds + step / 2, step)
+    heading = towards + np.sin(bend * np.arange(len(time)))
+    x, y = (np.concatenate(([0.0], np.cumsum(speed * step * turned(heading[:-1])))) for turned in (np.cos, np.sin))
+    return Track(BEGIN + time, x, y, heading)
+
+
+def run(odometry=None, **fields):
+    """A run of which only odometry is known, and whatever else is given."""
+    given = dict(
+        path="run.bag", robot="pioneer", model="p3dx-sh", world="", footprint=SQUARE, transducers={}, truth=None,
+        sonar=Sonar(*np.empty((3, 0))), gripper=(), cans=(), map=None,
+    )  # fmt: skip
+    return Run(odometry=track(20.0) if odometry is None else odometry, **{**given, **fields})
+
+
+def velocities(of):
+    """What a robot measures that drives a track."""
+    passed = np.diff(of.time)
+    return Velocities(of.time[1:], np.hypot(np.diff(of.x), np.diff(of.y)) / passed, np.diff(of.heading) / passed)
+
+
+def series(*changes):
+    """A series of (s since the begin, value)."""
+    return Series(*np.array(changes, dtype=float).T)._replace(time=BEGIN + np.array([time for time, _ in changes], dtype=float))
+
+
+def full(odometry, times=5):
+    """A run of which all is known, in which everything happened so many times."""
+    seconds = odometry.time[-1] - BEGIN
+    moments = BEGIN + seconds * (np.arange(times) + 0.5) / times
+    told = velocities(odometry)
+    room = Map(np.pad(np.zeros((60, 60), dtype=np.int8), 2, constant_values=100), 0.1, (-2.0, -2.0, 0.0))
+    return run(
+        odometry, path="somewhere/a-bag-with-a-very-long-name-which-nobody-would-ever-type-by-hand.bag", world="tutorial", truth=odometry, map=room,
+        transducers={0: (0.2, 0.0, 0.0)}, sonar=Sonar(moments, np.zeros(times), np.full(times, 1.5)),
+        cans=(np.array([(1.0, 1.0, 0.0)]), np.array([(2.0, 1.0, 0.0)])),
+        gripper=tuple(GripperEvent(time, ("picked up", "put down", "closed on nothing")[n % 3]) for n, time in enumerate(moments)),
+        commanded=told, measured=told, battery=series((0, 13.0), (seconds / 2, 11.0)), motors=series((0, 1), (seconds / 2, 0)), e_stop=series((1, 1), (2, 0)),
+        stalls=tuple(Span(time, time + 1, "both wheels") for time in moments), bumps=(Span(moments[0], moments[0] + 1, "front 2"),),
+        faults=tuple(Happening(time, 1 + n % 2, "/pioneer/p2os", "abcdefghijklmnopqrstuvwxyz"[n % 26] * 9 + LONG_TEXT) for n, time in enumerate(moments))
+        + tuple(Happening(time, 1, "/pioneer/simulator", "simulated 1.0 s: fault begins: loss 0.4") for time in moments),
+        gaps=tuple(Gap("/pioneer/" + name, time, time + 1.0) for time in moments for name in ("pose", "sonar", "battery", "stall", "cans")),
+        decisions=tuple(Decision(time, 0.0, 1, 0, 0.1, 0.1, 0.0, REASONS[n % len(REASONS)]) for n, time in enumerate(moments)),
+        damage="it was not closed and ends within a message after 56.8 s: its recorder was killed, or the disk was full. " * 2,
+    )  # fmt: skip

@@ -1,0 +1,58 @@
+"""What is told of faults and gaps on a page."""
+
+from pioneer_control.bags.incidents import incidents, made, silences
+from pioneer_control.bags.run import Gap, Happening
+
+
+def said(*faults):
+    """(letter, level, times, words) of faults (time, level, who, what)."""
+    return [tuple(each) for each in incidents([Happening(*fault) for fault in faults])]
+
+
+class TestIncidents:
+    def test_in_order_of_time(self):
+        assert said((2.0, 1, "Link", "slow"), (1.0, 2, "/pioneer/p2os", "gone")) == [("A", 2, (1.0,), "p2os: gone"), ("B", 1, (2.0,), "Link: slow")]
+
+    def test_the_same_again_is_one(self):
+        assert said((1.0, 1, "Battery", "low: 11.2 V"), (9.0, 1, "Battery", "low: 11.0 V")) == [("A", 1, (1.0, 9.0), "Battery: low: 11.2 V")]
+
+    def test_what_a_node_and_its_diagnostics_say_happened_once(self):
+        both = (1.0, 2, "Link", "no link: the robot is silent"), (1.001, 1, "/pioneer/p2os", "the robot is silent (trying again)")
+        assert said(*both) == [("A", 2, (1.0,), "Link: no link: the robot is silent")]
+
+    def test_others_are_not(self):
+        assert len(said((1.0, 1, "Link", "slow"), (1.0, 1, "Battery", "low"))) == 2
+
+    def test_letters_go_to_errors_first(self):
+        faults = [Happening(float(n), 2 if n == 3 else 1, "", "abcd"[n]) for n in range(4)]
+        assert [(each.letter, each.words) for each in incidents(faults, listed=2)] == [("A", "a"), ("", "b"), ("", "c"), ("B", "d")]
+
+    def test_what_was_asked_for_is_no_fault(self):
+        assert said((1.0, 1, "/pioneer/simulator", "simulated 3.041 s: fault begins: stall")) == []
+
+
+class TestMade:
+    def made(self, *faults):
+        return [tuple(each) for each in made([Happening(time, 1, "/sim", f"simulated 1.0 s: {what}") for time, what in faults], 99.0)]
+
+    def test_from_begin_to_end(self):
+        assert self.made((1.0, "fault begins: stall"), (4.0, "fault ends: stall")) == [(1.0, 4.0, "stall")]
+
+    def test_until_the_end_where_nobody_mended_it(self):
+        assert self.made((1.0, "fault begins: stall"), (4.0, "fault ends: loss 0.1")) == [(1.0, 99.0, "stall")]
+
+    def test_twice(self):
+        asked = (1.0, "fault begins: stall"), (2.0, "fault ends: stall"), (3.0, "fault begins: stall"), (4.0, "fault ends: stall")
+        assert self.made(*asked) == [(1.0, 2.0, "stall"), (3.0, 4.0, "stall")]
+
+
+class TestSilences:
+    def test_those_at_once_are_one(self):
+        gaps = Gap("/pioneer/pose", 1.0, 4.0), Gap("/pioneer/sonar", 1.2, 4.5), Gap("/pioneer/pose", 6.0, 7.0)
+        assert [tuple(each) for each in silences(gaps)] == [(1.0, 4.5, "pose, sonar"), (6.0, 7.0, "pose")]
+
+    def test_of_many_topics_the_first_are_named(self):
+        assert silences([Gap(f"/p/{name}", 1.0, 2.0) for name in "abcdef"])[0].what == "a, b, c and 3 more"
+
+    def test_none(self):
+        assert silences([]) == ()

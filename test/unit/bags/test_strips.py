@@ -1,0 +1,91 @@
+"""What is shown over time: rows and curves, before they are drawn."""
+
+import numpy as np
+import pytest
+
+import run_factory as make
+from pioneer_control.bags import strips
+from pioneer_control.bags.incidents import incidents
+from pioneer_control.bags.run import Decision, GripperEvent, Happening, Span
+from pioneer_control.bags.timeline import Timeline
+
+LINE = Timeline(make.BEGIN, make.BEGIN + 20.0)
+
+
+def rows(run, line=LINE):
+    """Name to lane, with times counted from the begin."""
+    lanes = strips.lanes(run, incidents(run.faults), line)
+    return {lane.name: lane._replace(spans=tuple((begin - make.BEGIN, end - make.BEGIN) for begin, end in lane.spans)) for lane in lanes}
+
+
+def test_nothing_known_nothing_shown():
+    assert rows(make.run()) == {} and strips.curves(make.run()) == []
+
+
+def test_what_never_was_is_no_row_but_for_the_motors():
+    assert set(rows(make.run(motors=make.series((0, 0)), e_stop=make.series((0, 0))))) == {"motors on"}
+
+
+def test_on_until_the_end():
+    assert rows(make.run(motors=make.series((0, 0), (5, 1), (8, 0), (15, 1))))["motors on"].spans == ((5.0, 8.0), (15.0, 20.0))
+
+
+def test_the_gripper_holds_from_pick_to_put():
+    events = [GripperEvent(make.BEGIN + time, what) for time, what in ((2, "closed on nothing"), (5, "picked up"), (9, "put down"))]
+    lane = rows(make.run(gripper=tuple(events)))["gripper"]
+    assert lane.spans == ((5.0, 9.0),) and [badge.words for badge in lane.badges] == ["1", "2", "3"]
+
+
+def test_too_many_events_have_no_numbers():
+    many = tuple(GripperEvent(make.BEGIN + n / 10, "closed on nothing") for n in range(strips.BADGES + 1))
+    assert "gripper" not in rows(make.run(gripper=many)) or not rows(make.run(gripper=many))["gripper"].badges
+
+
+def test_errors_and_warnings_have_rows_of_their_own():
+    found = rows(make.run(faults=(Happening(make.BEGIN + 1, 1, "", "slow"), Happening(make.BEGIN + 2, 2, "", "gone"))))
+    assert [badge.words for badge in found["warnings"].badges + found["errors"].badges] == ["A", "B"]
+
+
+def test_a_decision_holds_until_the_next():
+    reasons = (1, "driving: 2 m"), (3, "driving: 1 m"), (5, "turning left: x"), (8, "driving: 2 m"), (9, "")
+    decisions = tuple(Decision(make.BEGIN + time, 0, 1, 0, 0, 0, 0, reason) for time, reason in reasons)
+    found = rows(make.run(decisions=decisions))
+    assert found["decided: driving"].spans == ((1.0, 5.0), (8.0, 9.0))
+    assert found["decided: turning"].spans == ((5.0, 8.0),)
+    assert found["decided: no reason"].spans == ((9.0, 20.0),)
+
+
+def test_no_more_than_the_commonest_decisions():
+    assert len([name for name in rows(make.full(make.track(20.0), times=30)) if name.startswith("decided")]) == strips.DOINGS
+
+
+class TestPacked:
+    def packed(self, *spans):
+        lanes = strips.packed("made", "#000000", [Span(make.BEGIN + begin, make.BEGIN + end, what) for begin, end, what in spans], LINE, 10.0)
+        return [([round(begin - make.BEGIN) for begin, _ in lane.spans], [what for _, what in lane.words]) for lane in lanes]
+
+    def test_one_after_the_other_share_a_row(self):
+        assert self.packed((1, 2, "stall"), (5, 6, "cable")) == [([1, 5], ["stall", "cable"])]
+
+    def test_at_once_they_do_not(self):
+        assert self.packed((1, 6, "stall"), (5, 8, "cable")) == [([1], ["stall"]), ([5], ["cable"])]
+
+    def test_nor_when_their_words_would_touch(self):
+        assert len(self.packed((1, 1.1, "a word much longer than its span"), (2, 2.1, "b"))) == 2
+
+    def test_words_stay_on_the_page(self):
+        (lane,) = strips.packed("made", "#000000", [Span(LINE.end - 1, LINE.end, "as long as this")], LINE, 10.0)
+        assert lane.words[0][0] < LINE.end - 1
+
+    def test_of_very_many_the_last_have_no_words_and_are_there(self):
+        found = self.packed(*[(1 + n / 10, 15, "stall") for n in range(9)])
+        assert len(found) == strips.ROWS and sum(len(begins) for begins, _ in found) == 9 and sum(len(words) for _, words in found) == strips.ROWS
+
+
+@pytest.mark.parametrize("low, high", [(-0.1, 0.1), (-0.01, 0.11), (12.5, 13.5), (10.9, 13.1), (0.0, 1e-6), (-3e4, 5.0), (-1.0, 24.0)])
+@pytest.mark.parametrize("most", [2, 3, 5])
+def test_values_on_an_axis_are_round_and_few_and_inside(low, high, most):
+    ticks = strips.value_ticks(low, high, most)
+    assert 1 <= len(ticks) <= most
+    assert ticks.min() > low and ticks.max() < high
+    assert np.allclose(ticks, [float(f"{tick:.6g}") for tick in ticks], atol=1e-9)
