@@ -1,57 +1,39 @@
 #!/usr/bin/python3
-"""A recorded run, played back with no robot, shows a Pioneer what it would have seen beside the robot.
+"""A recorded wander, played back with no robot, is to the last bit what was recorded, and a Pioneer that hears it decides the same again.
 
-As a test: drives, records with launch/record.launch, ends the robot, plays back with launch/replay.launch to a program that is
-this file with the argument "listen", and compares what that heard with what the bag holds.
+One run is recorded with launch/record.launch and serves all tests; then the robot ends.
 """
 
-import json
-import math
 import os
 import signal
 import subprocess
-import sys
 import tempfile
+import threading
 import time
 import unittest
+from collections import defaultdict
 
-import rosbag
 import rosgraph
 import rosnode
 import rospy
 import rostest
+from std_srvs.srv import SetBool
 
+from pioneer_control.bags.reader import read_bag
 from pioneer_control.bags.recorder import subscribed
-from pioneer_control.tutorial.pioneer import Pioneer
+from pioneer_control.bags.replay import aside, is_command
+from pioneer_control.bags.replay_stage import connected
+from pioneer_control.message_values import GripCommand
+from pioneer_control.msg import Decision, GripperState
 
-PATIENCE = 40.0  # s
-MISSED = 0.05  # share of the messages a Pioneer may miss: it keeps only the newest when the machine is busy
+PATIENCE = 60.0  # s
 ROBOT_NODES = "/pioneer/p2os", "/pioneer/simulator"
-
-
-class Listener(Pioneer):
-    """A Pioneer that keeps all it hears, in order."""
-
-    def __init__(self):
-        self.heard = {"pose": [], "ranges": [], "grip": [], "lift": []}
-        super().__init__("pioneer")
-
-    def _hear(self, **what):
-        super()._hear(**what)
-        for name, kept in self.heard.items():
-            if name in what:
-                kept.append(what[name])
-
-
-def listen():
-    """Be a program beside the replay: say when ready, tell all that was heard when standard input ends."""
-    rospy.init_node("listener", disable_signals=True)
-    listener = Listener()
-    master = rosgraph.Master("/listener")
-    wait_until("the topics are subscribed", lambda: len([t for t, nodes in master.getSystemState()[1] if "/listener" in nodes]) >= 5)
-    print("ready", flush=True)
-    sys.stdin.read()
-    json.dump(listener.heard, sys.stdout)
+PLAYER = "/play_bag"
+WANDER = 12  # s
+SEED, SPEED = 7, 0.3
+FAST = "-r 4"
+RENUMBERED = {"/rosout": 4}
+"""Bytes at the begin of messages that rosbag play writes anew: header.seq of the one topic on which the player says something itself."""
 
 
 def wait_until(what, condition):
@@ -63,106 +45,113 @@ def wait_until(what, condition):
 
 
 def end(process):
-    """Ctrl-C to a roslaunch, and wait for it."""
+    """Ctrl-C to a program, and wait for it."""
     process.send_signal(signal.SIGINT)
     process.wait(PATIENCE)
 
 
-def recorded(path):
-    """What a Listener must hear of a bag."""
-    heard = {"pose": [], "ranges": [], "grip": [], "lift": []}
-    with rosbag.Bag(path) as bag:
-        for topic, message, _ in bag.read_messages():
-            if topic == "/pioneer/pose":
-                place = message.pose.pose
-                heard["pose"].append([place.position.x, place.position.y, 2 * math.atan2(place.orientation.z, place.orientation.w)])
-            elif topic == "/pioneer/sonar":
-                heard["ranges"].append(list(message.ranges))
-            elif topic == "/pioneer/gripper_state":
-                grip, lift = message.grip, message.lift
-                heard["grip"].append([grip.state, grip.dir, grip.inner_beam, grip.outer_beam, grip.left_contact, grip.right_contact])
-                heard["lift"].append([lift.state, lift.dir, lift.position])
-    return heard
-
-
-def missing(heard, expected):
-    """How many of the expected, lists of numbers, were not heard; None when something else was, or in another order."""
-    rest = iter(expected)
-    same = lambda a, b: len(a) == len(b) and all(abs(one - other) < 1e-9 for one, other in zip(a, b))  # noqa: E731
-    if not all(any(same(value, other) for other in rest) for value in heard):
-        return None
-    return len(expected) - len(heard)
+def record(bag):
+    """A seeded wander, recorded from its first message to after its last; how many decisions were heard beside the recorder."""
+    told, ended = [], threading.Event()
+    subscribers = [
+        rospy.Subscriber("/pioneer/decision", Decision, told.append),
+        rospy.Subscriber("/pioneer/gripper_control", GripperState, lambda m: m.grip.state == GripCommand.CLOSE and ended.set())]
+    recorder = subprocess.Popen(["roslaunch", "pioneer_control", "record.launch", f"bag:={bag}"], stdout=subprocess.DEVNULL)
+    program = None
+    try:
+        master = rosgraph.Master(rospy.get_name())
+        wait_until("the recorder listens", lambda: subscribed("/pioneer/recorder", master.getSystemState()))
+        for name, value in (("duration", WANDER), ("seed", SEED), ("speed", SPEED), ("stop_at_can", False)):
+            rospy.set_param(f"/rosPioneer2/{name}", value)
+        program = subprocess.Popen(["rosrun", "pioneer_control", "rosPioneer2.py"])
+        assert ended.wait(PATIENCE), "the wander does not end"  # the pick after it closes the paddles
+    finally:
+        if program:
+            end(program)
+        end(recorder)
+        for subscriber in subscribers:
+            subscriber.unregister()
+    return len(told)
 
 
 class Replay(unittest.TestCase):
-    """The whole way, once."""
+    """The recording is made once."""
 
-    def test_missing_finds_what_is_missing(self):
-        self.assertEqual(missing([[1], [2]], [[1], [2]]), 0)
-        self.assertEqual(missing([[1], [3]], [[1], [2], [3]]), 1)
-        self.assertIsNone(missing([[3], [1]], [[1], [3]]))
-        self.assertIsNone(missing([[1], [2.1]], [[1], [2]]))
-
-    def record(self, bag):
-        """Drive a metre, turn and close the gripper, while record.launch records."""
-        recorder = subprocess.Popen(["roslaunch", "pioneer_control", "record.launch", f"bag:={bag}"], stdout=subprocess.DEVNULL)
-        try:
-            master = rosgraph.Master("/bag_replay")
-            wait_until("the recorder listens", lambda: subscribed("/pioneer/recorder", master.getSystemState()))
-            rospy.init_node("bag_replay_driver", disable_signals=True)
-            with Pioneer("pioneer") as robot:
-                for linear, angular in ((0.3, 0.0), (0.0, 0.6)):
-                    start = robot.pose
-                    there = lambda: abs(robot.pose.x - start.x) > 0.4 or abs(robot.pose.heading - start.heading) > 0.6  # noqa: E731
-                    wait_until("the robot moves", lambda: robot.drive(linear, angular) or there())
-                robot.stop()
-                robot.gripper_close()
-        finally:
-            end(recorder)
-        self.assertTrue(os.path.exists(bag))
-        self.assertFalse(os.path.exists(bag + ".active"))
-
-    def end_robot(self):
-        """No driver, no simulated robot any more."""
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.bag = os.path.join(cls.folder.name, "run.bag")
+        cls.decisions = record(cls.bag)
         rosnode.kill_nodes(ROBOT_NODES)
         wait_until("the robot is gone", lambda: not set(ROBOT_NODES) & set(rosnode.get_node_names()))
+        rospy.delete_param("/rosPioneer2")
 
-    def replay(self, bag):
-        """What a listener heard while replay.launch played a bag."""
-        rospy.set_param("/use_sim_time", True)  # before the listener starts, as in a terminal opened after replay.launch
-        listener = subprocess.Popen([sys.executable, __file__, "listen"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        self.addCleanup(listener.kill)
-        self.assertEqual(listener.stdout.readline(), "ready\n")
-        command = ["roslaunch", "pioneer_control", "replay.launch", f"bag:={bag}", "options:=--quiet --delay=1"]
-        subprocess.run(command, check=True, timeout=PATIENCE, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
-        told, _ = listener.communicate(timeout=PATIENCE)
-        return json.loads(told)
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
 
-    def test_a_pioneer_hears_of_the_bag_what_it_heard_of_the_robot(self):
-        with tempfile.TemporaryDirectory() as folder:
-            bag = os.path.join(folder, "run.bag")
-            self.record(bag)
-            with rosbag.Bag(bag) as run:
-                told = run.get_type_and_topic_info().topics
-            self.end_robot()
-            heard, expected = self.replay(bag), recorded(bag)
-        # The first that a program commands is to switch the motors on: nothing of the beginning is missing.
-        self.assertLessEqual({"/pioneer/cmd_motor_state", "/pioneer/cmd_vel", "/pioneer/gripper_control"}, set(told))
-        for name in expected:
-            with self.subTest(heard=name):
-                missed = missing(heard[name], expected[name])
-                self.assertIsNotNone(missed, "what was heard is not what was recorded")
-                self.assertLessEqual(missed, MISSED * len(expected[name]))
-        # The comparison compared something: the run had a drive, a turn, echoes and a gripper that closed.
-        self.assertGreater(max(x for x, _, _ in heard["pose"]), 0.4)
-        self.assertGreater(max(heading for _, _, heading in heard["pose"]), 0.5)
-        self.assertGreater(len({tuple(ranges) for ranges in heard["ranges"]}), 20)
-        self.assertEqual({state for state, *_ in heard["grip"]}, {1, 2, 3})
-        self.assertGreater(len(heard["pose"]), 40)
+    def test_1_every_message_comes_back_bit_for_bit_and_in_order(self):
+        """All topics; each at the place where it belongs, which of a command is aside."""
+        expected = defaultdict(list)
+        for topic, connection, data, _ in read_bag(self.bag):
+            expected[aside(topic) if is_command(topic, connection.type) else topic].append(data)
+        self.assertLessEqual({"/pioneer/recorded/cmd_vel", "/pioneer/recorded/cmd_motor_state", "/pioneer/recorded/gripper_control", "/pioneer/pose",
+                              "/pioneer/sonar", "/pioneer/robot_info", "/pioneer/map", "/pioneer/decision", "/tf", "/rosout"}, set(expected))
+        heard = defaultdict(list)
+        count = threading.Semaphore(0)
+
+        def hear(message, topic):
+            if message._connection_header["callerid"] == PLAYER:
+                heard[topic].append(message._buff)
+                count.release()
+
+        listening = [*expected, *(f"/pioneer/{name}" for name in ("cmd_vel", "cmd_wheels", "cmd_motor_state", "gripper_control"))]
+        subscribers = [rospy.Subscriber(topic, rospy.AnyMsg, hear, topic) for topic in listening]
+        player = subprocess.Popen(["roslaunch", "pioneer_control", "replay.launch", f"bag:={self.bag}", f"options:={FAST} --pause --quiet"],
+                                  stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        rospy.wait_for_service(PLAYER + "/pause_playback", PATIENCE)
+        wait_until("all is connected", lambda: connected(PLAYER, rospy.get_name(), expected))
+        rospy.ServiceProxy(PLAYER + "/pause_playback", SetBool)(False)
+        for _ in range(sum(map(len, expected.values()))):
+            self.assertTrue(count.acquire(timeout=PATIENCE), {topic: (len(expected[topic]), len(heard[topic])) for topic in expected})
+        player.wait(PATIENCE)
+        rospy.delete_param("/use_sim_time")
+        for subscriber in subscribers:
+            subscriber.unregister()
+        self.assertEqual({topic: len(data) for topic, data in heard.items()}, {topic: len(data) for topic, data in expected.items()})
+        for topic, data in expected.items():
+            cut = RENUMBERED.get(topic, 0)
+            self.assertTrue([each[cut:] for each in heard[topic]] == [each[cut:] for each in data], f"{topic} is not what was recorded")
+
+    def test_2_all_that_was_decided_is_in_the_bag(self):
+        recorded = sum(1 for _ in read_bag(self.bag, ["/pioneer/decision"]))
+        self.assertEqual(recorded, self.decisions)
+        self.assertGreater(recorded, 50)
+
+    def rerun(self, *arguments):
+        """What the re-run says, and its exit code."""
+        command = ["rosrun", "pioneer_control", "replay", "rerun", self.bag, f"--options={FAST}", *arguments]
+        done = subprocess.run(command, timeout=2 * PATIENCE, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
+        return done.stdout.decode(), done.returncode
+
+    def test_3_a_pioneer_decides_the_same_again(self):
+        said, code = self.rerun()
+        self.assertIn(f"{self.decisions} decisions live, {self.decisions} in the re-run: every one is the same.", said)
+        self.assertIn("commands THE SAME", said)
+        self.assertEqual(code, 0)
+        self.assertEqual(sum(1 for _ in read_bag(self.bag[:-4] + "-rerun.bag", ["/pioneer/decision"])), self.decisions)
+        self.assertFalse(rospy.get_param("/use_sim_time", False), "it leaves the time as it was")
+        self.assertFalse(rospy.has_param("/rosPioneer2"), "it leaves no parameters")
+
+    def test_4_another_seed_is_seen(self):
+        said, code = self.rerun("--args=pioneer _seed:=8", "--output=" + self.bag[:-4] + "-other.bag")
+        self.assertIn(f"{self.decisions} decisions live", said)
+        self.assertIn("They differ from number 1 on", said)
+        self.assertIn("seed was 7, and is 8", said)
+        self.assertIn("commands SOMETHING ELSE", said)
+        self.assertEqual(code, 1)
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["listen"]:
-        listen()
-    else:
-        rostest.rosrun("pioneer_control", "bag_replay", Replay)
+    rospy.init_node("bag_replay_test")
+    rostest.rosrun("pioneer_control", "bag_replay", Replay)

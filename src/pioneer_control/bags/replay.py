@@ -42,6 +42,12 @@ COMMAND_TYPES = "Twist", "TwistStamped", "WheelVelocities"
 
 WAYS = "look", "rerun", "redrive"
 
+QUEUE = ["--queue=100000"]
+"""For rosbag play: so many messages may wait on a topic. Who is held up for a moment misses none."""
+
+REMAPPING = re.compile(r"[\w~/]+:=")
+"""How a name begins that ROS takes from a command line."""
+
 
 def is_command(topic: str, type_name: str) -> bool:
     """Whether something alive may do what comes on a topic."""
@@ -66,7 +72,7 @@ def remappings(topics: Mapping[str, str]) -> List[str]:
 
 def player(files: Sequence[str], topics: Mapping[str, str], options: Sequence[str] = ()) -> List[str]:
     """The command that plays bags with their own clock: in order of time, parts of one recording or several."""
-    command = ["rosrun", "rosbag", "play", "--clock", *options]
+    command = ["rosrun", "rosbag", "play", "--clock", *QUEUE, *options]
     if "/clock" in topics:      # recorded from somebody who made time himself: two clocks would fight
         return command + ["--topics", *sorted(set(topics) - {"/clock"}), "--bags", *files, *remappings(topics)]
     return command + [*files, *remappings(topics)]
@@ -129,8 +135,8 @@ def look(arguments: Sequence[str], ros: Sequence[str]) -> int:
 def main(argv: Optional[Sequence[str]] = None) -> int:
     """Replay in the way that is named. Returns the exit code: 0 done, 1 it came out otherwise, 2 it cannot be done as asked."""
     words = list(sys.argv[1:] if argv is None else argv)
-    ros = [word for word in words if ":=" in word]      # names and remappings that roslaunch gives every node
-    way, *arguments = [word for word in words if ":=" not in word] or ["-h"]
+    ros = [word for word in words if REMAPPING.match(word)]     # names and remappings that roslaunch gives every node
+    way, *arguments = [word for word in words if not REMAPPING.match(word)] or ["-h"]
     try:
         if way == "look":
             return look(arguments, ros)

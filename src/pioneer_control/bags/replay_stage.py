@@ -8,7 +8,8 @@ import sys
 import threading
 import time
 from types import SimpleNamespace
-from typing import Any, Callable, Dict, List, Optional, Sequence
+from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence
+from xmlrpc.client import ServerProxy
 
 import genpy
 import rosbag
@@ -144,6 +145,14 @@ def nodes() -> List[str]:
 def drivers() -> List[str]:
     """Nodes that report the motors of a robot: its driver, or what plays one back."""
     return sorted({node for topic, names in graph().publishers.items() if topic.rpartition("/")[2] == "motor_state" for node in names})
+
+
+def connected(sender: str, listener: str, topics: Iterable[str]) -> bool:
+    """Whether a node has a connection to another on each of some topics, as far as it publishes them."""
+    published = {topic for topic, names in graph().publishers.items() if sender in names}
+    address = rosgraph.Master(rospy.get_name()).lookupNode(sender)
+    _, _, connections = ServerProxy(address).getBusInfo(rospy.get_name())
+    return published & set(topics) <= {entry[4] for entry in connections if entry[1] == listener and entry[2] == "o"}
 
 
 def put_back(name: str, value: Any) -> None:

@@ -11,10 +11,8 @@ import subprocess
 import sys
 import time
 from typing import Any, Dict, List, NamedTuple, Sequence
-from xmlrpc.client import ServerProxy
 
 import genpy
-import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
@@ -27,7 +25,7 @@ from .reader import BagError, decode, read_bag
 from .recording_description import description_of
 from .redrive_schedule import VELOCITIES
 from .replay import absolute, aside, bag_files, player, recorded_topics
-from .replay_stage import INTERVAL, Interrupted, Keeper, Programs, explain_roslaunch, free_name, graph, nodes, put_back, say, wait_until
+from .replay_stage import INTERVAL, Interrupted, Keeper, Programs, connected, explain_roslaunch, free_name, graph, nodes, put_back, say, wait_until
 from .rerun_compare import Velocity, Verdict, judge_decisions, judge_others, judge_velocities
 
 RERUN = "rerun"
@@ -197,7 +195,7 @@ class Rerun:
             heard = {topic for topic, names in graph().subscribers.items() if self._live.node in names}
             if heard != before:
                 before, since = heard, time.monotonic()
-            return bool(heard & {absolute(topic) for topic in self._topics}) and time.monotonic() - since > 1.0 and heard_from(self._live.node, heard)
+            return bool(heard & {absolute(topic) for topic in self._topics}) and time.monotonic() - since > 1.0 and connected(PLAYER, self._live.node, heard)
 
         wait_until(f"{self._given.program} to listen", ready, [program, bag])
 
@@ -231,15 +229,6 @@ class Rerun:
             f"beside the robot.\nbag      {path}")
         explain_roslaunch()
         return 0 if verdict.same else 1
-
-
-def heard_from(node: str, topics: Any) -> bool:
-    """Whether a node is connected with the player on all of these topics that the player has."""
-    played = {topic for topic, names in graph().publishers.items() if PLAYER in names}
-    address = rosgraph.Master(rospy.get_name()).lookupNode(PLAYER)
-    _, _, connections = ServerProxy(address).getBusInfo(rospy.get_name())
-    connected = {entry[4] for entry in connections if entry[1] == node and entry[2] == "o"}
-    return played & set(topics) <= connected
 
 
 def _told(parameters: Dict[str, Any]) -> str:

@@ -54,15 +54,15 @@ class TestCommands:
 class TestPlayer:
     def test_every_command_of_every_robot_is_put_aside(self, bag):
         command = replay.player([bag], replay.recorded_topics([bag]), ["-r", "2"])
-        assert command[:7] == ["rosrun", "rosbag", "play", "--clock", "-r", "2", bag]
-        assert command[7:] == [
+        assert command[:8] == ["rosrun", "rosbag", "play", "--clock", *replay.QUEUE, "-r", "2", bag]
+        assert command[8:] == [
             "/alice/cmd_vel:=/alice/recorded/cmd_vel", "/base/velocity:=/base/recorded/velocity", "/bob/cmd_wheels:=/bob/recorded/cmd_wheels",
             "/cmd_motor_state:=/recorded/cmd_motor_state", "/joy:=/recorded/joy"]
 
     def test_a_clock_in_the_bag_stays_there(self, tmp_path):
         path = make.write_bag(tmp_path / "simulated.bag", [("/clock", Clock(), 1.0), ("/pose", make.odometry(0, 0, 0), 1.0)])
         command = replay.player([path], replay.recorded_topics([path]))
-        assert command == ["rosrun", "rosbag", "play", "--clock", "--topics", "/pose", "--bags", path]
+        assert command == ["rosrun", "rosbag", "play", "--clock", *replay.QUEUE, "--topics", "/pose", "--bags", path]
 
     def test_commands_in_any_part_are_put_aside(self, tmp_path, bag):
         first = make.write_bag(tmp_path / "first.bag", [("/alice/pose", make.odometry(0, 0, 0), 0.5)])
@@ -130,4 +130,4 @@ class TestMain:
         monkeypatch.setattr(os, "execvp", lambda file, words: became.append(words))
         replay.main(["look", bag, "-l", "__name:=play_bag"])
         (words,) = became
-        assert words[:6] == ["rosrun", "rosbag", "play", "--clock", "-l", bag] and words[-1] == "__name:=play_bag"
+        assert words[:7] == ["rosrun", "rosbag", "play", "--clock", *replay.QUEUE, "-l", bag] and words[-1] == "__name:=play_bag"
