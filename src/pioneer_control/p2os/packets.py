@@ -374,9 +374,9 @@ def encode_packet(packet: Any, grip_state_first: bool = True) -> bytes:
     """
     if isinstance(packet, (UnknownPacket, MalformedPacket)):
         return encode_frame(packet.id, packet.data)
-    if packet == SyncEcho(2):
-        return encode_frame(2)
     for id, said_by_id in _IDS.get(type(packet), ()):
         if said_by_id.items() <= vars(packet).items():
             return encode_frame(id, write_fields(packet_rows(type(packet), grip_state_first), packet))
+    if packet == SyncEcho(2):
+        return encode_frame(2)
     raise EncodingError(f"no robot sends {packet!r}")

@@ -3,6 +3,7 @@
 Factors that turn units of the wire into millimetres and radians keep the unit in their names; everything else is metres, radians, seconds.
 """
 
+import functools
 import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Optional, Tuple
@@ -94,6 +95,7 @@ class RobotModel:
         """Whether the gripper's state is the first of the two bytes after the SIP's sonar block (else the analog port is)."""
         return self.firmware_family in GRIP_STATE_FIRST
 
+    @functools.lru_cache(maxsize=None)
     def outline(self, gripper: bool = False) -> Tuple[Point, ...]:
         """Outline of the body seen from above, counter-clockwise from the rear right corner; open paddles included on request."""
         front, rear, side = self.length_front, -self.length_rear, self.width / 2
@@ -103,6 +105,7 @@ class RobotModel:
         jaws = ((front, -paddles), (tip, -paddles), (tip, paddles), (front, paddles))
         return ((rear, -side), (front, -side), *jaws, (front, side), (rear, side))
 
+    @functools.lru_cache(maxsize=None)
     def with_arrays(self, front: bool, rear: bool) -> "RobotModel":
         """This model without the sonar arrays that its owner did not have fitted (CONFIGpac says so: FrontSonar, RearSonar)."""
         return replace(self, sonar=tuple(each for each in self.sonar if (front if self._array_looks_ahead(each) else rear)))

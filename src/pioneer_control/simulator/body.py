@@ -3,9 +3,9 @@
 Metres and radians in the map frame; knows neither motors nor packets.
 """
 
-from typing import List, Optional, Sequence, Tuple
+from typing import Callable, List, Optional, Sequence, Tuple
 
-from .exact import hypot, sin, unit
+from .exact import Heading, hypot, sin, unit
 from .geometry import Point, Pose, outlines_meet
 from .hearing import Candidate, outline_candidates
 
@@ -29,15 +29,18 @@ def relative(frame: Pose, pose: Pose) -> Pose:
     return x * cosine + y * sine, y * cosine - x * sine, pose[2] - frame[2]
 
 
-def along_arc(pose: Pose, distance: float, turn: float) -> Pose:
-    """The pose after driving `distance` while turning by `turn`, both evenly: exact, straight lines included."""
+def along_arc(pose: Pose, distance: float, turn: float, direction: Callable[[float], Point] = unit) -> Pose:
+    """The pose after driving `distance` while turning by `turn`, both evenly: exact, straight lines included.
+
+    :param direction: works out the unit vector of an angle (rad).
+    """
     x, y, heading = pose
     if not distance:
         return x, y, heading + turn
     half = turn / 2.0
     z = half * half
     share = 1.0 - z / 6.0 * (1.0 - z / 20.0 * (1.0 - z / 42.0)) if z < 0.01 else sin(half) / half  # of the arc, its chord
-    cosine, sine = unit(heading + half)
+    cosine, sine = direction(heading + half)
     return x + distance * share * cosine, y + distance * share * sine, heading + turn
 
 
@@ -62,6 +65,7 @@ class Body:
         self.contacts = 0
         self.blocked = False
         self._world = world
+        self._heading = Heading()
         self._outline, self._hull = tuple(outline), tuple(hull or outline)
         xs, ys = zip(*self._hull)
         self.box = min(xs), max(xs), min(ys), max(ys)
@@ -80,21 +84,22 @@ class Body:
 
         A contact counts once until the body has gone away from it, not once for each try.
         """
-        pose = along_arc(self.pose, distance, turn)
+        pose = along_arc(self.pose, distance, turn, self._heading.unit)
         swept = abs(distance) + self.reach * abs(turn)
         if swept < self._free:
             self._free -= swept
         elif not self._is_free(pose):
             return self._stopped()
         crowd = self._world.crowd
-        beside = crowd.beside(pose[0], pose[1])
-        if beside and self._meets(beside, pose):
-            return self._stopped()
+        for body in crowd.beside(pose[0], pose[1]):
+            if body is not self and body.is_close(pose, self.reach) and outlines_meet(_placed(self._outline, pose), body.outline):
+                return self._stopped()
         self.pose = pose
         self.blocked = False
         if self._contact_at is not None and self._far_from(self._contact_at):
             self._contact_at = None
-        crowd.moved(self)
+        if distance:
+            crowd.moved(self)
         return True
 
     def _stopped(self) -> bool:
@@ -102,11 +107,6 @@ class Body:
         self._contact_at = self.pose
         self.blocked = True
         return False
-
-    def _meets(self, bodies: Sequence["Body"], pose: Pose) -> bool:
-        """Whether it would touch one of these bodies at `pose`, other than itself."""
-        return any(
-            body is not self and body.is_close(pose, self.reach) and outlines_meet(_placed(self._outline, pose), body.outline) for body in bodies)
 
     def place(self, pose: Pose) -> None:
         """Put the body somewhere else, as a person would who carries it."""

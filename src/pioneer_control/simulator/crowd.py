@@ -6,7 +6,9 @@ Metres, map frame. A body belongs to the crowd from `enter` to `leave`, and says
 import math
 from typing import Any, Dict, List, Tuple
 
-Cell = Tuple[float, float]
+Cell = Tuple[int, int]
+NOBODY: List = []
+"""Never added to."""
 
 
 class _Grid:
@@ -20,7 +22,7 @@ class _Grid:
     def put(self, body) -> None:
         """List a body where it stands now."""
         x, y, _ = body.pose
-        cell = x // self.side, y // self.side
+        cell = math.floor(x / self.side), math.floor(y / self.side)
         before = self._where.get(id(body))
         if cell == before:
             return
@@ -40,7 +42,7 @@ class _Grid:
 
     def near(self, x: float, y: float) -> List:
         """All that stand within a side of a point, and some that stand farther."""
-        return self._cells.get((x // self.side, y // self.side), [])
+        return self._cells.get((math.floor(x / self.side), math.floor(y / self.side)), NOBODY)
 
 
 class Crowd:
@@ -50,7 +52,7 @@ class Crowd:
     """
 
     def __init__(self):
-        self.reach = 1.0
+        self.reach = 0.0
         """No body reaches farther (m) from its middle."""
         self._bodies: Dict[int, Any] = {}
         self._squares: Dict[int, Cell] = {}
@@ -79,7 +81,7 @@ class Crowd:
         before = self._squares.get(id(body))
         if before is not None:
             x, y, _ = body.pose
-            square = x // self._side, y // self._side
+            square = math.floor(x / self._side), math.floor(y / self._side)
             if square != before:
                 self._squares[id(body)] = square
                 for grid in self._grids.values():
@@ -87,12 +89,12 @@ class Crowd:
 
     def beside(self, x: float, y: float) -> List:
         """The bodies that could touch another body whose middle is at (x, y), that one included if it has entered, and some that could not."""
-        return self._smallest.near(x, y) if self._bodies else []
+        return self._smallest.near(x, y) if self._bodies else NOBODY
 
     def near(self, x: float, y: float, reach: float) -> List:
         """The bodies that have a point within `reach` of (x, y), and some that have none."""
         if not self._bodies:
-            return []
+            return NOBODY
         sides = math.ceil((reach + self.reach) / self._side)
         return (self._grids.get(sides) or self._add_grid(sides)).near(x, y)
 

@@ -137,9 +137,9 @@ class Channel:
         limits = self.limits
         if held or self._remaining is None:
             target = 0.0 if held else self._target
-            fall = limits.rate_top if self._emergency else limits.fall
             if self.speed == target:
                 return target * dt
+            fall = limits.rate_top if self._emergency else limits.fall
             self.speed, travelled = ramp(self.speed, target, limits.rise, fall, dt)
             if self._remaining is not None:
                 self._remaining -= travelled

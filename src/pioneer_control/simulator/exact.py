@@ -5,7 +5,7 @@ in that bit from one Debian to the next. Right to 1e-13 for angles up to a milli
 """
 
 import math
-from typing import Tuple
+from typing import Optional, Tuple
 
 _QUARTERS_PER_RADIAN = 2.0 / math.pi
 _QUARTER_HIGH = float.fromhex("0x1.921fb544p+0")  # of a quarter turn (rad) the first 33 bits: its multiples are exact
@@ -27,6 +27,20 @@ def unit(angle: float) -> Tuple[float, float]:
     if quarters == 2:
         return -cosine, -sine
     return sine, -cosine
+
+
+class Heading:
+    """The unit vector of an angle that stays the same for long, as that of what stands or goes straight on: worked out only when it changes."""
+
+    def __init__(self):
+        self._angle: Optional[float] = None
+        self._unit = 1.0, 0.0
+
+    def unit(self, angle: float) -> Tuple[float, float]:
+        """Cosine and sine of the angle (rad) that it is now."""
+        if angle != self._angle:
+            self._angle, self._unit = angle, unit(angle)
+        return self._unit
 
 
 def cos(angle: float) -> float:

@@ -147,11 +147,11 @@ class Firmware:
         return sent
 
     def _step(self) -> None:
-        if self._decoder.waiting and self.time_us - self._last_byte_us >= PARTIAL_TIMEOUT_US:
+        if self.time_us - self._last_byte_us >= PARTIAL_TIMEOUT_US and self._decoder.waiting:
             for frame in self._decoder.drop_partial():
                 self._take(frame)
         self.hardware.step(self.time_us, self.watchdog_expired)
-        if self.session is Session.OPEN and self.time_us >= self._next_sip_us:
+        if self.time_us >= self._next_sip_us and self.session is Session.OPEN:
             self._next_sip_us += self.numbers.session.sip_cycle_ms * 1000
             self._send_sips()
 
@@ -211,7 +211,7 @@ class Firmware:
     def watchdog_expired(self) -> bool:
         """Whether an open session has been silent for so long that the drives stand until the next command."""
         silence_us = self.time_us - self._last_command_us
-        return self.session is Session.OPEN and silence_us > self.numbers.session.watchdog_ms * 1000
+        return silence_us > self.numbers.session.watchdog_ms * 1000 and self.session is Session.OPEN
 
     def press_stop_button(self, pressed: bool) -> None:
         """Press the STOP button on the robot, or let it go."""

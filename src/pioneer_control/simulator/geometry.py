@@ -5,7 +5,7 @@ Lengths are metres, angles radians, all coordinates in the map frame. Arrays see
 """
 
 import math
-from typing import Iterator, List, Sequence, Tuple
+from typing import Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -21,23 +21,25 @@ class Solids:
 
     :param walls: (n, 4) array, one segment ``x1 y1 x2 y2`` a row, none of length zero.
     :param posts: (m, 3) array, one disc ``x y radius`` a row.
+    :param frames: start, unit vector and length of each wall, in rows, where they are known; worked out if None.
     """
 
-    def __init__(self, walls: np.ndarray, posts: np.ndarray):
+    def __init__(self, walls: np.ndarray, posts: np.ndarray, frames: Optional[np.ndarray] = None):
         self.walls = walls
         self.posts = posts
-        along_x, along_y = walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
-        length = np.sqrt(along_x * along_x + along_y * along_y)
-        ux, uy = along_x / length, along_y / length
-        self.frames = np.array([walls[:, 0], walls[:, 1], ux, uy, length])  # start, unit vector and length of each wall, in rows
+        self.frames = _frames(walls) if frames is None else frames
 
     def __len__(self) -> int:
         return len(self.walls) + len(self.posts)
 
+    def some(self, walls, posts) -> "Solids":
+        """Those of them that two indices of arrays choose."""
+        return Solids(self.walls[walls], self.posts[posts], self.frames[:, walls])
+
     def each(self) -> Iterator["Solids"]:
         """Every one of them alone."""
-        yield from (Solids(self.walls[i : i + 1], self.posts[:0]) for i in range(len(self.walls)))
-        yield from (Solids(self.walls[:0], self.posts[i : i + 1]) for i in range(len(self.posts)))
+        yield from (self.some(slice(i, i + 1), slice(0)) for i in range(len(self.walls)))
+        yield from (self.some(slice(0), slice(i, i + 1)) for i in range(len(self.posts)))
 
     def bounds(self) -> Tuple[float, float, float, float]:
         """Least x and y and greatest x and y of any of them, of which there is at least one."""
@@ -49,7 +51,7 @@ class Solids:
     def within(self, x: float, y: float, reach: float) -> "Solids":
         """Those that come within `reach` of a point."""
         walls, posts = self.distances(np.array(x), np.array(y))
-        return Solids(self.walls[walls <= reach], self.posts[posts <= reach])
+        return self.some(walls <= reach, posts <= reach)
 
     def distances(self, x: np.ndarray, y: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """From points to every wall (..., n) and to the rim of every post (..., m; negative inside a post)."""
@@ -85,6 +87,13 @@ class Solids:
         return any(_meets_disc(outline, *post) for post in self.posts.tolist())
 
 
+def _frames(walls: np.ndarray) -> np.ndarray:
+    """Start, unit vector and length of walls, in rows."""
+    along_x, along_y = walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
+    length = np.sqrt(along_x * along_x + along_y * along_y)
+    return np.array([walls[:, 0], walls[:, 1], along_x / length, along_y / length, length])
+
+
 class Finder:
     """Finds the few solids round a point among many: they are listed by squares of floor, once.
 
@@ -116,8 +125,7 @@ class Finder:
         owners = [self._owners[begin:end] for begin, end in zip(begins.tolist(), ends.tolist())]
         found = np.unique(np.concatenate(owners)) if owners and low_column <= high_column else np.empty(0, dtype=int)
         walls = len(self._solids.walls)
-        near = Solids(self._solids.walls[found[found < walls]], self._solids.posts[found[found >= walls] - walls])
-        return near.within(x, y, reach)
+        return self._solids.some(found[found < walls], found[found >= walls] - walls).within(x, y, reach)
 
     def _number(self, column, row):
         """Squares are numbered row by row."""

@@ -125,6 +125,8 @@ class Gripper:
         places = [(x, y, can.radius) for can, (x, y) in zip(self.held, self._held_at)]
         if self.is_low:
             places += [self._from_palm(can, pose) + (can.radius,) for can in cans_near(self._world, pose, self._reach)]
+        if not places:
+            return False, False
         half = self.opening / 2.0
 
         def broken(beam: float) -> bool:

@@ -13,16 +13,16 @@ GRIPPER_UNIT = 0.02
 """Seconds in one unit of the gripper's times on the wire (protocol 6.1)."""
 
 
-LETTERS = {
-    "PSOS": "S", "P2OS": "P", "AmigOS": "G", "AROS": "A", "ARCOS": "C", "AmigoSH": "C", "uARCS": "CU", "MARCOS": "CM",
-}
+LETTERS = {family: frozenset(letters) for family, letters in dict(
+    PSOS="S", P2OS="P", AmigOS="G", AROS="A", ARCOS="C", AmigoSH="C", uARCS="CU", MARCOS="CM",
+).items()}
 """Firmware families as the protocol notes write them (section 3): S PSOS, P P2OS, G AmigOS, A AROS, C ARCOS and its kin, U uARCS, M MARCOS."""
 ALL, NOT_PSOS, LATER, ARCOS = "SPGAC", "PGAC", "AC", "C"
 
 
 def is_one_of(family: str, letters: str) -> bool:
     """Whether a firmware family is among those that the letters stand for."""
-    return any(letter in letters for letter in LETTERS[family])
+    return not LETTERS[family].isdisjoint(letters)
 
 
 class Handler(NamedTuple):

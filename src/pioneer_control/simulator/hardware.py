@@ -14,6 +14,7 @@ from .battery import Battery
 from .body import Body, along_arc
 from .docks import dock_at
 from .drive import Channel, Limits
+from .exact import Heading
 from .geometry import Pose
 from .gripper import Gripper
 from .pushing import Block, make_way
@@ -149,6 +150,7 @@ class Hardware:
     def reset_odometry(self) -> None:
         """The present pose becomes the origin of the odometry: the pose (m, rad; heading not wrapped) as the robot adds it up from then on."""
         self.origin = self.body.pose
+        self._heading = Heading()
         self.odometry: Pose = (0.0, 0.0, 0.0)
 
     @property
@@ -331,7 +333,7 @@ class Hardware:
             self._pressed_s = 0.0
         elif not self.held and self._moved(*really):
             self._pressed_s = 0.0
-            self.odometry = along_arc(self.odometry, distance, self._felt(turn, really[1], dt))
+            self.odometry = along_arc(self.odometry, distance, self._felt(turn, really[1], dt), self._heading.unit)
             self._count_wheels(*turned)
         else:
             self.linear.blocked(distance)
@@ -372,6 +374,8 @@ class Hardware:
         return False
 
     def _make_way(self, pose: Pose) -> bool:
+        if not self.world.cans:
+            return True
         if self.gripper is not None:
             return self.gripper.make_way(pose)
         return make_way(self.world, pose, lambda radius: (self._block,), (), self._block.reach)

@@ -1,11 +1,13 @@
 """What the robot tells its client: packets made from the hardware, in units and length of its firmware family."""
 
 import dataclasses
+import itertools
 import math
 from typing import Tuple
 
 from .. import p2os
 from ..p2os import DigitalIn, FaultFlags, Flags, GripperSwitches, GripState
+from ..p2os.fields import made
 from . import exact
 from .accessories import SOUNDS, Joystick, compass_degrees
 from .handlers import GRIPPER_UNIT
@@ -85,7 +87,7 @@ def sip(hardware: Hardware) -> p2os.Sip:
         if end != "charge_state":
             rotation = round(math.degrees(hardware.angular.speed) * 10.0)
             values.update(rotation_velocity_ddeg_s=rotation, fault_flags=UNDERVOLTAGE if hardware.battery.is_low else 0)
-    return p2os.Sip(**values)
+    return made(p2os.Sip, values)
 
 
 def counts(hardware: Hardware) -> Tuple[int, int]:
@@ -109,7 +111,7 @@ def _sonar(hardware: Hardware) -> Tuple[p2os.SonarReading, ...]:
 
 def _flags(hardware: Hardware) -> int:
     arrays = hardware.sonar.firing
-    fires = tuple(array in arrays for array in range(4))
+    fires = 0 in arrays, 1 in arrays, 2 in arrays, 3 in arrays
     button = hardware.joystick is not None and hardware.joystick.button_1
     return _bits(FLAGS, (hardware.motors_enabled,) + fires + (hardware.stop_button, hardware.e_stalled, hardware.battery.charging, button))
 
@@ -146,7 +148,7 @@ def digital_in(hardware: Hardware) -> int:
 
 def _bits(bits: Tuple[int, ...], states: Tuple[bool, ...]) -> int:
     """The sum of those bits whose state is true."""
-    return sum(bit for bit, state in zip(bits, states) if state)
+    return sum(itertools.compress(bits, states))
 
 
 def gripper(hardware: Hardware) -> p2os.Gripper:

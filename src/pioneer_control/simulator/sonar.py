@@ -3,12 +3,13 @@
 Arrays of eight fire in step, one transducer each per cycle, in the order of their sequence.
 """
 
+import functools
 import math
 import random
 from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from ..robots import ARRAY_SIZE, Transducer
-from .exact import unit
+from .exact import Heading, unit
 from .geometry import Point, Pose
 
 LONGEST_SEQUENCE = 16
@@ -42,10 +43,11 @@ class Sonar:
 
     def __init__(self, transducers: Sequence[Transducer], numbers, world, noise: float, seed: int, body=None):
         half_width = math.radians(numbers.cone_deg) / 2.0
-        self._mounts = {number: Mount(x, y, to, unit(to - half_width), unit(to + half_width)) for number, x, y, to in transducers}
+        self._mounts = _mounts(tuple(transducers), half_width)
         self._numbers, self._noise, self._body = numbers, noise, body
         self._ear = world.ear(half_width, numbers.maximum, _tangent(math.radians(numbers.specular_deg)))
         self._random = random.Random(seed)
+        self._heading = Heading()
         self._readings: List[Reading] = []
         self.firing: Sequence[int] = ()
         self.dead: Set[int] = set()
@@ -88,7 +90,7 @@ class Sonar:
     def step(self, now_us: int, pose: Pose) -> None:
         """Fire what is due at `now_us`, from a robot at `pose` (map frame)."""
         while self.firing and self._next_us <= now_us:
-            forward = unit(pose[2])
+            forward = self._heading.unit(pose[2])
             for array in self.firing:
                 sequence = self._sequences[array]
                 if sequence:
@@ -120,6 +122,12 @@ class Sonar:
         if self._noise:
             distance += self._random.uniform(-self._noise, self._noise)
         return max(self._numbers.minimum, min(distance, self._numbers.maximum))
+
+
+@functools.lru_cache(maxsize=None)
+def _mounts(transducers: Sequence[Transducer], half_width: float) -> Dict[int, Mount]:
+    """How transducers sit, by number: the same for all robots of a model, so that many of them need not be read from memory again and again."""
+    return {number: Mount(x, y, to, unit(to - half_width), unit(to + half_width)) for number, x, y, to in transducers}
 
 
 def _tangent(angle: float) -> float:

@@ -175,14 +175,13 @@ class World:
         """At least every solid within `reach` of a point, found once for each small square of floor and kept."""
         if not len(self._solids):   # an endless floor
             return self._solids
-        reach = math.ceil(4.0 * reach) / 4.0  # a few sizes only, so that squares are shared
-        side = reach / 2.0
-        square = (reach, math.floor(x / side), math.floor(y / side))
+        side = math.ceil(2.0 * reach) / 2.0  # a few sizes only, so that squares are shared
+        square = (side, math.floor(x / side), math.floor(y / side))
         solids = self._neighbourhoods.get(square)
         if solids is None:
             if len(self._neighbourhoods) >= _KEPT_NEIGHBOURHOODS:
                 self._neighbourhoods.clear()
-            solids = self.within((square[1] + 0.5) * side, (square[2] + 0.5) * side, reach + side)  # a corner is 0.71 sides away
+            solids = self.within((square[1] + 0.5) * side, (square[2] + 0.5) * side, 1.7072 * side)  # a corner is 0.7071 sides away
             self._neighbourhoods[square] = solids
         return solids
 
