@@ -137,7 +137,7 @@ def _link(facts: Facts) -> Finding:
     if facts.no_link is not None:
         problems.append(Problem(Level.ERROR, "no link: %s" % facts.no_link))
     elif recent is not None:
-        if rate < RATE_OK / cycle:
+        if recent.packets + 1 < RATE_OK * recent.seconds / cycle:   # one may be about to come: in a link's first second that is a tenth
             problems.append(Problem(
                 Level.WARN, "only %.1f of %.1f packets a second arrive: check cable, radio and the computer's load" % (rate, 1 / cycle)))
         if recent.bad_checksums or recent.stray_bytes:
