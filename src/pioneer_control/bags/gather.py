@@ -231,7 +231,7 @@ def pressed(message: Any) -> str:
 
 
 class Decisions:
-    """What a program decided: where its wander or its reason changes, and the last."""
+    """What a program decided: where its reason changes, and the first and the last of each wander."""
 
     def __init__(self) -> None:
         self._kept: List[Decision] = []
@@ -241,6 +241,8 @@ class Decisions:
         last = self._last
         self._last = Decision(time, message.header.stamp.to_sec(), message.wander, message.seed, message.speed,
                               message.linear, message.angular, message.reason)
+        if last is not None and last.wander != message.wander and self._kept[-1] is not last:
+            self._kept.append(last)
         if last is None or (last.wander, last.reason) != (message.wander, message.reason):
             self._kept.append(self._last)
         if len(self._kept) > 10 * TEXTS:

@@ -85,7 +85,7 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
         Lane("gripper", SKY, "", held(run, end), held_by if len(held_by) <= BADGES else ()),
     ]
     shown = [lane for lane in found if lane.spans or lane.badges or (lane.name == "motors on" and len(run.motors.time))]
-    shown += doings(run, end) + [lane for lane in (_said(level, wrong) for level in SAID) if lane.spans]
+    shown += doings(run) + [lane for lane in (_said(level, wrong) for level in SAID) if lane.spans]
     return shown + packed(BROKEN, PURPLE, made(run.faults, end), timeline, inches) + packed(SILENT, SILENCE, silences(run.gaps), timeline, inches)
 
 
@@ -127,13 +127,12 @@ def held(run: Run, end: float) -> Tuple[Tuple[float, float], ...]:
     return on(Series(*np.array(changes, dtype=float).reshape(-1, 2).T), end)
 
 
-def doings(run: Run, end: float) -> List[Lane]:
-    """A lane for each kind of decision, by the first word of its reason: "driving", "turning", ... The commonest few. A decision holds until the next."""
-    words = [decision.reason.replace(":", " ").split()[:1] for decision in run.decisions]
+def doings(run: Run) -> List[Lane]:
+    """A lane for each kind of decision, by the first word of its reason: "driving", "turning", ... The commonest few. A decision holds until the next of its wander."""
     changes: Dict[str, List[Tuple[float, float]]] = {}
-    times = [decision.time for decision in run.decisions] + [end]
-    for word, begin, until in zip(words, times, times[1:]):
-        spans = changes.setdefault(word[0] if word else "no reason", [])
+    for decision, then in zip(run.decisions, [*run.decisions[1:], None]):
+        begin, until = decision.time, then.time if then and then.wander == decision.wander else decision.time
+        spans = changes.setdefault(decision.reason.replace(":", " ").partition(" ")[0] or "no reason", [])
         if spans and spans[-1][1] == begin:
             spans[-1] = spans[-1][0], until
         else:

@@ -46,13 +46,13 @@ def test_errors_and_warnings_have_rows_of_their_own():
     assert [badge.words for badge in found["warnings"].badges + found["errors"].badges] == ["A", "B"]
 
 
-def test_a_decision_holds_until_the_next():
-    reasons = (1, "driving: 2 m"), (3, "driving: 1 m"), (5, "turning left: x"), (8, "driving: 2 m"), (9, "")
-    decisions = tuple(Decision(make.BEGIN + time, 0, 1, 0, 0, 0, 0, reason) for time, reason in reasons)
+def test_a_decision_holds_until_the_next_of_its_wander():
+    reasons = (1, "driving: 2 m"), (3, "driving: 1 m"), (5, "turning left: x"), (8, "driving: 2 m"), (9, ""), (15, "driving: 3 m"), (17, "driving: 3 m")
+    decisions = tuple(Decision(make.BEGIN + time, 0, 1 + (time > 9), 0, 0, 0, 0, reason) for time, reason in reasons)
     found = rows(make.run(decisions=decisions))
-    assert found["decided: driving"].spans == ((1.0, 5.0), (8.0, 9.0))
+    assert found["decided: driving"].spans == ((1.0, 5.0), (8.0, 9.0), (15.0, 17.0))
     assert found["decided: turning"].spans == ((5.0, 8.0),)
-    assert found["decided: no reason"].spans == ((9.0, 20.0),)
+    assert found["decided: no reason"].spans == ((9.0, 9.0),)  # the wander's last
 
 
 def test_no_more_than_the_commonest_decisions():
