@@ -41,8 +41,10 @@ from .simulation import Simulation, simulate
 
 PERIOD = 0.1
 """Seconds between two publications, of real time."""
-CLOCK_PERIOD = 0.01
-"""Seconds of real time between two messages on /clock."""
+CLOCK_PERIODS = 0.001, 0.01
+"""Seconds of real time, at least and at most, between two messages on /clock."""
+CLOCK_STEP = 0.02
+"""Simulated seconds between two of them, within those bounds: packets, which come every 0.1 s, keep stamps of their own and in order."""
 MAP_RESOLUTION = 0.025
 """Side (m) of a cell of the map."""
 UP = Quaternion(y=-math.sqrt(0.5), w=math.sqrt(0.5))
@@ -134,6 +136,7 @@ class Node:
         server.watched = True
         self._frame = parameters.map_frame
         self._own_clock = parameters.speed != 1.0
+        self._period = min(max(CLOCK_STEP / parameters.speed, CLOCK_PERIODS[0]), CLOCK_PERIODS[1]) if self._own_clock else PERIOD
         self._stop = threading.Event()
         self._cans_told = None
         self._epoch = time.time()
@@ -162,14 +165,14 @@ class Node:
     def run(self) -> int:
         """Publish until ROS shuts down (0) or the robots die (1). Real time paces it, so that it also works under simulated time."""
         due = time.monotonic()
-        while not self._stop.wait(CLOCK_PERIOD if self._own_clock else PERIOD):
+        while not self._stop.wait(self._period):
             if not self._server.running:
                 rospy.logfatal("the simulated robots died; their error stands above")
                 return 1
             if self._own_clock:
                 self._clock.publish(self._now())
             if time.monotonic() >= due:
-                due = time.monotonic() + PERIOD - CLOCK_PERIOD / 2.0
+                due = time.monotonic() + PERIOD - CLOCK_PERIODS[1] / 2.0
                 self._publish(self._now())
         return 0
 
