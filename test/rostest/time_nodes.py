@@ -1,0 +1,169 @@
+#!/usr/bin/python3
+"""Every node that runs beside a robot, in simulated time: before it begins, while it stands, fast, and when it jumps back."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+import rospy
+import rostest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock, Log
+from std_srvs.srv import SetBool
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+from pioneer_control.msg import Decision, MotorState  # noqa: E402
+from witness import PATIENCE, Witness  # noqa: E402
+
+TRUTH, POSE, COMMANDS, DECISIONS, MOTORS = ("pioneer/" + name for name in ("ground_truth", "pose", "cmd_vel", "decision", "motor_state"))
+TOPICS = {TRUTH: Odometry, POSE: Odometry, COMMANDS: Twist, DECISIONS: Decision, MOTORS: MotorState, "/rosout": Log, "/diagnostics": DiagnosticArray}
+SIMPLE = ["rosrun", "pioneer_control", "rosPioneer1.py"]
+ADVANCED = ["rosrun", "pioneer_control", "rosPioneer2.py"]
+PERIOD = 0.01  # s between two messages on /clock
+
+
+class Time:
+    """Tells everybody the time [s], `rate` times as fast as it is; nobody is told anything as long as that is None."""
+
+    def __init__(self):
+        self.now, self.rate = 1000.0, None
+        self._publisher = rospy.Publisher("/clock", Clock, queue_size=10)
+        threading.Thread(target=self._run, daemon=True).start()
+
+    def _run(self):
+        while True:
+            time.sleep(PERIOD)
+            if self.rate is not None:
+                self.now += PERIOD * self.rate
+                self._publisher.publish(Clock(rospy.Time.from_sec(self.now)))
+
+
+class TimeNodes(unittest.TestCase):
+    """One robot, and one clock that begins late."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.witness, cls.time = Witness(TOPICS), Time()
+        cls.velocity = rospy.Publisher(COMMANDS, Twist, queue_size=1)
+        cls.witness.last(TRUTH)
+        cls.witness.last(POSE)
+        cls.witness.wait("the driver listens", lambda: cls.velocity.get_num_connections() > 1)
+
+    def setUp(self):
+        self.first_command = len(self.witness.seen[COMMANDS])
+
+    def start(self, command):
+        """A program whose output is kept; it is gone when the test is."""
+        self.first_word = len(self.witness.seen["/rosout"])
+        program = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+        self.addCleanup(program.stdout.close)
+        self.addCleanup(program.wait)
+        self.addCleanup(program.kill)
+        return program
+
+    def wait_for_word(self, word):
+        self.witness.wait(word, lambda: any(word in each.msg for each in self.witness.seen["/rosout"][self.first_word:]))
+
+    def given(self):
+        return [(each.linear.x, each.angular.z) for each in self.witness.seen[COMMANDS][self.first_command:]]
+
+    def wait_until_it_drives(self):
+        begun = len(self.given())
+        self.witness.wait("it commands", lambda: any(linear or angular for linear, angular in self.given()[begun:]))
+        self.witness.wait("the robot drives", lambda: self.rates() != (0.0, 0.0))
+
+    def wait_until_it_stands(self):
+        self.witness.wait("the robot stands", lambda: self.rates() == (0.0, 0.0))
+
+    def rates(self):
+        twist = self.witness.seen[TRUTH][-1].twist.twist
+        return twist.linear.x, twist.angular.z
+
+    def ends_at_ctrl_c(self, program):
+        program.send_signal(signal.SIGINT)
+        output, _ = program.communicate(timeout=PATIENCE)
+        self.assertNotIn("Traceback", output)
+        return output
+
+    def test_1_before_time_begins_the_driver_works(self):
+        """Stamps are zero; velocities are good for as long as ever; diagnostics go on."""
+        rospy.wait_for_service("pioneer/set_motors", PATIENCE)
+        self.assertTrue(rospy.ServiceProxy("pioneer/set_motors", SetBool)(True).success)
+        command = Twist()
+        command.angular.z = 0.5
+        self.velocity.publish(command)
+        self.witness.wait("the robot drives", lambda: self.rates()[1] > 0)
+        self.wait_until_it_stands()     # nobody told it: the velocity was good for 0.6 s
+        for topic in (POSE, TRUTH):
+            self.assertEqual(self.witness.next(topic).header.stamp, rospy.Time(0))
+        self.assertEqual(self.witness.next("/diagnostics", 3).header.stamp, rospy.Time(0))
+
+    def test_2_before_time_begins_programs_say_what_they_wait_for(self):
+        """And Ctrl-C ends them."""
+        for command in (SIMPLE, ADVANCED):
+            program = self.start(command)
+            self.wait_for_word("/clock")
+            self.ends_at_ctrl_c(program)
+        self.assertEqual(self.given(), [])
+
+    def test_3_while_time_stands_nobody_drives(self):
+        """The wander, under a clock that stands, runs, stands, jumps back and runs fast: not one more word than needed."""
+        self.time.rate = 0.0
+        self.assert_simple_waits()
+        program = self.start(ADVANCED + ["_duration:=1000", "_stop_at_can:=false", "_seed:=1"])
+        self.wait_for_word("stopped: no news")
+        self.wait_until_it_stands()
+        self.time.rate = 1.0
+        self.wait_until_it_drives()
+        self.time.rate = 0.0
+        self.witness.wait("told to stand", lambda: self.given()[-1] == (0.0, 0.0))
+        self.wait_until_it_stands()
+        decided = len(self.witness.seen[DECISIONS])
+        self.witness.next(TRUTH, 10)
+        self.assertEqual(self.given()[-1], (0.0, 0.0))
+        self.assertGreater(len(self.witness.seen[DECISIONS]), decided)     # on each message, though none is sent
+        self.time.now -= 500.0
+        self.time.rate = 1.0
+        self.witness.wait("it decides in the time that jumped back", lambda: self.witness.seen[DECISIONS][-1].header.stamp.to_sec() < 900.0)
+        self.wait_until_it_drives()
+        self.time.rate = 10.0
+        before = self.witness.seen[DECISIONS][-1].header.stamp.to_sec()
+        self.witness.wait("it decides in fast time", lambda: self.witness.seen[DECISIONS][-1].header.stamp.to_sec() > before + 20.0)
+        self.wait_until_it_drives()
+        self.ends_at_ctrl_c(program)
+        self.witness.wait("told to stand", lambda: self.given()[-1] == (0.0, 0.0))
+        self.wait_until_it_stands()
+
+    def assert_simple_waits(self):
+        program = self.start(SIMPLE)
+        self.wait_for_word("/clock")
+        self.ends_at_ctrl_c(program)
+        self.assertEqual(self.given(), [])
+
+    def test_4_the_simple_node_drives_as_far_as_it_is_told_whatever_time_does(self):
+        self.time.rate = 1.0
+        program = self.start(SIMPLE + ["_duration:=4"])
+        self.wait_until_it_drives()
+        self.time.rate = 0.0
+        self.wait_until_it_stands()
+        self.time.now -= 100.0
+        self.time.rate = 1.0
+        self.wait_until_it_drives()
+        self.time.rate = 10.0
+        output, _ = program.communicate(timeout=PATIENCE)
+        self.assertEqual(program.returncode, 0, output)
+        self.assertNotIn("Traceback", output)
+        self.witness.wait("told to stand", lambda: self.given()[-1] == (0.0, 0.0))
+        self.assertEqual(len([each for each in self.given() if each == (0.1, 0.0)]), 40)
+
+
+if __name__ == "__main__":
+    rospy.init_node("time_nodes_witness")
+    rostest.rosrun("pioneer_control", "time_nodes", TimeNodes)
