@@ -7,6 +7,7 @@ hatches do.
 
 import argparse
 import os
+import re
 import sys
 from typing import List, Optional, Sequence, Tuple
 
@@ -34,9 +35,14 @@ def read(paths: Sequence[str], robot: Optional[str]) -> Run:
         return read_run(paths, robot, progress)
 
 
+def in_order(parts: Sequence[str]) -> List[str]:
+    """Parts by their numbers: FILE_2.bag before FILE_10.bag, which a shell has the other way round."""
+    return sorted(parts, key=lambda path: [int(piece) if piece.isdigit() else piece for piece in re.split("([0-9]+)", path)])
+
+
 def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tuple[Sequence[str], Optional[str]]]:
     """(paths, robot) of each run to draw. Raises UsageError when it is not clear which robot of which bag is meant."""
-    runs = [bags] if parts else [[bag] for bag in bags]
+    runs = [in_order(bags)] if parts else [[bag] for bag in bags]
     if len(runs) == 1:
         return [(runs[0], robot) for robot in robots or [None]]
     if len(robots) > 1 and len(robots) != len(runs):
@@ -49,7 +55,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     parser = argparse.ArgumentParser(prog="draw_run", description="Draw the run of a robot that a bag holds, on one page; several bags: compare the runs.")
     parser.add_argument("bag", nargs="+", help="what rosbag record wrote; of several the first is what the others are held against")
     parser.add_argument("-o", "--output", help="the picture to write: .png, .pdf or .svg (default: beside the first bag, .png)")
-    parser.add_argument("--parts", action="store_true", help="the bags are the parts of one recording, in order (rosbag record --split)")
+    parser.add_argument("--parts", action="store_true", help="the bags are the parts of one recording (rosbag record --split)")
     parser.add_argument("--robot", action="append", default=[], help="namespace of the robot, when a bag holds several; again for each bag, or to compare robots of one bag")
     parser.add_argument("--title", help="instead of the robot's and the world's name")
     options = parser.parse_args(arguments)

@@ -176,6 +176,10 @@ class TestCommand:
         assert draw.main([str(tmp_path / f"{number}.bag") for number in range(9)]) == 2
         assert "9 runs are too many" in capsys.readouterr().err
 
+    def test_parts_are_in_the_order_of_their_numbers(self):
+        named = ["run/x_0.bag", "run/x_1.bag", "run/x_10.bag.active", "run/x_2.bag"]
+        assert draw.wanted(named, [], True) == [(["run/x_0.bag", "run/x_1.bag", "run/x_2.bag", "run/x_10.bag.active"], None)]
+
     def test_parts_of_one_recording(self, tmp_path, capsys):
         messages = sorted(make.driven(seconds=4), key=lambda entry: entry[2])
         parts = [make.write_bag(tmp_path / f"{number}.bag", half) for number, half in enumerate((messages[:80], messages[80:]))]
