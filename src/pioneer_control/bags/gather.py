@@ -12,7 +12,7 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tu
 
 import numpy as np
 
-from pioneer_control.bags.reader import BagError, BagReader, Connection, decode, message_class, read_bag
+from pioneer_control.bags.reader import BagError, BagReader, Connection, decode, message_class, plural, read_bag
 from pioneer_control.bags.run import Decision, Gap, Happening, Map, Run, Series, Sonar, Span, Track, Velocities, gripper_events
 from pioneer_control.message_values import NO_ECHO, NOT_HEARD, heading_of
 
@@ -191,6 +191,18 @@ class Ends:
         return [] if self.last is None else [self.first] if self.last is self.first else [self.first, self.last]
 
 
+class Grid:
+    """The last OccupancyGrid."""
+
+    def __init__(self) -> None:
+        self.map: Optional[Map] = None
+
+    def add(self, time: float, message: Any) -> None:
+        info = message.info
+        corner = (info.origin.position.x, info.origin.position.y, _heading(info.origin.orientation))
+        self.map = Map(np.array(message.data, dtype=np.int8).reshape(info.height, info.width), info.resolution, corner)
+
+
 class Spans:
     """While words of a message are not empty: they last until they change."""
 
@@ -360,7 +372,7 @@ TOPICS: Dict[str, Topic] = {
     "decision": Topic("Decision", Decisions),
     "robot_info": Topic("RobotInfo", Ends),
     "cans": Topic("PoseArray", Ends),
-    "map": Topic("OccupancyGrid", Ends),
+    "map": Topic("OccupancyGrid", Grid),
     "world": Topic("String", Ends),
     "recording": Topic("String", Ends),
 }
@@ -391,7 +403,7 @@ class Gatherer:
         self.robot = robot
         self.robots: Dict[str, Robot] = {}
         self.faults = Faults()
-        self.map = Ends()
+        self.map = Grid()
         self.undecoded: Dict[str, int] = {}     # by topic
         self._shared = {
             ("diagnostics", "DiagnosticArray"): self.faults.add_diagnostics, ("rosout", "Log"): self.faults.add_log,
@@ -437,7 +449,7 @@ def gather(paths: Sequence[str], robot: Optional[str] = None, progress: Optional
         _choose(paths, _robots(reader.connections), gatherer.robot, reader)
     for _, connection, data, time in reader:
         gatherer.add(connection, data, time / 1e9)
-    robots = sorted(name for name, kept in gatherer.robots.items() if kept.odometry is not None)
+    robots = _robots(reader.connections)
     return _run(paths[0], _choose(paths, robots, gatherer.robot, reader), robots, gatherer, reader)
 
 
@@ -476,10 +488,11 @@ def _choose(paths: Sequence[str], robots: Sequence[str], wanted: Optional[str], 
 def _run(path: str, name: str, robots: Sequence[str], gatherer: Gatherer, reader: BagReader) -> Run:
     """What was gathered of a robot."""
     robot = gatherer.robots[name]
+    if robot.odometry is None:
+        raise BagError(f"{path} has no message of the odometry of {name or '/'}. {reader.damage}".strip())
     info, world, recording = robot["robot_info"].last, robot["world"].last, robot["recording"].last
-    grid = robot["map"].last or gatherer.map.last
     gaps = [gap for topic, rhythm in sorted(robot.rhythms.items()) for gap in rhythm.gaps(topic, reader.end / 1e9)]
-    undecoded = [f"{count} messages on {topic} are damaged." for topic, count in sorted(gatherer.undecoded.items())]
+    undecoded = [f"{plural(count, 'message')} on {topic} could not be understood." for topic, count in sorted(gatherer.undecoded.items())]
     return Run(
         path=path,
         robot=name,
@@ -493,7 +506,7 @@ def _run(path: str, name: str, robots: Sequence[str], gatherer: Gatherer, reader
         gripper=robot["gripper_state"].events,
         cans=tuple(
             np.array([(p.position.x, p.position.y, p.position.z) for p in message.poses]).reshape(-1, 3) for message in robot["cans"].both),
-        map=_map(grid) if grid else None,
+        map=robot["map"].map or gatherer.map.map,
         commanded=robot["cmd_vel"].velocities,
         measured=robot.odometry.velocities,
         battery=robot["battery_state"].series if len(robot["battery_state"].series.time) else robot["battery"].series,
@@ -512,10 +525,3 @@ def _run(path: str, name: str, robots: Sequence[str], gatherer: Gatherer, reader
 def _heading(q: Any) -> float:
     """Heading of a quaternion message, in rad."""
     return heading_of(q.x, q.y, q.z, q.w)
-
-
-def _map(message: Any) -> Map:
-    """Map of an OccupancyGrid message."""
-    info = message.info
-    corner = (info.origin.position.x, info.origin.position.y, _heading(info.origin.orientation))
-    return Map(np.array(message.data, dtype=np.int8).reshape(info.height, info.width), info.resolution, corner)

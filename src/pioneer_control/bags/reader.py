@@ -255,11 +255,11 @@ class _File:
             f"{self.path} is damaged at {_percent(place.begin / self.size)} of the file{_after(place.after)}: {place.end - place.begin} bytes there are no messages."
             for place in inner[:PLACES]]
         if len(inner) > PLACES:
-            sentences.append(f"So it is at {len(inner) - PLACES} more places.")
+            sentences.append(f"So it is at {plural(len(inner) - PLACES, 'more place')}.")
         if self._missing:
-            sentences.append(f"{self._missing} messages that it lists could not be read.")
+            sentences.append(f"{plural(self._missing, 'message')} that it lists could not be read.")
         if self._nameless:
-            sentences.append(f"{self._nameless} of its messages are lost: what they are is not in it any more.")
+            sentences.append(f"{plural(self._nameless, 'message')} cannot be understood: the description of the topic is lost.")
         sentences += [f"It describes {topic} in two ways, of which one must be wrong." for topic in sorted(self._ambiguous)]
         if not self.indexed:
             sentences.append(self._ending(cut))
@@ -319,6 +319,11 @@ def _give(waiting: List[Tuple[int, int, Connection, bytes]], before: Optional[in
     del waiting[:number]
     for time, _, connection, data in ready:
         yield Message(connection.topic, connection, data, time)
+
+
+def plural(count: int, what: str) -> str:
+    """1 message, 2 messages."""
+    return f"{count} {what}{'s' * (count != 1)}"
 
 
 def _percent(share: float) -> str:

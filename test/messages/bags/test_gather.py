@@ -1,0 +1,266 @@
+"""What a Run has of a bag in which everything happens, and of runs without end."""
+
+import math
+
+import numpy as np
+import pytest
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import BatteryState
+from std_msgs.msg import Bool, Header, String
+
+import bag_factory as make
+from pioneer_control.bags import gather as gathering
+from pioneer_control.bags.gather import Decisions, Echoes, Rhythm, Spans, Thinned
+from pioneer_control.bags.run import BagError, Gap, Span, read_run
+
+
+@pytest.fixture
+def run_of(tmp_path):
+    """Writes messages to a bag and reads the run."""
+    return lambda messages, **options: read_run(make.write_bag(tmp_path / "run.bag", messages), **options)
+
+
+@pytest.fixture(scope="module")
+def eventful(tmp_path_factory):
+    return read_run(make.write_bag(tmp_path_factory.mktemp("bag") / "run.bag", make.eventful()))
+
+
+def since(values):
+    """Seconds since the begin of a made run."""
+    return [round(float(value) - 1000.0, 1) for value in values]
+
+
+class TestEverything:
+    def test_commanded_steps_stay_steps(self, eventful):
+        velocities = eventful.commanded
+        assert since(velocities.time) == [0.0, 9.9, 10.0, 10.1, 20.0]
+        assert velocities.linear == pytest.approx([0.1, 0.1, 0.0, 0.0, 0.0]) and velocities.angular == pytest.approx([0.0, 0.0, 0.0, 0.2, 0.2])
+
+    def test_measured(self, eventful):
+        assert eventful.measured.linear == pytest.approx([0.1, 0.1]) and since(eventful.measured.time) == [0.0, 20.0]
+
+    def test_battery(self, eventful):
+        assert eventful.battery.value[[0, -1]] == pytest.approx([12.8, 12.4], abs=1e-6) and 5 < len(eventful.battery.time) < 40
+
+    def test_switches_where_they_change(self, eventful):
+        assert (since(eventful.motors.time), eventful.motors.value.tolist()) == ([0.0, 12.0, 15.0, 20.0], [1, 0, 1, 1])
+        assert (since(eventful.e_stop.time), eventful.e_stop.value.tolist()) == ([0.0, 12.0, 13.0], [0, 1, 0])
+
+    def test_spans(self, eventful):
+        assert [(since(span[:2]), span.what) for span in eventful.stalls] == [([10.0, 10.5], "left wheel"), ([10.5, 11.0], "both wheels")]
+        assert [(since(span[:2]), span.what) for span in eventful.bumps] == [([10.0, 11.0], "front 2")]
+
+    def test_faults(self, eventful):
+        assert [(since([fault.time])[0], *fault[1:]) for fault in eventful.faults] == [
+            (6.0, 1, "/pioneer/simulator", "simulated 6.000 s: fault begins: silence"),
+            (7.0, 2, "Link", "no link: silent"),
+            (7.5, 2, "/pioneer/p2os", "no link: nothing came for 1.5 s"),
+            (12.0, 1, "Motors", "the STOP button is pressed")]
+
+    def test_gaps(self, eventful):
+        assert {gap.topic.rsplit("/", 1)[1] for gap in eventful.gaps} == {
+            "pose", "sonar", "gripper_state", "battery_state", "motor_state", "stall", "bumpers"}
+        assert all(since(gap[1:]) == [6.0, 8.0] for gap in eventful.gaps)
+
+    def test_decisions_where_the_reason_changes(self, eventful):
+        assert [(since([entry.time])[0], entry.reason[:7]) for entry in eventful.decisions] == [(0.0, "forward"), (5.0, "turning"), (20.0, "turning")]
+        assert eventful.decisions[1].stamp == pytest.approx(1005.0) and eventful.decisions[1].wander == 1
+
+    def test_notes_and_damage(self, eventful):
+        assert eventful.notes == "robots: [pioneer]" and eventful.damage == ""
+
+    def test_of_a_bag_without_all_that_it_is_empty(self, run_of):
+        run = run_of([("/pioneer/pose", make.odometry(0.1 * step, 0.0, 0.0), 1.0 + step) for step in range(3)])
+        assert [len(values.time) for values in (run.commanded, run.battery, run.motors, run.e_stop, run.sonar)] == [0] * 5
+        assert run.stalls == run.bumps == run.faults == run.gaps == run.decisions == () and run.notes == run.damage == ""
+
+
+class TestFaults:
+    POSE = [("/pioneer/pose", make.odometry(0.0, 0.0, 0.0), 1000.0)]
+
+    def faults(self, run_of, *messages, **options):
+        return [(fault.level, fault.who, fault.what) for fault in run_of(self.POSE + [(*entry, 1000.0 + step) for step, entry in enumerate(messages)], **options).faults]
+
+    def test_diagnostics_count_when_their_level_changes(self, run_of):
+        levels = [(1, "a"), (1, "b"), (2, "c"), (1, "d"), (0, "e"), (1, "f"), (3, "g")]
+        messages = [("/diagnostics", make.diagnostics(Link=level)) for level in levels]
+        assert self.faults(run_of, *messages) == [(1, "Link", "a"), (2, "Link", "c"), (1, "Link", "d"), (1, "Link", "f")]
+
+    def test_what_nodes_say_again_and_again_counts_once(self, run_of):
+        messages = [("/rosout", make.log(level, node, text)) for level, node, text in (
+            (Log.WARN, "/a", "x"), (Log.ERROR, "/b", "x"), (Log.WARN, "/a", "x"), (Log.FATAL, "/a", "y"), (Log.INFO, "/a", "z"))]
+        assert self.faults(run_of, *messages) == [(1, "/a", "x"), (2, "/b", "x"), (2, "/a", "y")]
+
+    def test_those_of_another_robot_are_its_own(self, run_of):
+        messages = [("/rosout", make.log(Log.WARN, node, "x")) for node in ("/pioneer/p2os", "/other/p2os", "/simulator", "/pioneer2/p2os")]
+        messages += [("/diagnostics", make.diagnostics("other/p2os", Link=(2, "y"))), ("/other/pose", make.odometry(0.0, 0.0, 0.0))]
+        assert [who for _, who, _ in self.faults(run_of, *messages, robot="pioneer")] == ["/pioneer/p2os", "/simulator", "/pioneer2/p2os"]
+        assert [who for _, who, _ in self.faults(run_of, *messages, robot="other")] == ["/other/p2os", "/simulator", "/pioneer2/p2os", "Link"]
+
+    def test_too_many_are_counted(self, run_of, monkeypatch):
+        monkeypatch.setattr(gathering, "TEXTS", 1)
+        messages = [("/rosout", make.log(Log.WARN, "/a", str(number))) for number in range(15)]
+        faults = self.faults(run_of, *messages)
+        assert len(faults) == 11 and faults[-1] == (1, "", "and 5 more warnings and errors")
+
+
+class TestGaps:
+    def gaps(self, times, end, period=0.1):
+        rhythm = Rhythm()
+        for time in times:
+            rhythm.add(time)
+        return [(round(gap.begin, 3), round(gap.end, 3)) for gap in rhythm.gaps("/x", end)]
+
+    REGULAR = [0.1 * step for step in range(20)]
+
+    def test_none(self):
+        assert self.gaps(self.REGULAR, 1.9) == []
+
+    def test_one_in_between_and_one_at_the_end(self):
+        assert self.gaps(self.REGULAR + [3.0 + time for time in self.REGULAR], 6.0) == [(1.9, 3.0), (4.9, 6.0)]
+
+    def test_half_a_second_is_none(self):
+        assert self.gaps(self.REGULAR + [2.39], 2.4) == []
+
+    def test_of_a_slow_topic_three_periods_are_none(self):
+        assert self.gaps([2.0 * step for step in range(20)] + [43.9], 44.0) == []
+        assert self.gaps([2.0 * step for step in range(20)] + [44.1], 44.2) == [(38.0, 44.1)]
+
+    def test_a_topic_that_came_a_few_times_has_no_period(self):
+        assert self.gaps(self.REGULAR[:8] + [5.0], 9.0) == []
+
+    def test_commands_may_be_silent(self, run_of):
+        messages = [("/pioneer/pose", make.odometry(0.0, 0.0, 0.0), 1.0 + 0.1 * step) for step in range(100)]
+        commands = [("/pioneer/cmd_vel", make.twist(0.1), 1.0 + 0.1 * step) for step in range(20)]
+        assert run_of(messages + commands).gaps == ()
+
+
+class TestOtherNames:
+    def test_sensor_msgs_battery_where_there_is_no_battery_state(self, run_of):
+        pose = [("/pioneer/pose", make.odometry(0.0, 0.0, 0.0), 1.0)]
+        message = BatteryState(voltage=11.5)
+        assert run_of(pose + [("/pioneer/battery", message, 1.0)]).battery.value == pytest.approx([11.5])
+        assert run_of(pose + [("/pioneer/battery", message, 1.0), ("/pioneer/battery_state", make.battery(12.5), 1.0)]).battery.value == pytest.approx([12.5])
+
+    def test_odom_where_there_is_no_pose(self, run_of):
+        run = run_of([("/odom", make.odometry(0.1 * step, 0.0, 0.0), 1.0 + step) for step in range(11)])
+        assert run.robot == "" and run.odometry.length == pytest.approx(1.0)
+        both = [("/odom", make.odometry(9.0, 0.0, 0.0), 1.0), ("/pose", make.odometry(1.0, 0.0, 0.0), 1.0)]
+        assert run_of(both).odometry.x == pytest.approx([1.0])
+
+    @pytest.mark.parametrize("package", ["p2os_driver", "p2os_msgs"])
+    def test_a_whole_run_under_old_names(self, run_of, package):
+        messages = [
+            ("/pose", make.odometry(0.0, 0.0, 0.0), 1.0), ("/battery_state", make.battery(12.0, package), 1.0),
+            ("/motor_state", make.motors(1, package), 1.0), ("/cmd_vel", make.twist(0.2), 1.0), ("/cmd_vel", make.twist(0.0), 2.0)]
+        run = run_of(messages)
+        assert run.battery.value == pytest.approx([12.0]) and run.motors.value.tolist() == [1]
+        assert run.commanded.linear == pytest.approx([0.2, 0.0])
+
+
+class TestRobots:
+    def test_a_bag_of_another_kind_of_robot_says_what_it_has(self, run_of):
+        with pytest.raises(BagError, match=r"no odometry of a robot .*It has: /base_scan \(std_msgs/Header\), /chatter \(std_msgs/String\)"):
+            run_of([("/base_scan", Header(), 1.0), ("/chatter", String("x"), 1.0)])
+
+    def test_of_several_one_is_to_be_chosen_before_all_is_read(self, tmp_path):
+        messages = list(make.driven(seconds=1, name="alice")) + list(make.driven(seconds=1, name="bob"))
+        path, told = make.write_bag(tmp_path / "run.bag", messages), []
+        with pytest.raises(BagError, match="2 robots: alice, bob. Choose one with --robot"):
+            read_run(path, progress=lambda *done: told.append(done))
+        assert told == []
+
+    def test_so_it_is_in_a_bag_that_was_not_closed(self, tmp_path):
+        messages = list(make.driven(seconds=5, name="alice")) + list(make.driven(seconds=5, name="bob"))
+        path = make.unclosed(tmp_path / "run.bag.active", sorted(messages, key=lambda entry: entry[2]))
+        with pytest.raises(BagError, match="2 robots: alice, bob. Choose one with --robot"):
+            read_run(path)
+        assert read_run(path, "bob").robot == "bob"
+
+    def test_one_without_odometry_is_none(self, run_of):
+        run = run_of(list(make.driven(seconds=1)) + [("/simulator/cans", make.cans((1.0, 1.0, 0.0)), 1000.0)])
+        assert run.robot == "pioneer"
+
+
+class TestParts:
+    def test_they_are_one_run(self, tmp_path):
+        messages, told = sorted(make.eventful(), key=lambda entry: entry[2]), []
+        halves = messages[:len(messages) // 2], messages[len(messages) // 2:]
+        paths = [make.write_bag(tmp_path / f"run_{part}.bag", half) for part, half in enumerate(halves)]
+        run = read_run(paths, progress=lambda done, whole: told.append(done / whole))
+        whole = read_run(make.write_bag(tmp_path / "whole.bag", messages))
+        assert run.path == paths[0] and run.duration == pytest.approx(20.0) and told[-1] == 1.0
+        assert run.odometry.x.tolist() == whole.odometry.x.tolist() and run.gripper == whole.gripper and run.gaps == whole.gaps
+
+
+class TestDamage:
+    def test_messages_that_are_none_are_left_out(self, run_of):
+        broken = make.odometry(math.nan, 0.0, 0.0)
+        grid = make.room(1.0, 1.0)
+        grid.data = grid.data[:-5]
+        run = run_of([*make.driven(seconds=1), ("/pioneer/pose", broken, 1000.5), ("/pioneer/map", grid, 1000.7)])
+        assert run.odometry.length == pytest.approx(0.1) and run.map.cells.shape == (122, 162)  # the one before
+        assert "1 message on /pioneer/pose could not be understood." in run.damage and "/pioneer/map" in run.damage
+
+    def test_a_flipped_length_in_a_message(self, tmp_path):
+        path = make.write_bag(tmp_path / "run.bag", make.driven(seconds=1))
+        frame = open(path, "rb").read().index(b"\x04\0\0\0odom")
+        run = read_run(make.overwritten(path, frame, b"\xff\xff\xff\x7f"))
+        assert run.duration == pytest.approx(0.9) and "1 message on /pioneer/pose could not be understood." in run.damage
+
+
+class TestBounded:
+    """However long a run, what is kept of it is not."""
+
+    @pytest.fixture(autouse=True)
+    def few(self, monkeypatch):
+        monkeypatch.setattr(gathering, "ROWS", 100)
+        monkeypatch.setattr(gathering, "TEXTS", 10)
+
+    def test_rows(self):
+        rows = Thinned(0.1)
+        for step in range(10_000):
+            rows.add(float(step), step * 0.2)
+        time, value = rows.columns()
+        assert len(time) <= 102 and (time[0], time[-1]) == (0.0, 9999.0) and value == pytest.approx(0.2 * time)
+
+    def test_in_between_rows_are_within_the_tolerance(self):
+        rows, times = Thinned(0.1), np.arange(0.0, 10.0, 0.01)
+        values = np.where(times < 5, 0.0, 1.0) + 0.05 * np.sin(20 * times)
+        for time, value in zip(times, values):
+            rows.add(time, value)
+        kept = rows.columns()
+        assert len(kept[0]) < 10 and abs(np.interp(times, *kept) - values).max() < 0.2
+
+    def test_echoes(self):
+        echoes = Echoes()
+        for step in range(10_000):
+            echoes.add(float(step), make.sonar([1.0 + step % 7 * 0.1, 2.0]))
+        assert 40 < len(echoes.sonar.time) <= 102 and echoes.sonar.time[-1] > 9000
+
+    def test_spans_keep_the_longest(self):
+        spans = Spans(lambda message: "left wheel" if message.left else "")
+        for step in range(1000):
+            spans.add(float(step), make.stall(step % 4 == 0 or 500 < step < 520, False))
+        assert len(spans.spans) <= 20 and max(spans.spans, key=lambda span: span.end - span.begin)[:2] == (500.0, 521.0)
+        assert list(spans.spans) == sorted(spans.spans)
+
+    def test_decisions(self):
+        decisions = Decisions()
+        for step in range(1000):
+            decisions.add(float(step), make.decision(float(step), str(step)))
+        assert len(decisions.decisions) <= 101 and decisions.decisions[-1].time == 999.0
+
+    def test_gaps(self):
+        rhythm = Rhythm()
+        for step in range(1000):
+            rhythm.add(step * 0.1 + step // 50)
+        gaps = rhythm.gaps("/x", 119.9)
+        assert len(gaps) == 10 and gaps[0] == Gap("/x", *gaps[0][1:]) and all(gap.end - gap.begin == pytest.approx(1.1) for gap in gaps)
+
+
+def test_a_span_lasts_until_its_words_change():
+    spans = Spans(lambda message: str(message.data or ""))
+    for time, value in enumerate([False, True, True, False, True]):
+        spans.add(float(time), Bool(value))
+    assert spans.spans == (Span(1.0, 3.0, "True"), Span(4.0, 4.0, "True"))
