@@ -27,7 +27,7 @@ class Publisher:
     def publish(self, message):
         self.busy.set()
         self.open.wait(LIMIT)
-        self.published.append((message.to_robot, message.data))
+        self.published.append((message.to_robot, bytes(message.data)))
         self.stamp = message.header.stamp.to_sec()
 
     def begin(self):
@@ -71,7 +71,7 @@ def test_nothing_is_published_while_nobody_listens(topic, monkeypatch):
     topic.begin()
     topic.listeners = 0
     topic.tell(*PIECES[0])
-    until(lambda: not topic.tell.__self__._pieces.qsize())
+    until(lambda: not topic.tell.__self__._pieces)
     topic.listeners = 1
     topic.tell(*PIECES[1])
     until(lambda: topic.published)
@@ -83,7 +83,7 @@ def test_a_subscriber_that_hangs_keeps_nobody_waiting_and_what_is_left_out_is_sa
     topic.begin()
     topic.open.clear()
     topic.tell(True, b"0")
-    assert topic.busy.wait(LIMIT)
+    assert topic.busy.wait(LIMIT)       # and it is taken out
     for number in range(1, 9):
         topic.tell(bool(number % 2), b"%d" % number)     # returns, though nothing can be published: 1, 2 and 3 fit
     topic.open.set()
