@@ -3,10 +3,11 @@
 import re
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
-from pioneer_control.bags.run import Gap, Happening, Span
+from pioneer_control.bags.run import Gap, Happening, Run, Span
 
 LISTED = 10  # kinds, on one page
 AT_ONCE = 1.0  # s
+CONNECTING = 3.0  # s before the first pose in which a driver that finds no robot yet has only just begun to look
 NUMBER = re.compile(r"\d+(\.\d+)?")
 WARNING, ERROR = 1, 2  # diagnostic_msgs' levels
 MADE = re.compile(r"(?:simulated [\d.]+ s: )?fault (begins|ends): (.*)")  # as the simulator says what it was asked to break
@@ -22,11 +23,11 @@ class Incident(NamedTuple):
     words: str
 
 
-def incidents(faults: Sequence[Happening], listed: int = LISTED) -> Tuple[Incident, ...]:
+def incidents(run: Run, listed: int = LISTED) -> Tuple[Incident, ...]:
     """Warnings and errors in order of time, those that say the same as one; letters for so many of them, errors first."""
     same: Dict[str, List[Happening]] = {}
-    for fault in sorted(faults):
-        if not MADE.fullmatch(fault.what):
+    for fault in sorted(run.faults):
+        if not MADE.fullmatch(fault.what) and not 0 < run.odometry.time[0] - fault.time < CONNECTING:
             core = NUMBER.sub("#", fault.what).partition(" (")[0]
             same.setdefault(next((known for known in same if _says(known, core) or _says(core, known)), core), []).append(fault)
     found = [_incident(each) for each in same.values()]

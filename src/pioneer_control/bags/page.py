@@ -20,7 +20,7 @@ LEAST_MAP, LARGEST_SCALE = 2.4, 2.5  # inches high; inches on paper for each met
 BESIDE = 1.9  # inches: a map that leaves so much has its legend beside it
 NARROW, WIDEST = 1.6, 3.2  # what is so many times as high as wide has the strips beside it, and is at most so many inches wide
 SIGNS, EVENTS_LISTED = 5, 8  # in a legend
-MUCH, SQUEEZED = 12, 0.75  # lanes and lines of text from which on curves are lower, so that the map need not be; and how much lower
+SQUEEZED = 0.75  # of their height is what curves have where that leaves more for the map
 FULL, FEWEST = 20, 4  # lanes and lines of text on a page, at most; lines that may always be
 DAMAGED = dict(size=BODY, fontweight="bold")
 REAL = 1e8  # s: a clock beyond that is not that of a simulation
@@ -42,14 +42,18 @@ def figure(run: Run, title: Optional[str] = None):
     span = view.high - view.low
     shown = strips.curves(run)
     lanes = len(strips.lanes(run, (), timeline))
-    wrong = incidents(run.faults, max(FULL - lanes, FEWEST))
+    wrong = incidents(run, max(FULL - lanes, FEWEST))
     lines = sum(bool(each.letter) for each in wrong) + (not all(each.letter for each in wrong))
-    if lanes + lines > MUCH:
-        shown = [each._replace(height=SQUEEZED * each.height) for each in shown]
 
     damage = Paper(1.0).lines(f"This recording is damaged: {run.damage}", RIGHT - LEFT, **DAMAGED)[:3] if run.damage else []
-    high = strips.height(shown, lanes + len({each.level for each in wrong}))
-    where = plan(span, TOP + 0.62 + LINE * len(damage) + GAP, high, lines, min(len(run.gripper), EVENTS_LISTED))
+    lanes += len({each.level for each in wrong})
+    lower = [each._replace(height=SQUEEZED * each.height) for each in shown]
+    where, squeezed = (
+        plan(span, TOP + 0.62 + LINE * len(damage) + GAP, strips.height(each, lanes), lines, min(len(run.gripper), EVENTS_LISTED))
+        for each in (shown, lower)
+    )  # fmt: skip
+    if squeezed.map[2] > where.map[2]:
+        where, shown = squeezed, lower
     rows = strips.lanes(run, wrong, timeline, RIGHT - where.strips[0])
 
     paper = Paper(where.height)
@@ -73,13 +77,14 @@ def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: 
         legend = head + below
         end = max(head + height + AXIS, legend + legend_height(events, 2))
         return Plan(end + listed + BOTTOM, (LEFT, head, width, height), (left, legend, 2), (left, head), end)
-    room = HEIGHT - head - AXIS - legend_height(events, 6) - below - listed - BOTTOM
-    width, height = min((RIGHT - LEFT) / span[0], max(room, LEAST_MAP) / span[1], LARGEST_SCALE) * span
-    foot = head + height + AXIS
-    if width < RIGHT - LEFT - BESIDE:
-        legend, top = (LEFT + width + 0.15, head, 1), max(foot, head + legend_height(events, 1))
+    room = HEIGHT - head - AXIS - below - listed - BOTTOM
+    beside = min((RIGHT - LEFT - BESIDE) / span[0], max(room, LEAST_MAP) / span[1], LARGEST_SCALE)  # inches for each metre, with the legend there
+    above = min((RIGHT - LEFT) / span[0], (room - legend_height(events, 6)) / span[1], LARGEST_SCALE)
+    width, height = max(beside, above) * span
+    if beside >= above:
+        legend, top = (LEFT + width + 0.15, head, 1), max(head + height + AXIS, head + legend_height(events, 1))
     else:
-        legend, top = (LEFT, foot, 6), foot + legend_height(events, 6)
+        legend, top = (LEFT, head + height + AXIS, 6), head + height + AXIS + legend_height(events, 6)
     return Plan(top + below + listed + BOTTOM, (LEFT, head, width, height), legend, (strips.NAMES, top + 0.1), top + below)
 
 
@@ -93,9 +98,9 @@ EVENTS_BESIDE = {6: 4, 2: 2, 1: 1}  # columns of signs to columns of events
 
 def timeline_of(run: Run) -> Timeline:
     """From the first thing that is known of a run to the last."""
-    times = [run.odometry.time, run.commanded.time, run.measured.time, run.battery.time, run.sonar.time]
-    ends = [float(time[end]) for time in times if len(time) for end in (0, -1)]
-    return Timeline(min(ends), max(ends))
+    times = [run.odometry.time, run.commanded.time, run.measured.time, run.battery.time, run.sonar.time, run.motors.time, run.e_stop.time]
+    times += [[each.time for each in run.faults], [end for gap in run.gaps for end in (gap.begin, gap.end)]]
+    return Timeline(min(min(time) for time in times if len(time)), max(max(time) for time in times if len(time)))
 
 
 def _write_head(paper: Paper, run: Run, view: View, timeline: Timeline, title: Optional[str], wrong: Sequence[Incident], damage: Sequence[str]) -> None:

@@ -140,7 +140,7 @@ def _write_table(paper: Paper, top: float, rows: Sequence[Compared]) -> None:
 def figures(row: Compared) -> Tuple[str, ...]:
     """What the table says of a run, by `COLUMNS`."""
     way, apart = row.figures, row.deviation
-    faults = sum(len(each.times) for each in incidents(row.run.faults))
+    faults = sum(len(each.times) for each in incidents(row.run))
     own = how_long(way.time), f"{way.length:.2f} m", f"{way.mean_speed:.2f} m/s", str(way.stops), str(faults)
     if apart is None:
         return (*own, "", "")

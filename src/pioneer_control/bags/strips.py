@@ -6,7 +6,7 @@ import numpy as np
 
 from pioneer_control.bags.from_above import BADGES, EVENT
 from pioneer_control.bags.incidents import ERROR, WARNING, Incident, made, silences
-from pioneer_control.bags.run import Run, Series, Span, Velocities
+from pioneer_control.bags.run import Gap, Run, Series, Span, Velocities
 from pioneer_control.bags.paper import RIGHT, Paper
 from pioneer_control.bags.timeline import Timeline, spread
 from pioneer_control.pictures import BEYOND, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
@@ -16,7 +16,7 @@ BETWEEN = 0.09  # inches between two strips
 NAMES = 1.15  # inches from the left edge of the paper: room for the strips' names
 TICKS_APART = 0.65  # inches, on the axis of time
 LEAST_SPEED, LEAST_VOLTS = 0.2, 1.0  # shown at least: noise is not blown up
-BADGES_APART, VALUES_APART = 0.17, 0.15  # inches
+BADGES_APART, VALUES_APART = 0.17, 0.12  # inches
 COMMANDED = dict(label="commanded", color=ORANGE, linewidth=3.0, alpha=0.7, drawstyle="steps-post")  # it holds until the next one
 MEASURED = dict(label="measured", color=BLUE, linewidth=1.0)  # thin and dark over wide and light
 VOLTAGE = dict(color=INK, linewidth=1.0)
@@ -58,10 +58,22 @@ class Curves(NamedTuple):
 
 def curves(run: Run) -> List[Curves]:
     """What a run has to show as lines."""
-    found = velocities([(run.commanded, COMMANDED), (run.measured, MEASURED)])
+    found = velocities([(run.commanded, COMMANDED), (Velocities(*broken(run.measured, run.gaps, "pose", "odom")), MEASURED)])
     if len(run.battery.time):
-        found.append(Curves("battery\n(V)", BATTERY, ((run.battery.time, run.battery.value, VOLTAGE),), LEAST_VOLTS, False))
+        found.append(Curves("battery\n(V)", BATTERY, ((*broken(run.battery, run.gaps, "battery", "battery_state"), VOLTAGE),), LEAST_VOLTS, False))
     return found
+
+
+def broken(lines: Sequence[np.ndarray], gaps: Sequence[Gap], *topics: str) -> List[np.ndarray]:
+    """Time and values over it, with nothing in each gap of topics of a name: what was not heard of is not drawn."""
+    time = lines[0]
+    silent = [gap for gap in gaps if gap.topic.rsplit("/", 1)[-1] in topics and len(time) and time[0] < gap.begin < gap.end < time[-1]]
+    if not silent:
+        return list(lines)
+    places = [np.searchsorted(time, gap.end) for gap in silent for _ in range(3)]
+    edges = np.array([(gap.begin, (gap.begin + gap.end) / 2, gap.end) for gap in silent]).reshape(-1)
+    values = (np.where(np.arange(len(edges)) % 3 == 1, np.nan, np.interp(edges, time, line)) for line in lines[1:])
+    return [np.insert(line, places, new) for line, new in zip(lines, (edges, *values))]
 
 
 def velocities(each: Sequence[Tuple[Velocities, Dict[str, object]]]) -> List[Curves]:
@@ -201,7 +213,7 @@ def value_ticks(low: float, high: float, most: int) -> np.ndarray:
     edge = 0.08 * (high - low)
     power = 10.0 ** np.floor(np.log10((high - low) / most))
     steps = (ten * power * np.arange(np.ceil((low + edge) / ten / power), np.floor((high - edge) / ten / power) + 1) for ten in (1, 2, 5, 10, 20))
-    return next(ticks for ticks in steps if len(ticks) <= most)
+    return min((ticks for ticks in steps if 1 <= len(ticks) <= most), key=lambda ticks: len(ticks) < 2)
 
 
 def draw_lanes(axes, rows: Sequence[Lane], timeline: Timeline, width: float) -> None:
@@ -209,7 +221,8 @@ def draw_lanes(axes, rows: Sequence[Lane], timeline: Timeline, width: float) -> 
     for number, lane in enumerate(rows):
         middle = len(rows) - 0.5 - number
         bars = [(begin, end - begin) for begin, end in lane.spans]
-        axes.broken_barh(bars, (middle - 0.3, 0.6), facecolor="white" if lane.hatch else lane.colour, edgecolor=lane.colour, linewidth=0.8, hatch=lane.hatch or None, zorder=3)
+        look = dict(facecolor="white", hatch=lane.hatch) if lane.hatch else dict(facecolor=lane.colour)
+        axes.broken_barh(bars, (middle - 0.3, 0.6), edgecolor=lane.colour, linewidth=0.8, zorder=3, **look)
         badges = sorted(lane.badges)
         in_inches = timeline.span / width
         places = spread([badge.time for badge in badges], BADGES_APART * in_inches, timeline.begin, timeline.end)

@@ -32,7 +32,7 @@ class Timeline(NamedTuple):
         """A moment without its unit."""
         seconds = time - self.begin
         if self.unit == "s":
-            return f"{round(seconds, 1):g}" if self.span < 10 else f"{seconds:.0f}"
+            return f"{round(seconds, 1) + 0.0:g}" if self.span < 10 else str(round(seconds))
         minutes, second = divmod(int(round(seconds)), 60)
         return f"{minutes}:{second:02d}" if self.unit == "min:s" else f"{minutes // 60}:{minutes % 60:02d}:{second:02d}"
 

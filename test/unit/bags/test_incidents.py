@@ -1,12 +1,13 @@
 """What is told of faults and gaps on a page."""
 
+import run_factory as make
 from pioneer_control.bags.incidents import incidents, made, silences
 from pioneer_control.bags.run import Gap, Happening
 
 
 def said(*faults):
     """(letter, level, times, words) of faults (time, level, who, what)."""
-    return [tuple(each) for each in incidents([Happening(*fault) for fault in faults])]
+    return [tuple(each) for each in incidents(make.run(faults=tuple(Happening(*fault) for fault in faults)))]
 
 
 class TestIncidents:
@@ -25,10 +26,15 @@ class TestIncidents:
 
     def test_letters_go_to_errors_first(self):
         faults = [Happening(float(n), 2 if n == 3 else 1, "", "abcd"[n]) for n in range(4)]
-        assert [(each.letter, each.words) for each in incidents(faults, listed=2)] == [("A", "a"), ("", "b"), ("", "c"), ("B", "d")]
+        assert [(each.letter, each.words) for each in incidents(make.run(faults=tuple(faults)), listed=2)] == [("A", "a"), ("", "b"), ("", "c"), ("B", "d")]
 
     def test_what_was_asked_for_is_no_fault(self):
         assert said((1.0, 1, "/pioneer/simulator", "simulated 3.041 s: fault begins: stall")) == []
+
+
+    def test_a_driver_that_has_just_begun_to_look_for_its_robot_is_no_fault(self):
+        assert said((make.BEGIN - 1.0, 2, "Link", "no link")) == []
+        assert len(said((make.BEGIN - 20.0, 2, "Link", "no link"), (make.BEGIN + 1.0, 2, "Battery", "empty"))) == 2
 
 
 class TestMade:

@@ -6,7 +6,7 @@ import pytest
 import run_factory as make
 from pioneer_control.bags import strips
 from pioneer_control.bags.incidents import incidents
-from pioneer_control.bags.run import Decision, GripperEvent, Happening, Span
+from pioneer_control.bags.run import Decision, Gap, GripperEvent, Happening, Span
 from pioneer_control.bags.timeline import Timeline
 
 LINE = Timeline(make.BEGIN, make.BEGIN + 20.0)
@@ -14,7 +14,7 @@ LINE = Timeline(make.BEGIN, make.BEGIN + 20.0)
 
 def rows(run, line=LINE):
     """Name to lane, with times counted from the begin."""
-    lanes = strips.lanes(run, incidents(run.faults), line)
+    lanes = strips.lanes(run, incidents(run), line)
     return {lane.name: lane._replace(spans=tuple((begin - make.BEGIN, end - make.BEGIN) for begin, end in lane.spans)) for lane in lanes}
 
 
@@ -89,3 +89,25 @@ def test_values_on_an_axis_are_round_and_few_and_inside(low, high, most):
     assert 1 <= len(ticks) <= most
     assert ticks.min() > low and ticks.max() < high
     assert np.allclose(ticks, [float(f"{tick:.6g}") for tick in ticks], atol=1e-9)
+
+
+def test_what_was_not_heard_of_is_not_drawn():
+    of = make.track(20.0)
+    of = type(of)(*(values[(of.time < make.BEGIN + 4.05) | (of.time > make.BEGIN + 5.95)] for values in of))
+    gaps = Gap("/pioneer/pose", make.BEGIN + 4.0, make.BEGIN + 6.0), Gap("/pioneer/sonar", make.BEGIN + 9.0, make.BEGIN + 10.0)
+    forward = strips.curves(make.run(of, measured=make.velocities(of), gaps=gaps))[0]
+    ((time, value, _),) = forward.lines
+    assert time[np.isnan(value)] - make.BEGIN == pytest.approx([5.0]) and (np.diff(time) >= 0).all()
+
+
+def test_a_gap_takes_nothing_else_of_a_curve_that_hardly_changes():
+    battery = make.series((0, 13.0), (20, 13.0))
+    (strip,) = strips.curves(make.run(battery=battery, gaps=(Gap("/pioneer/battery", make.BEGIN + 4.0, make.BEGIN + 6.0),)))
+    ((time, value, _),) = strip.lines
+    assert (time - make.BEGIN).tolist() == [0.0, 4.0, 5.0, 6.0, 20.0] and np.isnan(value).tolist() == [False, False, True, False, False]
+
+
+def test_a_gap_before_the_first_value_or_after_the_last_changes_nothing():
+    battery = make.series((5, 13.0), (15, 13.0))
+    gaps = Gap("/battery", make.BEGIN, make.BEGIN + 5.0), Gap("/battery", make.BEGIN + 15.0, make.BEGIN + 20.0)
+    assert len(strips.curves(make.run(battery=battery, gaps=gaps))[0].lines[0][0]) == 2
