@@ -67,7 +67,8 @@ def curves(run: Run) -> List[Curves]:
 def broken(lines: Sequence[np.ndarray], gaps: Sequence[Gap], *topics: str) -> List[np.ndarray]:
     """Time and values over it, with nothing in each gap of topics of a name: what was not heard of is not drawn."""
     time = lines[0]
-    silent = [gap for gap in gaps if gap.topic.rsplit("/", 1)[-1] in topics and len(time) and time[0] < gap.begin < gap.end < time[-1]]
+    silent = silences([gap for gap in gaps if gap.topic.rsplit("/", 1)[-1] in topics])
+    silent = [gap for gap in silent if len(time) and time[0] < gap.begin < gap.end < time[-1]]
     if not silent:
         return list(lines)
     places = [np.searchsorted(time, gap.end) for gap in silent for _ in range(3)]
