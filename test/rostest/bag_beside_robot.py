@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""A bag played beside a live robot moves it only where the driver was told to accept that.
+"""A bag played beside a live robot moves it only where the driver was told to accept that, and not even that one by replay.launch.
 
 The two robots get the same commands from the same bag: that the trusting one drives shows that they were sent.
 """
 
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -21,7 +22,7 @@ from std_srvs.srv import SetBool
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "messages", "bags"))
 
 import bag_factory as make  # noqa: E402
-from pioneer_control.msg import GripperState, MotorState  # noqa: E402
+from pioneer_control.msg import GripperState, MotorState, WheelVelocities  # noqa: E402
 
 PATIENCE = 40.0  # s
 ROBOTS = "careful", "trusting"
@@ -34,6 +35,7 @@ class Witness:
     def __init__(self):
         self.changed = threading.Condition()
         self.way = dict.fromkeys(ROBOTS, 0.0)  # m from where the robot was first seen
+        self.speed = dict.fromkeys(ROBOTS)  # m/s
         self.places = {}
         self.motors = {robot: [] for robot in ROBOTS}
         self.paddles = {robot: [] for robot in ROBOTS}
@@ -54,6 +56,7 @@ class Witness:
         with self.changed:
             first = self.places.setdefault(robot, place)
             self.way[robot] = max(self.way[robot], abs(place.x - first.x) + abs(place.y - first.y))
+            self.speed[robot] = message.twist.twist.linear.x
             self.changed.notify_all()
 
     def wait(self, what, condition):
@@ -63,13 +66,14 @@ class Witness:
 
 
 def commands():
-    """What a recorder keeps of a robot that was driven, for both robots: motors on, forward, paddles closed."""
+    """What a recorder keeps of a robot that was driven, in either way, for both robots: motors on, forward, paddles closed."""
     for robot in ROBOTS:
         yield f"/{robot}/cmd_motor_state", MotorState(1), 10.0
         for step in range(20):
             twist = Twist()
             twist.linear.x = 0.3
             yield f"/{robot}/cmd_vel", twist, 10.5 + 0.1 * step
+            yield f"/{robot}/cmd_wheels", WheelVelocities(0.3, 0.3), 10.55 + 0.1 * step
         close = GripperState()
         close.grip.state = GRIP_CLOSE
         yield f"/{robot}/gripper_control", close, 11.0
@@ -130,6 +134,61 @@ class BesideRobot(unittest.TestCase):
         self.play("__name:=somebody")
         self.witness.wait("trusting drives on", lambda: self.witness.way["trusting"] > way + 0.2)
         self.assert_untouched("careful")
+
+    def launch(self, *arguments):
+        """replay.launch with its arguments."""
+        return subprocess.Popen(["roslaunch", "pioneer_control", "replay.launch", f"bag:={self.bag}", *arguments], stdin=subprocess.DEVNULL)
+
+    def motors_on(self):
+        """Of both robots, when they stand: whatever reached them would move them."""
+        for robot in ROBOTS:
+            self.witness.wait(f"{robot} stands", lambda r=robot: self.witness.speed[r] == 0.0)
+            rospy.ServiceProxy(f"/{robot}/set_motors", SetBool)(True)
+            self.witness.wait(f"motors of {robot} are on", lambda r=robot: self.witness.motors[r][-1] == 1)
+
+    def assert_neither_moved(self, way):
+        self.assert_untouched("careful")
+        self.heard_from("trusting")
+        self.assertEqual(self.witness.way["trusting"], way, "replay.launch moves nobody, whatever a driver accepts")
+
+    def test_4_looking_moves_nobody(self):
+        """Again and again: commands are said, aside."""
+        self.motors_on()
+        way, said = self.witness.way["trusting"], {name: [] for name in ("cmd_vel", "cmd_wheels", "cmd_motor_state", "gripper_control")}
+        for name, kept in said.items():
+            rospy.Subscriber(f"/trusting/recorded/{name}", rospy.AnyMsg, lambda m, kept=kept: self.witness.keep(kept, m))
+        looking = self.launch("options:=-l -r 4 --quiet")
+        self.witness.wait("the bag goes round", lambda: len(said["cmd_vel"]) > 50 and all(len(each) > 2 for each in said.values()))
+        looking.send_signal(signal.SIGINT)
+        looking.wait(PATIENCE)
+        self.assert_neither_moved(way)
+        rospy.delete_param("/use_sim_time")
+
+    def test_5_a_rerun_moves_nobody(self):
+        """It is refused: the program would hear robot and bag at once."""
+        self.motors_on()
+        way = self.witness.way["trusting"]
+        command = ["rosrun", "pioneer_control", "replay", "rerun", self.bag]
+        done = subprocess.run([*command, "--robot=trusting"], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, timeout=PATIENCE)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("/trusting/p2os (/trusting/motor_state) is on this master", done.stderr.decode())
+        self.assertIn("Choose one with robot:=NAME", subprocess.run(command, stderr=subprocess.PIPE, timeout=PATIENCE).stderr.decode())
+        self.assert_neither_moved(way)
+
+    def test_6_a_redrive_moves_its_own_robot_only(self):
+        """A simulated one of its own; a real one not at all while drivers run."""
+        self.motors_on()
+        way = self.witness.way["trusting"]
+        told = subprocess.run(["rosrun", "pioneer_control", "replay", "redrive", self.bag, "--robot=trusting", "--into=real", "--port=/dev/null"],
+                              stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, timeout=PATIENCE)
+        self.assertEqual(told.returncode, 2)
+        self.assertIn("/trusting/p2os (/trusting/motor_state) is on this master", told.stderr.decode())
+        moved = []
+        rospy.Subscriber("/redrive/ground_truth", Odometry, lambda m: self.witness.keep(moved, m.pose.pose.position.x))
+        driving = self.launch("way:=redrive", "robot:=trusting")
+        self.witness.wait("the re-driven robot drives", lambda: moved and moved[-1] - moved[0] > 0.3)
+        driving.wait(PATIENCE)
+        self.assert_neither_moved(way)
 
 
 if __name__ == "__main__":

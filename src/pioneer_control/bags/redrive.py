@@ -29,7 +29,7 @@ from .recording_description import Description, description_of
 from .recording_topics import load_list, topics_of
 from .redrive_schedule import OTHERS, VALID, VELOCITIES, Order, duration, fastest, schedule
 from .replay import absolute, bag_files
-from .replay_stage import Interrupted, Keeper, Programs, drivers, explain_roslaunch, free_name, nodes, put_back, say, wait_until
+from .replay_stage import Interrupted, Keeper, Programs, alive, explain_roslaunch, free_name, nodes, put_back, say, wait_until
 from .run import Track, read_run
 
 KINDS = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}
@@ -196,9 +196,10 @@ class Redrive:
         there = [node for node in nodes() if node.startswith(self._name + "/")]
         if there:
             raise UsageError(f"{', '.join(there)} is there already: end it, or take another name for the re-driven robot with --name")
-        others = drivers()
+        others = alive()
         if self._real and others:
-            raise UsageError(f"{', '.join(others)} runs on this master: a real robot is re-driven with no other driver at work. End it first")
+            raise UsageError(f"{', '.join(others)} is on this master: a real robot is re-driven with nobody else at work. End that first, or take a master "
+                             "of its own (export ROS_MASTER_URI=http://localhost:11411)")
 
     def _start_robot(self) -> Sequence[subprocess.Popen]:
         """The driver, and the robot if it is simulated; returns what must not end."""

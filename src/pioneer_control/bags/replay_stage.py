@@ -17,6 +17,7 @@ import rosgraph
 import rospy
 
 from ..errors import NoAnswerError, PioneerError, UsageError
+from .redrive_schedule import OTHERS, VELOCITIES
 
 PATIENCE = 30.0  # s: for programs to be there; the slowest machine needs few of them
 INTERVAL = 0.05  # s between two looks
@@ -142,9 +143,12 @@ def nodes() -> List[str]:
     return sorted({node for part in (now.publishers, now.subscribers, now.services) for names in part.values() for node in names})
 
 
-def drivers() -> List[str]:
-    """Nodes that report the motors of a robot: its driver, or what plays one back."""
-    return sorted({node for topic, names in graph().publishers.items() if topic.rpartition("/")[2] == "motor_state" for node in names})
+def alive() -> List[str]:
+    """Who could be a robot, or move one: nodes that listen to commands, or report motors; with the topic that tells."""
+    now = graph()
+    found = [(node, topic) for topic, names in now.publishers.items() if topic.rpartition("/")[2] == "motor_state" for node in names]
+    found += [(node, topic) for topic, names in now.subscribers.items() if topic.rpartition("/")[2] in VELOCITIES + OTHERS for node in names]
+    return [f"{node} ({topic})" for node, topic in sorted(dict(sorted(found, reverse=True)).items())]
 
 
 def connected(sender: str, listener: str, topics: Iterable[str]) -> bool:

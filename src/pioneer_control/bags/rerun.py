@@ -25,7 +25,7 @@ from .reader import BagError, decode, read_bag
 from .recording_description import description_of
 from .redrive_schedule import VELOCITIES
 from .replay import absolute, aside, bag_files, player, recorded_topics
-from .replay_stage import INTERVAL, Interrupted, Keeper, Programs, connected, explain_roslaunch, free_name, graph, nodes, put_back, say, wait_until
+from .replay_stage import INTERVAL, Interrupted, Keeper, Programs, alive, connected, explain_roslaunch, free_name, graph, nodes, put_back, say, wait_until
 from .rerun_compare import Velocity, Verdict, judge_decisions, judge_others, judge_velocities
 
 RERUN = "rerun"
@@ -160,14 +160,13 @@ class Rerun:
         self._time = message.clock
 
     def _look_round(self) -> None:
-        """What the program hears must be the bag's alone, and a new node must not end one of the same name."""
+        """No robot may be near: what the program hears must be the bag's alone. And a new node would end one of the same name."""
         if self._live.node in nodes():
             raise UsageError(f"{self._live.node} is running: a program of that name was recorded, and would end it. End it first")
-        own = {absolute(topic) for topic in self._topics if absolute(topic).startswith(self._robot + "/") and absolute(topic).count("/") > 1}
-        others = sorted({f"{node} ({topic})" for topic, names in graph().publishers.items() if topic in own for node in names})
+        others = alive()
         if others:
-            raise UsageError(f"a robot {self._live.robot!r} is alive on this master: {', '.join(others[:3])}{', ...' if others[3:] else ''}. Its data would mix with the "
-                             "bag's: end it, or take a master of its own (export ROS_MASTER_URI=http://localhost:11411)")
+            raise UsageError(f"{', '.join(others)} is on this master: the program could reach it, and what it reports would mix with the bag. End that first, or "
+                             "take a master of its own (export ROS_MASTER_URI=http://localhost:11411)")
 
     def _play(self, keeper: Keeper) -> None:
         """Start everything, and let the bag run when all is connected."""
@@ -197,7 +196,7 @@ class Rerun:
                 before, since = heard, time.monotonic()
             return bool(heard & {absolute(topic) for topic in self._topics}) and time.monotonic() - since > 1.0 and connected(PLAYER, self._live.node, heard)
 
-        wait_until(f"{self._given.program} to listen", ready, [program, bag])
+        wait_until(f"{self._given.program} to listen to something that is in the bag", ready, [program, bag])
 
     def _wait_for_end(self, bag: subprocess.Popen, program: subprocess.Popen, keeper: Keeper) -> None:
         """Until the bag is over and the program has said all it has to say."""

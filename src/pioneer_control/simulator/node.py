@@ -91,7 +91,7 @@ def simulation_of(parameters: SimulatorParameters) -> Simulation:
     """The world and its robots. Raises UsageError for what makes no sense."""
     world = load_world(parameters.world)
     if parameters.start is not None:
-        world.starts.insert(0, parameters.start)
+        world = world.with_start(parameters.start)
     return simulate(
         world, find_model(parameters.model, parameters.models_file or None), parameters.robots,
         parameters.name if parameters.robots == 1 else None, parameters.seed, gripper=parameters.gripper, rear_sonar=parameters.rear_sonar,

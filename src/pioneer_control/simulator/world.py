@@ -100,6 +100,10 @@ class World:
     def __repr__(self) -> str:
         return f"World({self.name!r}, {len(self.walls)} walls, {len(self.posts)} posts, {len(self.cans)} cans)"
 
+    def with_start(self, start: Pose) -> "World":
+        """The same world, in which the first robot stands at `start` and the others at its own starts. It takes over the cans."""
+        return World(self.name, self.walls, self.posts, self.cans, [start, *self.starts], self.docks, self.goals, self.skipped)
+
     def ear(self, half_width: float, maximum: float, slant: float = math.inf) -> Ear:
         """What hears in this world for transducers of a kind, the same for all of that kind; see `Ear`."""
         kind = half_width, maximum, slant

@@ -5,6 +5,7 @@ import dataclasses
 import pytest
 
 from pioneer_control.errors import ParameterError
+from pioneer_control.simulator.loading import known_worlds, load_world
 from pioneer_control.simulator.parameters import SimulatorParameters, check_parameters
 
 
@@ -43,3 +44,14 @@ def test_a_start_that_is_none(given):
 def test_mistakes(given, message):
     with pytest.raises(ParameterError, match=message):
         check_parameters(given)
+
+
+@pytest.mark.parametrize("name", known_worlds())
+def test_a_world_with_another_start_is_the_same_world(name):
+    """Also where that lies beyond all that is in it."""
+    own = load_world(name)
+    moved = load_world(name).with_start((-30.0, 20.0, 1.0))
+    assert moved.starts == [(-30.0, 20.0, 1.0), *own.starts]
+    assert moved.bounds[0] == -30.0 and moved.bounds[2:] == (own.bounds[2], 20.0)
+    assert (moved.walls == own.walls).all() and (moved.posts == own.posts).all() and len(moved.cans) == len(own.cans)
+    moved.occupancy(0.5)
