@@ -3,13 +3,16 @@
 The run connects, fetches a can, drives backwards into a wall, meets lost and damaged packets and a power cycle, and connects again; `wire_log` made it.
 """
 
+import math
+import re
+
 import pytest
 import wire_log
 from real_time import until
 from simulated_client import Life
 
 from pioneer_control import p2os
-from pioneer_control.client import Robot
+from pioneer_control.client import Ready, Robot
 from pioneer_control.p2os import FrameDecoder, decode_command, encode_command
 from pioneer_control.p2os.recording import read_record
 from pioneer_control.simulator.__main__ import main
@@ -74,6 +77,19 @@ def test_so_it_does_when_nobody_commands_anything_and_the_difference_is_said(mon
     assert now[:len(THEN)] == THEN      # it looks on a little longer
     assert differences[0].startswith("here the client sends STOP, and that of the record")
     assert "in this session the client sent, against that of the record: " in differences[1] and " VEL -" in differences[1]
+
+
+def test_the_pose_goes_on_after_the_power_cycle(monkeypatch):
+    robot_of_then = PlayedRobot(read_record(str(wire_log.RECORD)))
+    life = Life(monkeypatch, waits, robot_of_then, url="socket://robot:1")
+    places = [(state.x, state.y) for state in life.states]
+    assert len(life.of(Ready)) == 2 and max(map(math.dist, places, places[1:])) < 0.2     # packets were lost
+
+
+def test_the_example_in_the_document_is_code_that_is_tested():
+    with open(wire_log.DATA.parents[1] / "docs" / "wire.md", encoding="utf-8") as document, open(__file__, encoding="utf-8") as source:
+        example, = re.findall(r"^```python\n(.*?)^```", document.read(), re.MULTILINE | re.DOTALL)
+        assert example in source.read()
 
 
 @pytest.mark.parametrize("to_robot, number, at, value", [(False, 40, 10, 0x77), (False, 150, 5, 0x77)])

@@ -6,6 +6,7 @@
 ``gather``    how: it takes the messages one by one and keeps what is worth keeping
 ``draw``      a ``Run`` becomes one page, several are compared on one: ``python3 -m pioneer_control.bags.draw RUN.bag``.
               The pages are ``page`` and ``side_by_side``; on them ``from_above``, ``strips``, ``incidents``; figures: ``compare``
+``wire``      every byte of a robot's line as text: ``python3 -m pioneer_control.bags.wire RUN.bag``
 ``recorder``  a program begins when its recorder listens (``nodes/when_recording``)
 ============  =====================================================================================
 
