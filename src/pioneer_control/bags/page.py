@@ -10,8 +10,10 @@ from pioneer_control.bags import from_above, strips
 from pioneer_control.bags.from_above import EVENT, View
 from pioneer_control.bags.incidents import ERROR, WARNING, Incident, incidents, silences
 from pioneer_control.bags.paper import BODY, BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper
+from pioneer_control.bags.recording_description import description_of
 from pioneer_control.bags.run import Run
 from pioneer_control.bags.timeline import Timeline, how_long
+from pioneer_control.errors import UsageError
 from pioneer_control.pictures import FAINT, INK, ORANGE, VERMILLION, draw_frame
 
 GAP, AXIS = 0.28, 0.36  # inches above the map for its scale bar; below the map and below the strips for their axes
@@ -64,6 +66,7 @@ def figure(run: Run, title: Optional[str] = None):
     _write_legend(paper, axes, run, timeline, *where.legend)
     strips.draw(paper, *where.strips, shown, rows, timeline)
     _write_wrong(paper, where.list, wrong, timeline)
+    paper.text(LEFT, where.height - 0.16, recorded_with(run.notes), room=RIGHT - LEFT, size=6, color=FAINT)
     return paper.figure
 
 
@@ -114,6 +117,18 @@ def _write_head(paper: Paper, run: Run, view: View, timeline: Timeline, title: O
     paper.text(LEFT, TOP + 0.43, "   ·   ".join(summary(run, view, wrong)), room=RIGHT - LEFT, size=BODY)
     for number, line in enumerate(damage):
         paper.text(LEFT, TOP + 0.43 + LINE * (number + 1), line, room=RIGHT - LEFT, color=VERMILLION, **DAMAGED)
+
+
+def recorded_with(notes: str) -> str:
+    """By which versions a run was recorded, of the recording's own description; empty where it has none."""
+    try:
+        versions = description_of(notes).versions
+    except UsageError:
+        return ""
+    known = [f"{name} {versions[name]}" for name in ("pioneer_control", "rospy", "python") if name in versions]
+    known += [f"commit {versions['commit'][:10]}"] if "commit" in versions else []
+    known += [versions["system"]] if "system" in versions else []
+    return "recorded with " + ", ".join(known) if known else ""
 
 
 def summary(run: Run, view: View, wrong: Sequence[Incident]) -> List[str]:

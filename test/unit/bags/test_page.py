@@ -142,3 +142,17 @@ class TestComparison:
     def test_too_many(self):
         with pytest.raises(UsageError, match="8 runs are too many.*up to 7"):
             side_by_side.compared([make.run()] * 8)
+
+
+@pytest.mark.parametrize(
+    "notes, says",
+    [
+        ("", ""),
+        ("{a: [", ""),
+        ("recording: {}\nparameters: {}", ""),
+        ("{recording: {}, parameters: {}, versions: {pioneer_control: 0.1.0, system: Debian}}", "recorded with pioneer_control 0.1.0, Debian"),
+        ("{recording: {}, parameters: {}, versions: {pioneer_control: 1.2, commit: abcdef0123456789}}", "recorded with pioneer_control 1.2, commit abcdef0123"),
+    ],
+)
+def test_with_what_a_run_was_recorded(notes, says):
+    assert page.recorded_with(notes) == says
