@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Plays bags with the types of older packages to subscribers of ours, with the real rosbag play."""
 
+import math
 import os
 import subprocess
 import sys
@@ -10,22 +11,30 @@ import unittest
 
 import rospy
 import rostest
+import tf
+from sensor_msgs.msg import BatteryState, LaserScan, PointCloud2, Range
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "messages", "bags"))
 
 import bag_factory as make  # noqa: E402
 import old_messages  # noqa: E402
 from pioneer_control import msg  # noqa: E402
+from pioneer_control.bags import convert  # noqa: E402
 
 PATIENCE = 30.0  # s
 
 VALUES = [name for name in old_messages.VALUES if name not in ("GripState", "LiftState")]  # parts of GripperState, on no topic of their own
 
 
-class OldTypes(unittest.TestCase):
-    """One test per older package."""
+def play(bag):
+    """rosbag play, to its end."""
+    subprocess.run(["rosbag", "play", "--quiet", "--wait-for-subscribers", bag], check=True, timeout=PATIENCE, stdin=subprocess.DEVNULL)
 
-    def play(self, package):
+
+class OldTypes(unittest.TestCase):
+    """One test per older package, and one of a bag that was converted."""
+
+    def played(self, package):
         """What our subscribers receive of a bag of an older package's messages, by message name."""
         received, all_received = {}, threading.Event()
 
@@ -40,16 +49,14 @@ class OldTypes(unittest.TestCase):
                 (f"/{package}/{name}", old_messages.old_message(name, package), 10.0 + 0.01 * index)
                 for index, name in enumerate(VALUES)
             ]
-            bag = make.write_bag(os.path.join(folder, "old.bag"), entries)
-            command = ["rosbag", "play", "--quiet", "--wait-for-subscribers", bag]
-            subprocess.run(command, check=True, timeout=PATIENCE, stdin=subprocess.DEVNULL)
+            play(make.write_bag(os.path.join(folder, "old.bag"), entries))
         all_received.wait(PATIENCE)
         for subscriber in subscribers:
             subscriber.unregister()
         return received
 
     def check(self, package):
-        received = self.play(package)
+        received = self.played(package)
         for name in VALUES:
             with self.subTest(message=name):
                 self.assertIn(name, received)
@@ -63,6 +70,33 @@ class OldTypes(unittest.TestCase):
     def test_p2os_msgs(self):
         """Bags of today's p2os."""
         self.check("p2os_msgs")
+
+    def test_converted(self):
+        """Programs that know nothing of this package hear a bag of p2os that was converted, and tf knows where the sonar looks."""
+        received, all_received = {}, threading.Event()
+        wanted = {"sonar_ranges": Range, "sonar_points": PointCloud2, "sonar_scan": LaserScan, "battery": BatteryState}
+
+        def receive(message, name):
+            received[name] = message
+            if set(received) == set(wanted):
+                all_received.set()
+
+        subscribers = [rospy.Subscriber(f"converted/{name}", message, receive, name) for name, message in wanted.items()]
+        listener = tf.TransformListener()
+        with tempfile.TemporaryDirectory() as folder:
+            ranges = make.sonar([5.0, 5.0, 5.0, 1.5], "p2os_msgs")
+            entries = [("/converted/sonar", ranges, 10.0), ("/converted/battery_state", old_messages.old_message("BatteryState", "p2os_msgs"), 10.1)]
+            new = os.path.join(folder, "new.bag")
+            convert.convert(make.write_bag(os.path.join(folder, "old.bag"), entries), new, tuple(convert.CONVERSIONS), convert.find_model("p3dx-sh").sonar, True)
+            play(new)
+        self.assertTrue(all_received.wait(PATIENCE), received)
+        self.assertEqual((received["sonar_ranges"].header.frame_id, received["sonar_ranges"].range), ("sonar_3", 1.5))
+        self.assertEqual((received["sonar_points"].width, received["battery"].voltage), (1, 12.5))
+        self.assertEqual([round(reading, 2) for reading in received["sonar_scan"].ranges if math.isfinite(reading)], [1.67])
+        listener.waitForTransform("base_link", "sonar_3", rospy.Time(0), rospy.Duration(PATIENCE))
+        self.assertEqual([round(value, 3) for value in listener.lookupTransform("base_link", "sonar_3", rospy.Time(0))[0]], [0.166, 0.027, 0.17])
+        for subscriber in subscribers:
+            subscriber.unregister()
 
 
 if __name__ == "__main__":
