@@ -127,11 +127,16 @@ def attend(recording: Recording, recorder: int, name: str, notices: Sequence[Not
                     say(silent(recording, seen[0]))
         stop.wait(TICK)
     if not rospy.is_shutdown():
-        _look_back(recording)
+        say([looking_back(recording, disk.full)])
 
 
-def _look_back(recording: Recording) -> None:
-    """The recorder is gone, and nobody told us to end too: say so when it did not close its bag."""
-    unfinished = [path for path in parts_of(recording.stem) if path.endswith(".active")]
+def looking_back(recording: Recording, full: bool) -> Notice:
+    """What to say when the recorder has ended and nobody told us to end too. `full`: there was no room left."""
+    there = parts_of(recording.stem)
+    unfinished = [path for path in there if path.endswith(".active")]
     if unfinished:
-        rospy.logerr("the recorder was killed, or failed. %s %s", unfinished[-1], WHAT_TO_DO.format(file=unfinished[-1]))
+        return Notice("error", f"the recorder was killed, or failed. {unfinished[-1]} {WHAT_TO_DO.format(file=unfinished[-1])}")
+    last = there[-1] if there else "no bag"
+    if full:
+        return Notice("error", f"the recording has ended because the disk is full: {last} is closed and whole. Make room, and start another one")
+    return Notice("info", f"the recording has ended: {last} is closed")

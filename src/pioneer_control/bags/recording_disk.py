@@ -38,7 +38,7 @@ class DiskWatch:
 
     Args:
         place: the directory of the recording, for the sentences.
-        keep_free: bytes below which rosbag writes nothing more.
+        keep_free: bytes below which rosbag ends.
         rate: bytes an hour that are usual.
     """
 
@@ -46,7 +46,8 @@ class DiskWatch:
         self._place, self._keep_free, self._usual = place, keep_free, rate
         self._samples: Deque[Sample] = deque()
         self._measured = False
-        self._stopped = False
+        self.full = False
+        """whether less than that is left"""
         self._warned: List[float] = []
 
     def first(self, sample: Sample) -> Notice:
@@ -62,15 +63,14 @@ class DiskWatch:
             self._samples.popleft()
         room = sample.free - self._keep_free
         if room <= 0:
-            if not self._stopped:
-                self._stopped = True
-                yield Notice("error", f"the disk is full: {in_words(sample.free)} free in {self._place}, and below {in_words(self._keep_free)} (keep_free) "
-                             "rosbag writes nothing. What is in the bag stays good; what comes now is lost. Make room, and it goes on by itself "
-                             "within 20 s; or end it")
+            if not self.full:
+                self.full = True
+                yield Notice("error", f"the disk is full: {in_words(sample.free)} free in {self._place}. Below {in_words(self._keep_free)} (keep_free) rosbag closes "
+                             "the bag, within 20 s, and ends; what comes later is not recorded")
             return
-        if self._stopped:
-            self._stopped = False
-            yield Notice("warning", f"there is room again in {self._place}, {in_words(sample.free)}: rosbag goes on within 20 s; what came meanwhile is missing")
+        if self.full:
+            self.full = False
+            yield Notice("warning", f"there is room again in {self._place}, {in_words(sample.free)}: the recording goes on")
         rate, measured = self.rate()
         left = room / rate if rate > 0 else float("inf")
         if measured and not self._measured:
@@ -82,7 +82,7 @@ class DiskWatch:
         due = [limit for limit in WARNINGS if left < limit and limit not in self._warned]
         if due:
             self._warned += due
-            yield Notice("warning", f"the disk will be full in {_time(left)}: {in_words(sample.free)} free in {self._place}, and rosbag stops writing "
+            yield Notice("warning", f"the disk will be full in {_time(left)}: {in_words(sample.free)} free in {self._place}, and rosbag ends "
                          f"below {in_words(self._keep_free)} (keep_free). Make room, or record elsewhere (bag:=)")
 
     def rate(self) -> Tuple[float, bool]:

@@ -44,6 +44,7 @@ class Recording(NamedTuple):
     split: Tuple[str, int]
     """("size", MB), ("duration", s) or ("", 0)"""
     keep_free: int
+    """whole MB"""
 
     @property
     def folder(self) -> str:
@@ -58,7 +59,7 @@ class Recording(NamedTuple):
     def command(self) -> List[str]:
         """The rosbag record that does it."""
         how, amount = self.split
-        return ["rosrun", "rosbag", "record", "--output-name=" + self.stem, "--tcpnodelay", f"--min-space={self.keep_free}", f"--chunksize={CHUNK}",
+        return ["rosrun", "rosbag", "record", "--output-name=" + self.stem, "--tcpnodelay", f"--min-space={self.keep_free // MB}M", f"--chunksize={CHUNK}",
                 *([] if self.compression == "none" else ["--" + self.compression]),
                 *(["--split", f"--{how}={amount}", "--repeat-latched"] if how else []),
                 *self.topics]
@@ -101,7 +102,7 @@ def recording_of(arguments: argparse.Namespace, now: time.struct_time) -> Record
     if kind != "size":
         raise UsageError(f"keep_free {arguments.keep_free!r} is not legal: give a size like 500MB or 1GB")
     return Recording(robots, topics, tuple(topic for topic in topics if topic not in usual), stem_of(arguments.bag, robots, now), compression,
-                     split_of(arguments.split), int(keep_free))
+                     split_of(arguments.split), max(1, int(keep_free / MB)) * MB)
 
 
 def amount_of(what: str, text: str) -> Tuple[str, float]:
@@ -153,7 +154,7 @@ def check_place(recording: Recording, free: int) -> None:
     except OSError as error:
         raise UsageError(f"cannot write {name}.bag in {folder}: {error.strerror}") from error
     if free <= recording.keep_free:
-        raise UsageError(f"only {in_words(free)} are free in {folder}, and rosbag writes nothing below {in_words(recording.keep_free)}: make room, "
+        raise UsageError(f"only {in_words(free)} are free in {folder}, and rosbag ends below {in_words(recording.keep_free)}: make room, "
                          "record elsewhere (bag:=), or leave less (keep_free:=100MB)")
 
 

@@ -145,3 +145,23 @@ class TestSilent:
     def test_what_was_asked_for_and_is_not_there(self):
         (text,) = self.texts(["/a/pose", "/b/pose"])
         assert "nobody publishes /a/wire" in text and "publish_wire" in text
+
+
+class TestLookingBack:
+    def made(self, tmp_path, *there):
+        for name in there:
+            (tmp_path / name).write_bytes(b"")
+        return MADE._replace(stem=str(tmp_path / "x"))
+
+    def test_a_bag_that_was_closed(self, tmp_path):
+        severity, text = attendant.looking_back(self.made(tmp_path, "x_0.bag", "x_1.bag"), False)
+        assert severity == "info" and text.endswith("x_1.bag is closed")
+
+    def test_a_full_disk(self, tmp_path):
+        severity, text = attendant.looking_back(self.made(tmp_path, "x.bag"), True)
+        assert severity == "error" and "because the disk is full" in text and "x.bag is closed and whole" in text
+
+    @pytest.mark.parametrize("full", [False, True])
+    def test_a_recorder_that_was_killed(self, tmp_path, full):
+        severity, text = attendant.looking_back(self.made(tmp_path, "x_0.bag", "x_1.bag.active"), full)
+        assert severity == "error" and "was killed" in text and "x_1.bag.active" in text and "reindex" in text

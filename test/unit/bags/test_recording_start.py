@@ -28,7 +28,7 @@ def test_a_robot_by_default(here):
     made = recording()
     assert made.robots == ("pioneer",) and made.topics == ("/pioneer/pose", "/tf") and made.asked_for == ()
     assert made.file == str(here / "pioneer_2026-11-21-18-05-09.bag")
-    assert made.command == ["rosrun", "rosbag", "record", "--output-name=" + made.stem, "--tcpnodelay", f"--min-space={256 * MB}", "--chunksize=64", "--lz4",
+    assert made.command == ["rosrun", "rosbag", "record", "--output-name=" + made.stem, "--tcpnodelay", "--min-space=256M", "--chunksize=64", "--lz4",
                             "/pioneer/pose", "/tf"]
 
 
@@ -106,7 +106,7 @@ class TestPlace:
             start.check_place(recording("--bag=x"), GB)
 
     def test_a_full_disk(self, here):
-        with pytest.raises(UsageError, match="only 200 MB are free in .*writes nothing below 256 MB.*keep_free"):
+        with pytest.raises(UsageError, match="only 200 MB are free in .*ends below 256 MB.*keep_free"):
             start.check_place(recording("--bag=x"), 200 * MB)
         start.check_place(recording("--bag=x", "--keep-free=100MB"), 200 * MB)
 
