@@ -16,7 +16,7 @@ from pioneer_control.bags.reader import BagError, BagReader, Connection, decode,
 from pioneer_control.bags.run import Decision, Gap, Happening, Map, Run, Series, Sonar, Span, Track, Velocities, gripper_events
 from pioneer_control.message_values import NO_ECHO, NOT_HEARD, heading_of
 
-ROWS = 1 << 18
+ROWS = 1 << 16
 """Rows that one thing keeps at most."""
 TEXTS = 1000
 """Faults, and gaps of a topic, kept at most."""
