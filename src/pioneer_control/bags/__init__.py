@@ -7,6 +7,7 @@
 ``draw``      a ``Run`` becomes one page, several are compared on one: ``python3 -m pioneer_control.bags.draw RUN.bag``.
               The pages are ``page`` and ``side_by_side``; on them ``from_above``, ``strips``, ``incidents``; figures: ``compare``
 ``wire``      every byte of a robot's line as text: ``python3 -m pioneer_control.bags.wire RUN.bag``
+``convert``   bags of p2os, with its messages' new names and standard ones beside them (``nodes/convert_bag``); ``writer`` writes them
 ``recorder``  a program begins when its recorder listens (``nodes/when_recording``)
 ============  =====================================================================================
 

@@ -1,4 +1,4 @@
-"""Write a bag (format 2.0, see `reader`), message after message as bytes, in bounded memory.
+"""Write a bag (format 2.0, see `records`), message after message as bytes, in bounded memory.
 
 ``rosbag.Bag`` keeps an entry of every message in memory, and gives all publishers of a topic the first one's name, type and latching. Here each connection
 stays itself: a topic may have several publishers (/tf, /rosout), and types.
@@ -8,15 +8,13 @@ import bz2
 import struct
 from typing import Callable, Dict, List, Mapping, Tuple, Union
 
-from .reader import CHUNK, CHUNK_INFO, CONNECTION, FILE_HEADER, INDEX, MAGIC, MESSAGE
+from .records import CHUNK, CHUNK_INFO, CONNECTION, FILE_HEADER, INDEX, MAGIC, MESSAGE, TIME, U32, U64
 
 CHUNK_SIZE = 768 * 1024
 """Bytes before compression; the same as rosbag record's."""
 FILE_HEADER_SIZE = 4096
-VERSION = struct.pack("<I", 1)
+VERSION = U32.pack(1)
 """Of index data and chunk infos."""
-
-_U32 = struct.Struct("<I")
 
 
 def _header(fields: Mapping[str, Union[str, bytes]]) -> bytes:
@@ -24,18 +22,18 @@ def _header(fields: Mapping[str, Union[str, bytes]]) -> bytes:
     written = b""
     for name, value in fields.items():
         field = name.encode() + b"=" + (value if isinstance(value, bytes) else value.encode())
-        written += _U32.pack(len(field)) + field
+        written += U32.pack(len(field)) + field
     return written
 
 
 def _record(op: int, data: bytes, **fields: Union[str, bytes]) -> bytes:
     """A record; its op comes first, as recorders write it."""
     header = _header({"op": bytes([op]), **fields})
-    return _U32.pack(len(header)) + header + _U32.pack(len(data)) + data
+    return U32.pack(len(header)) + header + U32.pack(len(data)) + data
 
 
 def _time(nanoseconds: int) -> bytes:
-    return struct.pack("<II", *divmod(nanoseconds, 10 ** 9))
+    return TIME.pack(*divmod(nanoseconds, 10 ** 9))
 
 
 def _lz4(data: bytes) -> bytes:
@@ -67,7 +65,7 @@ class BagWriter:
     def connect(self, topic: str, header: Mapping[str, str]) -> int:
         """Add a connection, with the fields of its header; gives the number by which `write` knows it."""
         number = len(self._connections)
-        record = _record(CONNECTION, _header(header), conn=_U32.pack(number), topic=topic)
+        record = _record(CONNECTION, _header(header), conn=U32.pack(number), topic=topic)
         self._connections.append(record)
         self._chunk += record
         return number
@@ -75,7 +73,7 @@ class BagWriter:
     def write(self, connection: int, data: bytes, time: int) -> None:
         """Add a message that was recorded at a time, in ns."""
         self._index.setdefault(connection, []).append((time, len(self._chunk)))
-        self._chunk += _record(MESSAGE, data, conn=_U32.pack(connection), time=_time(time))
+        self._chunk += _record(MESSAGE, data, conn=U32.pack(connection), time=_time(time))
         if len(self._chunk) > CHUNK_SIZE:
             self._end_chunk()
 
@@ -98,19 +96,19 @@ class BagWriter:
 
     def _file_header(self, index: int) -> bytes:
         """The record that says where the index is; it has the same length whatever it says."""
-        fields = dict(conn_count=_U32.pack(len(self._connections)), chunk_count=_U32.pack(len(self._chunk_infos)), index_pos=struct.pack("<Q", index))
+        fields = dict(conn_count=U32.pack(len(self._connections)), chunk_count=U32.pack(len(self._chunk_infos)), index_pos=U64.pack(index))
         return _record(FILE_HEADER, b" " * (FILE_HEADER_SIZE - len(_record(FILE_HEADER, b"", **fields))), **fields)
 
     def _end_chunk(self) -> None:
         """Write what has been collected, and where each message of it is."""
         position = self._file.tell()
-        self._file.write(_record(CHUNK, self._compress(bytes(self._chunk)), compression=self._compression, size=_U32.pack(len(self._chunk))))
+        self._file.write(_record(CHUNK, self._compress(bytes(self._chunk)), compression=self._compression, size=U32.pack(len(self._chunk))))
         for connection, entries in self._index.items():
-            places = b"".join(_time(time) + _U32.pack(place) for time, place in sorted(entries))
-            self._file.write(_record(INDEX, places, conn=_U32.pack(connection), count=_U32.pack(len(entries)), ver=VERSION))
+            places = b"".join(_time(time) + U32.pack(place) for time, place in sorted(entries))
+            self._file.write(_record(INDEX, places, conn=U32.pack(connection), count=U32.pack(len(entries)), ver=VERSION))
         times = [time for entries in self._index.values() for time, _ in entries] or [0]
         counts = b"".join(struct.pack("<II", connection, len(entries)) for connection, entries in self._index.items())
         self._chunk_infos.append(_record(
-            CHUNK_INFO, counts, chunk_pos=struct.pack("<Q", position), start_time=_time(min(times)), end_time=_time(max(times)),
-            count=_U32.pack(len(self._index)), ver=VERSION))
+            CHUNK_INFO, counts, chunk_pos=U64.pack(position), start_time=_time(min(times)), end_time=_time(max(times)),
+            count=U32.pack(len(self._index)), ver=VERSION))
         self._chunk, self._index = bytearray(), {}
