@@ -22,14 +22,14 @@ from std_srvs.srv import SetBool
 from ..errors import PioneerError, UsageError
 from ..message_values import heading_of
 from ..msg import GripperState, MotorState, RobotInfo, WheelVelocities
-from ..ros_node import init_node
 from .compare import deviation
+from .draw import draw_comparison
 from .reader import BagError, decode, read_bag
 from .recording_description import Description, description_of
 from .recording_topics import load_list, topics_of
 from .redrive_schedule import OTHERS, VALID, VELOCITIES, Order, duration, fastest, schedule
 from .replay import absolute, bag_files
-from .replay_stage import Interrupted, Keeper, Programs, alive, explain_roslaunch, free_name, nodes, put_back, say, wait_until
+from .replay_stage import Interrupted, Keeper, Programs, alive, begin, explain_roslaunch, free_name, nodes, put_back, say, wait_until
 from .run import Track, read_run
 
 KINDS = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}
@@ -295,21 +295,22 @@ class Redrive:
 
     def _tell(self, path: str) -> None:
         """How far it came from the recorded path, in words and as a picture."""
-        recorded = read_run(self._files[0], self._recorded.robot or None)
+        recorded = read_run(self._files, self._recorded.robot or None)
         driven = read_run(path, self._name.strip("/"))
         where, before, after = "where it truly was", recorded.truth, driven.truth
         if before is None or after is None:
             where, before, after = "as each one's odometry has it", recorded.odometry, driven.odometry
         after = after._replace(time=after.time * self._factor)
         apart = deviation(trimmed(before, self._recorded.begin), after)
-        length = trimmed(before, self._recorded.begin).length
-        say(f"\nThe recorded path is {length:.2f} m long, the new one {after.length:.2f} m ({where}).\n"
+        say(f"\nThe recorded path is {trimmed(before, self._recorded.begin).length:.2f} m long, the new one {after.length:.2f} m ({where}).\n"
             f"They are {100 * apart.mean:.1f} cm apart on average, {100 * apart.maximum:.1f} cm at most, {100 * apart.at_end:.1f} cm and "
             f"{np.degrees(apart.turn_at_end):+.1f} degrees at the end.\nbag      {path}")
         picture = os.path.splitext(path)[0] + ".png"
-        drawn = subprocess.run(
-            [sys.executable, "-m", "pioneer_control.bags.draw", self._files[0], path, "-o", picture], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        say(f"picture  {picture}" if drawn.returncode == 0 else "There is no picture: " + drawn.stderr.decode(errors="replace").strip().rpartition("\n")[2])
+        try:
+            draw_comparison([recorded, driven], picture)
+            say(f"picture  {picture}")
+        except (PioneerError, OSError, ImportError) as error:
+            say(f"There is no picture: {error}")
         explain_roslaunch()
 
 
@@ -356,7 +357,7 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str]) -> int:
     """Run it. Returns the exit code: 0 driven to the end and compared, 1 ended before, 2 it cannot be done as asked."""
     redrive = Redrive(parser().parse_args(arguments))
-    init_node("redrive")
+    begin("redrive")
     try:
         return redrive.run()
     except (PioneerError, rospy.ROSException, rospy.ServiceException) as error:

@@ -15,9 +15,10 @@ import os
 import re
 import shlex
 import sys
-from typing import Dict, Iterable, List, Mapping, Optional, Sequence
+from typing import Dict, List, Mapping, Optional, Sequence
 
 from ..errors import PioneerError, UsageError
+from .draw import in_order
 from .reader import BagError, read_bag
 
 RECORDED = "recorded"
@@ -88,18 +89,13 @@ def bag_files(given: str) -> List[str]:
         words = [given]
     files: List[str] = []
     for word in words:
-        found = [word] if os.path.exists(word) else sorted(glob.glob(word), key=by_number)
+        found = [word] if os.path.exists(word) else in_order(glob.glob(word))
         if not found:
             raise BagError(f"{word}: no such file" + ("" if os.path.isabs(word) else f" in {os.getcwd()}"))
         files += found
     if not files:
         raise BagError("no bag is named: give its file, bag:=FILE.bag")
     return files
-
-
-def by_number(name: str) -> List[object]:
-    """Sorts part 10 behind part 9."""
-    return [int(piece) if piece.isdigit() else piece for piece in re.split(r"(\d+)", name)]
 
 
 def recorded_topics(files: Sequence[str]) -> Dict[str, str]:

@@ -17,12 +17,37 @@ import rosgraph
 import rospy
 
 from ..errors import NoAnswerError, PioneerError, UsageError
+from ..ros_node import init_node
 from .redrive_schedule import OTHERS, VELOCITIES
 
 PATIENCE = 30.0  # s: for programs to be there; the slowest machine needs few of them
 INTERVAL = 0.05  # s between two looks
 LAST_WORDS = 10.0, 5.0  # s after Ctrl-C, and after SIGTERM, until a program is killed
 DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
+
+
+def begin(name: str) -> None:
+    """Become a node. Raises UsageError where there is no master, or one of that name is at work: it would end that."""
+    named = [word[len("__name:="):] for word in sys.argv if word.startswith("__name:=")]
+    name = (named or [name])[-1]
+    master = rosgraph.Master("/" + name)
+    try:
+        address = master.lookupNode("/" + name)
+    except rosgraph.MasterException:
+        address = None
+    except OSError:
+        raise UsageError(f"there is no ROS master at {rosgraph.get_master_uri()}: start roscore, or use roslaunch pioneer_control replay.launch") from None
+    if address is not None and _answers(address):
+        raise UsageError(f"/{name} is at work on this master already: end it first, or give this one another name with __name:=")
+    init_node(name)
+
+
+def _answers(address: str) -> bool:
+    """Whether there is a node behind an address that the master knows."""
+    try:
+        return ServerProxy(address).getPid("/replay")[0] == 1
+    except OSError:
+        return False
 
 
 class Keeper:

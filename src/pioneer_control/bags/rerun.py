@@ -20,12 +20,11 @@ from std_srvs.srv import SetBool
 
 from ..errors import PioneerError, UsageError
 from ..msg import Decision, GripperState, MotorState, WheelVelocities
-from ..ros_node import init_node
 from .reader import BagError, decode, read_bag
 from .recording_description import description_of
 from .redrive_schedule import VELOCITIES
 from .replay import absolute, aside, bag_files, player, recorded_topics
-from .replay_stage import INTERVAL, Interrupted, Keeper, Programs, alive, connected, explain_roslaunch, free_name, graph, nodes, put_back, say, wait_until
+from .replay_stage import INTERVAL, Interrupted, Keeper, Programs, alive, begin, connected, explain_roslaunch, free_name, graph, nodes, put_back, say, wait_until
 from .rerun_compare import Velocity, Verdict, judge_decisions, judge_others, judge_velocities
 
 RERUN = "rerun"
@@ -262,7 +261,7 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str]) -> int:
     """Run it. Returns the exit code: 0 it commands the same, 1 something else, 2 it cannot be done as asked."""
     rerun = Rerun(parser().parse_args(arguments))
-    init_node("rerun")
+    begin("rerun")
     try:
         return rerun.run()
     except (PioneerError, rospy.ROSException, rospy.ServiceException) as error:

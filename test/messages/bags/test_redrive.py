@@ -1,0 +1,109 @@
+"""What a bag tells of a robot that was driven, and which simulated robot is made of that: bag files, no master."""
+
+import bag_factory as make
+import pytest
+from geometry_msgs.msg import Twist
+from std_msgs.msg import String
+
+from pioneer_control.bags import redrive
+from pioneer_control.bags.reader import BagError
+from pioneer_control.bags.recording_description import Description, text_of
+from pioneer_control.errors import UsageError
+from pioneer_control.msg import GripperState, MotorState, WheelVelocities
+
+
+def described(simulator, driver):
+    parameters = {"pioneer": {"simulator": simulator, "p2os": driver}}
+    return "/pioneer/recording", String(text_of(Description({"date": "today"}, {}, {}, parameters))), 1000.0
+
+
+def told():
+    yield "/pioneer/cmd_motor_state", MotorState(1), 1002.0
+    yield "/pioneer/cmd_vel", Twist(), 1003.0
+    yield "/pioneer/cmd_wheels", WheelVelocities(0.1, 0.1), 1004.0
+    yield "/pioneer/gripper_control", GripperState(), 1005.0
+
+
+@pytest.fixture
+def bag(tmp_path):
+    simulator = dict(world="office", model="p3at-sh", gripper="auto", rear_sonar=False, seed=99, pty="/tmp/x", models_file="")
+    driver = dict(cmd_vel_timeout=1.5, max_xspeed=0.3, port="/tmp/x", enable_motors_on_start=True)
+    return make.write_bag(tmp_path / "run.bag", [described(simulator, driver), *make.driven((2.0, 3.0, 0.5)), *told()])
+
+
+class TestWhatTheBagTells:
+    def test_what_was_told_in_its_order(self, bag):
+        recorded = redrive.read_recorded([bag])
+        assert [order.topic for order in recorded.told] == ["cmd_motor_state", "cmd_vel", "cmd_wheels", "gripper_control"]
+        assert recorded.begin == pytest.approx(1002.0) and recorded.valid == 1.5
+
+    def test_which_robot_where(self, bag):
+        recorded = redrive.read_recorded([bag])
+        assert (recorded.robot, recorded.model, recorded.has_gripper, recorded.world) == ("pioneer", "p3dx-sh", True, "tutorial")
+        assert recorded.start == pytest.approx([2.0 + 0.2 * 0.8776, 3.0 + 0.2 * 0.4794, 0.5], abs=1e-3), "when it was told the first, not when the bag begins"
+
+    def test_the_simulated_robot_is_made_of_that(self, bag):
+        parameters = redrive.simulator_parameters(redrive.read_recorded([bag]), "", "", 5)
+        assert parameters == dict(model="p3dx-sh", gripper=True, rear_sonar=False, models_file="", world="office", seed=5, numbers_file="",
+                                  start=pytest.approx([2.175, 3.096, 0.5], abs=1e-3))
+
+    def test_a_world_that_is_named_counts_more(self, bag):
+        assert redrive.simulator_parameters(redrive.read_recorded([bag]), "maze", "", 0)["world"] == "maze"
+
+    def test_a_real_robots_bag_tells_neither_world_nor_place(self, tmp_path, capsys):
+        told_only = [message for message in told()]
+        path = make.write_bag(tmp_path / "real.bag", told_only)
+        parameters = redrive.simulator_parameters(redrive.read_recorded([path]), "", "", 0)
+        assert parameters == dict(world="empty", seed=0, numbers_file="")
+        assert "does not tell what was round the robot" in capsys.readouterr().out
+
+    def test_a_world_that_is_gone(self, tmp_path, capsys):
+        path = make.write_bag(tmp_path / "run.bag", [described(dict(world="/nowhere/lab.yaml"), {}), *told()])
+        assert redrive.known_world(redrive.read_recorded([path])) == "empty"
+        assert "'/nowhere/lab.yaml' of the recording is not here" in capsys.readouterr().out
+
+    def test_a_world_that_is_a_file(self, tmp_path):
+        world = tmp_path / "lab.yaml"
+        world.write_text("")
+        path = make.write_bag(tmp_path / "run.bag", [described(dict(world=str(world)), {}), *told()])
+        assert redrive.known_world(redrive.read_recorded([path])) == str(world)
+
+    def test_nothing_was_told(self, tmp_path):
+        path = make.write_bag(tmp_path / "run.bag", make.driven(seconds=1))
+        with pytest.raises(BagError, match="nobody was told anything.*nothing to re-drive"):
+            redrive.read_recorded([path])
+
+    def test_several_robots(self, tmp_path):
+        path = make.write_bag(tmp_path / "run.bag", [("/alice/cmd_vel", Twist(), 1.0), ("/bob/cmd_vel", Twist(), 1.0)])
+        with pytest.raises(BagError, match="alice, bob. Choose one with robot:="):
+            redrive.read_recorded([path])
+        assert redrive.read_recorded([path], "bob").robot == "bob"
+
+
+class TestWhatIsAsked:
+    @staticmethod
+    def given(bag, *arguments):
+        return redrive.Redrive(redrive.parser().parse_args([bag, *arguments]))
+
+    @pytest.mark.parametrize("arguments, said", [
+        (["--into=real"], "needs the robot's port"), (["--port=/dev/ttyUSB0"], "give into:=real, too"), (["--speed=0"], "from 0.05 to 1"),
+        (["--speed=fast"], "speed:=fast is not legal"), (["--speed=nan"], "not legal"), (["--into=real", "--port=x", "--speed=0.6"], "from 0.05 to 0.5")])
+    def test_a_real_robot_is_asked_for_twice_and_is_slow(self, bag, arguments, said):
+        with pytest.raises(UsageError, match=said):
+            self.given(bag, *arguments)
+
+    def test_a_real_robots_motors_are_not_switched_on_by_the_bag(self, bag):
+        motors = lambda asked: [order.message.state for order in asked._orders if order.topic == "cmd_motor_state"]    # noqa: E731
+        assert motors(self.given(bag)) == [1]
+        assert motors(self.given(bag, "--into=real", "--port=x")) == []
+
+    def test_off_is_off(self, tmp_path):
+        path = make.write_bag(tmp_path / "run.bag", [*told(), ("/pioneer/cmd_motor_state", MotorState(0), 1006.0)])
+        asked = self.given(path, "--into=real", "--port=x")
+        assert [order.message.state for order in asked._orders if order.topic == "cmd_motor_state"] == [0]
+
+    @pytest.mark.parametrize("word", ["yes", "1", ""])
+    def test_motors_is_true_or_false(self, word, capsys):
+        with pytest.raises(SystemExit):
+            redrive.parser().parse_args(["x.bag", "--motors=" + word])
+        assert "give true or false" in capsys.readouterr().err

@@ -1,0 +1,116 @@
+"""What a bag tells of a program that commanded, and what a comparison comes to: bag files, no master."""
+
+import bag_factory as make
+import genpy
+import pytest
+import rosbag
+from geometry_msgs.msg import Twist
+from std_msgs.msg import Header, String
+
+from pioneer_control.bags import rerun
+from pioneer_control.bags.reader import BagError
+from pioneer_control.bags.recording_description import Description, text_of
+from pioneer_control.msg import Decision, MotorState
+
+PROGRAM = "/lab/mine"
+
+
+def decision(stamp, wander=1, **values):
+    return Decision(header=Header(stamp=genpy.Time.from_sec(stamp)), wander=wander, seed=7, speed=0.1, linear=0.1, reason="driving", **values)
+
+
+def twist(linear, angular=0.0):
+    message = Twist()
+    message.linear.x, message.angular.z = linear, angular
+    return message
+
+
+def write(path, messages, caller=PROGRAM):
+    """As make.write_bag, with the name of who published."""
+    with rosbag.Bag(str(path), "w") as bag:
+        for topic, message, seconds in messages:
+            header = dict(topic=topic, type=message._type, md5sum=message._md5sum, message_definition=message._full_text, callerid=caller)
+            bag.write(topic, message, genpy.Time.from_sec(seconds), connection_header=header)
+    return str(path)
+
+
+def described(parameters):
+    return String(text_of(Description({"date": "today"}, {}, {}, parameters)))
+
+
+@pytest.fixture
+def bag(tmp_path):
+    early = described({"lab": {"mine": {"seed": 7, "deep": {"er": 1}}}})
+    late = described({"other": 1})  # it had ended
+    told = [("/pioneer/recording", early, 10.0), ("/pioneer/cmd_motor_state", MotorState(1), 10.5)]
+    told += [("/pioneer/decision", decision(11.0 + 0.1 * n, 1 if n < 20 else 2), 11.05 + 0.1 * n) for n in range(40)]
+    told += [("/pioneer/cmd_vel", twist(0.1), 11.06 + 0.1 * n) for n in range(40)]
+    return write(tmp_path / "run.bag", [*told, ("/pioneer/recording", late, 20.0)])
+
+
+class TestWhatTheBagTells:
+    def test_who_commanded_whom_with_what(self, bag):
+        live = rerun.read_live([bag], "", "rosPioneer2.py")
+        assert (live.robot, live.node, live.parameters) == ("pioneer", PROGRAM, {"seed": 7, "deep": {"er": 1}})
+        assert {name: len(messages) for name, messages in live.commanded.items()} == {"cmd_motor_state": 1, "decision": 40, "cmd_vel": 40}
+        assert live.begin == pytest.approx(10.0)
+
+    def test_a_wander_begins_and_ends_where_it_did(self, bag):
+        live = rerun.read_live([bag], "pioneer", "")
+        limits = rerun.limits([message for _, message in live.commanded["decision"]])
+        assert limits == {"begin_at": pytest.approx([11.0, 13.0]), "end_at": pytest.approx([12.9, 14.9])}
+
+    def test_without_decisions_there_are_no_limits(self):
+        assert rerun.limits([]) == {"begin_at": [], "end_at": []}
+
+    def test_of_a_bag_that_does_not_say_who_it_was_the_programs_name_is_taken(self, tmp_path):
+        path = make.write_bag(tmp_path / "old.bag", [("/pioneer/cmd_vel", twist(0.1), 1.0)])
+        live = rerun.read_live([path], "", "my_wander.py")
+        assert (live.node, live.parameters) == ("/my_wander", {})
+
+    def test_nobody_commanded(self, tmp_path):
+        path = write(tmp_path / "quiet.bag", [("/pioneer/pose", make.odometry(0, 0, 0), 1.0)])
+        with pytest.raises(BagError, match="nobody was commanded anything"):
+            rerun.read_live([path], "", "")
+
+    def test_several_robots(self, tmp_path):
+        path = write(tmp_path / "two.bag", [("/alice/cmd_vel", twist(0.1), 1.0), ("/bob/cmd_vel", twist(0.1), 1.1)])
+        with pytest.raises(BagError, match="alice, bob. Choose one with robot:="):
+            rerun.read_live([path], "", "")
+        assert rerun.read_live([path], "/bob/", "").robot == "bob"
+        with pytest.raises(BagError, match="robot 'carol' was commanded anything in it.*who was: alice, bob"):
+            rerun.read_live([path], "carol", "")
+
+    def test_a_description_that_makes_no_sense_is_none(self, tmp_path):
+        path = write(tmp_path / "odd.bag", [("/pioneer/recording", String("[1"), 1.0), ("/pioneer/cmd_vel", twist(0.1), 1.0)])
+        assert rerun.read_live([path], "", "").parameters == {}
+
+
+class TestVerdict:
+    live = {"decision": [(1.0 + 0.1 * n, decision(1.0 + 0.1 * n)) for n in range(30)], "cmd_vel": [(1.0 + 0.1 * n, twist(0.1)) for n in range(30)],
+            "cmd_motor_state": [(0.5, MotorState(1))]}
+
+    def test_the_same(self):
+        verdict = rerun.compare(self.live, self.live, 0.95)
+        assert verdict.same and len(verdict.sentences) == 3
+
+    def test_decisions_decide(self):
+        faster = dict(self.live, cmd_vel=[(time, twist(0.5)) for time, _ in self.live["cmd_vel"]])
+        assert rerun.compare(self.live, faster, 0.95).same, "how a velocity came through is the line's matter"
+        other = dict(self.live, decision=[(time, decision(time, angular=1e-12)) for time, _ in self.live["decision"]])
+        assert not rerun.compare(self.live, other, 0.95).same
+
+    def test_without_decisions_velocities_do(self):
+        live = {"cmd_vel": self.live["cmd_vel"]}
+        assert rerun.compare(live, live, 0.95).same
+        assert not rerun.compare(live, {"cmd_vel": [(time, twist(0.5)) for time, _ in live["cmd_vel"]]}, 0.95).same
+        assert not rerun.compare(live, {}, 0.95).same
+
+    def test_whether_motors_were_asked_for_is_told_and_not_judged(self):
+        live = {"cmd_vel": self.live["cmd_vel"], "cmd_motor_state": self.live["cmd_motor_state"]}
+        verdict = rerun.compare(live, {"cmd_vel": live["cmd_vel"]}, 0.95)
+        assert verdict.same and any("cmd_motor_state: different" in sentence for sentence in verdict.sentences)
+
+    def test_decisions_that_there_were_none_of_live_do_not_decide(self):
+        live = {"cmd_vel": self.live["cmd_vel"]}
+        assert not rerun.compare(live, self.live, 0.95).same, "it commands more than it did"
