@@ -112,7 +112,7 @@ def _draw_tracks(axes, view: View, scale: float) -> None:
 
 
 def draw_arrows(axes, path: Track, scale: float, colour: str = INK) -> None:
-    """Arrows along a path: the way it moves, which is not its heading when it backs off."""
+    """Arrows along a path, where there is none yet: the way it moves, which is not its heading when it backs off."""
     from matplotlib.collections import PolyCollection
 
     way = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(path.x), np.diff(path.y)))))
@@ -120,8 +120,10 @@ def draw_arrows(axes, path: Track, scale: float, colour: str = INK) -> None:
     behind, ahead = (path.at(np.interp(marks + d * ARROW * scale / 2, way, path.time)) for d in (-1, 1))
     course = np.arctan2(ahead.y - behind.y, ahead.x - behind.x)
     middle = (behind.x + ahead.x) / 2, (behind.y + ahead.y) / 2
+    cells = np.floor(np.column_stack(middle) / (ARROW_EVERY * scale / 2))
+    _, first = np.unique(cells, axis=0, return_index=True)  # of all in one square of the drawing
     arrow = ARROW * scale * np.array([(0.6, 0.0), (-0.4, 0.5), (-0.15, 0.0), (-0.4, -0.5)])
-    shapes = [np.column_stack(placed(pose, *arrow.T)) for pose in zip(*middle, course)]
+    shapes = [np.column_stack(placed(pose, *arrow.T)) for pose in np.column_stack((*middle, course))[first]]
     axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor="white", linewidth=0.4, zorder=5))
 
 
@@ -173,10 +175,10 @@ def _draw_gripper(axes, view: View) -> None:
     """A numbered badge where the paddles did something, or a mark where that is too often; the strip of the gripper says when."""
     tip = view.run.footprint[:, 0].max() if len(view.run.footprint) else 0.3
     if len(view.run.gripper) > BADGES:
-        for what, marker in MARKERS.items():
+        for what in sorted({event.what for event in view.run.gripper}):
             robot = view.path.at(np.array([event.time for event in view.run.gripper if event.what == what]))
             x, y = placed((robot.x, robot.y, robot.heading), tip - PADDLE_MIDDLE, 0.0)
-            axes.plot(x, y, marker, color=EVENT[what], markeredgecolor="white", markeredgewidth=0.4, markersize=5, zorder=9, label=what)
+            axes.plot(x, y, MARKERS[what], color=EVENT[what], markeredgecolor="white", markeredgewidth=0.4, markersize=5, zorder=9, label=what)
         return
     taken: List[Tuple[float, float]] = []
     for number, event in enumerate(view.run.gripper, 1):

@@ -48,10 +48,11 @@ def figure(run: Run, title: Optional[str] = None):
     lines = sum(bool(each.letter) for each in wrong) + (not all(each.letter for each in wrong))
 
     damage = Paper(1.0).lines(f"This recording is damaged: {run.damage}", RIGHT - LEFT, **DAMAGED)[:3] if run.damage else []
+    events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= strips.BADGES else 0
     lanes += len({each.level for each in wrong})
     lower = [each._replace(height=SQUEEZED * each.height) for each in shown]
     where, squeezed = (
-        plan(span, TOP + 0.62 + LINE * len(damage) + GAP, strips.height(each, lanes), lines, min(len(run.gripper), EVENTS_LISTED))
+        plan(span, TOP + 0.62 + LINE * len(damage) + GAP, strips.height(each, lanes), lines, events)
         for each in (shown, lower)
     )  # fmt: skip
     if squeezed.map[2] > where.map[2]:
