@@ -1,18 +1,20 @@
-"""What sonar and battery report, as messages that other packages know: for the driver, which sends them live, and for old bags that are converted.
+"""What sonar and battery report as messages that other packages know, and what robot it is: for the driver, which sends them live, and for old bags.
 
-Units and axes are those of REP 103, ranges those of REP 117. Pure functions; a transducer is anything with number, x, y (m) and heading (rad), in base_link.
+Units and axes are those of REP 103, ranges those of REP 117. Pure functions.
 """
 
 import math
 import struct
-from typing import Any, Iterable, Tuple
+from typing import Iterable, Tuple
 
-from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Point32, Pose2D, Quaternion, TransformStamped, Vector3
 from sensor_msgs.msg import BatteryState, PointCloud2, PointField, Range
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from .message_values import NO_ECHO, quaternion_of
+from .msg import RobotInfo
+from .robots import RobotModel, Transducer
 
 MIN_RANGE = 0.1
 """Range (m) below which a transducer hears only its own pulse: what is nearer reads as this."""
@@ -51,7 +53,7 @@ def sonar_points(points: Iterable[Tuple[float, float]], stamp, base_link_frame: 
     )
 
 
-def echo_place(transducer: Any, distance: float, age: float, linear: float, angular: float) -> Tuple[float, float]:
+def echo_place(transducer: Transducer, distance: float, age: float, linear: float, angular: float) -> Tuple[float, float]:
     """Where (m) an echo is in base_link, after the robot has gone on at its present speed (m/s, rad/s) since it was heard, ``age`` s ago."""
     turn, way = angular * age, linear * age
     x = transducer.x + distance * math.cos(transducer.heading) - way * math.cos(turn / 2)
@@ -60,7 +62,7 @@ def echo_place(transducer: Any, distance: float, age: float, linear: float, angu
     return cosine * x + sine * y, cosine * y - sine * x
 
 
-def sonar_frames(transducers: Iterable[Any], stamp, base_link_frame: str, frame_prefix: str) -> TFMessage:
+def sonar_frames(transducers: Iterable[Transducer], stamp, base_link_frame: str, frame_prefix: str) -> TFMessage:
     """Where each transducer sits and looks. All in one message: /tf_static keeps only the last one of a node."""
     transforms = TFMessage()
     for transducer in transducers:
@@ -92,3 +94,18 @@ def battery(
         power_supply_status=status,
         present=True,
     )
+
+
+def robot_info(model: RobotModel, has_gripper: bool, stamp, base_link_frame: str) -> RobotInfo:
+    """What a model is: limits, where its transducers look and what its outline is (m, rad, base_link). What a robot tells of itself is left empty."""
+    message = RobotInfo(
+        header=Header(stamp=stamp, frame_id=base_link_frame),
+        subtype=model.subtype,
+        max_linear=model.max_linear,
+        max_angular=model.max_angular,
+        has_gripper=has_gripper,
+        sonar_numbers=[transducer.number for transducer in model.sonar],
+        sonar_poses=[Pose2D(transducer.x, transducer.y, transducer.heading) for transducer in model.sonar],
+    )
+    message.footprint.points = [Point32(x, y, 0.0) for x, y in model.outline(has_gripper)]
+    return message

@@ -19,7 +19,7 @@ PACKAGE = ROOT / "src" / "pioneer_control"
 ROOMS = {
     "errors": set(),
     "message_values": set(),
-    "standard_messages": {"message_values"},
+    "standard_messages": {"message_values", "robots", "msg"},
     "parameters": set(),
     "ros_node": set(),
     "pictures": set(),

@@ -7,7 +7,7 @@ import math
 from typing import Dict, NamedTuple, Optional, Sequence, Tuple
 
 import sensor_msgs.msg
-from geometry_msgs.msg import Point32, Pose2D, Quaternion, TransformStamped
+from geometry_msgs.msg import Quaternion, TransformStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool, Header
 
@@ -217,18 +217,7 @@ def _imu(stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
 
 def robot_info(identity: RobotIdentity, stamp, base_link_frame: str) -> RobotInfo:
     """What the robot is: name, model, limits, where its transducers look and what its outline is (m, rad, base_link)."""
-    model = identity.model
-    message = RobotInfo(
-        header=Header(stamp=stamp, frame_id=base_link_frame),
-        name=identity.name,
-        type=identity.type,
-        subtype=identity.subtype,
-        firmware=identity.firmware or "",
-        max_linear=identity.max_linear,
-        max_angular=identity.max_angular,
-        has_gripper=identity.has_gripper,
-        sonar_numbers=[transducer.number for transducer in model.sonar],
-        sonar_poses=[Pose2D(transducer.x, transducer.y, transducer.heading) for transducer in model.sonar],
-    )
-    message.footprint.points = [Point32(x, y, 0.0) for x, y in model.outline(identity.has_gripper)]
+    message = standard_messages.robot_info(identity.model, identity.has_gripper, stamp, base_link_frame)
+    message.name, message.type, message.subtype, message.firmware = identity.name, identity.type, identity.subtype, identity.firmware or ""
+    message.max_linear, message.max_angular = identity.max_linear, identity.max_angular
     return message
