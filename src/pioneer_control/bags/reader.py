@@ -245,36 +245,36 @@ class _File:
                 if bad or len(data) != U32.unpack(record.fields[b"size"])[0]:
                     self._damaged(record.begin, record.end)
 
-    def damage(self) -> List[str]:
-        """What is missing, in sentences; after all was read."""
+    def damage(self) -> str:
+        """What is missing, in sentences, after all was read; of a bag called "it"."""
         index = self._index if 0 < self._index < self.size else self.size
         places = [place for place in self._places if place.begin < index]
         cut = bool(places) and places[-1].end == self.size
         inner = places[:-1] if cut else places
         sentences = [
-            f"{self.path} is damaged at {_percent(place.begin / self.size)} of the file{_after(place.after)}: {place.end - place.begin} bytes there are no messages."
+            f"it is damaged at {_percent(place.begin / self.size)} of the file{_after(place.after)}: {place.end - place.begin} bytes there are no messages"
             for place in inner[:PLACES]]
         if len(inner) > PLACES:
-            sentences.append(f"So it is at {plural(len(inner) - PLACES, 'more place')}.")
+            sentences.append(f"so it is at {plural(len(inner) - PLACES, 'more place')}")
         if self._missing:
-            sentences.append(f"{plural(self._missing, 'message')} that it lists could not be read.")
+            sentences.append(f"{plural(self._missing, 'message')} that it lists could not be read")
         if self._nameless:
-            sentences.append(f"{plural(self._nameless, 'message')} cannot be understood: the description of the topic is lost.")
-        sentences += [f"It describes {topic} in two ways, of which one must be wrong." for topic in sorted(self._ambiguous)]
+            sentences.append(f"{plural(self._nameless, 'message')} cannot be understood: the description of the topic is lost")
+        sentences += [f"it describes {topic} in two ways, of which one must be wrong" for topic in sorted(self._ambiguous)]
         if not self.indexed:
             sentences.append(self._ending(cut))
-        return sentences
+        return "; ".join(sentences)
 
     def _ending(self, cut: bool) -> str:
         """How a bag ends whose index is not whole."""
         seconds = "before its first message" if self.begin is None else f"after {(self.end - self.begin) / 1e9:.1f} s"
         if self._index > self.size:
-            return f"{self.path} is cut off {seconds}, at {_percent(self.size / self._index)} of its length: the rest is missing."
+            return f"it is cut off {seconds}, at {_percent(self.size / self._index)} of its length: the rest is missing"
         if self._index:
-            return f"The index of {self.path} is damaged or cut off: all messages before it are there, but rosbag wants it mended (rosbag reindex)."
+            return "its index is damaged or cut off: all messages before it are there, but rosbag wants it mended (rosbag reindex)"
         if cut:
-            return f"{self.path} was not closed and ends within a message {seconds}: its recorder was killed, or the disk was full."
-        return f"{self.path} was not closed and ends {seconds}: its recorder was killed, or still records."
+            return f"it was not closed and ends within a message {seconds}: its recorder was killed, or the disk was full"
+        return f"it was not closed and ends {seconds}: its recorder was killed, or still records"
 
 
 def _source_of(file: Any, size: int) -> Source:
@@ -341,13 +341,14 @@ class BagReader:
         self._progress = progress
         self._files: List[_File] = []
         self._refused: List[str] = []
+        self._several = len(paths) > 1
         for path in paths:
             try:
                 self._files.append(_File(path, is_wanted))
             except BagError as error:
                 if len(paths) == 1 or not os.path.exists(path):
                     raise
-                self._refused.append(f"{error}.")   # the other parts are there
+                self._refused.append(str(error))    # the other parts are there
         if not self._files:
             raise BagError(" ".join(self._refused) or "no bag is named")
 
@@ -394,8 +395,9 @@ class BagReader:
 
     @property
     def damage(self) -> str:
-        """What is missing and where, in sentences, after all was read; empty if nothing is."""
-        return " ".join([sentence for file in self._files for sentence in file.damage()] + self._refused)
+        """What is missing and where, in a sentence with a full stop, after all was read; empty if nothing is. A single bag is "it"."""
+        told = [(os.path.basename(file.path) + ": ") * self._several + file.damage() for file in self._files if file.damage()]
+        return "; ".join(told + self._refused) + "." if told or self._refused else ""
 
 
 def read_bag(paths: Union[str, Sequence[str]], topics: Union[None, Collection[str], Callable[[Connection], bool]] = None,

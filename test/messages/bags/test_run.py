@@ -202,7 +202,7 @@ class TestBadBags:
     def test_unindexed(self, tmp_path, compression):
         run = read_run(make.unclosed(tmp_path / "run.bag.active", make.driven(seconds=20), compression))
         assert run.duration > 15.0 and run.model == "p3dx-sh"
-        assert "run.bag.active was not closed and ends" in run.damage
+        assert "it was not closed and ends" in run.damage
 
     def test_damaged_in_the_middle(self, tmp_path):
         path = make.write_bag(tmp_path / "run.bag", make.driven(seconds=2), compression="bz2")
