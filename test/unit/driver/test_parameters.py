@@ -24,7 +24,7 @@ LEGAL = [
     ("max_yawaccel", 2, 2.0), ("max_yawdecel", -20.0, 20.0), ("max_yawdecel", 0.2, 0.2),
     ("bumpstall", 3, 3), ("bumpstall", -1, -1), ("ticks_mm", 128, 128), ("rev_count", 16570, 16570),
     ("drift_factor", -40, -40), ("drift_factor", -32768, -32768), ("drift_factor", 32767, 32767),
-    ("sonar_no_echo", "max", "max"),
+    ("sonar_no_echo", "max", "max"), ("publish_wire", True, True),
 ] + [(gain, value, value) for gain in GAINS for value in (-1, 0, 65535)] + [
     (variances, [0, 0.1, 0, 0, 0, 1e6], (0.0, 0.1, 0.0, 0.0, 0.0, 1e6)) for variances in VARIANCES
 ]
@@ -40,7 +40,7 @@ ILLEGAL = [
     ("cmd_vel_timeout", 60, "0.1 to 2"), ("accept_replay", "no", "true or false"),
     ("odom_frame_id", "", "not empty"), ("odom_frame_id", "/odom", "not beginning with '/'"),
     ("base_link_frame_id", "/base_link", "not beginning"), ("frame_prefix", "/two", "not beginning"),
-    ("publish_tf", 0, "true or false"),
+    ("publish_tf", 0, "true or false"), ("publish_wire", "yes", "true or false"),
     ("host_baud", 9601, "0, 9600, 19200"), ("beam_polarity", 2, "0, 1"), ("beam_polarity", True, "0, 1"),
     ("enable_motors_on_start", "yes", "true or false"),
     ("max_xaccel", -0.3, "0 or a number from 0.01 to 10"), ("max_xaccel", 0.001, "0.01 to 10 (m/s^2)"),
