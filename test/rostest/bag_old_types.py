@@ -20,6 +20,7 @@ import bag_factory as make  # noqa: E402
 import old_messages  # noqa: E402
 from pioneer_control import msg  # noqa: E402
 from pioneer_control.bags import convert  # noqa: E402
+from pioneer_control.robots import find_model  # noqa: E402
 
 PATIENCE = 30.0  # s
 
@@ -74,20 +75,21 @@ class OldTypes(unittest.TestCase):
     def test_converted(self):
         """Programs that know nothing of this package hear a bag of p2os that was converted, and tf knows where the sonar looks."""
         received, all_received = {}, threading.Event()
-        wanted = {"sonar_ranges": Range, "sonar_points": PointCloud2, "sonar_scan": LaserScan, "battery": BatteryState}
+        types = {"robot_info": msg.RobotInfo, "sonar_ranges": Range, "sonar_points": PointCloud2, "sonar_scan": LaserScan, "battery": BatteryState}
 
         def receive(message, name):
             received[name] = message
-            if set(received) == set(wanted):
+            if set(received) == set(types):
                 all_received.set()
 
-        subscribers = [rospy.Subscriber(f"converted/{name}", message, receive, name) for name, message in wanted.items()]
+        subscribers = [rospy.Subscriber(f"converted/{name}", message, receive, name) for name, message in types.items()]
         listener = tf.TransformListener()
         with tempfile.TemporaryDirectory() as folder:
             ranges = make.sonar([5.0, 5.0, 5.0, 1.5], "p2os_msgs")
             entries = [("/converted/sonar", ranges, 10.0), ("/converted/battery_state", old_messages.old_message("BatteryState", "p2os_msgs"), 10.1)]
             new = os.path.join(folder, "new.bag")
-            convert.convert(make.write_bag(os.path.join(folder, "old.bag"), entries), new, tuple(convert.CONVERSIONS), convert.find_model("p3dx-sh").sonar, True)
+            wanted = convert.Options(tuple(convert.CONVERSIONS), find_model("p3dx-sh"), replace=True)
+            convert.convert(make.write_bag(os.path.join(folder, "old.bag"), entries), new, wanted)
             play(new)
         self.assertTrue(all_received.wait(PATIENCE), received)
         self.assertEqual((received["sonar_ranges"].header.frame_id, received["sonar_ranges"].range), ("sonar_3", 1.5))

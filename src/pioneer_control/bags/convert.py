@@ -7,32 +7,23 @@ import argparse
 import errno
 import os
 import sys
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Dict, Optional, Sequence, Set, Tuple
 
 from .. import msg
 from ..errors import PioneerError, UsageError
-from ..robots import find_model
-from .convert_messages import CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Outlet, is_sonar, namespace_of, transducers_of
+from ..robots import Transducer, find_model
+from .convert_messages import CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, Survey, is_sonar, namespace_of, transducers_of
 from .progress import Progress
-from .reader import BagError, Connection, decode, read_bag
+from .reader import BagError, decode, read_bag
 from .writer import BagWriter
 
 PART = ".part"
 """Ending of an output that is not complete."""
 
 
-class Survey(NamedTuple):
-    """What has to be known of a bag before its first message is converted."""
-
-    connections: List[Connection]
-    transducers: Dict[str, Sequence[Any]]   # by namespace, where a robot_info says it
-    static_frames: Set[str]                 # in /tf_static
-    compression: str
-
-
 def survey(path: str) -> Survey:
     """Look through a bag for these; quick where it has an index."""
-    transducers: Dict[str, Sequence[Any]] = {}
+    transducers: Dict[str, Sequence[Transducer]] = {}
     frames: Set[str] = set()
     with Progress("looking") as progress:
         reader = read_bag(path, lambda connection: connection.md5sum == msg.RobotInfo._md5sum or connection.topic == STATIC_FRAMES, progress)
@@ -48,32 +39,24 @@ def survey(path: str) -> Survey:
     return Survey(reader.connections, transducers, frames, reader.compression or "none")
 
 
-def convert(source: str, target: str, what: Sequence[str] = DEFAULT, transducers: Optional[Sequence[Any]] = None, replace: bool = False,
-            renamed: Optional[Dict[str, str]] = None) -> Tuple[Converter, str]:
+def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]:
     """Write a new bag; gives the converter, which counted, and what is missing in the old one (a sentence, or nothing).
 
-    Args:
-        what: names of CONVERSIONS.
-        transducers: where the sonar looks, of a robot of which no robot_info in the bag says it.
-        replace: leave out what was converted.
-        renamed: frames, old name -> new name.
-
     Raises:
-        UsageError: a file or an argument makes no sense; nothing is written then.
+        UsageError: a file or an option makes no sense; nothing is written then.
         OSError: the new bag cannot be written; nothing is left of it then.
     """
     _check_files(source, target)
-    found = survey(source)
-    others = [word for word in what if CONVERSIONS[word].fits is not is_sonar]
-    unknown = sorted({connection.topic for connection in found.connections if is_sonar(connection) and namespace_of(connection.topic) not in found.transducers})
-    if unknown and transducers is None and len(others) < len(what):
+    known = survey(source)
+    others = [word for word in options.what if CONVERSIONS[word].fits is not is_sonar]
+    unknown = sorted({connection.topic for connection in known.connections if is_sonar(connection) and namespace_of(connection.topic) not in known.transducers})
+    if unknown and options.model is None and len(others) < len(options.what):
         raise UsageError(f"{source} does not say where the transducers of {', '.join(unknown)} look (it has no robot_info): name the robot's model, "
                          f"--model p3dx-sh for example, or leave sonar out: convert_bag {source} {target} {' '.join(others) or 'types'}")
-    places = {**{namespace_of(topic): transducers for topic in unknown}, **found.transducers}
-    converter = Converter(what, found.connections, places, found.static_frames, replace, renamed)
+    converter = Converter(options, known)
     part = target + PART
     numbers: Dict[Outlet, int] = {}
-    writer = BagWriter(part, found.compression)
+    writer = BagWriter(part, known.compression)
     try:
         with Progress("converting") as progress:
             reader = read_bag(source, progress=progress)
@@ -142,8 +125,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("bag", metavar="IN.bag")
     parser.add_argument("output", metavar="OUT.bag", help="must not exist yet")
     parser.add_argument("what", metavar="WHAT", nargs="*", help="see below")
-    parser.add_argument("--model", default="", help="which robot it is, for its sonar, where the bag has no robot_info: p3dx-sh for example")
+    parser.add_argument("--model", default="", help="which robot it is, where the bag has no robot_info to say where its sonar looks: p3dx-sh for example")
     parser.add_argument("--models-file", default="", metavar="FILE", help="your own table of models")
+    parser.add_argument("--gripper", action="store_true", help="that robot has a gripper")
     parser.add_argument("--replace", action="store_true", help="leave out the topics that were converted; else they stay, beside the new ones")
     parser.add_argument("--frame", action="append", default=[], metavar="OLD=NEW", help="rename a frame in every message; may be given again")
     return parser
@@ -167,17 +151,21 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         for word in options.what:
             if word not in CONVERSIONS:
                 raise UsageError(f"{word!r} cannot be converted (legal: {', '.join(CONVERSIONS)})")
+        model = find_model(options.model, options.models_file or None) if options.model else None
+        if options.gripper and model is None:
+            raise UsageError("--gripper says something of the robot that --model names: name it")
+        if options.gripper and not model.can_carry_gripper:
+            raise UsageError(f"--gripper: a model {model.subtype} carries no gripper")
         what = list(dict.fromkeys(options.what)) or DEFAULT
-        renamed = _renamed(options.frame)
-        transducers = find_model(options.model, options.models_file or None).sonar if options.model else None
-        converter, damage = convert(options.bag, options.output, what, transducers, options.replace, renamed)
+        wanted = Options(what, model, options.gripper, options.replace, _renamed(options.frame))
+        converter, damage = convert(options.bag, options.output, wanted)
     except (PioneerError, OSError) as error:
         full = getattr(error, "errno", None) in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
         text = f"{options.output} cannot be written: {error.strerror}" if isinstance(error, OSError) and not isinstance(error, PioneerError) else error
         print(f"convert_bag: {text}{'. What was written of it is removed: make room, or write it elsewhere' if full else ''}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print(f"\nconvert_bag: interrupted; {options.output} was not written", file=sys.stderr)
+        print(f"convert_bag: interrupted; {options.output} was not written", file=sys.stderr)
         return 130
     print(report(options.bag, options.output, converter, damage, options.model))
     return 1 if damage or converter.damaged else 0

@@ -2,7 +2,8 @@
 
 import functools
 import io
-from typing import Any, Callable, Collection, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
+from types import MappingProxyType
+from typing import Any, Callable, Collection, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 import genpy
 from nav_msgs.msg import Odometry
@@ -11,7 +12,8 @@ from tf2_msgs.msg import TFMessage
 
 from .. import msg, standard_messages
 from ..message_values import NO_ECHO
-from .convert_sonar import SonarHistory, Transducer, sonar_scan
+from ..robots import RobotModel, Transducer
+from .convert_sonar import SonarHistory, sonar_scan
 from .reader import BagError, Connection, Message, decode
 
 OLD_PACKAGES = ("p2os_driver", "p2os_msgs")
@@ -61,6 +63,7 @@ class Conversion(NamedTuple):
 
 CONVERSIONS: Dict[str, Conversion] = {
     "types": Conversion("p2os_driver/X and p2os_msgs/X are called pioneer_control/X; no byte of a message changes", is_old),
+    "info": Conversion("what robot it is, as --model says, where the bag does not tell", is_sonar, msg.RobotInfo, "robot_info"),
     "ranges": Conversion("a sensor_msgs/Range of each new reading, and the transducers' frames", is_sonar, Range, "sonar_ranges"),
     "points": Conversion("where the echoes were, sensor_msgs/PointCloud2", is_sonar, PointCloud2, "sonar_points"),
     "battery": Conversion("voltage as sensor_msgs/BatteryState", is_battery, BatteryState, "battery"),
@@ -68,6 +71,32 @@ CONVERSIONS: Dict[str, Conversion] = {
     "odom": Conversion("`pose` under the name that most programs look for", is_pose, Odometry, "odom", by_default=False),
 }
 DEFAULT = tuple(word for word, conversion in CONVERSIONS.items() if conversion.by_default)
+
+
+class Options(NamedTuple):
+    """What is wanted."""
+
+    what: Sequence[str] = DEFAULT
+    """names of CONVERSIONS"""
+    model: Optional[RobotModel] = None
+    """of a robot of which no robot_info tells where its sonar looks"""
+    gripper: bool = False
+    """whether that one has a gripper"""
+    replace: bool = False
+    """leave out what was converted, instead of keeping it beside"""
+    renamed: Mapping[str, str] = MappingProxyType({})
+    """frames, old name -> new name, in every message"""
+
+
+class Survey(NamedTuple):
+    """What has to be known of a bag before its first message is converted."""
+
+    connections: Sequence[Connection]
+    transducers: Mapping[str, Sequence[Transducer]]
+    """by the robot's namespace, where a robot_info tells"""
+    static_frames: Collection[str] = ()
+    """in /tf_static"""
+    compression: str = "none"
 
 
 class Outlet:
@@ -81,11 +110,13 @@ class Outlet:
         count: messages so far.
     """
 
-    def __init__(self, source: Connection, topic: str, type_: Optional[type], made: bool) -> None:
+    def __init__(self, source: Connection, topic: str, type_: Optional[type] = None, made: bool = True, latched: bool = False) -> None:
         self.source, self.topic, self.made, self.count = source, topic, made, 0
         self.header = source.header
         if type_ is not None:
             self.header = {**self.header, "type": type_._type, "md5sum": type_._md5sum, "message_definition": type_._full_text}
+        if latched:
+            self.header = {**self.header, "latching": "1"}
         if "topic" in self.header:
             self.header = {**self.header, "topic": topic}
 
@@ -115,12 +146,8 @@ class Converter:
     """Turns the messages of a bag, one after the other, into those of the new one.
 
     Args:
-        what: names of CONVERSIONS.
-        connections: of the old bag; a topic that is there already is not made.
-        transducers: where the sonar looks, by the robot's namespace, until a robot_info says otherwise.
-        static_frames: what /tf_static of the old bag knows; these transducers are not said again.
-        replace: leave out what was converted, instead of keeping it beside.
-        renamed: frames, old name -> new name, in every message.
+        options: what is wanted.
+        known: of the old bag. A topic that is there already is not made, nor are transducers that its /tf_static has.
 
     Attributes:
         outlets: of the new bag, in order of their first message.
@@ -130,16 +157,16 @@ class Converter:
         damaged: messages that say nothing, by topic; they are kept and nothing is made of them.
     """
 
-    def __init__(self, what: Collection[str], connections: Iterable[Connection], transducers: Dict[str, Sequence[Any]],
-                 static_frames: Collection[str] = (), replace: bool = False, renamed: Optional[Dict[str, str]] = None) -> None:
+    def __init__(self, options: Options, known: Survey) -> None:
         self.outlets: List[Outlet] = []
         self.dropped: Dict[str, int] = {}
         self.already_there: Set[str] = set()
         self.not_fitted = 0
         self.damaged: Dict[str, int] = {}
-        self._what, self._replace, self._renamed = what, replace, renamed or {}
-        self._topics = {connection.topic for connection in connections}
-        self._transducers, self._static_frames = dict(transducers), set(static_frames)
+        self._options, self._known = options, known
+        self._renamed = options.renamed
+        self._topics = {connection.topic for connection in known.connections}
+        self._transducers, self._static_frames = dict(known.transducers), set(known.static_frames)
         self._speeds: Dict[str, Tuple[float, float]] = {}               # m/s and rad/s, by namespace
         self._makers: Dict[int, Tuple[Connection, List[Make]]] = {}     # by the id of a connection, which is held so that it stays its own
 
@@ -161,20 +188,21 @@ class Converter:
     def _makers_of(self, connection: Connection) -> List[Make]:
         """What is done with each message of a connection, in this order."""
         outlets = {}
-        for word in self._what:
+        space, slash, _ = connection.topic.rpartition("/")
+        told = space in self._known.transducers     # what robot it is
+        for word in self._options.what:
             conversion = CONVERSIONS[word]
-            if conversion.made and conversion.fits(connection):
-                space, slash, _ = connection.topic.rpartition("/")
+            if conversion.made and conversion.fits(connection) and not (word == "info" and (told or self._options.model is None)):
                 topic = space + slash + conversion.topic
                 if topic in self._topics:
                     self.already_there.add(topic)
                 else:
-                    outlets[word] = Outlet(connection, topic, conversion.made, made=True)
+                    outlets[word] = Outlet(connection, topic, conversion.made, latched=word == "info")
         makers: List[Make] = []
-        if self._replace and outlets:
+        if self._options.replace and set(outlets) - {"info"}:
             makers.append(self._drop)
         else:
-            renamed = getattr(msg, connection.type.partition("/")[2]) if "types" in self._what and is_old(connection) else None
+            renamed = getattr(msg, connection.type.partition("/")[2]) if "types" in self._options.what and is_old(connection) else None
             makers.append(functools.partial(self._keep, Outlet(connection, connection.topic, renamed, made=False)))
         if connection.md5sum == msg.RobotInfo._md5sum:
             makers.append(self._note_transducers)
@@ -185,9 +213,8 @@ class Converter:
         if "battery" in outlets:
             makers.append(functools.partial(self._battery, outlets["battery"]))
         if is_sonar(connection) and outlets:
-            frames = Outlet(connection, STATIC_FRAMES, TFMessage, made=True)
-            frames.header = {**frames.header, "latching": "1"}
-            makers.append(functools.partial(self._sonar, outlets, frames, SonarHistory()))
+            outlets["frames"] = Outlet(connection, STATIC_FRAMES, TFMessage, latched=True)
+            makers.append(functools.partial(self._sonar, outlets, SonarHistory()))
         return makers
 
     # What is kept.
@@ -249,10 +276,12 @@ class Converter:
         old, stamp, base_link = self._head(message)
         return [self._written(outlet, standard_messages.battery(old.voltage, stamp, base_link), old)]
 
-    def _sonar(self, outlets: Dict[str, Outlet], frames: Outlet, history: SonarHistory, message: Message) -> Iterator[Written]:
-        robot = namespace_of(message.topic)
-        transducers = self._transducers[robot]
+    def _sonar(self, outlets: Dict[str, Outlet], history: SonarHistory, message: Message) -> Iterator[Written]:
+        robot, model = namespace_of(message.topic), self._options.model
         old, stamp, base_link = self._head(message)
+        if "info" in outlets and not outlets["info"].count:
+            yield outlets["info"], serialized(standard_messages.robot_info(model, self._options.gripper, stamp, base_link))
+        transducers = self._transducers.get(robot, model.sonar if model else ())
         readings = history.readings(old.ranges, transducers, stamp.to_sec())
         fitted = {transducer.number for transducer in transducers}
         self.not_fitted += sum(heard > 0 and number not in fitted for number, heard in enumerate(old.ranges))
@@ -261,7 +290,7 @@ class Converter:
             unknown = [each for each in transducers if standard_messages.frame_of(each.number, prefix) not in self._static_frames]
             if unknown:
                 self._static_frames |= {standard_messages.frame_of(each.number, prefix) for each in unknown}
-                yield frames, serialized(standard_messages.sonar_frames(transducers, stamp, base_link, prefix))
+                yield outlets["frames"], serialized(standard_messages.sonar_frames(transducers, stamp, base_link, prefix))
             for reading in readings:
                 if reading.age == 0:
                     made = standard_messages.sonar_range(reading.transducer.number, reading.range, stamp, prefix)

@@ -1,12 +1,13 @@
 """Arrays of sonar ranges, as a driver repeats them, read as what each transducer heard and when; and a scan of it."""
 
 import math
-from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
+from typing import Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
 from ..message_values import NO_ECHO, NOT_HEARD
+from ..robots import Transducer
 from ..standard_messages import MIN_RANGE
 
 ROUND = 0.32
@@ -15,19 +16,10 @@ BEAMS = 360
 """Directions of a scan; a degree, for where an echo is seen from the robot's middle depends on how far it is."""
 
 
-class Transducer(NamedTuple):
-    """Where a transducer sits and looks: m and rad in base_link."""
-
-    number: int
-    x: float
-    y: float
-    heading: float
-
-
 class Reading(NamedTuple):
     """What a transducer heard last: m, and how long ago, s. Age 0: just now."""
 
-    transducer: Any
+    transducer: Transducer
     range: float
     age: float
 
@@ -39,7 +31,7 @@ class SonarHistory:
         self._last: Dict[int, Tuple[float, float]] = {}     # by number: range, and when it was heard
         self._time = -math.inf
 
-    def readings(self, ranges: Sequence[float], transducers: Iterable[Any], time: float) -> List[Reading]:
+    def readings(self, ranges: Sequence[float], transducers: Iterable[Transducer], time: float) -> List[Reading]:
         """The newest reading of each transducer in an array that came at a time (s); none of those not heard."""
         if time < self._time:   # it began anew
             self._last.clear()
@@ -58,7 +50,7 @@ class SonarHistory:
         return found
 
 
-def sonar_scan(points: Iterable[Tuple[float, float]], silent: Iterable[Any], transducers: Iterable[Any], stamp, base_link_frame: str) -> LaserScan:
+def sonar_scan(points: Iterable[Tuple[float, float]], silent: Iterable[Transducer], transducers: Iterable[Transducer], stamp, base_link_frame: str) -> LaserScan:
     """A scan all round base_link: echoes (m, base_link), infinity where a transducer of ``silent`` has none in sight, NaN where none looks (REP 117)."""
     step = 2 * math.pi / BEAMS
     ranges = [math.nan] * BEAMS

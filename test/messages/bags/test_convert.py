@@ -30,7 +30,7 @@ from pioneer_control.robots import find_model
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "driver"))
 
-from robot_reports import STATE  # noqa: E402
+from robot_reports import STATE, identity_of  # noqa: E402
 
 SONAR = find_model("p3dx-sh").sonar
 ALL = tuple(CONVERSIONS)
@@ -138,8 +138,8 @@ class TestMade:
         assert code == 0
         new = {topic: connection.type for topic, connection, _, _ in read(path)}
         before = {topic: connection.type for topic, connection, _, _ in read(old)}
-        assert set(new) - set(before) == {"/sonar_ranges", "/sonar_points", "/battery", "/tf_static"} and set(before) <= set(new)
-        assert DEFAULT == ("types", "ranges", "points", "battery")
+        assert set(new) - set(before) == {"/sonar_ranges", "/sonar_points", "/battery", "/tf_static", "/robot_info"} and set(before) <= set(new)
+        assert DEFAULT == ("types", "info", "ranges", "points", "battery")
         for line in ("renamed /sonar: 20 of p2os_msgs/SonarArray are pioneer_control/SonarArray", "made    /battery: 20 of sensor_msgs/BatteryState from 20",
                      "made    /sonar_points: 20 of", "made    /tf_static: 1 of", "kept    21 as they were, of /others, /pose"):
             assert line in said
@@ -195,8 +195,19 @@ class TestMade:
         writer.close()
         path, _, _ = converted(tmp_path / "old.bag", "--model", "p3dx-sh")
         found = {(topic, connection.caller, connection.latching, connection.header["topic"], time) for topic, connection, _, time in read(path)}
-        assert found == {(topic, "/a/p2os", topic == "/tf_static", topic, 123456789)
-                         for topic in ("/a/sonar", "/a/sonar_ranges", "/a/sonar_points", "/tf_static")}
+        assert found == {(topic, "/a/p2os", topic in ("/tf_static", "/a/robot_info"), topic, 123456789)
+                         for topic in ("/a/sonar", "/a/sonar_ranges", "/a/sonar_points", "/a/robot_info", "/tf_static")}
+
+    @pytest.mark.parametrize("gripper", [False, True])
+    def test_a_robot_of_a_model_says_so_as_the_driver_would(self, bag, converted, gripper):
+        """A bag that was converted needs no model any more, and draws and runs as one of ours."""
+        path, code, said = converted(bag(driven(name="/alice")), "--model", "p2dx", "info", *(["--gripper"] if gripper else []), "--replace")
+        (info, _), = made(path, "/alice/robot_info")
+        live = conversions.robot_info(identity_of("p2dx", gripper=gripper), genpy.Time.from_sec(1000.01), "base_link")
+        live.name = live.type = live.firmware = ""      # what the robot itself would tell
+        assert serialized(info) == serialized(live) and (info.subtype, info.has_gripper) == ("p2dx", gripper)
+        assert len(made(path, "/alice/sonar")) == 20, "nothing replaces it"
+        assert main([path, path + "2", "points"]) == 0
 
     def test_odom_is_pose_byte_by_byte(self, bag, converted):
         path, code, said = converted(bag(driven()), "odom")
@@ -298,8 +309,10 @@ class TestSonar:
 class TestFiles:
     def test_arguments_that_make_no_sense(self, tmp_path, bag, converted):
         old = bag(driven())
-        for arguments, text in ((["sonar"], "'sonar' cannot be converted (legal: types, ranges, points, battery, scan, odom)"),
+        for arguments, text in ((["sonar"], "'sonar' cannot be converted (legal: types, info, ranges, points, battery, scan, odom)"),
                                 (["--frame", "odom"], "--frame odom: not of the form OLD=NEW"), (["--frame", "=x"], "not of the form"),
+                                (["--gripper"], "--gripper says something of the robot that --model names: name it"),
+                                (["--gripper", "--model", "amigo-sh"], "--gripper: a model amigo-sh carries no gripper"),
                                 (["--model", "p3dx-hs"], "unknown robot model 'p3dx-hs' (near: p3dx-sh"),
                                 (["--model", "p3dx-sh", "--models-file", "/none"], "models file /none cannot be read"),
                                 ([], "does not say where the transducers of /sonar look")):
