@@ -12,9 +12,10 @@ A simulated robot writes it, in simulated s, and `bags.wire` makes one of a bag;
 Lines that begin with # are for people. A packet may be spread over several lines, which is how it went over the line.
 """
 
-from typing import Dict, Iterable, Iterator, List, NamedTuple, Tuple
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from ..errors import UsageError
+from .commands import COMMANDS, SYNC0, SYNC1, SYNC2
 from .explain import Piece, explain_piece, in_one_line, parse_hex, pieces
 from .framing import HEADER, PARTIAL_TIMEOUT
 
@@ -79,6 +80,20 @@ def told(lines: Iterable[str], long: bool = False, grip_state_first: bool = True
         UsageError: as `entries` does.
     """
     streams: Dict[Tuple[int, bool], Tuple[float, bytes]] = {}
+    answers: Dict[int, Optional[int]] = {}      # the id of what each robot said last; None since CLOSE: 0, 1, 2 are SYNCs until it is connected
+
+    def step(robot: int, to_robot: bool, piece: Piece) -> str:
+        """The name of a step of a connection, whose packets are those of PULSE, OPEN and CLOSE; empty for any other packet."""
+        if piece.frame is None or piece.wrong:
+            return ""
+        number, answer = piece.frame.id, answers.get(robot, -1)
+        if not to_robot:
+            answers[robot] = number
+        elif number == SYNC0 and answer in (None, SYNC0, SYNC1) or number in (SYNC1, SYNC2) and answer == number - 1:
+            return f"SYNC{number}"
+        elif number == COMMANDS["CLOSE"].number:
+            answers[robot] = None
+        return ""
 
     def said(time: float, robot: int, to_robot: bool, found: List[Piece]) -> Iterator[str]:
         head = f"{time:12.6f}  robot {robot} {'<-' if to_robot else '->'} "
@@ -87,7 +102,7 @@ def told(lines: Iterable[str], long: bool = False, grip_state_first: bool = True
                 yield head.rstrip()
                 yield from explain_piece(piece, to_robot, not to_robot, grip_state_first)
             else:
-                yield head + in_one_line(piece, to_robot, grip_state_first)
+                yield head + (step(robot, to_robot, piece) or in_one_line(piece, to_robot, grip_state_first))
 
     for time, robot, to_robot, data, note in entries(lines):
         for stream, (before, held) in list(streams.items()):

@@ -52,6 +52,15 @@ def test_a_wrong_checksum_and_packets_that_make_no_sense():
     assert "(wrong checksum: D3 00)" in lines[0] and "what its data mean is not known" in lines[1] and "command 200, which no Pioneer knows" in lines[2]
 
 
+def test_the_steps_of_a_connection_have_their_names():
+    frames = [p2os.encode_frame(number) for number in range(3)]
+    ways = [(True, 0), (True, 2), (True, 0), (False, 0), (True, 1), (False, 1), (True, 2), (False, 2), (True, 1), (True, 0), (True, 2), (True, 0), (True, 1)]
+    made = [Entry(float(at), 1, to_robot, frames[number]) for at, (to_robot, number) in enumerate(ways)]
+    made.insert(9, Entry(8.5, 1, False, SIP))
+    names = [line.split("<- ")[1] for line in told(record(*made)) if "<-" in line]
+    assert names == ["PULSE", "CLOSE", "SYNC0", "SYNC1", "SYNC2", "OPEN", "PULSE", "CLOSE", "SYNC0", "OPEN"]
+
+
 def test_notes_stand_between():
     assert list(told(record(Entry(1.5, 0, False, b"", "fault begins: cable")))) == ["    1.500000  fault begins: cable"]
 
