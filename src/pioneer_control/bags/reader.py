@@ -136,32 +136,31 @@ class _File:
     def _read_index(self, source: Source, connection_count: int, chunk_count: int) -> None:
         """Learn of all connections and chunks, unless something there is damaged or missing."""
         connections: Dict[int, Optional[Connection]] = {}
-        infos: Dict[int, Record] = {}
+        chunks: Dict[int, _Chunk] = {}
         bad: List[int] = []
-        inside: Dict[int, FrozenSet[int]] = {}
-        counts: Dict[int, int] = {}
         same: Dict[FrozenSet[int], FrozenSet[int]] = {}     # most chunks have the same connections: one set for all of them
         for record in records(source, self._index, lambda chunk: True, lambda begin, end: bad.append(begin)):
             if record.op == CONNECTION:
                 connections[record.connection] = _connection(record, source.data(record))
             elif record.op == CHUNK_INFO:
+                counts = dict(TIME.iter_unpack(source.data(record)))    # by connection
+                inside = same.setdefault(frozenset(counts), frozenset(counts))
                 position, = U64.unpack(record.fields[b"chunk_pos"])
-                numbers = list(TIME.iter_unpack(source.data(record)))    # pairs: connection, messages
-                found = frozenset(number for number, _ in numbers)
-                infos[position], inside[position], counts[position] = record, same.setdefault(found, found), sum(count for _, count in numbers)
+                start, end = nanoseconds(record.fields[b"start_time"]), nanoseconds(record.fields[b"end_time"])
+                chunks[position] = _Chunk(start, end, start, sum(counts.values()), inside)
             else:
                 return
-        if bad or None in connections.values() or (len(connections), len(infos)) != (connection_count, chunk_count):
+        if bad or None in connections.values() or (len(connections), len(chunks)) != (connection_count, chunk_count):
             return
         self.indexed = True
         for number, connection in connections.items():
             self._know(number, connection)
         earliest = None
-        for position in sorted(infos, reverse=True):
-            start, end = (nanoseconds(infos[position].fields[name]) for name in (b"start_time", b"end_time"))
-            earliest = start if earliest is None else min(start, earliest)
-            foreign = not any(self._wanted.get(number, True) for number in inside[position])
-            self._chunks[position] = _Chunk(start, end, earliest, counts[position], inside[position] if foreign else frozenset())
+        for position in sorted(chunks, reverse=True):
+            chunk = chunks[position]
+            earliest = chunk.start if earliest is None else min(chunk.start, earliest)
+            wanted = any(self._wanted.get(number, True) for number in chunk.foreign)
+            self._chunks[position] = chunk._replace(earliest=earliest, foreign=frozenset() if wanted else chunk.foreign)
 
     def _know(self, number: int, connection: Optional[Connection]) -> None:
         if connection is None:
