@@ -76,7 +76,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         return 130
     for run in runs:
         if run.damage:
-            print(f"draw_run: {run.damage}", file=sys.stderr)
+            print(f"draw_run: {run.path}: {run.damage}", file=sys.stderr)
     print(output)
     return 0
 

@@ -193,7 +193,7 @@ class TestCommand:
             file.truncate(int(0.6 * file.seek(0, 2)))
         assert draw.main([bag]) == 0
         told = capsys.readouterr()
-        assert told.out.strip() == str(tmp_path / "run.png") and told.err.startswith("draw_run: run.bag ")
+        assert told.out.strip() == str(tmp_path / "run.png") and told.err.startswith(f"draw_run: {bag}: ")
 
     def test_robots_of_one_bag_are_compared(self, tmp_path):
         bag = make.write_bag(tmp_path / "run.bag", list(make.driven(seconds=1, name="alice")) + list(make.driven(seconds=1, name="bob")))
