@@ -195,12 +195,12 @@ class Grid:
     """The last OccupancyGrid."""
 
     def __init__(self) -> None:
-        self.map: Optional[Map] = None
+        self.last: Optional[Map] = None
 
     def add(self, time: float, message: Any) -> None:
         info = message.info
         corner = (info.origin.position.x, info.origin.position.y, _heading(info.origin.orientation))
-        self.map = Map(np.array(message.data, dtype=np.int8).reshape(info.height, info.width), info.resolution, corner)
+        self.last = Map(np.array(message.data, dtype=np.int8).reshape(info.height, info.width), info.resolution, corner)
 
 
 class Spans:
@@ -354,6 +354,8 @@ class Topic(NamedTuple):
     """makes what its messages are added to: ``add(time, message)``"""
     periodic: bool = False
     """whether silence is a gap"""
+    shared: bool = False
+    """whether one of another namespace counts where the robot has none: a world, or a recording, of several robots"""
 
 
 TOPICS: Dict[str, Topic] = {
@@ -371,10 +373,10 @@ TOPICS: Dict[str, Topic] = {
     "bumpers": Topic("Bumpers", lambda: Spans(pressed), True),
     "decision": Topic("Decision", Decisions),
     "robot_info": Topic("RobotInfo", Ends),
-    "cans": Topic("PoseArray", Ends),
-    "map": Topic("OccupancyGrid", Grid),
-    "world": Topic("String", Ends),
-    "recording": Topic("String", Ends),
+    "cans": Topic("PoseArray", Ends, shared=True),
+    "map": Topic("OccupancyGrid", Grid, shared=True),
+    "world": Topic("String", Ends, shared=True),
+    "recording": Topic("String", Ends, shared=True),
 }
 ODOMETRY = ("pose", "odom")     # the first that is there
 KEPT = tuple(sorted({"/" + topic.type for topic in TOPICS.values() if topic.keeper is Ends}))   # messages that are kept whole
@@ -403,11 +405,8 @@ class Gatherer:
         self.robot = robot
         self.robots: Dict[str, Robot] = {}
         self.faults = Faults()
-        self.map = Grid()
         self.undecoded: Dict[str, int] = {}     # by topic
-        self._shared = {
-            ("diagnostics", "DiagnosticArray"): self.faults.add_diagnostics, ("rosout", "Log"): self.faults.add_log,
-            ("map", "OccupancyGrid"): self.map.add}
+        self._of_all = {("diagnostics", "DiagnosticArray"): self.faults.add_diagnostics, ("rosout", "Log"): self.faults.add_log}
         self._adders: Dict[Tuple[str, str], List[Callable[[float, Any], Any]]] = {}     # by topic and type
         self._filled: Dict[type, Any] = {}      # a message of each class: to fill one again takes half the time of a new one
 
@@ -420,8 +419,8 @@ class Gatherer:
         key = connection.topic.strip("/"), connection.type.split("/")[-1]
         if key not in self._adders:
             namespace, name = _split(connection.topic)
-            adders = [self._shared[key]] if key in self._shared else []
-            if _fits(connection) and self.robot in (None, namespace):
+            adders = [self._of_all[key]] if key in self._of_all else []
+            if _fits(connection) and (self.robot in (None, namespace) or TOPICS[name].shared):
                 robot = self.robots.setdefault(namespace, Robot())
                 adders.append(robot[name].add)
                 if TOPICS[name].periodic:
@@ -439,6 +438,11 @@ class Gatherer:
                 add(time, message)
         except (BagError, ValueError, ArithmeticError):     # bytes of the file that are no message, or one of numbers that are none
             self.undecoded[connection.topic] = self.undecoded.get(connection.topic, 0) + 1
+
+    def nearest(self, robot: str, name: str) -> Any:
+        """What was kept of a shared topic: the robot's own, else that of a namespace around it, from within, else any."""
+        around = sorted(self.robots, key=lambda place: (not f"{robot}/".startswith(f"{place}/" * bool(place)), -len(place)))
+        return next((self.robots[place][name] for place in around if self.robots[place][name].last is not None), self.robots[robot][name])
 
 
 def gather(paths: Sequence[str], robot: Optional[str] = None, progress: Optional[Callable[[int, int], Any]] = None) -> Run:
@@ -490,7 +494,7 @@ def _run(path: str, name: str, robots: Sequence[str], gatherer: Gatherer, reader
     robot = gatherer.robots[name]
     if robot.odometry is None:
         raise BagError(f"{path} has no message of the odometry of {name or '/'}. {reader.damage}".strip())
-    info, world, recording = robot["robot_info"].last, robot["world"].last, robot["recording"].last
+    info, world, recording = robot["robot_info"].last, gatherer.nearest(name, "world").last, gatherer.nearest(name, "recording").last
     gaps = [gap for topic, rhythm in sorted(robot.rhythms.items()) for gap in rhythm.gaps(topic, reader.end / 1e9)]
     undecoded = [f"{plural(count, 'message')} on {topic} could not be understood." for topic, count in sorted(gatherer.undecoded.items())]
     return Run(
@@ -505,8 +509,8 @@ def _run(path: str, name: str, robots: Sequence[str], gatherer: Gatherer, reader
         sonar=robot["sonar"].sonar,
         gripper=robot["gripper_state"].events,
         cans=tuple(
-            np.array([(p.position.x, p.position.y, p.position.z) for p in message.poses]).reshape(-1, 3) for message in robot["cans"].both),
-        map=robot["map"].map or gatherer.map.map,
+            np.array([(p.position.x, p.position.y, p.position.z) for p in message.poses]).reshape(-1, 3) for message in gatherer.nearest(name, "cans").both),
+        map=gatherer.nearest(name, "map").last,
         commanded=robot["cmd_vel"].velocities,
         measured=robot.odometry.velocities,
         battery=robot["battery_state"].series if len(robot["battery_state"].series.time) else robot["battery"].series,

@@ -182,6 +182,24 @@ class TestRobots:
         assert run.robot == "pioneer"
 
 
+class TestShared:
+    """Several simulated robots have one world, and one recording has one description."""
+
+    def test_what_is_around_the_robot_counts_where_it_has_none_of_its_own(self, run_of):
+        poses = [(f"/lab/{name}/pose", make.odometry(0.0, 0.0, 0.0), 1.0) for name in ("a", "b")]
+        worlds = [(f"{place}/world", String(place), 1.0) for place in ("", "/lab", "/lab/b", "/other")]
+        notes = [("/lab/a/recording", String("notes"), 1.0)]
+        grid = [("/map", make.room(2.0, 1.0), 1.0)]
+        for name, world in (("lab/a", "/lab"), ("lab/b", "/lab/b")):
+            run = run_of(poses + worlds + notes + grid, robot=name)
+            assert (run.world, run.notes, run.map.cells.shape) == (world, "notes", (22, 42))
+
+    def test_what_is_the_robots_alone_is_not(self, run_of):
+        poses = [(f"/lab/{name}/pose", make.odometry(0.0, 0.0, 0.0), 1.0) for name in ("a", "b")]
+        run = run_of(poses + [("/lab/a/battery_state", make.battery(12.0), 1.0), ("/lab/cmd_vel", make.twist(1.0), 1.0)], robot="lab/b")
+        assert len(run.battery.time) == len(run.commanded.time) == 0
+
+
 class TestParts:
     def test_they_are_one_run(self, tmp_path):
         messages, told = sorted(make.eventful(), key=lambda entry: entry[2]), []
