@@ -29,7 +29,7 @@ from .recording_description import Description, description_of
 from .recording_topics import load_list, topics_of
 from .redrive_schedule import OTHERS, VALID, VELOCITIES, Order, duration, fastest, schedule
 from .replay import absolute, bag_files
-from .replay_stage import Interrupted, Keeper, Programs, alive, begin, explain_roslaunch, free_name, nodes, put_back, say, wait_until
+from .replay_stage import Interrupted, Keeper, Programs, alive, begin, explain_roslaunch, free_name, nodes, put_back, say, say_what_is_kept, wait_until
 from .run import Track, read_run
 
 KINDS = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}
@@ -179,6 +179,9 @@ class Redrive:
             self._switch_motors_on(robot)
             self._drive(robot)
             wait_until("the robot to stand", self._stands, robot)
+        except BaseException:
+            say_what_is_kept(keeper)
+            raise
         finally:
             self._stop()
             self._programs.end_all()

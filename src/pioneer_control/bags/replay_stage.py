@@ -93,7 +93,7 @@ class Keeper:
             self.heard_at = time.monotonic()
 
     def close(self) -> None:
-        """Close the bag; what comes now is dropped. May be called twice."""
+        """Close the bag; what comes now is dropped. A bag in which there is nothing is no bag. May be called twice."""
         for subscriber in self._subscribers:
             subscriber.unregister()
         self._subscribers = []
@@ -101,6 +101,14 @@ class Keeper:
             bag, self._bag = self._bag, None
             if bag is not None:
                 bag.close()
+                if not self.counts:
+                    os.remove(self.path)
+
+
+def say_what_is_kept(keeper: Keeper) -> None:
+    """Of something that ended before it was done."""
+    if keeper.counts:
+        say(f"What happened until it ended is in {keeper.path}")
 
 
 class Programs:

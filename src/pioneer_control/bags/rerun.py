@@ -24,7 +24,7 @@ from .reader import BagError, decode, read_bag
 from .recording_description import description_of
 from .redrive_schedule import VELOCITIES
 from .replay import absolute, aside, bag_files, player, recorded_topics
-from .replay_stage import INTERVAL, Interrupted, Keeper, Programs, alive, begin, connected, explain_roslaunch, free_name, graph, nodes, put_back, say, wait_until
+from .replay_stage import INTERVAL, Interrupted, Keeper, Programs, alive, begin, connected, explain_roslaunch, free_name, graph, nodes, put_back, say, say_what_is_kept, wait_until
 from .rerun_compare import Velocity, Verdict, judge_decisions, judge_others, judge_velocities
 
 RERUN = "rerun"
@@ -33,6 +33,8 @@ KINDS = {"decision": Decision, "cmd_vel": Twist, "cmd_wheels": WheelVelocities, 
 SERVICES = "set_motors", "enable_motors", "disable_motors", "set_sonar", "reset_odometry"
 """Of a driver: the program does not reach those of one that is alive either."""
 PLAYER = "/play_rerun"
+SETTLED = 1.0  # s without a new topic: the program listens to all it is going to listen to
+WAITS_FOR_TIME = 5.0  # s in which it listens to the clock only: it wants to see the time go on first
 QUIET = 10.0  # s without a word from the program: it has nothing more to say
 LAST_WORD = 0.5  # s: that many decisions as there were are enough, when no other follows
 
@@ -148,6 +150,9 @@ class Rerun:
             rospy.set_param("/use_sim_time", True)
             rospy.set_param(live.node, dict(live.parameters, **limits([message for _, message in live.commanded.get("decision", [])])))
             self._play(keeper)
+        except BaseException:
+            say_what_is_kept(keeper)
+            raise
         finally:
             self._programs.end_all()
             keeper.close()
@@ -184,7 +189,8 @@ class Rerun:
         self._wait_for_end(bag, program, keeper)
 
     def _wait_for_ears(self, program: subprocess.Popen, bag: subprocess.Popen) -> None:
-        """Until the program listens to what it is going to listen to, and is connected with the player."""
+        """Until the program listens to what it is going to listen to, and is connected with the player; or until it seems to wait for the time to go on."""
+        played = {absolute(topic) for topic in self._topics}
         before: Any = None
         since = time.monotonic()
 
@@ -193,9 +199,12 @@ class Rerun:
             heard = {topic for topic, names in graph().subscribers.items() if self._live.node in names}
             if heard != before:
                 before, since = heard, time.monotonic()
-            return bool(heard & {absolute(topic) for topic in self._topics}) and time.monotonic() - since > 1.0 and connected(PLAYER, self._live.node, heard)
+            unchanged = time.monotonic() - since
+            if heard & played:
+                return unchanged > SETTLED and connected(PLAYER, self._live.node, heard)
+            return bool(heard) and unchanged > WAITS_FOR_TIME
 
-        wait_until(f"{self._given.program} to listen to something that is in the bag", ready, [program, bag])
+        wait_until(f"{self._given.program} to be there", ready, [program, bag])
 
     def _wait_for_end(self, bag: subprocess.Popen, program: subprocess.Popen, keeper: Keeper) -> None:
         """Until the bag is over and the program has said all it has to say."""
