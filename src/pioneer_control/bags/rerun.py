@@ -89,12 +89,14 @@ def _parameters(said: Sequence[str], node: str) -> Dict[str, Any]:
     return {}
 
 
-def limits(decisions: Sequence[Any]) -> Dict[str, List[float]]:
-    """When each wander decided first and last, stamps in s: a re-run begins and ends each with the same messages."""
+def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
+    """What a program needs to decide the same again: the seed, and when each wander decided first and last, stamps in s."""
     stamps: Dict[int, List[float]] = {}
     for decision in decisions:
         stamps.setdefault(decision.wander, []).append(decision.header.stamp.to_sec())
-    return {"begin_at": [min(each) for each in stamps.values()], "end_at": [max(each) for each in stamps.values()]}
+    seeds = [decision.seed for decision in decisions[:1] if abs(decision.seed) < 2 ** 31]  # the parameter server takes no more
+    return {"begin_at": [min(each) for each in stamps.values()], "end_at": [max(each) for each in stamps.values()],
+            **dict(zip(["seed"], seeds))}
 
 
 def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Verdict:
@@ -148,7 +150,7 @@ class Rerun:
         parameters_before = rospy.get_param(live.node, None)
         try:
             rospy.set_param("/use_sim_time", True)
-            rospy.set_param(live.node, dict(live.parameters, **limits([message for _, message in live.commanded.get("decision", [])])))
+            rospy.set_param(live.node, dict(live.parameters, **decided([message for _, message in live.commanded.get("decision", [])])))
             self._play(keeper)
         except BaseException:
             say_what_is_kept(keeper)

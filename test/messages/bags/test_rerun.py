@@ -57,11 +57,17 @@ class TestWhatTheBagTells:
 
     def test_a_wander_begins_and_ends_where_it_did(self, bag):
         live = rerun.read_live([bag], "pioneer", "")
-        limits = rerun.limits([message for _, message in live.commanded["decision"]])
-        assert limits == {"begin_at": pytest.approx([11.0, 13.0]), "end_at": pytest.approx([12.9, 14.9])}
+        decided = rerun.decided([message for _, message in live.commanded["decision"]])
+        assert decided.pop("seed") == live.commanded["decision"][0][1].seed
+        assert decided == {"begin_at": pytest.approx([11.0, 13.0]), "end_at": pytest.approx([12.9, 14.9])}
 
     def test_without_decisions_there_are_no_limits(self):
-        assert rerun.limits([]) == {"begin_at": [], "end_at": []}
+        assert rerun.decided([]) == {"begin_at": [], "end_at": []}
+
+    def test_a_seed_that_no_parameter_can_hold_is_left_out(self):
+        large = decision(1.0, 1)
+        large.seed = 2 ** 31
+        assert rerun.decided([large]) == {"begin_at": [1.0], "end_at": [1.0]}
 
     def test_of_a_bag_that_does_not_say_who_it_was_the_programs_name_is_taken(self, tmp_path):
         path = make.write_bag(tmp_path / "old.bag", [("/pioneer/cmd_vel", twist(0.1), 1.0)])
