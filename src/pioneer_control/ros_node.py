@@ -135,7 +135,7 @@ def ticks(rate: float, duration: float) -> Iterator[None]:
         pace.sleep()
 
 
-class _Impatient(xmlrpc.client.Transport):
+class Impatient(xmlrpc.client.Transport):
     """Waits so many seconds for each piece of an answer; then it raises OSError."""
 
     def __init__(self, timeout: float) -> None:
@@ -151,7 +151,7 @@ class _Impatient(xmlrpc.client.Transport):
 def is_offered(service: str, timeout: float) -> Optional[bool]:
     """Whether some node offers a service (its full name); None when the master does not say within ``timeout`` s. rospy would wait for ever."""
     try:
-        with xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=_Impatient(timeout)) as master:
+        with xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=Impatient(timeout)) as master:
             code, _, _ = master.lookupService(rospy.get_caller_id(), service)
     except (OSError, http.client.HTTPException, xmlrpc.client.Error):
         return None

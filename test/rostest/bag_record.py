@@ -108,7 +108,7 @@ class Witness:
 
     def __init__(self, topics):
         self.heard = {topic: [] for topic in topics}
-        self._subscribers = [rospy.Subscriber(topic, rospy.AnyMsg, lambda message, topic=topic: self.heard[topic].append(message._buff)) for topic in topics]
+        self.subscribers = [rospy.Subscriber(topic, rospy.AnyMsg, lambda message, topic=topic: self.heard[topic].append(message._buff)) for topic in topics]
 
     def pose(self, robot):
         """The newest."""
@@ -177,7 +177,7 @@ class Record(unittest.TestCase):
         wait_until("it is said that nobody is there", lambda: "nothing is published under /nobody" in cls.log("parts"))
         cls.pull_cables()
         rosnode.kill_nodes([f"/{robot}/p2os" for robot in ROBOTS])
-        wait_until("the drivers are gone", lambda: not {f"/{robot}/p2os" for robot in ROBOTS} & set(rosnode.get_node_names()))
+        wait_until("the drivers are gone", lambda: not any(subscriber.get_num_connections() for subscriber in cls.witness.subscribers))
         os.killpg(parts.pid, signal.SIGINT)
         parts.wait(PATIENCE)
 
@@ -327,6 +327,13 @@ class Record(unittest.TestCase):
         self.assertIn("killed.bag.active is there already", again.stderr)
         with open(self.killed + ".bag.active", "rb") as file:
             self.assertEqual(file.read(), before)
+
+    def test_a_closed_terminal_closes_the_bag(self):
+        recorder = self.start("closed", "rosrun", "pioneer_control", "record", "robot1", "--bag=closed", "__name:=closed")
+        wait_until("it records", lambda: "topics into" in self.log("closed"))
+        os.killpg(recorder.pid, signal.SIGHUP)
+        self.assertEqual(recorder.wait(PATIENCE), 0)
+        self.assertEqual([os.path.basename(path) for path in parts_of(os.path.join(self.folder, "closed"))], ["closed.bag"])
 
     def test_a_second_recorder_of_the_same_name_does_not_end_the_first(self):
         self.assertEqual(self.second.returncode, 1)

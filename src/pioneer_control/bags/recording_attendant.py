@@ -11,10 +11,11 @@ import rosgraph
 import rospy
 from std_msgs.msg import String
 
-from ..ros_node import init_node
+from ..ros_node import Impatient, init_node
 from .recording_description import Description, nodes_of, now, text_of, versions
 from .recording_disk import USUAL_RATE, DiskWatch, Notice, Sample
-from .recording_start import WHAT_TO_DO, Recording, free_space, parts_of
+from .recording_start import PATIENCE, WHAT_TO_DO, Recording, free_space, parts_of
+from .recording_topics import whole_name
 
 TICK = 0.2
 """s between two looks whether the recorder is there."""
@@ -61,7 +62,7 @@ def silent(recording: Recording, state: Sequence[Any]) -> Iterator[Notice]:
     robots = sorted({topic.rpartition("/")[0].strip("/") for topic in published if topic.endswith("/pose")})
     gone = []
     for robot in recording.robots:
-        own = {topic for topic in published if topic.startswith(f"/{robot}/") and not topic.endswith("/recording")}
+        own = not robot or {topic for topic in published if topic.startswith(f"/{robot}/") and not topic.endswith("/recording")}
         if not own:
             gone.append(robot)
             yield Notice("warning", f"nothing is published under /{robot}: is that the robot's name, and does its driver run? "
@@ -72,11 +73,11 @@ def silent(recording: Recording, state: Sequence[Any]) -> Iterator[Notice]:
             yield Notice("warning", f"nobody publishes {topic}, which was asked for" + (" (set the driver's publish_wire)" if topic.endswith("/wire") else ""))
 
 
-def seen_by_master(master: Any) -> Optional[Tuple[Sequence[Any], Dict[str, Any]]]:
+def seen_by(master: Any) -> Optional[Tuple[Sequence[Any], Dict[str, Any]]]:
     """Nodes and parameters; None when the master does not say."""
     try:
-        return master.getSystemState(), master.getParam("/")
-    except (OSError, http.client.HTTPException, xmlrpc.client.Error, rosgraph.MasterException):
+        return master.getSystemState(rospy.get_name())[2], master.getParam(rospy.get_name(), "/")[2]
+    except (OSError, http.client.HTTPException, xmlrpc.client.Error):
         return None
 
 
@@ -108,18 +109,18 @@ def attend(recording: Recording, recorder: int, name: str, notices: Sequence[Not
         pass
     say(notices)
     parts = f", a new part each {recording.split[1]} {'MB' if recording.split[0] == 'size' else 's'}" if recording.split[0] else ""
-    rospy.loginfo("recording %s: %d topics into %s (%s%s)", ", ".join(recording.robots), len(recording.topics), recording.file, recording.compression, parts)
+    rospy.loginfo("recording %s: %d topics into %s (%s%s)", ", ".join("/" + robot for robot in recording.robots), len(recording.topics), recording.file, recording.compression, parts)
     disk = DiskWatch(recording.folder, recording.keep_free, USUAL_RATE[recording.compression] * len(recording.robots))
     say([disk.first(sample(recording))])
-    publishers = [rospy.Publisher(f"/{robot}/recording", String, queue_size=1, latch=True) for robot in recording.robots]
+    publishers = [rospy.Publisher(whole_name(robot, "recording"), String, queue_size=1, latch=True) for robot in recording.robots]
     descriptions = Descriptions(recording, lambda text: [publisher.publish(text) for publisher in publishers])
-    master = rosgraph.Master(rospy.get_name())
+    master = xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=Impatient(PATIENCE))
     due, told = start, False
     while not rospy.is_shutdown() and os.getppid() == recorder:
         if monotonic() >= due:
             due = monotonic() + LOOK
             say(disk.look(sample(recording)))
-            seen = seen_by_master(master)
+            seen = seen_by(master)
             if seen:
                 descriptions.look(monotonic(), *seen)
                 if not told and monotonic() > start + GRACE:

@@ -5,8 +5,10 @@ a recording, also an unfinished one, is overwritten or ended by another.
 """
 
 import argparse
+import http.client
 import os
 import re
+import signal
 import socket
 import sys
 import tempfile
@@ -26,6 +28,8 @@ CHUNK = 64
 smaller, and lose 9 s; bench/recording.md."""
 KEEP_FREE = 256 * MB
 """Bytes that are left on the disk: ten hours of one robot, and the computer goes on. At rosbag's own 1 GB it warns from 5 GB on."""
+PATIENCE = 3.0
+"""s for an answer of the master, or of a recorder."""
 LEFT = 60.0
 """s after the last write at which an unfinished bag is taken for one whose recorder is gone."""
 
@@ -88,8 +92,8 @@ def recording_of(arguments: argparse.Namespace, now: time.struct_time) -> Record
     """
     robots = tuple(dict.fromkeys(name.strip("/") for argument in arguments.robots for name in argument.replace(",", " ").split()))
     for robot in robots:
-        if not NAME.fullmatch(robot):
-            raise UsageError(f"{robot!r} is no name of a robot: give its namespace, like pioneer; several with spaces between them")
+        if robot and not NAME.fullmatch(robot):
+            raise UsageError(f"{robot!r} is no name of a robot: give its namespace, like pioneer; several with spaces between them; / if it has none")
     if not robots:
         raise UsageError("no robot is named: give its namespace, like pioneer")
     compression = arguments.compression or COMPRESSIONS[0]
@@ -129,7 +133,8 @@ def stem_of(bag: str, robots: Sequence[str], now: time.struct_time) -> str:
     """The absolute path of the bag without its ending: as it was said, or named by robots and time where nothing or a directory was."""
     path = os.path.abspath(os.path.expanduser(bag)) if bag else os.getcwd()
     if not bag or bag.endswith("/") or os.path.isdir(path):
-        who = "_".join(robots) if len(robots) <= 3 else f"{robots[0]}_and_{len(robots) - 1}_more"
+        names = [robot or "robot" for robot in robots]
+        who = "_".join(names) if len(names) <= 3 else f"{names[0]}_and_{len(names) - 1}_more"
         return os.path.join(path, who.replace("/", "-") + time.strftime("_%Y-%m-%d-%H-%M-%S", now))
     for ending in (".active", ".bag"):
         path = path[:-len(ending)] if path.endswith(ending) else path
@@ -194,20 +199,20 @@ def check_alone(node: str) -> None:
     """
     import rosgraph
 
+    socket.setdefaulttimeout(PATIENCE)
     try:
         uri = rosgraph.Master("/record").lookupNode(node)
     except rosgraph.MasterException:
         return
-    except OSError as error:
-        raise UsageError(f"there is no ROS master at {rosgraph.get_master_uri()}: start the robot first, or roscore") from error
-    before = socket.getdefaulttimeout()
-    socket.setdefaulttimeout(1.0)
-    try:
-        xmlrpc.client.ServerProxy(uri).getPid("/record")
-    except (OSError, xmlrpc.client.Error):
-        return      # one that was killed
+    except (OSError, http.client.HTTPException) as error:
+        raise UsageError(f"no ROS master answers at {rosgraph.get_master_uri()}: start the robot first, or roscore") from error
+    else:
+        try:
+            xmlrpc.client.ServerProxy(uri).getPid("/record")
+        except (OSError, http.client.HTTPException, xmlrpc.client.Error):
+            return      # one that was killed
     finally:
-        socket.setdefaulttimeout(before)
+        socket.setdefaulttimeout(None)
     raise UsageError(f"{node} records already. To end that one: rosnode kill {node}. To record beside it: rosrun pioneer_control record "
                      "__name:=another_recorder")
 
@@ -229,7 +234,12 @@ def main() -> NoReturn:
     notices = left_behind(recording.folder, time.time())
     recorder = os.getpid()
     sys.stdout.flush()
+    attentive = signal.getsignal(signal.SIGHUP) == signal.SIG_DFL
+    if attentive:
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)    # a closed terminal would kill rosbag before it closes its bag: the attendant tells it instead
     if os.fork() == 0:
+        if attentive:
+            signal.signal(signal.SIGHUP, lambda *_: os.kill(recorder, signal.SIGINT))
         sys.argv = sys.argv[:1] + [argument for argument in mapped if not argument.startswith("__")]
         from .recording_attendant import attend
 

@@ -100,8 +100,13 @@ def groups_to_ask_for(rows: Iterable[Kept]) -> Tuple[str, ...]:
     return tuple(dict.fromkeys(row.group for row in rows if row.asked_for))
 
 
+def whole_name(robot: str, topic: str) -> str:
+    """Of a topic of a robot's; "" is a robot without a namespace."""
+    return f"/{robot}/{topic}" if robot else "/" + topic
+
+
 def topics_of(rows: Sequence[Kept], robots: Sequence[str], also: Sequence[str] = ()) -> Tuple[str, ...]:
-    """Whole names of all topics to record of some robots (namespaces, without slashes at the ends), with groups that were asked for.
+    """Whole names of all topics to record of some robots (namespaces, without slashes at the ends; "": none), with groups that were asked for.
 
     Raises:
         UsageError: there is no such group.
@@ -113,5 +118,5 @@ def topics_of(rows: Sequence[Kept], robots: Sequence[str], also: Sequence[str] =
             raise UsageError(f"no group {group!r} can be asked for with also{f': did you mean {near[0]!r}?' if near else ''}; there are: "
                              f"{', '.join(there) or 'none'}")
     kept = [row.topic for row in rows if not row.asked_for or row.group in also]
-    own = [f"/{robot}/{topic}" for robot in robots for topic in kept if not topic.startswith("/")]
+    own = [whole_name(robot, topic) for robot in robots for topic in kept if not topic.startswith("/")]
     return tuple(dict.fromkeys(own + [topic for topic in kept if topic.startswith("/")]))

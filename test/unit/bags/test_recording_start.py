@@ -37,6 +37,8 @@ def test_several_robots_however_they_are_typed(here):
         assert recording(*words).robots == ("a", "b")
     assert recording("a", "b").topics == ("/a/pose", "/b/pose", "/tf")
     assert recording("a", "b").file == str(here / "a_b_2026-11-21-18-05-09.bag")
+    assert recording("/").robots == ("",) and recording("/").topics == ("/pose", "/tf")
+    assert recording("/").file == str(here / "robot_2026-11-21-18-05-09.bag")
     assert recording("lab/a", "b", "c", "d").file == str(here / "lab-a_and_3_more_2026-11-21-18-05-09.bag")
 
 

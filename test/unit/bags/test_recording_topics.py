@@ -40,6 +40,7 @@ def test_whole_names_are_those_of_each_robot_and_everybodys_once(write):
     rows = load_list(write(LIST))
     assert topics_of(rows, ["a", "lab/b"]) == ("/a/pose", "/lab/b/pose", "/tf", "/map")
     assert topics_of(rows, ["a"], ["wire"]) == ("/a/pose", "/a/p2os/wire", "/tf", "/map")
+    assert topics_of(rows, [""]) == ("/pose", "/tf", "/map")
 
 
 def test_a_group_that_cannot_be_asked_for_is_told_with_those_that_can(write):
