@@ -94,9 +94,10 @@ def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
     stamps: Dict[int, List[float]] = {}
     for decision in decisions:
         stamps.setdefault(decision.wander, []).append(decision.header.stamp.to_sec())
-    seeds = [decision.seed for decision in decisions[:1] if abs(decision.seed) < 2 ** 31]  # the parameter server takes no more
-    return {"begin_at": [min(each) for each in stamps.values()], "end_at": [max(each) for each in stamps.values()],
-            **dict(zip(["seed"], seeds))}
+    parameters = {"begin_at": [min(each) for each in stamps.values()], "end_at": [max(each) for each in stamps.values()]}
+    if decisions and abs(decisions[0].seed) < 2 ** 31:  # the parameter server takes no more
+        parameters["seed"] = decisions[0].seed
+    return parameters
 
 
 def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Verdict:

@@ -38,6 +38,7 @@ LISTENERS_TIMEOUT = 2.0  #: s for others than the driver; one that has died with
 MOTORS_TIMEOUT = 5.0  #: s for the robot to report that its motors are on
 STEP_TIMEOUT = 10.0  #: s for one movement of the gripper; the slowest takes 3.5
 ASK_AGAIN = 0.5  #: s between two requests for the motors
+SILENCE = 2.0  #: s without news before that is said: in slow time each message is late
 LOOK_AGAIN = 0.25  #: s between two looks whether there is news
 MOTORS_ON = 1  #: of cmd_motor_state and motor_state
 
@@ -226,7 +227,8 @@ class Pioneer:
             age = time.monotonic() - news
             if age > STALE:  # also where the stamps stand still: nobody drives on for ever while time is paused
                 self.stop()
-                narrator.tell(no_news(age).reason)
+                if age > SILENCE:
+                    narrator.tell(no_news(age).reason)
                 if passed() >= duration and not wandering.waits:
                     return self._ended(WanderEnd.TIME_UP)
             elif command and not self._seen:
