@@ -1,13 +1,15 @@
 """Runs kept and looked at: what ``rosbag record`` wrote, read back and drawn.
 
 ============  =====================================================================================
-``reader``    the messages of a bag in bounded memory, front to back, whole or damaged
+``reader``    the messages of a bag in bounded memory, front to back, whole or damaged; the format is in ``records``
 ``run``       what one robot did: a :class:`~pioneer_control.bags.run.Run` of numpy arrays, read from a bag
 ``gather``    how: it takes the messages one by one and keeps what is worth keeping
 ``draw``      a ``Run`` becomes one page, several are compared on one: ``python3 -m pioneer_control.bags.draw RUN.bag``.
               The pages are ``page`` and ``side_by_side``; on them ``from_above``, ``strips``, ``incidents``; figures: ``compare``
 ``wire``      every byte of a robot's line as text: ``python3 -m pioneer_control.bags.wire RUN.bag``
 ``convert``   bags of p2os, with its messages' new names and standard ones beside them (``nodes/convert_bag``); ``writer`` writes them
+``recording`` in four files: ``_topics`` which and why, ``_start`` checks and becomes ``rosbag record`` (``nodes/record``), ``_attendant``
+              stands beside it: ``_description`` what it says of the recording, ``_disk`` of the room for it
 ``recorder``  a program begins when its recorder listens (``nodes/when_recording``)
 ============  =====================================================================================
 

@@ -193,19 +193,22 @@ class _File:
         """The wanted messages in order of time, as far as `LATE` and `HELD` allow."""
         waiting: List[Tuple[int, int, Connection, bytes]] = []
         held = count = met = listed = 0
-        known, passed = None, False
+        known: Optional[_Chunk] = None
+        passed = False
         with open(self.path, "rb", buffering=0) as file:
             for source, record in self._contents(_source_of(file, self.size)):
                 if record.op == MESSAGE:
                     met += 1
-                    self._saw(record.time)
+                    if known is None or known.start <= record.time <= known.end:    # else a byte of it is wrong
+                        self._saw(record.time)
                     wanted = self._wanted.get(record.connection)
                     if wanted:
                         count += 1
                         waiting.append((record.time, count, self.connections[record.connection], source.data(record)))
                         held += record.end - record.begin + OVERHEAD
                         if held > HELD:
-                            yield from _give(waiting, sorted(waiting)[len(waiting) // 2][0])
+                            waiting.sort()
+                            yield from _give(waiting, len(waiting) // 2)
                             held = _held(waiting)
                     elif wanted is None:
                         self._nameless += 1
@@ -221,9 +224,12 @@ class _File:
                     if passed:
                         self._saw(known.start)
                         self._saw(known.end)
-                    yield from _give(waiting, (self.end or 0) - LATE if known is None else known.earliest)
+                    earliest = (self.end or 0) - LATE if known is None else known.earliest
+                    waiting.sort()
+                    yield from _give(waiting, bisect.bisect_left(waiting, (earliest,)))
                     held = _held(waiting)
-            yield from _give(waiting, None)
+            waiting.sort()
+            yield from _give(waiting, len(waiting))
         self._missing += _missing(known, passed, listed, met)
         progress(self.size)
 
@@ -277,7 +283,13 @@ class _File:
 
 
 def _source_of(file: Any, size: int) -> Source:
-    return Source(lambda position, length: os.pread(file.fileno(), length, position), size)
+    def read_at(position: int, length: int) -> bytes:
+        try:
+            return os.pread(file.fileno(), length, position)
+        except OSError:     # a disk that has lost some bytes, and what lies behind them is to be read
+            return bytes(min(length, size - position))
+
+    return Source(read_at, size)
 
 
 def _listed(source: Source, position: int) -> Set[int]:
@@ -310,10 +322,8 @@ def _connection(record: Record, data: bytes) -> Optional[Connection]:
         topic, header["type"], header["md5sum"], header["message_definition"], header.get("latching") == "1", header.get("callerid", ""), header)
 
 
-def _give(waiting: List[Tuple[int, int, Connection, bytes]], before: Optional[int]) -> Iterator[Message]:
-    """Take those out of what waits that are earlier than a time (ns; None: all), in order."""
-    waiting.sort()
-    number = len(waiting) if before is None else bisect.bisect_left(waiting, (before,))
+def _give(waiting: List[Tuple[int, int, Connection, bytes]], number: int) -> Iterator[Message]:
+    """Take so many out of what waits."""
     ready = waiting[:number]
     del waiting[:number]
     for time, _, connection, data in ready:

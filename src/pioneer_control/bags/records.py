@@ -105,6 +105,8 @@ class Source:
         index = position - self.base
         if index < 0 or index + length > len(self.block) and self.base + len(self.block) < self.size:
             self.block, self.base, index = self.read_at(position, max(length, BLOCK)), position, 0
+            if len(self.block) < min(max(length, BLOCK), self.size - position):     # somebody has cut the file off meanwhile
+                self.size = position + len(self.block)
         return index
 
     def get(self, position: int, length: int) -> bytes:

@@ -313,6 +313,27 @@ class TestDamage:
         assert len(messages) <= 2 and len(messages) + (damage != "") >= 2
 
 
+    def test_bytes_that_the_disk_has_lost(self, tmp_path, monkeypatch):
+        path, pread = make.write_bag(tmp_path / "run.bag", [("/text", String("x" * 1000), float(number)) for number in range(1000)]), reading.os.pread
+
+        def failing(file, length, position):
+            if position < 300_000 < position + length:
+                raise OSError(5, "Input/output error")
+            return pread(file, length, position)
+
+        monkeypatch.setattr(reading.os, "pread", failing)
+        reader = read_bag(path)
+        assert 800 < len(list(reader)) < 1000 and "it is damaged at" in reader.damage
+
+    def test_a_file_that_is_cut_off_while_it_is_read(self, tmp_path):
+        path = make.unclosed(tmp_path / "run.bag.active", [("/text", String("x" * 1000), float(number)) for number in range(1000)])
+        reader = read_bag(path)
+        messages = iter(reader)
+        next(messages)
+        make.cut(path, 500_000)
+        assert 300 < len(list(messages)) < 600 and "it was not closed" in reader.damage
+
+
 class TestNoBags:
     @pytest.mark.parametrize("content, words", [
         (b"", "is empty .0 bytes.: its recorder wrote nothing, or the disk was full"),
@@ -347,14 +368,23 @@ class TestMemory:
         longest = 0
         give = reading._give
 
-        def watched(waiting, before):
+        def watched(waiting, number):
             nonlocal longest
             longest = max(longest, len(waiting))
-            return give(waiting, before)
+            return give(waiting, number)
 
         monkeypatch.setattr(reading, "_give", watched)
         times = [message.time for message in read_bag(path)]
         assert len(times) == 1000 and times == sorted(times) and longest < 110
+
+    @pytest.mark.parametrize("closed", [True, False])
+    def test_time_that_stands(self, tmp_path, monkeypatch, closed):
+        """Simulated time that nobody moves: the order is that of the file, and still not everything can wait."""
+        monkeypatch.setattr(reading, "HELD", 100_000)
+        messages = [("/text", String("%04d" % number * 250), 5.0) for number in range(1000)]
+        path = make.write_bag(tmp_path / "run.bag", messages) if closed else make.unclosed(tmp_path / "run.bag", messages)
+        order = [message.data for message in read_bag(path)]
+        assert len(order) == 1000 and order == sorted(order)
 
     def test_headers_are_no_bags(self, tmp_path):
         """A message that holds a header of a bag is a message like any other."""
