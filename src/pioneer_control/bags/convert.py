@@ -49,7 +49,8 @@ def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]
     _check_files(source, target)
     known = survey(source)
     others = [word for word in options.what if CONVERSIONS[word].fits is not is_sonar]
-    unknown = sorted({connection.topic for connection in known.connections if is_sonar(connection) and namespace_of(connection.topic) not in known.transducers})
+    sonar = {connection.topic for connection in known.connections if is_sonar(connection)}
+    unknown = sorted(topic for topic in sonar if namespace_of(topic) not in known.transducers)
     if unknown and options.model is None and len(others) < len(options.what):
         raise UsageError(f"{source} does not say where the transducers of {', '.join(unknown)} look (it has no robot_info): name the robot's model, "
                          f"--model p3dx-sh for example, or leave sonar out: convert_bag {source} {target} {' '.join(others) or 'types'}")
@@ -101,31 +102,33 @@ def report(source: str, target: str, converter: Converter, damage: str, model: s
         lines.append(f"  made    {outlet.topic}: {outlet.count} of {outlet.header['type']} from {read.get(of, 0)} of {of}")
     for topic, count in converter.dropped.items():
         lines.append(f"  dropped {topic}: {count}, replaced")
-    lines.append(f"  kept    {sum(outlet.count for outlet in kept)} as they were, of {', '.join(sorted({outlet.topic for outlet in kept})) or 'no topic'}")
+    topics = sorted({outlet.topic for outlet in kept})
+    lines.append(f"  kept    {sum(outlet.count for outlet in kept)} as they were, of {', '.join(topics) or 'no topic'}")
     for topic in sorted(converter.already_there):
         lines.append(f"  {topic} is in the bag already: it was not made")
     if not made and not renamed:
         lines.append("  There was nothing to convert: neither types of p2os nor what was asked for.")
     if converter.not_fitted:
         name = model or "the robot_info of the bag"
-        lines.append(f"  {converter.not_fitted} readings are of transducers that {name} does not have, and were left out: is it the right model?")
+        lines.append(f"  {converter.not_fitted} readings of transducers that {name} does not have were left out: is it the right model?")
     for topic, count in converter.damaged.items():
-        lines.append(f"  {count} messages of {topic} are damaged: kept, and nothing made of them")
+        lines.append(f"  {count} messages of {topic} are damaged: nothing was made of them")
     if damage:
         lines.append(f"  {damage} What could be read was converted.")
     return "\n".join(lines)
 
 
 def _parser() -> argparse.ArgumentParser:
-    words = "\n".join(f"  {word:8} {conversion.meaning}{'' if conversion.by_default else ' (only when named)'}" for word, conversion in CONVERSIONS.items())
+    words = [f"  {word:8} {conversion.meaning}{'' if conversion.by_default else ' (only when named)'}" for word, conversion in CONVERSIONS.items()]
     parser = argparse.ArgumentParser(
         prog="convert_bag", formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Write a new bag in which messages of p2os have the names of pioneer_control, with standard messages beside them.",
-        epilog=f"WHAT to convert, by default {', '.join(DEFAULT)}:\n{words}\n\nEverything else stays as it is: bytes, order, times, publishers, latching.")
+        epilog="\n".join([f"WHAT to convert, by default {', '.join(DEFAULT)}:", *words, "",
+                          "Everything else stays as it is: bytes, order, times, publishers, latching."]))
     parser.add_argument("bag", metavar="IN.bag")
     parser.add_argument("output", metavar="OUT.bag", help="must not exist yet")
     parser.add_argument("what", metavar="WHAT", nargs="*", help="see below")
-    parser.add_argument("--model", default="", help="which robot it is, where the bag has no robot_info to say where its sonar looks: p3dx-sh for example")
+    parser.add_argument("--model", default="", help="which robot it is, where no robot_info says so: p3dx-sh for example")
     parser.add_argument("--models-file", default="", metavar="FILE", help="your own table of models")
     parser.add_argument("--gripper", action="store_true", help="that robot has a gripper")
     parser.add_argument("--replace", action="store_true", help="leave out the topics that were converted; else they stay, beside the new ones")
@@ -160,9 +163,12 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         wanted = Options(what, model, options.gripper, options.replace, _renamed(options.frame))
         converter, damage = convert(options.bag, options.output, wanted)
     except (PioneerError, OSError) as error:
-        full = getattr(error, "errno", None) in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-        text = f"{options.output} cannot be written: {error.strerror}" if isinstance(error, OSError) and not isinstance(error, PioneerError) else error
-        print(f"convert_bag: {text}{'. What was written of it is removed: make room, or write it elsewhere' if full else ''}", file=sys.stderr)
+        text = str(error)
+        if not isinstance(error, PioneerError):
+            text = f"{options.output} cannot be written: {error.strerror}"
+            if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+                text += ". What was written of it is removed: make room, or write it elsewhere"
+        print(f"convert_bag: {text}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print(f"convert_bag: interrupted; {options.output} was not written", file=sys.stderr)

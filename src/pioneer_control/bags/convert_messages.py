@@ -154,7 +154,7 @@ class Converter:
         dropped: messages left out, by topic.
         already_there: topics not made.
         not_fitted: readings of transducers that the robot does not have.
-        damaged: messages that say nothing, by topic; they are kept and nothing is made of them.
+        damaged: messages of which nothing could be made, by topic.
     """
 
     def __init__(self, options: Options, known: Survey) -> None:
@@ -206,7 +206,7 @@ class Converter:
             makers.append(functools.partial(self._keep, Outlet(connection, connection.topic, renamed, made=False)))
         if connection.md5sum == msg.RobotInfo._md5sum:
             makers.append(self._note_transducers)
-        if is_pose(connection):
+        if is_pose(connection) and {"points", "scan"} & set(self._options.what):
             makers.append(self._note_speed)
         if "odom" in outlets:
             makers.append(functools.partial(self._keep, outlets["odom"]))

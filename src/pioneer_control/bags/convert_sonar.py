@@ -50,8 +50,10 @@ class SonarHistory:
         return found
 
 
-def sonar_scan(points: Iterable[Tuple[float, float]], silent: Iterable[Transducer], transducers: Iterable[Transducer], stamp, base_link_frame: str) -> LaserScan:
-    """A scan all round base_link: echoes (m, base_link), infinity where a transducer of ``silent`` has none in sight, NaN where none looks (REP 117)."""
+def sonar_scan(
+    points: Iterable[Tuple[float, float]], silent: Iterable[Transducer], transducers: Iterable[Transducer], stamp, base_link_frame: str,
+) -> LaserScan:
+    """A scan all round base_link (REP 117): echoes (m), infinity where a transducer of ``silent`` has none in sight, NaN where none looks."""
     step = 2 * math.pi / BEAMS
     ranges = [math.nan] * BEAMS
     for transducer in silent:

@@ -1,7 +1,7 @@
 """Write a bag (format 2.0, see `records`), message after message as bytes, in bounded memory.
 
-``rosbag.Bag`` keeps an entry of every message in memory, and gives all publishers of a topic the first one's name, type and latching. Here each connection
-stays itself: a topic may have several publishers (/tf, /rosout), and types.
+``rosbag.Bag`` keeps an entry of every message in memory, and gives all publishers of a topic the first one's name, type and latching. Here
+each connection stays itself: a topic may have several publishers (/tf, /rosout), and types.
 """
 
 import bz2

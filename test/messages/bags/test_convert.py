@@ -156,7 +156,7 @@ class TestMade:
         stamps = [genpy.Time.from_sec(1000 + step / 10) for step in range(12)]
         messages = []
         for state, stamp in zip(states, stamps):
-            for topic, message in (("pose", conversions.odometry(state, stamp, "two/odom", "two/base_link", {True: ([0.0] * 36,) * 2, False: ([0.0] * 36,) * 2})),
+            for topic, message in (("pose", conversions.odometry(state, stamp, "two/odom", "two/base_link", dict.fromkeys((True, False), ([0.0] * 36,) * 2))),
                                    ("sonar", ranges.sonar_array(state, stamp, "two/base_link")),
                                    ("battery_state", conversions.battery_state(state, stamp, "two/base_link"))):
                 messages.append((f"/two/{topic}", message, stamp.to_sec() + 0.001))
@@ -230,7 +230,7 @@ class TestMade:
         path, code, said = converted(bag(messages), "points", "scan")
         cloud, _ = made(path, "/alice/sonar_points")[0]
         assert code == 0 and cloud.width == 2 and list(read_points(cloud))[0][:2] == pytest.approx((2.2, 0.0))
-        assert "260 readings are of transducers that the robot_info of the bag does not have" in said
+        assert "260 readings of transducers that the robot_info of the bag does not have were left out" in said
 
     def test_one_without_robot_info_beside_one_with(self, bag, converted):
         messages = [*driven("pioneer_control", name="/alice"), ("/alice/robot_info", make.robot_info({3: (0.2, 0.0, 0.0)}), 1000.5), *driven(name="/bob")]
@@ -255,7 +255,8 @@ class TestMade:
         path, code, _ = converted(bag(messages), *ALL, "--model", "p3dx-sh", "--frame", "odom=one/odom", "--frame", "base_link=one/base_link")
         assert code == 0
         assert made(path, "/cans")[0][0].header.frame_id == "one/odom"
-        assert [(each.header.frame_id, each.child_frame_id) for each in made(path, "/tf")[0][0].transforms] == [("one/odom", "one/base_link"), ("/map", "one/odom")]
+        renamed = [(each.header.frame_id, each.child_frame_id) for each in made(path, "/tf")[0][0].transforms]
+        assert renamed == [("one/odom", "one/base_link"), ("/map", "one/odom")]
         assert (made(path, "/odom")[0][0].header.frame_id, made(path, "/pose")[0][0].header.frame_id) == ("one/odom", "one/odom")
         assert made(path, "/sonar_scan")[0][0].header.frame_id == "one/base_link"
         assert {message.header.frame_id for message, _ in made(path, "/sonar_ranges")} == {f"one/sonar_{number}" for number in range(16) if number != 7}

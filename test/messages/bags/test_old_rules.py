@@ -79,6 +79,12 @@ class TestRules:
         made = rule.apply(old_message(name, package))
         assert made._type == rule.new_type and serialized(made) == serialized(old_message(name, package))
 
+    def test_rosbag_finds_them_by_itself_where_rosdep_is_set_up(self, monkeypatch):
+        """Only then does it know which packages depend on rosbag."""
+        import rospkg
+        monkeypatch.setattr(rospkg.RosPack, "get_depends_on", lambda self, name, implicit=True: ["pioneer_control"] * (name == "rosbag"))
+        assert set(MessageMigrator().rulechains) == {f"{package}/{name}" for package, name in TOPICS}
+
     def test_another_definition_has_no_rule(self, migrator):
         """Of the name of an old message, but with a field more."""
         import genpy.dynamic
