@@ -28,7 +28,7 @@ from .reader import BagError, decode, read_bag
 from .recording_description import Description, description_of
 from .recording_topics import load_list, topics_of
 from .redrive_schedule import OTHERS, VALID, VELOCITIES, Order, duration, fastest, schedule
-from .replay import absolute, bag_files
+from .replay import absolute, bag_files, yes_or_no
 from .replay_stage import Interrupted, Keeper, Programs, alive, begin, explain_roslaunch, free_name, nodes, put_back, say, say_what_is_kept, wait_until
 from .run import Track, read_run
 
@@ -70,9 +70,12 @@ def read_recorded(files: Sequence[str], robot: str = "") -> Recorded:
     """Read what a robot was told. Raises BagError when it was told nothing, or there are several."""
     wanted = {*KINDS, "robot_info", "world", "ground_truth", "recording"}
     heard: Dict[str, Dict[str, list]] = {}
-    for topic, connection, data, nanoseconds in read_bag(files, lambda connection: connection.topic.rpartition("/")[2] in wanted):
+    reader = read_bag(files, lambda connection: connection.topic.rpartition("/")[2] in wanted)
+    for topic, connection, data, nanoseconds in reader:
         namespace, _, name = absolute(topic).rpartition("/")
         heard.setdefault(namespace.strip("/"), {}).setdefault(name, []).append((nanoseconds * 1e-9, decode(connection, data)))
+    if reader.damage:
+        say(reader.damage)
     told = {name: parts for name, parts in heard.items() if set(parts) & set(KINDS)}
     chosen = robot.strip("/")
     if chosen and chosen not in told or not told:
@@ -333,12 +336,6 @@ def _number(name: str, text: str, low: float, high: float) -> float:
     return value
 
 
-def _yes_or_no(text: str) -> bool:
-    if text.lower() not in ("true", "false"):
-        raise argparse.ArgumentTypeError(f"{text!r} is not legal: give true or false")
-    return text.lower() == "true"
-
-
 def parser() -> argparse.ArgumentParser:
     """The command line; replay.launch has arguments of the same names."""
     result = argparse.ArgumentParser(prog="replay redrive", description="Tell another robot what the recorded one was told, and compare.")
@@ -348,7 +345,7 @@ def parser() -> argparse.ArgumentParser:
     add("--into", choices=sorted(SPEEDS), default="sim", help="a simulated robot, or a real one (default: %(default)s)")
     add("--port", default="", help="of the real robot")
     add("--speed", default="", metavar="K", help="so many times as fast, and as much longer (default: 1, into a real robot 0.3)")
-    add("--motors", type=_yes_or_no, default=False, metavar="true|false", help="of a real robot: switch them on (default: wait until somebody does)")
+    add("--motors", type=yes_or_no, default=False, metavar="true|false", help="of a real robot: switch them on (default: wait until somebody does)")
     add("--world", default="", help="of the simulated robot (default: as the bag tells)")
     add("--numbers-file", default="", help="of the simulated robot: errors of its wheels, for example (default: none)")
     add("--seed", type=int, default=0, help="of the simulated robot (default: %(default)s)")

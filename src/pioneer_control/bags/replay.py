@@ -19,6 +19,7 @@ from typing import Dict, List, Mapping, Optional, Sequence
 
 from ..errors import PioneerError, UsageError
 from .draw import in_order
+from .draw import main as draw
 from .reader import BagError, read_bag
 
 RECORDED = "recorded"
@@ -116,14 +117,24 @@ def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
     return {connection.topic: connection.type for connection in connections}
 
 
+def yes_or_no(text: str) -> bool:
+    """As launch files write it. Raises ArgumentTypeError for anything else."""
+    if text.lower() not in ("true", "false"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not legal: give true or false")
+    return text.lower() == "true"
+
+
 def look(arguments: Sequence[str], ros: Sequence[str]) -> int:
     """Become a `rosbag play` that commands nothing."""
     parser = argparse.ArgumentParser(prog="replay look", description="Play a bag back, its commands aside.", allow_abbrev=False,
                                      epilog="Whatever else is given goes to rosbag play: -r 2, -s 30, -l, ...")
     parser.add_argument("bag", help="the bag; several, or a pattern, in quotes: the parts of one recording")
+    parser.add_argument("--picture", type=yes_or_no, default=False, metavar="true|false", help="draw it first (default: false)")
     given, options = parser.parse_known_args(arguments)
     files = bag_files(given.bag)
     command = player(files, recorded_topics(files), options)
+    if given.picture:
+        draw([*files, "--parts"])
     sys.stdout.flush()
     os.execvp(command[0], command + list(ros))
 

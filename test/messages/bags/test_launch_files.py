@@ -34,7 +34,8 @@ class TestSimulator:
 
 class TestReplay:
     def test_it_looks_unless_another_way_is_named(self):
-        assert shlex.split(node("replay.launch", "bag:=/tmp/with space/x.bag", "options:=-r 2").args) == ["look", "/tmp/with space/x.bag", "-r", "2"]
+        words = shlex.split(node("replay.launch", "bag:=/tmp/with space/x.bag", "options:=-r 2").args)
+        assert words == ["look", "/tmp/with space/x.bag", "--picture=false", "-r", "2"]
 
     def test_the_driver_would_know_it_for_a_player(self):
         assert node("replay.launch", "bag:=/tmp/x.bag").name.startswith("play_")

@@ -128,6 +128,14 @@ class TestMain:
     def test_looking_becomes_the_player(self, bag, monkeypatch):
         became = []
         monkeypatch.setattr(os, "execvp", lambda file, words: became.append(words))
-        replay.main(["look", bag, "-l", "__name:=play_bag"])
+        replay.main(["look", bag, "--picture=false", "-l", "__name:=play_bag"])
         (words,) = became
         assert words[:7] == ["rosrun", "rosbag", "play", "--clock", *replay.QUEUE, "-l", bag] and words[-1] == "__name:=play_bag"
+
+    @pytest.mark.parametrize("wanted", [True, False])
+    def test_it_can_be_drawn_first(self, bag, monkeypatch, wanted):
+        done = []
+        monkeypatch.setattr(os, "execvp", lambda file, words: done.append("played"))
+        monkeypatch.setattr(replay, "draw", lambda words: done.append(words))
+        replay.main(["look", bag, f"--picture={str(wanted).lower()}"])
+        assert done == ([[bag, "--parts"]] if wanted else []) + ["played"]
