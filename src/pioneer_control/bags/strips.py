@@ -15,7 +15,7 @@ CURVE, BATTERY, LANE = 0.8, 0.45, 0.19  # inches high
 BETWEEN = 0.09  # inches between two strips
 NAMES = 1.15  # inches from the left edge of the paper: room for the strips' names
 TICKS_APART = 0.65  # inches, on the axis of time
-LEAST_SPEED, LEAST_VOLTS = 0.2, 1.0  # shown at least: noise is not blown up
+LEAST_SPEED, LEAST_VOLTS = 0.1, 1.0  # shown at least: noise is not blown up
 BADGES_APART, VALUES_APART = 0.17, 0.12  # inches
 COMMANDED = dict(label="commanded", color=ORANGE, linewidth=3.0, alpha=0.7, drawstyle="steps-post")  # it holds until the next one
 MEASURED = dict(label="measured", color=BLUE, linewidth=1.0)  # thin and dark over wide and light
@@ -200,9 +200,11 @@ def draw_curves(axes, strip: Curves, width: float) -> None:
         axes.plot(time, value, **look)
     values = np.concatenate([value[np.isfinite(value)] for _, value, _ in strip.lines] + [np.zeros(1 if strip.zero else 0)])
     low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
-    wider = max(0.12 * (high - low), (strip.least - (high - low)) / 2)
-    axes.set_ylim(low - wider, high + wider)
-    axes.set_yticks(value_ticks(low - wider, high + wider, int(strip.height / VALUES_APART)))
+    missing = max(strip.least - (high - low), 0.0)
+    low, high = (low, high + missing) if strip.zero and low >= 0.0 else (low - missing / 2, high + missing / 2)
+    margin = 0.12 * (high - low)
+    axes.set_ylim(low - margin, high + margin)
+    axes.set_yticks(value_ticks(low - margin, high + margin, int(strip.height / VALUES_APART)))
     if strip.zero:
         axes.axhline(0.0, color=FAINT, linewidth=0.6, zorder=1)
     axes.set_ylabel(strip.name, rotation=0, ha="right", va="center", multialignment="right", fontsize=7.5, color=INK)
