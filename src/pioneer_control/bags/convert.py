@@ -114,7 +114,7 @@ def report(source: str, target: str, converter: Converter, damage: str, model: s
     for topic, count in converter.damaged.items():
         lines.append(f"  {count} messages of {topic} are damaged: nothing was made of them")
     if damage:
-        lines.append(f"  {damage} What could be read was converted.")
+        lines.append(f"  {source}: {damage} What could be read was converted.")
     return "\n".join(lines)
 
 
@@ -127,7 +127,7 @@ def _parser() -> argparse.ArgumentParser:
                           "Everything else stays as it is: bytes, order, times, publishers, latching."]))
     parser.add_argument("bag", metavar="IN.bag")
     parser.add_argument("output", metavar="OUT.bag", help="must not exist yet")
-    parser.add_argument("what", metavar="WHAT", nargs="*", help="see below")
+    parser.add_argument("what", metavar="WHAT", nargs="*", default=[], help="see below")
     parser.add_argument("--model", default="", help="which robot it is, where no robot_info says so: p3dx-sh for example")
     parser.add_argument("--models-file", default="", metavar="FILE", help="your own table of models")
     parser.add_argument("--gripper", action="store_true", help="that robot has a gripper")
