@@ -408,7 +408,8 @@ class Gatherer:
         self.undecoded: Dict[str, int] = {}     # by topic
         self._of_all = {("diagnostics", "DiagnosticArray"): self.faults.add_diagnostics, ("rosout", "Log"): self.faults.add_log}
         self._adders: Dict[Tuple[str, str], List[Callable[[float, Any], Any]]] = {}     # by topic and type
-        self._filled: Dict[type, Any] = {}      # a message of each class: to fill one again takes half the time of a new one
+        self._taken: Dict[int, Tuple[List[Callable[[float, Any], Any]], Any]] = {}
+        # By connection: what takes its messages, and one that is filled again and again, which takes half the time of a new one; None for those that are kept.
 
     def wants(self, connection: Connection) -> bool:
         """Whether a connection's messages are read."""
@@ -431,10 +432,13 @@ class Gatherer:
     def add(self, connection: Connection, data: bytes, time: float) -> None:
         """Take a message (s)."""
         try:
-            kind = message_class(connection)
-            message = decode(connection, data, None if kind._type.endswith(KEPT) else self._filled.get(kind))
-            self._filled[kind] = message
-            for add in self._adders_of(connection):
+            taken = self._taken.get(id(connection))
+            if taken is None:   # the reader keeps it, so its id stays its own
+                fresh = connection.type.endswith(KEPT)
+                taken = self._taken[id(connection)] = self._adders_of(connection), None if fresh else message_class(connection)()
+            adders, filled = taken
+            message = decode(connection, data, filled)
+            for add in adders:
                 add(time, message)
         except (BagError, ValueError, ArithmeticError):     # bytes of the file that are no message, or one of numbers that are none
             self.undecoded[connection.topic] = self.undecoded.get(connection.topic, 0) + 1
