@@ -294,7 +294,7 @@ def test_an_interrupted_run_stops_the_robot_first(clone, number, before):
 BROUGHT_BY = {
     "catkin": "ros-core-python-dev", "geometry_msgs": "ros-core-python-dev", "message_generation": "ros-core-python-dev",
     "message_runtime": "ros-core-python-dev", "nav_msgs": "ros-core-python-dev", "python3-setuptools": "ros-core-python-dev",
-    "rosgraph_msgs": "ros-core-python-dev", "roslaunch": "ros-core-python-dev", "rospy": "ros-core-python-dev",
+    "rosgraph_msgs": "ros-core-python-dev", "roslaunch": "ros-core-python-dev", "roslib": "ros-core-python-dev", "rospy": "ros-core-python-dev",
     "std_msgs": "ros-core-python-dev", "std_srvs": "ros-core-python-dev", "visualization_msgs": "ros-core-python-dev",
     "diagnostic_aggregator": "libdiagnostic-aggregator-tools", "diagnostic_updater": "python3-diagnostic-updater",
     "dynamic_reconfigure": "python3-dynamic-reconfigure",
