@@ -8,10 +8,11 @@
               The pages are ``page`` and ``side_by_side``; on them ``from_above``, ``strips``, ``incidents``; figures: ``compare``
 ``wire``      every byte of a robot's line as text: ``python3 -m pioneer_control.bags.wire RUN.bag``
 ``convert``   bags of p2os, with its messages' new names and standard ones beside them (``nodes/convert_bag``); ``writer`` writes them
-``recording`` in four files: ``_topics`` which and why, ``_start`` checks and becomes ``rosbag record`` (``nodes/record``), ``_attendant``
-              stands beside it: ``_description`` what it says of the recording, ``_disk`` of the room for it
 ``recorder``  a program begins when its recorder listens (``nodes/when_recording``)
 ============  =====================================================================================
+
+Recording is ``nodes/record``: ``recording_topics`` says what and why, ``recording_start`` checks and becomes ``rosbag record``, and ``recording_attendant``
+stands beside it: it publishes a ``recording_description`` and watches the disk (``recording_disk``).
 
 Recording and playing back are ``launch/record.launch`` and ``launch/replay.launch``; docs/record-and-replay.md has the one-liners.
 """
