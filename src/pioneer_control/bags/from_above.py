@@ -22,6 +22,7 @@ MOST = 0.4  # share of a map: a run that saw more of it is drawn with the whole 
 FEWEST_METRES = 1.0  # seen across: a robot that never moved is not drawn larger than that
 
 ARROW, ARROW_EVERY = 0.1, 0.7  # inches: length of an arrow, and way between two of them
+STROKE = 0.11  # inches, from a dot in the direction of the robot's heading
 TIMES = 12  # written beside the path, at most
 TIMES_APART = 0.36  # inches
 NAMES_APART = 0.3  # inches: a robot that ends nearer to its start than that gets one name for both
@@ -196,13 +197,15 @@ def _draw_gripper(axes, view: View) -> None:
 
 
 def _draw_times(axes, path: Track, timeline: Timeline, scale: float) -> None:
-    """When it was where, beside the path."""
+    """When it was where, beside the path, with a stroke that points where it looked."""
     shown = [path.pose(0), path.pose(-1)]
     for time in timeline.ticks(TIMES)[1:]:
         x, y, heading = path.at(np.array([time])).pose(0)
         if time >= path.time[-1] or any(np.hypot(x - other[0], y - other[1]) < TIMES_APART * scale for other in shown):
             continue
         shown.append((x, y, heading))
+        ahead = placed((x, y, heading), STROKE * scale, 0.0)
+        axes.plot([x, ahead[0]], [y, ahead[1]], color=INK, linewidth=1.6, solid_capstyle="butt", zorder=6.9)
         axes.plot(x, y, "o", color="white", markeredgecolor=INK, markersize=3.2, markeredgewidth=0.8, zorder=7)
         side = 8 * np.array([-np.sin(heading), np.cos(heading)])
         axes.annotate(
