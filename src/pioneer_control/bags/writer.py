@@ -8,8 +8,10 @@ import bz2
 import struct
 from typing import Callable, Dict, List, Mapping, Tuple, Union
 
-from .records import CHUNK, CHUNK_INFO, CONNECTION, FILE_HEADER, INDEX, MAGIC, MESSAGE, TIME, U32, U64
+from .records import CHUNK, CHUNK_INFO, CONNECTION, FILE_HEADER, INDEX, MAGIC, TIME, U32, U64
 
+MESSAGE_HEADER = b"\x26\0\0\0" b"\x04\0\0\0op=\x02" b"\x09\0\0\0conn=%b" b"\x0d\0\0\0time=%b" b"%b"
+"""With op, connection, time, and the length of the message: most of a bag is messages."""
 CHUNK_SIZE = 768 * 1024
 """Bytes before compression; the same as rosbag record's."""
 FILE_HEADER_SIZE = 4096
@@ -73,7 +75,8 @@ class BagWriter:
     def write(self, connection: int, data: bytes, time: int) -> None:
         """Add a message that was recorded at a time, in ns."""
         self._index.setdefault(connection, []).append((time, len(self._chunk)))
-        self._chunk += _record(MESSAGE, data, conn=U32.pack(connection), time=_time(time))
+        self._chunk += MESSAGE_HEADER % (U32.pack(connection), _time(time), U32.pack(len(data)))
+        self._chunk += data
         if len(self._chunk) > CHUNK_SIZE:
             self._end_chunk()
 
