@@ -258,7 +258,9 @@ class Faults:
     @property
     def next_us(self) -> float:
         """When the next one begins or ends; infinity when none will."""
-        return min([timed.start_us for timed in self._waiting[:1]] + [timed.end_us for timed in self._on], default=math.inf)
+        if not (self._waiting or self._on):
+            return math.inf
+        return min([timed.start_us for timed in self._waiting[:1]] + [timed.end_us for timed in self._on])
 
     def step(self, now_us: int) -> None:
         """Begin and end what is due."""

@@ -16,7 +16,7 @@ from .geometry import Point, Solids
 
 SQUARE = 1.0
 """Side (m) of the squares of floor for which is found out what can be heard there."""
-MOST_SQUARES = 2048
+MOST_SQUARES = 4096
 """So many of them are kept."""
 SECTORS = 32
 """Into so many directions a square of floor sorts what can be heard from it."""
@@ -67,7 +67,7 @@ class Ear:
         """
         square = math.floor(x / SQUARE), math.floor(y / SQUARE)
         earshot = self._earshots.get(square) or self._listen(*square)
-        number = int(heading * SECTORS_PER_RADIAN // 1.0) % SECTORS
+        number = math.floor(heading * SECTORS_PER_RADIAN) % SECTORS
         candidates = earshot.sectors[number]
         if candidates is None:
             candidates = earshot.candidates(number)

@@ -77,19 +77,14 @@ class TcpLine:
 
         Welcomes the next client when this one has ended its session or hung up.
         """
-        self._welcome(busy)
-        if self._client is None:
-            return b""
-        try:
-            data = self._client.recv(CHUNK)
-        except BlockingIOError:
-            return b""
-        except OSError:
-            data = b""
-        if not data:
+        data = self._receive()
+        if not data and self._welcome(busy):    # not before the last of the present one has been read, which may end its session
+            data = self._receive()
+        if data:
+            self._finished = False
+        elif data is not None:
             self._dismiss()
-        self._finished = self._finished and not data
-        return b"" if busy else data
+        return b"" if busy else data or b""
 
     def write(self, data: bytes) -> None:
         """Send to the client, if there is one."""
@@ -137,17 +132,15 @@ class TcpLine:
             self.closing(self._listener)
             self._listener.close()
 
-    def _welcome(self, busy: bool) -> None:
-        """Let the next one in, or turn it away. It waits while something of the present one is left to read, which may end its session."""
-        if self._peek():
-            return
+    def _welcome(self, busy: bool) -> bool:
+        """Let the next one in, if there is one, or turn it away; whether it is in."""
         try:
             client, _ = self._listener.accept()
         except OSError:     # nobody, or gone again
-            return
-        if busy or not (self._finished or self._peek() == b""):
+            return False
+        if busy or not (self._finished or self._receive(socket.MSG_PEEK) == b""):
             client.close()
-            return
+            return False
         self._dismiss()
         client.setblocking(False)
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -155,13 +148,14 @@ class TcpLine:
         self._client = client
         self.opened(client)
         self.welcomed(client)
+        return True
 
-    def _peek(self) -> Optional[bytes]:
-        """The next byte of the client; None if it has not come yet, empty if none will: it has hung up, or there is no client."""
+    def _receive(self, flags: int = 0) -> Optional[bytes]:
+        """The next bytes of the client; None if they have not come yet, empty if none will: it has hung up, or there is no client."""
         if self._client is None:
             return b""
         try:
-            return self._client.recv(1, socket.MSG_PEEK)
+            return self._client.recv(CHUNK, flags)
         except BlockingIOError:
             return None
         except OSError:

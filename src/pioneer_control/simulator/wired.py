@@ -115,7 +115,7 @@ class Wired:
         return self.plants[robot].wires[TO_ROBOT].backlog_us(self.time_us) * 1e-6
 
     def _next_step(self) -> float:
-        return min((robot.next_step_us for robot in self.robots), default=math.inf)
+        return min([robot.next_step_us for robot in self.robots])
 
     def _next_news(self) -> float:
         return min([robot.next_sip_us for robot in self.robots] + [self.time_us + LONGEST_REST_US])
@@ -123,8 +123,10 @@ class Wired:
     def _step(self) -> None:
         """One step of the physics of all robots, and what they sent at its end."""
         self._simulation.run_to(self._step_us)
-        for robot in range(len(self.robots)):
-            self._answer(robot)
+        for number, robot in enumerate(self.robots):
+            data = robot.take_sent()
+            if data:
+                self._reply(number, data)
         self._step_us = self._next_step()
         self._news_us = self._next_news()
 
@@ -158,13 +160,10 @@ class Wired:
         firmware.receive(data)
         if firmware.closed_sessions != closed and firmware.session is Session.WAITING:
             self.ended.append(robot)
-        self._answer(robot)
-        self._news_us = min(self._news_us, firmware.next_sip_us)
-
-    def _answer(self, robot: int) -> None:
-        data = self.robots[robot].take_sent()
+        data = firmware.take_sent()
         if data:
             self._reply(robot, data)
+        self._news_us = min(self._news_us, firmware.next_sip_us)
 
     def _reply(self, robot: int, data: bytes) -> None:
         """Packets of a robot begin their way to its client, as far as a slow line has time for them."""

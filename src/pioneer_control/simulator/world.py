@@ -23,6 +23,7 @@ FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """Values of an occupancy map, as nav_msgs/OccupancyGrid has them."""
 
 _CLOSE = 0.5  # m: where a body moves among solids, and few of them are near
+_SIDE = 2.0  # m: of the squares of floor round which solids are found once
 _KEPT_NEIGHBOURHOODS = 4096
 
 
@@ -179,13 +180,13 @@ class World:
         """At least every solid within `reach` of a point, found once for each small square of floor and kept."""
         if not len(self._solids):   # an endless floor
             return self._solids
-        side = math.ceil(2.0 * reach) / 2.0  # a few sizes only, so that squares are shared
-        square = (side, math.floor(x / side), math.floor(y / side))
+        reach = math.ceil(reach)    # a few sizes only, so that squares are shared
+        square = (reach, math.floor(x / _SIDE), math.floor(y / _SIDE))
         solids = self._neighbourhoods.get(square)
         if solids is None:
             if len(self._neighbourhoods) >= _KEPT_NEIGHBOURHOODS:
                 self._neighbourhoods.clear()
-            solids = self.within((square[1] + 0.5) * side, (square[2] + 0.5) * side, 1.7072 * side)  # a corner is 0.7071 sides away
+            solids = self.within((square[1] + 0.5) * _SIDE, (square[2] + 0.5) * _SIDE, reach + 0.7072 * _SIDE)
             self._neighbourhoods[square] = solids
         return solids
 
