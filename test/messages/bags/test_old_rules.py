@@ -131,8 +131,8 @@ class TestCommands:
         """It stops `rosbag fix`, which leaves an empty file; with --force it is kept as it is."""
         messages = [("/sonar", old_message("SonarArray", "p2os_msgs"), 1.0), ("/mine", make.message_class("DIO", "my_msgs")(), 2.0)]
         old = make.write_bag(tmp_path / "old.bag", messages)
-        said = run("fix", old, tmp_path / "new.bag", RULES)[1]
-        assert "my_msgs/DIO" in said and (tmp_path / "new.bag").stat().st_size == 0
+        code, said = run("fix", old, tmp_path / "new.bag", RULES)
+        assert code == 1 and "my_msgs/DIO" in said and (tmp_path / "new.bag").stat().st_size == 0
         assert run("fix", "--force", old, tmp_path / "forced.bag", RULES)[0] == 0
         assert [kind for _, kind, *_ in content(tmp_path / "forced.bag")] == ["pioneer_control/SonarArray", "my_msgs/DIO"]
 
