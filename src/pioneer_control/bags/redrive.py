@@ -311,9 +311,9 @@ class Redrive:
         say(f"\nThe recorded path is {trimmed(before, self._recorded.begin).length:.2f} m long, the new one {after.length:.2f} m ({where}).\n"
             f"They are {100 * apart.mean:.1f} cm apart on average, {100 * apart.maximum:.1f} cm at most, {100 * apart.at_end:.1f} cm and "
             f"{np.degrees(apart.turn_at_end):+.1f} degrees at the end.\nbag      {path}")
-        picture = os.path.splitext(path)[0] + ".png"
+        picture, slower = os.path.splitext(path)[0] + ".png", f" at {self._factor:g} of the speed" if self._factor != 1.0 else ""
         try:
-            draw_comparison([recorded, driven], picture)
+            draw_comparison([recorded, driven], picture, f"{os.path.basename(os.path.splitext(self._files[0])[0])}, driven again" + slower)
             say(f"picture  {picture}")
         except (PioneerError, OSError, ImportError) as error:
             say(f"There is no picture: {error}")
@@ -321,9 +321,9 @@ class Redrive:
 
 
 def trimmed(track: Track, begin: float) -> Track:
-    """A track from a moment on, s."""
-    kept = track.time >= min(begin, track.time[-1])
-    return Track(*(values[kept] for values in track))
+    """A track from a moment on, s: from where the robot was just then, however few of its places are kept."""
+    begin = min(max(begin, float(track.time[0])), float(track.time[-1]))
+    return track.at(np.concatenate(([begin], track.time[track.time > begin])))
 
 
 def _number(name: str, text: str, low: float, high: float) -> float:

@@ -1,6 +1,7 @@
 """What a bag tells of a robot that was driven, and which simulated robot is made of that: bag files, no master."""
 
 import bag_factory as make
+import numpy as np
 import pytest
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
@@ -8,6 +9,7 @@ from std_msgs.msg import String
 from pioneer_control.bags import redrive
 from pioneer_control.bags.reader import BagError
 from pioneer_control.bags.recording_description import Description, text_of
+from pioneer_control.bags.run import Track
 from pioneer_control.errors import UsageError
 from pioneer_control.msg import GripperState, MotorState, WheelVelocities
 
@@ -107,3 +109,16 @@ class TestWhatIsAsked:
         with pytest.raises(SystemExit):
             redrive.parser().parse_args(["x.bag", "--motors=" + word])
         assert "give true or false" in capsys.readouterr().err
+
+
+class TestTrimmed:
+    track = Track(np.array([0.0, 10.0, 11.0]), np.array([0.0, 1.0, 3.0]), np.zeros(3), np.zeros(3))
+
+    def test_it_begins_where_the_robot_was_just_then(self):
+        """A run keeps few places of a robot that goes straight."""
+        assert redrive.trimmed(self.track, 5.0).time.tolist() == [5.0, 10.0, 11.0]
+        assert redrive.trimmed(self.track, 5.0).x.tolist() == [0.5, 1.0, 3.0]
+
+    @pytest.mark.parametrize("begin, left", [(-1.0, 3), (0.0, 3), (10.0, 2), (99.0, 1)])
+    def test_at_the_ends(self, begin, left):
+        assert len(redrive.trimmed(self.track, begin).x) == left
