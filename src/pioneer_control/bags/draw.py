@@ -52,11 +52,12 @@ def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tupl
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Draw bags; 0 when the picture is written, 2 when there is nothing to draw."""
-    parser = argparse.ArgumentParser(prog="draw_run", description="Draw the run of a robot that a bag holds, on one page; several bags: compare the runs.")
+    parser = argparse.ArgumentParser(prog="draw_run", description="Make a report of a recorded run, on one page; of several, compare them.")
     parser.add_argument("bag", nargs="+", help="what rosbag record wrote; of several the first is what the others are held against")
     parser.add_argument("-o", "--output", help="the picture to write: .png, .pdf or .svg (default: beside the first bag, .png)")
     parser.add_argument("--parts", action="store_true", help="the bags are the parts of one recording (rosbag record --split)")
-    parser.add_argument("--robot", action="append", default=[], help="namespace of the robot, when a bag holds several; again for each bag, or to compare robots of one bag")
+    parser.add_argument("--robot", action="append", default=[], metavar="NAME",
+                        help="namespace of the robot, when a bag holds several; again: one for each bag, or robots of one bag, to be compared")
     parser.add_argument("--title", help="instead of the robot's and the world's name")
     options = parser.parse_args(arguments)
     try:

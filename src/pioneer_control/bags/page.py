@@ -14,7 +14,7 @@ from pioneer_control.bags.recording_description import description_of
 from pioneer_control.bags.run import Run
 from pioneer_control.bags.timeline import Timeline, how_long
 from pioneer_control.errors import UsageError
-from pioneer_control.pictures import FAINT, INK, ORANGE, VERMILLION, draw_frame
+from pioneer_control.pictures import FAINT, VERMILLION, draw_frame
 
 GAP, AXIS = 0.28, 0.36  # inches above the map for its scale bar; below the map and below the strips for their axes
 LINE, EVENT_LINE = 0.175, 0.22  # inches from one line of text to the next; where they have badges
@@ -107,7 +107,9 @@ def timeline_of(run: Run) -> Timeline:
     return Timeline(min(min(time) for time in times if len(time)), max(max(time) for time in times if len(time)))
 
 
-def _write_head(paper: Paper, run: Run, view: View, timeline: Timeline, title: Optional[str], wrong: Sequence[Incident], damage: Sequence[str]) -> None:
+def _write_head(
+    paper: Paper, run: Run, view: View, timeline: Timeline, title: Optional[str], wrong: Sequence[Incident], damage: Sequence[str]
+) -> None:
     """Title, when and from which file, figures, and in red what is damaged."""
     robot = run.robot or "robot"
     named = title or robot + (f" ({run.model})" if run.model else "") + (f" in {run.world}" if run.world else "")
@@ -168,7 +170,7 @@ def _write_legend(paper: Paper, axes, run: Run, timeline: Timeline, left: float,
 def _badge(paper: Paper, left: float, middle: float, words: str, colour: str) -> None:
     """A sign as the drawings have it, beside its explanation."""
     badge = dict(boxstyle="circle,pad=0.18", facecolor=colour, edgecolor="none")
-    paper.text(left, middle, words, size=6.5, color=INK if colour == ORANGE else "white", fontweight="bold", ha="center", bbox=badge)
+    paper.text(left, middle, words, size=6.5, color=strips.ink_on(colour), fontweight="bold", ha="center", bbox=badge)
 
 
 def _write_wrong(paper: Paper, top: float, wrong: Sequence[Incident], timeline: Timeline) -> None:

@@ -86,7 +86,7 @@ def figure(runs: Sequence[Run], title: Optional[str] = None):
     paper = Paper(TOP + head + height + AXIS + below + BOTTOM)
     _write_head(paper, rows, title)
     axes = paper.axes(LEFT, TOP + head, width, height)
-    _draw_paths(axes, rows, laid, walls, low, high, width)
+    _draw_paths(axes, laid, walls, low, high, width)
     draw_frame(axes, low[0], high[0])
     _write_table(paper, TOP + head + height + AXIS + ROW / 2, rows)
     strips.draw(paper, strips.NAMES, TOP + head + height + AXIS + table, shown, (), timeline, "each began to move")
@@ -110,14 +110,15 @@ def _write_head(paper: Paper, rows: Sequence[Compared], title: Optional[str]) ->
     paper.text(LEFT, TOP + 0.39, words[0].upper() + words[1:], room=RIGHT - LEFT, size=SMALL)
 
 
-def _draw_paths(axes, rows: Sequence[Compared], laid: Sequence[Track], walls: Optional[Map], low: np.ndarray, high: np.ndarray, inches: float) -> None:
-    """All paths, and a mark where each ends."""
+def _draw_paths(axes, laid: Sequence[Track], walls: Optional[Map], low: np.ndarray, high: np.ndarray, inches: float) -> None:
+    """All paths, on axes so many inches wide, and a mark where each ends."""
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     if walls is not None:
         from_above.draw_map(axes, walls)
     for number, (track, look) in enumerate(zip(laid, LOOKS)):
         axes.plot(track.x, track.y, zorder=3, **look)
-        axes.plot(*track.pose(-1)[:2], "s", color=look["color"], markeredgecolor="white", markeredgewidth=0.8, markersize=5.5 if number else 9, zorder=6)
+        square = dict(marker="s", markersize=5.5 if number else 9, markeredgecolor="white", markeredgewidth=0.8)
+        axes.plot(*track.pose(-1)[:2], color=look["color"], zorder=6, **square)
     axes.plot(*laid[0].pose(0)[:2], "o", color="white", markeredgecolor=INK, markersize=6, zorder=6)
     from_above.draw_arrows(axes, laid[0], (high - low)[0] / inches)
 

@@ -35,6 +35,11 @@ class Badge(NamedTuple):
     colour: str
 
 
+def ink_on(colour: str) -> str:
+    """The colour of letters that can be read on another."""
+    return INK if colour == ORANGE else "white"
+
+
 class Lane(NamedTuple):
     """A row of spans of time (s), and badges."""
 
@@ -103,7 +108,7 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
 
 
 def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, inches: float) -> List[Lane]:
-    """Spans with words on them, in as few rows as they need to leave each other alone; what that is too much for is in the last one, without words."""
+    """Spans with words on them, in as few rows as leave them apart; what is too much for that is in the last one, without words."""
     second, rows, ends = inches / timeline.span, [], []
     for span in sorted(spans):
         wide = LETTER * len(span.what) / second
@@ -141,7 +146,10 @@ def held(run: Run, end: float) -> Tuple[Tuple[float, float], ...]:
 
 
 def doings(run: Run) -> List[Lane]:
-    """A lane for each kind of decision, by the first word of its reason: "driving", "turning", ... The commonest few. A decision holds until the next of its wander."""
+    """A lane for each of the commonest kinds of decisions, by the first word of the reason: "driving", "turning", ...
+
+    A decision holds until the next of its wander.
+    """
     changes: Dict[str, List[Tuple[float, float]]] = {}
     for decision, then in zip(run.decisions, [*run.decisions[1:], None]):
         begin, until = decision.time, then.time if then and then.wander == decision.wander else decision.time
@@ -231,7 +239,7 @@ def draw_lanes(axes, rows: Sequence[Lane], timeline: Timeline, width: float) -> 
         places = spread([badge.time for badge in badges], BADGES_APART * in_inches, timeline.begin, timeline.end)
         for badge, place in zip(badges, places):
             axes.text(
-                place, middle, badge.words, ha="center", va="center", color=INK if badge.colour == ORANGE else "white", fontsize=6.5, fontweight="bold", zorder=5,
+                place, middle, badge.words, ha="center", va="center", color=ink_on(badge.colour), fontsize=6.5, fontweight="bold", zorder=5,
                 bbox=dict(boxstyle="circle,pad=0.18", facecolor=badge.colour, edgecolor="white", linewidth=0.5),
             )  # fmt: skip
         for time, words in lane.words:

@@ -6,7 +6,7 @@ from pioneer_control.bags.run import Decision, Gap, GripperEvent, Happening, Map
 
 BEGIN = 1.8e9  # s
 SQUARE = np.array([(0.36, -0.2), (0.36, 0.2), (-0.3, 0.2), (-0.3, -0.2)])
-REASONS = "driving: 1 m clear ahead", "turning left: sonar 1 sees 3 m", "stopped: the time is up", "backing off", "halting: to turn", "asleep", "awake"
+REASONS = "driving: 1 m clear ahead", "turning left: sonar 1", "stopped: the time is up", "backing off", "halting: to turn", "asleep", "awake"
 LONG_TEXT = "the other side closed the line: switched off, cable pulled, or another program is connected, and this says it at great length"
 
 
@@ -49,9 +49,10 @@ def full(odometry, times=5):
         transducers={0: (0.2, 0.0, 0.0)}, sonar=Sonar(moments, np.zeros(times), np.full(times, 1.5)),
         cans=(np.array([(1.0, 1.0, 0.0)]), np.array([(2.0, 1.0, 0.0)])),
         gripper=tuple(GripperEvent(time, ("picked up", "put down", "closed on nothing")[n % 3]) for n, time in enumerate(moments)),
-        commanded=told, measured=told, battery=series((0, 13.0), (seconds / 2, 11.0)), motors=series((0, 1), (seconds / 2, 0)), e_stop=series((1, 1), (2, 0)),
+        commanded=told, measured=told, battery=series((0, 13.0), (seconds / 2, 11.0)),
+        motors=series((0, 1), (seconds / 2, 0)), e_stop=series((1, 1), (2, 0)),
         stalls=tuple(Span(time, time + 1, "both wheels") for time in moments), bumps=(Span(moments[0], moments[0] + 1, "front 2"),),
-        faults=tuple(Happening(time, 1 + n % 2, "/pioneer/p2os", "abcdefghijklmnopqrstuvwxyz"[n % 26] * 9 + LONG_TEXT) for n, time in enumerate(moments))
+        faults=tuple(Happening(time, 1 + n % 2, "/pioneer/p2os", chr(ord("a") + n % 26) * 9 + LONG_TEXT) for n, time in enumerate(moments))
         + tuple(Happening(time, 1, "/pioneer/simulator", "simulated 1.0 s: fault begins: loss 0.4") for time in moments),
         gaps=tuple(Gap("/pioneer/" + name, time, time + 1.0) for time in moments for name in ("pose", "sonar", "battery", "stall", "cans")),
         decisions=tuple(Decision(time, 0.0, 1, 0, 0.1, 0.1, 0.0, REASONS[n % len(REASONS)]) for n, time in enumerate(moments)),

@@ -26,7 +26,8 @@ class TestIncidents:
 
     def test_letters_go_to_errors_first(self):
         faults = [Happening(float(n), 2 if n == 3 else 1, "", "abcd"[n]) for n in range(4)]
-        assert [(each.letter, each.words) for each in incidents(make.run(faults=tuple(faults)), listed=2)] == [("A", "a"), ("", "b"), ("", "c"), ("B", "d")]
+        found = incidents(make.run(faults=tuple(faults)), listed=2)
+        assert [(each.letter, each.words) for each in found] == [("A", "a"), ("", "b"), ("", "c"), ("B", "d")]
 
     def test_what_was_asked_for_is_no_fault(self):
         assert said((1.0, 1, "/pioneer/simulator", "simulated 3.041 s: fault begins: stall")) == []

@@ -47,7 +47,7 @@ def test_errors_and_warnings_have_rows_of_their_own():
 
 
 def test_a_decision_holds_until_the_next_of_its_wander():
-    reasons = (1, "driving: 2 m"), (3, "driving: 1 m"), (5, "turning left: x"), (8, "driving: 2 m"), (9, ""), (15, "driving: 3 m"), (17, "driving: 3 m")
+    reasons = (1, "driving: 2 m"), (3, "driving: 1 m"), (5, "turning left: x"), (8, "driving: 2 m"), (9, ""), (15, "driving: 3"), (17, "driving: 3")
     decisions = tuple(Decision(make.BEGIN + time, 0, 1 + (time > 9), 0, 0, 0, 0, reason) for time, reason in reasons)
     found = rows(make.run(decisions=decisions))
     assert found["decided: driving"].spans == ((1.0, 5.0), (8.0, 9.0), (15.0, 17.0))
