@@ -157,3 +157,24 @@ class TestComparison:
 )
 def test_with_what_a_run_was_recorded(notes, says):
     assert page.recorded_with(notes) == says
+
+
+def test_a_robot_that_backs_off_looks_one_way_and_goes_the_other():
+    backwards = make.track(60.0, speed=-0.2, bend=0.0)
+    axes = page.figure(make.run(backwards)).axes[0]
+    strokes = [line.get_xdata() for line in axes.lines if len(line.get_xdata()) == 2 and line.get_label().startswith("_") and line.get_linewidth() < 2]
+    assert strokes and all(end > begin for begin, end in strokes)
+    arrows = axes.collections[0].get_paths()
+    assert arrows and all(np.argmin(arrow.vertices[:4, 0]) == 0 for arrow in arrows), "the tip is the first point"
+
+
+def test_hours_on_one_way_leave_it_to_be_seen():
+    there_and_back = make.track(60.0)
+    long = type(there_and_back)(*(np.tile(values, 50) for values in there_and_back))._replace(time=make.BEGIN + np.arange(50 * 601) * 0.1)
+    count = [len(page.figure(make.run(each)).axes[0].collections[0].get_paths()) for each in (there_and_back, long)]
+    assert count[1] < 4 * count[0]
+
+
+def test_runs_can_be_told_apart_without_colours():
+    styles = [(str(look["linestyle"]), look["linewidth"] > 2) for look in side_by_side.LOOKS]
+    assert len(set(styles)) == len(styles)
