@@ -12,6 +12,7 @@ A simulated robot writes it, in simulated s, and `bags.wire` makes one of a bag;
 Lines that begin with # are for people. A packet may be spread over several lines, which is how it went over the line.
 """
 
+import math
 from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from ..errors import UsageError
@@ -54,7 +55,10 @@ def entries(lines: Iterable[str]) -> Iterator[Entry]:
                 yield Entry(float(words[1]), 0, False, b"", line.split(maxsplit=2)[2].strip())
             else:
                 time, robot, way, data = words
-                yield Entry(float(time), int(robot), {">": True, "<": False}[way], parse_hex(data))
+                entry = Entry(float(time), int(robot), {">": True, "<": False}[way], parse_hex(data))
+                if not math.isfinite(entry.time) or entry.robot < 1:
+                    raise ValueError
+                yield entry
         except (ValueError, KeyError, IndexError) as error:
             if words[0] != "#":
                 raise UsageError(f"line {number} of the record: {line.strip()!r} is not 'TIME ROBOT > BYTES' or 'TIME ROBOT < BYTES'") from error

@@ -9,7 +9,7 @@ No thread, clock or socket is in here.
 
 import math
 from collections import Counter
-from typing import Callable, Iterable, List, NamedTuple, Optional
+from typing import Callable, Dict, Iterable, List, NamedTuple, Optional
 
 from .. import p2os
 from ..errors import UsageError
@@ -210,23 +210,27 @@ def steps_of(entries: Iterable[Entry], robot: int) -> List[Step]:
     """
     steps: List[Step] = []
     ears = {True: FrameDecoder(), False: FrameDecoder()}
-    latest = None       # step with a stage
+    asked: Dict[Optional[int], int] = {}    # the step in which the client last asked for each stage; for OPEN: first, once SYNC2 was answered
+    synced = False
     for entry in entries:
         if entry.robot != robot or entry.note:
             continue
-        time_us = round(entry.time * 1e6)
-        frames = ears[entry.to_robot].feed(entry.data)
-        if entry.to_robot:
-            steps += [Step(time_us, b"", frame) for frame in frames]
-            continue
-        for stage in map(_stage_answered, frames):
-            at = None
-            if stage is not None and (stage != OPEN or latest is not None and steps[latest].stage == SYNC2):
-                asked = [at for at in range(0 if latest is None else latest + 1, len(steps)) if steps[at].frame is not None and steps[at].frame.id == IDS[stage]]
-                at = None if not asked else asked[0] if stage == OPEN else asked[-1]
-            if at is not None:
-                steps[at], latest = steps[at]._replace(stage=stage), at
-        steps.append(Step(time_us, entry.data, None))
+        time_us = max(round(entry.time * 1e6), steps[-1].time_us if steps else -math.inf)     # the order counts where a clock jumped back
+        for frame in ears[entry.to_robot].feed(entry.data):
+            if entry.to_robot:
+                if synced and frame.id == IDS[OPEN]:
+                    asked.setdefault(OPEN, len(steps))
+                if frame.id in IDS:
+                    asked[frame.id] = len(steps)
+                steps.append(Step(time_us, b"", frame))
+                continue
+            stage = _stage_answered(frame)
+            if stage in asked:
+                steps[asked[stage]] = steps[asked[stage]]._replace(stage=stage)
+                synced = stage == SYNC2
+                asked.clear()
+        if not entry.to_robot:
+            steps.append(Step(time_us, entry.data, None))
     if not any(step.data for step in steps):
         raise UsageError(f"the record has nothing that a robot {robot} said")
     return steps

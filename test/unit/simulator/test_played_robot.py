@@ -9,6 +9,7 @@ from pioneer_control.p2os.recording import Entry, written
 from pioneer_control.simulator.__main__ import main
 from pioneer_control.simulator.firmware import Session
 from pioneer_control.simulator.played_robot import PlayedRobot
+from pioneer_control.simulator.wired import Wired
 
 SYNC = [encode_frame(number) for number in range(3)]
 OPEN, CLOSE, PULSE = (encode_command(name) for name in ("OPEN", "CLOSE", "PULSE"))
@@ -140,6 +141,16 @@ def test_a_robot_among_several():
     assert played.robot.advance(0.1) == sip(20)
     with pytest.raises(UsageError, match="nothing that a robot 3 said"):
         Played(both, 3)
+
+
+def test_a_record_in_which_time_jumps_back_is_played_in_its_order():
+    record = session(5.0, 10)
+    played = Played([*record[:10], record[10]._replace(time=0.0), *record[11:]])
+    wired = Wired(played.robot)
+    for packet in [*SYNC, OPEN]:
+        wired.send(0, packet)
+        wired.advance(0.1)
+    assert b"".join(arrival.data for arrival in wired.advance(1.0)).endswith(sip(11) + sip(12) + sip(13))
 
 
 @pytest.mark.parametrize("record, message", [
