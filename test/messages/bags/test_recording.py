@@ -2,7 +2,9 @@
 
 import datetime
 import pathlib
+import re
 import shlex
+import xml.etree.ElementTree as ElementTree
 import xmlrpc.client
 
 import pytest
@@ -11,6 +13,7 @@ from roslaunch.config import load_config_default
 from pioneer_control.bags import recording_attendant as attendant
 from pioneer_control.bags import recording_description as description
 from pioneer_control.bags.recording_start import Recording, parser, recording_of
+from pioneer_control.bags.recording_topics import groups_to_ask_for, load_list
 from pioneer_control.driver import requests
 from pioneer_control.driver.conversions import WHEEL_JOINTS
 from pioneer_control.errors import UsageError
@@ -56,6 +59,24 @@ class TestLaunchFile:
         made = recording("bag:=/data/my runs/x.bag", "split:=1h", "also:=wire packets", "compression:=bz2", "keep_free:=1GB")
         assert (made.stem, made.split, made.compression, made.keep_free) == ("/data/my runs/x", ("duration", 3600), "bz2", 2 ** 30)
         assert set(made.asked_for) == {"/pioneer/wire", "/pioneer/io", "/pioneer/imu"}
+
+
+class TestDocument:
+    """docs/recording.md names what there is."""
+
+    text = (ROOT / "docs" / "recording.md").read_text(encoding="utf-8")
+
+    def rows(self, head):
+        """Names in the first column of the table with this head."""
+        table = self.text.split(f"| {head} |")[1].split("\n\n")[0]
+        return [name for row in table.splitlines()[2:] for name in re.findall("`(.*?)`", row.split(" |")[0])]
+
+    def test_arguments_are_those_of_the_launch_file(self):
+        launch = ElementTree.parse(ROOT / "launch" / "record.launch").getroot()
+        assert sorted(self.rows("argument")) == sorted(argument.get("name") for argument in launch.iter("arg"))
+
+    def test_groups_are_those_that_can_be_asked_for(self):
+        assert self.rows("`also:=`") == list(groups_to_ask_for(load_list(str(ROOT / "config" / "record.yaml"))))
 
 
 class TestDescription:
