@@ -72,7 +72,7 @@ def figure(runs: Sequence[Run], title: Optional[str] = None):
     rows = compared(runs)
     begin = rows[0].track.pose(0)
     laid = [from_its_start(row.track).seen_from(begin) for row in rows]
-    walls = runs[0].map if all(run.truth is not None for run in runs) else None
+    walls = runs[0].map if all(run.truth is not None for run in runs) and len({run.world for run in runs}) == 1 else None
     reach = max(np.hypot(*run.footprint.T).max() if len(run.footprint) else 0.3 for run in runs)
     low, high = from_above.extent(laid, np.empty((0, 2)), walls, reach)
     timeline = Timeline(0.0, max(float(track.time[-1]) for track in laid))
@@ -95,7 +95,8 @@ def figure(runs: Sequence[Run], title: Optional[str] = None):
 
 def _curves(rows: Sequence[Compared]) -> List[strips.Curves]:
     """Velocities of all, and how far each is from the first, since each began to move."""
-    measured = [(row.run.measured._replace(time=row.run.measured.time - first_movement(row.track)), look) for row, look in zip(rows, LOOKS)]
+    measured = [(strips.measured(row.run), first_movement(row.track), look) for row, look in zip(rows, LOOKS)]
+    measured = [(velocities._replace(time=velocities.time - begin), look) for velocities, begin, look in measured]
     apart = tuple((*distance_between(rows[0].track, row.track), look) for row, look in zip(rows[1:], LOOKS[1:]))
     return strips.velocities(measured) + [strips.Curves("from first\n(m)", strips.CURVE, apart, FEWEST_METRES, True)]
 
@@ -103,7 +104,9 @@ def _curves(rows: Sequence[Compared]) -> List[strips.Curves]:
 def _write_head(paper: Paper, rows: Sequence[Compared], title: Optional[str]) -> None:
     """Title, and what is compared with what."""
     robots = list(dict.fromkeys((row.run.robot or "robot") + (f" ({row.run.model})" if row.run.model else "") for row in rows))
+    worlds = list(dict.fromkeys(row.run.world for row in rows if row.run.world))
     of = robots[0] if len(robots) == 1 else f"{len(robots)} robots: {', '.join(robots)}"
+    of += f" in {worlds[0]}" if len(worlds) == 1 else f" in {len(worlds)} worlds: {', '.join(worlds)}" if worlds else ""
     paper.text(LEFT, TOP + 0.1, title or f"{len(rows)} runs of {of}", room=RIGHT - LEFT, size=15, fontweight="bold")
     paths = "true paths" if rows[0].track is rows[0].run.truth else "paths as the robots' odometry has them"
     words = f"{paths}, laid so that all begin together: at the same place, heading, and moment of the first movement"

@@ -63,10 +63,15 @@ class Curves(NamedTuple):
 
 def curves(run: Run) -> List[Curves]:
     """What a run has to show as lines."""
-    found = velocities([(run.commanded, COMMANDED), (Velocities(*broken(run.measured, run.gaps, "pose", "odom")), MEASURED)])
+    found = velocities([(run.commanded, COMMANDED), (measured(run), MEASURED)])
     if len(run.battery.time):
         found.append(Curves("battery\n(V)", BATTERY, ((*broken(run.battery, run.gaps, "battery", "battery_state"), VOLTAGE),), LEAST_VOLTS, False))
     return found
+
+
+def measured(run: Run) -> Velocities:
+    """What a robot measured, where it was heard of."""
+    return Velocities(*broken(run.measured, run.gaps, "pose", "odom"))
 
 
 def broken(lines: Sequence[np.ndarray], gaps: Sequence[Gap], *topics: str) -> List[np.ndarray]:

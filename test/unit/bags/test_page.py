@@ -121,6 +121,13 @@ class TestComparison:
         assert {"first", "slow (damaged)", "20 s", "4.00 m", "0.20 m/s", "2.00 m", "0.10 m/s"} <= set(words)
         assert any(re.fullmatch(r"1\.\d\d m, \+0°", text) for text in words)
 
+    def test_the_map_is_drawn_only_where_all_were_in_it(self):
+        here = RUNS["a minute"]
+        sheets = [self.compare(here, other) for other in (here, here._replace(world="maze"), here._replace(truth=None))]
+        assert [len(sheet.axes[0].images) for sheet in sheets] == [1, 0, 0]
+        titles = [self.table(sheet)[0] for sheet in sheets]
+        assert titles[0].endswith("in tutorial") and titles[1].endswith("in 2 worlds: tutorial, maze")
+
     def test_the_true_paths_are_compared_only_where_all_are_known(self):
         with_truth = RUNS["a minute"]
         assert side_by_side.compared([with_truth, with_truth])[0].track is with_truth.truth
