@@ -117,6 +117,21 @@ def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
     return {connection.topic: connection.type for connection in connections}
 
 
+def warn_of_robots() -> None:
+    """What a robot on this master reports would mix with the bag. Raises UsageError where there is no master: a player would wait for one for ever."""
+    import rosgraph
+
+    from .replay_stage import alive     # here: it needs all of rospy
+
+    try:
+        others = alive()
+    except OSError:
+        raise UsageError(f"there is no ROS master at {rosgraph.get_master_uri()}: start roscore, or use roslaunch pioneer_control replay.launch") from None
+    if others:
+        print(f"replay: {', '.join(others)} is on this master. No command of the bag reaches it, but what it reports mixes with the bag: a replay is better "
+              "done on a master of its own (export ROS_MASTER_URI=http://localhost:11411)", file=sys.stderr)
+
+
 def yes_or_no(text: str) -> bool:
     """As launch files write it. Raises ArgumentTypeError for anything else."""
     if text.lower() not in ("true", "false"):
@@ -135,6 +150,7 @@ def look(arguments: Sequence[str], ros: Sequence[str]) -> int:
     command = player(files, recorded_topics(files), options)
     if given.picture:
         draw([*files, "--parts"])
+    warn_of_robots()
     sys.stdout.flush()
     os.execvp(command[0], command + list(ros))
 

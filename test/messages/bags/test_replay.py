@@ -8,7 +8,7 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Joy
 
-from pioneer_control.bags import replay
+from pioneer_control.bags import replay, replay_stage
 from pioneer_control.bags.reader import BagError
 from pioneer_control.driver.requests import TOPICS
 from pioneer_control.msg import MotorState, WheelVelocities
@@ -119,6 +119,10 @@ class TestBags:
 
 
 class TestMain:
+    @pytest.fixture(autouse=True)
+    def nobody_else(self, monkeypatch):
+        monkeypatch.setattr(replay_stage, "alive", lambda: [])
+
     @pytest.mark.parametrize("words, said", [
         (["look", "/nowhere/x.bag"], "/nowhere/x.bag: no such file"), (["rewind"], "'rewind': there are look, rerun, redrive")])
     def test_what_cannot_be_done_is_told_in_a_line(self, capsys, words, said):
@@ -139,3 +143,18 @@ class TestMain:
         monkeypatch.setattr(replay, "draw", lambda words: done.append(words))
         replay.main(["look", bag, f"--picture={str(wanted).lower()}"])
         assert done == ([[bag, "--parts"]] if wanted else []) + ["played"]
+
+    def test_robots_that_are_there_are_told(self, bag, monkeypatch, capsys):
+        monkeypatch.setattr(os, "execvp", lambda file, words: None)
+        replay.main(["look", bag])
+        assert capsys.readouterr().err == ""
+        monkeypatch.setattr(replay_stage, "alive", lambda: ["/alice/p2os (/alice/motor_state)"])
+        replay.main(["look", bag])
+        assert "/alice/p2os (/alice/motor_state) is on this master. No command of the bag reaches it" in capsys.readouterr().err
+
+    def test_no_master_is_told(self, bag, monkeypatch, capsys):
+        def refuse():
+            raise ConnectionRefusedError
+        monkeypatch.setattr(replay_stage, "alive", refuse)
+        assert replay.main(["look", bag]) == 2
+        assert "there is no ROS master at" in capsys.readouterr().err

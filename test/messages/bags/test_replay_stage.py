@@ -1,0 +1,89 @@
+"""The bag that a re-run or a re-drive keeps, and programs that end: no master."""
+
+import signal
+import sys
+import time
+
+import genpy
+import pytest
+from geometry_msgs.msg import Twist
+
+from pioneer_control.bags import replay_stage as stage
+from pioneer_control.bags.reader import decode, read_bag
+from pioneer_control.errors import UsageError
+
+
+class TestKeeper:
+    def test_what_it_is_given_is_in_the_bag_at_its_time(self, tmp_path):
+        keeper = stage.Keeper(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
+        twist = Twist()
+        twist.linear.x = 0.25
+        keeper.write("/pioneer/cmd_vel", twist)
+        keeper.close()
+        keeper.write("/pioneer/cmd_vel", twist)     # too late
+        keeper.close()
+        ((topic, connection, data, nanoseconds),) = read_bag(keeper.path)
+        assert (topic, nanoseconds, decode(connection, data)) == ("/pioneer/cmd_vel", 7 * 10 ** 9, twist)
+        assert keeper.counts == {topic: 1} and keeper.newest[topic] is twist
+
+    def test_what_it_hears_keeps_its_bytes_and_its_sender(self, tmp_path):
+        keeper = stage.Keeper(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
+        for number in range(3):
+            message = stage.rospy.AnyMsg()
+            message._buff = bytes([number]) * 48
+            message._connection_header = dict(
+                type=Twist._type, md5sum=Twist._md5sum, message_definition=Twist._full_text, callerid="/somebody", topic="/rerun/cmd_vel")
+            keeper._take(message, "/cmd_vel")
+        keeper.close()
+        kept = list(read_bag(keeper.path))
+        assert [entry.data for entry in kept] == [bytes([number]) * 48 for number in range(3)]
+        assert {(entry.topic, entry.connection.caller, entry.connection.type) for entry in kept} == {("/cmd_vel", "/somebody", "geometry_msgs/Twist")}
+
+    def test_a_bag_with_nothing_in_it_is_not_left_behind(self, tmp_path):
+        stage.Keeper(str(tmp_path / "x.bag"), lambda: genpy.Time(7)).close()
+        assert list(tmp_path.iterdir()) == []
+
+    def test_nothing_is_overwritten(self, tmp_path):
+        (tmp_path / "x.bag").write_text("mine")
+        with pytest.raises(UsageError, match="x.bag is there already"):
+            stage.Keeper(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
+        assert (tmp_path / "x.bag").read_text() == "mine"
+
+    def test_a_place_where_there_can_be_none(self, tmp_path):
+        with pytest.raises(UsageError, match="nowhere/x.bag cannot be written: No such file or directory"):
+            stage.Keeper(str(tmp_path / "nowhere" / "x.bag"), lambda: genpy.Time(7))
+
+
+def test_names_that_are_free(tmp_path):
+    bag = str(tmp_path / "run.bag")
+    names = []
+    for _ in range(3):
+        names.append(stage.free_name(bag, "rerun"))
+        open(names[-1], "w").close()
+    assert names == [str(tmp_path / name) for name in ("run-rerun.bag", "run-rerun-2.bag", "run-rerun-3.bag")]
+
+
+class TestPrograms:
+    def test_one_that_hears_ctrl_c_ends_by_itself(self):
+        programs = stage.Programs()
+        process = programs.start([sys.executable, "-c", "import time; print('x', flush=True); time.sleep(60)"], quiet=True)
+        assert process.poll() is None
+        programs.end_all()
+        assert process.poll() in (1, -signal.SIGINT)
+
+    def test_one_that_does_not_is_killed(self, monkeypatch, tmp_path):
+        monkeypatch.setattr(stage, "LAST_WORDS", (0.2, 0.2))
+        ready = tmp_path / "ready"
+        code = f"import signal, time; [signal.signal(n, signal.SIG_IGN) for n in (2, 15)]; open({str(ready)!r}, 'w'); time.sleep(60)"
+        programs = stage.Programs()
+        process = programs.start([sys.executable, "-c", code])
+        while not ready.exists():
+            time.sleep(0.01)
+        programs.end_all()
+        assert process.poll() == -signal.SIGKILL
+
+    def test_one_that_has_ended_tells_its_code(self):
+        programs = stage.Programs()
+        process = programs.start([sys.executable, "-c", "raise SystemExit(3)"])
+        process.wait()
+        assert programs.end(process) == 3
