@@ -67,6 +67,8 @@ def play_client(entries: Iterable[Entry], wired: Wired) -> List[Entry]:
             made.append(Entry(arrival.time_us / 1e6, arrival.robot + 1, False, arrival.data))
 
     for entry in entries:
+        if entry.note:
+            continue
         if entry.robot > len(wired.robots):
             raise UsageError(f"the record has a robot {entry.robot}: let there be as many simulated ones")
         time_us = max(wired.time_us, round(entry.time * 1e6))

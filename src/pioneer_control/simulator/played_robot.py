@@ -150,18 +150,25 @@ class PlayedRobot:
         frame = self.steps[at].frame
         return frame is not None and frame.id == CLOSE_ID and self.steps[at].stage is None
 
-    def _next_stage(self) -> Optional[int]:
-        """Where the record next waits, or None."""
-        return next((at for at in range(self._at, len(self.steps)) if self.steps[at].stage is not None), None)
-
     def _connect(self, id: int) -> None:
-        """SYNC0, SYNC1, SYNC2 or OPEN, as the record will have them; out of order they are not answered, or the connection begins anew."""
-        at = self._next_stage()
-        if at is not None and id == SYNC0 and self.steps[at].stage != SYNC0:
-            at = max((before for before in range(at) if self.steps[before].stage == SYNC0), default=None)
-        if at is None or id != IDS[self.steps[at].stage]:
+        """SYNC0, SYNC1, SYNC2 or OPEN, as the record will have them; what is out of order is not answered, as then.
+
+        But the connection may begin anew; and who took an answer to SYNC2 that the record's client did not, is as far as that was later.
+        """
+        staged = [at for at in range(len(self.steps)) if self.steps[at].stage is not None]
+        before, ahead = [at for at in staged if at < self._at], [at for at in staged if at >= self._at]
+        fits = bool(ahead) and id == IDS[self.steps[ahead[0]].stage]
+        if fits:
+            at = ahead[0]
+        elif id == SYNC0 and ahead:
+            at = max((at for at in before if self.steps[at].stage == SYNC0), default=None)
+        elif id == IDS[OPEN] and before and self.steps[before[-1]].stage == SYNC2:
+            at = next((at for at in ahead if self.steps[at].stage == OPEN), None)
+        else:
+            at = None
+        if at is None:
             return
-        if id != SYNC0:
+        if fits and id != SYNC0:
             self._sent += [step.data for step in self.steps[self._at:at]]
         self._go_to(at + 1)
         if self.steps[at].stage == OPEN:

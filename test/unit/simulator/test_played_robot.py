@@ -79,6 +79,14 @@ def test_what_is_out_of_order_is_not_answered_and_a_sync0_again_begins_again():
     played.connect()
 
 
+def test_who_takes_an_answer_that_the_client_of_then_did_not_is_connected():
+    """A late answer to SYNC2, made to a CLOSE, which is the same packet; the client of then began anew."""
+    attempt = session(1.0, 0)[1:6] + [Entry(1.3, 1, True, CLOSE), Entry(1.31, 1, False, REPLY)]
+    played = Played(attempt + session(5.0, 10))
+    assert played.connect() == b"" and played.robot.session is Session.OPEN
+    assert played.robot.advance(0.1) == sip(10)
+
+
 def test_a_client_that_ends_its_session_early_goes_on_with_the_next_connection():
     played = Played(TWO)
     played.connect()
