@@ -166,6 +166,11 @@ class TestCommand:
         assert draw.main([str(tmp_path / "missing.bag"), "-o", str(tmp_path / "missing" / "x.png")]) == 2
         assert "there is no directory" in capsys.readouterr().err
 
+    def test_a_directory_is_no_picture(self, tmp_path, capsys):
+        (tmp_path / "x.png").mkdir()
+        assert draw.main([str(tmp_path / "missing.bag"), "-o", str(tmp_path / "x.png")]) == 2
+        assert "is a directory" in capsys.readouterr().err
+
     def test_several_are_compared(self, tmp_path, capsys):
         bags = [make.write_bag(tmp_path / f"{name}.bag", make.driven(seconds=2, speed=speed)) for name, speed in (("a", 0.1), ("b", 0.2))]
         assert draw.main(bags) == 0
