@@ -65,7 +65,7 @@ def test_the_image_of_a_map_is_not_drawn_over(tmp_path, monkeypatch):
     (["empty", "-o", "empty.bmp"], "empty.bmp: a picture's name ends in .png, .pdf, .svg"),
     (["empty", "--model", "p4"], "p4"),
     (["tutorial", "--robots", "500"], "has room for"),
-    (["empty", "-o", "no/such/folder/empty.png"], "cannot write no/such/folder/empty.png: No such file or directory"),
+    (["empty", "-o", "no/such/folder/empty.png"], "cannot write no/such/folder/empty.png: there is no directory no/such/folder"),
 ])
 def test_mistakes_are_told(arguments, message, capsys):
     assert main(arguments) == 2
