@@ -171,7 +171,7 @@ class BesideRobot(unittest.TestCase):
         command = ["rosrun", "pioneer_control", "replay", "rerun", self.bag]
         done = subprocess.run([*command, "--robot=trusting"], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, timeout=PATIENCE)
         self.assertEqual(done.returncode, 2)
-        self.assertIn("/trusting/p2os (/trusting/motor_state) is on this master", done.stderr.decode())
+        self.assertIn("/careful/p2os (/careful/motor_state), /trusting/p2os (/trusting/motor_state) is on this master", done.stderr.decode())
         self.assertIn("Choose one with robot:=NAME", subprocess.run(command, stderr=subprocess.PIPE, timeout=PATIENCE).stderr.decode())
         self.assert_neither_moved(way)
 
@@ -182,7 +182,7 @@ class BesideRobot(unittest.TestCase):
         told = subprocess.run(["rosrun", "pioneer_control", "replay", "redrive", self.bag, "--robot=trusting", "--into=real", "--port=/dev/null"],
                               stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, timeout=PATIENCE)
         self.assertEqual(told.returncode, 2)
-        self.assertIn("/trusting/p2os (/trusting/motor_state) is on this master", told.stderr.decode())
+        self.assertIn("/careful/p2os (/careful/motor_state), /trusting/p2os (/trusting/motor_state) is on this master", told.stderr.decode())
         moved = []
         rospy.Subscriber("/redrive/ground_truth", Odometry, lambda m: self.witness.keep(moved, m.pose.pose.position.x))
         driving = self.launch("way:=redrive", "robot:=trusting")

@@ -22,8 +22,8 @@ from .draw import in_order
 from .draw import main as draw
 from .reader import BagError, read_bag
 
-RECORDED = "recorded"
-"""Under this name, in the namespace where they were, commands of a bag come back."""
+RECORDED, RERUN = ASIDE = "recorded", "rerun"
+"""Under these names, in the namespace where they would be, commands of a bag come back, and those of a program that hears it go."""
 
 COMMANDS = {
     "cmd_vel": "drives",

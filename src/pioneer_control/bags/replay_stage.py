@@ -19,6 +19,7 @@ import rospy
 from ..errors import NoAnswerError, PioneerError, UsageError
 from ..ros_node import init_node
 from .redrive_schedule import OTHERS, VELOCITIES
+from .replay import ASIDE
 
 PATIENCE = 30.0  # s: for programs to be there; the slowest machine needs few of them
 INTERVAL = 0.05  # s between two looks
@@ -177,11 +178,17 @@ def nodes() -> List[str]:
 
 
 def alive() -> List[str]:
-    """Who could be a robot, or move one: nodes that listen to commands, or report motors; with the topic that tells."""
+    """Who could be a robot, or move one: nodes that listen to commands, or report motors; each with a topic that tells."""
     now = graph()
     found = [(node, topic) for topic, names in now.publishers.items() if topic.rpartition("/")[2] == "motor_state" for node in names]
-    found += [(node, topic) for topic, names in now.subscribers.items() if topic.rpartition("/")[2] in VELOCITIES + OTHERS for node in names]
-    return [f"{node} ({topic})" for node, topic in sorted(dict(sorted(found, reverse=True)).items())]
+    found += [(node, topic) for topic, names in now.subscribers.items() if _commands(topic) for node in names]
+    return [f"{node} ({topic})" for node, topic in sorted(dict(sorted(found)).items())]
+
+
+def _commands(topic: str) -> bool:
+    """Whether who listens to a topic may be moved by it: what is played back or run again lies aside."""
+    *_, folder, name = ["", *topic.split("/")]
+    return name in VELOCITIES + OTHERS and folder not in ASIDE
 
 
 def connected(sender: str, listener: str, topics: Iterable[str]) -> bool:

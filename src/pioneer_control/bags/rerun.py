@@ -23,12 +23,10 @@ from ..msg import Decision, GripperState, MotorState, WheelVelocities
 from .reader import BagError, decode, read_bag
 from .recording_description import description_of
 from .redrive_schedule import VELOCITIES
-from .replay import absolute, aside, bag_files, player, recorded_topics
+from .replay import RERUN, absolute, aside, bag_files, player, recorded_topics
 from .replay_stage import INTERVAL, Interrupted, Keeper, Programs, alive, begin, connected, explain_roslaunch, free_name, graph, nodes, put_back, say, say_what_is_kept, wait_until
 from .rerun_compare import Velocity, Verdict, judge_decisions, judge_others, judge_velocities
 
-RERUN = "rerun"
-"""Under this name, in the namespace where it would be, the program's commands go."""
 KINDS = {"decision": Decision, "cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}
 SERVICES = "set_motors", "enable_motors", "disable_motors", "set_sonar", "reset_odometry"
 """Of a driver: the program does not reach those of one that is alive either."""
@@ -131,6 +129,8 @@ class Rerun:
 
     def __init__(self, given: argparse.Namespace) -> None:
         """Raises UsageError for what makes no sense, before anything is started."""
+        if {"-l", "--loop"} & set(shlex.split(given.options)):
+            raise UsageError("a program hears the bag once in a re-run: leave -l out of the options")
         self._given = given
         self._files = bag_files(given.bag)
         self._topics = recorded_topics(self._files)

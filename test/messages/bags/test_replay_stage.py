@@ -3,6 +3,7 @@
 import signal
 import sys
 import time
+from types import SimpleNamespace
 
 import genpy
 import pytest
@@ -87,3 +88,14 @@ class TestPrograms:
         process = programs.start([sys.executable, "-c", "raise SystemExit(3)"])
         process.wait()
         assert programs.end(process) == 3
+
+
+class TestAlive:
+    @pytest.mark.parametrize("publishers, subscribers, found", [
+        ({"/a/motor_state": ["/a/p2os"], "/a/pose": ["/a/p2os"]}, {"/a/cmd_vel": ["/a/p2os"]}, ["/a/p2os (/a/motor_state)"]),
+        ({}, {"/base/cmd_vel": ["/base/driver"]}, ["/base/driver (/base/cmd_vel)"]), ({}, {"cmd_wheels": ["/x"]}, ["/x (cmd_wheels)"]),
+        ({"/rosout": ["/y"]}, {"/a/pose": ["/rviz"], "/a/stop_button": ["/simulator"]}, []),
+        ({}, {"/a/recorded/cmd_vel": ["/x"], "/a/rerun/cmd_vel": ["/rerun"]}, [])])
+    def test_who_may_be_a_robot(self, monkeypatch, publishers, subscribers, found):
+        monkeypatch.setattr(stage, "graph", lambda: SimpleNamespace(publishers=publishers, subscribers=subscribers, services={}))
+        assert stage.alive() == found

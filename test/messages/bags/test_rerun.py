@@ -10,6 +10,7 @@ from std_msgs.msg import Header, String
 from pioneer_control.bags import rerun
 from pioneer_control.bags.reader import BagError
 from pioneer_control.bags.recording_description import Description, text_of
+from pioneer_control.errors import UsageError
 from pioneer_control.msg import Decision, MotorState
 
 PROGRAM = "/lab/mine"
@@ -120,3 +121,9 @@ class TestVerdict:
     def test_decisions_that_there_were_none_of_live_do_not_decide(self):
         live = {"cmd_vel": self.live["cmd_vel"]}
         assert not rerun.compare(live, self.live, 0.95).same, "it commands more than it did"
+
+
+@pytest.mark.parametrize("options", ["-l", "-r 2 --loop"])
+def test_there_is_no_end_to_a_loop(bag, options):
+    with pytest.raises(UsageError, match="leave -l out"):
+        rerun.Rerun(rerun.parser().parse_args([bag, "--options=" + options]))
