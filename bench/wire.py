@@ -3,8 +3,8 @@
 
     ./pioneer shell /usr/bin/python3 bench/wire.py      # a minute and a half; prints the table of docs/wire.md
 
-Three drivers, each with a robot of its own, take turns as in bench/driver.py: `off`, `on` with nobody who listens to wire, and `heard`, whose wire this
-process takes. Each has a subscriber of pose and of sonar. Processor time is that of all threads of a driver's process.
+Three drivers, each with a robot of its own, take turns as in bench/driver.py: `off`, `on` with nobody who listens to wire, and `heard`, whose wire
+this process takes. Each has a subscriber of pose and of sonar. Processor time is that of all threads of a driver's process.
 """
 
 import glob
@@ -86,7 +86,8 @@ def main() -> int:
     with master():
         found = measure()
     print("| | off | on, nobody listens | on, and heard |\n|---|---|---|---|")
-    for what, of, form in (("processor time a minute", lambda cost: cost.cpu, "%.2f s"), ("SIP to Odometry, median", lambda cost: median(cost.pose), "%.2f ms"),
+    for what, of, form in (("processor time a minute", lambda cost: cost.cpu, "%.2f s"),
+                           ("SIP to Odometry, median", lambda cost: median(cost.pose), "%.2f ms"),
                            ("cmd_vel to the line, median", lambda cost: median(cost.command), "%.2f ms")):
         for phase in (SLOW, FAST, MANY):
             off, *others = (of(found[name][phase]) for name in PUBLISHES)

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The run whose line is kept in test/data/day.wire: what a program did, and what its client told it. Run as a program it makes the run and the files again.
+"""The run whose line is kept in test/data/day.wire: what a program did, and what its client told it. As a program it makes run and files again.
 
     PYTHONPATH=src python3 test/integration/wire_log.py     # half a minute, in real time over TCP
 """

@@ -1,6 +1,7 @@
 """The line in a bag as text: ``python3 -m pioneer_control.bags.wire RUN.bag [-o RUN.wire]``; `p2os.recording` is the format.
 
-Times are seconds since the first bytes, by the driver's stamps; each robot, which is each topic, has its number. Where something is missing, a note says so.
+Times are seconds since the first bytes, by the driver's stamps; each robot, which is each topic, has its number. Where something is missing, a note
+says so.
 """
 
 import argparse

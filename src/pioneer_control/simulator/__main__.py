@@ -23,8 +23,10 @@ from .wired import Wired
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
-    """Run until Ctrl-C or SIGTERM, or for as long as --client takes. Returns the exit code: 0 ended, 1 something failed, or what the simulated robots
-    said differs from the record, 2 something makes no sense."""
+    """Run until Ctrl-C or SIGTERM; with --client, compare.
+
+    Returns the exit code: 0 ended, or all is the same; 1 something failed, or differs; 2 something makes no sense.
+    """
     options = parser().parse_args(arguments)
     if options.client is not None:
         return compare_with(options)
@@ -34,8 +36,8 @@ def main(arguments: Optional[List[str]] = None) -> int:
     try:
         allow_many_files()
         server = Server(
-            played_robot(options) if options.play is not None else simulation_of(options), options.tcp, options.pty, speed=options.speed, seed=options.seed, faults=faults_of(options),
-            record=options.record, say=say,
+            played_robot(options) if options.play is not None else simulation_of(options), options.tcp, options.pty, speed=options.speed,
+            seed=options.seed, faults=faults_of(options), record=options.record, say=say,
         )
     except PioneerError as error:
         print(f"simulator: {error}", file=sys.stderr)
@@ -150,7 +152,7 @@ def parser() -> argparse.ArgumentParser:
     add("--record", metavar="FILE", help="write there what goes over the lines; python3 -m pioneer_control.p2os --record FILE explains it")
     played = result.add_mutually_exclusive_group()
     played.add_argument("--play", metavar="FILE", help="no simulated robot, but the one in this record: it says again what it said; see docs/wire.md")
-    played.add_argument("--client", metavar="FILE", help="tell the simulated robots what those in this record were told, at once, and say how they differ")
+    played.add_argument("--client", metavar="FILE", help="tell the simulated robots what those in this record were told, and say how they differ")
     add("--robot", type=count, default=1, metavar="N", help="which robot of the record is played (default: %(default)s)")
     add("--fault", action="append", default=[], metavar="WORDS", help="such as 'loss 0.1 from 10 to 20'; may be given again; see below")
     add("--faults", action="append", default=[], metavar="FILE", help="a YAML list of faults; may be given again")

@@ -1,8 +1,8 @@
 """The client's side of a recorded line, for simulated robots: they are told what the robots of then were told, and their answers are compared.
 
-The bytes of the clients of a record (`p2os.recording`) come to the robots at their recorded times, over lines that take no time, as TCP. Of a record
-that a simulated robot made, the same robot, world, seed and faults give the same answers, byte by byte; a real robot's differ by what the simulated one
-is not. No thread, clock or socket is in here.
+The bytes of the clients of a record (`p2os.recording`) come to the robots at their recorded times, over lines that take no time, as TCP. Of a
+record that a simulated robot made, the same robot, world, seed and faults give the same answers, byte by byte; a real robot's differ by what the
+simulated one is not. No thread, clock or socket is in here.
 """
 
 import math
@@ -50,8 +50,9 @@ class Comparison(NamedTuple):
     def __str__(self) -> str:
         if self.same:
             return f"robot {self.robot}: {self.recorded} packets, and the simulated robot says the same, byte by byte"
-        return (f"robot {self.robot}: {self.recorded} packets in the record, {self.simulated} of the simulated robot; poses at most {self.apart:.3f} m and "
-                f"{math.degrees(self.turned_apart):.1f} degrees apart, {self.apart_at_end:.3f} m at the end\n  the first that differ: {self.first}")
+        apart = f"poses at most {self.apart:.3f} m and {math.degrees(self.turned_apart):.1f} degrees apart, {self.apart_at_end:.3f} m at the end"
+        return (f"robot {self.robot}: {self.recorded} packets in the record, {self.simulated} of the simulated robot; {apart}\n"
+                f"  the first that differ: {self.first}")
 
 
 def play_client(entries: Iterable[Entry], wired: Wired) -> List[Entry]:
