@@ -14,5 +14,8 @@
 Recording is ``nodes/record``: ``recording_topics`` says what and why, ``recording_start`` checks and becomes ``rosbag record``, and ``recording_attendant``
 stands beside it: it publishes a ``recording_description`` and watches the disk (``recording_disk``).
 
+Bringing back is ``nodes/replay``: ``replay`` puts commands aside and looks, ``rerun`` lets a program hear the bag (``rerun_compare``: does it command the
+same again?), ``redrive`` tells another robot what the recorded one was told (``redrive_schedule``: when); both use ``replay_stage``.
+
 Recording and playing back are ``launch/record.launch`` and ``launch/replay.launch``; docs/record-and-replay.md has the one-liners.
 """

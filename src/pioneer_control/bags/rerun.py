@@ -161,7 +161,7 @@ class Rerun:
             keeper.close()
             put_back("/use_sim_time", time_before)
             put_back(live.node, parameters_before)
-        return self._tell(keeper.path)
+        return self._tell(keeper)
 
     def _hear_clock(self, message: Clock) -> None:
         self._time = message.clock
@@ -225,18 +225,15 @@ class Rerun:
         if program.poll():
             say(f"{self._given.program} ended with exit code {program.poll()}.")
 
-    def _tell(self, path: str) -> int:
+    def _tell(self, keeper: Keeper) -> int:
         """The verdict, in plain sentences."""
-        names = {f"{self._robot}/{name}" for name in KINDS}
         again: Dict[str, list] = {}
-        for topic, connection, data, nanoseconds in read_bag(path, names):
+        for topic, connection, data, nanoseconds in read_bag(keeper.path) if keeper.counts else ():
             again.setdefault(topic.rpartition("/")[2], []).append((nanoseconds * 1e-9, decode(connection, data)))
         verdict = compare(self._live.commanded, again, self._given.enough)
-        say("")
-        for sentence in verdict.sentences:
-            say(sentence)
-        say(f"{self._given.program} {'commands THE SAME' if verdict.same else 'commands SOMETHING ELSE'} on the bag {'as' if verdict.same else 'than'} "
-            f"beside the robot.\nbag      {path}")
+        said = "commands THE SAME on the bag as beside the robot" if verdict.same else "commands SOMETHING ELSE on the bag than beside the robot"
+        say("\n" + "\n".join([*verdict.sentences, f"{self._given.program} {said if keeper.counts else 'commands NOTHING on the bag'}.",
+                              *[f"bag      {keeper.path}"] * bool(keeper.counts)]))
         explain_roslaunch()
         return 0 if verdict.same else 1
 
