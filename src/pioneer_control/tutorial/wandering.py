@@ -12,6 +12,7 @@ from pioneer_control.tutorial.sights import JUMP_BACK, Sight
 from pioneer_control.tutorial.snapshot import Command, Heard
 from pioneer_control.tutorial.wander import Memory, wander
 
+MOVES_ON = 50_000_000  #: ns at least, when time does: while it stands, stamps still differ by how old each packet was
 SAME = 1e-4  #: s; stamps that differ by less are one: a number in a text may have lost digits
 
 
@@ -35,7 +36,7 @@ class Wandering:
         self.seed, self.speed = seed, speed
         self.memory = Memory(seed=seed, speed=speed)
         self.end: Optional[WanderEnd] = None
-        self.newest = 0  #: stamp [ns]; as long as it stays, time stands still
+        self.newest = 0  #: stamp [ns], give or take MOVES_ON; as long as it stays, time stands still
         self._duration, self._begin_at, self._end_at = duration, begin_at, end_at
         self._stop_at_can = stop_at_can and end_at == math.inf
         self._first: Optional[float] = None  #: s
@@ -48,7 +49,8 @@ class Wandering:
     def decide(self, sight: Sight, heard: Heard) -> Optional[Command]:
         """The command for now; None before the begin and from the end on. A jump back in time begins afresh."""
         jumped = sight.stamp < self.newest - JUMP_BACK
-        self.newest = sight.stamp if jumped else max(self.newest, sight.stamp)
+        if jumped or sight.stamp >= self.newest + MOVES_ON:
+            self.newest = sight.stamp
         if self._first is None and sight.time < self._begin_at - SAME:
             return None
         if self._first is None or jumped:

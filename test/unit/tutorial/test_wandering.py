@@ -22,7 +22,7 @@ HOLDING = HEARD._replace(grip=Grip(GripStatus.CLOSED, 0, True, True, True, True)
 
 def sight(tenth, ranges=OPEN_AIR, pose_age=0.0):
     """What is seen some tenths of a second after FIRST."""
-    return Sight(FIRST + tenth * SECOND // 10, pose_age, Pose(0.0, 0.0, 0.0), ranges)
+    return Sight(FIRST + round(tenth * SECOND / 10), pose_age, Pose(0.0, 0.0, 0.0), ranges)
 
 
 def wandering(duration=2.0, **more):
@@ -71,6 +71,15 @@ def test_a_step_back_within_a_second_is_no_jump():
     assert decisions(wander, [10, 1, 2]) == ([10, 1, 2], None)
     assert wander.newest == sight(10).stamp
     assert decisions(wander, [30]) == ([], WanderEnd.TIME_UP)
+
+
+def test_stamps_that_tremble_do_not_move_on():
+    """Under a paused clock; those of a quick robot do move on, if not with each message."""
+    wander = wandering()
+    for tenth in (0, 0.4, -0.3, 0.49):
+        assert wander.decide(sight(tenth), HEARD) and wander.newest == FIRST
+    assert wander.decide(sight(0.5), HEARD) and wander.newest == sight(0.5).stamp
+    assert wander.decide(sight(0.75), HEARD) and wander.decide(sight(1), HEARD) and wander.newest == sight(1).stamp
 
 
 def test_a_pose_that_is_too_old_is_not_driven_by_nor_remembered():
