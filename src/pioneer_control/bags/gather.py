@@ -20,6 +20,7 @@ ROWS = 1 << 16
 """Rows that one thing keeps at most."""
 TEXTS = 1000
 """Faults, and gaps of a topic, kept at most."""
+FARTHEST = 1e9  # m: what is beyond, or no number, is damage
 CHANGE_OF_PLACE = (0.01, 0.01, math.radians(1.0))  # m, m, rad: less is the same place
 CHANGE_OF_SPEED = (0.002, math.radians(0.2))  # m/s, rad/s
 CHANGE_OF_VOLTAGE = 0.05  # V
@@ -80,8 +81,8 @@ class Odometry:
     def add(self, time: float, message: Any) -> None:
         place, speed = message.pose.pose.position, message.twist.twist
         heading = _heading(message.pose.pose.orientation)
-        if not math.isfinite(place.x + place.y + heading):
-            raise ValueError("a pose of numbers that are none")
+        if not _are_places(place.x, place.y, heading):
+            raise ValueError("no place")
         self._heading = heading + math.tau * round((self._heading - heading) / math.tau)    # without jumps at half a turn
         self._places.add(time, place.x, place.y, self._heading)
         self._speeds.add(time, speed.linear.x, speed.angular.z)
@@ -506,8 +507,8 @@ def _run(path: str, name: str, robots: Sequence[str], gatherer: Gatherer, reader
         robot=name,
         model=info.subtype if info else "",
         world=world.data if world else "",
-        footprint=np.array([(p.x, p.y) for p in info.footprint.points] if info else []).reshape(-1, 2),
-        transducers={n: (p.x, p.y, p.theta) for n, p in zip(info.sonar_numbers, info.sonar_poses)} if info else {},
+        footprint=np.array([(p.x, p.y) for p in info.footprint.points if _are_places(p.x, p.y)] if info else []).reshape(-1, 2),
+        transducers={n: (p.x, p.y, p.theta) for n, p in zip(info.sonar_numbers, info.sonar_poses) if _are_places(p.x, p.y, p.theta)} if info else {},
         odometry=robot.odometry.track,
         truth=robot["ground_truth"].track,
         sonar=robot["sonar"].sonar,
@@ -528,6 +529,11 @@ def _run(path: str, name: str, robots: Sequence[str], gatherer: Gatherer, reader
         notes=recording.data if recording else "",
         damage=" ".join([reader.damage] * bool(reader.damage) + undecoded),
     )
+
+
+def _are_places(*values: float) -> bool:
+    """Whether these can be m or rad."""
+    return all(-FARTHEST < value < FARTHEST for value in values)
 
 
 def _heading(q: Any) -> float:

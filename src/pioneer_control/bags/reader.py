@@ -19,6 +19,8 @@ HELD = 1 << 25
 """Bytes of messages kept back at most, to put them in order."""
 OVERHEAD = 200
 """Bytes that Python takes for each of them besides."""
+TAIL = 1 << 24
+"""Bytes at the end in which the index of a bag is, where it is not known; of 100 GB it has about as many."""
 STEP = 0.005
 """Share of all bytes between two calls of progress."""
 PLACES = 3
@@ -124,7 +126,12 @@ class _File:
         if chunk is not None:
             self.compression = chunk.fields[b"compression"].decode()
             self._searched = BETWEEN_CHUNKS if chunk.compressed else FIELDS
-        head = record_at(source, self._first)
+        self._look_for_index(source, record_at(source, self._first))
+        if not self.indexed:
+            self._read_tail(source)
+
+    def _look_for_index(self, source: Source, head: Optional[Record]) -> None:
+        """Read the index, where the first record says that there is one."""
         if head is None or head.op != FILE_HEADER:
             return
         if head.fields.get(b"encryptor", b"") not in (b"", b"rosbag/NoEncryptor"):
@@ -161,6 +168,13 @@ class _File:
             earliest = chunk.start if earliest is None else min(chunk.start, earliest)
             wanted = any(self._wanted.get(number, True) for number in chunk.foreign)
             self._chunks[position] = chunk._replace(earliest=earliest, foreign=frozenset() if wanted else chunk.foreign)
+
+    def _read_tail(self, source: Source) -> None:
+        """Where the index is not whole or not where it should be: learn of the connections that are described at the end."""
+        position = next_record(source, max(self._first, self.size - TAIL), (CONNECTION,))
+        for record in records(source, position, lambda chunk: True, lambda begin, end: None, (CONNECTION, CHUNK_INFO)):
+            if record.op == CONNECTION:
+                self._know(record.connection, _connection(record, source.data(record)))
 
     def _know(self, number: int, connection: Optional[Connection]) -> None:
         if connection is None:

@@ -286,6 +286,14 @@ class TestDamage:
         first = content.index(b"topic=/odd")
         assert len(read(content[:first] + b"t?pic" + content[first + 5:])[0]) == 7
 
+    @pytest.mark.parametrize("compression", COMPRESSIONS)
+    def test_an_index_that_is_elsewhere_still_describes(self, tmp_path, read, compression):
+        """The chunk with the connections is lost, and the index moved: by bytes that are missing."""
+        content = small(tmp_path / "run.bag", compression, count=40)
+        first = content.index(b"\x04\0\0\0op=\x05") + 40
+        messages, damage = read(content[:first] + content[first + 100:])
+        assert 30 < len(messages) <= 40 and "its index is damaged" in damage
+
     def test_connections_in_the_chunks_alone(self, tmp_path, read):
         content = small(tmp_path / "run.bag")
         last = [found.start() for found in re.finditer(b"topic=/odd", content)][2]  # each stands in header and data
