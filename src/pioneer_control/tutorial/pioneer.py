@@ -56,7 +56,9 @@ class Pioneer:
         """Subscribe to the topics below `namespace`. `speed` [m/s] and `seed` are those of `wander`.
 
         For a re-run from a bag, `begin_at` and `end_at` are the stamps [s] of the first and the last `decision` of each wander, in their order:
-        it then decides on the very messages it decided on live. Raises UsageError for a speed that is not above 0, and a seed that is no whole number.
+        it then decides on the very messages it decided on live.
+
+        Raises UsageError for a speed that is not above 0, and for a seed that is no whole number.
         """
         self._namespace, self._speed = namespace, _above_zero("speed", speed, "m/s")
         self._seed = int(time.time()) if seed is None else _whole("seed", seed)
@@ -206,8 +208,8 @@ class Pioneer:
 
     def _begin_wander(self, duration: float, stop_at_can: bool) -> Wandering:
         """Raises NoAnswerError when the robot has not told enough yet."""
-        limits = {name: stamps[self._wanders] for name, stamps in (("begin_at", self._begin_at), ("end_at", self._end_at))
-                  if self._wanders < len(stamps)}
+        given = {"begin_at": self._begin_at, "end_at": self._end_at}
+        limits = {name: stamps[self._wanders] for name, stamps in given.items() if self._wanders < len(stamps)}
         self._wanders += 1
         self._wait(lambda: self._heard.pose and self._heard.ranges and self._heard.robot, LOOK_AGAIN)
         self.snapshot()
