@@ -108,14 +108,16 @@ def until(what: str, condition) -> None:
 
 @contextlib.contextmanager
 def running(*command: str) -> Iterator[subprocess.Popen]:
-    """A program, ended by Ctrl-C."""
+    """A program, ended by Ctrl-C, or with force where that does nothing."""
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
     try:
         yield process
     finally:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGINT)
-        process.wait(PATIENCE)
+        for how in signal.SIGINT, signal.SIGKILL:
+            with contextlib.suppress(ProcessLookupError, subprocess.TimeoutExpired):
+                os.killpg(process.pid, how)
+                process.wait(PATIENCE)
+                break
 
 
 @contextlib.contextmanager
@@ -125,7 +127,7 @@ def master() -> Iterator[None]:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     os.environ.update(ROS_MASTER_URI="http://127.0.0.1:%d" % port, ROS_HOSTNAME="localhost")
-    with running("rosmaster", "--core", "-p", str(port)):
+    with running("rosmaster", "--core", "-p", str(port)):     # where SIGINT is ignored, as in the background, it ends with force
         until("a master", rosgraph.is_master_online)
         with running("rosrun", "rosout", "rosout"):
             yield
@@ -144,8 +146,9 @@ def robot(folder: str, wire: bool) -> Iterator[int]:
         while not ended.wait(0.1):
             publisher.publish(twist)
 
-    with running(sys.executable, os.path.join(NODES, "p2os_simulator"), namespace, "__name:=simulator", "_pty:=" + line, "_world:=tutorial"), \
-            running(sys.executable, os.path.join(NODES, "p2os_driver"), namespace, "__name:=p2os", "_port:=" + line, "_publish_wire:=%s" % str(wire).lower()) as driver:
+    simulator = sys.executable, os.path.join(NODES, "p2os_simulator"), namespace, "__name:=simulator", "_pty:=" + line, "_world:=tutorial"
+    driver = sys.executable, os.path.join(NODES, "p2os_driver"), namespace, "__name:=p2os", "_port:=" + line, "_publish_wire:=%s" % str(wire).lower()
+    with running(*simulator), running(*driver) as process:
         publisher = rospy.Publisher("/%s/cmd_vel" % ROBOT, Twist, queue_size=1)
         rospy.wait_for_service("/%s/set_motors" % ROBOT, PATIENCE)
         until("motors on", lambda: rospy.ServiceProxy("/%s/set_motors" % ROBOT, SetBool)(True).success)
@@ -153,7 +156,7 @@ def robot(folder: str, wire: bool) -> Iterator[int]:
         commander.start()
         try:
             time.sleep(3.0)
-            yield driver.pid
+            yield process.pid
         finally:
             ended.set()
             commander.join()
@@ -224,8 +227,8 @@ def main() -> None:
             with robot(folder, wire) as driver:
                 ways = [way for way in WAYS if way.wire == wire]
                 for way in (ways + ways[::-1])[:rounds * len(ways)]:
-                    print(way.name, flush=True)
                     found[way].append(measure(way, folder, driver, seconds))
+                    print("%s: %s" % (way.name, found[way][-1]), flush=True)
     costs = {way: Cost(*(sum(values) / len(values) for values in zip(*each))) for way, each in found.items()}
     text = report(costs, seconds * rounds, load)
     print(text)

@@ -97,7 +97,7 @@ class Checks(unittest.TestCase):
     def test_a_report_that_is_missing_changes_the_way(self):
         whole = [0, 0, 0, 1, 2, 2, 3, 3, 3]
         self.assertEqual(way(whole), [0, 1, 2, 2, 3])
-        self.assertEqual(steps(way(whole)), steps(way([10 * place for place in whole[1:-1]])), "what is missing outside of it, and the unit, do not matter")
+        self.assertEqual(steps(way(whole)), steps(way([10 * place for place in whole[1:-1]])), "what is missing outside, and the unit, do not matter")
         for number in range(3, 6):
             self.assertNotEqual(steps(way(whole)), steps(way(whole[:number] + whole[number + 1:])))
         self.assertEqual(way([1, 1]), [])
@@ -108,7 +108,10 @@ class Witness:
 
     def __init__(self, topics):
         self.heard = {topic: [] for topic in topics}
-        self.subscribers = [rospy.Subscriber(topic, rospy.AnyMsg, lambda message, topic=topic: self.heard[topic].append(message._buff)) for topic in topics]
+        self.subscribers = [rospy.Subscriber(topic, rospy.AnyMsg, self._keep, topic) for topic in topics]
+
+    def _keep(self, message, topic):
+        self.heard[topic].append(message._buff)
 
     def pose(self, robot):
         """The newest."""
@@ -139,7 +142,7 @@ class Record(unittest.TestCase):
         cls.witness = Witness([f"/{robot}/{name}" for robot in ROBOTS for name in OF_EVERY_PACKET])
         wait_until("both robots are there, and heard", lambda: all(cls.witness.heard.values()))
         cls.record()
-        cls.parts = parts_of(cls.stem)
+        cls.parts = parts_of(cls.stem, True)
         cls.messages = list(read_bag(cls.parts))
         cls.by_topic = collections.defaultdict(list)
         for message in cls.messages:
@@ -155,6 +158,11 @@ class Record(unittest.TestCase):
         return process
 
     @classmethod
+    def refused(cls, *arguments):
+        """What a recorder says that does not begin."""
+        return subprocess.run(["rosrun", "pioneer_control", "record", *arguments], cwd=cls.folder, stderr=subprocess.PIPE, universal_newlines=True)
+
+    @classmethod
     def record(cls):
         """A way with both robots, into the bags."""
         rospy.wait_for_service("/simulator/add_fault", PATIENCE)
@@ -168,7 +176,7 @@ class Record(unittest.TestCase):
             for name in OF_EVERY_PACKET:
                 wanted = set(recorders if robot == "robot1" else recorders[:1]) | {"/bag_record"}
                 wait_until(f"all hear {robot}'s {name}", lambda: wanted <= destinations(f"/{robot}/p2os", f"/{robot}/{name}"))
-        cls.second = subprocess.run(["rosrun", "pioneer_control", "record", "robot1"], cwd=cls.folder, universal_newlines=True, stderr=subprocess.PIPE)
+        cls.second = cls.refused("robot1")
         assert rospy.ServiceProxy("/simulator/clear_faults", Trigger)().success
         wait_until("the robots are back", lambda: all(cls.witness.heard[f"/{robot}/pose"] for robot in ROBOTS))
         cls.drive(0.3)
@@ -218,7 +226,7 @@ class Record(unittest.TestCase):
         thread = threading.Thread(target=command)
         thread.start()
         try:
-            wait_until("both have driven", lambda: all(abs(cls.witness.pose(robot).pose.pose.position.x - start[robot]) > distance for robot in ROBOTS))
+            wait_until("both have driven", lambda: all(abs(cls.witness.pose(robot).pose.pose.position.x - x) > distance for robot, x in start.items()))
         finally:
             ended.set()
             thread.join()
@@ -236,11 +244,11 @@ class Record(unittest.TestCase):
     # What must be so
 
     def holes(self, messages):
-        """Sequence numbers that a list of messages lacks: (topic, publisher, before, after). rosbag's own lines on /rosout have no publisher, nor numbers."""
-        numbered = {f"/{robot}/{name}" for robot in ROBOTS for name in NUMBERED} | {"/rosout", "/diagnostics"}
+        """Sequence numbers that a list of messages lacks: (topic, publisher, before, after). Who latches counts what each new subscriber gets, too."""
+        numbered = {f"/{robot}/{name}" for robot in ROBOTS for name in NUMBERED} | {"/diagnostics"}
         numbers = collections.defaultdict(list)
         for message in messages:
-            if message.topic in numbered and message.connection.caller:
+            if message.topic in numbered:
                 numbers[message.topic, message.connection.caller].append(decode(message.connection, message.data).header.seq)
         self.assertLessEqual(numbered, {topic for topic, _ in numbers})
         return [(*key, *hole) for key, found in numbers.items() for hole in holes(found)]
@@ -295,6 +303,7 @@ class Record(unittest.TestCase):
         for path in self.parts:
             there = {message.topic for message in read_bag(path)}
             self.assertLessEqual({f"/{robot}/{name}" for robot in ROBOTS for name in LATCHED} | {"/tf_static", "/map", "/world"}, there)
+        self.assertEqual([len(self.by_topic[topic]) for topic in ("/map", "/robot1/e_stop")], [1, 1], "read together they have it as often as it was published")
 
     def test_it_says_of_itself_who_was_there(self):
         made = [description_of(decode(message.connection, message.data).data) for message in self.by_topic["/robot2/recording"]]
@@ -310,7 +319,7 @@ class Record(unittest.TestCase):
         self.assertFalse(reader.damage)
 
     def test_a_killed_recorder_leaves_what_it_has_written(self):
-        self.assertEqual(parts_of(self.killed), [self.killed + ".bag.active"])
+        self.assertEqual(parts_of(self.killed, False), [self.killed + ".bag.active"])
         messages = list(read_bag(self.killed + ".bag.active"))
         recorded = [message.data for message in messages if message.topic == "/robot1/pose"]
         self.assertGreater(len(recorded), 0)
@@ -321,8 +330,7 @@ class Record(unittest.TestCase):
     def test_what_a_killed_recorder_left_is_not_overwritten(self):
         with open(self.killed + ".bag.active", "rb") as file:
             before = file.read()
-        again = subprocess.run(["rosrun", "pioneer_control", "record", "robot1", "--bag=killed.bag", "__name:=again"], cwd=self.folder, universal_newlines=True,
-                               stderr=subprocess.PIPE)
+        again = self.refused("robot1", "--bag=killed.bag", "__name:=again")
         self.assertEqual(again.returncode, 1)
         self.assertIn("killed.bag.active is there already", again.stderr)
         with open(self.killed + ".bag.active", "rb") as file:
@@ -333,7 +341,7 @@ class Record(unittest.TestCase):
         wait_until("it records", lambda: "topics into" in self.log("closed"))
         os.killpg(recorder.pid, signal.SIGHUP)
         self.assertEqual(recorder.wait(PATIENCE), 0)
-        self.assertEqual([os.path.basename(path) for path in parts_of(os.path.join(self.folder, "closed"))], ["closed.bag"])
+        self.assertEqual([os.path.basename(path) for path in parts_of(os.path.join(self.folder, "closed"), False)], ["closed.bag"])
 
     def test_a_second_recorder_of_the_same_name_does_not_end_the_first(self):
         self.assertEqual(self.second.returncode, 1)

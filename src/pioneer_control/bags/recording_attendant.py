@@ -14,7 +14,7 @@ from std_msgs.msg import String
 from ..ros_node import Impatient, init_node
 from .recording_description import Description, nodes_of, now, text_of, versions
 from .recording_disk import USUAL_RATE, DiskWatch, Notice, Sample
-from .recording_start import PATIENCE, WHAT_TO_DO, Recording, free_space, parts_of
+from .recording_start import PATIENCE, WHAT_TO_DO, Recording, free_space
 from .recording_topics import whole_name
 
 TICK = 0.2
@@ -44,12 +44,14 @@ class Descriptions:
         self._publish = publish
         self._last: Any = None
         self._wait, self._due = LOOK, 0.0
+        self._parts = 1
 
-    def look(self, time: float, state: Sequence[Any], parameters: Dict[str, Any]) -> None:
-        """`time` in s; `state`: what the master's getSystemState() returned."""
+    def look(self, time: float, state: Sequence[Any], parameters: Dict[str, Any], parts: int = 1) -> None:
+        """`time` in s; `state`: what the master's getSystemState() returned; `parts`: so many files there are. In each it is said anew."""
         seen = nodes_of(state), parameters
-        if seen == self._last or time < self._due:
+        if parts == self._parts and (seen == self._last or time < self._due):
             return
+        self._parts = parts
         self._last = seen
         self._publish(text_of(Description(self._recording, self._versions, *seen)))
         self._due = time + self._wait
@@ -70,7 +72,8 @@ def silent(recording: Recording, state: Sequence[Any]) -> Iterator[Notice]:
                          + ". What comes later is recorded")
     for topic in recording.asked_for:
         if topic not in published and not any(topic.startswith(f"/{robot}/") for robot in gone):
-            yield Notice("warning", f"nobody publishes {topic}, which was asked for" + (" (set the driver's publish_wire)" if topic.endswith("/wire") else ""))
+            how = " (set the driver's publish_wire)" if topic.endswith("/wire") else ""
+            yield Notice("warning", f"nobody publishes {topic}, which was asked for{how}")
 
 
 def seen_by(master: Any) -> Optional[Tuple[Sequence[Any], Dict[str, Any]]]:
@@ -89,7 +92,7 @@ def say(notices: Iterable[Notice]) -> None:
 
 def sample(recording: Recording) -> Sample:
     """The disk and the recording as they are."""
-    return Sample(monotonic(), free_space(recording.folder), sum(_size(path) for path in parts_of(recording.stem)))
+    return Sample(monotonic(), free_space(recording.folder), sum(_size(path) for path in recording.parts))
 
 
 def _size(path: str) -> int:
@@ -105,11 +108,12 @@ def attend(recording: Recording, recorder: int, name: str, notices: Sequence[Not
     stop = threading.Event()
     rospy.on_shutdown(stop.set)
     start = monotonic()
-    while not parts_of(recording.stem) and monotonic() < start + BEGIN and os.getppid() == recorder and not stop.wait(TICK):
+    while not recording.parts and monotonic() < start + BEGIN and os.getppid() == recorder and not stop.wait(TICK):
         pass
     say(notices)
     parts = f", a new part each {recording.split[1]} {'MB' if recording.split[0] == 'size' else 's'}" if recording.split[0] else ""
-    rospy.loginfo("recording %s: %d topics into %s (%s%s)", ", ".join("/" + robot for robot in recording.robots), len(recording.topics), recording.file, recording.compression, parts)
+    rospy.loginfo("recording %s: %d topics into %s (%s%s)", ", ".join("/" + robot for robot in recording.robots), len(recording.topics),
+                  recording.file, recording.compression, parts)
     disk = DiskWatch(recording.folder, recording.keep_free, USUAL_RATE[recording.compression] * len(recording.robots))
     say([disk.first(sample(recording))])
     publishers = [rospy.Publisher(whole_name(robot, "recording"), String, queue_size=1, latch=True) for robot in recording.robots]
@@ -122,7 +126,7 @@ def attend(recording: Recording, recorder: int, name: str, notices: Sequence[Not
             say(disk.look(sample(recording)))
             seen = seen_by(master)
             if seen:
-                descriptions.look(monotonic(), *seen)
+                descriptions.look(monotonic(), *seen, max(1, len(recording.parts)))
                 if not told and monotonic() > start + GRACE:
                     told = True
                     say(silent(recording, seen[0]))
@@ -133,7 +137,7 @@ def attend(recording: Recording, recorder: int, name: str, notices: Sequence[Not
 
 def looking_back(recording: Recording, full: bool) -> Notice:
     """What to say when the recorder has ended and nobody told us to end too. `full`: there was no room left."""
-    there = parts_of(recording.stem)
+    there = recording.parts
     unfinished = [path for path in there if path.endswith(".active")]
     if unfinished:
         return Notice("error", f"the recorder was killed, or failed. {unfinished[-1]} {WHAT_TO_DO.format(file=unfinished[-1])}")

@@ -54,7 +54,8 @@ class DiskWatch:
         """What to say at the start."""
         self._samples.append(sample)
         hours = (sample.free - self._keep_free) / self._usual
-        return Notice("info", f"{in_words(sample.free)} free in {self._place}: room for {_time(hours * 3600)} at the usual {in_words(self._usual)} an hour")
+        return Notice("info", f"{in_words(sample.free)} free in {self._place}: room for {_time(hours * 3600)} at the usual "
+                      f"{in_words(self._usual)} an hour")
 
     def look(self, sample: Sample) -> Iterator[Notice]:
         """What to say now; often nothing."""
@@ -65,8 +66,8 @@ class DiskWatch:
         if room <= 0:
             if not self.full:
                 self.full = True
-                yield Notice("error", f"the disk is full: {in_words(sample.free)} free in {self._place}. Below {in_words(self._keep_free)} (keep_free) rosbag closes "
-                             "the bag, within 20 s, and ends; what comes later is not recorded")
+                yield Notice("error", f"the disk is full: {in_words(sample.free)} free in {self._place}. "
+                             f"Below {in_words(self._keep_free)} (keep_free) rosbag closes the bag, within 20 s, and ends; what comes later is not recorded")
             return
         if self.full:
             self.full = False

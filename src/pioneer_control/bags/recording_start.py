@@ -60,10 +60,16 @@ class Recording(NamedTuple):
         return self.stem + ("_0.bag" if self.split[0] else ".bag")
 
     @property
+    def parts(self) -> List[str]:
+        """The files that there are of it, finished or not, in their order."""
+        return parts_of(self.stem, bool(self.split[0]))
+
+    @property
     def command(self) -> List[str]:
         """The rosbag record that does it."""
         how, amount = self.split
-        return ["rosrun", "rosbag", "record", "--output-name=" + self.stem, "--tcpnodelay", f"--min-space={self.keep_free // MB}M", f"--chunksize={CHUNK}",
+        return ["rosrun", "rosbag", "record", "--output-name=" + self.stem, "--tcpnodelay",
+                f"--min-space={self.keep_free // MB}M", f"--chunksize={CHUNK}",
                 *([] if self.compression == "none" else ["--" + self.compression]),
                 *(["--split", f"--{how}={amount}", "--repeat-latched"] if how else []),
                 *self.topics]
@@ -148,7 +154,7 @@ def check_place(recording: Recording, free: int) -> None:
         UsageError: not so; says what to do.
     """
     folder, name = os.path.split(recording.stem)
-    there = parts_of(recording.stem)
+    there = recording.parts
     if there:
         unfinished = [path for path in there if path.endswith(".active")]
         raise UsageError(f"{there[0]} is there already, and stays as it is: give the new bag another name"
@@ -167,10 +173,10 @@ WHAT_TO_DO = ("is of a recorder that was killed: all is in it but the last secon
               "for rosbag: rosbag reindex '{file}', and rename it to .bag")
 
 
-def parts_of(stem: str) -> List[str]:
-    """The files of a recording, finished or not, in their order."""
+def parts_of(stem: str, numbered: bool) -> List[str]:
+    """The files of a recording, finished or not, in their order; `numbered`: it was split."""
     folder, name = os.path.split(stem)
-    pattern = re.compile(re.escape(name) + r"(?:_(\d+))?\.bag(\.active)?")
+    pattern = re.compile(re.escape(name) + (r"_(\d+)" if numbered else "()") + r"\.bag(?:\.active)?")
     try:
         found = [(pattern.fullmatch(entry), entry) for entry in os.listdir(folder)]
     except OSError:

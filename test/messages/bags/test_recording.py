@@ -1,6 +1,7 @@
 """Recording: what the launch file asks for, which topics are kept, and what a recording says of itself; without a master."""
 
 import datetime
+import io
 import pathlib
 import re
 import shlex
@@ -9,11 +10,14 @@ import xmlrpc.client
 
 import pytest
 from roslaunch.config import load_config_default
+from std_msgs.msg import String
 
 from pioneer_control.bags import recording_attendant as attendant
 from pioneer_control.bags import recording_description as description
+from pioneer_control.bags.reader import decode, read_bag
 from pioneer_control.bags.recording_start import Recording, parser, recording_of
 from pioneer_control.bags.recording_topics import groups_to_ask_for, load_list
+from pioneer_control.bags.writer import BagWriter
 from pioneer_control.driver import requests
 from pioneer_control.driver.conversions import WHEEL_JOINTS
 from pioneer_control.errors import UsageError
@@ -149,6 +153,45 @@ class TestDescriptions:
         assert description.description_of(said[-1]).parameters == {"a": "last"}
 
 
+    def test_again_in_each_part(self, descriptions, said):
+        for time, parts in (0.0, 1), (1.0, 1), (2.0, 2), (3.0, 2), (4.0, 3):
+            descriptions.look(time, self.STATE, {"a": 1}, parts)
+        assert len(said) == 3 and len(set(said)) == 1
+
+
+class TestParts:
+    """Read together, they have what was published, and not what rosbag only repeats in each: the first message of each publisher that latches."""
+
+    @staticmethod
+    def write(path, *messages):
+        """(topic, text, publisher); as rosbag does, without a publisher where it repeats."""
+        bag = BagWriter(str(path))
+        for number, (topic, text, publisher) in enumerate(messages):
+            header = {"type": String._type, "md5sum": String._md5sum, "message_definition": String._full_text}
+            if publisher:
+                header.update(topic=topic, callerid=publisher, latching="1")
+            written = io.BytesIO()
+            String(text).serialize(written)
+            bag.write(bag.connect(topic, header), written.getvalue(), number * 10 ** 9)
+        bag.close()
+        return str(path)
+
+    def texts(self, *paths):
+        return [decode(message.connection, message.data).data for message in read_bag(list(paths))]
+
+    def test_what_is_repeated_is_no_news(self, tmp_path):
+        first = self.write(tmp_path / "x_0.bag", ("/a", "one", "/p"), ("/a", "two", "/p"), ("/a", "of another", "/q"))
+        second = self.write(tmp_path / "x_1.bag", ("/a", "one", ""), ("/a", "of another", ""), ("/a", "three", "/p"))
+        third = self.write(tmp_path / "x_2.bag", ("/a", "one", ""), ("/a", "of another", ""), ("/a", "one", "/p"))
+        assert self.texts(first, second, third) == ["one", "two", "of another", "three", "one"]
+        assert self.texts(second) == ["one", "of another", "three"], "a part alone has it"
+
+    def test_what_nobody_latched_before_is_news(self, tmp_path):
+        first = self.write(tmp_path / "x_0.bag", ("/a", "one", "/p"), ("/b", "two", ""))
+        second = self.write(tmp_path / "x_1.bag", ("/a", "two", ""), ("/b", "one", ""), ("/b", "two", ""))
+        assert self.texts(first, second) == ["one", "two", "two", "one", "two"]
+
+
 class TestSilent:
     def texts(self, published):
         return [notice.text for notice in attendant.silent(MADE, [[[topic, ["/node"]] for topic in published], [], []])]
@@ -172,7 +215,7 @@ class TestLookingBack:
     def made(self, tmp_path, *there):
         for name in there:
             (tmp_path / name).write_bytes(b"")
-        return MADE._replace(stem=str(tmp_path / "x"))
+        return MADE._replace(stem=str(tmp_path / "x"), split=("size", 1) if "x_0.bag" in there else ("", 0))
 
     def test_a_bag_that_was_closed(self, tmp_path):
         severity, text = attendant.looking_back(self.made(tmp_path, "x_0.bag", "x_1.bag"), False)

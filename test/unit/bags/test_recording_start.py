@@ -92,11 +92,12 @@ class TestPlace:
         start.check_place(recording("--bag=x"), GB)
         assert sorted(os.listdir(str(here))) == ["list.yaml", "x_y.bag", "xy.bag"]
 
-    @pytest.mark.parametrize("there", ["x.bag", "x.bag.active", "x_0.bag", "x_12.bag", "x_3.bag.active"])
-    def test_what_is_there_stays(self, here, there):
+    @pytest.mark.parametrize("there, split", [("x.bag", ""), ("x.bag.active", ""), ("x_0.bag", "1h"), ("x_12.bag", "1h"), ("x_3.bag.active", "1h")])
+    def test_what_is_there_stays(self, here, there, split):
         (here / there).write_bytes(b"precious")
+        start.check_place(recording("--bag=x", "--split=" + ("" if split else "1h")), GB)     # of that nothing would be lost
         with pytest.raises(UsageError, match=f"{there} is there already, and stays as it is") as caught:
-            start.check_place(recording("--bag=x"), GB)
+            start.check_place(recording("--bag=x", "--split=" + split), GB)
         assert ("rosbag reindex" in str(caught.value)) == there.endswith(".active")
         assert (here / there).read_bytes() == b"precious"
 
@@ -116,8 +117,10 @@ class TestPlace:
 def test_parts_are_in_their_order(here):
     for number in (0, 1, 2, 10):
         (here / f"x_{number}.bag{'.active' if number == 10 else ''}").write_bytes(b"")
-    assert [os.path.basename(path) for path in start.parts_of(str(here / "x"))] == ["x_0.bag", "x_1.bag", "x_2.bag", "x_10.bag.active"]
-    assert start.parts_of(str(here / "nowhere" / "x")) == []
+    (here / "x.bag").write_bytes(b"")
+    assert [os.path.basename(path) for path in recording("--bag=x", "--split=1h").parts] == ["x_0.bag", "x_1.bag", "x_2.bag", "x_10.bag.active"]
+    assert [os.path.basename(path) for path in recording("--bag=x").parts] == ["x.bag"]
+    assert recording("--bag=nowhere/x").parts == []
 
 
 def test_what_a_killed_recorder_left_is_told_what_is_being_written_is_not(here):
