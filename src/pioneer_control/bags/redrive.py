@@ -27,7 +27,7 @@ from .draw import draw_comparison
 from .reader import BagError, decode, read_bag
 from .recording_description import Description, description_of
 from .recording_topics import load_list, topics_of
-from .redrive_schedule import OTHERS, VALID, VELOCITIES, Order, duration, fastest, schedule
+from .redrive_schedule import LEGAL_VALID, OTHERS, VALID, VELOCITIES, Order, duration, fastest, schedule
 from .replay import absolute, bag_files, yes_or_no
 from .replay_stage import Interrupted, Keeper, Programs, alive, begin, explain_roslaunch, free_name, nodes, put_back, say, say_what_is_kept, wait_until
 from .run import Track, read_run
@@ -44,6 +44,10 @@ ANNOUNCED = 3.0  # s from saying that a real robot will move until it does
 ON = 1  # MotorState.state
 STOPS, STOP_AGAIN = 5, 0.05  # the last stop: how often, and s between
 MOTORS_PATIENCE = 120.0  # s for somebody to switch on the motors of a real robot
+LIMITS = 0.5, 1.745  # m/s, rad/s: a driver's defaults, of max_xspeed and max_yawspeed
+LEGAL_LIMITS = (0.01, 3.0), (0.02, 6.3)  # what they may be
+SILENT = 2.5  # s without a pose of a real robot: its link is lost
+HELD_UP = 1.0  # s by which this program may be late; a real robot has stood meanwhile, and is not where the next order belongs
 STANDS = 0.005  # m/s and rad/s
 
 
@@ -59,11 +63,12 @@ class Recorded(NamedTuple):
     start: Optional[Sequence[float]]  # where it truly stood when it was told the first: x, y, heading; m, rad
     simulator: Dict[str, Any]  # parameters
     driver: Dict[str, Any]
+    limits: Sequence[float] = LIMITS  # m/s, rad/s: the most that its driver passed on
 
     @property
     def valid(self) -> float:
         """s for which its driver took a velocity."""
-        return float(self.driver.get("cmd_vel_timeout", VALID))
+        return _legal(self.driver.get("cmd_vel_timeout"), LEGAL_VALID, VALID)
 
 
 def read_recorded(files: Sequence[str], robot: str = "") -> Recorded:
@@ -89,10 +94,13 @@ def read_recorded(files: Sequence[str], robot: str = "") -> Recorded:
     begin = orders[0].time
     description = _description(parts.get("recording", []))
     info = parts["robot_info"][-1][1] if parts.get("robot_info") else None
+    driver = description.parameters_of(f"{chosen}/p2os")
+    told_limits = (info.max_linear, info.max_angular) if info else (driver.get("max_xspeed"), driver.get("max_yawspeed"))
+    limits = [_legal(*each) for each in zip(told_limits, LEGAL_LIMITS, LIMITS)]
     return Recorded(
         chosen, orders, begin, info.subtype if info else "", info.has_gripper if info else None,
         parts["world"][-1][1].data if parts.get("world") else "", _start(parts.get("ground_truth", []), begin),
-        description.parameters_of(f"{chosen}/simulator"), description.parameters_of(f"{chosen}/p2os"))
+        description.parameters_of(f"{chosen}/simulator"), driver, limits)
 
 
 def _description(said: list) -> Description:
@@ -162,6 +170,8 @@ class Redrive:
         self._name = "/" + given.name.strip("/")
         self._programs = Programs()
         self._silent = False
+        self._newest_pose: Any = None
+        self._newest_pose_at = time.monotonic()
         self._publishing = threading.Lock()
 
     def run(self) -> int:
@@ -216,7 +226,7 @@ class Redrive:
         started = []
         if self._real:
             driver["port"] = given.port
-            driver["max_xspeed"] = max(0.01, min(3.0, fastest(self._orders)))
+            driver["max_xspeed"], driver["max_yawspeed"] = self._limits()
             say(f"A REAL robot on {given.port} is going to move as the one in {self._files[0]} did: for {duration(self._orders):.0f} s, at {self._factor:g} of "
                 f"the recorded speeds, which is {driver['max_xspeed']:.2f} m/s at most. Nothing looks where it goes. Ctrl-C stops it.")
         else:
@@ -235,6 +245,11 @@ class Redrive:
         wait_until(f"the robot ({', '.join(needed)})", lambda: all(self._newest(name) for name in needed), started)
         wait_until("its driver to listen", lambda: all(publisher.get_num_connections() for publisher in self._publishers.values()), started)
         return started
+
+    def _limits(self) -> List[float]:
+        """What the driver of a real robot passes on at most: as much slower than the recorded driver did as all else is. A bag may ask for more."""
+        linear, angular = (self._factor * limit for limit in self._recorded.limits)
+        return [max(legal[0], limit) for limit, legal in zip((min(linear, fastest(self._orders)), angular), LEGAL_LIMITS)]
 
     def _switch_motors_on(self, robot: Sequence[subprocess.Popen]) -> None:
         """Of a simulated robot; of a real one only if that was asked for. Else somebody else has to."""
@@ -265,6 +280,9 @@ class Redrive:
                 time.sleep(max(0.0, min(begin + order.time - time.monotonic(), 0.05)))
                 self._check(robot)
             self._check(robot)
+            late = time.monotonic() - begin - order.time
+            if self._real and late > HELD_UP:
+                raise UsageError(f"this program was held up for {late:.1f} s: the robot stands, and is not where it should be by now; it ends here")
             self._give(order)
 
     def _check(self, robot: Sequence[subprocess.Popen]) -> None:
@@ -275,6 +293,15 @@ class Redrive:
             raise UsageError("the robot is gone: why, its programs say above")
         if self._real and self._newest("motor_state").state != ON:
             raise UsageError("the motors went off (was the STOP button pressed?): it ends here, and nothing switches them on again")
+        if self._real and self._silence() > SILENT:
+            raise UsageError("the robot has fallen silent: it ends here. Why, its driver says above")
+
+    def _silence(self) -> float:
+        """Seconds since its newest pose."""
+        pose = self._newest("pose")
+        if pose is not self._newest_pose:
+            self._newest_pose, self._newest_pose_at = pose, time.monotonic()
+        return time.monotonic() - self._newest_pose_at
 
     def _give(self, order: Order) -> None:
         with self._publishing:
@@ -324,6 +351,11 @@ def trimmed(track: Track, begin: float) -> Track:
     """A track from a moment on, s: from where the robot was just then, however few of its places are kept."""
     begin = min(max(begin, float(track.time[0])), float(track.time[-1]))
     return track.at(np.concatenate(([begin], track.time[track.time > begin])))
+
+
+def _legal(value: Any, legal: Sequence[float], otherwise: float) -> float:
+    """A number that a driver takes; any other value of a bag was not its."""
+    return float(value) if isinstance(value, (int, float)) and legal[0] <= value <= legal[1] else otherwise
 
 
 def _number(name: str, text: str, low: float, high: float) -> float:

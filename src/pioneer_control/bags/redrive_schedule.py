@@ -6,12 +6,14 @@ velocity that lasts so long for old, so it is said again and again, for as long 
 """
 
 import copy
+import math
 from typing import Any, Iterable, Iterator, List, NamedTuple
 
 VELOCITIES = "cmd_vel", "cmd_wheels"
 OTHERS = "cmd_motor_state", "gripper_control"
 
 VALID = 0.6  # s: the driver's default for cmd_vel_timeout
+LEGAL_VALID = 0.1, 2.0  # s: what it may be
 REFRESH = 0.2  # s between two times that one velocity is said
 
 
@@ -24,8 +26,11 @@ class Order(NamedTuple):
 
 
 def schedule(told: Iterable[Order], factor: float = 1.0, valid: float = VALID, refresh: float = REFRESH) -> List[Order]:
-    """The orders to give, from time 0 on, of those that were recorded, in whatever order. ``factor`` is the k above, more than 0."""
-    told = sorted(told, key=lambda order: order.time)
+    """The orders to give, from time 0 on, of those that were recorded, in whatever order. ``factor`` is the k above, more than 0.
+
+    Velocities that are no numbers are left out: a driver refuses them.
+    """
+    told = sorted((order for order in told if order.topic not in VELOCITIES or _is_finite(order.message)), key=lambda order: order.time)
     if not told:
         return []
     begin = told[0].time
@@ -67,6 +72,12 @@ def _repeated(order: Order, end: float, refresh: float) -> Iterator[Order]:
     while number == 0 or order.time + number * refresh < end - 1e-9:
         yield order._replace(time=order.time + number * refresh)
         number += 1
+
+
+def _is_finite(message: Any) -> bool:
+    if hasattr(message, "left"):
+        return math.isfinite(message.left) and math.isfinite(message.right)
+    return all(math.isfinite(value) for part in (message.linear, message.angular) for value in (part.x, part.y, part.z))
 
 
 def _speed(message: Any) -> float:

@@ -9,6 +9,7 @@ from std_msgs.msg import String
 from pioneer_control.bags import redrive
 from pioneer_control.bags.reader import BagError
 from pioneer_control.bags.recording_description import Description, text_of
+from pioneer_control.bags.redrive_schedule import VALID
 from pioneer_control.bags.run import Track
 from pioneer_control.errors import UsageError
 from pioneer_control.msg import GripperState, MotorState, WheelVelocities
@@ -109,6 +110,44 @@ class TestWhatIsAsked:
         with pytest.raises(SystemExit):
             redrive.parser().parse_args(["x.bag", "--motors=" + word])
         assert "give true or false" in capsys.readouterr().err
+
+
+class TestABagThatAsksForTooMuch:
+    """Bags that were never driven, or whose driver limited what they ask for: a real robot gets its share of what the recorded one did."""
+
+    @staticmethod
+    def asked(tmp_path, velocities, before=()):
+        commands = []
+        for number, (linear, angular) in enumerate(velocities):
+            commands.append(("/pioneer/cmd_vel", make.twist(linear, angular), 1002.0 + 0.1 * number))
+        return TestWhatIsAsked.given(make.write_bag(tmp_path / "run.bag", [*before, *commands]), "--into=real", "--port=x", "--speed=0.3")
+
+    @pytest.mark.parametrize("linear, angular", [(1e9, 1e9), (-1e9, -1e9), (2.0, 6.0)])
+    def test_its_driver_had_limited_it(self, tmp_path, linear, angular):
+        asked = self.asked(tmp_path, [(linear, angular)], [described({}, dict(max_xspeed=0.4, max_yawspeed=1.0))])
+        assert asked._limits() == pytest.approx([0.12, 0.3])
+
+    def test_what_the_recorded_robot_said_of_it_counts_more(self, tmp_path):
+        info = make.robot_info({})
+        info.max_linear, info.max_angular = 0.2, 0.5
+        asked = self.asked(tmp_path, [(1e9, 1e9)], [described({}, dict(max_xspeed=3.0)), ("/pioneer/robot_info", info, 1001.0)])
+        assert asked._limits() == pytest.approx([0.06, 0.15])
+
+    @pytest.mark.parametrize("limit", [float("nan"), 1e9, -1.0, 0, "fast", [1]])
+    def test_a_limit_that_no_driver_takes(self, tmp_path, limit):
+        asked = self.asked(tmp_path, [(1e9, 1e9)], [described({}, dict(max_xspeed=limit, max_yawspeed=limit))])
+        assert asked._limits() == pytest.approx([0.15, 0.3 * 1.745])
+
+    @pytest.mark.parametrize("linear, angular", [(float("nan"), 0.0), (float("inf"), 0.0), (0.1, float("nan"))])
+    def test_what_is_no_number_is_not_told(self, tmp_path, linear, angular):
+        asked = self.asked(tmp_path, [(linear, angular), (0.1, 0.0), (linear, angular)])
+        assert {round(order.message.linear.x, 9) for order in asked._orders} == {0.03, 0.0}
+        assert asked._limits()[0] == pytest.approx(0.03)
+
+    @pytest.mark.parametrize("timeout", [1e9, float("nan"), float("inf"), -1, 0, "long", None, [1]])
+    def test_a_velocity_holds_no_longer_than_a_driver_lets_it(self, tmp_path, timeout):
+        asked = self.asked(tmp_path, [(0.1, 0.0)], [described({}, dict(cmd_vel_timeout=timeout))])
+        assert asked._recorded.valid == VALID and asked._orders[-1].time == pytest.approx(VALID / 0.3)
 
 
 class TestTrimmed:
