@@ -12,6 +12,7 @@
 No thread, clock or socket is in here: the same bytes at the same simulated times give the same answers however the time is split.
 """
 
+import math
 from typing import List, Optional
 
 from ..errors import ParameterError
@@ -37,6 +38,7 @@ class Simulation:
         world.crowd = Crowd()
         self.robots: List[Firmware] = []
         self.time_us = 0
+        self.next_step_us = math.inf
         self._remainder_us = 0.0
 
     def add(self, model: RobotModel, pose: Optional[Pose] = None, **options) -> Firmware:
@@ -52,6 +54,7 @@ class Simulation:
         robot = Firmware(model, self.world, pose, time_us=self.time_us, **options)
         self.world.crowd.enter(robot.hardware.body)
         self.robots.append(robot)
+        self.next_step_us = min(self.next_step_us, robot.next_step_us)
         return robot
 
     def advance(self, seconds: float) -> List[bytes]:
@@ -69,12 +72,10 @@ class Simulation:
     def run_to(self, end_us: int) -> None:
         """Let simulated time pass for all until `end_us`; what they send meanwhile is kept for their `take_sent`."""
         robots = self.robots
-        while robots:  # all take the step of one moment before any takes that of the next
-            next_us = min([robot.next_step_us for robot in robots])
-            if next_us > end_us:
-                break
+        while self.next_step_us <= end_us:  # all take the step of one moment before any takes that of the next
             for robot in robots:
-                robot.run_to(next_us)
+                robot.run_to(self.next_step_us)
+            self.next_step_us = min([robot.next_step_us for robot in robots])
         self.time_us = end_us
         for robot in robots:
             if robot.time_us != end_us:

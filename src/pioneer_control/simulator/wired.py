@@ -64,7 +64,7 @@ class Wired:
         self._serial = [False] * len(self.robots)
         self._due: List[Tuple[int, int, str]] = []
         self._out: List[Arrival] = []
-        self._step_us = self._next_step()
+        self._step_us = simulation.next_step_us
         self._news_us = self._next_news()
         for fault in faults:
             self.faults.add(fault)
@@ -114,9 +114,6 @@ class Wired:
         """How long (s) the line to a robot is busy with what it has been sent."""
         return self.plants[robot].wires[TO_ROBOT].backlog_us(self.time_us) * 1e-6
 
-    def _next_step(self) -> float:
-        return min([robot.next_step_us for robot in self.robots])
-
     def _next_news(self) -> float:
         return min([robot.next_sip_us for robot in self.robots] + [self.time_us + LONGEST_REST_US])
 
@@ -127,7 +124,7 @@ class Wired:
             data = robot.take_sent()
             if data:
                 self._reply(number, data)
-        self._step_us = self._next_step()
+        self._step_us = self._simulation.next_step_us
         self._news_us = self._next_news()
 
     def _put(self, robot: int, way: str, data: bytes, baud: Optional[int]) -> None:
