@@ -50,6 +50,9 @@ QUEUE = ["--queue=100000"]
 REMAPPING = re.compile(r"[\w~/]+:=")
 """How a name begins that ROS takes from a command line."""
 
+PREFIX = re.compile(r"--pr|-\w*p")
+"""How rosbag play's option --prefix begins, and -p."""
+
 
 def is_command(topic: str, type_name: str) -> bool:
     """Whether something alive may do what comes on a topic."""
@@ -73,11 +76,25 @@ def remappings(topics: Mapping[str, str]) -> List[str]:
 
 
 def player(files: Sequence[str], topics: Mapping[str, str], options: Sequence[str] = ()) -> List[str]:
-    """The command that plays bags with their own clock: in order of time, parts of one recording or several."""
+    """The command that plays bags with their own clock: in order of time, parts of one recording or several.
+
+    Raises UsageError for options that would bring commands back elsewhere than under `RECORDED`.
+    """
+    _check_names(options, topics)
     command = ["rosrun", "rosbag", "play", "--clock", *QUEUE, *options]
     if "/clock" in topics:      # recorded from somebody who made time himself: two clocks would fight
         return command + ["--topics", *sorted(set(topics) - {"/clock"}), "--bags", *files, *remappings(topics)]
     return command + [*files, *remappings(topics)]
+
+
+def _check_names(options: Sequence[str], topics: Mapping[str, str]) -> None:
+    """Whether nothing in the options gives the bag's topics other names than those that were thought of."""
+    commands = {absolute(topic) for topic in topics if is_command(topic, topics[topic])}
+    for word in options:
+        source, given, target = word.partition(":=")
+        renamed = bool(REMAPPING.match(word)) and (absolute(source) in commands or is_command(target, ""))
+        if renamed or PREFIX.match(word) or source == "__ns" and given:
+            raise UsageError(f"{word} is not legal here: what commanded comes back under {RECORDED}/ in its own namespace, and nowhere else")
 
 
 def bag_files(given: str) -> List[str]:
@@ -147,12 +164,13 @@ def look(arguments: Sequence[str], ros: Sequence[str]) -> int:
     parser.add_argument("--picture", type=yes_or_no, default=False, metavar="true|false", help="draw it first (default: false)")
     given, options = parser.parse_known_args(arguments)
     files = bag_files(given.bag)
-    command = player(files, recorded_topics(files), options)
+    command = player(files, recorded_topics(files), [*options, *ros])
     if given.picture:
         draw([*files, "--parts"])
     warn_of_robots()
     sys.stdout.flush()
-    os.execvp(command[0], command + list(ros))
+    os.environ.pop("ROS_NAMESPACE", None)   # names in the bag may be without a slash: they are not below the namespace of this shell
+    os.execvp(command[0], command)
 
 
 def main(argv: Optional[Sequence[str]] = None) -> int:

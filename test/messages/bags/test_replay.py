@@ -11,6 +11,7 @@ from sensor_msgs.msg import Joy
 from pioneer_control.bags import replay, replay_stage
 from pioneer_control.bags.reader import BagError
 from pioneer_control.driver.requests import TOPICS
+from pioneer_control.errors import UsageError
 from pioneer_control.msg import MotorState, WheelVelocities
 
 
@@ -67,6 +68,21 @@ class TestPlayer:
     def test_commands_in_any_part_are_put_aside(self, tmp_path, bag):
         first = make.write_bag(tmp_path / "first.bag", [("/alice/pose", make.odometry(0, 0, 0), 0.5)])
         assert "/alice/cmd_vel:=/alice/recorded/cmd_vel" in replay.player([first, bag], replay.recorded_topics([first, bag]))
+
+
+    @pytest.mark.parametrize("word", [
+        "--prefix=/live", "--prefix", "--pre", "-p", "-p/live", "-qp", "__ns:=live", "/alice/cmd_vel:=/live/velocity", "alice/cmd_vel:=/x",
+        "base/velocity:=/x", "/alice/pose:=/live/cmd_vel", "pose:=cmd_motor_state", "cmd_motor_state:=/x"])
+    def test_no_option_brings_commands_back_elsewhere(self, bag, word, capsys):
+        topics = replay.recorded_topics([bag])
+        with pytest.raises(UsageError, match="is not legal here.*comes back under recorded/"):
+            replay.player([bag], topics, ["-r", "2", word, "/x"])
+        assert replay.main(["look", bag, word, "/x"]) == 2
+        assert word in capsys.readouterr().err
+
+    @pytest.mark.parametrize("word", ["--pause", "-l", "-q", "-s", "30", "__name:=play_bag", "__log:=/tmp/x.log", "/alice/pose:=/alice/odom", "_x:=1"])
+    def test_others_do_not(self, bag, word):
+        assert word in replay.player([bag], replay.recorded_topics([bag]), [word])
 
 
 class TestFiles:
@@ -134,7 +150,15 @@ class TestMain:
         monkeypatch.setattr(os, "execvp", lambda file, words: became.append(words))
         replay.main(["look", bag, "--picture=false", "-l", "__name:=play_bag"])
         (words,) = became
-        assert words[:7] == ["rosrun", "rosbag", "play", "--clock", *replay.QUEUE, "-l", bag] and words[-1] == "__name:=play_bag"
+        assert words[:8] == ["rosrun", "rosbag", "play", "--clock", *replay.QUEUE, "-l", "__name:=play_bag", bag]
+
+    def test_the_namespace_of_the_shell_is_not_the_bags(self, bag, monkeypatch):
+        """A topic `cmd_vel` without a slash would be that of whoever lives there."""
+        namespaces = []
+        monkeypatch.setenv("ROS_NAMESPACE", "/live")
+        monkeypatch.setattr(os, "execvp", lambda file, words: namespaces.append(os.environ.get("ROS_NAMESPACE")))
+        replay.main(["look", bag])
+        assert namespaces == [None]
 
     @pytest.mark.parametrize("wanted", [True, False])
     def test_it_can_be_drawn_first(self, bag, monkeypatch, wanted):
