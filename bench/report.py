@@ -3,7 +3,7 @@
 
     ./pioneer shell /usr/bin/python3 bench/report.py            # ten minutes; writes bench/report.md
     ./pioneer shell /usr/bin/python3 bench/report.py --quick    # a minute, small bags; writes nothing
-    ./pioneer shell /usr/bin/python3 bench/report.py --huge 10  # once, a bag of so many GB with images, read_run alone
+    ./pioneer shell /usr/bin/python3 bench/report.py --huge 10  # once, a bag of so many GB with images (--no-images: without), read_run alone
 
 The bags are made, read, and removed: one of what record.launch keeps of a robot that drives all the time, and one with camera images in it. Each reading
 is a process of its own, the two kinds by turns; its time is the processor's, its memory the most it ever held (getrusage). A file that was just written
@@ -172,9 +172,9 @@ HEADING = """| bag | MB of messages | MB of file | min | bare loop, s per GB | r
 |---|---|---|---|---|---|---|---|---|"""
 
 
-def huge(size: int, folder: str) -> int:
+def huge(size: int, case: Case, folder: str) -> int:
     """One bag of so many GB, read_run alone."""
-    path, case = os.path.join(folder, "run.bag"), CASES[1]
+    path = os.path.join(folder, "run.bag")
     begin = time.monotonic()
     minutes = write(path, case, size * 1000) / 60
     print(f"{case.name}, {os.path.getsize(path) / 1e9:.2f} GB, {minutes:.1f} min: written in {time.monotonic() - begin:.0f} s", flush=True)
@@ -192,6 +192,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--quick", action="store_true", help="small bags, once")
     parser.add_argument("--huge", type=int, metavar="GB", help="one bag of this size with images, read_run alone")
+    parser.add_argument("--no-images", action="store_true", help="with --huge: the robot's topics alone")
     parser.add_argument("--folder", help="where to make the bags (default: the system's for temporary files)")
     parser.add_argument("--read", nargs=2, metavar=("READER", "BAG"), help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -200,7 +201,7 @@ def main() -> int:
         return 0
     with tempfile.TemporaryDirectory(prefix="pioneer-report-", dir=options.folder) as folder:
         if options.huge:
-            return huge(options.huge, folder)
+            return huge(options.huge, CASES[0 if options.no_images else 1], folder)
         rows, wrong = [], []
         print(HEADING, flush=True)
         for case in CASES:
