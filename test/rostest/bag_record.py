@@ -226,7 +226,8 @@ class Record(unittest.TestCase):
         thread = threading.Thread(target=command)
         thread.start()
         try:
-            wait_until("both have driven", lambda: all(abs(cls.witness.pose(robot).pose.pose.position.x - x) > distance for robot, x in start.items()))
+            wait_until("both have driven",
+                       lambda: all(abs(cls.witness.pose(robot).pose.pose.position.x - x) > distance for robot, x in start.items()))
         finally:
             ended.set()
             thread.join()
@@ -244,7 +245,10 @@ class Record(unittest.TestCase):
     # What must be so
 
     def holes(self, messages):
-        """Sequence numbers that a list of messages lacks: (topic, publisher, before, after). Who latches counts what each new subscriber gets, too."""
+        """Sequence numbers that a list of messages lacks: (topic, publisher, before, after).
+
+        Not of topics that latch: there the publisher counts what each new subscriber gets, too.
+        """
         numbered = {f"/{robot}/{name}" for robot in ROBOTS for name in NUMBERED} | {"/diagnostics"}
         numbers = collections.defaultdict(list)
         for message in messages:
@@ -303,7 +307,8 @@ class Record(unittest.TestCase):
         for path in self.parts:
             there = {message.topic for message in read_bag(path)}
             self.assertLessEqual({f"/{robot}/{name}" for robot in ROBOTS for name in LATCHED} | {"/tf_static", "/map", "/world"}, there)
-        self.assertEqual([len(self.by_topic[topic]) for topic in ("/map", "/robot1/e_stop")], [1, 1], "read together they have it as often as it was published")
+        together = [len(self.by_topic[topic]) for topic in ("/map", "/robot1/e_stop")]
+        self.assertEqual(together, [1, 1], "read together they have it as often as it was published")
 
     def test_it_says_of_itself_who_was_there(self):
         made = [description_of(decode(message.connection, message.data).data) for message in self.by_topic["/robot2/recording"]]

@@ -360,8 +360,8 @@ def _after(seconds: Optional[float]) -> str:
 def _news(messages: Iterator[Message], repeated: Dict[Tuple[str, str], bytes], later: bool) -> Iterator[Message]:
     """Messages of a part without those that `rosbag record --repeat-latched` only repeats at the begin of a `later` part.
 
-    It repeats the first (1.15.15: not the newest) message of each publisher that latches, `repeated`, with a new time and without the publisher's name:
-    taken for news, an old state would come back.
+    It repeats the first (1.15.15: not the newest) message of each publisher that latches, `repeated`, with a new time and without the publisher's
+    name: taken for news, an old state would come back.
     """
     for message in messages:
         connection = message.connection

@@ -67,7 +67,8 @@ class DiskWatch:
             if not self.full:
                 self.full = True
                 yield Notice("error", f"the disk is full: {in_words(sample.free)} free in {self._place}. "
-                             f"Below {in_words(self._keep_free)} (keep_free) rosbag closes the bag, within 20 s, and ends; what comes later is not recorded")
+                             f"Below {in_words(self._keep_free)} (keep_free) rosbag closes the bag, within 20 s, and ends; "
+                             "what comes later is not recorded")
             return
         if self.full:
             self.full = False
