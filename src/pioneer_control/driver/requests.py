@@ -5,7 +5,7 @@
 
 import threading
 from time import monotonic
-from typing import Any, Callable, Dict, Iterable, NamedTuple, Optional
+from typing import Any, Callable, Dict, Iterable, NamedTuple, Optional, Tuple
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -42,7 +42,7 @@ class Requests:
         self._robot = robot
         self._watch = watch
         self._warn = warn
-        self._players: Dict[str, bool] = {}     # nodes that sent commands: is it `rosbag play`?
+        self._players: Dict[Tuple[str, str], Tuple[Any, bool]] = {}     # who sent commands on a topic: by which connection, and is it `rosbag play`?
         self._ask_again_at = 0.0                # what the master did not say
         self._first_connection = True
         for topic in TOPICS:
@@ -168,7 +168,7 @@ class Requests:
 
     def _sender_refused(self, message: Any, topic: "Topic") -> bool:
         """Whether this is a recorded command that must not move the robot, or may be one and does more than to stop; says so."""
-        replayed = commands.is_replayed(message) or self._plays_a_bag(commands.sender(message))
+        replayed = commands.is_replayed(message) or self._plays_a_bag(message, topic.name)
         if replayed:
             self._warn([Notice(
                 "replay " + topic.name, "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic.name)])
@@ -179,22 +179,25 @@ class Requests:
             return False
         return True
 
-    def _plays_a_bag(self, node: str) -> Optional[bool]:
-        """Whether a node is a `rosbag play` under another name: it offers a service of its own. None when the master does not say in time.
+    def _plays_a_bag(self, message: Any, topic: str) -> Optional[bool]:
+        """Whether its sender is a `rosbag play` under another name: it offers a service of its own. None when the master does not say in time.
 
         No command waits longer for that than half of cmd_vel_timeout, nor do those behind it: what was asked in vain is not asked again meanwhile.
+        A new connection is asked about anew: a player may have the name of a program that was there before.
         """
-        if node not in self._players:
+        node, connection = commands.sender(message), getattr(message, "_connection_header", None)
+        known, answer = self._players.get((topic, node), (None, None))
+        if answer is None or known is not connection:
             asked_at, timeout = monotonic(), min(MASTER_TIMEOUT, self._watch.cmd_vel_timeout / 2)
             if asked_at < self._ask_again_at:
                 return None
             answer = is_offered(node + "/pause_playback", timeout)
             if answer is not None:
-                self._players[node] = answer
+                self._players[topic, node] = connection, answer
             if answer is None or monotonic() - asked_at > timeout:
                 self._ask_again_at = monotonic() + timeout
                 return None
-        return self._players[node]
+        return answer
 
 
 class Topic(NamedTuple):

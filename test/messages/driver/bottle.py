@@ -49,6 +49,7 @@ class Bottle:
         self.is_offered = lambda service, timeout: False    # what the master says; None: it does not
         self._plugged = True
         self._caller = caller
+        self._connections = {}                  # {topic: header}
         self._topics, self._services = {}, {}
         self._script, self._resume_at = script, START
         self._ear = FrameDecoder()
@@ -65,8 +66,12 @@ class Bottle:
 
     def send(self, topic, message):
         """Publish a command."""
-        message._connection_header = {"callerid": self._caller}
+        message._connection_header = self._connections.setdefault(topic, {"callerid": self._caller})
         self._topics[topic](message)
+
+    def connect_anew(self):
+        """Somebody else of the same name sends what comes next."""
+        self._connections.clear()
 
     def call(self, service, *values):
         """Call a service. One that waits for the robot must be called from a thread of its own."""

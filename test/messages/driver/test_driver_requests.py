@@ -286,6 +286,20 @@ def test_whom_nobody_knows_is_refused_until_a_master_that_was_gone_is_back(run, 
 
 
 @pytest.mark.parametrize("topic", COMMANDS)
+def test_a_player_with_the_name_of_a_program_that_was_there_is_refused(run, topic):
+    move, stop, moves = COMMANDS[topic]
+
+    def script(bottle):
+        yield from send_for_a_while(bottle, topic, stop)
+        bottle.is_offered = lambda service, timeout: service == "/wanderer/pause_playback"
+        bottle.connect_anew()
+        yield from send_for_a_while(bottle, topic, move)
+
+    bottle = run(script, caller="/wanderer")
+    assert bottle.says("%s refused: it is played back from a bag" % topic) and not heard(bottle, moves)
+
+
+@pytest.mark.parametrize("topic", COMMANDS)
 def test_what_only_stops_is_obeyed_from_whomever_it_comes(run, topic):
     def script(bottle):
         bottle.is_offered = lambda service, timeout: None
