@@ -190,8 +190,10 @@ def next_record(source: Source, position: int, searched: Collection[int] = FIELD
         index = source.load(position, BLOCK)
         block, base = source.block, source.base
         for found in OP.finditer(block, index):
+            if block[found.end() - 1] not in searched:
+                continue
             for start in range(max(earliest, base + found.start() - OP_WITHIN), base + found.start() - 3):
-                if block[found.end() - 1] in searched and record_at(source, start):
+                if record_at(source, start):
                     return start
         position = base + len(block) - OP_WITHIN if base + len(block) < source.size else source.size
     return source.size
