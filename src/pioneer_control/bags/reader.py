@@ -444,7 +444,7 @@ def read_bag(paths: Union[str, Sequence[str]], topics: Union[None, Collection[st
     """Read a bag, or the parts of one recording in their order.
 
     Args:
-        paths: one file, or several.
+        paths: one file, or several; of several, what the recorder only repeated at the begin of a part is passed over.
         topics: the names of those wanted, or what says of a Connection whether it is; None: all.
         progress: called now and then with the bytes done and all bytes.
 
