@@ -27,6 +27,8 @@ BEGIN = 5.0
 """s for which rosbag may first list all it subscribes to, so that what is said here stands below."""
 GRACE = 10.0
 """s after which it is said what nobody publishes; drivers start beside the recorder."""
+NO_CLOCK = Notice("warning", "nothing is recorded yet: this master has simulated time (/use_sim_time), perhaps of an earlier replay, and nobody tells it "
+                  "on /clock. For a robot: end this, rosparam set /use_sim_time false, and start it again")
 SAY = {"info": rospy.loginfo, "warning": rospy.logwarn, "error": rospy.logerr}
 
 
@@ -84,6 +86,22 @@ def seen_by(master: Any) -> Optional[Tuple[Sequence[Any], Dict[str, Any]]]:
         return None
 
 
+def begins(recording: Recording, goes_on: Callable[[], bool], tell: Callable[[Iterable[Notice]], None]) -> bool:
+    """Wait until there is a bag, which needs a time; whether that came before the end. `goes_on`: waits a moment, False at the end."""
+    start, told = monotonic(), False
+    while not recording.parts:
+        if not goes_on():
+            return False
+        if monotonic() < start + BEGIN:
+            continue
+        if rospy.get_time():
+            break   # only slow
+        if not told:
+            told = True
+            tell([NO_CLOCK])
+    return True
+
+
 def say(notices: Iterable[Notice]) -> None:
     """Into the log."""
     for severity, text in notices:
@@ -108,8 +126,8 @@ def attend(recording: Recording, recorder: int, name: str, notices: Sequence[Not
     stop = threading.Event()
     rospy.on_shutdown(stop.set)
     start = monotonic()
-    while not recording.parts and monotonic() < start + BEGIN and os.getppid() == recorder and not stop.wait(TICK):
-        pass
+    if not begins(recording, lambda: os.getppid() == recorder and not stop.wait(TICK), say):
+        return
     say(notices)
     parts = f", a new part each {recording.split[1]} {'MB' if recording.split[0] == 'size' else 's'}" if recording.split[0] else ""
     rospy.loginfo("recording %s: %d topics into %s (%s%s)", ", ".join("/" + robot for robot in recording.robots), len(recording.topics),

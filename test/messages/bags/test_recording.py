@@ -211,6 +211,34 @@ class TestSilent:
         assert "nobody publishes /a/wire" in text and "publish_wire" in text
 
 
+class TestBegins:
+    """The recorder waits for a time; nobody may believe meanwhile that it records."""
+
+    def told(self, monkeypatch, tmp_path, time, moments, appears=None):
+        """What is said within so many moments, the last of them the end, when the bag appears in one of them; and whether it began."""
+        monkeypatch.setattr(attendant, "BEGIN", 0.0)
+        monkeypatch.setattr(attendant.rospy, "get_time", lambda: time)
+        made, left, told = MADE._replace(stem=str(tmp_path / "x")), list(range(moments)), []
+
+        def goes_on():
+            if left.pop(0) == appears:
+                (tmp_path / "x.bag.active").write_bytes(b"")
+            return bool(left)
+
+        return attendant.begins(made, goes_on, told.extend), told
+
+    def test_without_a_clock_it_is_said_once(self, monkeypatch, tmp_path):
+        began, (notice,) = self.told(monkeypatch, tmp_path, 0.0, 9)
+        assert not began and "nothing is recorded yet" in notice.text and "rosparam set /use_sim_time false" in notice.text
+
+    def test_the_clock_comes_later(self, monkeypatch, tmp_path):
+        began, told = self.told(monkeypatch, tmp_path, 0.0, 9, appears=5)
+        assert began and len(told) == 1
+
+    def test_it_is_only_slow(self, monkeypatch, tmp_path):
+        assert self.told(monkeypatch, tmp_path, 1795290069.0, 9) == (True, [])
+
+
 class TestLookingBack:
     def made(self, tmp_path, *there):
         for name in there:
