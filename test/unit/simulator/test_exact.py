@@ -27,6 +27,11 @@ def test_a_unit_vector_is_cosine_and_sine():
     assert [exact.unit(0.0), exact.sin(-0.0)] == [(1.0, 0.0), 0.0]
 
 
+def test_the_unit_vector_of_a_heading_is_that_of_its_present_angle():
+    heading = exact.Heading()
+    assert all(heading.unit(angle) == exact.unit(angle) for angle in (0.0, 0.0, *ANGLES[:50], ANGLES[49], -ANGLES[49], 0.0))
+
+
 def test_direction_and_length_of_vectors():
     for y, x in VECTORS:
         assert exact.atan2(y, x) == pytest.approx(math.atan2(y, x), abs=1e-13)

@@ -26,6 +26,7 @@ def test_the_finder_finds_what_a_search_through_all_finds(seed):
         place = rng.uniform(-1.2 * size, 1.2 * size), rng.uniform(-1.2 * size, 1.2 * size), rng.choice([0.3, 5.0, 30.0])
         ours, known = finder.within(*place), everything.within(*place)
         assert ours.walls.tolist() == known.walls.tolist() and ours.posts.tolist() == known.posts.tolist()
+        assert ours.frames.tolist() == Solids(ours.walls, ours.posts).frames.tolist(), "as if worked out anew"
         found += len(known)
     assert found or size > 10.0 or not len(everything)
 

@@ -3,12 +3,14 @@
 import dataclasses
 import math
 import random
+import types
 
 import pytest
 
 from pioneer_control import p2os
 from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model
+from pioneer_control.simulator.crowd import Crowd
 from pioneer_control.simulator.loading import load_world
 from pioneer_control.simulator.simulation import Simulation, simulate
 from pioneer_control.simulator.world import Can, World
@@ -128,6 +130,28 @@ def test_a_can_between_two_robots_is_jammed():
     assert 2 * can.radius - 1e-4 <= gap < 2 * can.radius + 0.02 and first.contacts == 0
     assert can.x == pytest.approx(first.true_pose[0] + MODEL.length_front + gap / 2, abs=0.02)
     assert abs(second.true_pose[0] - 2.0) < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_crowd_knows_who_is_near_wherever_they_go(seed):
+    rng, crowd, bodies, listed = random.Random(seed), Crowd(), [], 0
+    for number in range(40):
+        body = types.SimpleNamespace(pose=(rng.uniform(-9.0, 9.0), rng.uniform(-9.0, 9.0), 0.0), reach=0.2 + 0.02 * number)     # larger and larger
+        bodies.append(body)
+        crowd.enter(body)
+        for each in bodies:
+            each.pose = each.pose[0] + rng.uniform(-1.0, 1.0), each.pose[1] + rng.uniform(-1.0, 1.0), 0.0
+            crowd.moved(each)
+        if number % 10 == 9:
+            crowd.leave(bodies.pop(rng.randrange(10)))
+        x, y, reach = rng.uniform(-9.0, 9.0), rng.uniform(-9.0, 9.0), rng.choice([0.1, 1.0, 5.0])
+        near, beside = crowd.near(x, y, reach), crowd.beside(x, y)
+        away = [math.hypot(each.pose[0] - x, each.pose[1] - y) for each in bodies]
+        assert all(each in near for each, distance in zip(bodies, away) if distance <= reach + each.reach)
+        assert all(each in beside for each, distance in zip(bodies, away) if distance <= crowd.reach + each.reach)
+        assert all(each in bodies for each in near), "none that has left"
+        listed += len(near)
+    assert listed < 40 * 20, "not simply all of them"
 
 
 def test_a_robot_larger_than_any_of_ours_is_minded_from_afar():
