@@ -213,7 +213,7 @@ class _File:
             for source, record in self._contents(_source_of(file, self.size)):
                 if record.op == MESSAGE:
                     met += 1
-                    if known is None or known.start <= record.time <= known.end:    # else a byte of it is wrong
+                    if known is None or known.start <= record.time <= known.end or self.begin is None:  # else a byte of it is wrong
                         self._saw(record.time)
                     wanted = self._wanted.get(record.connection)
                     if wanted:

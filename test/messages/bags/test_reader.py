@@ -304,6 +304,21 @@ class TestDamage:
         content = small(tmp_path / "run.bag")
         assert "it describes /odd in two ways" in read(content.replace(b"topic=/odd", b"topic=/old", 1))[1]
 
+    def test_a_time_of_no_sense_changes_no_other(self, tmp_path, read):
+        content = small(tmp_path / "run.bag", count=100)
+        position = content.index(b"text 0050") - 16  # of its time
+        path = make.write_bag(tmp_path / "read.bag", [])
+        open(path, "wb").write(content[:position] + b"\xff\xff\xff\xff" + content[position + 4:])
+        reader = read_bag(path)
+        assert len(list(reader)) == 100 and (reader.begin, reader.end) == (100 * 10**9, 199 * 10**9)
+
+    def test_an_index_that_knows_no_times(self, tmp_path):
+        content = small(tmp_path / "run.bag", count=20)
+        path = tmp_path / "read.bag"
+        path.write_bytes(re.sub(rb"((?:start|end)_time=)........", rb"\g<1>" + bytes(8), content, flags=re.DOTALL))
+        reader = read_bag(str(path))
+        assert len(list(reader)) == 20 and reader.begin == 100 * 10**9
+
     def test_a_piece_of_a_compressed_chunk_is_no_record(self, tmp_path, read):
         """lz4 leaves bytes that do not repeat as they are: a header among them is followed by what it is not."""
         content = small(tmp_path / "run.bag", "lz4", count=40)
