@@ -17,6 +17,7 @@ import xmlrpc.client
 from typing import Dict, List, NamedTuple, NoReturn, Sequence, Tuple
 
 from ..errors import UsageError
+from .command_line import refuse_launch_arguments
 from .recording_disk import GB, KB, MB, Notice, in_words
 from .recording_topics import NAME, load_list, topics_of
 
@@ -228,7 +229,9 @@ def main() -> NoReturn:
     own = [argument for argument in sys.argv[1:] if ":=" not in argument]
     mapped = [argument for argument in sys.argv[1:] if ":=" in argument]
     try:
-        recording = recording_of(parser().parse_args(own), time.localtime())
+        arguments = parser().parse_args(own)
+        refuse_launch_arguments(mapped, vars(arguments))
+        recording = recording_of(arguments, time.localtime())
         if not os.path.isdir(recording.folder):
             raise UsageError(f"there is no directory {recording.folder}: make it first (mkdir -p '{recording.folder}')")
         check_place(recording, free_space(recording.folder))

@@ -18,6 +18,7 @@ import sys
 from typing import Dict, List, Mapping, Optional, Sequence
 
 from ..errors import PioneerError, UsageError
+from .command_line import refuse_launch_arguments
 from .draw import in_order
 from .draw import main as draw
 from .reader import BagError, read_bag
@@ -43,6 +44,10 @@ COMMAND_TYPES = "Twist", "TwistStamped", "WheelVelocities"
 """Last names of types of messages that drive, whatever their topic is called."""
 
 WAYS = "look", "rerun", "redrive"
+
+LAUNCH_ARGUMENTS = ("bag", "way", "robot", "rviz", "picture", "frame", "options", "package", "program", "args", "into", "port", "speed", "motors", "world",
+                    "numbers_file", "seed")
+"""Those of replay.launch."""
 
 QUEUE = ["--queue=100000"]
 """For rosbag play: so many messages may wait on a topic. Who is held up for a moment misses none."""
@@ -179,6 +184,7 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
     ros = [word for word in words if REMAPPING.match(word)]     # names and remappings that roslaunch gives every node
     way, *arguments = [word for word in words if not REMAPPING.match(word)] or ["-h"]
     try:
+        refuse_launch_arguments(ros, LAUNCH_ARGUMENTS)
         if way == "look":
             return look(arguments, ros)
         if way == "rerun":

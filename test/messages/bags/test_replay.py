@@ -1,6 +1,8 @@
 """Bringing a bag back: which topics are commands, where they go instead, and what `rosbag play` is told."""
 
 import os
+import pathlib
+import xml.etree.ElementTree as ElementTree
 
 import bag_factory as make
 import pytest
@@ -13,6 +15,8 @@ from pioneer_control.bags.reader import BagError
 from pioneer_control.driver.requests import TOPICS
 from pioneer_control.errors import UsageError
 from pioneer_control.msg import MotorState, WheelVelocities
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture
@@ -144,6 +148,16 @@ class TestMain:
     def test_what_cannot_be_done_is_told_in_a_line(self, capsys, words, said):
         assert replay.main(words) == 2
         assert said in capsys.readouterr().err
+
+    @pytest.mark.parametrize("words", [["look", "bag:=x.bag"], ["redrive", "x.bag", "speed:=0.1"], ["rerun", "x.bag", "program:=mine"], ["way:=look"]])
+    def test_what_was_meant_for_roslaunch_is_refused(self, capsys, words):
+        """Without a word a robot drove at its full speed."""
+        assert replay.main(words) == 2
+        assert f"{words[-1]}: this is how roslaunch is told" in capsys.readouterr().err
+
+    def test_all_that_roslaunch_is_told_is_known(self):
+        launch = ElementTree.parse(ROOT / "launch" / "replay.launch").getroot()
+        assert sorted(replay.LAUNCH_ARGUMENTS) == sorted(row.get("name") for row in launch.findall("arg") if "value" not in row.attrib)
 
     def test_looking_becomes_the_player(self, bag, monkeypatch):
         became = []

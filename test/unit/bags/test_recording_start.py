@@ -132,3 +132,10 @@ def test_what_a_killed_recorder_left_is_told_what_is_being_written_is_not(here):
     assert severity == "warning" and "old.bag.active" in text and "rosbag reindex" in text
     (here / "old.bag.active").unlink()
     assert start.left_behind(str(here), 5001.0) == []
+
+
+@pytest.mark.parametrize("word", ["bag:=x.bag", "also:=wire", "keep_free:=1GB", "robots:=a"])
+def test_what_was_meant_for_roslaunch_is_refused(monkeypatch, word):
+    monkeypatch.setattr("sys.argv", ["record", word, "__name:=recorder"])
+    with pytest.raises(SystemExit, match=f"record: {word}: this is how roslaunch is told"):
+        start.main()
