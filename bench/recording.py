@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """What recording a robot costs: processor time of the recorder and of the driver beside it, and the size of the bag, by what is recorded and how.
 
-    ./pioneer shell /usr/bin/python3 bench/recording.py            # 13 minutes; writes bench/recording.md
+    ./pioneer shell /usr/bin/python3 bench/recording.py            # ten minutes; writes bench/recording.md
     ./pioneer shell /usr/bin/python3 bench/recording.py --quick    # two minutes; writes nothing
 
 A simulated robot drives circles, told so ten times a second; a ROS master of its own. One recorder after the other records it, each twice, the
@@ -28,6 +28,7 @@ import rospy
 from geometry_msgs.msg import Twist
 from std_srvs.srv import SetBool
 
+from pioneer_control.bags.reader import read_bag
 from pioneer_control.bags.recording_disk import MB
 from pioneer_control.bags.recording_topics import load_list, topics_of
 
@@ -67,12 +68,16 @@ WAYS = (
     Way("everyday, lz4: `record.launch`", ours()),
     Way("everyday, bz2", ours("--compression=bz2")),
     Way("everyday, uncompressed", ours("--compression=none")),
-    Way("everyday, lz4, chunks of 768 kB, which is rosbag's own", plain("--lz4", "--tcpnodelay", *EVERYDAY)),
     Way("everyday and `also:=packets`, lz4", ours("--also=packets")),
     Way("everyday and `also:=rviz`, lz4", ours("--also=rviz")),
     NOBODY_WIRE,
     Way("everyday and `also:=wire`, lz4", ours("--also=wire"), True),
 )
+
+
+CHUNKS = 64, 768
+"""kB that are compressed together: ours, and rosbag's own."""
+SHORT, LONG = 15.0, 105.0
 
 
 class Cost(NamedTuple):
@@ -192,7 +197,30 @@ def measure(way: Way, folder: str, driver: int, seconds: float) -> Cost:
     return Cost(used[0], sum(used[2:]), used[1], size)
 
 
-def report(costs: Dict[Way, Cost], seconds: float, load: float) -> str:
+def chunks(folder: str) -> Dict[int, Tuple[float, float]]:
+    """By kB of a chunk: MB an hour, of two bags of different lengths, so that what is there once does not count; s that are lost by kill -9."""
+    with contextlib.ExitStack() as long:
+        with contextlib.ExitStack() as short:
+            def start(stack: contextlib.ExitStack, name: str, size: int) -> subprocess.Popen:
+                command = plain("--lz4", "--tcpnodelay", "--chunksize=%d" % size, *EVERYDAY)
+                return stack.enter_context(running(*command, os.path.join(folder, "%s_%d.bag" % (name, size)), "__name:=%s_%d" % (name, size)))
+
+            killed = {size: start(long, "killed", size) for size in CHUNKS}
+            for size in CHUNKS:
+                start(short, "short", size)
+                start(long, "long", size)
+            time.sleep(SHORT)
+        time.sleep(LONG - SHORT)
+        for process in killed.values():
+            process.kill()
+        end = time.time()
+    sizes = {size: [os.path.getsize(os.path.join(folder, "%s_%d.bag" % (name, size))) for name in ("short", "long")] for size in CHUNKS}
+    left = {size: read_bag(os.path.join(folder, "killed_%d.bag.active" % size)) for size in CHUNKS}
+    last = {size: max((message.time for message in messages), default=0) for size, messages in left.items()}
+    return {size: ((sizes[size][1] - sizes[size][0]) / MB / (LONG - SHORT) * 3600, end - last[size] / 1e9) for size in CHUNKS}
+
+
+def report(costs: Dict[Way, Cost], chunked: Dict[int, Tuple[float, float]], seconds: float, load: float) -> str:
     """The text of bench/recording.md."""
     reference = costs[REFERENCE]
     lines = [
@@ -211,6 +239,9 @@ def report(costs: Dict[Way, Cost], seconds: float, load: float) -> str:
             lines.append("| %s | %.1f | %.2f x | %.2f | %.2f x | %s | %.2f | %+.2f |" % (
                 way.name, cost.size, cost.size / reference.size, cost.recorder, cost.recorder / reference.recorder,
                 "%.2f" % cost.attendant if sys.executable in way.command else "", cost.driver, cost.driver - alone.driver))
+    if chunked:
+        lines += ["", "| everyday, lz4, in chunks of | bag, MB an hour | lost at the end by `kill -9`, this time |", "|---|---|---|"]
+        lines += ["| %d kB%s | %.1f | %.1f s |" % (size, "" if size == CHUNKS[0] else ", rosbag's own", *chunked[size]) for size in CHUNKS]
     return "\n".join(lines) + "\n"
 
 
@@ -219,7 +250,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="5 s of each, once; writes no file")
     quick = parser.parse_args().quick
-    seconds, rounds, load = 5.0 if quick else 30.0, 1 if quick else 2, os.getloadavg()[0]
+    seconds, rounds, load = 5.0 if quick else 20.0, 1 if quick else 2, os.getloadavg()[0]
     found: Dict[Way, List[Cost]] = {way: [] for way in WAYS}
     with master(), tempfile.TemporaryDirectory() as folder:
         rospy.init_node("bench", disable_signals=True)
@@ -229,8 +260,10 @@ def main() -> None:
                 for way in (ways + ways[::-1])[:rounds * len(ways)]:
                     found[way].append(measure(way, folder, driver, seconds))
                     print("%s: %s" % (way.name, found[way][-1]), flush=True)
+        with robot(folder, False):
+            chunked = {} if quick else chunks(folder)
     costs = {way: Cost(*(sum(values) / len(values) for values in zip(*each))) for way, each in found.items()}
-    text = report(costs, seconds * rounds, load)
+    text = report(costs, chunked, seconds * rounds, load)
     print(text)
     if not quick:
         with open(RESULTS, "w", encoding="utf-8") as file:

@@ -26,7 +26,7 @@ UNITS: Dict[str, Tuple[str, float]] = {
     "MB": ("size", MB), "GB": ("size", GB), "s": ("duration", 1), "min": ("duration", 60), "h": ("duration", 3600)}
 CHUNK = 64
 """kB of messages that are compressed together, and lost when the recorder is killed: about 2 s of one robot. rosbag's own 768 make bags an eighth
-smaller, and lose 9 s; bench/recording.md."""
+smaller, and lose up to half a minute; bench/recording.md."""
 KEEP_FREE = 256 * MB
 """Bytes that are left on the disk: ten hours of one robot, and the computer goes on. At rosbag's own 1 GB it warns from 5 GB on."""
 PATIENCE = 3.0
