@@ -64,7 +64,6 @@ NOBODY, NOBODY_WIRE = Way("no recorder", None), Way("no recorder, `publish_wire`
 WAYS = (
     NOBODY,
     REFERENCE,
-    Way("everything, lz4: `rosbag record -a --lz4`", plain("-a", "--lz4")),
     Way("everyday, lz4: `record.launch`", ours()),
     Way("everyday, bz2", ours("--compression=bz2")),
     Way("everyday, uncompressed", ours("--compression=none")),
@@ -168,7 +167,8 @@ def robot(folder: str, wire: bool) -> Iterator[int]:
 
 
 def growth(path: str, seconds: float) -> float:
-    """MB an hour that a file grows, between the first and the last time it was seen to grow within so many seconds: it grows by whole chunks."""
+    """MB an hour that a file grows, between the first and the last time it was seen to grow within so many seconds: it grows by whole chunks, which
+    must be small for that."""
     seen: List[Tuple[float, int]] = []
     end = monotonic() + seconds
     while monotonic() < end:
