@@ -84,7 +84,7 @@ def read_recorded(files: Sequence[str], robot: str = "") -> Recorded:
     told = {name: parts for name, parts in heard.items() if set(parts) & set(KINDS)}
     chosen = robot.strip("/")
     if chosen and chosen not in told or not told:
-        raise BagError(f"{files[0]}: {f'robot {chosen!r}' if chosen else 'nobody'} was told anything in it ({', '.join(KINDS)})"
+        raise BagError(f"{files[0]}: {f'robot {chosen!r} was told nothing' if chosen else 'nobody was told anything'} in it ({', '.join(KINDS)})"
                        + (f"; who was: {', '.join(sorted(told))}" if told else ": there is nothing to re-drive"))
     if not chosen and len(told) > 1:
         raise BagError(f"{files[0]}: {len(told)} robots were told something: {', '.join(sorted(told))}. Choose one with robot:=NAME")

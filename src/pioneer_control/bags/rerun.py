@@ -31,6 +31,7 @@ KINDS = {"decision": Decision, "cmd_vel": Twist, "cmd_wheels": WheelVelocities, 
 SERVICES = "set_motors", "enable_motors", "disable_motors", "set_sonar", "reset_odometry"
 """Of a driver: the program does not reach those of one that is alive either."""
 PLAYER = "/play_rerun"
+LOOK_OUT = 0.3  # s between two looks for robots that have come
 SETTLED = 1.0  # s without a new topic: the program listens to all it is going to listen to
 WAITS_FOR_TIME = 5.0  # s in which it listens to the clock only: it wants to see the time go on first
 QUIET = 10.0  # s without a word from the program: it has nothing more to say
@@ -64,7 +65,7 @@ def read_live(files: Sequence[str], robot: str, program: str) -> Live:
         callers.setdefault(namespace.strip("/"), {}).setdefault(name, connection.caller)
     chosen = robot.strip("/")
     if chosen and chosen not in heard or not heard:
-        raise BagError(f"{files[0]}: {f'robot {chosen!r}' if chosen else 'nobody'} was commanded anything in it ({', '.join(KINDS)})"
+        raise BagError(f"{files[0]}: {f'robot {chosen!r} was commanded nothing' if chosen else 'nobody was commanded anything'} in it ({', '.join(KINDS)})"
                        + (f"; who was: {', '.join(sorted(heard))}" if heard else ": there is nothing to compare with"))
     if not chosen and len(heard) > 1:
         raise BagError(f"{files[0]}: {len(heard)} robots were commanded something: {', '.join(sorted(heard))}. Choose one with robot:=NAME")
@@ -138,6 +139,7 @@ class Rerun:
         self._robot = f"/{self._live.robot}" if self._live.robot else ""
         self._programs = Programs()
         self._time = genpy.Time.from_sec(self._live.begin)
+        self._looked_out = 0.0
 
     def run(self) -> int:
         """Returns the exit code: 0 it commands the same again, 1 it does not."""
@@ -175,6 +177,15 @@ class Rerun:
             raise UsageError(f"{', '.join(others)} is on this master: the program could reach it, and what it reports would mix with the bag. End that first, or "
                              "take a master of its own (export ROS_MASTER_URI=http://localhost:11411)")
 
+    def _look_out(self) -> None:
+        """A robot that comes meanwhile would be told what a program says that cares for no names. Raises UsageError: it ends here."""
+        if time.monotonic() - self._looked_out < LOOK_OUT:
+            return
+        self._looked_out = time.monotonic()
+        others = [other for other in alive() if other.split()[0] not in (PLAYER, self._live.node)]
+        if others:
+            raise UsageError(f"{', '.join(others)} has come to this master: the program could reach it, so the re-run ends here")
+
     def _play(self, keeper: Keeper) -> None:
         """Start everything, and let the bag run when all is connected."""
         live, given = self._live, self._given
@@ -199,6 +210,7 @@ class Rerun:
 
         def ready() -> bool:
             nonlocal before, since
+            self._look_out()
             heard = {topic for topic, names in graph().subscribers.items() if self._live.node in names}
             if heard != before:
                 before, since = heard, time.monotonic()
@@ -214,6 +226,7 @@ class Rerun:
         while bag.poll() is None:
             if rospy.is_shutdown():
                 raise Interrupted("ended before the bag was over")
+            self._look_out()
             time.sleep(INTERVAL)
         expected = len(self._live.commanded.get("decision", []))
         ended = time.monotonic()
@@ -221,6 +234,7 @@ class Rerun:
             quiet = time.monotonic() - max(keeper.heard_at, ended)
             if quiet > (LAST_WORD if expected and keeper.counts.get(f"{self._robot}/decision", 0) >= expected else QUIET):
                 break
+            self._look_out()
             time.sleep(INTERVAL)
         if program.poll():
             say(f"{self._given.program} ended with exit code {program.poll()}.")

@@ -229,7 +229,7 @@ class Pioneer:
             age = time.monotonic() - news
             if age > STALE:  # also where the stamps stand still: nobody drives on for ever while time is paused
                 self.stop()
-                if age > SILENCE:
+                if age > SILENCE and not self._seen:    # not while it catches up: what waits is no silence
                     narrator.tell(no_news(age).reason)
                 if passed() >= duration and not wandering.waits:
                     return self._ended(WanderEnd.TIME_UP)

@@ -85,7 +85,7 @@ class TestWhatTheBagTells:
         with pytest.raises(BagError, match="alice, bob. Choose one with robot:="):
             rerun.read_live([path], "", "")
         assert rerun.read_live([path], "/bob/", "").robot == "bob"
-        with pytest.raises(BagError, match="robot 'carol' was commanded anything in it.*who was: alice, bob"):
+        with pytest.raises(BagError, match="robot 'carol' was commanded nothing in it.*who was: alice, bob"):
             rerun.read_live([path], "carol", "")
 
     def test_a_description_that_makes_no_sense_is_none(self, tmp_path):
@@ -127,3 +127,19 @@ class TestVerdict:
 def test_there_is_no_end_to_a_loop(bag, options):
     with pytest.raises(UsageError, match="leave -l out"):
         rerun.Rerun(rerun.parser().parse_args([bag, "--options=" + options]))
+
+
+class TestARobotThatComesMeanwhile:
+    @pytest.fixture
+    def look_out(self, bag, monkeypatch):
+        def look_out(*others):
+            monkeypatch.setattr(rerun, "alive", lambda: list(others))
+            rerun.Rerun(rerun.parser().parse_args([bag]))._look_out()
+        return look_out
+
+    def test_ends_it(self, look_out):
+        with pytest.raises(UsageError, match="/alice/p2os .* has come to this master"):
+            look_out("/alice/p2os (/alice/cmd_vel)", rerun.PLAYER + " (/pioneer/motor_state)")
+
+    def test_player_and_program_are_none(self, look_out):
+        look_out(rerun.PLAYER + " (/pioneer/motor_state)", PROGRAM + " (/pioneer/cmd_vel)")
