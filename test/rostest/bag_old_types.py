@@ -19,7 +19,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 import bag_factory as make  # noqa: E402
 import old_messages  # noqa: E402
 from pioneer_control import msg  # noqa: E402
-from pioneer_control.bags import convert  # noqa: E402
+from pioneer_control.bags.converting import convert  # noqa: E402
 from pioneer_control.robots import find_model  # noqa: E402
 
 PATIENCE = 30.0  # s

@@ -22,7 +22,7 @@ from std_srvs.srv import SetBool
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "messages", "bags"))
 
 import bag_factory as make  # noqa: E402
-from pioneer_control.bags.redrive_schedule import VALID  # noqa: E402
+from pioneer_control.bags.replaying.redrive_schedule import VALID  # noqa: E402
 from pioneer_control.bags.run import read_run  # noqa: E402
 from pioneer_control.msg import MotorState, WheelVelocities  # noqa: E402
 from witness import PATIENCE, Witness  # noqa: E402

@@ -20,9 +20,9 @@ import rostest
 from std_srvs.srv import SetBool
 
 from pioneer_control.bags.reader import read_bag
-from pioneer_control.bags.recorder import subscribed
-from pioneer_control.bags.replay import aside, is_command
-from pioneer_control.bags.replay_stage import connected
+from pioneer_control.bags.recording.recorder import subscribed
+from pioneer_control.bags.replaying.replay import aside, is_command
+from pioneer_control.bags.replaying.stage import connected
 from pioneer_control.message_values import GripCommand
 from pioneer_control.msg import Decision, GripperState
 

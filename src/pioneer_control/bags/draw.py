@@ -11,8 +11,8 @@ import re
 import sys
 from typing import List, Optional, Sequence, Tuple
 
-from pioneer_control.bags import page, side_by_side
-from pioneer_control.bags.paper import DPI, stem
+from pioneer_control.bags.pages import page, side_by_side
+from pioneer_control.bags.pages.paper import DPI, stem
 from pioneer_control.bags.progress import Progress
 from pioneer_control.bags.run import Run, read_run
 from pioneer_control.errors import PioneerError, UsageError

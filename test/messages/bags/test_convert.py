@@ -18,10 +18,10 @@ from tf2_msgs.msg import TFMessage
 import bag_factory as make
 from old_messages import OLD_PACKAGES, VALUES, old_message, serialized
 from pioneer_control import standard_messages
-from pioneer_control.bags import convert as command
-from pioneer_control.bags.convert import main
-from pioneer_control.bags.convert_messages import CONVERSIONS, DEFAULT
-from pioneer_control.bags.convert_sonar import BEAMS, ROUND, SonarHistory, sonar_scan
+from pioneer_control.bags.converting import convert as command
+from pioneer_control.bags.converting.convert import main
+from pioneer_control.bags.converting.messages import CONVERSIONS, DEFAULT
+from pioneer_control.bags.converting.sonar import BEAMS, ROUND, SonarHistory, sonar_scan
 from pioneer_control.bags.reader import decode, read_bag
 from pioneer_control.bags.writer import BagWriter
 from pioneer_control.client import SonarRange
@@ -377,7 +377,7 @@ class TestFiles:
     def test_a_full_disk_when_the_last_is_written(self, monkeypatch, tmp_path, bag, converted):
         """As seen with a limit on the size of files."""
         program = ("import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000));"
-                   "from pioneer_control.bags.convert import main; sys.exit(main(sys.argv[1:]))")
+                   "from pioneer_control.bags.converting.convert import main; sys.exit(main(sys.argv[1:]))")
         done = subprocess.run([sys.executable, "-c", program, bag(driven()), str(tmp_path / "new.bag"), "types"], stderr=subprocess.PIPE, text=True)
         assert done.returncode == 2 and "new.bag cannot be written: File too large" in done.stderr and "Traceback" not in done.stderr
         assert sorted(entry.name for entry in tmp_path.iterdir()) == ["old.bag"]

@@ -9,7 +9,8 @@ from matplotlib.patches import Polygon
 from std_msgs.msg import Header
 
 import bag_factory as make
-from pioneer_control.bags import draw, from_above, page
+from pioneer_control.bags import draw
+from pioneer_control.bags.pages import from_above, page
 from pioneer_control.bags.run import read_run
 
 PNG = b"\x89PNG\r\n\x1a\n"

@@ -9,7 +9,7 @@ import pytest
 import yaml
 from roslaunch.config import load_config_default
 
-from pioneer_control.bags import redrive, replay, rerun
+from pioneer_control.bags.replaying import redrive, replay, rerun
 from pioneer_control.driver.conversions import WHEEL_JOINTS
 from pioneer_control.robots import find_model
 

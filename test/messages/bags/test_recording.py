@@ -12,11 +12,11 @@ import pytest
 from roslaunch.config import load_config_default
 from std_msgs.msg import String
 
-from pioneer_control.bags import recording_attendant as attendant
-from pioneer_control.bags import recording_description as description
+from pioneer_control.bags.recording import attendant
+from pioneer_control.bags.recording import description
 from pioneer_control.bags.reader import decode, read_bag
-from pioneer_control.bags.recording_start import Recording, parser, recording_of
-from pioneer_control.bags.recording_topics import groups_to_ask_for, load_list
+from pioneer_control.bags.recording.start import Recording, parser, recording_of
+from pioneer_control.bags.recording.topics import groups_to_ask_for, load_list
 from pioneer_control.bags.writer import BagWriter
 from pioneer_control.driver import requests
 from pioneer_control.driver.conversions import WHEEL_JOINTS

@@ -6,10 +6,10 @@ import pytest
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
 
-from pioneer_control.bags import redrive
+from pioneer_control.bags.replaying import redrive
 from pioneer_control.bags.reader import BagError
-from pioneer_control.bags.recording_description import Description, text_of
-from pioneer_control.bags.redrive_schedule import VALID
+from pioneer_control.bags.recording.description import Description, text_of
+from pioneer_control.bags.replaying.redrive_schedule import VALID
 from pioneer_control.bags.run import Track
 from pioneer_control.errors import UsageError
 from pioneer_control.msg import GripperState, MotorState, WheelVelocities

@@ -10,7 +10,7 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Joy
 
-from pioneer_control.bags import replay, replay_stage
+from pioneer_control.bags.replaying import replay, stage as replay_stage
 from pioneer_control.bags.reader import BagError
 from pioneer_control.driver.requests import TOPICS
 from pioneer_control.errors import UsageError

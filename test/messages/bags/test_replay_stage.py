@@ -9,7 +9,7 @@ import genpy
 import pytest
 from geometry_msgs.msg import Twist
 
-from pioneer_control.bags import replay_stage as stage
+from pioneer_control.bags.replaying import stage
 from pioneer_control.bags.reader import decode, read_bag
 from pioneer_control.errors import UsageError
 

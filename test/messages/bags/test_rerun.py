@@ -7,9 +7,9 @@ import rosbag
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Header, String
 
-from pioneer_control.bags import rerun
+from pioneer_control.bags.replaying import rerun
 from pioneer_control.bags.reader import BagError
-from pioneer_control.bags.recording_description import Description, text_of
+from pioneer_control.bags.recording.description import Description, text_of
 from pioneer_control.errors import UsageError
 from pioneer_control.msg import Decision, MotorState
 

@@ -1,7 +1,7 @@
 """What is told of faults and gaps on a page."""
 
 import run_factory as make
-from pioneer_control.bags.incidents import incidents, made, silences
+from pioneer_control.bags.pages.incidents import incidents, made, silences
 from pioneer_control.bags.run import Gap, Happening
 
 

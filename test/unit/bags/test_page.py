@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import run_factory as make
-from pioneer_control.bags import page, side_by_side
-from pioneer_control.bags.paper import HEIGHT, RIGHT, WIDTH, Paper
+from pioneer_control.bags.pages import page, side_by_side
+from pioneer_control.bags.pages.paper import HEIGHT, RIGHT, WIDTH, Paper
 from pioneer_control.errors import UsageError
 
 STILL = make.track(30.0)._replace(**{name: np.zeros(301) for name in ("x", "y", "heading")})

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pioneer_control.bags import recorder
+from pioneer_control.bags.recording import recorder
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pioneer_control.bags.recording_disk import GB, MB, DiskWatch, Sample, in_words
+from pioneer_control.bags.recording.disk import GB, MB, DiskWatch, Sample, in_words
 
 KEEP = 256 * MB
 RATE = 30 * MB

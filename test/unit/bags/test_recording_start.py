@@ -5,8 +5,8 @@ import time
 
 import pytest
 
-from pioneer_control.bags import recording_start as start
-from pioneer_control.bags.recording_disk import GB, MB
+from pioneer_control.bags.recording import start
+from pioneer_control.bags.recording.disk import GB, MB
 from pioneer_control.errors import UsageError
 
 NOW = time.strptime("2026-11-21 18:05:09", "%Y-%m-%d %H:%M:%S")

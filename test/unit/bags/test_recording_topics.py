@@ -4,7 +4,7 @@ import pathlib
 
 import pytest
 
-from pioneer_control.bags.recording_topics import Kept, groups_to_ask_for, load_list, topics_of
+from pioneer_control.bags.recording.topics import Kept, groups_to_ask_for, load_list, topics_of
 from pioneer_control.errors import UsageError
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]

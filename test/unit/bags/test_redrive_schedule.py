@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from pioneer_control.bags.redrive_schedule import REFRESH, VALID, Order, duration, fastest, schedule, slowed
+from pioneer_control.bags.replaying.redrive_schedule import REFRESH, VALID, Order, duration, fastest, schedule, slowed
 
 
 def twist(linear, angular=0.0):

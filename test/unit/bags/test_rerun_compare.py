@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from pioneer_control.bags.rerun_compare import LATE, Velocity, first_difference, judge_decisions, judge_others, judge_velocities, likeness
+from pioneer_control.bags.replaying.rerun_compare import LATE, Velocity, first_difference, judge_decisions, judge_others, judge_velocities, likeness
 
 
 class Part:

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import run_factory as make
-from pioneer_control.bags import strips
-from pioneer_control.bags.incidents import incidents
+from pioneer_control.bags.pages import strips
+from pioneer_control.bags.pages.incidents import incidents
 from pioneer_control.bags.run import Decision, Gap, GripperEvent, Happening, Span
-from pioneer_control.bags.timeline import Timeline
+from pioneer_control.bags.pages.timeline import Timeline
 
 LINE = Timeline(make.BEGIN, make.BEGIN + 20.0)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pioneer_control.bags.timeline import Timeline, how_long, spread
+from pioneer_control.bags.pages.timeline import Timeline, how_long, spread
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """``rosrun pioneer_control convert_bag IN.bag OUT.bag [WHAT ...]``: bags of p2os, and of this package, with standard messages.
 
-`convert_messages` says what becomes of a message; here are the files, the command line and the report.
+`messages` says what becomes of a message; here are the files, the command line and the report.
 """
 
 import argparse
@@ -9,13 +9,13 @@ import os
 import sys
 from typing import Dict, Optional, Sequence, Set, Tuple
 
-from .. import msg
-from ..errors import PioneerError, UsageError
-from ..robots import Transducer, find_model
-from .convert_messages import CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, Survey, is_sonar, namespace_of, transducers_of
-from .progress import Progress
-from .reader import BagError, decode, read_bag
-from .writer import BagWriter
+from ... import msg
+from ...errors import PioneerError, UsageError
+from ...robots import Transducer, find_model
+from .messages import CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, Survey, is_sonar, namespace_of, transducers_of
+from ..progress import Progress
+from ..reader import BagError, decode, read_bag
+from ..writer import BagWriter
 
 PART = ".part"
 """Ending of an output that is not complete."""

@@ -11,11 +11,11 @@ import rosgraph
 import rospy
 from std_msgs.msg import String
 
-from ..ros_node import Impatient, init_node
-from .recording_description import Description, nodes_of, now, text_of, versions
-from .recording_disk import USUAL_RATE, DiskWatch, Notice, Sample
-from .recording_start import PATIENCE, WHAT_TO_DO, Recording, free_space
-from .recording_topics import whole_name
+from ...ros_node import Impatient, init_node
+from .description import Description, nodes_of, now, text_of, versions
+from .disk import USUAL_RATE, DiskWatch, Notice, Sample
+from .start import PATIENCE, WHAT_TO_DO, Recording, free_space
+from .topics import whole_name
 
 TICK = 0.2
 """s between two looks whether the recorder is there."""

@@ -17,11 +17,11 @@ import shlex
 import sys
 from typing import Dict, List, Mapping, Optional, Sequence
 
-from ..errors import PioneerError, UsageError
-from .command_line import refuse_launch_arguments
-from .draw import in_order
-from .draw import main as draw
-from .reader import BagError, read_bag
+from ...errors import PioneerError, UsageError
+from ..command_line import refuse_launch_arguments
+from ..draw import in_order
+from ..draw import main as draw
+from ..reader import BagError, read_bag
 
 RECORDED, RERUN = ASIDE = "recorded", "rerun"
 """Under these names, in the namespace where they would be, commands of a bag come back, and those of a program that hears it go."""
@@ -143,7 +143,7 @@ def warn_of_robots() -> None:
     """What a robot on this master reports would mix with the bag. Raises UsageError where there is no master: a player would wait for one for ever."""
     import rosgraph
 
-    from .replay_stage import alive     # here: it needs all of rospy
+    from .stage import alive     # here: it needs all of rospy
 
     try:
         others = alive()

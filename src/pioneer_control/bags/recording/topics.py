@@ -17,7 +17,7 @@ from typing import Any, Iterable, Iterator, List, NamedTuple, Optional, Sequence
 
 import yaml
 
-from ..errors import UsageError
+from ...errors import UsageError
 
 ALWAYS, ALSO = SECTIONS = "always", "also"
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")

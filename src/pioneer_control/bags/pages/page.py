@@ -6,13 +6,13 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from pioneer_control.bags import from_above, strips
-from pioneer_control.bags.from_above import EVENT, View
-from pioneer_control.bags.incidents import ERROR, WARNING, Incident, incidents, silences
-from pioneer_control.bags.paper import BODY, BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper
-from pioneer_control.bags.recording_description import description_of
+from pioneer_control.bags.pages import from_above, strips
+from pioneer_control.bags.pages.from_above import EVENT, View
+from pioneer_control.bags.pages.incidents import ERROR, WARNING, Incident, incidents, silences
+from pioneer_control.bags.pages.paper import BODY, BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper
+from pioneer_control.bags.recording.description import description_of
 from pioneer_control.bags.run import Run
-from pioneer_control.bags.timeline import Timeline, how_long
+from pioneer_control.bags.pages.timeline import Timeline, how_long
 from pioneer_control.errors import UsageError
 from pioneer_control.pictures import FAINT, VERMILLION, draw_frame
 

@@ -5,12 +5,12 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from pioneer_control.bags import from_above, strips
+from pioneer_control.bags.pages import from_above, strips
 from pioneer_control.bags.compare import Deviation, Driven, deviation, distance_between, driven, first_movement, from_its_start
-from pioneer_control.bags.incidents import incidents
-from pioneer_control.bags.paper import BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper, stem
+from pioneer_control.bags.pages.incidents import incidents
+from pioneer_control.bags.pages.paper import BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper, stem
 from pioneer_control.bags.run import Map, Run, Track
-from pioneer_control.bags.timeline import Timeline, how_long
+from pioneer_control.bags.pages.timeline import Timeline, how_long
 from pioneer_control.errors import UsageError
 from pioneer_control.pictures import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, draw_frame
 

@@ -18,13 +18,13 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool
 
-from ..errors import PioneerError, UsageError
-from ..msg import Decision, GripperState, MotorState, WheelVelocities
-from .reader import BagError, decode, read_bag
-from .recording_description import description_of
+from ...errors import PioneerError, UsageError
+from ...msg import Decision, GripperState, MotorState, WheelVelocities
+from ..reader import BagError, decode, read_bag
+from ..recording.description import description_of
 from .redrive_schedule import VELOCITIES
 from .replay import RERUN, absolute, aside, bag_files, player, recorded_topics
-from .replay_stage import INTERVAL, Interrupted, Keeper, Programs, alive, begin, connected, explain_roslaunch, free_name, graph, nodes, put_back, say, say_what_is_kept, wait_until
+from .stage import INTERVAL, Interrupted, Keeper, Programs, alive, begin, connected, explain_roslaunch, free_name, graph, nodes, put_back, say, say_what_is_kept, wait_until
 from .rerun_compare import Velocity, Verdict, judge_decisions, judge_others, judge_velocities
 
 KINDS = {"decision": Decision, "cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}

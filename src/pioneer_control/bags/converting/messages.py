@@ -10,11 +10,11 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, LaserScan, PointCloud2, Range
 from tf2_msgs.msg import TFMessage
 
-from .. import msg, standard_messages
-from ..message_values import NO_ECHO
-from ..robots import RobotModel, Transducer
-from .convert_sonar import SonarHistory, sonar_scan
-from .reader import BagError, Connection, Message, decode
+from ... import msg, standard_messages
+from ...message_values import NO_ECHO
+from ...robots import RobotModel, Transducer
+from .sonar import SonarHistory, sonar_scan
+from ..reader import BagError, Connection, Message, decode
 
 OLD_PACKAGES = ("p2os_driver", "p2os_msgs")
 MESSAGES = ("AIO", "BatteryState", "DIO", "GripState", "GripperState", "LiftState", "MotorState", "PTZState", "SonarArray")

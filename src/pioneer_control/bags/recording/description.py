@@ -20,8 +20,8 @@ from typing import Any, Dict, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import yaml
 
-from .. import __version__
-from ..errors import UsageError
+from ... import __version__
+from ...errors import UsageError
 
 
 class Description(NamedTuple):

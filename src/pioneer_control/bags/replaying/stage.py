@@ -16,8 +16,8 @@ import rosbag
 import rosgraph
 import rospy
 
-from ..errors import NoAnswerError, PioneerError, UsageError
-from ..ros_node import init_node
+from ...errors import NoAnswerError, PioneerError, UsageError
+from ...ros_node import init_node
 from .redrive_schedule import OTHERS, VELOCITIES
 from .replay import ASIDE
 

@@ -19,21 +19,21 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_srvs.srv import SetBool
 
-from ..errors import PioneerError, UsageError
-from ..message_values import heading_of
-from ..msg import GripperState, MotorState, RobotInfo, WheelVelocities
-from .compare import deviation
-from .draw import draw_comparison
-from .reader import BagError, decode, read_bag
-from .recording_description import Description, description_of
-from .recording_topics import load_list, topics_of
+from ...errors import PioneerError, UsageError
+from ...message_values import heading_of
+from ...msg import GripperState, MotorState, RobotInfo, WheelVelocities
+from ..compare import deviation
+from ..draw import draw_comparison
+from ..reader import BagError, decode, read_bag
+from ..recording.description import Description, description_of
+from ..recording.topics import load_list, topics_of
 from .redrive_schedule import LEGAL_VALID, OTHERS, VALID, VELOCITIES, Order, duration, fastest, schedule
 from .replay import absolute, bag_files, yes_or_no
-from .replay_stage import Interrupted, Keeper, Programs, alive, begin, explain_roslaunch, free_name, nodes, put_back, say, say_what_is_kept, wait_until
-from .run import Track, read_run
+from .stage import Interrupted, Keeper, Programs, alive, begin, explain_roslaunch, free_name, nodes, put_back, say, say_what_is_kept, wait_until
+from ..run import Track, read_run
 
 KINDS = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}
-WORLDS = Path(__file__).parents[1] / "simulator" / "worlds"
+WORLDS = Path(__file__).parents[2] / "simulator" / "worlds"
 SAME_ROBOT = "model", "models_file", "gripper", "rear_sonar"
 """Parameters of a recorded simulator that a re-drive's gets, too."""
 SAME_DRIVER = "cmd_vel_timeout", "max_"

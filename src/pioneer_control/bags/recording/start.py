@@ -16,10 +16,10 @@ import time
 import xmlrpc.client
 from typing import Dict, List, NamedTuple, NoReturn, Sequence, Tuple
 
-from ..errors import UsageError
-from .command_line import refuse_launch_arguments
-from .recording_disk import GB, KB, MB, Notice, in_words
-from .recording_topics import NAME, load_list, topics_of
+from ...errors import UsageError
+from ..command_line import refuse_launch_arguments
+from .disk import GB, KB, MB, Notice, in_words
+from .topics import NAME, load_list, topics_of
 
 COMPRESSIONS = "lz4", "bz2", "none"
 UNITS: Dict[str, Tuple[str, float]] = {
@@ -250,7 +250,7 @@ def main() -> NoReturn:
         if attentive:
             signal.signal(signal.SIGHUP, lambda *_: os.kill(recorder, signal.SIGINT))
         sys.argv = sys.argv[:1] + [argument for argument in mapped if not argument.startswith("__")]
-        from .recording_attendant import attend
+        from .attendant import attend
 
         attend(recording, recorder, name + "_notes", notices)
         sys.exit(0)

@@ -8,7 +8,7 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from pioneer_control.bags.run import Map, Run, Track, placed
-from pioneer_control.bags.timeline import Timeline
+from pioneer_control.bags.pages.timeline import Timeline
 from pioneer_control.pictures import BEYOND, BLUE, FAINT, FLOOR, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, WALL
 
 TRUE_PATH, ODOMETRY, ECHO = BLUE, VERMILLION, SKY

@@ -6,9 +6,9 @@ from typing import Dict, Iterable, List, NamedTuple, Sequence, Tuple
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
-from ..message_values import NO_ECHO, NOT_HEARD
-from ..robots import Transducer
-from ..standard_messages import MIN_RANGE
+from ...message_values import NO_ECHO, NOT_HEARD
+from ...robots import Transducer
+from ...standard_messages import MIN_RANGE
 
 ROUND = 0.32
 """s in which each transducer of an array has its turn. A reading that has not changed for so long has been heard anew."""

@@ -1,0 +1,8 @@
+"""Bags of p2os, and older ones of this package, with standard messages: ``nodes/convert_bag``.
+
+============  =====================================================================================
+``convert``   the command: reads one bag and writes another
+``messages``  what becomes of each message
+``sonar``     arrays of ranges, as what each transducer heard and when
+============  =====================================================================================
+"""
