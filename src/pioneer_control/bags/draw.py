@@ -11,12 +11,12 @@ import re
 import sys
 from typing import List, Optional, Sequence, Tuple
 
-from pioneer_control.bags.pages import page, side_by_side
-from pioneer_control.bags.pages.paper import DPI, stem
-from pioneer_control.bags.progress import Progress
-from pioneer_control.bags.run import Run, read_run
-from pioneer_control.errors import PioneerError, UsageError
-from pioneer_control.pictures import check_output, write
+from ..errors import PioneerError, UsageError
+from ..pictures import check_output, write
+from .pages import page, side_by_side
+from .pages.paper import DPI, stem
+from .progress import Progress
+from .run import Run, read_run
 
 
 def draw_run(run: Run, output: str, title: Optional[str] = None) -> None:

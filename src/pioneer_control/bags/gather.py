@@ -12,9 +12,9 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tu
 
 import numpy as np
 
-from pioneer_control.bags.reader import BagError, BagReader, Connection, decode, message_class, plural, read_bag
-from pioneer_control.bags.run import Decision, Gap, Happening, Map, Run, Series, Sonar, Span, Track, Velocities, gripper_events
-from pioneer_control.message_values import NO_ECHO, NOT_HEARD, heading_of
+from ..message_values import NO_ECHO, NOT_HEARD, heading_of
+from .reader import BagError, BagReader, Connection, decode, message_class, plural, read_bag
+from .run import Decision, Gap, Happening, Map, Run, Series, Sonar, Span, Track, Velocities, gripper_events
 
 ROWS = 1 << 16
 """Rows that one thing keeps at most."""

@@ -8,8 +8,8 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple, 
 
 import numpy as np
 
-from pioneer_control.bags.reader import BagError  # noqa: F401  for who reads runs
-from pioneer_control.message_values import GripStatus
+from ..message_values import GripStatus
+from .reader import BagError  # noqa: F401  for who reads runs
 
 ECHO_GRID = 0.01  # m
 
@@ -220,6 +220,6 @@ def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None, prog
 
     Several paths are the parts of one recording. ``progress`` is called now and then with the bytes done and all bytes. Raises :class:`BagError`.
     """
-    from pioneer_control.bags.gather import gather  # here: a Run of arrays needs nothing of it
+    from .gather import gather  # here: a Run of arrays needs nothing of it
 
     return gather([paths] if isinstance(paths, str) else list(paths), robot, progress)

@@ -12,10 +12,10 @@ from typing import Dict, Optional, Sequence, Set, Tuple
 from ... import msg
 from ...errors import PioneerError, UsageError
 from ...robots import Transducer, find_model
-from .messages import CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, Survey, is_sonar, namespace_of, transducers_of
 from ..progress import Progress
 from ..reader import BagError, decode, read_bag
 from ..writer import BagWriter
+from .messages import CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, Survey, is_sonar, namespace_of, transducers_of
 
 PART = ".part"
 """Ending of an output that is not complete."""

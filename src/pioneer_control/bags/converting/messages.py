@@ -13,8 +13,8 @@ from tf2_msgs.msg import TFMessage
 from ... import msg, standard_messages
 from ...message_values import NO_ECHO
 from ...robots import RobotModel, Transducer
-from .sonar import SonarHistory, sonar_scan
 from ..reader import BagError, Connection, Message, decode
+from .sonar import SonarHistory, sonar_scan
 
 OLD_PACKAGES = ("p2os_driver", "p2os_msgs")
 MESSAGES = ("AIO", "BatteryState", "DIO", "GripState", "GripperState", "LiftState", "MotorState", "PTZState", "SonarArray")

@@ -7,9 +7,9 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from pioneer_control.bags.run import Map, Run, Track, placed
-from pioneer_control.bags.pages.timeline import Timeline
-from pioneer_control.pictures import BEYOND, BLUE, FAINT, FLOOR, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, WALL
+from ...pictures import BEYOND, BLUE, FAINT, FLOOR, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, WALL
+from ..run import Map, Run, Track, placed
+from .timeline import Timeline
 
 TRUE_PATH, ODOMETRY, ECHO = BLUE, VERMILLION, SKY
 CAN_BEFORE, CAN_AFTER = "#000000", ORANGE

@@ -3,7 +3,7 @@
 import re
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
-from pioneer_control.bags.run import Gap, Happening, Run, Span
+from ..run import Gap, Happening, Run, Span
 
 LISTED = 10  # kinds, on one page
 AT_ONCE = 1.0  # s

@@ -6,15 +6,15 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from pioneer_control.bags.pages import from_above, strips
-from pioneer_control.bags.pages.from_above import EVENT, View
-from pioneer_control.bags.pages.incidents import ERROR, WARNING, Incident, incidents, silences
-from pioneer_control.bags.pages.paper import BODY, BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper
-from pioneer_control.bags.recording.description import description_of
-from pioneer_control.bags.run import Run
-from pioneer_control.bags.pages.timeline import Timeline, how_long
-from pioneer_control.errors import UsageError
-from pioneer_control.pictures import FAINT, VERMILLION, draw_frame
+from ...errors import UsageError
+from ...pictures import FAINT, VERMILLION, draw_frame
+from ..recording.description import description_of
+from ..run import Run
+from . import from_above, strips
+from .from_above import EVENT, View
+from .incidents import ERROR, WARNING, Incident, incidents, silences
+from .paper import BODY, BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper
+from .timeline import Timeline, how_long
 
 GAP, AXIS = 0.28, 0.36  # inches above the map for its scale bar; below the map and below the strips for their axes
 LINE, EVENT_LINE = 0.175, 0.22  # inches from one line of text to the next; where they have badges

@@ -3,7 +3,7 @@
 import re
 from typing import List, Tuple
 
-from pioneer_control.pictures import INK
+from ...pictures import INK
 
 WIDTH, HEIGHT = 8.27, 11.69  # inches: A4
 LEFT, RIGHT, TOP, BOTTOM = 0.55, 7.92, 0.35, 0.30  # inches: where the drawing begins and ends, and what stays free above and below

@@ -5,14 +5,14 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from pioneer_control.bags.pages import from_above, strips
-from pioneer_control.bags.compare import Deviation, Driven, deviation, distance_between, driven, first_movement, from_its_start
-from pioneer_control.bags.pages.incidents import incidents
-from pioneer_control.bags.pages.paper import BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper, stem
-from pioneer_control.bags.run import Map, Run, Track
-from pioneer_control.bags.pages.timeline import Timeline, how_long
-from pioneer_control.errors import UsageError
-from pioneer_control.pictures import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, draw_frame
+from ...errors import UsageError
+from ...pictures import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, draw_frame
+from ..compare import Deviation, Driven, deviation, distance_between, driven, first_movement, from_its_start
+from ..run import Map, Run, Track
+from . import from_above, strips
+from .incidents import incidents
+from .paper import BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper, stem
+from .timeline import Timeline, how_long
 
 # Colour and line style of each run; the first lies wide under the others.
 LOOKS = (

@@ -4,12 +4,12 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from pioneer_control.bags.pages.from_above import BADGES, EVENT
-from pioneer_control.bags.pages.incidents import ERROR, WARNING, Incident, made, silences
-from pioneer_control.bags.run import Gap, Run, Series, Span, Velocities
-from pioneer_control.bags.pages.paper import RIGHT, Paper
-from pioneer_control.bags.pages.timeline import Timeline, spread
-from pioneer_control.pictures import BEYOND, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
+from ...pictures import BEYOND, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
+from ..run import Gap, Run, Series, Span, Velocities
+from .from_above import BADGES, EVENT
+from .incidents import ERROR, WARNING, Incident, made, silences
+from .paper import RIGHT, Paper
+from .timeline import Timeline, spread
 
 CURVE, BATTERY, LANE = 0.8, 0.45, 0.19  # inches high
 BETWEEN = 0.09  # inches between two strips

@@ -27,10 +27,10 @@ from ..draw import draw_comparison
 from ..reader import BagError, decode, read_bag
 from ..recording.description import Description, description_of
 from ..recording.topics import load_list, topics_of
+from ..run import Track, read_run
 from .redrive_schedule import LEGAL_VALID, OTHERS, VALID, VELOCITIES, Order, duration, fastest, schedule
 from .replay import absolute, bag_files, yes_or_no
 from .stage import Interrupted, Keeper, Programs, alive, begin, explain_roslaunch, free_name, nodes, put_back, say, say_what_is_kept, wait_until
-from ..run import Track, read_run
 
 KINDS = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}
 WORLDS = Path(__file__).parents[2] / "simulator" / "worlds"
@@ -329,13 +329,15 @@ class Redrive:
     def _tell(self, path: str) -> None:
         """How far it came from the recorded path, in words and as a picture."""
         recorded = read_run(self._files, self._recorded.robot or None)
+        recorded = recorded._replace(**{name: track and trimmed(track, self._recorded.begin)
+                                        for name, track in (("truth", recorded.truth), ("odometry", recorded.odometry))})
         driven = read_run(path, self._name.strip("/"))
         where, before, after = "where it truly was", recorded.truth, driven.truth
         if before is None or after is None:
             where, before, after = "as each one's odometry has it", recorded.odometry, driven.odometry
         after = after._replace(time=after.time * self._factor)
-        apart = deviation(trimmed(before, self._recorded.begin), after)
-        say(f"\nThe recorded path is {trimmed(before, self._recorded.begin).length:.2f} m long, the new one {after.length:.2f} m ({where}).\n"
+        apart = deviation(before, after)
+        say(f"\nThe recorded path is {before.length:.2f} m long, the new one {after.length:.2f} m ({where}).\n"
             f"They are {100 * apart.mean:.1f} cm apart on average, {100 * apart.maximum:.1f} cm at most, {100 * apart.at_end:.1f} cm and "
             f"{np.degrees(apart.turn_at_end):+.1f} degrees at the end.\nbag      {path}")
         picture, slower = os.path.splitext(path)[0] + ".png", f" at {self._factor:g} of the speed" if self._factor != 1.0 else ""

@@ -24,8 +24,8 @@ from ..reader import BagError, decode, read_bag
 from ..recording.description import description_of
 from .redrive_schedule import VELOCITIES
 from .replay import RERUN, absolute, aside, bag_files, player, recorded_topics
-from .stage import INTERVAL, Interrupted, Keeper, Programs, alive, begin, connected, explain_roslaunch, free_name, graph, nodes, put_back, say, say_what_is_kept, wait_until
 from .rerun_compare import Velocity, Verdict, judge_decisions, judge_others, judge_velocities
+from .stage import INTERVAL, Interrupted, Keeper, Programs, alive, begin, connected, explain_roslaunch, free_name, graph, nodes, put_back, say, say_what_is_kept, wait_until
 
 KINDS = {"decision": Decision, "cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}
 SERVICES = "set_motors", "enable_motors", "disable_motors", "set_sonar", "reset_odometry"
