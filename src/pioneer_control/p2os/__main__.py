@@ -5,7 +5,7 @@ import sys
 
 from ..errors import UsageError
 from .explain import explain, parse_hex, pieces
-from .recording import told
+from .recording import told, unreadable
 
 
 def main(arguments=None) -> int:
@@ -35,7 +35,7 @@ def main(arguments=None) -> int:
         except BrokenPipeError:     # whoever reads has seen enough
             sys.stdout = None
         except (OSError, UnicodeDecodeError, UsageError) as error:
-            parser.error(f"{options.record}: {getattr(error, 'strerror', None) or error}")
+            parser.error(unreadable(options.record, error))
         return 0
     if not options.bytes and sys.stdin.isatty():
         parser.error("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")

@@ -74,7 +74,14 @@ def read_record(path: str) -> List[Entry]:
         with open(path, encoding="utf-8") as lines:
             return list(entries(lines))
     except (OSError, UnicodeDecodeError, UsageError) as error:
-        raise UsageError(f"{path}: {getattr(error, 'strerror', None) or error}") from error
+        raise UsageError(unreadable(path, error)) from error
+
+
+def unreadable(path: str, error: Exception) -> str:
+    """Why a file is no record that can be read."""
+    if isinstance(error, UnicodeDecodeError):
+        return f"{path} is no record of a line, which is text; that of a bag is made by python3 -m pioneer_control.bags.wire FILE.bag"
+    return f"{path}: {getattr(error, 'strerror', None) or error}"
 
 
 def told(lines: Iterable[str], long: bool = False, grip_state_first: bool = True) -> Iterator[str]:

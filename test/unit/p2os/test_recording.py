@@ -5,7 +5,7 @@ import pytest
 from pioneer_control import p2os
 from pioneer_control.errors import UsageError
 from pioneer_control.p2os.__main__ import main
-from pioneer_control.p2os.recording import TITLE, Entry, entries, told, written
+from pioneer_control.p2os.recording import TITLE, Entry, entries, read_record, told, written
 
 VEL = bytes.fromhex("FAFB060B1BC800D31B")
 SIP = bytes.fromhex("FAFB2833D204C8FF0002BE00D20080000200020700000203DC05049808210500F00080000020000000260D")
@@ -77,7 +77,11 @@ def test_the_command_line(tmp_path, capsys):
     assert main(["--record", str(path)]) == 0 and capsys.readouterr().out == "    0.500000  robot 1 <- VEL -200\n"
     assert main(["--record", str(path), "--long"]) == 0 and "mm/s" in capsys.readouterr().out
     path.write_text("what?")
-    for wrong, message in ((path, "line 1 of the record"), (tmp_path / "nothing", "No such file")):
+    bag = tmp_path / "run.bag"
+    bag.write_bytes(b"#ROSBAG V2.0\nE\x8c\x00")
+    for wrong, message in ((path, "line 1 of the record"), (tmp_path / "nothing", "No such file"), (bag, "pioneer_control.bags.wire")):
         with pytest.raises(SystemExit):
             main(["--record", str(wrong)])
         assert message in capsys.readouterr().err
+        with pytest.raises(UsageError, match=message):
+            read_record(str(wrong))
