@@ -211,7 +211,7 @@ class Redrive:
             raise UsageError("this master has simulated time (/use_sim_time), perhaps of an earlier replay. Without a player: rosparam set /use_sim_time false")
         there = [node for node in nodes() if node.startswith(self._name + "/")]
         if there:
-            raise UsageError(f"{', '.join(there)} is there already: end it, or take another name for the re-driven robot with --name")
+            raise UsageError(f"{', '.join(there)} is there already: end it (rosnode cleanup, if it was killed), or take another name for the re-driven robot with --name")
         others = alive()
         if self._real and others:
             raise UsageError(f"{', '.join(others)} is on this master: a real robot is re-driven with nobody else at work. End that first, or take a master "
@@ -278,19 +278,19 @@ class Redrive:
         for order in self._orders:
             while time.monotonic() < begin + order.time:
                 time.sleep(max(0.0, min(begin + order.time - time.monotonic(), 0.05)))
-                self._check(robot)
-            self._check(robot)
-            late = time.monotonic() - begin - order.time
-            if self._real and late > HELD_UP:
-                raise UsageError(f"this program was held up for {late:.1f} s: the robot stands, and is not where it should be by now; it ends here")
+                self._check(robot, begin + order.time)
+            self._check(robot, begin + order.time)
             self._give(order)
 
-    def _check(self, robot: Sequence[subprocess.Popen]) -> None:
-        """Raises when it must not go on."""
+    def _check(self, robot: Sequence[subprocess.Popen], due: float) -> None:
+        """Raises when it must not go on. ``due``: when the next order is, or was, monotonic."""
         if rospy.is_shutdown():
             raise Interrupted("ended before it was done; the robot was stopped")
         if any(process.poll() is not None for process in robot):
             raise UsageError("the robot is gone: why, its programs say above")
+        late = time.monotonic() - due
+        if self._real and late > HELD_UP:
+            raise UsageError(f"this program was held up for {late:.1f} s: the robot stands, and is not where it should be by now; it ends here")
         if self._real and self._newest("motor_state").state != ON:
             raise UsageError("the motors went off (was the STOP button pressed?): it ends here, and nothing switches them on again")
         if self._real and self._silence() > SILENT:
@@ -328,7 +328,12 @@ class Redrive:
 
     def _tell(self, path: str) -> None:
         """How far it came from the recorded path, in words and as a picture."""
-        recorded = read_run(self._files, self._recorded.robot or None)
+        try:
+            recorded = read_run(self._files, self._recorded.robot or None)
+        except BagError as error:
+            say(f"\nIt was driven, and there is nothing to compare it with: {error}\nbag      {path}")
+            explain_roslaunch()
+            return
         recorded = recorded._replace(**{name: track and trimmed(track, self._recorded.begin)
                                         for name, track in (("truth", recorded.truth), ("odometry", recorded.odometry))})
         driven = read_run(path, self._name.strip("/"))
