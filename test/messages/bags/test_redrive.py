@@ -1,5 +1,7 @@
 """What a bag tells of a robot that was driven, and which simulated robot is made of that: bag files, no master."""
 
+import time
+
 import bag_factory as make
 import numpy as np
 import pytest
@@ -73,7 +75,7 @@ class TestWhatTheBagTells:
 
     def test_nothing_was_told(self, tmp_path):
         path = make.write_bag(tmp_path / "run.bag", make.driven(seconds=1))
-        with pytest.raises(BagError, match="nobody was told anything.*nothing to re-drive"):
+        with pytest.raises(BagError, match="nobody was told anything in it"):
             redrive.read_recorded([path])
 
     def test_several_robots(self, tmp_path):
@@ -148,6 +150,36 @@ class TestABagThatAsksForTooMuch:
     def test_a_velocity_holds_no_longer_than_a_driver_lets_it(self, tmp_path, timeout):
         asked = self.asked(tmp_path, [(0.1, 0.0)], [described({}, dict(cmd_vel_timeout=timeout))])
         assert asked._recorded.valid == VALID and asked._orders[-1].time == pytest.approx(VALID / 0.3)
+
+
+class TestWhatEndsItInARealRobot:
+    @pytest.fixture
+    def asked(self, bag):
+        asked = TestWhatIsAsked.given(bag, "--into=real", "--port=x")
+        asked._newest = {"motor_state": MotorState(1), "pose": None}.get
+        return asked
+
+    def test_being_held_up(self, asked):
+        """A laptop that slept, Ctrl-Z: the driver has stopped the robot meanwhile."""
+        asked._check([], time.monotonic())
+        asked._newest_pose_at -= 5.0    # news waits, too
+        with pytest.raises(UsageError, match="held up for 5.0 s.*ends here"):
+            asked._check([], time.monotonic() - 5.0)
+
+    def test_a_robot_that_says_nothing_any_more(self, asked):
+        asked._newest_pose_at -= 5.0
+        with pytest.raises(UsageError, match="has fallen silent: it ends here"):
+            asked._check([], time.monotonic())
+
+    def test_its_stop_button(self, asked):
+        asked._newest = {"motor_state": MotorState(0), "pose": None}.get
+        with pytest.raises(UsageError, match="the motors went off"):
+            asked._check([], time.monotonic())
+
+    def test_a_simulated_one_goes_on(self, bag):
+        asked = TestWhatIsAsked.given(bag)
+        asked._newest_pose_at -= 5.0
+        asked._check([], time.monotonic() - 5.0)
 
 
 class TestTrimmed:
