@@ -13,6 +13,7 @@ import rospy
 
 from ..msg import Wire
 from . import publications
+from .notices import Throttle
 
 QUEUE = 1000
 """Messages that wait for one subscriber; beyond them it misses the oldest, and sees that their numbers (seq) have a gap."""
@@ -40,6 +41,7 @@ class WirePublisher(rospy.SubscribeListener):
         self._pieces: Deque[Piece] = deque()
         self._left_out = [0, 0]     # from and to the robot: each is counted by one thread at a time
         self._told_left_out = 0
+        self._throttle = Throttle()
         self._ended = False
         self._look = threading.Event()      # at once
         self._publisher = rospy.Publisher("wire", Wire, self, tcp_nodelay=True, queue_size=QUEUE)
@@ -83,7 +85,8 @@ class WirePublisher(rospy.SubscribeListener):
         message = Wire(to_robot=piece.to_robot)
         message.header.stamp = rospy.Time.from_sec(max(0.0, publications.ros_time() - (monotonic() - piece.time)))
         if piece.left_out != self._told_left_out:
-            rospy.logwarn("ROS was too slow for all bytes of the line: %d pieces are missing in wire", piece.left_out - self._told_left_out)
+            if self._throttle.passes("left out", monotonic()):
+                rospy.logwarn("ROS was too slow for all bytes of the line: %d pieces are missing in wire until now", piece.left_out)
             self._told_left_out = piece.left_out
             self._publisher.publish(message)
         message.data = piece.data

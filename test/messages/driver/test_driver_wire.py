@@ -92,4 +92,22 @@ def test_a_subscriber_that_hangs_keeps_nobody_waiting_and_what_is_left_out_is_sa
     topic.tell(False, b"9")
     until(lambda: len(topic.published) == 6)
     assert [data for _, data in topic.published] == [b"0", b"1", b"2", b"3", b"", b"9"]
-    assert topic.said == ["ROS was too slow for all bytes of the line: 5 pieces are missing in wire"]
+    assert topic.said == ["ROS was too slow for all bytes of the line: 5 pieces are missing in wire until now"]
+
+
+def test_what_is_left_out_again_and_again_does_not_flood_the_log(topic, monkeypatch):
+    monkeypatch.setattr(wire, "LONGEST", 1)
+    topic.begin()
+    for number in range(1, 4):
+        topic.open.clear()
+        topic.busy.clear()
+        topic.tell(True, b"first")
+        assert topic.busy.wait(LIMIT)
+        topic.tell(True, b"fits")
+        topic.tell(True, b"left out")
+        topic.open.set()
+        topic.busy.clear()
+        until(lambda: [data for _, data in topic.published].count(b"fits") == number)
+    topic.tell(True, b"last")
+    until(lambda: topic.published[-1][1] == b"last")
+    assert [data for _, data in topic.published].count(b"") == 3 and len(topic.said) == 1
