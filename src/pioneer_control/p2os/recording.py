@@ -12,7 +12,6 @@ A simulated robot writes it, in simulated s, and `bags.wire` makes one of a bag;
 Lines that begin with # are for people. A packet may be spread over several lines, which is how it went over the line.
 """
 
-import math
 from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from ..errors import UsageError
@@ -21,6 +20,9 @@ from .explain import Piece, explain_piece, in_one_line, parse_hex, pieces
 from .framing import HEADER, PARTIAL_TIMEOUT
 
 TITLE = "# pioneer_control line record 1: s, robot, > to it or < from it, bytes as its client wrote and got them"
+
+LATEST = 1e10
+"""s: no record is so long, also where a clock was set meanwhile."""
 
 
 class Entry(NamedTuple):
@@ -56,7 +58,7 @@ def entries(lines: Iterable[str]) -> Iterator[Entry]:
             else:
                 time, robot, way, data = words
                 entry = Entry(float(time), int(robot), {">": True, "<": False}[way], parse_hex(data))
-                if not math.isfinite(entry.time) or entry.robot < 1:
+                if not abs(entry.time) <= LATEST or entry.robot < 1:
                     raise ValueError
                 yield entry
         except (ValueError, KeyError, IndexError) as error:
