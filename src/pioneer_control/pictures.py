@@ -1,5 +1,7 @@
 """What all our pictures from above have in common: paper, ink, frame, and how they are written to a file. matplotlib's objects come as arguments."""
 
+import contextlib
+import io
 import os
 from typing import Any, Callable
 
@@ -30,12 +32,20 @@ def write(figure: Callable[[], Any], output: str, dpi: int) -> None:
     Raises UsageError for another ending, for a place where nothing can be written, and where there is no matplotlib.
     """
     check_output(output)
+    drawn = io.BytesIO()    # whole before the first byte is written
     try:
-        figure().savefig(output, dpi=dpi)
-    except OSError as error:
-        raise UsageError(f"cannot write {output}: {error.strerror}") from error
+        figure().savefig(drawn, dpi=dpi, format=os.path.splitext(output)[1][1:])
     except ModuleNotFoundError as error:
         raise UsageError(f"pictures need matplotlib, and there is no {error.name}: install python3-matplotlib, or with pip .[pictures]") from error
+    part = output + ".part"
+    try:
+        with open(part, "wb") as file:
+            file.write(drawn.getbuffer())
+        os.replace(part, output)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            os.remove(part)
+        raise UsageError(f"cannot write {output}: {error.strerror}") from error
 
 
 def draw_frame(axes, low_x: float, high_x: float) -> None:

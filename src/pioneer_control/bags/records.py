@@ -52,7 +52,7 @@ USUAL_LENGTH = 46
 
 BLOCK = 1 << 16
 """Bytes read at once. Of longer data, what nobody asks for is not read."""
-LARGEST_CHUNK = 1 << 30
+LARGEST_CHUNK = 1 << 28
 """Bytes of a chunk after decompressing; rosbag record makes them of 768 KiB, or of one message."""
 
 U32 = struct.Struct("<I")
@@ -231,25 +231,27 @@ def records(source: Source, position: int, passes_over: Callable[[Record], bool]
 
 
 def decompressed(source: Source, chunk: Record) -> bytes:
-    """The records in a compressed chunk, as far as they can be had."""
-    decompress = _decompressor(chunk.fields[b"compression"])
-    pieces, total = [], 0
+    """The records in a compressed chunk, as far as they can be had, and no more than `LARGEST_CHUNK`."""
+    decompress, left = _decompressor(chunk.fields[b"compression"]), LARGEST_CHUNK
+    found = bytearray()
     try:
         for position in range(chunk.begin, chunk.end, BLOCK):
-            pieces.append(decompress(source.read_at(position, min(BLOCK, chunk.end - position))))
-            total += len(pieces[-1])
-            if total > LARGEST_CHUNK:
+            found += decompress(source.read_at(position, min(BLOCK, chunk.end - position)), left)
+            left = LARGEST_CHUNK - len(found)
+            if left <= 0:
                 break
     except (OSError, EOFError):  # damaged, or more bytes than it has
         pass
-    return b"".join(pieces)
+    return bytes(found)
 
 
-def _decompressor(compression: bytes) -> Callable[[bytes], bytes]:
+def _decompressor(compression: bytes) -> Callable[[bytes, int], bytes]:
+    """What decompresses piece after piece, each to so many bytes at most."""
     if compression == b"bz2":
         return bz2.BZ2Decompressor().decompress
     try:
         from roslz4 import LZ4Decompressor
     except ImportError:
         raise BagError("the bag is compressed with lz4: install the Python package roslz4 (Debian: python3-roslz4)") from None
-    return LZ4Decompressor().decompress
+    lz4 = LZ4Decompressor()
+    return lambda piece, most: lz4.decompress(piece)    # at most 255 times as long
