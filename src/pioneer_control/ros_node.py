@@ -3,6 +3,7 @@
 import atexit
 import contextlib
 import http.client
+import io
 import logging
 import logging.handlers
 import os
@@ -36,6 +37,9 @@ def init_node(name: str) -> None:
     A signal that comes while this function runs ends the program here, with code 0. A master that hangs keeps no node from its end, nor who logs
     something.
     """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(line_buffering=True)     # a file or a pipe has each line when it is said, not when the program ends
     asked: "queue.SimpleQueue[str]" = queue.SimpleQueue()   # to end, and why; takes no lock: it may be used in a signal handler
     hooks_ran, over, ended = threading.Event(), threading.Event(), threading.Event()
     signals = []
@@ -135,6 +139,10 @@ def ticks(rate: float, duration: float) -> Iterator[None]:
         pace.sleep()
 
 
+NO_ANSWER = OSError, http.client.HTTPException, xmlrpc.client.Error
+"""What it raises to ask a master or a node that is not there, or hangs."""
+
+
 class Impatient(xmlrpc.client.Transport):
     """Waits so many seconds for each piece of an answer; then it raises OSError."""
 
@@ -153,6 +161,19 @@ def is_offered(service: str, timeout: float) -> Optional[bool]:
     try:
         with xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=Impatient(timeout)) as master:
             code, _, _ = master.lookupService(rospy.get_caller_id(), service)
-    except (OSError, http.client.HTTPException, xmlrpc.client.Error):
+    except NO_ANSWER:
         return None
     return code == 1
+
+
+def is_at_work(node: str, timeout: float) -> bool:
+    """Whether a node (its full name) is there and answers; each question may take ``timeout`` s. Raises one of NO_ANSWER when the master does not."""
+    with xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=Impatient(timeout)) as master:
+        code, _, address = master.lookupNode(rospy.get_caller_id(), node)
+    if code != 1:
+        return False
+    try:
+        with xmlrpc.client.ServerProxy(address, transport=Impatient(timeout)) as known:
+            return known.getPid(rospy.get_caller_id())[0] == 1
+    except NO_ANSWER:
+        return False    # it was killed

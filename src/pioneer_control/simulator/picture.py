@@ -12,7 +12,7 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from ..errors import PioneerError
-from ..pictures import BEYOND, FAINT, FLOOR, INK, WALL, draw_frame, write
+from ..pictures import BEYOND, FLOOR, INK, WALL, draw_frame, write
 from ..robots import find_model
 from .geometry import Point, Pose
 from .loading import known_worlds, load_world

@@ -1,6 +1,5 @@
 """Stands beside ``rosbag record``: publishes the recording's description, watches the disk, says what is missing. Ends with the recorder."""
 
-import http.client
 import os
 import threading
 import xmlrpc.client
@@ -11,7 +10,7 @@ import rosgraph
 import rospy
 from std_msgs.msg import String
 
-from ...ros_node import Impatient, init_node
+from ...ros_node import NO_ANSWER, Impatient, init_node
 from .description import Description, nodes_of, now, text_of, versions
 from .disk import USUAL_RATE, DiskWatch, Notice, Sample
 from .start import PATIENCE, WHAT_TO_DO, Recording, free_space
@@ -82,7 +81,7 @@ def seen_by(master: Any) -> Optional[Tuple[Sequence[Any], Dict[str, Any]]]:
     """Nodes and parameters; None when the master does not say."""
     try:
         return master.getSystemState(rospy.get_name())[2], master.getParam(rospy.get_name(), "/")[2]
-    except (OSError, http.client.HTTPException, xmlrpc.client.Error):
+    except NO_ANSWER:
         return None
 
 

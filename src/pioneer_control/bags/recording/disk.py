@@ -1,7 +1,7 @@
 """How long there is room for a recording, and what to say of it in time. Pure: time, free space and size go in, sentences come out."""
 
 from collections import deque
-from typing import Deque, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Deque, Iterator, List, NamedTuple, Tuple
 
 KB, MB, GB = 2 ** 10, 2 ** 20, 2 ** 30
 USUAL_RATE = {"lz4": 25 * MB, "bz2": 22 * MB, "none": 120 * MB}

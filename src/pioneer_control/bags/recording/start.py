@@ -5,20 +5,17 @@ a recording, also an unfinished one, is overwritten or ended by another.
 """
 
 import argparse
-import http.client
 import os
 import re
 import signal
-import socket
 import sys
 import tempfile
 import time
-import xmlrpc.client
 from typing import Dict, List, NamedTuple, NoReturn, Sequence, Tuple
 
 from ...errors import UsageError
 from ..command_line import refuse_launch_arguments
-from .disk import GB, KB, MB, Notice, in_words
+from .disk import GB, MB, Notice, in_words
 from .topics import NAME, load_list, topics_of
 
 COMPRESSIONS = "lz4", "bz2", "none"
@@ -206,20 +203,13 @@ def check_alone(node: str) -> None:
     """
     import rosgraph
 
-    socket.setdefaulttimeout(PATIENCE)
+    from ...ros_node import NO_ANSWER, is_at_work    # here: it needs all of rospy
+
     try:
-        uri = rosgraph.Master("/record").lookupNode(node)
-    except rosgraph.MasterException:
-        return
-    except (OSError, http.client.HTTPException) as error:
+        if not is_at_work(node, PATIENCE):
+            return
+    except NO_ANSWER as error:
         raise UsageError(f"no ROS master answers at {rosgraph.get_master_uri()}: start the robot first, or roscore") from error
-    else:
-        try:
-            xmlrpc.client.ServerProxy(uri).getPid("/record")
-        except (OSError, http.client.HTTPException, xmlrpc.client.Error):
-            return      # one that was killed
-    finally:
-        socket.setdefaulttimeout(None)
     raise UsageError(f"{node} records already. To end that one: rosnode kill {node}. To record beside it: rosrun pioneer_control record "
                      "__name:=another_recorder")
 

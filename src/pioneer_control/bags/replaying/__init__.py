@@ -6,6 +6,7 @@
 ``rerun_compare``     ... and does it command the same?
 ``redrive``           another robot is told what the recorded one was told ...
 ``redrive_schedule``  ... and when
+``told``              what both begin with: what a robot of the bag was told, and by whom
 ``stage``             what both stand on: the bag they keep, programs they start, who is there already
 ====================  =============================================================================
 """

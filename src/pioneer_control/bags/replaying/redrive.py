@@ -7,7 +7,6 @@ slower. Its driver is started here, in a namespace of its own, and ends here. Wh
 import argparse
 import os
 import subprocess
-import sys
 import threading
 import time
 from pathlib import Path
@@ -24,13 +23,14 @@ from ...message_values import heading_of
 from ...msg import GripperState, MotorState, RobotInfo, WheelVelocities
 from ..compare import deviation
 from ..draw import draw_comparison
-from ..reader import BagError, decode, read_bag
-from ..recording.description import Description, description_of
+from ..reader import BagError
+from ..recording.description import Description
 from ..recording.topics import load_list, topics_of
 from ..run import Track, read_run
 from .redrive_schedule import LEGAL_VALID, OTHERS, VALID, VELOCITIES, Order, duration, fastest, schedule
-from .replay import absolute, bag_files, yes_or_no
-from .stage import Interrupted, Keeper, Programs, alive, begin, explain_roslaunch, free_name, nodes, put_back, say, say_what_is_kept, wait_until
+from .replay import bag_files, yes_or_no
+from .stage import Interrupted, Keeper, Programs, alive, carry_out, explain_roslaunch, free_name, nodes, put_back, say, say_what_is_kept, wait_until
+from .told import read_told
 
 KINDS = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}
 WORLDS = Path(__file__).parents[2] / "simulator" / "worlds"
@@ -72,45 +72,20 @@ class Recorded(NamedTuple):
 
 
 def read_recorded(files: Sequence[str], robot: str = "") -> Recorded:
-    """Read what a robot was told. Raises BagError when it was told nothing, or there are several."""
-    wanted = {*KINDS, "robot_info", "world", "ground_truth", "recording"}
-    heard: Dict[str, Dict[str, list]] = {}
-    reader = read_bag(files, lambda connection: connection.topic.rpartition("/")[2] in wanted)
-    for topic, connection, data, nanoseconds in reader:
-        namespace, _, name = absolute(topic).rpartition("/")
-        heard.setdefault(namespace.strip("/"), {}).setdefault(name, []).append((nanoseconds * 1e-9, decode(connection, data)))
-    if reader.damage:
-        say(reader.damage)
-    told = {name: parts for name, parts in heard.items() if set(parts) & set(KINDS)}
-    chosen = robot.strip("/")
-    if chosen and chosen not in told or not told:
-        raise BagError(f"{files[0]}: {f'robot {chosen!r} was told nothing' if chosen else 'nobody was told anything'} in it ({', '.join(KINDS)})"
-                       + (f"; who was: {', '.join(sorted(told))}" if told else ": there is nothing to re-drive"))
-    if not chosen and len(told) > 1:
-        raise BagError(f"{files[0]}: {len(told)} robots were told something: {', '.join(sorted(told))}. Choose one with robot:=NAME")
-    chosen = chosen or next(iter(told))
-    parts = heard[chosen]
+    """Read what a robot was told. Raises BagError as `read_told` does."""
+    told = read_told(files, robot, KINDS, ("robot_info", "world", "ground_truth"))
+    parts = told.messages
     orders = sorted((Order(when, name, message) for name in KINDS for when, message in parts.get(name, [])), key=lambda order: order.time)
     begin = orders[0].time
-    description = _description(parts.get("recording", []))
+    description = next(told.descriptions(), Description({}, {}, {}, {}))
     info = parts["robot_info"][-1][1] if parts.get("robot_info") else None
-    driver = description.parameters_of(f"{chosen}/p2os")
+    driver = description.parameters_of(f"{told.robot}/p2os")
     told_limits = (info.max_linear, info.max_angular) if info else (driver.get("max_xspeed"), driver.get("max_yawspeed"))
     limits = [_legal(*each) for each in zip(told_limits, LEGAL_LIMITS, LIMITS)]
     return Recorded(
-        chosen, orders, begin, info.subtype if info else "", info.has_gripper if info else None,
+        told.robot, orders, begin, info.subtype if info else "", info.has_gripper if info else None,
         parts["world"][-1][1].data if parts.get("world") else "", _start(parts.get("ground_truth", []), begin),
-        description.parameters_of(f"{chosen}/simulator"), driver, limits)
-
-
-def _description(said: list) -> Description:
-    """The newest description of a recording that makes sense; an empty one where there is none."""
-    for _, message in reversed(said):
-        try:
-            return description_of(message.data)
-        except UsageError:
-            continue
-    return Description({}, {}, {}, {})
+        description.parameters_of(f"{told.robot}/simulator"), driver, limits)
 
 
 def _start(truths: list, begin: float) -> Optional[Sequence[float]]:
@@ -395,10 +370,4 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str]) -> int:
     """Run it. Returns the exit code: 0 driven to the end and compared, 1 ended before, 2 it cannot be done as asked."""
-    redrive = Redrive(parser().parse_args(arguments))
-    begin("redrive")
-    try:
-        return redrive.run()
-    except (PioneerError, rospy.ROSException, rospy.ServiceException) as error:
-        print(f"redrive: {error}", file=sys.stderr, flush=True)
-        return 2 if isinstance(error, UsageError) else 1
+    return carry_out("redrive", Redrive(parser().parse_args(arguments)).run)

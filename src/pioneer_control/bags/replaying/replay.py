@@ -141,14 +141,12 @@ def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
 
 def warn_of_robots() -> None:
     """What a robot on this master reports would mix with the bag. Raises UsageError where there is no master: a player would wait for one for ever."""
-    import rosgraph
-
-    from .stage import alive     # here: it needs all of rospy
+    from .stage import alive, no_master     # here: it needs all of rospy
 
     try:
         others = alive()
     except OSError:
-        raise UsageError(f"there is no ROS master at {rosgraph.get_master_uri()}: start roscore, or use roslaunch pioneer_control replay.launch") from None
+        raise no_master() from None
     if others:
         print(f"replay: {', '.join(others)} is on this master. No command of the bag reaches it, but what it reports mixes with the bag: a replay is better "
               "done on a master of its own (export ROS_MASTER_URI=http://localhost:11411)", file=sys.stderr)

@@ -8,7 +8,6 @@ import argparse
 import os
 import shlex
 import subprocess
-import sys
 import time
 from typing import Any, Dict, List, NamedTuple, Sequence
 
@@ -18,14 +17,15 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool
 
-from ...errors import PioneerError, UsageError
+from ...errors import UsageError
 from ...msg import Decision, GripperState, MotorState, WheelVelocities
-from ..reader import BagError, decode, read_bag
-from ..recording.description import description_of
+from ..reader import decode, read_bag
 from .redrive_schedule import VELOCITIES
 from .replay import RERUN, absolute, aside, bag_files, player, recorded_topics
 from .rerun_compare import Velocity, Verdict, judge_decisions, judge_others, judge_velocities
-from .stage import INTERVAL, Interrupted, Keeper, Programs, alive, begin, connected, explain_roslaunch, free_name, graph, nodes, put_back, say, say_what_is_kept, wait_until
+from .stage import (INTERVAL, Interrupted, Keeper, Programs, alive, carry_out, connected, explain_roslaunch, free_name, graph, nodes, put_back, say,
+                    say_what_is_kept, wait_until)
+from .told import read_told
 
 KINDS = {"decision": Decision, "cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}
 SERVICES = "set_motors", "enable_motors", "disable_motors", "set_sonar", "reset_odometry"
@@ -49,43 +49,12 @@ class Live(NamedTuple):
 
 
 def read_live(files: Sequence[str], robot: str, program: str) -> Live:
-    """Read it. Raises BagError when nobody commanded anything, or several robots were commanded."""
-    names = {*KINDS, "recording"}
-    reader = read_bag(files, lambda connection: connection.topic.rpartition("/")[2] in names)
-    heard: Dict[str, Dict[str, list]] = {}
-    said: List[str] = []
-    callers: Dict[str, Dict[str, str]] = {}
-    for topic, connection, data, nanoseconds in reader:
-        namespace, _, name = absolute(topic).rpartition("/")
-        message = decode(connection, data)
-        if name == "recording":
-            said.append(message.data)
-            continue
-        heard.setdefault(namespace.strip("/"), {}).setdefault(name, []).append((nanoseconds * 1e-9, message))
-        callers.setdefault(namespace.strip("/"), {}).setdefault(name, connection.caller)
-    chosen = robot.strip("/")
-    if chosen and chosen not in heard or not heard:
-        raise BagError(f"{files[0]}: {f'robot {chosen!r} was commanded nothing' if chosen else 'nobody was commanded anything'} in it ({', '.join(KINDS)})"
-                       + (f"; who was: {', '.join(sorted(heard))}" if heard else ": there is nothing to compare with"))
-    if not chosen and len(heard) > 1:
-        raise BagError(f"{files[0]}: {len(heard)} robots were commanded something: {', '.join(sorted(heard))}. Choose one with robot:=NAME")
-    chosen = chosen or next(iter(heard))
-    who = [callers[chosen][name] for name in KINDS if callers[chosen].get(name)]
+    """Read it. Raises BagError as `read_told` does."""
+    told = read_told(files, robot, KINDS)
+    who = [told.senders[name] for name in KINDS if told.senders.get(name)]
     node = who[0] if who else "/" + os.path.splitext(os.path.basename(program))[0]
-    parameters = _parameters(said, node)
-    return Live(chosen, node, heard[chosen], parameters, (reader.begin or 0) * 1e-9)
-
-
-def _parameters(said: Sequence[str], node: str) -> Dict[str, Any]:
-    """The newest parameters that a recording's descriptions have of a node."""
-    for text in reversed(said):
-        try:
-            found = description_of(text).parameters_of(node)
-        except UsageError:
-            continue
-        if found:
-            return found
-    return {}
+    parameters = next(filter(None, (description.parameters_of(node) for description in told.descriptions())), {})
+    return Live(told.robot, node, {name: told.messages[name] for name in KINDS if name in told.messages}, parameters, told.begin)
 
 
 def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
@@ -283,10 +252,4 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str]) -> int:
     """Run it. Returns the exit code: 0 it commands the same, 1 something else, 2 it cannot be done as asked."""
-    rerun = Rerun(parser().parse_args(arguments))
-    begin("rerun")
-    try:
-        return rerun.run()
-    except (PioneerError, rospy.ROSException, rospy.ServiceException) as error:
-        print(f"rerun: {error}", file=sys.stderr, flush=True)
-        return 2
+    return carry_out("rerun", Rerun(parser().parse_args(arguments)).run)

@@ -1,4 +1,4 @@
-"""What a re-run and a re-drive both need: the bag they keep, the programs they start and end, and who is there already."""
+"""What a re-run and a re-drive both stand on: their node, the bag they keep, the programs they start and end, and who is there already."""
 
 import ctypes
 import os
@@ -17,11 +17,12 @@ import rosgraph
 import rospy
 
 from ...errors import NoAnswerError, PioneerError, UsageError
-from ...ros_node import init_node
+from ...ros_node import NO_ANSWER, init_node, is_at_work
 from .redrive_schedule import OTHERS, VELOCITIES
 from .replay import ASIDE
 
 PATIENCE = 30.0  # s: for programs to be there; the slowest machine needs few of them
+MASTER_PATIENCE = 5.0  # s for an answer of the master
 INTERVAL = 0.05  # s between two looks
 LAST_WORDS = 10.0, 5.0  # s after Ctrl-C, and after SIGTERM, until a program is killed
 DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
@@ -31,24 +32,27 @@ def begin(name: str) -> None:
     """Become a node. Raises UsageError where there is no master, or one of that name is at work: it would end that."""
     named = [word[len("__name:="):] for word in sys.argv if word.startswith("__name:=")]
     name = (named or [name])[-1]
-    master = rosgraph.Master("/" + name)
     try:
-        address = master.lookupNode("/" + name)
-    except rosgraph.MasterException:
-        address = None
-    except OSError:
-        raise UsageError(f"there is no ROS master at {rosgraph.get_master_uri()}: start roscore, or use roslaunch pioneer_control replay.launch") from None
-    if address is not None and _answers(address):
-        raise UsageError(f"/{name} is at work on this master already: end it first, or give this one another name with __name:=")
+        if is_at_work("/" + name, MASTER_PATIENCE):
+            raise UsageError(f"/{name} is at work on this master already: end it first, or give this one another name with __name:=")
+    except NO_ANSWER:
+        raise no_master() from None
     init_node(name)
 
 
-def _answers(address: str) -> bool:
-    """Whether there is a node behind an address that the master knows."""
+def no_master() -> UsageError:
+    """What to say where none answers."""
+    return UsageError(f"there is no ROS master at {rosgraph.get_master_uri()}: start roscore, or use roslaunch pioneer_control replay.launch")
+
+
+def carry_out(name: str, run: Callable[[], int]) -> int:
+    """Become a node and run. Returns the exit code of that; 1 it ended before, 2 it cannot be done as asked."""
+    begin(name)
     try:
-        return ServerProxy(address).getPid("/replay")[0] == 1
-    except OSError:
-        return False
+        return run()
+    except (PioneerError, rospy.ROSException, rospy.ServiceException) as error:
+        print(f"{name}: {error}", file=sys.stderr, flush=True)
+        return 2 if isinstance(error, UsageError) else 1
 
 
 class Keeper:
