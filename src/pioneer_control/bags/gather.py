@@ -85,7 +85,8 @@ class Odometry:
             raise ValueError("no place")
         self._heading = heading + math.tau * round((self._heading - heading) / math.tau)    # without jumps at half a turn
         self._places.add(time, place.x, place.y, self._heading)
-        self._speeds.add(time, speed.linear.x, speed.angular.z)
+        if _are_places(speed.linear.x, speed.angular.z):
+            self._speeds.add(time, speed.linear.x, speed.angular.z)
 
     @property
     def track(self) -> Optional[Track]:
@@ -104,6 +105,8 @@ class Commands:
         self._speeds = Thinned(*CHANGE_OF_SPEED)
 
     def add(self, time: float, message: Any) -> None:
+        if not _are_places(message.linear.x, message.angular.z):
+            raise ValueError("no velocity")
         self._speeds.add(time, message.linear.x, message.angular.z)
 
     @property
@@ -441,7 +444,7 @@ class Gatherer:
             message = decode(connection, data, filled)
             for add in adders:
                 add(time, message)
-        except (BagError, ValueError, ArithmeticError):     # bytes of the file that are no message, or one of numbers that are none
+        except Exception:   # bytes of the file that are no message, numbers that are none, or a definition of a bag's own with other fields
             self.undecoded[connection.topic] = self.undecoded.get(connection.topic, 0) + 1
 
     def nearest(self, robot: str, name: str) -> Any:
@@ -459,7 +462,13 @@ def gather(paths: Sequence[str], robot: Optional[str] = None, progress: Optional
     for _, connection, data, time in reader:
         gatherer.add(connection, data, time / 1e9)
     robots = _robots(reader.connections)
-    return _run(paths[0], _choose(paths, robots, gatherer.robot, reader), robots, gatherer, reader)
+    name = _choose(paths, robots, gatherer.robot, reader)
+    try:
+        return _run(paths[0], name, robots, gatherer, reader)
+    except BagError:
+        raise
+    except (AttributeError, TypeError, ValueError) as error:    # of what was kept as it was: only now its fields are looked at
+        raise BagError(f"{paths[0]} has messages under names of ours whose fields are others: {error}") from None
 
 
 def _split(topic: str) -> Tuple[str, str]:
@@ -532,7 +541,7 @@ def _run(path: str, name: str, robots: Sequence[str], gatherer: Gatherer, reader
 
 
 def _are_places(*values: float) -> bool:
-    """Whether these can be m or rad."""
+    """Whether these can be m or rad, or that each second."""
     return all(-FARTHEST < value < FARTHEST for value in values)
 
 

@@ -8,6 +8,7 @@ goes on behind them, and says afterwards what is missing. The format is in `reco
 import bisect
 import functools
 import os
+import re
 from typing import Any, Callable, Collection, Dict, FrozenSet, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
 from .records import (BETWEEN_CHUNKS, BLOCK, CHUNK, CHUNK_INFO, CONNECTION, FIELDS, FILE_HEADER, INDEX, MAGIC, MESSAGE, TIME, U32, U64, BagError, Record,
@@ -23,6 +24,8 @@ TAIL = 1 << 24
 """Bytes at the end in which the index of a bag is, where it is not known; of 100 GB it has about as many."""
 STEP = 0.005
 """Share of all bytes between two calls of progress."""
+LONGEST_ARRAY = 1 << 20
+"""Values of an array of fixed length that a definition may have: each message has room for all of them."""
 PLACES = 3
 """Damaged places that are told one by one."""
 
@@ -474,6 +477,8 @@ def _class_of(type_name: str, md5sum: str, definition: str) -> type:
     if known is not None and known._md5sum == md5sum:
         return known
     try:
+        if any(int(length) > LONGEST_ARRAY for length in re.findall(r"\[(\d+)\]", definition)):
+            raise ValueError("an array in it is too long")
         return genpy.dynamic.generate_dynamic(type_name, definition)[type_name]
     except Exception as error:  # it parses text of the file
         raise BagError(f"the bag's definition of {type_name} makes no sense: {error}") from None

@@ -5,22 +5,25 @@ says so.
 """
 
 import argparse
+import contextlib
 import datetime
 import os
 import sys
 from typing import Dict, Iterator, List, Optional, Sequence
 
 from ..errors import PioneerError, UsageError
+from ..msg import Wire
 from ..p2os.recording import TITLE, Entry, written
-from .reader import BagReader, Connection, decode, read_bag
+from .names import stem
+from .reader import BagError, BagReader, Connection, decode, read_bag
 
 HOW_TO = ("it has no bytes of a robot's line: the driver publishes them with its parameter publish_wire (roslaunch pioneer_control pioneer.launch "
           "publish_wire:=true), and the recorder keeps them when told to (roslaunch pioneer_control record.launch also:=wire)")
 
 
 def is_wire(connection: Connection) -> bool:
-    """Whether it carries pioneer_control/Wire."""
-    return connection.type.endswith("/Wire")
+    """Whether it carries pioneer_control/Wire, with the fields of ours."""
+    return connection.type.endswith("/Wire") and connection.md5sum == Wire._md5sum
 
 
 def wire_entries(reader: BagReader) -> Iterator[Entry]:
@@ -29,7 +32,10 @@ def wire_entries(reader: BagReader) -> Iterator[Entry]:
     numbers: Dict[str, int] = {}
     counts: Dict[int, int] = {}     # seq of the newest message of each robot
     for topic, connection, data, _ in reader:
-        message = decode(connection, data)
+        try:
+            message = decode(connection, data)
+        except BagError:    # its number will be missing
+            continue
         stamp = message.header.stamp
         if begin is None:
             begin = stamp
@@ -64,14 +70,19 @@ def write_wire(bags: Sequence[str], path: str) -> str:
     first = next(found, None)
     if first is None:
         raise UsageError(f"{', '.join(bags)}: {HOW_TO}. {reader.damage}".rstrip())
+    part = path + ".part"
     try:
-        with open(path, "w", encoding="utf-8") as file:
+        with open(part, "w", encoding="utf-8") as file:
             file.write(f"{TITLE}\n{written(first)}\n")
             file.writelines(written(entry) + "\n" for entry in found)
             if reader.damage:
                 file.write(f"# {reader.damage}\n")
+        os.replace(part, path)
     except OSError as error:
         raise UsageError(f"cannot write {path}: {error.strerror or error}") from error
+    finally:    # Ctrl-C, a full disk
+        with contextlib.suppress(OSError):
+            os.remove(part)
     return reader.damage
 
 
@@ -84,7 +95,7 @@ def main(arguments: Optional[List[str]] = None) -> int:
     parser.add_argument("bags", metavar="BAG", nargs="+", help="what rosbag record wrote; several are the parts of one recording, in order")
     parser.add_argument("-o", "--output", metavar="FILE", help="the file to write (default: beside the bag, .wire)")
     options = parser.parse_args(arguments)
-    output = options.output or os.path.splitext(options.bags[0])[0] + ".wire"
+    output = options.output or stem(options.bags[0]) + ".wire"
     try:
         damage = write_wire(options.bags, output)
     except (PioneerError, OSError) as error:

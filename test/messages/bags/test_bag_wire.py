@@ -1,9 +1,11 @@
 """From a bag to the text form of a line, and what is said of bags in which something is missing."""
 
 import genpy
+import genpy.dynamic
 import pytest
 from bag_factory import driven, message_class, write_bag
 
+from pioneer_control.bags import wire
 from pioneer_control.bags.wire import main
 from pioneer_control.p2os.recording import entries, told
 
@@ -85,3 +87,30 @@ def test_a_bag_that_was_cut_off_gives_what_it_has(tmp_path, capsys):
     assert main([bag]) == 0
     assert capsys.readouterr().err.startswith("wire: ")
     assert [entry.data for entry in entries(text_of(tmp_path / "run.wire")) if entry.data] == [each.data for each in PIECES[:3]]
+
+
+def test_a_type_of_that_name_with_other_fields_is_no_line(tmp_path, capsys):
+    strange = genpy.dynamic.generate_dynamic("pioneer_control/Wire", "int32 foo\n")["pioneer_control/Wire"]()
+    assert main([write_bag(tmp_path / "run.bag", [("/pioneer/wire", strange, 1000.0)])]) == 2
+    assert "no bytes of a robot's line" in capsys.readouterr().err and not (tmp_path / "run.wire").exists()
+
+
+def test_a_damaged_message_is_missing_and_the_rest_is_there(tmp_path):
+    path = wire_bag(tmp_path / "run.bag", PIECES)
+    with open(path, "r+b") as file:
+        content = file.read()
+        file.seek(content.index(SYNC0) - 9)     # the length of its frame's name
+        file.write(b"\xff\xff\xff\x7f")
+    assert main([path]) == 0
+    assert [entry.data for entry in entries(text_of(tmp_path / "run.wire")) if entry.data] == [SYNC0[:2], SYNC0[2:] + b"\x55", SYNC1]
+
+
+def test_what_cannot_be_written_to_its_end_is_not_half_there(tmp_path, monkeypatch, capsys):
+    def fill(entry):
+        if entry.data == SYNC1:
+            raise OSError(28, "No space left on device")
+        return "x"
+
+    monkeypatch.setattr(wire, "written", fill)
+    assert main([wire_bag(tmp_path / "run.bag", PIECES)]) == 2
+    assert "No space left on device" in capsys.readouterr().err and [path.name for path in tmp_path.iterdir()] == ["run.bag"]

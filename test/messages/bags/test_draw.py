@@ -130,6 +130,11 @@ def test_no_cans_in_the_world(drawn):
     assert "can before" not in labels(drawn(messages))
 
 
+def test_dollars_in_what_was_decided_make_no_formula(drawn):
+    decision = make.message_class("Decision")(wander=1, reason="$\\frac{$ is what it costs")
+    drawn([*make.driven(seconds=1), ("/pioneer/decision", decision, 1000.2), ("/pioneer/decision", decision, 1000.8)])
+
+
 class TestCommand:
     def test_beside_the_bag(self, tmp_path, capsys):
         assert draw.main([make.write_bag(tmp_path / "run.bag", make.driven(seconds=2))]) == 0

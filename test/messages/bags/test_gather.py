@@ -2,6 +2,7 @@
 
 import math
 
+import genpy.dynamic
 import numpy as np
 import pytest
 from rosgraph_msgs.msg import Log
@@ -225,6 +226,53 @@ class TestDamage:
         frame = open(path, "rb").read().index(b"\x04\0\0\0odom")
         run = read_run(make.overwritten(path, frame, b"\xff\xff\xff\x7f"))
         assert run.duration == pytest.approx(0.9) and "1 message on /pioneer/pose could not be understood." in run.damage
+
+
+def other(name, package="pioneer_control", definition="int32 foo\n"):
+    """A message under a name of ours, with another definition."""
+    return genpy.dynamic.generate_dynamic(f"{package}/{name}", definition)[f"{package}/{name}"]()
+
+
+class TestOtherFields:
+    """Types with our names, and definitions of somebody else."""
+
+    @pytest.mark.parametrize("definition", ["int32 foo\n", "\n".join(f"string {field}" for field in (
+        "header", "state", "data", "linear", "angular", "ranges", "voltage", "grip", "footprint", "poses", "info", "wander", "reason", "subtype", "front"))])
+    @pytest.mark.parametrize("topic", sorted(set(gathering.TOPICS) - {"pose"}))
+    def test_the_rest_is_read_or_it_is_one_clear_error(self, tmp_path, topic, definition):
+        strange = other(gathering.TOPICS[topic].type, definition=definition)
+        path = make.write_bag(tmp_path / "run.bag", [*make.driven(seconds=1), *((f"/x/{topic}", strange, 1000.5 + 0.1 * n) for n in range(3))])
+        try:
+            run = read_run(path, "pioneer")
+        except BagError as error:
+            assert "whose fields are others" in str(error)
+        else:
+            assert len(run.odometry.x)
+
+    @pytest.mark.parametrize("name", ["cmd_vel", "sonar", "battery_state", "decision", "stall"])
+    def test_of_the_robot_itself(self, run_of, name):
+        strange = other(gathering.TOPICS[name].type)
+        run = run_of([*(message for message in make.driven(seconds=1) if not message[0].endswith(name)), (f"/pioneer/{name}", strange, 1000.5)])
+        assert f"1 message on /pioneer/{name} could not be understood" in run.damage
+
+    def test_of_the_pose(self, run_of):
+        with pytest.raises(BagError, match="no message of the odometry"):
+            run_of([("/pioneer/pose", other("Odometry", "nav_msgs"), 1000.0)])
+
+    def test_an_array_that_fills_the_memory(self, run_of):
+        """A definition may ask for room that nobody has; the message of it is 4 bytes."""
+        small = other("Stall", definition="int32 a\n")
+        small.__class__._full_text = "int32 a\nfloat64[99999999999] much\n"
+        assert "could not be understood" in run_of([*make.driven(seconds=1), ("/pioneer/stall", small, 1000.5)]).damage
+
+
+@pytest.mark.parametrize("number", [float("nan"), float("inf"), -1e300])
+def test_velocities_that_are_none(run_of, number):
+    poses = [message for message in make.driven(seconds=1) if message[0].endswith("pose")]
+    run = run_of([*poses, ("/pioneer/cmd_vel", make.twist(number), 1000.5), ("/pioneer/cmd_vel", make.twist(0.1, number), 1000.6),
+                  ("/pioneer/cmd_vel", make.twist(0.1), 1000.7), ("/pioneer/pose", make.odometry(0, 0, 0, linear=number), 1002.0)])
+    assert run.commanded.linear.tolist() == [0.1] and np.isfinite(run.measured.linear).all()
+    assert "2 messages on /pioneer/cmd_vel could not be understood" in run.damage
 
 
 class TestBounded:

@@ -1,9 +1,11 @@
 """Bags read front to back: held equal to rosbag on good ones, and on each damaged one to what can be read of it."""
 
+import bz2
 import itertools
 import random
 import re
 import struct
+import tracemalloc
 
 import genpy
 import pytest
@@ -336,6 +338,17 @@ class TestDamage:
         messages, damage = read(path.read_bytes())
         assert len(messages) <= 2 and len(messages) + (damage != "") >= 2
 
+
+    def test_a_few_bytes_that_become_very_many_at_once(self, monkeypatch):
+        """3 kB of bz2 can be 4 GB, all of them of one piece that is read."""
+        monkeypatch.setattr(form, "LARGEST_CHUNK", 10_000)
+        data = bz2.compress(bytes(50_000_000))
+        chunk = form.Record(0, form.CHUNK, {b"compression": b"bz2"}, 0, 0, 0, len(data))
+        tracemalloc.start()
+        found = form.decompressed(form.source_of_bytes(data), chunk)
+        _, most = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert len(found) == 10_000 and most < 10_000_000
 
     def test_bytes_that_the_disk_has_lost(self, tmp_path, monkeypatch):
         path, pread = make.write_bag(tmp_path / "run.bag", [("/text", String("x" * 1000), float(number)) for number in range(1000)]), reading.os.pread

@@ -8,7 +8,7 @@ from ...pictures import BEYOND, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VE
 from ..run import Gap, Run, Series, Span, Velocities
 from .from_above import BADGES, EVENT
 from .incidents import ERROR, WARNING, Incident, made, silences
-from .paper import RIGHT, Paper
+from .paper import RIGHT, Paper, plain
 from .timeline import Timeline, spread
 
 CURVE, BATTERY, LANE = 0.8, 0.45, 0.19  # inches high
@@ -248,10 +248,10 @@ def draw_lanes(axes, rows: Sequence[Lane], timeline: Timeline, width: float) -> 
                 bbox=dict(boxstyle="circle,pad=0.18", facecolor=badge.colour, edgecolor="white", linewidth=0.5),
             )  # fmt: skip
         for time, words in lane.words:
-            axes.text(time, middle, " " + words, va="center", color=INK, fontsize=6.5, zorder=5)
+            axes.text(time, middle, " " + plain(words), va="center", color=INK, fontsize=6.5, zorder=5)
     axes.set_ylim(0, len(rows))
     axes.set_yticks(len(rows) - 0.5 - np.arange(len(rows)))
-    axes.set_yticklabels([lane.name for lane in rows], fontsize=7.5, color=INK)
+    axes.set_yticklabels([plain(lane.name) for lane in rows], fontsize=7.5, color=INK)
     for line in (number for number in range(1, len(rows)) if rows[-number].name):
         axes.axhline(line, color=BEYOND, linewidth=0.5, zorder=1)
 
