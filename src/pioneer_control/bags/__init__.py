@@ -8,6 +8,7 @@
 ``compare``      figures of a run, and how far two lie apart
 ``draw``         a ``Run`` becomes one page, several are compared on one: ``nodes/draw_run``; the pages are in ``pages/``
 ``wire``         every byte of a robot's line as text: ``python3 -m pioneer_control.bags.wire RUN.bag``
+``names``        of bags, and of their parts
 ``progress``     how far a long bag is read, on a terminal
 ``recording/``   makes bags: ``nodes/record``
 ``replaying/``   brings them back, to look, to programs, to another robot: ``nodes/replay``

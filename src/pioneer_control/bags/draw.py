@@ -7,14 +7,14 @@ hatches do.
 
 import argparse
 import os
-import re
 import sys
 from typing import List, Optional, Sequence, Tuple
 
 from ..errors import PioneerError, UsageError
 from ..pictures import check_output, write
+from .names import in_order, stem
 from .pages import page, side_by_side
-from .pages.paper import DPI, stem
+from .pages.paper import DPI
 from .progress import Progress
 from .run import Run, read_run
 
@@ -33,11 +33,6 @@ def read(paths: Sequence[str], robot: Optional[str]) -> Run:
     """The run in the parts of one recording, with a progress bar."""
     with Progress(os.path.basename(paths[0])) as progress:
         return read_run(paths, robot, progress)
-
-
-def in_order(parts: Sequence[str]) -> List[str]:
-    """Parts by their numbers: FILE_2.bag before FILE_10.bag, which a shell has the other way round."""
-    return sorted(parts, key=lambda path: [int(piece) if piece.isdigit() else piece for piece in re.split("([0-9]+)", path)])
 
 
 def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tuple[Sequence[str], Optional[str]]]:

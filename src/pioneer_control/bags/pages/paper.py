@@ -1,6 +1,5 @@
 """A sheet of paper to draw on, A4 wide, with places given in inches from its upper left corner."""
 
-import re
 from typing import List, Tuple
 
 from ...pictures import INK
@@ -56,11 +55,6 @@ class Paper:
                 lines[-1] = f"{lines[-1]} {word}".strip()
         probe.remove()
         return lines
-
-
-def stem(path: str) -> str:
-    """The name of a bag without what all bags end in, also of one that was not closed."""
-    return re.sub(r"(\.bag)?(\.active)?$", "", path)
 
 
 def plain(words: str) -> str:

@@ -8,10 +8,11 @@ import numpy as np
 from ...errors import UsageError
 from ...pictures import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, draw_frame
 from ..compare import Deviation, Driven, deviation, distance_between, driven, first_movement, from_its_start
+from ..names import stem
 from ..run import Map, Run, Track
 from . import from_above, strips
 from .incidents import incidents
-from .paper import BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper, stem
+from .paper import BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper
 from .timeline import Timeline, how_long
 
 # Colour and line style of each run; the first lies wide under the others.
@@ -103,9 +104,11 @@ def _curves(rows: Sequence[Compared]) -> List[strips.Curves]:
 
 def _write_head(paper: Paper, rows: Sequence[Compared], title: Optional[str]) -> None:
     """Title, and what is compared with what."""
-    robots = list(dict.fromkeys((row.run.robot or "robot") + (f" ({row.run.model})" if row.run.model else "") for row in rows))
+    models = [row.run.model for row in rows]
+    same = models[0] if len(set(models)) == 1 else ""   # said once, behind the names
+    robots = list(dict.fromkeys((row.run.robot or "robot") + (f" ({row.run.model})" if row.run.model and not same else "") for row in rows))
     worlds = list(dict.fromkeys(row.run.world for row in rows if row.run.world))
-    of = robots[0] if len(robots) == 1 else f"{len(robots)} robots: {', '.join(robots)}"
+    of = (robots[0] if len(robots) == 1 else f"{len(robots)} robots: {', '.join(robots)}") + (f" ({same})" if same else "")
     of += f" in {worlds[0]}" if len(worlds) == 1 else f" in {len(worlds)} worlds: {', '.join(worlds)}" if worlds else ""
     paper.text(LEFT, TOP + 0.1, title or f"{len(rows)} runs of {of}", room=RIGHT - LEFT, size=15, fontweight="bold")
     paths = "true paths" if rows[0].track is rows[0].run.truth else "paths as the robots' odometry has them"

@@ -15,6 +15,7 @@ from typing import Dict, List, NamedTuple, NoReturn, Sequence, Tuple
 
 from ...errors import UsageError
 from ..command_line import refuse_launch_arguments
+from ..names import stem
 from .disk import GB, MB, Notice, in_words
 from .topics import NAME, load_list, topics_of
 
@@ -140,9 +141,7 @@ def stem_of(bag: str, robots: Sequence[str], now: time.struct_time) -> str:
         names = [robot or "robot" for robot in robots]
         who = "_".join(names) if len(names) <= 3 else f"{names[0]}_and_{len(names) - 1}_more"
         return os.path.join(path, who.replace("/", "-") + time.strftime("_%Y-%m-%d-%H-%M-%S", now))
-    for ending in (".active", ".bag"):
-        path = path[:-len(ending)] if path.endswith(ending) else path
-    return path
+    return stem(path)
 
 
 def check_place(recording: Recording, free: int) -> None:
@@ -156,7 +155,7 @@ def check_place(recording: Recording, free: int) -> None:
     if there:
         unfinished = [path for path in there if path.endswith(".active")]
         raise UsageError(f"{there[0]} is there already, and stays as it is: give the new bag another name"
-                         + (f". {unfinished[0]} {WHAT_TO_DO.format(file=unfinished[0])}" if unfinished else ""))
+                         + (f". {unfinished[0]} is being recorded, or {WHAT_TO_DO.format(file=unfinished[0])}" if unfinished else ""))
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass

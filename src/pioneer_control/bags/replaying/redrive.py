@@ -23,6 +23,7 @@ from ...message_values import heading_of
 from ...msg import GripperState, MotorState, RobotInfo, WheelVelocities
 from ..compare import deviation
 from ..draw import draw_comparison
+from ..names import stem
 from ..reader import BagError
 from ..recording.description import Description
 from ..recording.topics import load_list, topics_of
@@ -320,9 +321,9 @@ class Redrive:
         say(f"\nThe recorded path is {before.length:.2f} m long, the new one {after.length:.2f} m ({where}).\n"
             f"They are {100 * apart.mean:.1f} cm apart on average, {100 * apart.maximum:.1f} cm at most, {100 * apart.at_end:.1f} cm and "
             f"{np.degrees(apart.turn_at_end):+.1f} degrees at the end.\nbag      {path}")
-        picture, slower = os.path.splitext(path)[0] + ".png", f" at {self._factor:g} of the speed" if self._factor != 1.0 else ""
+        picture, slower = stem(path) + ".png", f" at {self._factor:g} of the speed" if self._factor != 1.0 else ""
         try:
-            draw_comparison([recorded, driven], picture, f"{os.path.basename(os.path.splitext(self._files[0])[0])}, driven again" + slower)
+            draw_comparison([recorded, driven], picture, f"{os.path.basename(stem(self._files[0]))}, driven again" + slower)
             say(f"picture  {picture}")
         except (PioneerError, OSError, ImportError) as error:
             say(f"There is no picture: {error}")

@@ -19,8 +19,8 @@ from typing import Dict, List, Mapping, Optional, Sequence
 
 from ...errors import PioneerError, UsageError
 from ..command_line import refuse_launch_arguments
-from ..draw import in_order
 from ..draw import main as draw
+from ..names import in_order
 from ..reader import BagError, read_bag
 
 RECORDED, RERUN = ASIDE = "recorded", "rerun"
@@ -131,7 +131,7 @@ def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
             rosbag.Bag(path, skip_index=True).close()
         except rosbag.ROSBagUnindexedException:
             raise BagError(
-                f"{path} has no index: its recorder is still running or was killed. When it has ended: rosbag reindex {path}") from None
+                f"{path} has no index: its recorder is still running or was killed, or it was cut off. When it has ended: rosbag reindex {path}") from None
         except (rosbag.ROSBagException, OSError, EOFError, ValueError) as error:
             raise BagError(f"{path} is damaged: {error}. This makes what is left of it a bag again: rosbag reindex {path}") from None
     if not connections:

@@ -18,6 +18,7 @@ import rospy
 
 from ...errors import NoAnswerError, PioneerError, UsageError
 from ...ros_node import NO_ANSWER, init_node, is_at_work
+from ..names import stem
 from .redrive_schedule import OTHERS, VELOCITIES
 from .replay import ASIDE
 
@@ -216,10 +217,10 @@ def put_back(name: str, value: Any) -> None:
 
 def free_name(bag: str, what: str) -> str:
     """A file that is not there yet, beside a bag: RUN-redrive.bag, or RUN-redrive-2.bag, ..."""
-    stem = os.path.splitext(bag)[0]
-    number, path = 1, f"{stem}-{what}.bag"
+    beside = f"{stem(bag)}-{what}"
+    number, path = 1, beside + ".bag"
     while os.path.exists(path):
-        number, path = number + 1, f"{stem}-{what}-{number + 1}.bag"
+        number, path = number + 1, f"{beside}-{number + 1}.bag"
     return path
 
 
