@@ -3,9 +3,11 @@
 import time
 
 import bag_factory as make
+import genpy
 import numpy as np
 import pytest
-from geometry_msgs.msg import Twist
+import rosbag
+from geometry_msgs.msg import Twist, TwistStamped
 from std_msgs.msg import String
 
 from pioneer_control.bags.replaying import redrive
@@ -83,6 +85,25 @@ class TestWhatTheBagTells:
         with pytest.raises(BagError, match="alice, bob. Choose one with robot:="):
             redrive.read_recorded([path])
         assert redrive.read_recorded([path], "bob").robot == "bob"
+
+
+@pytest.mark.parametrize("strange", [TwistStamped(), String("forward"), MotorState(1)])
+def test_what_is_somebody_elses_is_left_out(tmp_path, strange):
+    """Under a name of ours, with other fields."""
+    others = [(f"/pioneer/{name}", strange, 1001.0) for name in ("cmd_vel", "gripper_control", "robot_info", "ground_truth")]
+    with pytest.raises(BagError, match="nobody was told anything"):
+        redrive.read_recorded([make.write_bag(tmp_path / "strange.bag", others)])
+    path = make.write_bag(tmp_path / "mixed.bag", [*others, ("/pioneer/cmd_wheels", WheelVelocities(0.1, 0.2), 1002.0)])
+    assert [order.message for order in redrive.read_recorded([path]).told] == [WheelVelocities(0.1, 0.2)]
+
+
+def test_a_damaged_command_is_missing_and_told(tmp_path, capsys):
+    path = str(tmp_path / "run.bag")
+    with rosbag.Bag(path, "w") as bag:
+        bag.write("/pioneer/cmd_vel", (Twist._type, bytes(7), Twist._md5sum, Twist), genpy.Time(1001), raw=True)
+        bag.write("/pioneer/cmd_vel", make.twist(0.1), genpy.Time(1002))
+    assert [order.message for order in redrive.read_recorded([path]).told] == [make.twist(0.1)]
+    assert "1 message on /pioneer/cmd_vel could not be understood, and will be missing" in capsys.readouterr().out
 
 
 class TestWhatIsAsked:

@@ -16,6 +16,7 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
 from ...errors import PioneerError, UsageError
@@ -74,7 +75,7 @@ class Recorded(NamedTuple):
 
 def read_recorded(files: Sequence[str], robot: str = "") -> Recorded:
     """Read what a robot was told. Raises BagError as `read_told` does."""
-    told = read_told(files, robot, KINDS, ("robot_info", "world", "ground_truth"))
+    told = read_told(files, robot, KINDS, {"robot_info": RobotInfo, "world": String, "ground_truth": Odometry})
     parts = told.messages
     orders = sorted((Order(when, name, message) for name in KINDS for when, message in parts.get(name, [])), key=lambda order: order.time)
     begin = orders[0].time

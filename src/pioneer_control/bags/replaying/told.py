@@ -1,9 +1,12 @@
 """What a robot of a bag was told, and by whom: what a re-run and a re-drive begin with."""
 
-from typing import Any, Collection, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from collections import Counter
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Sequence, Tuple
+
+from std_msgs.msg import String
 
 from ...errors import UsageError
-from ..reader import BagError, decode, read_bag
+from ..reader import BagError, decode, plural, read_bag
 from ..recording.description import Description, description_of
 from .replay import absolute
 from .stage import say
@@ -26,21 +29,30 @@ class Told(NamedTuple):
                 continue
 
 
-def read_told(files: Sequence[str], robot: str, commands: Collection[str], others: Collection[str] = ()) -> Told:
+def read_told(files: Sequence[str], robot: str, commands: Mapping[str, type], others: Mapping[str, type] = {}) -> Told:
     """Read what a robot was told on the topics ``commands``, and what there is of it on ``others``; of "" the only one that was told something.
+    What has other fields than the type that is given for its topic is somebody else's, and left out.
 
     Raises BagError when it was told nothing, or when there are several.
     """
-    wanted = {*commands, *others, "recording"}
-    reader = read_bag(files, lambda connection: connection.topic.rpartition("/")[2] in wanted)
+    wanted = {**commands, **others, "recording": String}
+    reader = read_bag(files, lambda connection: connection.md5sum == getattr(wanted.get(connection.topic.rpartition("/")[2]), "_md5sum", None))
+    damaged: "Counter[str]" = Counter()
     messages: Dict[str, Dict[str, list]] = {}
     senders: Dict[str, Dict[str, str]] = {}
     for topic, connection, data, nanoseconds in reader:
         namespace, _, name = absolute(topic).rpartition("/")
-        messages.setdefault(namespace.strip("/"), {}).setdefault(name, []).append((nanoseconds * 1e-9, decode(connection, data)))
+        try:
+            message = decode(connection, data)
+        except BagError:
+            damaged[topic] += 1
+            continue
+        messages.setdefault(namespace.strip("/"), {}).setdefault(name, []).append((nanoseconds * 1e-9, message))
         senders.setdefault(namespace.strip("/"), {}).setdefault(name, connection.caller)
     if reader.damage:
-        say(reader.damage)
+        say(f"{', '.join(files)}: {reader.damage}")
+    for topic, count in damaged.items():
+        say(f"{plural(count, 'message')} on {topic} could not be understood, and will be missing.")
     told = sorted(namespace for namespace, found in messages.items() if set(found) & set(commands))
     chosen = robot.strip("/")
     if chosen and chosen not in told or not told:
