@@ -121,6 +121,12 @@ class TestComparison:
         assert {"first", "slow (damaged)", "20 s", "4.00 m", "0.20 m/s", "2.00 m", "0.10 m/s"} <= set(words)
         assert any(re.fullmatch(r"1\.\d\d m, \+0°", text) for text in words)
 
+    @pytest.mark.parametrize("models, title", [(("p3dx", "p3dx"), "2 runs of 2 robots: a, b (p3dx)"), (("p3dx", "p3at"), "2 runs of 2 robots: a (p3dx), b (p3at)"),
+                                               (("", ""), "2 runs of 2 robots: a, b")])
+    def test_what_all_are_is_said_once(self, models, title):
+        runs = [make.run(robot=robot, model=model) for robot, model in zip("ab", models)]
+        assert self.table(self.compare(*runs))[0] == title
+
     def test_the_map_is_drawn_only_where_all_were_in_it(self):
         here = RUNS["a minute"]
         sheets = [self.compare(here, other) for other in (here, here._replace(world="maze"), here._replace(truth=None))]
