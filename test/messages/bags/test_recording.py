@@ -112,6 +112,12 @@ class TestDescription:
         with pytest.raises(UsageError, match="no description of a recording"):
             description.description_of(text)
 
+    @pytest.mark.parametrize("parameters", ["a: &a [1]\n  b: [*a, *a, *a]", "a: " + "[" * 5000, "day: 2026-99-99"], ids=["aliases", "deep", "date"])
+    def test_texts_that_no_recorder_wrote(self, parameters):
+        """Nine lines with aliases can be a thousand million values on the parameter server."""
+        with pytest.raises(UsageError, match="no description of a recording"):
+            description.description_of(f"recording: {{}}\nparameters:\n  {parameters}\n")
+
     def test_versions_name_the_package_and_what_it_runs_on(self, tmp_path):
         known = description.versions()
         assert {"pioneer_control", "rospy", "rosbag", "python", "system", "kernel"} <= set(known) and all(known.values())

@@ -133,6 +133,11 @@ class TestBags:
         with pytest.raises(BagError, match="nothing in it"):
             replay.recorded_topics([make.write_bag(tmp_path / "empty.bag", [])])
 
+    @pytest.mark.parametrize("topic", ["/pi$on/pose", "/a\x1b[31m/pose", "/a\nb", "/nul\0", "/%s", "/p\u00f6se", "1st"])
+    def test_a_topic_that_ros_cannot_have(self, tmp_path, topic):
+        with pytest.raises(BagError, match="is no name of a topic.*rosbag filter"):
+            replay.recorded_topics([make.write_bag(tmp_path / "odd.bag", [("/pioneer/pose", make.odometry(0, 0, 0), 1.0), (topic, Twist(), 1.0)])])
+
     def test_a_directory(self, tmp_path):
         with pytest.raises(BagError, match=str(tmp_path)):
             replay.recorded_topics([str(tmp_path)])

@@ -53,6 +53,15 @@ class _Dumper(yaml.SafeDumper):
 _Dumper.add_multi_representer(object, lambda dumper, value: dumper.represent_str(str(getattr(value, "data", value))))
 
 
+class _Loader(yaml.SafeLoader):
+    """Of what `_Dumper` writes: without names for parts, of which a few can make more values than there is memory."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError("it has an alias")
+        return super().compose_node(parent, index)
+
+
 def text_of(description: Description) -> str:
     """The text that is published."""
     return yaml.dump(description._asdict(), Dumper=_Dumper, sort_keys=False, allow_unicode=True, default_flow_style=None, width=1000)
@@ -65,8 +74,8 @@ def description_of(text: str) -> Description:
         UsageError: it is no description.
     """
     try:
-        given = yaml.safe_load(text)
-    except yaml.YAMLError as error:
+        given = yaml.load(text, _Loader)
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise UsageError(f"no description of a recording: {error}") from error
     if not isinstance(given, dict) or not {"recording", "parameters"} <= set(given):
         raise UsageError(f"no description of a recording: {text[:80]!r}")

@@ -55,6 +55,9 @@ QUEUE = ["--queue=100000"]
 REMAPPING = re.compile(r"[\w~/]+:=")
 """How a name begins that ROS takes from a command line."""
 
+NAME = re.compile("[A-Za-z/][A-Za-z0-9_/]*")
+"""What ROS takes for the name of a topic."""
+
 PREFIX = re.compile(r"--pr|-\w*p")
 """How rosbag play's option --prefix begins, and -p."""
 
@@ -134,6 +137,9 @@ def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
                 f"{path} has no index: its recorder is still running or was killed, or it was cut off. When it has ended: rosbag reindex {path}") from None
         except (rosbag.ROSBagException, OSError, EOFError, ValueError) as error:
             raise BagError(f"{path} is damaged: {error}. This makes what is left of it a bag again: rosbag reindex {path}") from None
+    odd = sorted({connection.topic for connection in connections if not NAME.fullmatch(connection.topic)})
+    if odd:
+        raise BagError(f"{' '.join(files)}: {odd[0]!r} is no name of a topic, and rosbag play takes none of the bag: leave it out with rosbag filter")
     if not connections:
         raise BagError(f"{' '.join(files)}: there is nothing in it")
     return {connection.topic: connection.type for connection in connections}
