@@ -102,6 +102,12 @@ class TestFiles:
     def test_one_or_several(self, folder, given, files):
         assert replay.bag_files(given) == files
 
+    @pytest.mark.parametrize("given", ["~/run_0.bag ~/run_2.bag", "~/run_0.bag"])
+    def test_a_home_is_found(self, folder, tmp_path, monkeypatch, given):
+        """No shell knows it behind bag:=."""
+        monkeypatch.setenv("HOME", str(tmp_path))
+        assert replay.bag_files(given) == given.replace("~", str(tmp_path)).split()
+
     @pytest.mark.parametrize("given, named", [
         ("nothing.bag", "nothing.bag"), ("run_0.bag nothing.bag", "nothing.bag"), ("none_*.bag", r"none_\*.bag"), ("it's.bag", "it's.bag"),
         (" ", "no bag is named")])

@@ -67,6 +67,12 @@ def test_a_mistake_is_told_with_its_file_and_place(write, text, told):
         load_list(write(text))
 
 
+def test_a_home_is_found(write, tmp_path, monkeypatch):
+    """No shell knows it behind topics:=."""
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert load_list(write(LIST)) == load_list("~/list.yaml")
+
+
 def test_a_file_that_is_not_there(tmp_path):
     with pytest.raises(UsageError, match="cannot read the list of topics .*nothing.yaml: No such file"):
         load_list(str(tmp_path / "nothing.yaml"))

@@ -48,7 +48,7 @@ def load_list(path: Optional[str] = None) -> Tuple[Kept, ...]:
     Raises:
         UsageError: the file cannot be read, or makes no sense; says where.
     """
-    path = path or default_list()
+    path = os.path.expanduser(path or default_list())
     try:
         with open(path, encoding="utf-8") as file:
             given = yaml.safe_load(file)

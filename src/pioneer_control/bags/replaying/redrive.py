@@ -6,6 +6,7 @@ slower. Its driver is started here, in a namespace of its own, and ends here. Wh
 
 import argparse
 import os
+import re
 import subprocess
 import threading
 import time
@@ -110,7 +111,7 @@ def simulator_parameters(recorded: Recorded, world: str, numbers_file: str, seed
     parameters["world"] = world or known_world(recorded)
     if recorded.start is not None:
         parameters["start"] = list(recorded.start)
-    return dict(parameters, seed=seed, numbers_file=os.path.abspath(numbers_file) if numbers_file else "")
+    return dict(parameters, seed=seed, numbers_file=os.path.abspath(os.path.expanduser(numbers_file)) if numbers_file else "")
 
 
 def known_world(recorded: Recorded) -> str:
@@ -145,6 +146,8 @@ class Redrive:
         if not any(order.topic in VELOCITIES + OTHERS for order in self._orders):
             raise UsageError("there is nothing in the bag that a real robot would be told")
         self._name = "/" + given.name.strip("/")
+        if not re.fullmatch("(/[A-Za-z][A-Za-z0-9_]*)+", self._name):   # all below it is the re-drive's own, and removed at its end
+            raise UsageError(f"--name {given.name!r} is not legal: give the name of a namespace, such as redrive")
         self._programs = Programs()
         self._silent = False
         self._newest_pose: Any = None

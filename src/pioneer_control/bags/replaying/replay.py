@@ -107,14 +107,14 @@ def _check_names(options: Sequence[str], topics: Mapping[str, str]) -> None:
 
 def bag_files(given: str) -> List[str]:
     """The files that a text names: one, several between spaces, or a pattern such as ``run_*.bag``. Raises BagError if one is not there."""
-    if os.path.exists(given):
-        return [given]
+    if os.path.exists(os.path.expanduser(given)):
+        return [os.path.expanduser(given)]
     try:
         words = shlex.split(given)
     except ValueError:
         words = [given]
     files: List[str] = []
-    for word in words:
+    for word in map(os.path.expanduser, words):     # no shell does it in bag:=~/FILE.bag
         found = [word] if os.path.exists(word) else in_order(glob.glob(word))
         if not found:
             raise BagError(f"{word}: no such file" + ("" if os.path.isabs(word) else f" in {os.getcwd()}"))
