@@ -123,6 +123,12 @@ class TestWhatIsAsked:
         assert motors(self.given(bag)) == [1]
         assert motors(self.given(bag, "--into=real", "--port=x")) == []
 
+    @pytest.mark.parametrize("name", ["", "/", "//", "a b", "a//b", "1st", "~x"])
+    def test_a_name_that_is_none(self, bag, name):
+        """At its end all parameters below it are removed: of "/" those of everybody."""
+        with pytest.raises(UsageError, match="--name .* is not legal"):
+            self.given(bag, f"--name={name}")
+
     def test_off_is_off(self, tmp_path):
         path = make.write_bag(tmp_path / "run.bag", [*told(), ("/pioneer/cmd_motor_state", MotorState(0), 1006.0)])
         asked = self.given(path, "--into=real", "--port=x")
