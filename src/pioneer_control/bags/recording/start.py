@@ -226,6 +226,8 @@ def main() -> NoReturn:
         check_place(recording, free_space(recording.folder))
         namespace = os.environ.setdefault("ROS_NAMESPACE", "/" + recording.robots[0])
         name = next((argument[len("__name:="):] for argument in mapped if argument.startswith("__name:=")), "recorder")
+        # rospy reads it when it is imported. The name is the recorder's: an attendant that had it too would end that.
+        sys.argv = sys.argv[:1] + [argument for argument in mapped if not argument.startswith("__")]
         check_alone("/" + f"{namespace.strip('/')}/{name}".strip("/"))
     except UsageError as error:
         sys.exit(f"record: {error}")
@@ -238,7 +240,6 @@ def main() -> NoReturn:
     if os.fork() == 0:
         if attentive:
             signal.signal(signal.SIGHUP, lambda *_: os.kill(recorder, signal.SIGINT))
-        sys.argv = sys.argv[:1] + [argument for argument in mapped if not argument.startswith("__")]
         from .attendant import attend
 
         attend(recording, recorder, name + "_notes", notices)
