@@ -14,7 +14,7 @@ import numpy as np
 
 from ..message_values import NO_ECHO, NOT_HEARD, heading_of
 from .reader import BagError, BagReader, Connection, decode, message_class, plural, read_bag
-from .run import Decision, Gap, Happening, Map, Run, Series, Sonar, Span, Track, Velocities, gripper_events
+from .run import ERROR, WARNING, Decision, Gap, Happening, Map, Run, Series, Sonar, Span, Track, Velocities, gripper_events
 
 ROWS = 1 << 16
 """Rows that one thing keeps at most."""
@@ -30,7 +30,6 @@ SHORTEST_GAP = 0.5
 """... if they are so many seconds."""
 FEWEST = 10
 """Messages from which on a topic has a period."""
-WARNING, ERROR = 1, 2
 ROS_LOG = ((8, ERROR), (4, WARNING))  # rosgraph_msgs/Log.level from which on it is which
 
 

@@ -9,7 +9,6 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple, 
 import numpy as np
 
 from ..message_values import GripStatus
-from .reader import BagError  # noqa: F401  for who reads runs
 
 ECHO_GRID = 0.01  # m
 
@@ -75,8 +74,11 @@ class Span(NamedTuple):
     what: str
 
 
+WARNING, ERROR = 1, 2  # levels of diagnostic_msgs
+
+
 class Happening(NamedTuple):
-    """Something that somebody warned of (level 1) or called an error (2): at a time (s), who ("Link", "/pioneer/p2os"), in which words."""
+    """Something of a level, WARNING or ERROR: at a time (s), who ("Link", "/pioneer/p2os"), in which words."""
 
     time: float
     level: int
@@ -218,7 +220,7 @@ def gripper_events(states: Sequence[Tuple[float, int, bool]]) -> Tuple[GripperEv
 def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None, progress: Optional[Callable[[int, int], object]] = None) -> Run:
     """Read the run of a robot, by its namespace; ``None`` takes the only one there is.
 
-    Several paths are the parts of one recording. ``progress`` is called now and then with the bytes done and all bytes. Raises :class:`BagError`.
+    Several paths are the parts of one recording. ``progress`` is called now and then with the bytes done and all bytes. Raises `reader.BagError`.
     """
     from .gather import gather  # here: a Run of arrays needs nothing of it
 

@@ -12,7 +12,8 @@ from std_msgs.msg import Bool, Header, String
 import bag_factory as make
 from pioneer_control.bags import gather as gathering
 from pioneer_control.bags.gather import Decisions, Echoes, Rhythm, Spans, Thinned
-from pioneer_control.bags.run import BagError, Gap, Span, read_run
+from pioneer_control.bags.reader import BagError
+from pioneer_control.bags.run import Gap, Span, read_run
 
 
 @pytest.fixture

@@ -2,14 +2,13 @@
 
 import math
 
-import genpy
 import numpy as np
 import pytest
-import rosbag
 from std_msgs.msg import Header
 
 import bag_factory as make
-from pioneer_control.bags.run import BagError, Track, chained, gripper_events, inverted, placed, read_run
+from pioneer_control.bags.reader import BagError
+from pioneer_control.bags.run import Track, chained, gripper_events, inverted, placed, read_run
 
 FROZEN = {  # from upstream-compatible bags: the md5 is what lets them play into our subscribers
     "SonarArray": "2984921c09aef26ad253c7629937a5bb",

@@ -3,13 +3,12 @@
 import re
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
-from ..run import Gap, Happening, Run, Span
+from ..run import ERROR, WARNING, Gap, Happening, Run, Span
 
 LISTED = 10  # kinds, on one page
 AT_ONCE = 1.0  # s
 CONNECTING = 3.0  # s before the first pose in which a driver that finds no robot yet has only just begun to look
 NUMBER = re.compile(r"\d+(\.\d+)?")
-WARNING, ERROR = 1, 2  # diagnostic_msgs' levels
 MADE = re.compile(r"(?:simulated [\d.]+ s: )?fault (begins|ends): (.*)")  # as the simulator says what it was asked to break
 TOPICS_NAMED = 3
 

@@ -9,10 +9,10 @@ import numpy as np
 from ...errors import UsageError
 from ...pictures import FAINT, VERMILLION, draw_frame
 from ..recording.description import description_of
-from ..run import Run
+from ..run import ERROR, WARNING, Run
 from . import from_above, strips
 from .from_above import EVENT, View
-from .incidents import ERROR, WARNING, Incident, incidents, silences
+from .incidents import Incident, incidents, silences
 from .paper import BODY, BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper
 from .timeline import Timeline, how_long
 

@@ -5,9 +5,9 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from ...pictures import BEYOND, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
-from ..run import Gap, Run, Series, Span, Velocities
+from ..run import ERROR, WARNING, Gap, Run, Series, Span, Velocities
 from .from_above import BADGES, EVENT
-from .incidents import ERROR, WARNING, Incident, made, silences
+from .incidents import Incident, made, silences
 from .paper import RIGHT, Paper, plain
 from .timeline import Timeline, spread
 
