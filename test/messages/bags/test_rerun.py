@@ -120,7 +120,10 @@ class TestVerdict:
 
     def test_decisions_that_there_were_none_of_live_do_not_decide(self):
         live = {"cmd_vel": self.live["cmd_vel"]}
-        assert not rerun.compare(live, self.live, 0.95).same, "it commands more than it did"
+        verdict = rerun.compare(live, self.live, 0.95)
+        assert verdict.same and any(sentence.startswith("no decisions live") for sentence in verdict.sentences)
+        faster = dict(self.live, cmd_vel=[(time, twist(0.5)) for time, _ in self.live["cmd_vel"]])
+        assert not rerun.compare(live, faster, 0.95).same
 
 
 @pytest.mark.parametrize("options", ["-l", "-r 2 --loop"])

@@ -78,6 +78,9 @@ def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Ver
         before, now = live.get(name, []), again.get(name, [])
         if not before and not now:
             continue
+        if name == "decision" and not before:   # recorded without them, or by another program: nothing to compare with
+            sentences.append(f"no decisions live, {len(now)} in the re-run: what was commanded counts.")
+            continue
         if name == "decision":
             verdict = judge_decisions([message for _, message in before], [message for _, message in now])
         elif name in VELOCITIES:
