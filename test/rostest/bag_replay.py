@@ -29,7 +29,7 @@ from pioneer_control.msg import Decision, GripperState
 PATIENCE = 60.0  # s
 ROBOT_NODES = "/pioneer/p2os", "/pioneer/simulator"
 PLAYER = "/play_bag"
-WANDER = 10  # s
+WANDER = 6  # s
 SEED, SPEED = 7, 0.3
 FAST = "-r 4"
 RENUMBERED = {"/rosout": 4}

@@ -411,8 +411,8 @@ class Gatherer:
         self.undecoded: Dict[str, int] = {}     # by topic
         self._of_all = {("diagnostics", "DiagnosticArray"): self.faults.add_diagnostics, ("rosout", "Log"): self.faults.add_log}
         self._adders: Dict[Tuple[str, str], List[Callable[[float, Any], Any]]] = {}     # by topic and type
+        # By connection: what takes its messages, and one that is filled again and again, in half the time of a new one; None for those that are kept.
         self._taken: Dict[int, Tuple[List[Callable[[float, Any], Any]], Any]] = {}
-        # By connection: what takes its messages, and one that is filled again and again, which takes half the time of a new one; None for those that are kept.
 
     def wants(self, connection: Connection) -> bool:
         """Whether a connection's messages are read."""

@@ -1,7 +1,7 @@
 """Let a program hear the bag, and compare what it commands with what it commanded then: ``rosrun pioneer_control replay rerun FILE.bag``.
 
-The bag is played with its own clock; the commands in it come back under ``recorded/``, what the program commands goes under ``rerun/``: neither reaches a robot.
-The program gets the parameters that it had, as far as the bag tells.
+The bag is played with its own clock; the commands in it come back under ``recorded/``, what the program commands goes under ``rerun/``: neither reaches
+a robot. The program gets the parameters that it had, as far as the bag tells.
 """
 
 import argparse
@@ -167,7 +167,8 @@ class Rerun:
         bag = self._programs.start([*command, f"__name:={PLAYER[1:]}"], quiet=True)
         rospy.wait_for_service(PLAYER + "/pause_playback", 30.0)
         namespace, _, name = live.node.rpartition("/")
-        arguments = shlex.split(given.args) if given.args else [live.robot] if (given.package, given.program) == ("pioneer_control", "rosPioneer2.py") else []
+        ours = (given.package, given.program) == ("pioneer_control", "rosPioneer2.py")
+        arguments = shlex.split(given.args) if given.args else [live.robot] if ours else []
         aside_of = [f"{self._robot}/{name}:={aside(f'{self._robot}/{name}', RERUN)}" for name in (*KINDS, *SERVICES)]
         program = self._programs.start(["rosrun", given.package, given.program, *arguments, *aside_of, f"__name:={name}"], namespace or "/")
         self._wait_for_ears(program, bag)
@@ -175,7 +176,7 @@ class Rerun:
         self._wait_for_end(bag, program, keeper)
 
     def _wait_for_ears(self, program: subprocess.Popen, bag: subprocess.Popen) -> None:
-        """Until the program listens to what it is going to listen to, and is connected with the player; or until it seems to wait for the time to go on."""
+        """Until the program listens to all it is going to, and is connected with the player; or until it seems to wait for the time to go on."""
         played = {absolute(topic) for topic in self._topics}
         before: Any = None
         since = time.monotonic()
@@ -240,7 +241,8 @@ def _share(text: str) -> float:
 
 def parser() -> argparse.ArgumentParser:
     """The command line; replay.launch has arguments of the same names."""
-    result = argparse.ArgumentParser(prog="replay rerun", description="Let a program hear the bag, and compare what it commands with what it commanded then.")
+    result = argparse.ArgumentParser(
+        prog="replay rerun", description="Let a program hear the bag, and compare what it commands with what it commanded then.")
     add = result.add_argument
     add("bag", help="the bag; several, or a pattern, in quotes: the parts of one recording")
     add("--robot", default="", help="namespace of the robot (default: the only one that was commanded something)")
@@ -248,7 +250,8 @@ def parser() -> argparse.ArgumentParser:
     add("--program", default="rosPioneer2.py", help="as rosrun knows it (default: %(default)s)")
     add("--args", default="", help="of the program, in one text (default: none; of rosPioneer2.py the robot)")
     add("--options", default="", help="of rosbag play, in one text: '-r 2'")
-    add("--enough", type=_share, default=0.95, metavar="SHARE", help="of the time that commands must be alike, of a program without decisions (default: %(default)s)")
+    add("--enough", type=_share, default=0.95, metavar="SHARE",
+        help="of the time that commands must be alike, of a program without decisions (default: %(default)s)")
     add("--output", default="", metavar="NEW.bag", help="where what it commands is kept (default: beside the bag)")
     return result
 

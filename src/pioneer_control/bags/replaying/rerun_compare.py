@@ -1,7 +1,7 @@
 """Does a program command the same again? What it commanded beside the robot against what it commanded on the bag. Pure.
 
-Decisions (msg/Decision.msg) are compared exactly, in every field. Of any other program the velocities are compared as they held at each moment, with some
-tolerance: a program may be a little faster or slower than it was. Whatever else it commanded is compared by its order.
+Decisions (msg/Decision.msg) are compared exactly, in every field. Of any other program the velocities are compared as they held at each moment, with
+some tolerance: a program may be a little faster or slower than it was. Whatever else it commanded is compared by its order.
 """
 
 from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Tuple
