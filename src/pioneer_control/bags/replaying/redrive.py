@@ -143,6 +143,8 @@ class Redrive:
             raise UsageError("into:=real needs the robot's port, too: port:=/dev/ttyUSB0")
         if given.port and not self._real:
             raise UsageError("port is of a real robot: give into:=real, too, if that is what shall move")
+        if given.numbers_file and not os.path.isfile(os.path.expanduser(given.numbers_file)):
+            raise UsageError(f"numbers_file:={given.numbers_file}: no such file")
         if not any(order.topic in VELOCITIES + OTHERS for order in self._orders):
             raise UsageError("there is nothing in the bag that a real robot would be told")
         self._name = "/" + given.name.strip("/")
@@ -188,7 +190,7 @@ class Redrive:
     def _look_round(self) -> None:
         """Nobody else may be at work where this is going to be, and with a real robot nowhere on this master."""
         if rospy.get_param("/use_sim_time", False):
-            raise UsageError("this master has simulated time (/use_sim_time), perhaps of an earlier replay. Without a player: rosparam set /use_sim_time false")
+            raise UsageError("this master has simulated time (/use_sim_time), perhaps of an earlier replay. When none goes on: rosparam set /use_sim_time false")
         there = [node for node in nodes() if node.startswith(self._name + "/")]
         if there:
             raise UsageError(f"{', '.join(there)} is there already: end it (rosnode cleanup, if it was killed), or take another name for the re-driven robot with --name")
