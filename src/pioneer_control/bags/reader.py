@@ -464,6 +464,17 @@ def read_bag(paths: Union[str, Sequence[str]], topics: Union[None, Collection[st
     return BagReader([paths] if isinstance(paths, str) else list(paths), is_wanted, progress)
 
 
+def _check_arrays(definition: str) -> None:
+    """Whether messages have no more values than they have bytes, or not many more. Raises ValueError."""
+    if any(int(length) > LONGEST_ARRAY for length in re.findall(r"\[(\d+)\]", definition)):
+        raise ValueError("an array in it is too long")
+    for part in re.split("^=+$", definition, flags=re.MULTILINE):
+        name = re.match(r"\s*MSG:\s*(?:\S+/)?(\S+)", part)
+        lines = [line.split("#")[0] for line in part.splitlines() if not line.strip().startswith("MSG:")]
+        if name and not any(line.strip() and "=" not in line for line in lines) and re.search(rf"\b{re.escape(name[1])}\[", definition):
+            raise ValueError(f"it has an array of {name[1]}, which is nothing, and so as long as it says")
+
+
 @functools.lru_cache(maxsize=None)
 def _class_of(type_name: str, md5sum: str, definition: str) -> type:
     """The class of messages of a type: the installed one where it is the same, else one made of the definition."""
@@ -477,8 +488,7 @@ def _class_of(type_name: str, md5sum: str, definition: str) -> type:
     if known is not None and known._md5sum == md5sum:
         return known
     try:
-        if any(int(length) > LONGEST_ARRAY for length in re.findall(r"\[(\d+)\]", definition)):
-            raise ValueError("an array in it is too long")
+        _check_arrays(definition)
         return genpy.dynamic.generate_dynamic(type_name, definition)[type_name]
     except Exception as error:  # it parses text of the file
         raise BagError(f"the bag's definition of {type_name} makes no sense: {error}") from None

@@ -59,6 +59,20 @@ def apart(messages):
     return [(topic, message, seconds + 1e-6 * number) for number, (topic, message, seconds) in enumerate(messages)]
 
 
+@pytest.mark.parametrize("definition, sound", [
+    ("std_msgs/Empty[] many\n====\nMSG: std_msgs/Empty\n", False), ("B[2] b\n====\nMSG: x/B\n# nothing\nint8 ONE=1\n", False),
+    ("float64[99999999] much", False), ("std_msgs/Empty one\n====\nMSG: std_msgs/Empty\n", True), ("B[] b\n====\nMSG: x/B\nint8 a\n", True),
+    ("float64[36] covariance", True)])
+def test_definitions_of_more_values_than_there_are_bytes(definition, sound):
+    """Eight bytes of such a message would fill any memory."""
+    connection = reading.Connection("/x", "x/Strange", "0" * 32, definition.replace("====", "=" * 80), False, "", {})
+    if sound:
+        assert message_class(connection)
+    else:
+        with pytest.raises(BagError, match="definition of x/Strange makes no sense"):
+            message_class(connection)
+
+
 class TestGoodBags:
     @pytest.mark.parametrize("compression", COMPRESSIONS)
     @pytest.mark.parametrize("chunk", [1, 5000, 1 << 20])
