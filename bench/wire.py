@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """What it costs to publish every byte of the line (parameter publish_wire of the driver), side by side with a driver that does not.
 
-    ./pioneer shell /usr/bin/python3 bench/wire.py      # a minute and a half; prints the table of docs/wire.md
+    ./pioneer shell /usr/bin/python3 bench/wire.py      # a minute and a half; prints the table of bench/wire.md
 
 Three drivers, each with a robot of its own, take turns as in bench/driver.py: `off`, `on` with nobody who listens to wire, and `heard`, whose wire
 this process takes. Each has a subscriber of pose and of sonar. Processor time is that of all threads of a driver's process.
