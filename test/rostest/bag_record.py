@@ -29,8 +29,8 @@ from pioneer_control.bags.recording.description import description_of
 from pioneer_control.bags.recording.start import parts_of
 from pioneer_control.p2os.recording import entries
 from pioneer_control.srv import AddFault
+from witness import PATIENCE, wait_until
 
-PATIENCE = 40.0  # s
 ROBOTS = "robot1", "robot2"
 OF_EVERY_PACKET = "pose", "joint_states", "motor_state", "battery_state", "battery", "stall", "gripper_state", "dio", "aio"
 NUMBERED = "pose", "sonar", "joint_states", "battery_state", "battery", "stall", "ground_truth"
@@ -70,14 +70,6 @@ def sips_on_the_wire(lines, robot):
             for packet in map(p2os.decode_packet, decoder.feed(entry.data)):
                 if isinstance(packet, p2os.Sip):
                     yield packet.x_counts, packet.y_counts, packet.heading_units
-
-
-def wait_until(what, condition):
-    """Until a condition holds; AssertionError that says what did not happen."""
-    end = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < end, f"not within {PATIENCE:.0f} s: {what}"
-        time.sleep(0.05)
 
 
 class Checks(unittest.TestCase):
@@ -181,7 +173,7 @@ class Record(unittest.TestCase):
         wait_until("the robots are back", lambda: all(cls.witness.heard[f"/{robot}/pose"] for robot in ROBOTS))
         cls.drive(0.3)
         cls.kill(killed)
-        cls.drive(0.3)
+        cls.drive(0.1)
         wait_until("it is said that nobody is there", lambda: "nothing is published under /nobody" in cls.log("parts"))
         cls.pull_cables()
         rosnode.kill_nodes([f"/{robot}/p2os" for robot in ROBOTS])

@@ -9,7 +9,6 @@ import signal
 import subprocess
 import tempfile
 import threading
-import time
 import unittest
 from collections import defaultdict
 
@@ -25,8 +24,8 @@ from pioneer_control.bags.replaying.replay import aside, is_command
 from pioneer_control.bags.replaying.stage import connected
 from pioneer_control.message_values import GripCommand
 from pioneer_control.msg import Decision, GripperState
+from witness import PATIENCE, wait_until
 
-PATIENCE = 60.0  # s
 ROBOT_NODES = "/pioneer/p2os", "/pioneer/simulator"
 PLAYER = "/play_bag"
 WANDER = 6  # s
@@ -34,14 +33,6 @@ SEED, SPEED = 7, 0.3
 FAST = "-r 4"
 RENUMBERED = {"/rosout": 4}
 """Bytes at the begin of messages that rosbag play writes anew: header.seq of the one topic on which the player says something itself."""
-
-
-def wait_until(what, condition):
-    """Until a condition holds; AssertionError that says what did not happen."""
-    end = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < end, f"not within {PATIENCE:.0f} s: {what}"
-        time.sleep(0.05)
 
 
 def end(process):
@@ -131,7 +122,7 @@ class Replay(unittest.TestCase):
     def rerun(self, *arguments):
         """What the re-run says, and its exit code."""
         command = ["rosrun", "pioneer_control", "replay", "rerun", self.bag, f"--options={FAST}", *arguments]
-        done = subprocess.run(command, timeout=2 * PATIENCE, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
+        done = subprocess.run(command, timeout=3 * PATIENCE, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
         return done.stdout.decode(), done.returncode
 
     def test_3_a_pioneer_decides_the_same_again(self):

@@ -1,10 +1,8 @@
 #!/usr/bin/python3
 """Every node that runs beside a robot, in simulated time: before it begins, while it stands, fast, and when it jumps back."""
 
-import os
 import signal
 import subprocess
-import sys
 import threading
 import time
 import unittest
@@ -17,10 +15,8 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock, Log
 from std_srvs.srv import SetBool
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-
-from pioneer_control.msg import Decision, MotorState  # noqa: E402
-from witness import PATIENCE, Witness  # noqa: E402
+from pioneer_control.msg import Decision, MotorState
+from witness import PATIENCE, Witness
 
 TRUTH, POSE, COMMANDS, DECISIONS, MOTORS = ("pioneer/" + name for name in ("ground_truth", "pose", "cmd_vel", "decision", "motor_state"))
 TOPICS = {TRUTH: Odometry, POSE: Odometry, COMMANDS: Twist, DECISIONS: Decision, MOTORS: MotorState, "/rosout": Log, "/diagnostics": DiagnosticArray}
@@ -113,15 +109,12 @@ class TimeNodes(unittest.TestCase):
     def test_2_before_time_begins_programs_say_what_they_wait_for(self):
         """And Ctrl-C ends them."""
         for command in (SIMPLE, ADVANCED):
-            program = self.start(command)
-            self.wait_for_word("/clock")
-            self.ends_at_ctrl_c(program)
-        self.assertEqual(self.given(), [])
+            self.assert_waits(command)
 
     def test_3_while_time_stands_nobody_drives(self):
         """The wander, under a clock that stands, runs, stands, jumps back and runs fast: not one more word than needed."""
         self.time.rate = 0.0
-        self.assert_simple_waits()
+        self.assert_waits(SIMPLE)
         program = self.start(ADVANCED + ["_duration:=1000", "_stop_at_can:=false", "_seed:=1"])
         self.wait_for_word("stopped: no news")
         self.wait_until_it_stands()
@@ -145,8 +138,9 @@ class TimeNodes(unittest.TestCase):
         self.witness.wait("told to stand", lambda: self.given()[-1] == (0.0, 0.0))
         self.wait_until_it_stands()
 
-    def assert_simple_waits(self):
-        program = self.start(SIMPLE)
+    def assert_waits(self, command):
+        """It says what for, tells the robot nothing, and Ctrl-C ends it."""
+        program = self.start(command)
         self.wait_for_word("/clock")
         self.ends_at_ctrl_c(program)
         self.assertEqual(self.given(), [])

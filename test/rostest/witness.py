@@ -1,7 +1,8 @@
-"""What the online tests of the driver share: messages kept as they come, and waiting for a condition instead of for a time."""
+"""What the online tests share: messages kept as they come, and waiting for a condition instead of for a time."""
 
 import math
 import threading
+import time
 
 import rospy
 
@@ -39,6 +40,14 @@ class Witness:
             wanted = len(self.seen[topic]) + count
         self.wait(f"{count} more on {topic}", lambda: len(self.seen[topic]) >= wanted)
         return self.seen[topic][wanted - 1]
+
+
+def wait_until(what, condition):
+    """Until a condition holds of which nothing tells when it changes; AssertionError that says what did not happen."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, f"not within {PATIENCE:.0f} s: {what}"
+        time.sleep(0.05)
 
 
 def heading_of(pose):
