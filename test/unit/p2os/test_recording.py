@@ -65,7 +65,8 @@ def test_notes_stand_between():
     assert list(told(record(Entry(1.5, 0, False, b"", "fault begins: cable")))) == ["    1.500000  fault begins: cable"]
 
 
-@pytest.mark.parametrize("line", ["x 1 > FA", "1.0 1 = FA", "1.0 1 > F G", "1.0 1 >", "1.0 a > FA", "nan 1 > FA", "inf 1 > FA", "1e308 1 > FA", "1.0 0 > FA", "1.0 -1 > FA"])
+@pytest.mark.parametrize("line", [
+    "x 1 > FA", "1.0 1 = FA", "1.0 1 > F G", "1.0 1 >", "1.0 a > FA", "nan 1 > FA", "inf 1 > FA", "1e308 1 > FA", "1.0 0 > FA", "1.0 -1 > FA"])
 def test_a_line_that_says_nothing_is_named(line):
     with pytest.raises(UsageError, match="line 3 of the record: '%s'" % line.strip()):
         list(told(record() + [line]))
