@@ -187,6 +187,13 @@ def test_the_readme_names_every_launch_file_and_arguments_that_it_has():
         assert set(arguments) <= declared, name
 
 
+@pytest.mark.parametrize("path", sorted((ROOT / "launch").iterdir()), ids=lambda path: path.name)
+def test_a_launch_file_tells_what_each_argument_is(path):
+    """roslaunch --ros-args shows it."""
+    arguments = ElementTree.parse(path).getroot().findall("arg")
+    assert [argument.get("name") for argument in arguments if argument.get("value") is None and not argument.get("doc")] == []
+
+
 # The tutorial's table of corrections
 
 SHOWN_BY = [path for folder in ("test", "bench") for path in (ROOT / folder).rglob("*.py")]
