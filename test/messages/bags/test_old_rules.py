@@ -17,6 +17,17 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 RULES = ROOT / "migration_rules" / "p2os.bmr"
 TOPICS = [(package, name) for package in OLD_PACKAGES for name in VALUES]
 
+def rosbag_knows_rules():
+    """Not every one does: with Python 3.13 it looks in vain, in locals(), for the class that it has just executed (Debian 13, rosbag 1.17)."""
+    try:
+        MessageMigrator([], plugins=False).make_update_rule(Header, Header)
+    except KeyError:
+        return False
+    return True
+
+
+pytestmark = pytest.mark.skipif(not rosbag_knows_rules(), reason="this rosbag can do nothing with rules, whoever's: docs/old-bags.md")
+
 
 @pytest.fixture(scope="module")
 def migrator():
