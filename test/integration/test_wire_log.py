@@ -76,7 +76,7 @@ def test_so_it_does_when_nobody_commands_anything_and_the_difference_is_said(mon
     now, differences = told(monkeypatch, RECORD, waits)
     assert now[:len(THEN)] == THEN      # it looks on a little longer
     assert differences[0].startswith("here the client sends STOP, and that of the record")
-    assert "in this session the client sent, against that of the record: " in differences[1] and " VEL -" in differences[1]
+    assert "in this connection the client sent, against that of the record: " in differences[1] and " VEL -" in differences[1]
 
 
 def test_the_pose_goes_on_after_the_power_cycle(monkeypatch):

@@ -11,15 +11,10 @@ pose we had. Resetting is a new tie, too: SETO is never sent, so no packet that 
 import math
 from typing import Optional, Tuple
 
-COUNT_RANGE = 0x8000        # x and y wrap at this many counts
+from ..p2os import COUNT_RANGE, wrapped
+
 FASTEST = 5.0, 10.0         # m/s, rad/s: more than any robot does
 SLACK = 0.5, 0.5            # m, rad: packets that were held up come together
-
-
-def wrapped(difference: int, full: int) -> int:
-    """The step of less than half of ``full`` that two numbers on a circle of ``full`` units are apart: -half <= step < half."""
-    half = full // 2
-    return (difference + half) % full - half
 
 
 class Odometry:

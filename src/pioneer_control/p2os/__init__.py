@@ -29,7 +29,7 @@ from .framing import PARTIAL_TIMEOUT, DecoderCounts, Frame, FrameDecoder, checks
 from .packets import (IO, TCM2, Arm, ArmInfo, ArmJoint, Battery, BatteryInfo, Encoder, Gripper, Gyro, GyroReading,
                       Joystick, MalformedPacket, Playlist, Reset, SerialAux, SyncEcho, SyncReply, UnknownPacket,
                       decode_packet, encode_packet)
-from .sip import MOVING, STOPPED, Sip, SonarReading
+from .sip import COUNT_RANGE, MOVING, STOPPED, Sip, SonarReading, wrapped
 
 __all__ = [
     "PARTIAL_TIMEOUT", "DecoderCounts", "Frame", "FrameDecoder", "checksum", "encode_frame",
@@ -37,7 +37,7 @@ __all__ = [
     "two_bytes",
     "SYNC0", "SYNC1", "SYNC2",
     "decode_packet", "encode_packet", "UnknownPacket", "MalformedPacket",
-    "SyncEcho", "SyncReply", "Config", "Sip", "SonarReading", "STOPPED", "MOVING",
+    "SyncEcho", "SyncReply", "Config", "Sip", "SonarReading", "STOPPED", "MOVING", "COUNT_RANGE", "wrapped",
     "Encoder", "SerialAux", "Gripper", "IO", "Gyro", "GyroReading", "Joystick", "TCM2", "Playlist", "Arm", "ArmInfo",
     "ArmJoint", "BatteryInfo", "Battery", "Reset",
     "Flags", "FaultFlags", "Flags3", "StallBits", "GripState", "GripperSwitches", "GripperCommand", "GRIPPER_VALUES", "DigitalIn",

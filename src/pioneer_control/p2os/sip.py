@@ -8,6 +8,14 @@ from .flags import ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripState,
 
 STOPPED, MOVING = 0x32, 0x33
 """Frame ids of a SIP: only a hint, the velocities say more. 0x31 is no motor power on PSOS."""
+COUNT_RANGE = 0x8000
+"""x and y wrap at this many counts (protocol 4.3)."""
+
+
+def wrapped(difference: int, full: int) -> int:
+    """The step of less than half of ``full`` that two numbers on a circle of ``full`` units are apart: -half <= step < half."""
+    half = full // 2
+    return (difference + half) % full - half
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,6 @@ from ..robots import RobotModel
 from .exact import hypot
 from .wired import Wired
 
-COUNT_RANGE = 0x8000
-"""A SIP's x and y wrap at so many units."""
 SAME_MOMENT = 0.1
 """SIPs that are further apart (s) are not compared."""
 
@@ -133,11 +131,7 @@ def _apart(then: List[Packet], now: List[Packet], model: RobotModel) -> Iterator
             at += 1
         if at < len(sips) and abs(sips[at].time - time) <= SAME_MOMENT:
             other = sips[at].value
-            x, y = (_wrapped(before - after, COUNT_RANGE) * model.dist_mm_per_unit / 1000
+            x, y = (p2os.wrapped(before - after, p2os.COUNT_RANGE) * model.dist_mm_per_unit / 1000
                     for before, after in ((sip.x_counts, other.x_counts), (sip.y_counts, other.y_counts)))
-            turn = _wrapped(sip.heading_units - other.heading_units, model.angle_units_per_rev) * model.angle_rad_per_unit
+            turn = p2os.wrapped(sip.heading_units - other.heading_units, model.angle_units_per_rev) * model.angle_rad_per_unit
             yield hypot(x, y), abs(turn)
-
-
-def _wrapped(difference: int, full: int) -> int:
-    return (difference + full // 2) % full - full // 2

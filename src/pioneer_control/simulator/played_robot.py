@@ -2,7 +2,7 @@
 
 A record (`p2os.recording`) is played at the pace at which it was made. Only where the robot of then answered to SYNC0, SYNC1, SYNC2 and OPEN, the
 record waits for the client to send the same; so every connection in it is one of the client's too. A client that ends its session is told what the
-robot of then said after the end. What the client sends otherwise than the record's is told once in each session, and changes nothing.
+robot of then said after the end. What the client sends otherwise than the record's is told once in each connection, and changes nothing.
 
 No thread, clock or socket is in here.
 """
@@ -68,7 +68,7 @@ class PlayedRobot:
         self._decoder = FrameDecoder()
         self._sent: List[bytes] = []
         self._over_told = False
-        self._expected: Optional[List[Frame]] = None    # of the client, in this session; None once it did otherwise
+        self._expected: Optional[List[Frame]] = None    # of the client, in this connection; None once it did otherwise
         self._counts: "Counter[str]" = Counter()        # of commands: the record's less the client's
 
     @property
@@ -203,7 +203,7 @@ class PlayedRobot:
         """At the end of a session: which commands were not as often sent as in the record."""
         counts = [f"{name} {-count:+d}" for name, count in sorted(self._counts.items()) if count]
         if counts:
-            self._tell(f"in this session the client sent, against that of the record: {', '.join(counts)}")
+            self._tell(f"in this connection the client sent, against that of the record: {', '.join(counts)}")
         self._counts.clear()
 
     def _tell(self, sentence: str) -> None:

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from pioneer_control.client.odometry import Odometry, wrapped
+from pioneer_control.client.odometry import Odometry
+from pioneer_control.p2os import wrapped
 
 
 @pytest.mark.parametrize("before, after, step", [

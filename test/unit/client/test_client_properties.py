@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as some
 
 from pioneer_control import p2os
-from pioneer_control.client.odometry import Odometry, wrapped
+from pioneer_control.client.odometry import Odometry
 from pioneer_control.client.session import LONGEST_QUEUE, Phase
 from pioneer_control.errors import LinkLostError, PioneerError
 
@@ -144,5 +144,5 @@ def test_odometry_is_the_sum_of_its_steps(steps, start):
 
 @given(some.integers(), some.integers(1, 1 << 20).map(lambda half: 2 * half))
 def test_a_wrapped_step_is_the_shortest_and_the_same_on_the_circle(difference, full):
-    step = wrapped(difference, full)
+    step = p2os.wrapped(difference, full)
     assert -full // 2 <= step < full // 2 and (step - difference) % full == 0

@@ -121,10 +121,10 @@ def test_a_robot_that_was_left_open_streams_to_whoever_comes():
 @pytest.mark.parametrize("sent, said", [
     ([PULSE], []),
     ([encode_command("VEL", 200), PULSE], [(5.1, "here the client sends VEL 200, and that of the record did not"),
-                                           (5.1, "in this session the client sent, against that of the record: VEL +1")]),
-    ([], [(5.1, "in this session the client sent, against that of the record: PULSE -1")]),
+                                           (5.1, "in this connection the client sent, against that of the record: VEL +1")]),
+    ([], [(5.1, "in this connection the client sent, against that of the record: PULSE -1")]),
     ([PULSE, encode_command("ENABLE", 1), PULSE], [(5.1, "here the client sends ENABLE 1, and that of the record did not"),
-                                                   (5.1, "in this session the client sent, against that of the record: ENABLE +1, PULSE +1")]),
+                                                   (5.1, "in this connection the client sent, against that of the record: ENABLE +1, PULSE +1")]),
 ])
 def test_what_the_client_does_otherwise_is_said_once_in_each_session(sent, said):
     played = Played(TWO)
