@@ -10,8 +10,8 @@ from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool, Header, String
 
 import bag_factory as make
-from pioneer_control.bags import gather as gathering
-from pioneer_control.bags.gather import Decisions, Echoes, Rhythm, Spans, Thinned
+from pioneer_control.bags import gather as gathering, keepers
+from pioneer_control.bags.keepers import Decisions, Echoes, Rhythm, Spans, Thinned
 from pioneer_control.bags.reader import BagError
 from pioneer_control.bags.run import Gap, Span, read_run
 
@@ -100,7 +100,7 @@ class TestFaults:
         assert [who for _, who, _ in self.faults(run_of, *messages, robot="other")] == ["/other/p2os", "/simulator", "/pioneer2/p2os", "Link"]
 
     def test_too_many_are_counted(self, run_of, monkeypatch):
-        monkeypatch.setattr(gathering, "TEXTS", 1)
+        monkeypatch.setattr(keepers, "TEXTS", 1)
         messages = [("/rosout", make.log(Log.WARN, "/a", str(number))) for number in range(15)]
         faults = self.faults(run_of, *messages)
         assert len(faults) == 11 and faults[-1] == (1, "", "and 5 more warnings and errors")
@@ -281,8 +281,8 @@ class TestBounded:
 
     @pytest.fixture(autouse=True)
     def few(self, monkeypatch):
-        monkeypatch.setattr(gathering, "ROWS", 100)
-        monkeypatch.setattr(gathering, "TEXTS", 10)
+        monkeypatch.setattr(keepers, "ROWS", 100)
+        monkeypatch.setattr(keepers, "TEXTS", 10)
 
     def test_rows(self):
         rows = Thinned(0.1)
