@@ -36,6 +36,8 @@ OF_EVERY_PACKET = "pose", "joint_states", "motor_state", "battery_state", "batte
 NUMBERED = "pose", "sonar", "joint_states", "battery_state", "battery", "stall", "ground_truth"
 """Topics whose messages have a header, with a number that the publisher counts."""
 LATCHED = "robot_info", "recording", "e_stop", "p2os/parameter_updates"
+ONCE = "/map", "/world", "/robot1/e_stop", "/robot2/e_stop"
+"""Topics that latch, on which nothing more is published during the run."""
 
 
 # The checks
@@ -256,6 +258,11 @@ class Record(unittest.TestCase):
             recorded[message.topic].append(message.data)
         return [topic for topic, heard in self.witness.heard.items() if recorded[topic] != heard]
 
+    def oftener(self, messages):
+        """Topics of which a list of messages has not exactly the one that was published."""
+        counts = collections.Counter(message.topic for message in messages)
+        return [topic for topic in ONCE if counts[topic] != 1]
+
     def ways(self, messages, number):
         """The way of a robot by a list of messages, and by what went over its line."""
         poses = [decode(message.connection, message.data).pose.pose for message in messages if message.topic == f"/robot{number}/pose"]
@@ -300,6 +307,8 @@ class Record(unittest.TestCase):
             there = {message.topic for message in read_bag(path)}
             self.assertLessEqual({f"/{robot}/{name}" for robot in ROBOTS for name in LATCHED} | {"/tf_static", "/map", "/world"}, there)
         self.assertEqual([message.topic for message in self.messages if not message.connection.caller], [], "read together they have what was published")
+        self.assertEqual(self.oftener(self.messages), [], "and as often")
+        self.assertEqual(self.oftener(self.messages + self.by_topic["/map"]), ["/map"], "a second delivery is found")
 
     def test_it_says_of_itself_who_was_there(self):
         made = [description_of(decode(message.connection, message.data).data) for message in self.by_topic["/robot2/recording"]]

@@ -360,17 +360,17 @@ def _after(seconds: Optional[float]) -> str:
     return ", before its first message" if seconds is None else f", after {seconds:.1f} s"
 
 
-def _news(messages: Iterator[Message], repeated: Dict[Tuple[str, str], bytes], later: bool) -> Iterator[Message]:
-    """Messages of a part without those that `rosbag record --repeat-latched` only repeats at the begin of a `later` part.
+def _news(messages: Iterator[Message], repeated: Dict[Tuple[str, str], bytes]) -> Iterator[Message]:
+    """Messages of a part without those that `rosbag record --repeat-latched` only repeats when it begins the part.
 
     It repeats the first (1.15.15: not the newest) message of each publisher that latches, `repeated`, with a new time and without the publisher's
-    name: taken for news, an old state would come back.
+    name: taken for news, an old state would come back. So it does in the first part, too, with what came before the file was open, on a busy machine.
     """
     for message in messages:
         connection = message.connection
         if connection.latching:
             repeated.setdefault((message.topic, connection.caller), message.data)
-        elif later and not connection.caller and any(topic == message.topic and data == message.data for (topic, _), data in repeated.items()):
+        elif not connection.caller and any(topic == message.topic and data == message.data for (topic, _), data in repeated.items()):
             continue
         yield message
 
@@ -397,7 +397,7 @@ class BagReader:
         whole, done = sum(file.size for file in self._files), 0
         told = -whole
         repeated: Dict[Tuple[str, str], bytes] = {}
-        for number, file in enumerate(self._files):
+        for file in self._files:
             def progress(position):
                 nonlocal told
                 if self._progress and (done + position - told >= whole * STEP or done + position == whole):
@@ -405,7 +405,7 @@ class BagReader:
                     self._progress(told, whole)
 
             try:
-                yield from _news(file.messages(progress), repeated, number > 0) if self._several else file.messages(progress)
+                yield from _news(file.messages(progress), repeated) if self._several else file.messages(progress)
             except OSError as error:
                 raise BagError(f"{file.path} cannot be read: {error.strerror or error}") from None
             done += file.size

@@ -192,6 +192,12 @@ class TestParts:
         assert self.texts(first, second, third) == ["one", "two", "of another", "three", "one"]
         assert self.texts(second) == ["one", "of another", "three"], "a part alone has it"
 
+    def test_what_the_first_part_repeats_of_itself_is_no_news(self, tmp_path):
+        """What comes before rosbag has opened the file is in it twice; seen on a busy machine."""
+        first = self.write(tmp_path / "x_0.bag", ("/a", "one", "/p"), ("/a", "one", ""), ("/a", "one", "/p"), ("/b", "one", ""))
+        second = self.write(tmp_path / "x_1.bag", ("/a", "one", ""))
+        assert self.texts(first, second) == ["one", "one", "one"], "a second delivery is news, and so is what nobody latched"
+
     def test_what_nobody_latched_before_is_news(self, tmp_path):
         first = self.write(tmp_path / "x_0.bag", ("/a", "one", "/p"), ("/b", "two", ""))
         second = self.write(tmp_path / "x_1.bag", ("/a", "two", ""), ("/b", "one", ""), ("/b", "two", ""))
