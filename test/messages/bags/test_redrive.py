@@ -1,6 +1,7 @@
 """What a bag tells of a robot that was driven, and which simulated robot is made of that: bag files, no master."""
 
 import time
+from dataclasses import fields
 
 import bag_factory as make
 import genpy
@@ -13,8 +14,9 @@ from std_msgs.msg import String
 from pioneer_control.bags.replaying import redrive
 from pioneer_control.bags.reader import BagError
 from pioneer_control.bags.recording.description import Description, text_of
-from pioneer_control.bags.replaying.redrive_schedule import VALID
+from pioneer_control.bags.replaying.redrive_schedule import LEGAL_VALID, VALID
 from pioneer_control.bags.run import Track
+from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.errors import UsageError
 from pioneer_control.msg import GripperState, MotorState, WheelVelocities
 
@@ -171,13 +173,23 @@ class TestABagThatAsksForTooMuch:
     @pytest.mark.parametrize("linear, angular", [(float("nan"), 0.0), (float("inf"), 0.0), (0.1, float("nan"))])
     def test_what_is_no_number_is_not_told(self, tmp_path, linear, angular):
         asked = self.asked(tmp_path, [(linear, angular), (0.1, 0.0), (linear, angular)])
-        assert {round(order.message.linear.x, 9) for order in asked._orders} == {0.03, 0.0}
+        assert {(round(order.message.linear.x, 9), order.message.angular.z) for order in asked._orders} == {(0.03, 0.0), (0.0, 0.0)}
         assert asked._limits()[0] == pytest.approx(0.03)
 
     @pytest.mark.parametrize("timeout", [1e9, float("nan"), float("inf"), -1, 0, "long", None, [1]])
     def test_a_velocity_holds_no_longer_than_a_driver_lets_it(self, tmp_path, timeout):
         asked = self.asked(tmp_path, [(0.1, 0.0)], [described({}, dict(cmd_vel_timeout=timeout))])
         assert asked._recorded.valid == VALID and asked._orders[-1].time == pytest.approx(VALID / 0.3)
+
+    @pytest.mark.parametrize("timeout", LEGAL_VALID)
+    def test_but_as_long_as_the_recorded_one_did(self, tmp_path, timeout):
+        asked = self.asked(tmp_path, [(0.1, 0.0)], [described({}, dict(cmd_vel_timeout=timeout))])
+        assert asked._orders[-1].time == pytest.approx(timeout / 0.3)
+
+    def test_what_a_driver_lets_it_is_what_its_parameter_may_be(self):
+        (row,) = [row for row in fields(DriverParameters) if row.name == "cmd_vel_timeout"]
+        legal = row.metadata["kind"]
+        assert (row.default, (legal.low, legal.high)) == (VALID, LEGAL_VALID)
 
 
 class TestWhatEndsItInARealRobot:

@@ -43,6 +43,11 @@ class TestCommands:
     def test_what_drives_is_a_command_whatever_it_is_called(self):
         assert replay.is_command("/base/velocity", "geometry_msgs/Twist")
         assert replay.is_command("/base/sides", "p2os_msgs/WheelVelocities")
+        assert replay.is_command("/base/velocity", "geometry_msgs/TwistStamped")
+
+    @pytest.mark.parametrize("topic", ["/pioneer/ptz_control", "/joy", "/move_base/goal", "/pioneer/arm/cancel", "initialpose"])
+    def test_what_other_nodes_would_do_something_by_is_a_command(self, topic):
+        assert replay.is_command(topic, "any/Type")
 
     @pytest.mark.parametrize("topic, type_name", [
         ("/pioneer/pose", "nav_msgs/Odometry"), ("/pioneer/motor_state", "pioneer_control/MotorState"), ("/tf", "tf2_msgs/TFMessage"),

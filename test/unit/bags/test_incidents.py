@@ -1,5 +1,7 @@
 """What is told of faults and gaps on a page."""
 
+import pytest
+
 import run_factory as make
 from pioneer_control.bags.pages.incidents import incidents, made, silences
 from pioneer_control.bags.run import Gap, Happening
@@ -21,6 +23,15 @@ class TestIncidents:
         both = (1.0, 2, "Link", "no link: the robot is silent"), (1.001, 1, "/pioneer/p2os", "the robot is silent (trying again)")
         assert said(*both) == [("A", 2, (1.0,), "Link: no link: the robot is silent")]
 
+    @pytest.mark.parametrize("longer", ["no link: the robot is silent", "the robot is silent; is it switched on?"])
+    def test_whichever_says_more_and_whichever_came_first(self, longer):
+        short = "the robot is silent"
+        assert said((1.0, 2, "Link", longer), (1.5, 1, "/p2os", short)) == [("A", 2, (1.0,), f"Link: {longer}")]
+        assert said((1.0, 1, "/p2os", short), (1.5, 2, "Link", longer)) == [("A", 2, (1.0,), f"p2os: {short}")]
+
+    def test_what_is_said_again_and_again_without_a_pause_happened_once(self):
+        assert said(*((time, 1, "Link", "slow") for time in (1.0, 2.0, 3.0, 4.001))) == [("A", 1, (1.0, 4.001), "Link: slow")]
+
     def test_others_are_not(self):
         assert len(said((1.0, 1, "Link", "slow"), (1.0, 1, "Battery", "low"))) == 2
 
@@ -31,7 +42,6 @@ class TestIncidents:
 
     def test_what_was_asked_for_is_no_fault(self):
         assert said((1.0, 1, "/pioneer/simulator", "simulated 3.041 s: fault begins: stall")) == []
-
 
     def test_a_driver_that_has_just_begun_to_look_for_its_robot_is_no_fault(self):
         assert said((make.BEGIN - 1.0, 2, "Link", "no link")) == []
@@ -52,11 +62,20 @@ class TestMade:
         asked = (1.0, "fault begins: stall"), (2.0, "fault ends: stall"), (3.0, "fault begins: stall"), (4.0, "fault ends: stall")
         assert self.made(*asked) == [(1.0, 2.0, "stall"), (3.0, 4.0, "stall")]
 
+    def test_of_two_at_a_time_the_first_ends_first(self):
+        assert self.made((1.0, "fault begins: stall"), (2.0, "fault begins: stall"), (3.0, "fault ends: stall")) == [(1.0, 3.0, "stall"), (2.0, 99.0, "stall")]
+
 
 class TestSilences:
     def test_those_at_once_are_one(self):
         gaps = Gap("/pioneer/pose", 1.0, 4.0), Gap("/pioneer/sonar", 1.2, 4.5), Gap("/pioneer/pose", 6.0, 7.0)
         assert [tuple(each) for each in silences(gaps)] == [(1.0, 4.5, "pose, sonar"), (6.0, 7.0, "pose")]
+
+    def test_one_within_another_makes_it_no_shorter(self):
+        assert [tuple(each) for each in silences([Gap("/pose", 1.0, 9.0), Gap("/sonar", 2.0, 3.0)])] == [(1.0, 9.0, "pose, sonar")]
+
+    def test_two_with_a_message_between_are_two(self):
+        assert [tuple(each) for each in silences([Gap("/pose", 1.0, 4.0), Gap("/pose", 4.0, 7.0)])] == [(1.0, 4.0, "pose"), (4.0, 7.0, "pose")]
 
     def test_of_many_topics_the_first_are_named(self):
         assert silences([Gap(f"/p/{name}", 1.0, 2.0) for name in "abcdef"])[0].what == "a, b, c and 3 more"

@@ -1,5 +1,6 @@
 """What another robot is told, and when: pure, with messages made up."""
 
+import math
 from types import SimpleNamespace
 
 import pytest
@@ -47,6 +48,15 @@ class TestIntervals:
     def test_a_recorder_may_have_them_in_another_order(self):
         assert [order.time for order in schedule(driven([2.0, 1.0]))][0] == 0.0
 
+    def test_of_two_velocities_at_once_both_are_said_and_the_second_holds(self):
+        orders = schedule(driven([1.0], 0.1) + driven([1.0], 0.3))
+        assert [velocity(order) for order in orders[:2]] == [0.1, 0.3] and told_at(orders, 0.5) == 0.3
+
+    @pytest.mark.parametrize("strange", [math.nan, math.inf, -math.inf])
+    def test_what_is_no_number_is_left_out(self, strange):
+        wheels = [Order(0.0, "cmd_wheels", SimpleNamespace(left=left, right=right)) for left, right in ((strange, 0.1), (0.1, strange))]
+        assert schedule(wheels + [Order(0.0, "cmd_vel", twist(strange, 0.1)), Order(0.0, "cmd_vel", twist(0.1, strange))]) == []
+
     def test_nothing_was_told(self):
         assert schedule([]) == [] and duration([]) == 0.0 and fastest([]) == 0.0
 
@@ -74,6 +84,10 @@ class TestSlower:
     def test_turns(self):
         assert slowed(twist(0.2, 1.0), 0.5).angular.z == 0.5
 
+    def test_in_every_direction(self):
+        made = slowed(SimpleNamespace(linear=SimpleNamespace(x=0.2, y=0.4, z=0.6), angular=SimpleNamespace(x=2.0, y=4.0, z=6.0)), 0.5)
+        assert (vars(made.linear), vars(made.angular)) == ({"x": 0.1, "y": 0.2, "z": 0.3}, {"x": 1.0, "y": 2.0, "z": 3.0})
+
 
 class TestDeadman:
     """A velocity holds no longer than it did for the recorded robot."""
@@ -96,8 +110,10 @@ class TestDeadman:
     def test_one_that_is_just_in_time_is_no_pause(self):
         assert 0.0 not in [velocity(order) for order in schedule(driven([0.0, VALID]))[:-1]]
 
-    def test_the_recorded_drivers_own_limit_counts(self):
-        assert told_at(schedule(driven([0.0, 5.0]), valid=2.0), 1.9) == 0.2
+    @pytest.mark.parametrize("valid", [0.1, 2.0])
+    def test_the_recorded_drivers_own_limit_counts(self, valid):
+        orders = schedule(driven([0.0, 0.9 * valid, 2.5 * valid]), valid=valid)
+        assert [order.time for order in orders if velocity(order) == 0.0] == pytest.approx([1.9 * valid, 3.5 * valid])
 
     def test_either_kind_of_velocity_ends_the_other(self):
         told = [Order(0.0, "cmd_vel", twist(0.2)), Order(0.3, "cmd_wheels", SimpleNamespace(left=0.0, right=0.0))]

@@ -73,6 +73,16 @@ def test_stamps_that_go_back_a_little_are_no_jump():
     """A paused clock, from which the age of a packet is taken away."""
     assert seen(both(5, 4.99, 5.01, 4.98)) == [(5, 0, 0), (4.99, 1, 1), (5.01, 2, 2), (4.98, 3, 3)]
     assert seen(both(5) + [("sonar", 4.99), ("pose", 5.1), ("sonar", 5.1)])[1:] == [(4.99, 0, 1), (5.1, 1, 2)]
+    sights = Sights()
+    found = [*sights.hear_pose(5 * SECOND, pose_of(0), 0), *sights.hear_sonar(5 * SECOND, ()), *sights.hear_sonar(5 * SECOND - 10 ** 6, ()),
+             *sights.hear_pose(6 * SECOND, pose_of(1), 0)]
+    assert [sight.pose_age for sight in found] == [0.0, 0.0], "a pose is never older than it is"
+
+
+@pytest.mark.parametrize("back", [4.99, 5 - 10])
+def test_going_back_on_one_topic_by_no_more_than_a_second_is_no_jump_of_it(back):
+    events = both(5) + [("pose", back), ("sonar", 30), ("pose", 10), ("pose", 30)]
+    assert seen(events) == [(5, 0, 0), (30, 3, 1)]
 
 
 @pytest.mark.parametrize("events", [
@@ -82,6 +92,15 @@ def test_stamps_that_go_back_a_little_are_no_jump():
 ])
 def test_time_jumps_back_on_one_topic_before_the_other(events):
     assert seen(events) == [(100, 0, 0), (101, 1, 1), (0, 2, 2), (1, 3, 3)]
+
+
+def test_time_jumps_back_where_a_message_of_the_other_topic_is_missing():
+    assert seen(both(100) + [("pose", 102), ("sonar", 0), ("pose", 0)]) == [(100, 0, 0), (0, 2, 1)], "the last pose of before is not waited for"
+    assert seen(both(100) + [("sonar", 102), ("pose", 0)]) == [(100, 0, 0), (102, 0, 1)], "nor does that of the last sonar message come any more"
+
+
+def test_a_pose_that_is_seconds_newer_ends_the_waiting():
+    assert seen(both(0) + [("sonar", 10), ("pose", 30)]) == [(0, 0, 0), (10, 0, 1)]
 
 
 def test_after_a_jump_back_no_pose_of_before_serves():
@@ -102,9 +121,10 @@ def test_without_stamps_it_is_the_newest_pose_and_its_arrival():
 
 def test_it_keeps_no_more_than_it_is_told_to():
     sights = Sights()
+    assert list(sights.hear_pose(1, pose_of(0), 0)) == []
     for number in range(KEPT + 5):
-        assert list(sights.hear_sonar(number + 1, ())) == []
-    assert [sight.stamp for sight in sights.hear_pose(6, pose_of(0), 0)] == [6]
+        assert list(sights.hear_sonar(number + 2, ())) == []
+    assert [sight.stamp for sight in sights.hear_pose(KEPT + 100, pose_of(1), 0)] == list(range(7, KEPT + 7)), "the oldest are dropped"
 
 
 STEPS = st.lists(st.sampled_from([-3 * JUMP_BACK, 0, SECOND // 10, SECOND // 10, SECOND // 10, SECOND]), min_size=1, max_size=30)
