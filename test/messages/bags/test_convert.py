@@ -287,6 +287,16 @@ class TestSonar:
     def test_what_was_not_heard_is_no_reading(self, heard):
         assert SonarHistory().readings(heard, SONAR[:1], 0.0) == []
 
+    def test_two_arrays_of_one_time_have_one_age(self):
+        history = SonarHistory()
+        history.readings([1.0], SONAR[:1], 0.0)
+        assert [[reading.age for reading in history.readings([1.0], SONAR[:1], time)] for time in (0.1, 0.1)] == [[0.1], [0.1]]
+
+    def test_what_is_heard_again_after_nothing_is_new(self):
+        history = SonarHistory()
+        heard = [history.readings([reading], SONAR[:1], time) for reading, time in ((1.0, 0.0), (0.0, 0.1), (1.0, 0.2))]
+        assert [[reading.age for reading in each] for each in heard] == [[0.0], [], [0.0]]
+
     def test_time_that_jumps_back_begins_anew(self):
         history = SonarHistory()
         history.readings([1.0], SONAR[:1], 100.0)
@@ -294,12 +304,17 @@ class TestSonar:
 
     def test_scan(self):
         """A wall ahead and one to the left, nothing behind; nobody looks to the right."""
-        scan = sonar_scan([(2.0, 0.0), (1.0, 0.0), (0.0, 1.5)], [SONAR[12]], SONAR, genpy.Time(1), "base_link")
+        scan = sonar_scan([(2.0, 0.0), (1.0, 0.0), (3.0, 0.0), (0.0, 1.5)], [SONAR[12]], SONAR, genpy.Time(1), "base_link")
         angles = [scan.angle_min + index * scan.angle_increment for index in range(len(scan.ranges))]
         seen = {round(math.degrees(angle)): reading for angle, reading in zip(angles, scan.ranges) if not math.isnan(reading)}
         behind = math.degrees(math.atan2(SONAR[12].y + 5 * math.sin(SONAR[12].heading), SONAR[12].x + 5 * math.cos(SONAR[12].heading)))
         assert seen == {0: 1.0, 90: 1.5, round(behind): math.inf}
         assert len(scan.ranges) == BEAMS and angles[-1] == pytest.approx(scan.angle_max) and scan.range_max == pytest.approx(5.0 + math.hypot(0.255, 0.027))
+
+    @pytest.mark.parametrize("degrees, beam", [(180.0, 0), (-180.0, 0), (179.6, 0), (-179.4, 1), (0.4, 180), (0.6, 181), (-0.6, 179)])
+    def test_an_echo_is_in_the_nearest_beam(self, degrees, beam):
+        scan = sonar_scan([(2.0 * math.cos(math.radians(degrees)), 2.0 * math.sin(math.radians(degrees)))], [], SONAR, genpy.Time(1), "base_link")
+        assert [number for number, reading in enumerate(scan.ranges) if reading > 0] == [beam]
 
     def test_an_echo_counts_more_than_none(self):
         end = SONAR[0].x, SONAR[0].y + 5.0

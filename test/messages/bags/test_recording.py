@@ -5,6 +5,8 @@ import io
 import pathlib
 import re
 import shlex
+import shutil
+import subprocess
 import xml.etree.ElementTree as ElementTree
 import xmlrpc.client
 
@@ -99,7 +101,22 @@ class TestDescription:
         made = self.made()
         assert made.parameters_of("/pioneer/p2os") == self.parameters["pioneer"]["p2os"]
         assert made.parameters_of("/pioneer/deep/er") == {"seed": 7}
-        assert made.parameters_of("/pioneer/p2os/port/x") == made.parameters_of("/nobody") == {}
+        assert made.parameters_of("/pioneer/p2os/port") == made.parameters_of("/pioneer/p2os/port/x") == made.parameters_of("/nobody") == {}
+
+    def test_the_text_is_for_people(self):
+        text = description.text_of(self.made(owner="Zoë"))
+        assert text.startswith("recording:") and "owner: Zoë" in text
+
+    def test_what_a_text_leaves_empty_is_empty(self):
+        made = description.description_of("recording: {robots: [a]}\nparameters:\n")
+        assert made == ({"robots": ["a"]}, {}, {}, {}) and made.parameters_of("/a") == {}
+
+    def test_the_masters_order_changes_nothing(self):
+        states = [[[[topic, ["/a/p2os"]] for topic in topics], [], []] for topics in (["/b", "/a"], ["/a", "/b"])]
+        assert [description.nodes_of(state) for state in states] == [{"/a/p2os": {"publishes": ["/a", "/b"]}}] * 2
+
+    def test_its_date_is_the_same_wherever_it_is_read(self):
+        assert datetime.datetime.fromisoformat(description.now()).utcoffset() is not None
 
     def test_what_only_the_parameter_server_knows_is_written_as_text(self):
         made = self.made(picture=xmlrpc.client.Binary(b"\x00\xff"), when=xmlrpc.client.DateTime("20261121T18:00:00"), same=[self.parameters] * 2)
@@ -107,7 +124,7 @@ class TestDescription:
         assert isinstance(back.parameters["picture"], str) and isinstance(back.parameters["when"], str)
         assert back.parameters["same"] == [self.parameters] * 2
 
-    @pytest.mark.parametrize("text", ["", "a picture", "{a: 1}", "{recording: {}", "parameters: {}"])
+    @pytest.mark.parametrize("text", ["", "a picture", "{a: 1}", "{recording: {}", "parameters: {}", "recording: {}"])
     def test_another_text_is_none(self, text):
         with pytest.raises(UsageError, match="no description of a recording"):
             description.description_of(text)
@@ -123,6 +140,23 @@ class TestDescription:
         assert {"pioneer_control", "rospy", "rosbag", "python", "system", "kernel"} <= set(known) and all(known.values())
         (tmp_path / "module.py").write_text("")
         assert "commit" not in description.versions(str(tmp_path / "module.py"))
+
+    @pytest.mark.skipif(shutil.which("git") is None, reason="there is no git")
+    def test_the_commit_of_a_file_and_whether_all_is_as_committed(self, tmp_path):
+        def git(*arguments):
+            who = "-c", "user.name=a", "-c", "user.email=a@b"
+            return subprocess.run(["git", "-C", str(tmp_path), *who, *arguments], check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout.strip()
+
+        module, other = tmp_path / "module.py", tmp_path / "other.py"
+        git("init", "--quiet")
+        module.write_text("one")
+        git("add", "module.py")
+        git("commit", "--quiet", "-m", "one")
+        other.write_text("of nobody's")
+        commit = git("rev-parse", "HEAD")
+        assert (description.commit_of(str(module)), description.commit_of(str(other))) == (commit, None), "what is not in the repository has no commit"
+        module.write_text("two")
+        assert description.commit_of(str(module)) == commit + " and changes"
 
 
 class TestDescriptions:

@@ -61,6 +61,18 @@ def test_the_steps_of_a_connection_have_their_names():
     assert names == ["PULSE", "CLOSE", "SYNC0", "SYNC1", "SYNC2", "OPEN", "PULSE", "CLOSE", "SYNC0", "OPEN"]
 
 
+def test_a_step_of_a_connection_with_a_wrong_checksum_is_none():
+    broken = p2os.encode_frame(1)[:-1] + b"\xFF"
+    answered = [Entry(0.0, 1, True, p2os.encode_frame(2)), Entry(1.0, 1, True, p2os.encode_frame(0)), Entry(2.0, 1, False, p2os.encode_frame(0))]
+    lines = list(told(record(*answered, Entry(3.0, 1, True, broken), Entry(4.0, 1, True, p2os.encode_frame(1)))))
+    assert "wrong checksum" in lines[3] and lines[4].endswith("<- SYNC1")
+
+
+def test_a_record_may_count_from_1970():
+    late = Entry(1.8e9, 1, True, VEL)
+    assert list(entries(record(late))) == [late]
+
+
 def test_notes_stand_between():
     assert list(told(record(Entry(1.5, 0, False, b"", "fault begins: cable")))) == ["    1.500000  fault begins: cable"]
 
