@@ -1,12 +1,16 @@
 """Recording: what the launch file asks for, which topics are kept, and what a recording says of itself; without a master."""
 
+import contextlib
 import datetime
 import io
+import os
 import pathlib
 import re
 import shlex
 import shutil
+import signal
 import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 import xmlrpc.client
 
@@ -14,8 +18,7 @@ import pytest
 from roslaunch.config import load_config_default
 from std_msgs.msg import String
 
-from pioneer_control.bags.recording import attendant
-from pioneer_control.bags.recording import description
+from pioneer_control.bags.recording import attendant, description, start
 from pioneer_control.bags.reader import decode, read_bag
 from pioneer_control.bags.recording.start import Recording, parser, recording_of
 from pioneer_control.bags.recording.topics import groups_to_ask_for, load_list
@@ -83,6 +86,45 @@ class TestDocument:
 
     def test_groups_are_those_that_can_be_asked_for(self):
         assert self.rows("`also:=`") == list(groups_to_ask_for(load_list(str(ROOT / "config" / "record.yaml"))))
+
+
+class TestClosedTerminal:
+    """A terminal that is closed says so (SIGHUP) to the recorder, whom it would kill, and to its attendant, who tells it to end as Ctrl-C does."""
+
+    @pytest.fixture
+    def begun(self, tmp_path, monkeypatch):
+        """Starts a recorder as far as its two processes part: (what SIGHUP does in it, in its attendant), by what it did before."""
+
+        def begun(before):
+            found = []
+            monkeypatch.chdir(tmp_path)
+            monkeypatch.setattr(sys, "argv", ["record", "a"])
+            monkeypatch.setenv("ROS_NAMESPACE", "/a")
+            monkeypatch.setattr(start, "check_alone", lambda node: None)
+            monkeypatch.setattr(os, "execvp", lambda *command: found.append(signal.getsignal(signal.SIGHUP)))
+            monkeypatch.setattr(attendant, "attend", lambda *about: found.append(signal.getsignal(signal.SIGHUP)))
+            usual = signal.signal(signal.SIGHUP, before)
+            try:
+                for child in (1, 0):
+                    signal.signal(signal.SIGHUP, before)
+                    monkeypatch.setattr(os, "fork", lambda: child)
+                    with contextlib.suppress(SystemExit):
+                        start.main()
+            finally:
+                signal.signal(signal.SIGHUP, usual)
+            return found[0], found[-1]
+
+        return begun
+
+    def test_the_recorder_hears_nothing_of_it_and_is_told_to_end(self, begun, monkeypatch):
+        recorder, attentive = begun(signal.SIG_DFL)
+        told = []
+        monkeypatch.setattr(os, "kill", lambda *what: told.append(what))
+        attentive(signal.SIGHUP, None)
+        assert recorder == signal.SIG_IGN and told == [(os.getpid(), signal.SIGINT)]
+
+    def test_nohup_is_respected(self, begun):
+        assert begun(signal.SIG_IGN) == (signal.SIG_IGN, signal.SIG_IGN)
 
 
 class TestDescription:
