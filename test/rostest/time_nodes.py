@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Every node that runs beside a robot, in simulated time: before it begins, while it stands, fast, and when it jumps back."""
 
+import math
 import signal
 import subprocess
 import threading
@@ -13,10 +14,11 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock, Log
+from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 
 from pioneer_control.msg import Decision, MotorState
-from witness import PATIENCE, Witness
+from witness import PATIENCE, Witness, wait_until
 
 TRUTH, POSE, COMMANDS, DECISIONS, MOTORS = ("pioneer/" + name for name in ("ground_truth", "pose", "cmd_vel", "decision", "motor_state"))
 TOPICS = {TRUTH: Odometry, POSE: Odometry, COMMANDS: Twist, DECISIONS: Decision, MOTORS: MotorState, "/rosout": Log, "/diagnostics": DiagnosticArray}
@@ -26,10 +28,14 @@ PERIOD = 0.01  # s between two messages on /clock
 
 
 class Time:
-    """Tells everybody the time [s], `rate` times as fast as it is; nobody is told anything as long as that is None."""
+    """Tells everybody the time [s], `rate` times as fast as it is; nobody is told anything as long as that is None.
+
+    `passed` is how much has gone by, jumps not counted; when that is `end`, time stands.
+    """
 
     def __init__(self):
         self.now, self.rate = 1000.0, None
+        self.passed, self.end = 0.0, math.inf
         self._publisher = rospy.Publisher("/clock", Clock, queue_size=10)
         threading.Thread(target=self._run, daemon=True).start()
 
@@ -37,7 +43,9 @@ class Time:
         while True:
             time.sleep(PERIOD)
             if self.rate is not None:
-                self.now += PERIOD * self.rate
+                step = max(0.0, min(PERIOD * self.rate, self.end - self.passed))
+                self.passed += step
+                self.now += step
                 self._publisher.publish(Clock(rospy.Time.from_sec(self.now)))
 
 
@@ -146,8 +154,21 @@ class TimeNodes(unittest.TestCase):
         self.assertEqual(self.given(), [])
 
     def test_4_the_simple_node_drives_as_far_as_it_is_told_whatever_time_does(self):
+        """4 s of 10 commands a second. Time waits for each: so however busy the machine is, no command is overtaken by the next."""
+        told_at = []
+
+        def hear(message):
+            if message.linear.x:
+                told_at.append(self.time.passed)
+                self.time.end = self.time.passed + 0.101
+
+        commands = rospy.Subscriber(COMMANDS, Twist, hear)
+        self.addCleanup(commands.unregister)
+        self.addCleanup(setattr, self.time, "end", math.inf)
+        self.time.rate = 0.01   # it takes nearly no time to start
+        program = self.start_when_heard(SIMPLE + ["_duration:=4"], commands)
+        self.witness.wait("it commands", lambda: told_at)
         self.time.rate = 1.0
-        program = self.start(SIMPLE + ["_duration:=4"])
         self.wait_until_it_drives()
         self.time.rate = 0.0
         self.wait_until_it_stands()
@@ -159,8 +180,23 @@ class TimeNodes(unittest.TestCase):
         self.assertEqual(program.returncode, 0, output)
         self.assertNotIn("Traceback", output)
         self.witness.wait("told to stand", lambda: self.given()[-1] == (0.0, 0.0))
-        told = [each for each in self.given() if each == (0.1, 0.0)]
-        self.assertLessEqual(len(told), 40)     # 4 s of 10 a second, but for those that a newer one overtook in the queue
+        self.assertEqual(len([each for each in self.given() if each == (0.1, 0.0)]), 40)
+        self.assertGreaterEqual(self.time.passed - told_at[0], 4.0 - 0.2)   # the jump ends a tick early
+
+    def start_when_heard(self, command, commands):
+        """The simple node, held up by the robot's STOP button until what it commands is heard from the first word on."""
+        def is_heard():
+            return any(each.callerid_pub == "/rosPioneer1" and not each.done for each in commands.impl.connections)
+
+        wait_until("no earlier one is left", lambda: not is_heard())
+        button = rospy.Publisher("pioneer/stop_button", Bool, queue_size=1)
+        wait_until("the robot has that button", button.get_num_connections)
+        button.publish(True)
+        self.witness.wait("motors off", lambda: not self.witness.seen[MOTORS][-1].state)
+        program = self.start(command)
+        wait_until("what it commands is heard", is_heard)
+        button.publish(False)
+        return program
 
 
 if __name__ == "__main__":
