@@ -14,9 +14,11 @@ from std_msgs.msg import String
 from pioneer_control.bags.replaying import redrive
 from pioneer_control.bags.reader import BagError
 from pioneer_control.bags.recording.description import Description, text_of
-from pioneer_control.bags.replaying.redrive_schedule import LEGAL_VALID, VALID
+from pioneer_control.bags.replaying.redrive_schedule import LEGAL_VALID, OTHERS, VALID, VELOCITIES
+from pioneer_control.bags.replaying.rerun import SERVICES
 from pioneer_control.bags.run import Track
-from pioneer_control.driver.parameters import DriverParameters
+from pioneer_control.driver import requests
+from pioneer_control.driver.parameters import LIVE, DriverParameters
 from pioneer_control.errors import UsageError
 from pioneer_control.msg import GripperState, MotorState, WheelVelocities
 
@@ -186,10 +188,26 @@ class TestABagThatAsksForTooMuch:
         asked = self.asked(tmp_path, [(0.1, 0.0)], [described({}, dict(cmd_vel_timeout=timeout))])
         assert asked._orders[-1].time == pytest.approx(timeout / 0.3)
 
-    def test_what_a_driver_lets_it_is_what_its_parameter_may_be(self):
-        (row,) = [row for row in fields(DriverParameters) if row.name == "cmd_vel_timeout"]
-        legal = row.metadata["kind"]
-        assert (row.default, (legal.low, legal.high)) == (VALID, LEGAL_VALID)
+
+class TestWhatIsKnownOfTheDriver:
+    """It is written twice, for bags use no driver: it must not differ."""
+
+    @pytest.mark.parametrize("name, default, legal", [
+        ("cmd_vel_timeout", VALID, LEGAL_VALID), *zip(("max_xspeed", "max_yawspeed"), redrive.LIMITS, redrive.LEGAL_LIMITS)])
+    def test_a_parameter(self, name, default, legal):
+        kind = LIVE[name].metadata["kind"]
+        assert (LIVE[name].default, (kind.low, kind.high)) == (default, legal)
+
+    def test_which_parameters_say_how_it_drives(self):
+        same = {entry.name for entry in fields(DriverParameters) if entry.name.startswith(redrive.SAME_DRIVER)}
+        assert same == {"cmd_vel_timeout", "max_xspeed", "max_yawspeed", "max_xaccel", "max_xdecel", "max_yawaccel", "max_yawdecel"}
+
+    def test_what_it_is_told(self):
+        assert redrive.KINDS == {topic.name: topic.message for topic in requests.TOPICS}
+        assert sorted(redrive.KINDS) == sorted(VELOCITIES + OTHERS)
+
+    def test_what_it_is_asked(self):
+        assert SERVICES == tuple(service.name for service in requests.SERVICES)
 
 
 class TestWhatEndsItInARealRobot:
