@@ -79,6 +79,8 @@ class TestSilences:
 
     def test_of_many_topics_the_first_are_named(self):
         assert silences([Gap(f"/p/{name}", 1.0, 2.0) for name in "abcdef"])[0].what == "a, b, c and 3 more"
+        assert silences([Gap(f"/p/{name}", 1.0, 2.0) for name in "abcd"])[0].what == "a, b, c and 1 more"
+        assert silences([Gap(f"/{robot}/pose", 1.0, 2.0) for robot in "abcd"])[0].what == "pose"
 
     def test_none(self):
         assert silences([]) == ()

@@ -76,7 +76,23 @@ def test_what_is_out_of_order_is_not_answered_and_a_sync0_again_begins_again():
     assert played.tell(SYNC[1], SYNC[2]) == b"" and played.robot.advance(1.0) == b""
     assert played.tell(SYNC[0]) == b"" and played.robot.advance(0.1) == SYNC[0]
     assert played.tell(SYNC[2]) == b"" and played.robot.advance(1.0) == b""
+    assert played.tell(SYNC[1]) == b"" and played.robot.advance(0.1) == SYNC[1]
+    assert played.tell(SYNC[1]) == b"" and played.robot.session is Session.WAITING, "it is no OPEN, though it has the same number"
+    played = Played(TWO)
     played.connect()
+    played.tell(CLOSE)
+    assert played.tell(SYNC[0]) == b"" and played.robot.advance(0.1) == SYNC[0]
+    played.connect()
+    assert played.robot.advance(0.1) == sip(20), "it is this connection that begins again, and no earlier one"
+
+
+def test_a_client_that_sent_open_twice():
+    record = sorted(session(5.0, 10) + [Entry(5.15, 1, True, OPEN)])
+    played = Played(record)
+    played.connect()
+    for packet in (OPEN, PULSE, CLOSE):
+        played.tell(packet)
+    assert played.said == []
 
 
 def test_who_takes_an_answer_that_the_client_of_then_did_not_is_connected():
@@ -100,6 +116,38 @@ def test_a_client_that_ends_its_session_early_goes_on_with_the_next_connection()
     assert [sentence for _, sentence in played.said if "over" in sentence] == ["the record is over: the robot says nothing more"]
 
 
+def test_it_is_not_over_before_the_last_was_said():
+    played = Played(session(5.0, 10))
+    played.connect()
+    played.robot.advance(0.405)
+    assert not played.robot.over and played.said == []
+    assert played.robot.advance(0.01) == sip(13) and played.robot.over
+
+
+def test_what_came_after_the_end_comes_as_long_after_it():
+    played = Played(TWO)
+    played.connect()
+    played.tell(CLOSE)
+    assert (played.robot.advance(0.009), played.robot.advance(0.002)) == (b"", sip(13))
+
+
+def test_a_client_that_gives_up_within_the_handshake_goes_on_with_the_next_connection():
+    played = Played(TWO)
+    assert played.tell(SYNC[0]) == b"" and played.robot.advance(0.1) == SYNC[0]
+    played.robot.close_session()
+    played.connect()
+    assert played.robot.advance(0.1) == sip(20)
+
+
+def test_a_client_of_then_that_ended_no_session():
+    played = Played(session(5.0, 10)[:11] + session(7.0, 20)[1:])
+    played.connect()
+    assert played.robot.advance(0.3) == sip(10) + sip(11) + sip(12)
+    played.tell(CLOSE)
+    played.connect()
+    assert played.robot.advance(0.1) == sip(20) and played.said == [], "what it said later is no part of that session"
+
+
 def test_a_client_that_connects_while_the_record_is_elsewhere_skips_what_is_between():
     """It lost the link sooner, and closed into the void."""
     played = Played(TWO)
@@ -111,7 +159,8 @@ def test_a_client_that_connects_while_the_record_is_elsewhere_skips_what_is_betw
 
 def test_a_robot_that_was_left_open_streams_to_whoever_comes():
     played = Played([Entry(1.0, 1, False, sip(1)), Entry(1.1, 1, False, sip(2)), Entry(1.2, 1, True, CLOSE), *session(2.0, 10)])
-    assert played.robot.session is Session.OPEN and played.robot.advance(5.0) == sip(1) + sip(2)     # to nobody
+    assert played.robot.session is Session.OPEN and played.robot.advance(0.05) == sip(1), "its time begins with the record"
+    assert played.robot.advance(5.0) == sip(2)      # to nobody
     played.robot.close_session()        # as a server does when a client comes
     assert played.robot.session is Session.OPEN and played.robot.advance(0.05) == sip(1)
     assert played.tell(CLOSE) == b"" and played.robot.advance(3.0) == b""
@@ -132,12 +181,17 @@ def test_what_the_client_does_otherwise_is_said_once_in_each_session(sent, said)
     for packet in [*sent, CLOSE]:
         played.tell(packet)
     assert played.said == said
+    played.robot.close_session()        # as a server does when the line ends, too
+    assert played.said == said
 
 
 def test_a_line_speed_that_the_client_asks_for():
     played = Played(session(0.0, 10, encode_command("HOSTBAUD", 4)))
     played.connect()
     assert played.robot.baud == 9600 and played.tell(encode_command("HOSTBAUD", 4)) == b"" and played.robot.baud == 115200
+    for code in (5, 255):               # which there is none
+        played.tell(encode_frame(p2os.COMMANDS["HOSTBAUD"].number, bytes([0x3B, code, 0])))
+        assert played.robot.baud == 115200
     played.tell(CLOSE)
     assert played.robot.baud == 9600
 
@@ -159,11 +213,15 @@ def test_a_record_in_which_time_jumps_back_is_played_in_its_order():
         wired.send(0, packet)
         wired.advance(0.1)
     assert b"".join(arrival.data for arrival in wired.advance(1.0)).endswith(sip(11) + sip(12) + sip(13))
+    played = Played([*record[:7], record[7]._replace(time=0.0), *record[8:]])
+    played.connect()
+    assert played.robot.advance(0.15) == sip(10), "it does not wait for as long as the clock was set back"
 
 
 @pytest.mark.parametrize("record, message", [
     ([], "nothing that a robot 1 said"), ([Entry(0.0, 0, False, b"", "a note")], "nothing that a robot 1 said"),
-    (TWO[8:14], "no connection begins in the record of robot 1"), (TWO[:6], "no connection begins")])
+    (TWO[8:14], "no connection begins in the record of robot 1"), (TWO[:6], "no connection begins"),
+    ([*TWO[1:4], Entry(6.0, 1, False, sip(1))], "no connection begins")])
 def test_a_record_to_which_no_client_could_connect(record, message):
     with pytest.raises(UsageError, match=message):
         PlayedRobot(record)
