@@ -1,9 +1,12 @@
-"""The bag that a re-run or a re-drive keeps, and programs that end: no master."""
+"""The bag that a re-run or a re-drive keeps, and programs that end: no master, but where one is killed."""
 
 import signal
+import socket
+import subprocess
 import sys
 import time
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import genpy
 import pytest
@@ -11,7 +14,7 @@ from geometry_msgs.msg import Twist
 
 from pioneer_control.bags.replaying import stage
 from pioneer_control.bags.reader import decode, read_bag
-from pioneer_control.errors import UsageError
+from pioneer_control.errors import NoAnswerError, UsageError
 
 
 class TestKeeper:
@@ -62,6 +65,50 @@ def test_names_that_are_free(tmp_path):
         names.append(stage.free_name(bag, "rerun"))
         open(names[-1], "w").close()
     assert names == [str(tmp_path / name) for name in ("run-rerun.bag", "run-rerun-2.bag", "run-rerun-3.bag")]
+
+
+KILL_THE_MASTER = """
+import os, signal, subprocess, sys, time, rosgraph
+from pioneer_control.bags.replaying import stage
+
+master = subprocess.Popen(["rosmaster", "--core", "-p", sys.argv[1]])
+os.environ["ROS_MASTER_URI"] = "http://localhost:" + sys.argv[1]
+while not rosgraph.is_master_online():
+    assert master.poll() is None
+    time.sleep(0.05)
+
+def run():
+    assert stage.nodes() == ["/rerun"]
+    master.kill()
+    master.wait()
+    stage.nodes()
+
+try:
+    sys.exit(stage.carry_out("rerun", run))
+finally:
+    master.kill()
+"""
+
+
+class TestCarryOut:
+    def test_a_master_that_ends_in_the_midst_is_told(self):
+        with socket.create_server(("localhost", 0)) as free:
+            port = str(free.getsockname()[1])
+        done = subprocess.run([sys.executable, "-c", KILL_THE_MASTER, port], stderr=subprocess.PIPE, universal_newlines=True)
+        assert f"rerun: there is no ROS master at http://localhost:{port}: start roscore" in done.stderr
+        assert "Traceback" not in done.stderr and done.returncode == 1
+
+    def test_what_has_other_reasons_is_not_laid_on_the_master(self, monkeypatch):
+        monkeypatch.setattr(stage, "begin", lambda name: None)
+        monkeypatch.setattr(stage.rosgraph, "is_master_online", lambda: True)
+        with pytest.raises(OSError, match="disk full"):
+            stage.carry_out("rerun", Mock(side_effect=OSError("disk full")))
+
+    @pytest.mark.parametrize("error, code", [(UsageError("why"), 2), (NoAnswerError("why"), 1), (stage.rospy.ROSException("why"), 1)])
+    def test_errors_are_sentences(self, monkeypatch, capsys, error, code):
+        monkeypatch.setattr(stage, "begin", lambda name: None)
+        assert stage.carry_out("rerun", Mock(side_effect=error)) == code
+        assert capsys.readouterr().err == "rerun: why\n"
 
 
 class TestPrograms:

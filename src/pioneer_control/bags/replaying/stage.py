@@ -52,8 +52,13 @@ def carry_out(name: str, run: Callable[[], int]) -> int:
     try:
         return run()
     except (PioneerError, rospy.ROSException, rospy.ServiceException) as error:
-        print(f"{name}: {error}", file=sys.stderr, flush=True)
-        return 2 if isinstance(error, UsageError) else 1
+        reason, code = error, 2 if isinstance(error, UsageError) else 1
+    except (*NO_ANSWER, rosgraph.MasterException):
+        if rosgraph.is_master_online():
+            raise
+        reason, code = no_master(), 1   # it has ended
+    print(f"{name}: {reason}", file=sys.stderr, flush=True)
+    return code
 
 
 class Keeper:
