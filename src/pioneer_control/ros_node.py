@@ -37,9 +37,7 @@ def init_node(name: str) -> None:
     A signal that comes while this function runs ends the program here, with code 0. A master that hangs keeps no node from its end, nor who logs
     something.
     """
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(line_buffering=True)     # a file or a pipe has each line when it is said, not when the program ends
+    _send_each_line(sys.stdout, sys.stderr)
     asked: "queue.SimpleQueue[str]" = queue.SimpleQueue()   # to end, and why; takes no lock: it may be used in a signal handler
     hooks_ran, over, ended = threading.Event(), threading.Event(), threading.Event()
     signals = []
@@ -84,6 +82,13 @@ def init_node(name: str) -> None:
         sys.exit(0)
     _let_many_connect()
     _publish_log_by(log)
+
+
+def _send_each_line(*streams: Any) -> None:
+    """A file or a pipe has each line when it is said, not when the program ends. What stands in their place (None, a test's) stays as it is."""
+    for stream in streams:
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(line_buffering=True)
 
 
 def _let_many_connect() -> None:
