@@ -117,7 +117,7 @@ class TestWhatIsAsked:
 
     @pytest.mark.parametrize("arguments, said", [
         (["--into=real"], "needs the robot's port"), (["--port=/dev/ttyUSB0"], "give into:=real, too"), (["--numbers-file=/x.yaml"], "/x.yaml: no such file"),
-        (["--speed=0"], "from 0.05 to 1"), (["--speed=fast"], "speed:=fast is not legal"), (["--speed=nan"], "not legal"),
+        (["--speed=0"], "from 0.05 to 1"), (["--speed=fast"], "speed: 'fast' is not legal"), (["--speed=nan"], "not legal"),
         (["--into=real", "--port=x", "--speed=0.6"], "from 0.05 to 0.5")])
     def test_a_real_robot_is_asked_for_twice_and_is_slow(self, bag, arguments, said):
         with pytest.raises(UsageError, match=said):

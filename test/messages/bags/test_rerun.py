@@ -132,6 +132,17 @@ def test_there_is_no_end_to_a_loop(bag, options):
         rerun.Rerun(rerun.parser().parse_args([bag, "--options=" + options]))
 
 
+@pytest.mark.parametrize("enough", ["1.1", "-0.1", "nan", "much"])
+def test_a_share_that_is_none(bag, enough):
+    with pytest.raises(UsageError, match=f"enough: '{enough}' is not legal: give a number from 0 to 1"):
+        rerun.Rerun(rerun.parser().parse_args([bag, "--enough=" + enough]))
+
+
+@pytest.mark.parametrize("enough", ["0", "1"])
+def test_a_share_may_be_none_or_all(bag, enough):
+    rerun.Rerun(rerun.parser().parse_args([bag, "--enough=" + enough]))
+
+
 class TestARobotThatComesMeanwhile:
     @pytest.fixture
     def look_out(self, bag, monkeypatch):

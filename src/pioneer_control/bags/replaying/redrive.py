@@ -31,7 +31,7 @@ from ..recording.description import Description
 from ..recording.topics import load_list, topics_of
 from ..run import Track, read_run
 from .redrive_schedule import LEGAL_VALID, OTHERS, VALID, VELOCITIES, Order, duration, fastest, schedule
-from .replay import bag_files, yes_or_no
+from .replay import bag_files, number, yes_or_no
 from .stage import Interrupted, Keeper, Programs, alive, carry_out, explain_roslaunch, free_name, nodes, put_back, say, say_what_is_kept, wait_until
 from .told import read_told
 
@@ -136,7 +136,7 @@ class Redrive:
         self._files = bag_files(given.bag)
         self._recorded = read_recorded(self._files, given.robot)
         least, most, usual = SPEEDS[given.into]
-        self._factor = usual if given.speed == "" else _number("speed", given.speed, least, most)
+        self._factor = usual if given.speed == "" else number("speed", given.speed, least, most)
         told = [order for order in self._recorded.told if not (self._real and order.topic == "cmd_motor_state" and order.message.state == ON)]
         self._orders = schedule(told, self._factor, self._recorded.valid)
         if self._real and not given.port:
@@ -345,16 +345,6 @@ def trimmed(track: Track, begin: float) -> Track:
 def _legal(value: Any, legal: Sequence[float], otherwise: float) -> float:
     """A number that a driver takes; any other value of a bag was not its."""
     return float(value) if isinstance(value, (int, float)) and legal[0] <= value <= legal[1] else otherwise
-
-
-def _number(name: str, text: str, low: float, high: float) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not low <= value <= high:
-        raise UsageError(f"{name}:={text} is not legal: give a number from {low:g} to {high:g}")
-    return value
 
 
 def parser() -> argparse.ArgumentParser:

@@ -165,6 +165,17 @@ def yes_or_no(text: str) -> bool:
     return text.lower() == "true"
 
 
+def number(name: str, text: str, low: float, high: float) -> float:
+    """What was given for an option. Raises UsageError when it is no number from ``low`` to ``high``."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not low <= value <= high:
+        raise UsageError(f"{name}: {text!r} is not legal: give a number from {low:g} to {high:g}")
+    return value
+
+
 def look(arguments: Sequence[str], ros: Sequence[str]) -> int:
     """Become a `rosbag play` that commands nothing."""
     parser = argparse.ArgumentParser(prog="replay look", description="Play a bag back, its commands aside.", allow_abbrev=False,

@@ -21,7 +21,7 @@ from ...errors import UsageError
 from ...msg import Decision, GripperState, MotorState, WheelVelocities
 from ..reader import decode, read_bag
 from .redrive_schedule import VELOCITIES
-from .replay import RERUN, absolute, aside, bag_files, player, recorded_topics
+from .replay import RERUN, absolute, aside, bag_files, number, player, recorded_topics
 from .rerun_compare import Velocity, Verdict, judge_decisions, judge_others, judge_velocities
 from .stage import (INTERVAL, Interrupted, Keeper, Programs, alive, carry_out, connected, explain_roslaunch, free_name, graph, nodes, put_back, say,
                     say_what_is_kept, wait_until)
@@ -105,6 +105,7 @@ class Rerun:
         if {"-l", "--loop"} & set(shlex.split(given.options)):
             raise UsageError("a program hears the bag once in a re-run: leave -l out of the options")
         self._given = given
+        self._enough = number("enough", given.enough, 0.0, 1.0)
         self._files = bag_files(given.bag)
         self._topics = recorded_topics(self._files)
         self._live = read_live(self._files, given.robot, given.program)
@@ -169,8 +170,9 @@ class Rerun:
         namespace, _, name = live.node.rpartition("/")
         ours = (given.package, given.program) == ("pioneer_control", "rosPioneer2.py")
         arguments = shlex.split(given.args) if given.args else [live.robot] if ours else []
-        aside_of = [f"{self._robot}/{name}:={aside(f'{self._robot}/{name}', RERUN)}" for name in (*KINDS, *SERVICES)]
-        program = self._programs.start(["rosrun", given.package, given.program, *arguments, *aside_of, f"__name:={name}"], namespace or "/")
+        out_of_reach = [f"{self._robot}/{each}" for each in (*KINDS, *SERVICES)]
+        elsewhere = [f"{topic}:={aside(topic, RERUN)}" for topic in out_of_reach]
+        program = self._programs.start(["rosrun", given.package, given.program, *arguments, *elsewhere, f"__name:={name}"], namespace or "/")
         self._wait_for_ears(program, bag)
         rospy.ServiceProxy(PLAYER + "/pause_playback", SetBool)(False)
         self._wait_for_end(bag, program, keeper)
@@ -217,7 +219,7 @@ class Rerun:
         again: Dict[str, list] = {}
         for topic, connection, data, nanoseconds in read_bag(keeper.path) if keeper.counts else ():
             again.setdefault(topic.rpartition("/")[2], []).append((nanoseconds * 1e-9, decode(connection, data)))
-        verdict = compare(self._live.commanded, again, self._given.enough)
+        verdict = compare(self._live.commanded, again, self._enough)
         said = "commands THE SAME on the bag as beside the robot" if verdict.same else "commands SOMETHING ELSE on the bag than beside the robot"
         say("\n" + "\n".join([*verdict.sentences, f"{self._given.program} {said if keeper.counts else 'commands NOTHING on the bag'}.",
                               *[f"bag      {keeper.path}"] * bool(keeper.counts)]))
@@ -227,16 +229,6 @@ class Rerun:
 
 def _told(parameters: Dict[str, Any]) -> str:
     return ", ".join(f"{name} {value}" for name, value in sorted(parameters.items()) if not isinstance(value, dict))
-
-
-def _share(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not legal: give a number from 0 to 1")
-    return value
 
 
 def parser() -> argparse.ArgumentParser:
@@ -250,7 +242,7 @@ def parser() -> argparse.ArgumentParser:
     add("--program", default="rosPioneer2.py", help="as rosrun knows it (default: %(default)s)")
     add("--args", default="", help="of the program, in one text (default: none; of rosPioneer2.py the robot)")
     add("--options", default="", help="of rosbag play, in one text: '-r 2'")
-    add("--enough", type=_share, default=0.95, metavar="SHARE",
+    add("--enough", default="0.95", metavar="SHARE",
         help="of the time that commands must be alike, of a program without decisions (default: %(default)s)")
     add("--output", default="", metavar="NEW.bag", help="where what it commands is kept (default: beside the bag)")
     return result
