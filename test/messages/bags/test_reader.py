@@ -186,6 +186,10 @@ class TestParts:
         reader = read_bag(paths)
         assert len(list(reader)) == 5 and re.match("run_0.bag: it is cut off|run_0.bag: its index is", reader.damage) and "run_1.bag.active is empty (0 bytes)" in reader.damage
 
+    def test_what_is_in_them_is_known_before_when_all_were_closed(self, tmp_path):
+        closed, unclosed = make.write_bag(tmp_path / "run_0.bag", texts(5)), make.unclosed(tmp_path / "run_1.bag.active", texts(5))
+        assert read_bag([closed, closed]).indexed and not read_bag([closed, unclosed]).indexed and not read_bag([unclosed, closed]).indexed
+
     def test_one_that_is_not_there_is_a_mistake(self, tmp_path):
         with pytest.raises(BagError, match="missing.bag: no such file"):
             read_bag([make.write_bag(tmp_path / "run_0.bag", texts(5)), str(tmp_path / "missing.bag")])
@@ -383,6 +387,84 @@ class TestDamage:
         next(messages)
         make.cut(path, 500_000)
         assert 300 < len(list(messages)) < 600 and "it was not closed" in reader.damage
+
+
+class TestIndex:
+    """What is wrong in an index, or in the lists behind the chunks, loses no message, and is said."""
+
+    @pytest.fixture
+    def content(self, tmp_path):
+        return small(tmp_path / "run.bag")
+
+    @staticmethod
+    def records(content, op):
+        """The records of a kind, but for those in chunks."""
+        found = form.records(form.source_of_bytes(content), PADDING.stop + 7, lambda chunk: True, lambda begin, end: None)
+        return [record for record in found if record.op == op]
+
+    @staticmethod
+    def changed(content, position, with_):
+        return content[:position] + with_ + content[position + len(with_):]
+
+    def index(self, content):
+        return self.records(content, form.CONNECTION)[0].position
+
+    def test_a_connection_that_describes_nothing(self, read, content):
+        messages, damage = read(self.changed(content, content.index(b"type=", self.index(content)), b"tipe="))
+        assert len(messages) == 7 and "its index is damaged" in damage
+
+    @pytest.mark.parametrize("field", [b"conn_count=", b"chunk_count="])
+    def test_a_record_of_it_that_is_missing(self, read, content, field):
+        position = content.index(field) + len(field)
+        messages, damage = read(self.changed(content, position, bytes([content[position] + 1])))
+        assert len(messages) == 7 and "its index is damaged" in damage
+
+    def test_an_index_that_begins_too_early(self, read, content):
+        first = self.records(content, form.CHUNK)[0].position
+        messages, damage = read(self.changed(content, content.index(b"index_pos=") + 10, struct.pack("<Q", first)))
+        assert len(messages) == 7 and "its index is damaged" in damage
+
+    def test_a_bag_that_ends_where_it_begins(self, read, content):
+        messages, damage = read(content[:self.index(content)])
+        assert len(messages) == 7 and "all messages before it are there" in damage
+
+    def test_bytes_that_are_damaged_in_it_are_no_place_without_messages(self, read, content):
+        messages, damage = read(self.changed(content, self.records(content, form.CHUNK_INFO)[1].position, bytes(20)))
+        assert len(messages) == 7 and "its index is damaged" in damage and "there are no messages" not in damage
+
+    def test_a_chunk_of_which_it_names_another_connection_is_not_passed_over(self, read, content):
+        info = self.records(content, form.CHUNK_INFO)[1]
+        messages, _ = read(self.changed(content, info.begin, struct.pack("<I", 0)), topics=["/odd"])
+        assert content[info.begin] == 1 and [time // 10**9 for _, _, time in messages] == [101, 103, 105]
+
+    def test_a_chunk_whose_list_is_lost_is_not_passed_over(self, read, content):
+        entry = self.records(content, form.INDEX)[1]
+        messages, damage = read(self.changed(content, entry.position, bytes(entry.end - entry.position)))
+        assert len(messages) == 7 and damage
+
+    def test_a_message_that_is_lost_with_its_list_is_counted(self, read, content):
+        begin, entry = content.index(b"text 0001") - 50, self.records(content, form.INDEX)[1]
+        messages, damage = read(self.changed(content, begin, bytes(entry.end - begin)))
+        assert len(messages) == 6 and "1 message that it lists could not be read" in damage
+
+    def test_one_that_is_lost_of_a_bag_without_index_too(self, tmp_path, read):
+        content = open(make.unclosed(tmp_path / "run.bag", texts(12), chunk=200), "rb").read()
+        messages, damage = read(self.changed(content, content.index(b"text 0005") - 50, bytes(RECORD)))
+        assert len(messages) == 11 and "1 message that it lists could not be read" in damage
+
+    def test_without_index_a_message_that_came_a_little_late_is_put_in_order(self, tmp_path):
+        late = [("/text", String("x" * 300), seconds) for seconds in (1.0, 1.75, 2.0, 1.5, 5.0)]
+        reader = read_bag(make.unclosed(tmp_path / "run.bag", late, chunk=200))
+        assert [message.time / 1e9 for message in reader] == [1.0, 1.5, 1.75, 2.0, 5.0]
+
+    def test_of_chunks_that_are_passed_over_begin_and_end_count(self, tmp_path):
+        path, messages = tmp_path / "run.bag", [("/image", String("x" * 50), float(number)) for number in range(100)]
+        messages.insert(50, ("/text", String("here"), 49.5))
+        with rosbag.Bag(str(path), "w", chunk_threshold=1000) as bag:
+            for topic, message, seconds in messages:
+                bag.write(topic, message, genpy.Time.from_sec(seconds))
+        reader = read_bag(str(path), ["/text"])
+        assert len(list(reader)) == 1 and (reader.begin, reader.end) == (0, 99 * 10**9)
 
 
 class TestNoBags:

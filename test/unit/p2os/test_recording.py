@@ -61,6 +61,16 @@ def test_the_steps_of_a_connection_have_their_names():
     assert names == ["PULSE", "CLOSE", "SYNC0", "SYNC1", "SYNC2", "OPEN", "PULSE", "CLOSE", "SYNC0", "OPEN"]
 
 
+@pytest.mark.parametrize("answered", [[], [0], [0, 1]])
+def test_a_connection_may_begin_anew_until_it_is_made(answered):
+    close, *frames = p2os.encode_frame(2), *(p2os.encode_frame(number) for number in range(3))
+    made = [Entry(0.0, 1, True, close)]
+    for number in answered:
+        made += [Entry(1.0, 1, True, frames[number]), Entry(1.0, 1, False, frames[number])]
+    *_, last = told(record(*made, Entry(2.0, 1, True, frames[0])))
+    assert last.endswith("<- SYNC0")
+
+
 def test_a_step_of_a_connection_with_a_wrong_checksum_is_none():
     broken = p2os.encode_frame(1)[:-1] + b"\xFF"
     answered = [Entry(0.0, 1, True, p2os.encode_frame(2)), Entry(1.0, 1, True, p2os.encode_frame(0)), Entry(2.0, 1, False, p2os.encode_frame(0))]
