@@ -10,6 +10,7 @@ from unittest.mock import Mock
 
 import genpy
 import pytest
+import rosbag
 from geometry_msgs.msg import Twist
 
 from pioneer_control.bags.replaying import stage
@@ -32,16 +33,19 @@ class TestKeeper:
 
     def test_what_it_hears_keeps_its_bytes_and_its_sender(self, tmp_path):
         keeper = stage.Keeper(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
-        for number in range(3):
+        senders = ["/somebody", "/another", "/somebody"]
+        for number, sender in enumerate(senders):
             message = stage.rospy.AnyMsg()
             message._buff = bytes([number]) * 48
             message._connection_header = dict(
-                type=Twist._type, md5sum=Twist._md5sum, message_definition=Twist._full_text, callerid="/somebody", topic="/rerun/cmd_vel")
+                type=Twist._type, md5sum=Twist._md5sum, message_definition=Twist._full_text, callerid=sender, topic="/rerun/cmd_vel")
             keeper._take(message, "/cmd_vel")
         keeper.close()
         kept = list(read_bag(keeper.path))
-        assert [entry.data for entry in kept] == [bytes([number]) * 48 for number in range(3)]
-        assert {(entry.topic, entry.connection.caller, entry.connection.type) for entry in kept} == {("/cmd_vel", "/somebody", "geometry_msgs/Twist")}
+        assert [(entry.data, entry.connection.caller) for entry in kept] == [(bytes([number]) * 48, sender) for number, sender in enumerate(senders)]
+        assert {(entry.topic, entry.connection.type, entry.connection.header["topic"]) for entry in kept} == {("/cmd_vel", "geometry_msgs/Twist", "/cmd_vel")}
+        with rosbag.Bag(keeper.path) as bag:
+            assert [topic for topic, _, _ in bag.read_messages()] == ["/cmd_vel"] * 3
 
     def test_a_bag_with_nothing_in_it_is_not_left_behind(self, tmp_path):
         stage.Keeper(str(tmp_path / "x.bag"), lambda: genpy.Time(7)).close()

@@ -1,6 +1,7 @@
 """What a re-run and a re-drive both stand on: their node, the bag they keep, the programs they start and end, and who is there already."""
 
 import ctypes
+import io
 import os
 import signal
 import subprocess
@@ -8,17 +9,17 @@ import sys
 import threading
 import time
 from types import SimpleNamespace
-from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence
+from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 from xmlrpc.client import ServerProxy
 
 import genpy
-import rosbag
 import rosgraph
 import rospy
 
 from ...errors import NoAnswerError, PioneerError, UsageError
 from ...ros_node import NO_ANSWER, init_node, is_at_work
 from ..names import stem
+from ..writer import BagWriter
 from .redrive_schedule import OTHERS, VELOCITIES
 from .replay import ASIDE
 
@@ -69,9 +70,10 @@ class Keeper:
         if os.path.exists(path):
             raise UsageError(f"{path} is there already: name another output")
         try:
-            self._bag: Optional[rosbag.Bag] = rosbag.Bag(path, "w")
+            self._writer: Optional[BagWriter] = BagWriter(path)
         except OSError as error:
             raise UsageError(f"{path} cannot be written: {error.strerror or error}") from None
+        self._connections: Dict[Tuple[str, Optional[str]], int] = {}     # by topic and publisher
         self.path = path
         self.newest: Dict[str, Any] = {}
         self.counts: Dict[str, int] = {}
@@ -87,18 +89,23 @@ class Keeper:
         return subscriber
 
     def _take(self, message: Any, topic: str) -> None:
-        header = getattr(message, "_connection_header", {})
-        given = {name: header[name] for name in ("type", "md5sum", "message_definition", "callerid", "latching") if name in header}
-        raw = isinstance(message, rospy.AnyMsg)
-        content = (header["type"], message._buff, header["md5sum"], SimpleNamespace(_md5sum=header["md5sum"])) if raw else message
-        self.write(topic, content, raw, dict(given, topic=topic) if len(given) >= 3 else None)
+        self._keep(topic, message, message._connection_header)
 
-    def write(self, topic: str, message: Any, raw: bool = False, header: Optional[Dict[str, str]] = None) -> None:
+    def write(self, topic: str, message: genpy.Message) -> None:
         """Keep a message, as of now."""
+        self._keep(topic, message, dict(type=message._type, md5sum=message._md5sum, message_definition=message._full_text))
+
+    def _keep(self, topic: str, message: Any, header: Mapping[str, str]) -> None:
+        """``header``: the connection's by which it came."""
+        data = io.BytesIO()
+        message.serialize(data)
+        sender = topic, header.get("callerid")
         with self._lock:
-            if self._bag is None:
+            if self._writer is None:
                 return
-            self._bag.write(topic, message, self._now(), raw, header)
+            if sender not in self._connections:
+                self._connections[sender] = self._writer.connect(topic, dict(header, topic=topic))
+            self._writer.write(self._connections[sender], data.getvalue(), self._now().to_nsec())
             self.newest[topic] = message
             self.counts[topic] = self.counts.get(topic, 0) + 1
             self.heard_at = time.monotonic()
@@ -109,9 +116,9 @@ class Keeper:
             subscriber.unregister()
         self._subscribers = []
         with self._lock:
-            bag, self._bag = self._bag, None
-            if bag is not None:
-                bag.close()
+            writer, self._writer = self._writer, None
+            if writer is not None:
+                writer.close()
                 if not self.counts:
                     os.remove(self.path)
 
