@@ -442,6 +442,18 @@ class TestIndex:
         messages, damage = read(self.changed(content, entry.position, bytes(entry.end - entry.position)))
         assert len(messages) == 7 and damage
 
+    def test_messages_of_a_connection_that_it_does_not_know_are_counted(self, read, content):
+        odd, position = self.records(content, form.CONNECTION)[1], content.index(b"conn_count=") + 11
+        content = self.changed(content[:odd.position] + content[odd.end:], position, bytes([1])).replace(b"topic=/odd", b"tipoc=/odd")
+        messages, damage = read(content)
+        assert len(messages) == 4 and "3 messages cannot be understood" in damage
+
+    def test_a_chunk_and_its_list_that_are_damaged_are_one_place(self, tmp_path, read):
+        content = small(tmp_path / "run.bag", "bz2")
+        chunk, entry = self.records(content, form.CHUNK)[1], self.records(content, form.INDEX)[1]
+        _, damage = read(self.changed(content, chunk.begin + 20, bytes(entry.end - chunk.begin - 20)))
+        assert entry.position == chunk.end and damage.count("it is damaged at") == 1
+
     def test_a_message_that_is_lost_with_its_list_is_counted(self, read, content):
         begin, entry = content.index(b"text 0001") - 50, self.records(content, form.INDEX)[1]
         messages, damage = read(self.changed(content, begin, bytes(entry.end - begin)))
