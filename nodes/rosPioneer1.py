@@ -8,6 +8,7 @@ It looks at nothing: whatever stands ahead is run into. Keep three metres of flo
 
 import time
 
+import pioneer_control.interrupt  # noqa: F401: Ctrl-C is no error from here on
 import rospy
 from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import Odometry
@@ -57,7 +58,6 @@ def main():
     if not switch_motors_on(motors):
         rospy.logerr("the motors do not go on: does the driver run, is the robot's STOP button released?")
         return 1
-
     command = Twist(linear=Vector3(x=SPEED))
 
     def stop():

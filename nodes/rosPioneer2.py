@@ -12,6 +12,7 @@ import sys
 from dataclasses import dataclass
 from typing import Optional, Tuple
 
+import pioneer_control.interrupt  # noqa: F401: Ctrl-C is no error from here on
 import rospy
 
 from pioneer_control.errors import ParameterError, PioneerError

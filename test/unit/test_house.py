@@ -18,6 +18,7 @@ PACKAGE = ROOT / "src" / "pioneer_control"
 # Which rooms a room may import from; every room may use errors and itself. Note the two that never meet: simulator and client.
 ROOMS = {
     "errors": set(),
+    "interrupt": set(),
     "message_values": set(),
     "standard_messages": {"message_values", "robots", "msg"},
     "parameters": set(),
