@@ -22,7 +22,7 @@ from pioneer_control.client.odometry import Odometry
 from pioneer_control.client.robot import BACK_OFF, LinkCounts
 from pioneer_control.client.session import Counts, Phase, Session, SetBaud
 from pioneer_control.client.settings import Settings
-from pioneer_control.client.state import RobotState
+from pioneer_control.client.state import Motion, RobotState
 from pioneer_control.driver.health import Health
 from pioneer_control.errors import LinkError, LinkLostError, PioneerError, PortError
 from pioneer_control.p2os.framing import SMALLEST_COUNT
@@ -267,7 +267,8 @@ class Rig:
             self.judge.wrong("a thread would spin")
         self._act()
         for event in session.take_events():
-            self._tell(event)
+            if type(event) is not Motion:       # its state follows, and says it again
+                self._tell(event)
         if session.phase is Phase.FINISHED:
             if session.identity is not None:
                 self._attempt = 0

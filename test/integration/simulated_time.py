@@ -2,7 +2,7 @@
 
 from pioneer_control.client.session import Phase, Session
 from pioneer_control.client.settings import Settings
-from pioneer_control.client.state import RobotState
+from pioneer_control.client.state import Motion, RobotState
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.loading import load_world
@@ -40,7 +40,7 @@ class Rig:
         for event in self.session.take_events():
             if isinstance(event, RobotState):
                 self.state = event
-            else:
+            elif not isinstance(event, Motion):
                 self.events.append(event)
 
     def run(self, seconds, command=lambda: None):

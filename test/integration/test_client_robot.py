@@ -11,7 +11,7 @@ import time
 import pytest
 
 from pioneer_control import p2os
-from pioneer_control.client import LinkDown, PacketReceived, Ready, Robot
+from pioneer_control.client import LinkDown, Motion, PacketReceived, Ready, Robot, RobotState
 from pioneer_control.errors import LinkLostError, NoAnswerError, NotConfirmedError, PortError, RefusedError, UnknownModelError, UsageError
 from pioneer_control.p2os import GripperCommand, encode_command
 from pioneer_control.robots import find_model
@@ -32,6 +32,12 @@ def server(tmp_path):
 @pytest.fixture(params=["tcp", "pty"])
 def url(server, request):
     return server.url if request.param == "tcp" else server.pty_link
+
+
+@pytest.fixture(params=["on_motion", "on_state"])
+def listens(request):
+    """Where a listener is that holds the I/O thread up."""
+    return request.param
 
 
 def keep_driving(robot, linear, angular, condition):
@@ -68,6 +74,24 @@ def test_connect_drive_stop_and_leave(server, url):
     x, y, heading = server.firmware.true_pose
     assert math.hypot(x - pose.x, y - pose.y) < 0.2
     assert robot.link.sips > 5 and robot.link.bad_checksums == 0 and robot.link.last_error is None
+
+
+def test_each_motion_is_told_before_the_rest_of_its_packet_is_read(server, monkeypatch):
+    told, decode = [], p2os.decode_packet
+
+    def noted(frame, first):
+        told.append("read") if p2os.decode_motion(frame) else None
+        return decode(frame, first)
+
+    with Robot(server.url, on_motion=told.append, on_state=told.append) as robot:
+        monkeypatch.setattr(p2os, "decode_packet", noted)
+        robot.wait_for_state()
+        del told[:]
+        until(lambda: len(told) >= 9, "three packets")
+    kinds = [type(each) if isinstance(each, Motion) else each for each in told]
+    first = kinds.index(Motion)
+    assert kinds[first:first + 6] == [Motion, "read", RobotState] * 2
+    assert vars(told[first]).items() <= vars(told[first + 2]).items()
 
 
 def test_a_program_that_falls_silent_is_stopped(server):
@@ -109,7 +133,7 @@ def test_an_exception_in_a_listener_stops_the_robot_and_is_kept(server, monkeypa
     robot.close()
 
 
-def test_a_listener_that_hangs_does_not_keep_the_robot_from_stopping(server):
+def test_a_listener_that_hangs_does_not_keep_the_robot_from_stopping(server, listens):
     hang, hanging = threading.Event(), threading.Event()
 
     def listener(state):
@@ -117,7 +141,7 @@ def test_a_listener_that_hangs_does_not_keep_the_robot_from_stopping(server):
             hanging.set()
             hang.wait(10 * LIMIT)
 
-    robot = Robot(server.url, on_state=listener, command_timeout=10 * LIMIT)
+    robot = Robot(server.url, **{listens: listener}, command_timeout=10 * LIMIT)
     with robot:
         robot.enable_motors()
         robot.set_velocity(0.3, 0.0)
@@ -129,7 +153,7 @@ def test_a_listener_that_hangs_does_not_keep_the_robot_from_stopping(server):
 
 
 @pytest.mark.parametrize("goes_on", [False, True], ids=["nobody commands any more", "commands go on"])
-def test_a_listener_that_hangs_holds_up_no_dead_man(server, goes_on):
+def test_a_listener_that_hangs_holds_up_no_dead_man(server, listens, goes_on):
     hang, hanging, told, take = threading.Event(), threading.Event(), [], server.firmware.receive
 
     def listener(state):
@@ -137,7 +161,7 @@ def test_a_listener_that_hangs_holds_up_no_dead_man(server, goes_on):
             hanging.set()
             hang.wait(10 * LIMIT)
 
-    with Robot(server.url, on_state=listener, command_timeout=10 * LIMIT if goes_on else 0.6) as robot:
+    with Robot(server.url, **{listens: listener}, command_timeout=10 * LIMIT if goes_on else 0.6) as robot:
         robot.enable_motors()
         robot.set_velocity(0.3, 0.0)
         assert hanging.wait(LIMIT)
@@ -146,7 +170,7 @@ def test_a_listener_that_hangs_holds_up_no_dead_man(server, goes_on):
         hang.set()
 
 
-def test_a_shorter_time_out_holds_at_once_also_while_a_listener_hangs(server, monkeypatch):
+def test_a_shorter_time_out_holds_at_once_also_while_a_listener_hangs(server, listens, monkeypatch):
     """The guard sleeps until something is due, or as long as a velocity is good: that may have become less since it fell asleep."""
     monkeypatch.setattr("pioneer_control.client.session.SILENCE", 10 * LIMIT)
     hang, hanging, told, take = threading.Event(), threading.Event(), [], server.firmware.receive
@@ -156,7 +180,7 @@ def test_a_shorter_time_out_holds_at_once_also_while_a_listener_hangs(server, mo
             hanging.set()
             hang.wait(10 * LIMIT)
 
-    robot = Robot(server.url, on_state=listener, command_timeout=10 * LIMIT, pulse=0)
+    robot = Robot(server.url, **{listens: listener}, command_timeout=10 * LIMIT, pulse=0)
     with robot:
         assert hanging.wait(LIMIT)
         robot.set_limits(None, None, 0.2)
@@ -166,7 +190,7 @@ def test_a_shorter_time_out_holds_at_once_also_while_a_listener_hangs(server, mo
         hang.set()
 
 
-def test_a_session_that_is_closed_during_a_hang_goes_on_to_its_end(server, monkeypatch):
+def test_a_session_that_is_closed_during_a_hang_goes_on_to_its_end(server, listens, monkeypatch):
     monkeypatch.setattr("pioneer_control.client.session.SILENCE", 10 * LIMIT)
     hang, hanging = threading.Event(), threading.Event()
 
@@ -175,7 +199,7 @@ def test_a_session_that_is_closed_during_a_hang_goes_on_to_its_end(server, monke
             hanging.set()
             hang.wait(10 * LIMIT)
 
-    robot = Robot(server.url, on_state=listener, command_timeout=10 * LIMIT, pulse=0).start()
+    robot = Robot(server.url, **{listens: listener}, command_timeout=10 * LIMIT, pulse=0).start()
     assert hanging.wait(LIMIT)
     robot.close(wait=False)
     until(lambda: waiting(server), "closed while nobody reads")
@@ -227,7 +251,7 @@ def test_what_threads_tell_each_other_is_only_written_under_the_lock(server, nam
     assert unlocked == [7], "and the test would notice"
 
 
-def test_closing_stops_at_once_and_not_when_the_io_thread_finds_time(server, monkeypatch):
+def test_closing_stops_at_once_and_not_when_the_io_thread_finds_time(server, listens, monkeypatch):
     monkeypatch.setattr("pioneer_control.client.robot.CLOSE_TIMEOUT", 10 * LIMIT)
     hang, hanging = threading.Event(), threading.Event()
 
@@ -236,7 +260,7 @@ def test_closing_stops_at_once_and_not_when_the_io_thread_finds_time(server, mon
             hanging.set()
             hang.wait(10 * LIMIT)
 
-    robot = Robot(server.url, on_state=listener, command_timeout=10 * LIMIT).start()
+    robot = Robot(server.url, **{listens: listener}, command_timeout=10 * LIMIT).start()
     robot.wait_until_ready()
     robot.enable_motors()
     robot.set_velocity(0.3, 0.0)
@@ -249,6 +273,16 @@ def test_closing_stops_at_once_and_not_when_the_io_thread_finds_time(server, mon
     hang.set()
     closing.join(LIMIT)
     assert waiting(server)
+
+
+def test_an_exception_in_a_listener_to_motion_stops_the_robot_too(server, monkeypatch):
+    loud = []
+    monkeypatch.setattr(threading, "excepthook", loud.append)
+    robot = Robot(server.url, on_motion=lambda motion: 1 / (robot.link.sips < 10)).start()
+    robot.wait_until_ready()
+    assert robot.wait_until_ended(LIMIT)
+    until(lambda: loud and waiting(server), "exception said, robot closed")
+    robot.close()
 
 
 def test_closing_without_waiting_has_written_the_stop_and_the_rest_follows(server):

@@ -30,7 +30,7 @@ Open ``robot.py`` first, then ``session.py``. From the wire upwards:
 ``gripper``       what it is told, and what it reports
 ``identity``      what the robot says it is, joined with the table of models
 ``odometry``      15-bit counts to an exact pose
-``state``         one SIP to one RobotState in SI units
+``state``         one SIP to one Motion and one RobotState in SI units
 ``settings``      what the user wants of a connection, checked once
 ``events``        what a listener hears besides the states
 ``robot``         the I/O thread around it, and the calls a program makes
@@ -41,7 +41,7 @@ from .events import BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, Moti
 from .gripper import GripperReading
 from .identity import RobotIdentity
 from .robot import LinkCounts, Robot
-from .state import NO_ECHO, RobotState, SonarRange
+from .state import NO_ECHO, Motion, RobotState, SonarRange
 from .tuning import Change, Tuning
 
 __all__ = [
@@ -54,6 +54,7 @@ __all__ = [
     "LineSpeed",
     "LinkCounts",
     "LinkDown",
+    "Motion",
     "MotionCleared",
     "PacketReceived",
     "Ready",

@@ -15,9 +15,9 @@ from .events import Event, LineSpeed, LinkDown, Ready
 from .gripper import gripper_packets
 from .handshake import RATES
 from .identity import RobotIdentity
-from .session import Counts, Phase, Session, SetBaud
+from .session import Counts, Phase, Session, SetBaud, Told
 from .settings import Settings
-from .state import RobotState
+from .state import Motion, RobotState
 from .transport import Transport, open_transport, tap
 from .tuning import Tuning
 
@@ -56,6 +56,8 @@ class Robot:
         max_linear, max_angular: limits in m/s, rad/s below the robot's own; None for just the robot's.
         has_gripper: None believes the robot (CONFIGpac).
         tuning: settings of the robot itself, sent after every connecting when it stands; see tune().
+        on_motion: called with every Motion before the rest of its SIP is read, otherwise as on_state, which follows: for what shall leave as soon
+            as it can.
         on_state: called with every RobotState, on the I/O thread, no lock held. Be quick: nothing is read meanwhile; after 2 s of that the link
             counts as lost and the robot is stopped. A listener that raises ends the connection: the robot is stopped and closed, and the next
             command raises.
@@ -83,6 +85,7 @@ class Robot:
         tuning: Tuning = Tuning(),
         host_baud: Optional[int] = None,
         reconnect: bool = False,
+        on_motion: Optional[Callable[[Motion], None]] = None,
         on_state: Optional[Callable[[RobotState], None]] = None,
         on_event: Optional[Callable[[Event], None]] = None,
         on_wire: Optional[Callable[[bool, bytes], None]] = None,
@@ -91,7 +94,7 @@ class Robot:
         self._baud = baud
         self._settings = Settings(model, models_file, pulse, use_sonar, command_timeout, max_linear, max_angular, has_gripper, tuning, host_baud)
         self._reconnect = reconnect
-        self._on_state = on_state
+        self._listeners = {Motion: on_motion, RobotState: on_state}     # else:
         self._on_event = on_event
         self._on_wire = on_wire
         # Guards all below, and the order of writes. Reentrant, for a signal handler may call close() while its thread holds it. Released
@@ -474,7 +477,7 @@ class Robot:
         return [LineSpeed(session.own_baud, problem % (HOST_BAUD_BREAKS, wanted))] if broken else []
 
     def _serve(self, transport: Transport, session: Session) -> None:
-        """Read, tick, act and tell, until the session is finished."""
+        """Read, tell, tick, act and tell, until the session is finished."""
         with self._lock:
             session.start(monotonic())
         while True:
@@ -489,9 +492,13 @@ class Robot:
             except LinkLostError as error:
                 lost = error
             with self._lock:
-                self._reading_until, now = 0.0, monotonic()
-                if data:
-                    session.receive(data, now)
+                self._reading_until = 0.0
+                first = session.take_events() if data and session.hear(data, monotonic()) else []
+                self._telling = bool(first)
+            self._tell(first)
+            with self._lock:
+                now = monotonic()
+                session.read_on()
                 if lost is not None:
                     session.fail(lost)
                 if self._closing:
@@ -517,7 +524,7 @@ class Robot:
                     pause += max(0.0, min(session.wake_at - now, self._settings.command_timeout))
                 self._alert.wait(pause)
 
-    def _notice(self, session: Session, events: List[Union[RobotState, Event]]) -> None:
+    def _notice(self, session: Session, events: List[Told]) -> None:
         """Keep what the properties show."""
         for event in events:
             if isinstance(event, RobotState):
@@ -530,9 +537,9 @@ class Robot:
         if events or session.phase is Phase.FINISHED:
             self._changed.notify_all()
 
-    def _tell(self, events: List[Union[RobotState, Event]]) -> None:
+    def _tell(self, events: List[Told]) -> None:
         """Call the listeners; the lock is not held."""
         for event in events:
-            listener = self._on_state if isinstance(event, RobotState) else self._on_event
+            listener = self._listeners.get(type(event), self._on_event)
             if listener is not None:
                 listener(event)

@@ -14,7 +14,7 @@ import math
 from dataclasses import replace
 from enum import Enum
 from types import MappingProxyType
-from typing import Any, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import Any, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 from .. import p2os
 from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, UnknownModelError
@@ -29,7 +29,7 @@ from .line import LONGEST_QUEUE, Line, SetBaud
 from .odometry import Odometry
 from .script import Script, pause
 from .settings import Settings
-from .state import RobotState, StateReader
+from .state import Motion, StateReader
 from .tuner import Tuner
 from .tuning import Tuning
 
@@ -62,6 +62,8 @@ class Phase(Enum):
 
 Action = Union[bytes, SetBaud]
 """bytes are to be written in one piece."""
+Told = Union[Motion, Event]
+"""What listeners hear: of every SIP its Motion and then its RobotState, which is one, too; and the events."""
 
 
 class Counts(NamedTuple):
@@ -107,15 +109,15 @@ class Session:
         self._settings = settings
         self._wanted_data = wanted_data
         self._actions: List[Action] = []
-        self._events: List[Union[RobotState, Event]] = []
+        self._events: List[Told] = []
         self._line = Line(self._do, rates[0] if rates else None, STOP)
         self.host_baud = HostBaud(self._line, url, settings.host_baud, self._clock)
         self._handshake = Handshake(self._line, url, rates, self._clock, again=odometry is not None)
         self._decoder = p2os.FrameDecoder()
+        self._unread: Iterator[bool] = iter(())     # of what was heard
         self._now = -math.inf
         self._last_byte = -math.inf
         self._last_sip = -math.inf
-        self._transfer_time = 0.0       # of the packet that was taken last
         self._sips = 0
         self._unreadable = 0
         self._model: Optional[RobotModel] = None
@@ -156,7 +158,7 @@ class Session:
         self._actions.clear()
         return actions
 
-    def take_events(self) -> List[Union[RobotState, Event]]:
+    def take_events(self) -> List[Told]:
         """What the listeners are to hear, in order; each only once."""
         events = self._events[:]
         self._events.clear()
@@ -169,14 +171,27 @@ class Session:
 
     def receive(self, data: bytes, now: float) -> None:
         """Take bytes as they came, in any pieces."""
+        self.hear(data, now)
+        self.read_on()
+
+    def hear(self, data: bytes, now: float) -> bool:
+        """The first half of receive(). Whether it found a Motion, to be told before read_on() reads the rest; anything may be called in between."""
+        self.read_on()
         self._now = self._last_byte = now
-        self._take(self._decoder.feed(data))
+        self._unread = self._take(self._decoder.feed(data), now)
+        return next(self._unread, False)
+
+    def read_on(self) -> None:
+        """The second half of receive()."""
+        for _ in self._unread:
+            pass
 
     def tick(self, now: float) -> None:
         """Let time pass."""
         self._now = now
         if self._decoder.waiting and now >= self._last_byte + p2os.PARTIAL_TIMEOUT:
-            self._take(self._decoder.drop_partial())
+            for _ in self._take(self._decoder.drop_partial(), now):
+                pass
         if now >= self._resume_at:
             self._resume(None)
         if self.phase is Phase.READY:
@@ -247,40 +262,53 @@ class Session:
 
     # Packets
 
-    def _take(self, frames: List[p2os.Frame]) -> None:
+    def _take(self, frames: List[p2os.Frame], heard_at: float) -> Iterator[bool]:
+        """Read all of them, but with a pause (True) after the Motion of the first: later ones have to wait for what stands before them."""
         grip_state_first = self._model is None or self._model.grip_state_first
         for frame in frames:
-            packet = p2os.decode_packet(frame, grip_state_first)
-            self._transfer_time = self._line.transfer_time(frame.length)
-            if isinstance(packet, p2os.Sip):
+            times, motion = (heard_at, self._line.transfer_time(frame.length)), None
+            sip = p2os.decode_motion(frame)
+            if sip is not None:
                 self._sips += 1
-                self._last_sip = self._now
-                if self.phase is Phase.OPENING:
-                    self._pending_sip, self._pending_times = packet, (self._now, self._transfer_time)
+                self._last_sip = heard_at
+                if self.phase is Phase.READY:
+                    motion = self._move(sip, *times)
+                    if motion is not None and frame is frames[0]:
+                        yield True
+            packet = p2os.decode_packet(frame, grip_state_first)
+            if sip is not None and self.phase is Phase.OPENING:
+                self._pending_sip, self._pending_times = packet, times
             if self._script is not None:
                 self._resume(packet)
             elif self.phase is Phase.READY:
-                self._while_ready(packet)
+                self._while_ready(packet, motion, *times)
 
-    def _while_ready(self, packet: Any) -> None:
+    def _while_ready(self, packet: Any, motion: Optional[Motion], time: float, transfer_time: float) -> None:
         if isinstance(packet, p2os.Sip):
-            self._report(packet, self._now, self._transfer_time)
+            if motion is not None:
+                self._report(packet, motion)
         elif isinstance(packet, p2os.Reset):
             self.fail(LinkLostError("%s: the robot's controller restarted" % self.url))
         elif isinstance(packet, (p2os.UnknownPacket, p2os.MalformedPacket)):
             self._unreadable += 1
         else:
-            self.data.saw(packet, self._now)
+            self.data.saw(packet, time)
             if isinstance(packet, p2os.Config):
                 self._reconfigure(packet)
-            self._events.append(PacketReceived(packet, self._now, self._now - self._transfer_time))
+            self._events.append(PacketReceived(packet, time, time - transfer_time))
 
-    def _report(self, sip: p2os.Sip, time: float, transfer_time: float) -> None:
-        assert self._reader is not None and self.drive is not None
-        state = self._reader.read(sip, time, transfer_time)
-        if state is None:
+    def _move(self, sip: Union[p2os.SipMotion, p2os.Sip], time: float, transfer_time: float) -> Optional[Motion]:
+        assert self._reader is not None
+        motion = self._reader.move(sip, time, transfer_time)
+        if motion is None:
             self._unreadable += 1
-            return
+        else:
+            self._events.append(motion)
+        return motion
+
+    def _report(self, sip: p2os.Sip, motion: Motion) -> None:
+        assert self._reader is not None and self.drive is not None
+        state = self._reader.read(sip, motion)
         self._events.append(state)
         self.drive.saw(state)
         self.tuner.saw(state)
@@ -371,7 +399,7 @@ class Session:
         self.tuner = Tuner(self._line, identity, self._settings.tuning, self._events)
         self.phase = Phase.READY
         self._events.append(Ready(identity))
-        self._report(self._pending_sip, *self._pending_times)
+        self._report(self._pending_sip, self._move(self._pending_sip, *self._pending_times))
 
     def _identify(self) -> RobotIdentity:
         settings = self._settings

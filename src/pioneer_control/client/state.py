@@ -1,9 +1,9 @@
-"""From one SIP to one RobotState: the only place where units of the wire become SI."""
+"""From one SIP to one Motion and one RobotState: the only place where units of the wire become SI."""
 
 import math
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from .. import p2os
 from ..p2os import Flags
@@ -30,11 +30,10 @@ class SonarRange(NamedTuple):
 
 
 @dataclass(frozen=True)
-class RobotState:
-    """What the robot reported in one SIP, in SI units; one stamp for all of it.
+class Motion:
+    """Where the robot is and how fast it moves, by one SIP, in SI units.
 
-    A field that older firmware does not send is None. Poses are in the odometry frame, velocities in base_link (REP 103: x forward, y left,
-    counter-clockwise positive).
+    Poses are in the odometry frame, velocities in base_link (REP 103: x forward, y left, counter-clockwise positive).
     """
 
     time: float
@@ -58,6 +57,17 @@ class RobotState:
     x_counts: int
     """exact sum of the robot's own x since the first packet, in its units"""
     y_counts: int
+
+    @property
+    def moving(self) -> bool:
+        """Whether the wheels report any speed."""
+        return bool(self.linear or self.angular)
+
+
+@dataclass(frozen=True)
+class RobotState(Motion):
+    """All that the robot reported in one SIP, in SI units; one stamp for all of it. A field that older firmware does not send is None."""
+
     motors_enabled: bool
     stop_button: bool
     left_stall: bool
@@ -87,11 +97,6 @@ class RobotState:
     state_of_charge: Optional[float]
     """0..1"""
 
-    @property
-    def moving(self) -> bool:
-        """Whether the wheels report any speed."""
-        return bool(self.linear or self.angular)
-
 
 class StateReader:
     """Turns the SIPs of one robot into states; remembers what a single SIP does not carry: odometry and the sonar's last words."""
@@ -112,8 +117,8 @@ class StateReader:
         self._said: Optional[Tuple] = None
         self._status: Dict[str, Any] = {}
 
-    def read(self, sip: p2os.Sip, time: float, transfer_time: float = 0.0) -> Optional[RobotState]:
-        """The state after this SIP, which was whole at ``time`` (monotonic, s) after ``transfer_time`` s on the line.
+    def move(self, sip: Union[p2os.SipMotion, p2os.Sip], time: float, transfer_time: float = 0.0) -> Optional[Motion]:
+        """The motion by this SIP, which was whole at ``time`` (monotonic, s) after ``transfer_time`` s on the line. Once for each.
 
         None for one that nobody can believe: it would have the robot where it cannot be (Odometry.update).
         """
@@ -123,11 +128,7 @@ class StateReader:
         self._read_at = time
         x, y, heading = odometry.pose
         left, right = sip.left_velocity_units * m_s_per_unit, sip.right_velocity_units * m_s_per_unit
-        self._hear(sip, time)
-        said = STATUS(sip)
-        if said != self._said:      # hardly ever: it is read once
-            self._said, self._status = said, self._read_status(sip)
-        return made(RobotState, {
+        return made(Motion, {
             "time": time,
             "sent_time": time - transfer_time,
             "x": x,
@@ -139,6 +140,16 @@ class StateReader:
             "wheel_angles": self._wheel_angles(),
             "x_counts": odometry.x_counts,
             "y_counts": odometry.y_counts,
+        })
+
+    def read(self, sip: p2os.Sip, motion: Motion) -> RobotState:
+        """The state after this SIP, whose motion is this."""
+        self._hear(sip, motion.time)
+        said = STATUS(sip)
+        if said != self._said:      # hardly ever: it is read once
+            self._said, self._status = said, self._read_status(sip)
+        return made(RobotState, {
+            **vars(motion),
             "sonar": tuple(self._sonar),
             "analog_voltage": None if sip.analog is None else sip.analog * 5 / 255,
             **self._status,
@@ -168,7 +179,7 @@ class StateReader:
             state_of_charge=sip.state_of_charge_percent / 100 if sip.state_of_charge_percent else None,
         )
 
-    def _angular(self, sip: p2os.Sip, left: float, right: float) -> float:
+    def _angular(self, sip: Union[p2os.SipMotion, p2os.Sip], left: float, right: float) -> float:
         """Turning speed (rad/s); firmware without ROTVEL leaves it to the difference of the wheels (m/s)."""
         if sip.rotation_velocity_ddeg_s is None:
             return (right - left) / 2 * 1000 * self.identity.model.diff_rad_per_mm

@@ -1,21 +1,20 @@
-"""Robot state to ROS messages: pure functions; all messages of one packet carry one stamp. What the sonar heard is in `ranges`.
+"""Robot state to ROS messages: pure functions; all messages of one packet carry one stamp. Where it is is in `poses`, what the sonar heard in `ranges`.
 
 Units and axes are those of REP 103; the encoding of the frozen messages is that of p2os, so that its peers and bags go on working.
 """
 
 import math
-from typing import Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import Optional, Sequence, Tuple
 
 import sensor_msgs.msg
-from geometry_msgs.msg import Quaternion, TransformStamped
-from nav_msgs.msg import Odometry
+from geometry_msgs.msg import Quaternion
 from std_msgs.msg import Bool, Header
 
 from .. import p2os, standard_messages
 from ..client import GripperReading, RobotIdentity, RobotState
 from ..message_values import GripStatus, LiftStatus, quaternion_of
 from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, GripState, LiftState, MotorState, RobotInfo, Stall
-from .parameters import UNKNOWN, DriverParameters
+from .parameters import UNKNOWN
 
 WHEEL_JOINTS = ("left_wheel_joint", "right_wheel_joint")
 """Names in urdf/, the left one first."""
@@ -39,51 +38,10 @@ ANALOG_FULL_SCALE = {5: 2047, 9: 1023}
 """What 5 V are in an IOpac with so many analog inputs: AROS has 5, ARCOS 9 (protocol 5.5)."""
 
 
-class Covariance(NamedTuple):
-    """Row-major 6 x 6, of x, y, z, roll, pitch, yaw."""
-
-    pose: Tuple[float, ...]
-    twist: Tuple[float, ...]
-
-
-def covariances(parameters: DriverParameters) -> Dict[bool, Covariance]:
-    """What goes into odometry while the robot moves (True) and while it stands (False)."""
-    return {
-        True: Covariance(_diagonal(parameters.pose_covariance_moving), _diagonal(parameters.twist_covariance_moving)),
-        False: Covariance(_diagonal(parameters.pose_covariance_still), _diagonal(parameters.twist_covariance_still)),
-    }
-
-
-def _diagonal(variances: Sequence[float]) -> Tuple[float, ...]:
+def diagonal(variances: Sequence[float]) -> Tuple[float, ...]:
+    """A covariance, row-major, of numbers that do not depend on each other."""
     size = len(variances)
     return tuple(variances[row] if row == column else 0.0 for row in range(size) for column in range(size))
-
-
-def odometry(
-    state: RobotState, stamp, odom_frame: str, base_link_frame: str, covariance: Dict[bool, Covariance], message: Optional[Odometry] = None,
-) -> Odometry:
-    """Pose in the odometry frame, twist in base_link, with the covariances for a robot that moves or stands. Fills ``message``, else a new one."""
-    message = message or Odometry()
-    pose, twist = message.pose, message.twist
-    message.header.stamp, message.header.frame_id, message.child_frame_id = stamp, odom_frame, base_link_frame
-    _place(state, pose.pose.position, pose.pose.orientation)
-    twist.twist.linear.x, twist.twist.angular.z = state.linear, state.angular
-    pose.covariance, twist.covariance = covariance[state.moving]
-    return message
-
-
-def transform(state: RobotState, stamp, odom_frame: str, base_link_frame: str, message: Optional[TransformStamped] = None) -> TransformStamped:
-    """The transform odometry frame -> base_link that says the same as `odometry`. Fills ``message``, else a new one."""
-    message = message or TransformStamped()
-    message.header.stamp, message.header.frame_id, message.child_frame_id = stamp, odom_frame, base_link_frame
-    _place(state, message.transform.translation, message.transform.rotation)
-    return message
-
-
-def _place(state: RobotState, position, orientation) -> None:
-    """Fill in where (m) the robot stands, and how it is turned; all other numbers are zero from the start."""
-    position.x, position.y = state.x, state.y
-    _, _, orientation.z, orientation.w = quaternion_of(state.heading)
 
 
 def joint_states(state: RobotState, stamp, wheel_radius: float) -> sensor_msgs.msg.JointState:
@@ -192,7 +150,7 @@ def turn_rate(rate: float, stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
     """What a gyro tells: the turn rate (rad/s), and nothing else."""
     message = _imu(stamp, base_link_frame)
     message.angular_velocity.z = rate
-    message.angular_velocity_covariance = _diagonal((UNKNOWN, UNKNOWN, GYRO_VARIANCE))
+    message.angular_velocity_covariance = diagonal((UNKNOWN, UNKNOWN, GYRO_VARIANCE))
     return message
 
 
@@ -200,7 +158,7 @@ def compass(state: RobotState, stamp, base_link_frame: str) -> sensor_msgs.msg.I
     """What a compass tells: the heading, by REP 103 from magnetic east counter-clockwise. It counts from north, clockwise."""
     message = _imu(stamp, base_link_frame)
     message.orientation = Quaternion(*quaternion_of(math.remainder(math.pi / 2 - state.compass, 2 * math.pi)))
-    message.orientation_covariance = _diagonal((UNKNOWN, UNKNOWN, COMPASS_VARIANCE))
+    message.orientation_covariance = diagonal((UNKNOWN, UNKNOWN, COMPASS_VARIANCE))
     return message
 
 

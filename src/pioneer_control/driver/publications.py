@@ -6,7 +6,6 @@ from time import monotonic, time
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Set, Tuple
 
 import rospy
-from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from rospy.rostime import is_wallclock
 from sensor_msgs.msg import BatteryState as Battery
@@ -15,12 +14,12 @@ from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
 from .. import p2os, standard_messages
-from ..client import PacketReceived, RobotIdentity, RobotState
+from ..client import Motion, PacketReceived, RobotIdentity, RobotState
 from ..client.gripper import is_on_general_io, with_switches
 from ..client.gyro import GyroReader, is_for_client
 from ..message_values import NO_ECHO
 from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, MotorState, RobotInfo, SonarArray, Stall
-from . import conversions, ranges
+from . import conversions, poses, ranges
 from .parameters import DriverParameters
 
 QUEUE = 10
@@ -34,7 +33,7 @@ class Topic(NamedTuple):
     name: str
     message: type
     source: type
-    """What it is made from: RobotState, RobotIdentity, or a packet of p2os."""
+    """What it is made from: Motion, RobotState, RobotIdentity, or a packet of p2os."""
     convert: Callable[[Any, rospy.Time], Any]
     """From a source and its stamp: a message, a list of them, or None when there is nothing to say."""
     fed_by: Optional[Callable[[RobotIdentity], Any]] = None
@@ -81,29 +80,23 @@ class Publications:
         self._gripper = conversions.GripperReporter(parameters.beam_polarity)
         self._switches: Optional[p2os.GripperSwitches] = None
         self._gyro = GyroReader()
-        self._stamp = rospy.Time()
+        self._stamp, self._stamped = rospy.Time(), -math.inf    # all that one SIP says has the same, though the clock may jump meanwhile
         self._lock = threading.Lock()
         self._advertise()
 
     def _table(self, parameters: DriverParameters) -> Tuple[Topic, ...]:
         odom, base, prefix = parameters.odom_frame, parameters.base_link_frame, parameters.frame_prefix
-        covariances = conversions.covariances(parameters)
         no_echo = math.inf if parameters.sonar_no_echo == "inf" else NO_ECHO
 
         # rospy has written a message when publish() returns: the ones for each packet are filled anew, for to make one takes longer.
-        pose, transform, echoes = Odometry(), TransformStamped(), SonarArray()
-        transforms = TFMessage([transform])
-
-        def tf(state, stamp):
-            conversions.transform(state, stamp, odom, base, transform)
-            return transforms
+        pose, transform, echoes = poses.PoseMessage(odom, base, poses.covariances(parameters)), poses.TransformMessage(odom, base), SonarArray()
 
         def has_sonar(identity):
             return identity.model.sonar
 
         return (
-            Topic("pose", Odometry, RobotState, lambda state, stamp: conversions.odometry(state, stamp, odom, base, covariances, pose)),
-            *([Topic("/tf", TFMessage, RobotState, tf)] if parameters.publish_tf else []),
+            Topic("pose", Odometry, Motion, pose.of),
+            *([Topic("/tf", TFMessage, Motion, transform.of)] if parameters.publish_tf else []),
             Topic("sonar", SonarArray, RobotState, lambda state, stamp: ranges.sonar_array(state, stamp, base, echoes) if state.sonar_enabled else None,
                   fed_by=has_sonar),
             Topic("sonar_ranges", Range, RobotState, lambda state, stamp: ranges.sonar_ranges(state, stamp, prefix, no_echo), fed_by=has_sonar),
@@ -143,6 +136,11 @@ class Publications:
             self._advertise()
             self._publish(RobotIdentity, identity, rospy.Time.now())
 
+    def motion(self, motion: Motion) -> None:
+        """Once per SIP, before its state: where the robot is, for that must not wait for all else to be read."""
+        with self._lock:
+            self._publish(Motion, motion, self._stamp_of(motion.sent_time))
+
     def state(self, state: RobotState) -> None:
         """Once per SIP; all messages with one stamp."""
         with self._lock:
@@ -170,10 +168,12 @@ class Publications:
 
     def _stamp_of(self, moment: float) -> rospy.Time:
         """A monotonic time (s) of late as ROS time, as long as no other is asked for; zero before simulated time begins."""
-        seconds = max(0.0, ros_time() - (monotonic() - moment))
         stamp = self._stamp
-        stamp.secs = int(seconds)
-        stamp.nsecs = int((seconds - stamp.secs) * 1e9)
+        if moment != self._stamped:
+            self._stamped = moment
+            seconds = max(0.0, ros_time() - (monotonic() - moment))
+            stamp.secs = int(seconds)
+            stamp.nsecs = int((seconds - stamp.secs) * 1e9)
         return stamp
 
     def _publish(self, source: type, value: Any, stamp: rospy.Time) -> None:

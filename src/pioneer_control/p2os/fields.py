@@ -49,20 +49,21 @@ class Layout:
     """
 
     def __init__(self, table: Tuple[Row, ...], number: int, absent: Tuple[Row, ...] = ()):
-        letters = ""
+        self._letters: Dict[str, str] = {}      # of each row
         self._records = None
-        for row in table:
+        self._parts: Dict[Tuple[str, ...], Callable] = {}
+        for at, row in enumerate(table):
             if isinstance(row.type, Many):
                 record, width = row.type.item.record_class, len(row.type.item.letters)
-                first = len(letters) + 1    # behind their count
+                first = at + 1      # behind their count
                 end = first + number * width
                 self._records = first, end, [slice(first + column, end, width) for column in range(width)], record
-                letters += row.type.count.letter + row.type.item.letters * number
+                self._letters[row.name] = row.type.count.letter + row.type.item.letters * number
             else:
-                letters += row.type.letter
+                self._letters[row.name] = row.type.letter
         self._names = tuple(row.name for row in (*table, *absent))
         self._absent = (None,) * len(absent)
-        self._struct = struct.Struct("<" + letters)
+        self._struct = struct.Struct("<" + "".join(self._letters.values()))
         self.size = self._struct.size
 
     def read(self, data: bytes) -> Dict[str, Any]:
@@ -72,6 +73,19 @@ class Layout:
             first, end, columns, record = self._records
             values = (*values[:first - 1], tuple(map(record, *map(values.__getitem__, columns))), *values[end:])
         return dict(zip(self._names, values + self._absent))
+
+    def read_some(self, data: bytes, names: Tuple[str, ...]) -> Tuple[Optional[int], ...]:
+        """The values of just these rows of one number each, which are named in wire order; the last of them may be absent."""
+        part = self._parts.get(names)
+        if part is None:
+            part = self._parts[names] = self._part(names)
+        return part(data)
+
+    def _part(self, names: Tuple[str, ...]) -> Callable[[bytes], Tuple[Optional[int], ...]]:
+        letters = (letters if name in names else "%dx" % struct.calcsize("<" + letters) for name, letters in self._letters.items())
+        unpack = struct.Struct("<" + "".join(letters)).unpack_from
+        absent = (None,) * len(set(names) - set(self._letters))
+        return (lambda data: unpack(data) + absent) if absent else unpack
 
     def write(self, values: Sequence[Any]) -> Optional[bytes]:
         """The data; None if not all of the values fit: then `write_fields` finds out which."""

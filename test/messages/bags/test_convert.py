@@ -30,7 +30,7 @@ from pioneer_control.robots import find_model
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "driver"))
 
-from robot_reports import STATE, identity_of  # noqa: E402
+from robot_reports import STATE, identity_of, odometry_of  # noqa: E402
 
 SONAR = find_model("p3dx-sh").sonar
 ALL = tuple(CONVERSIONS)
@@ -156,7 +156,7 @@ class TestMade:
         stamps = [genpy.Time.from_sec(1000 + step / 10) for step in range(12)]
         messages = []
         for state, stamp in zip(states, stamps):
-            for topic, message in (("pose", conversions.odometry(state, stamp, "two/odom", "two/base_link", dict.fromkeys((True, False), ([0.0] * 36,) * 2))),
+            for topic, message in (("pose", odometry_of(state, stamp, "two/odom", "two/base_link")),
                                    ("sonar", ranges.sonar_array(state, stamp, "two/base_link")),
                                    ("battery_state", conversions.battery_state(state, stamp, "two/base_link"))):
                 messages.append((f"/two/{topic}", message, stamp.to_sec() + 0.001))

@@ -3,7 +3,6 @@
 No master, no sockets, no waiting: rospy's publishers, subscribers and services are replaced by lists, the clock by one that the line turns.
 """
 
-import copy
 import inspect
 import math
 import sys
@@ -20,6 +19,8 @@ from pioneer_control.p2os import FrameDecoder, decode_command, encode_frame
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.loading import load_world
+
+from robot_reports import received
 
 STEP = 0.005
 BACK_OFF = 0.2      # s between two tries to open a port
@@ -119,10 +120,10 @@ class Bottle:
 
         class Publisher:
             def __init__(self, name, kind, *_, **__):
-                self.name = name
+                self.name, self.kind = name, kind
 
             def publish(self, message):
-                bottle.published[self.name].append((bottle.now, copy.deepcopy(message)))     # it is written at once
+                bottle.published[self.name].append((bottle.now, received(message, self.kind)))  # it is written at once
 
             def get_num_connections(self):
                 return 1

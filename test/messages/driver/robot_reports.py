@@ -1,13 +1,17 @@
 """What the tests of the driver's messages start from: the worked packets of the protocol notes (4.5, 5) as states, and one made by hand."""
 
+import io
 import math
 
+import nav_msgs.msg
 import rospy
 
 from pioneer_control import client, p2os
 from pioneer_control.client.identity import identify
 from pioneer_control.client.odometry import Odometry
 from pioneer_control.client.state import StateReader
+from pioneer_control.driver import poses
+from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.p2os import Flags
 from pioneer_control.robots import find_model
 
@@ -47,4 +51,17 @@ def state_of(text, identity=None):
     """The state of a robot that sent this SIP."""
     identity = identity or identity_of()
     odometry = Odometry(identity.model.dist_mm_per_unit, identity.model.angle_units_per_rev)
-    return StateReader(identity, odometry).read(packet_of(text, identity.model.grip_state_first), 100.0)
+    sip, reader = packet_of(text, identity.model.grip_state_first), StateReader(identity, odometry)
+    return reader.read(sip, reader.move(sip, 100.0))
+
+
+def received(message, kind):
+    """What a subscriber has of a message of this kind."""
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return kind().deserialize(buffer.getvalue())
+
+
+def odometry_of(motion, stamp=STAMP, odom_frame="odom", base_link_frame="base_link", parameters=DriverParameters()):
+    """What a subscriber to `pose` has."""
+    return received(poses.PoseMessage(odom_frame, base_link_frame, poses.covariances(parameters)).of(motion, stamp), nav_msgs.msg.Odometry)

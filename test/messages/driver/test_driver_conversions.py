@@ -1,18 +1,22 @@
 """State to messages: every field, by hand-made states with known numbers."""
 
 import dataclasses
+import io
 import math
 
 import pytest
+import rospy.msg
+from geometry_msgs.msg import Point, Pose, PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist, TwistWithCovariance, Vector3
+from nav_msgs.msg import Odometry
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 
-from pioneer_control.driver import conversions
+from pioneer_control.driver import conversions, poses
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.p2os import ChargeState, Flags
 from sensor_msgs.msg import BatteryState as Battery
 
-from robot_reports import DRIVING, IO, OLD, READING, STALLED, STAMP, STATE, identity_of, packet_of, state_of
-
-COVARIANCES = conversions.covariances(DriverParameters())
+from robot_reports import DRIVING, IO, OLD, READING, STALLED, STAMP, STATE, identity_of, odometry_of, packet_of, received, state_of
 
 
 def gripper_message(reporter=None, **true):
@@ -22,7 +26,7 @@ def gripper_message(reporter=None, **true):
 
 
 def test_odometry_carries_pose_twist_frames_and_stamp():
-    message = conversions.odometry(STATE, STAMP, "two/odom", "two/base_link", COVARIANCES)
+    message = odometry_of(STATE, STAMP, "two/odom", "two/base_link")
     assert (message.header.stamp, message.header.frame_id, message.child_frame_id) == (STAMP, "two/odom", "two/base_link")
     position, orientation = message.pose.pose.position, message.pose.pose.orientation
     assert (position.x, position.y, position.z) == (1.5, -0.25, 0.0)
@@ -35,7 +39,7 @@ STILL = dataclasses.replace(STATE, linear=0.0, angular=0.0)
 
 
 def test_a_standing_robot_is_surer_of_its_speed_than_a_moving_one():
-    moving, standing = (conversions.odometry(state, STAMP, "odom", "base_link", COVARIANCES).twist.covariance for state in (STATE, STILL))
+    moving, standing = (odometry_of(state).twist.covariance for state in (STATE, STILL))
     assert len(moving) == 36 and all(moving[i] > 0 for i in (0, 7, 35)) and standing[0] < moving[0] and standing[35] < moving[35]
 
 
@@ -43,20 +47,44 @@ def test_a_standing_robot_is_surer_of_its_speed_than_a_moving_one():
 @pytest.mark.parametrize("how, state", [("moving", STATE), ("still", STILL), ("moving", dataclasses.replace(STILL, angular=0.01))])
 def test_each_covariance_parameter_is_the_diagonal_of_its_message(what, how, state):
     parameters = DriverParameters(**{"%s_covariance_%s" % (what, how): (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)})
-    message = conversions.odometry(state, STAMP, "odom", "base_link", conversions.covariances(parameters))
+    message = odometry_of(state, parameters=parameters)
     covariance = getattr(message, what).covariance
-    assert [covariance[7 * axis] for axis in range(6)] == [1, 2, 3, 4, 5, 6] and sum(covariance) == 21
+    assert [covariance[7 * axis] for axis in range(6)] == [1, 2, 3, 4, 5, 6] and sum(covariance) == 21 and len(covariance) == 36
     other = message.twist if what == "pose" else message.pose
     assert other.covariance[0] < 0.01, "the other parameters are untouched"
 
 
 def test_the_transform_says_what_the_pose_says():
-    pose = conversions.odometry(STATE, STAMP, "odom", "base_link", COVARIANCES)
-    message = conversions.transform(STATE, STAMP, "odom", "base_link")
+    pose = odometry_of(STATE)
+    message, = received(poses.TransformMessage("odom", "base_link").of(STATE, STAMP), TFMessage).transforms
     assert (message.header.stamp, message.header.frame_id, message.child_frame_id) == (STAMP, "odom", "base_link")
     translation, position = message.transform.translation, pose.pose.pose.position
     assert (translation.x, translation.y, translation.z) == (position.x, position.y, position.z)
     assert message.transform.rotation == pose.pose.pose.orientation
+
+
+def written(message, count=7):
+    """The bytes that rospy sends."""
+    buffer = io.BytesIO()
+    rospy.msg.serialize_message(buffer, count, message)
+    return buffer.getvalue()
+
+
+def test_pose_and_transform_are_written_as_the_messages_that_they_stand_for():
+    parameters = DriverParameters(pose_covariance_moving=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0))
+    message = poses.PoseMessage("zwei/ödom", "zwei/base_link", poses.covariances(parameters))
+    transforms = poses.TransformMessage("zwei/ödom", "zwei/base_link")
+    for heading in (-3.0, 0.0, 1.0):
+        state = dataclasses.replace(STATE, heading=heading)
+        place = Pose(Point(1.5, -0.25, 0.0), Quaternion(0.0, 0.0, math.sin(heading / 2), math.cos(heading / 2)))
+        header, child = Header(stamp=STAMP, frame_id="zwei/ödom"), "zwei/base_link"
+        plain = Odometry(header, child, PoseWithCovariance(place, conversions.diagonal((1.0, 2.0, 3.0, 4.0, 5.0, 6.0))),
+                         TwistWithCovariance(Twist(Vector3(0.2, 0.0, 0.0), Vector3(0.0, 0.0, -0.1)), conversions.diagonal(parameters.twist_covariance_moving)))
+        assert written(message.of(state, STAMP)) == written(plain)
+        header.seq = 0      # nobody counts what is inside
+        plain = TFMessage([TransformStamped(header, child, Transform(Vector3(1.5, -0.25, 0.0), place.orientation))])
+        assert written(transforms.of(state, STAMP)) == written(plain)
+    assert rospy.msg.args_kwds_to_message(Odometry, (message,), {}) is message and rospy.msg.args_kwds_to_message(TFMessage, (transforms,), {}) is transforms
 
 
 def test_joint_states_of_the_wheels():

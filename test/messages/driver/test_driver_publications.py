@@ -1,6 +1,5 @@
 """What is advertised for which robot, and that nothing is made for a topic that nobody listens to."""
 
-import copy
 import dataclasses
 import math
 import threading
@@ -12,11 +11,10 @@ import rospy
 
 from pioneer_control import p2os
 from pioneer_control.client import PacketReceived
-from pioneer_control.driver import conversions, publications, ranges
+from pioneer_control.driver import conversions, poses, publications, ranges
 from pioneer_control.driver.parameters import DriverParameters
-from pioneer_control.driver.publications import Publications
 
-from robot_reports import DRIVING, GRIPPER_SWITCHES, GYRO, IO, OLD, STATE, identity_of, packet_of, state_of
+from robot_reports import DRIVING, GRIPPER_SWITCHES, GYRO, IO, OLD, STATE, identity_of, packet_of, received, state_of
 
 ALWAYS = {"pose", "/tf", "motor_state", "e_stop", "stall", "battery_state", "battery", "dio", "aio", "robot_info"}
 SONAR = {"sonar", "sonar_ranges", "sonar_points", "/tf_static"}
@@ -36,11 +34,20 @@ class Publisher:
         return self.listeners
 
     def publish(self, message):
-        assert type(message) is self.message_class
-        self.published.append(copy.deepcopy(message))     # it is written at once
+        assert message._md5sum == self.message_class._md5sum
+        self.published.append(received(message, self.message_class))    # it is written at once
 
     def unregister(self):
         del Publisher.all[self.name]
+
+
+class Publications(publications.Publications):
+    """Of a driver that hears of a SIP."""
+
+    def state(self, state):
+        """Its motion comes first."""
+        self.motion(state)
+        super().state(state)
 
 
 @pytest.fixture
@@ -139,18 +146,21 @@ def test_another_robot_brings_its_own_topics_and_takes_those_of_the_one_before(d
 
 def test_nothing_is_made_for_nobody(driver, topics, monkeypatch):
     driver.identity(identity_of("peoplebot-sh", gripper=True, has_gyro=1))
+    monkeypatch.setattr(poses, "quaternion_of", None)   # calling it would raise
     for module in (conversions, ranges):
         for name, function in list(vars(module).items()):
             if callable(function) and getattr(function, "__module__", "") == module.__name__ and name != "e_stop":
-                monkeypatch.setattr(module, name, None)     # calling it would raise
+                monkeypatch.setattr(module, name, None)
     monkeypatch.setattr(driver._gripper, "message", None)
     monkeypatch.setattr(driver._gyro, "rate", None)
     driver.state(dataclasses.replace(STATE, compass=1.0))
     driver.packet(PacketReceived(packet_of(IO), 100.0, 99.9))
     driver.packet(PacketReceived(packet_of(GYRO), 100.0, 99.9))
-    with pytest.raises(TypeError):
-        listen(topics, "stall")
-        driver.state(STATE)
+    for topic in ("stall", "pose", "/tf"):
+        with pytest.raises(TypeError):
+            listen(topics, topic)
+            driver.state(STATE)
+        leave(topics[topic])
 
 
 def test_all_messages_of_a_packet_have_the_stamp_of_its_sending(driver, topics, monkeypatch):
@@ -165,6 +175,17 @@ def test_all_messages_of_a_packet_have_the_stamp_of_its_sending(driver, topics, 
     assert {message.header.stamp for message in stamped} == {rospy.Time(998, 750000000)}
     assert {name for name, topic in topics.items() if topic.published} == set(topics) - {"io"}
     assert len(topics["sonar_ranges"].published) == 2
+
+
+def test_a_clock_that_jumps_while_a_packet_is_read_does_not_tear_it_apart(driver, topics, monkeypatch):
+    listen(topics)
+    monkeypatch.setattr(publications, "monotonic", lambda: 3.0)
+    now = iter((1000.0, 2000.0, 3000.0, 4000.0))
+    monkeypatch.setattr(publications, "ros_time", lambda: next(now))
+    for sent_time in (1.0, 2.0):
+        driver.state(dataclasses.replace(STATE, sent_time=sent_time))
+    first, second = (message.header.stamp for message in topics["pose"].published)
+    assert second - first > rospy.Duration(900) and [message.header.stamp for message in topics["stall"].published] == [first, second]
 
 
 def test_stamps_work_before_simulated_time_begins(driver, topics, monkeypatch):

@@ -6,7 +6,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Sequence
 from pioneer_control import p2os
 from pioneer_control.client.session import Phase, Session, SetBaud
 from pioneer_control.client.settings import Settings
-from pioneer_control.client.state import RobotState
+from pioneer_control.client.state import Motion, RobotState
 
 STEP = 0.005
 SIP_CYCLE = 0.1
@@ -166,6 +166,7 @@ class Bench:
         self.session = Session("fake", tuple(rates), Settings(**settings), wanted_data=dict(wanted_data))
         self.now = 0.0
         self.baud = rates[0] if rates else None
+        self.motions: List[Motion] = []
         self.states: List[RobotState] = []
         self.events: List[object] = []
         self.writes: Dict[float, List[bytes]] = {}
@@ -243,4 +244,4 @@ class Bench:
             self.writes.setdefault(self.now, []).append(action)
             self.robot.receive(action if self.line_speed_fits else bytes(byte ^ 0x5A for byte in action), self.now)
         for event in self.session.take_events():
-            (self.states if isinstance(event, RobotState) else self.events).append(event)
+            {Motion: self.motions, RobotState: self.states}.get(type(event), self.events).append(event)

@@ -8,6 +8,7 @@ from pioneer_control import p2os
 from pioneer_control.client.events import PacketReceived
 from pioneer_control.client.session import LONGEST_QUEUE, Phase, Session
 from pioneer_control.client.settings import Settings
+from pioneer_control.client.state import Motion, RobotState
 from pioneer_control.errors import LinkLostError, PioneerError, RefusedError
 
 from fake_robot import OPEN, WAITING, Bench, FakeRobot, config, sip
@@ -165,6 +166,60 @@ def test_other_packets_reach_the_listeners_and_unknown_ones_are_counted():
     bench.step()
     assert bench.event(PacketReceived).packet == encoder
     assert bench.session.counts.unreadable == 2
+
+
+def parts(bench, *packets):
+    """What the listeners have of packets that come in one piece: from the first half of receive(), and from the second."""
+    bench.session.take_events()
+    bench.now += 0.1
+    paused = bench.session.hear(b"".join(map(p2os.encode_packet, packets)), bench.now)
+    first = bench.session.take_events()
+    bench.session.read_on()
+    assert paused == (len(first) == 1 and type(first[0]) is Motion)
+    return first, bench.session.take_events()
+
+
+def test_the_motion_of_a_sip_can_be_told_before_the_rest_is_read():
+    bench = Bench().until_ready()
+    (motion,), (state,) = parts(bench, sip(x_counts=100, left_velocity_units=90, right_velocity_units=110))
+    assert (motion.x, motion.linear, motion.time) == (pytest.approx(0.1), pytest.approx(0.1), bench.now)
+    assert type(state) is RobotState and vars(motion).items() <= vars(state).items()
+
+
+def test_only_the_first_motion_is_told_before_what_stands_in_front_of_it():
+    bench = Bench().until_ready()
+    first, second = parts(bench, sip(x_counts=100), p2os.Encoder(1, 2), sip(x_counts=110))
+    assert [event.x for event in first] == [pytest.approx(0.1)]
+    assert [type(event) for event in second] == [RobotState, PacketReceived, Motion, RobotState]
+    first, second = parts(bench, p2os.Encoder(1, 2), sip(x_counts=120))
+    assert [[type(event) for event in events] for events in (first, second)] == [[PacketReceived, Motion, RobotState], []]
+
+
+def test_a_sip_that_nobody_believes_has_no_motion_and_counts_once():
+    bench = Bench().until_ready()
+    parts(bench, sip(x_counts=100))
+    assert parts(bench, sip(x_counts=9000)) == ([], []) and bench.session.counts.unreadable == 1
+    first, second = parts(bench, sip(x_counts=110))
+    assert first[0].x == pytest.approx(0.11) and len(second) == 1
+
+
+def test_a_session_that_is_closed_before_it_has_read_on_reads_on_as_one_that_closes():
+    bench = Bench().until_driving()
+    assert bench.session.hear(p2os.encode_packet(sip(left_velocity_units=200, right_velocity_units=200)), bench.now)
+    bench.close()
+    states = len(bench.states)
+    bench.session.read_on()
+    bench.run_until(lambda: bench.finished)
+    assert len(bench.states) == states and bench.session.error is None and not bench.robot.moving
+
+
+def test_a_session_that_failed_before_it_has_read_on_has_nothing_more_to_tell():
+    bench = Bench().until_ready()
+    assert bench.session.hear(p2os.encode_packet(sip()), bench.now)
+    bench.session.fail(LinkLostError("gone"))
+    bench.session.take_events()
+    bench.session.read_on()
+    assert bench.session.take_events() == [] and str(bench.session.error) == "gone"
 
 
 @pytest.mark.parametrize("rates, delay", [((9600,), (37 + 6) * 10 / 9600), ((115200,), (37 + 6) * 10 / 115200), ((), 0.0)])
