@@ -485,10 +485,10 @@ class Robot:
                 self._telling = False
                 if session.phase is Phase.FINISHED:
                     return
-                self._reading_until = session.wake_at
+                due = self._reading_until = session.wake_at
             data, lost = b"", None
             try:
-                data = transport.read(self._reading_until - monotonic())
+                data = transport.read(due - monotonic())
             except LinkLostError as error:
                 lost = error
             with self._lock:
@@ -503,7 +503,7 @@ class Robot:
                     session.fail(lost)
                 if self._closing:
                     session.close(now)
-                if now >= session.wake_at:
+                if now >= due:      # what became due since then is so in the next round, which waits for nothing
                     session.tick(now)
                 self._try_act()
                 events = session.take_events()

@@ -190,6 +190,7 @@ class Session:
         """Let time pass."""
         self._now = now
         if self._decoder.waiting and now >= self._last_byte + p2os.PARTIAL_TIMEOUT:
+            self.read_on()      # first things first
             for _ in self._take(self._decoder.drop_partial(), now):
                 pass
         if now >= self._resume_at:

@@ -50,13 +50,6 @@ class Motion:
     """m/s forward, as measured by the wheels"""
     angular: float
     """rad/s counter-clockwise"""
-    wheel_velocities: Tuple[float, float]
-    """left, right, m/s forward"""
-    wheel_angles: Optional[Tuple[float, float]]
-    """left, right, rad forward, summed since the first packet; None for a model whose wheel radius nobody knows"""
-    x_counts: int
-    """exact sum of the robot's own x since the first packet, in its units"""
-    y_counts: int
 
     @property
     def moving(self) -> bool:
@@ -68,6 +61,13 @@ class Motion:
 class RobotState(Motion):
     """All that the robot reported in one SIP, in SI units; one stamp for all of it. A field that older firmware does not send is None."""
 
+    wheel_velocities: Tuple[float, float]
+    """left, right, m/s forward"""
+    wheel_angles: Optional[Tuple[float, float]]
+    """left, right, rad forward, summed since the first packet; None for a model whose wheel radius nobody knows"""
+    x_counts: int
+    """exact sum of the robot's own x since the first packet, in its units"""
+    y_counts: int
     motors_enabled: bool
     stop_button: bool
     left_stall: bool
@@ -122,12 +122,12 @@ class StateReader:
 
         None for one that nobody can believe: it would have the robot where it cannot be (Odometry.update).
         """
-        odometry, m_s_per_unit = self.odometry, self.identity.model.vel_mm_s_per_unit / 1000
+        odometry = self.odometry
         if not odometry.update(sip.x_counts, sip.y_counts, sip.heading_units, time - self._read_at):
             return None
         self._read_at = time
         x, y, heading = odometry.pose
-        left, right = sip.left_velocity_units * m_s_per_unit, sip.right_velocity_units * m_s_per_unit
+        left, right = self._wheel_velocities(sip)
         return made(Motion, {
             "time": time,
             "sent_time": time - transfer_time,
@@ -136,20 +136,20 @@ class StateReader:
             "heading": heading,
             "linear": (left + right) / 2,
             "angular": self._angular(sip, left, right),
-            "wheel_velocities": (left, right),
-            "wheel_angles": self._wheel_angles(),
-            "x_counts": odometry.x_counts,
-            "y_counts": odometry.y_counts,
         })
 
     def read(self, sip: p2os.Sip, motion: Motion) -> RobotState:
-        """The state after this SIP, whose motion is this."""
+        """The state after this SIP, whose motion is this, the newest."""
         self._hear(sip, motion.time)
         said = STATUS(sip)
         if said != self._said:      # hardly ever: it is read once
             self._said, self._status = said, self._read_status(sip)
         return made(RobotState, {
             **vars(motion),
+            "wheel_velocities": self._wheel_velocities(sip),
+            "wheel_angles": self._wheel_angles(),
+            "x_counts": self.odometry.x_counts,
+            "y_counts": self.odometry.y_counts,
             "sonar": tuple(self._sonar),
             "analog_voltage": None if sip.analog is None else sip.analog * 5 / 255,
             **self._status,
@@ -178,6 +178,11 @@ class StateReader:
             temperature=None if sip.temperature_c is None or sip.temperature_c in NO_TEMPERATURE else float(sip.temperature_c),
             state_of_charge=sip.state_of_charge_percent / 100 if sip.state_of_charge_percent else None,
         )
+
+    def _wheel_velocities(self, sip: Union[p2os.SipMotion, p2os.Sip]) -> Tuple[float, float]:
+        """left, right, m/s"""
+        m_s_per_unit = self.identity.model.vel_mm_s_per_unit / 1000
+        return sip.left_velocity_units * m_s_per_unit, sip.right_velocity_units * m_s_per_unit
 
     def _angular(self, sip: Union[p2os.SipMotion, p2os.Sip], left: float, right: float) -> float:
         """Turning speed (rad/s); firmware without ROTVEL leaves it to the difference of the wheels (m/s)."""

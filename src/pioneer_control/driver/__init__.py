@@ -4,9 +4,9 @@
 ``node.py``          joins what follows with one robot; docs/driver.md lists what it offers
 ``parameters.py``    what can be set, its legal range, and the one frozen object it becomes
 ``publications.py``  out: all publishers
-``poses.py``         where the robot is, as messages that are written in one go
 ``conversions.py``   robot state to messages: pure functions, one stamp for all
 ``ranges.py``        ... and what the sonar heard
+``prompt_*.py``      what must not wait: messages that are written in one go, and a connection that sends them at once
 ``requests.py``      in: all subscribers and services
 ``commands.py``      incoming messages: what is obeyed, what is refused and why
 ``reconfigure.py``   in: parameters that change while the driver runs

@@ -15,6 +15,7 @@ LEGAL_GRIP = "legal: 1 open, 2 close, 3 stop, 7 store, 8 deploy, 15 halt, 16 pre
 LEGAL_LIFT = "legal: 4 up, 5 down, 6 stop, 17 carry, 0 leave alone"
 STOPS = ({LEAVE_ALONE, GripCommand.STOP, GripCommand.HALT}, {LEAVE_ALONE, LiftCommand.STOP})
 """What stops paddles and lift, or leaves them alone."""
+AXES = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
 MOVES_BOTH = (GripCommand.STORE, GripCommand.DEPLOY, GripCommand.HALT)
 
 
@@ -61,9 +62,9 @@ def gripper_stops(message: GripperState) -> bool:
 
 def check_twist(twist: Twist) -> None:
     """Refuse a velocity in which any number is not finite, whether it is used or not: its sender is in trouble."""
-    for part in ("linear", "angular"):
-        for axis in "xyz":
-            _check_finite("cmd_vel", "%s.%s" % (part, axis), getattr(getattr(twist, part), axis))
+    linear, angular = twist.linear, twist.angular
+    for name, value in zip(AXES, (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)):
+        _check_finite("cmd_vel", name, value)
 
 
 def check_wheels(wheels: WheelVelocities) -> None:

@@ -1,4 +1,4 @@
-"""Robot state to ROS messages: pure functions; all messages of one packet carry one stamp. Where it is is in `poses`, what the sonar heard in `ranges`.
+"""Robot state to ROS messages: pure functions; all messages of one packet carry one stamp. Where it is: `prompt_messages`; what the sonar heard: `ranges`.
 
 Units and axes are those of REP 103; the encoding of the frozen messages is that of p2os, so that its peers and bags go on working.
 """

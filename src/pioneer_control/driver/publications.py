@@ -19,8 +19,9 @@ from ..client.gripper import is_on_general_io, with_switches
 from ..client.gyro import GyroReader, is_for_client
 from ..message_values import NO_ECHO
 from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, MotorState, RobotInfo, SonarArray, Stall
-from . import conversions, poses, ranges
+from . import conversions, ranges
 from .parameters import DriverParameters
+from .prompt_messages import PoseMessage, SonarMessage, TransformMessage, covariances
 
 QUEUE = 10
 CLOSE_TIMEOUT = 0.1
@@ -88,8 +89,8 @@ class Publications:
         odom, base, prefix = parameters.odom_frame, parameters.base_link_frame, parameters.frame_prefix
         no_echo = math.inf if parameters.sonar_no_echo == "inf" else NO_ECHO
 
-        # rospy has written a message when publish() returns: the ones for each packet are filled anew, for to make one takes longer.
-        pose, transform, echoes = poses.PoseMessage(odom, base, poses.covariances(parameters)), poses.TransformMessage(odom, base), SonarArray()
+        pose, transform = PoseMessage(odom, base, covariances(parameters)), TransformMessage(odom, base)
+        echoes = SonarMessage(base)
 
         def has_sonar(identity):
             return identity.model.sonar
@@ -97,7 +98,7 @@ class Publications:
         return (
             Topic("pose", Odometry, Motion, pose.of),
             *([Topic("/tf", TFMessage, Motion, transform.of)] if parameters.publish_tf else []),
-            Topic("sonar", SonarArray, RobotState, lambda state, stamp: ranges.sonar_array(state, stamp, base, echoes) if state.sonar_enabled else None,
+            Topic("sonar", SonarArray, RobotState, lambda state, stamp: echoes.of(state, stamp) if state.sonar_enabled else None,
                   fed_by=has_sonar),
             Topic("sonar_ranges", Range, RobotState, lambda state, stamp: ranges.sonar_ranges(state, stamp, prefix, no_echo), fed_by=has_sonar),
             Topic("sonar_points", PointCloud2, RobotState, lambda state, stamp: self._sonar_points(state, stamp, base), fed_by=has_sonar),

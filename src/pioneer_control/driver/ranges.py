@@ -1,26 +1,21 @@
-"""Sonar to ROS: what was heard as an array, as ranges and as points. Pure functions; the frames of the transducers are in `standard_messages`."""
+"""Sonar to ROS: what was heard by number, as ranges and as points. Pure functions; the frames of the transducers are in `standard_messages`."""
 
-from typing import Iterable, List, Optional
+from typing import Iterable, List
 
 from sensor_msgs.msg import PointCloud2, Range
 
 from .. import standard_messages
 from ..client import RobotState
 from ..message_values import NO_ECHO, NOT_HEARD
-from ..msg import SonarArray
 from ..robots import Transducer
 
 SONAR_LIFETIME = 2.0
 """Age (s) at which a reading expires; a full round of an array takes 0.32 s."""
 
 
-def sonar_array(state: RobotState, stamp, base_link_frame: str, message: Optional[SonarArray] = None) -> SonarArray:
-    """Ranges (m) by sonar number; NO_ECHO where nothing is in sight, NOT_HEARD where the last reading has expired. Fills ``message``, else a new one."""
-    message = message or SonarArray()
-    message.header.stamp, message.header.frame_id = stamp, base_link_frame
-    message.ranges = [NOT_HEARD if _expired(reading, state) else min(reading.range, NO_ECHO) for reading in state.sonar]
-    message.ranges_count = len(message.ranges)
-    return message
+def ranges_by_number(state: RobotState) -> List[float]:
+    """Ranges (m) by sonar number; NO_ECHO where nothing is in sight, NOT_HEARD where the last reading has expired."""
+    return [NOT_HEARD if _expired(reading, state) else min(reading.range, NO_ECHO) for reading in state.sonar]
 
 
 def sonar_ranges(state: RobotState, stamp, frame_prefix: str, no_echo: float) -> List[Range]:

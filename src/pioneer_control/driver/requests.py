@@ -168,7 +168,7 @@ class Requests:
 
     def _sender_refused(self, message: Any, topic: "Topic") -> bool:
         """Whether this is a recorded command that must not move the robot, or may be one and does more than to stop; says so."""
-        replayed = commands.is_replayed(message) or self._plays_a_bag(message, topic.name)
+        replayed = self._plays_a_bag(message, topic.name)
         if replayed:
             self._warn([Notice(
                 "replay " + topic.name, "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic.name)])
@@ -180,7 +180,7 @@ class Requests:
         return True
 
     def _plays_a_bag(self, message: Any, topic: str) -> Optional[bool]:
-        """Whether its sender is a `rosbag play` under another name: it offers a service of its own. None when the master does not say in time.
+        """Whether its sender is a `rosbag play`, under whatever name: it offers a service of its own. None when the master does not say in time.
 
         No command waits longer for that than half of cmd_vel_timeout, nor do those behind it: what was asked in vain is not asked again meanwhile.
         A new connection is asked about anew: a player may have the name of a program that was there before.
@@ -188,6 +188,8 @@ class Requests:
         node, connection = commands.sender(message), getattr(message, "_connection_header", None)
         known, answer = self._players.get((topic, node), (None, None))
         if answer is None or known is not connection:
+            if commands.is_replayed(message):
+                return True
             asked_at, timeout = monotonic(), min(MASTER_TIMEOUT, self._watch.cmd_vel_timeout / 2)
             if asked_at < self._ask_again_at:
                 return None

@@ -30,7 +30,7 @@ from pioneer_control.robots import find_model
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "driver"))
 
-from robot_reports import STATE, identity_of, odometry_of  # noqa: E402
+from robot_reports import STATE, identity_of, odometry_of, sonar_array_of  # noqa: E402
 
 SONAR = find_model("p3dx-sh").sonar
 ALL = tuple(CONVERSIONS)
@@ -157,7 +157,7 @@ class TestMade:
         messages = []
         for state, stamp in zip(states, stamps):
             for topic, message in (("pose", odometry_of(state, stamp, "two/odom", "two/base_link")),
-                                   ("sonar", ranges.sonar_array(state, stamp, "two/base_link")),
+                                   ("sonar", sonar_array_of(state, stamp, "two/base_link")),
                                    ("battery_state", conversions.battery_state(state, stamp, "two/base_link"))):
                 messages.append((f"/two/{topic}", message, stamp.to_sec() + 0.001))
         path, _, _ = converted(bag(messages), "--model", "p3dx-sh", "points", "ranges", "battery")

@@ -10,8 +10,9 @@ from pioneer_control import client, p2os
 from pioneer_control.client.identity import identify
 from pioneer_control.client.odometry import Odometry
 from pioneer_control.client.state import StateReader
-from pioneer_control.driver import poses
+from pioneer_control.driver import prompt_messages as prompt
 from pioneer_control.driver.parameters import DriverParameters
+from pioneer_control.msg import SonarArray
 from pioneer_control.p2os import Flags
 from pioneer_control.robots import find_model
 
@@ -64,4 +65,9 @@ def received(message, kind):
 
 def odometry_of(motion, stamp=STAMP, odom_frame="odom", base_link_frame="base_link", parameters=DriverParameters()):
     """What a subscriber to `pose` has."""
-    return received(poses.PoseMessage(odom_frame, base_link_frame, poses.covariances(parameters)).of(motion, stamp), nav_msgs.msg.Odometry)
+    return received(prompt.PoseMessage(odom_frame, base_link_frame, prompt.covariances(parameters)).of(motion, stamp), nav_msgs.msg.Odometry)
+
+
+def sonar_array_of(state, stamp=STAMP, base_link_frame="base_link"):
+    """What a subscriber to `sonar` has."""
+    return received(prompt.SonarMessage(base_link_frame).of(state, stamp), SonarArray)

@@ -11,8 +11,10 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from pioneer_control.driver import conversions, poses
+from pioneer_control.driver import conversions
+from pioneer_control.driver import prompt_messages as prompt
 from pioneer_control.driver.parameters import DriverParameters
+from pioneer_control.msg import SonarArray
 from pioneer_control.p2os import ChargeState, Flags
 from sensor_msgs.msg import BatteryState as Battery
 
@@ -56,7 +58,7 @@ def test_each_covariance_parameter_is_the_diagonal_of_its_message(what, how, sta
 
 def test_the_transform_says_what_the_pose_says():
     pose = odometry_of(STATE)
-    message, = received(poses.TransformMessage("odom", "base_link").of(STATE, STAMP), TFMessage).transforms
+    message, = received(prompt.TransformMessage("odom", "base_link").of(STATE, STAMP), TFMessage).transforms
     assert (message.header.stamp, message.header.frame_id, message.child_frame_id) == (STAMP, "odom", "base_link")
     translation, position = message.transform.translation, pose.pose.pose.position
     assert (translation.x, translation.y, translation.z) == (position.x, position.y, position.z)
@@ -70,10 +72,19 @@ def written(message, count=7):
     return buffer.getvalue()
 
 
+@pytest.mark.parametrize("count", [0, 3, 5])
+def test_the_sonar_is_written_as_the_message_that_it_stands_for(count):
+    message = prompt.SonarMessage("zwei/ödom")
+    for _ in range(2):
+        plain = SonarArray(Header(stamp=STAMP, frame_id="zwei/ödom"), count, [1.5, 5.0, 0.0, 0.0, 5.0][:count])
+        assert written(message.of(dataclasses.replace(STATE, sonar=STATE.sonar[:count]), STAMP)) == written(plain)
+    assert rospy.msg.args_kwds_to_message(SonarArray, (message,), {}) is message
+
+
 def test_pose_and_transform_are_written_as_the_messages_that_they_stand_for():
     parameters = DriverParameters(pose_covariance_moving=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0))
-    message = poses.PoseMessage("zwei/ödom", "zwei/base_link", poses.covariances(parameters))
-    transforms = poses.TransformMessage("zwei/ödom", "zwei/base_link")
+    message = prompt.PoseMessage("zwei/ödom", "zwei/base_link", prompt.covariances(parameters))
+    transforms = prompt.TransformMessage("zwei/ödom", "zwei/base_link")
     for heading in (-3.0, 0.0, 1.0):
         state = dataclasses.replace(STATE, heading=heading)
         place = Pose(Point(1.5, -0.25, 0.0), Quaternion(0.0, 0.0, math.sin(heading / 2), math.cos(heading / 2)))

@@ -11,7 +11,7 @@ import rospy
 
 from pioneer_control import p2os
 from pioneer_control.client import PacketReceived
-from pioneer_control.driver import conversions, poses, publications, ranges
+from pioneer_control.driver import conversions, prompt_messages, publications, ranges
 from pioneer_control.driver.parameters import DriverParameters
 
 from robot_reports import DRIVING, GRIPPER_SWITCHES, GYRO, IO, OLD, STATE, identity_of, packet_of, received, state_of
@@ -146,7 +146,7 @@ def test_another_robot_brings_its_own_topics_and_takes_those_of_the_one_before(d
 
 def test_nothing_is_made_for_nobody(driver, topics, monkeypatch):
     driver.identity(identity_of("peoplebot-sh", gripper=True, has_gyro=1))
-    monkeypatch.setattr(poses, "quaternion_of", None)   # calling it would raise
+    monkeypatch.setattr(prompt_messages, "quaternion_of", None)   # calling it would raise
     for module in (conversions, ranges):
         for name, function in list(vars(module).items()):
             if callable(function) and getattr(function, "__module__", "") == module.__name__ and name != "e_stop":
@@ -156,7 +156,8 @@ def test_nothing_is_made_for_nobody(driver, topics, monkeypatch):
     driver.state(dataclasses.replace(STATE, compass=1.0))
     driver.packet(PacketReceived(packet_of(IO), 100.0, 99.9))
     driver.packet(PacketReceived(packet_of(GYRO), 100.0, 99.9))
-    for topic in ("stall", "pose", "/tf"):
+    monkeypatch.setattr(prompt_messages, "ranges_by_number", None)
+    for topic in ("stall", "pose", "/tf", "sonar"):
         with pytest.raises(TypeError):
             listen(topics, topic)
             driver.state(STATE)

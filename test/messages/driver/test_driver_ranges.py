@@ -13,7 +13,7 @@ from pioneer_control.robots import find_model
 from sensor_msgs.msg import Range
 from sensor_msgs.point_cloud2 import read_points
 
-from robot_reports import DRIVING, OLD, STAMP, STATE, identity_of, state_of
+from robot_reports import DRIVING, OLD, STAMP, STATE, identity_of, sonar_array_of, state_of
 
 SONAR = find_model("p3dx-sh").sonar
 STANDING = dataclasses.replace(STATE, linear=0.0, angular=0.0)
@@ -32,8 +32,8 @@ def points(state):
 
 
 def test_the_array_expires_to_zero_and_ends_at_no_echo():
-    message = ranges.sonar_array(STATE, STAMP, "base_link")
-    assert message.ranges == [1.5, 5.0, 0.0, 0.0, 5.0], "heard, no echo, too old, never heard, beyond"
+    message = sonar_array_of(STATE)
+    assert list(message.ranges) == [1.5, 5.0, 0.0, 0.0, 5.0], "heard, no echo, too old, never heard, beyond"
     assert (message.ranges_count, message.header.stamp, message.header.frame_id) == (5, STAMP, "base_link")
 
 

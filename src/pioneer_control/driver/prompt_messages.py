@@ -1,20 +1,23 @@
-"""Where the robot is, as messages: nav_msgs/Odometry and the transform that says the same.
+"""What whoever steers waits for, as messages that write themselves in one go: where the robot is, and what its sonar heard.
 
-Whoever steers waits for these two, so they write themselves in one go: genpy visits each field, and takes longer for one Odometry than all else that
-lies between the wire and it. They have what rospy asks of a message that is published, and nothing that could be read and be wrong.
+genpy visits each field, and takes longer for one Odometry than all else that lies between the wire and it. These have what rospy asks of a message
+that is published, and nothing that could be read and be wrong. rospy has written one when publish() returns: there is one of each, filled anew.
 """
 
 import struct
+from functools import lru_cache
 from typing import BinaryIO, Dict, NamedTuple, Sequence
 
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from ..client import Motion
+from ..client import Motion, RobotState
 from ..message_values import quaternion_of
+from ..msg import SonarArray
 from .conversions import diagonal
 from .parameters import DriverParameters
+from .ranges import ranges_by_number
 
 
 class Covariance(NamedTuple):
@@ -50,11 +53,11 @@ class PoseMessage:
 
     def serialize(self, buffer: BinaryIO) -> None:
         """Write it. rospy has counted it in the header before."""
-        header, motion = self.header, self._motion
+        stamp, motion = self.header.stamp, self._motion
         _, _, z, w = quaternion_of(motion.heading)
         pose, twist = self._covariance[motion.moving]
         buffer.write(self._struct.pack(
-            header.seq, header.stamp.secs, header.stamp.nsecs, self._frames,
+            self.header.seq, stamp.secs, stamp.nsecs, self._frames,
             motion.x, motion.y, 0.0, 0.0, 0.0, z, w, pose,
             motion.linear, 0.0, 0.0, 0.0, 0.0, motion.angular, twist))
 
@@ -78,6 +81,28 @@ class TransformMessage:
         motion, stamp = self._motion, self._stamp
         _, _, z, w = quaternion_of(motion.heading)
         buffer.write(self._struct.pack(1, 0, stamp.secs, stamp.nsecs, self._frames, motion.x, motion.y, 0.0, 0.0, 0.0, z, w))
+
+
+class SonarMessage:
+    """A SonarArray."""
+
+    _type, _md5sum, _has_header = SonarArray._type, SonarArray._md5sum, True
+
+    def __init__(self, base_link_frame: str) -> None:
+        self.header = Header(frame_id=base_link_frame)
+        self._frame = _string(base_link_frame)
+        self._struct = lru_cache(maxsize=4)(lambda count: struct.Struct("<3I%dsiI%dd" % (len(self._frame), count)))
+
+    def of(self, state: RobotState, stamp) -> "SonarMessage":
+        """Say this from now on."""
+        self._state, self.header.stamp = state, stamp
+        return self
+
+    def serialize(self, buffer: BinaryIO) -> None:
+        """Write it. rospy has counted it in the header before."""
+        stamp, ranges = self.header.stamp, ranges_by_number(self._state)
+        count = len(ranges)
+        buffer.write(self._struct(count).pack(self.header.seq, stamp.secs, stamp.nsecs, self._frame, count, count, *ranges))
 
 
 def _matrix(variances: Sequence[float]) -> bytes:
