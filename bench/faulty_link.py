@@ -39,6 +39,7 @@ LINEAR_FALL = 0.3       # m/s^2 with which the simulated robot comes to rest
 ANGULAR_FALL = math.radians(100)
 SAME = 0.5              # s within which the same wrong is one
 WAITING = 0.3           # s that a whole packet may wait behind bytes that look like a longer one
+LONGEST_GAP = 7000      # steps between two states: a minute of silence, and what it takes to connect again
 JITTER = 0.004          # m or rad by which a reported step may exceed the true one: rounding to the units of the wire
 
 Fault = Callable[[bytes], Sequence[bytes]]
@@ -391,7 +392,7 @@ class Judge:
         self._may_be_on = False
         self._were_on = False
         self._true_pose = rig.firmware.true_pose
-        self._covered: Deque[Tuple[float, float]] = deque([(0.0, 0.0)] * 300, maxlen=300)   # in the last steps
+        self._covered: Deque[Tuple[float, float]] = deque([(0.0, 0.0)] * LONGEST_GAP, maxlen=LONGEST_GAP)     # in the last steps
         self._pose: Optional[Tuple[float, float, float]] = None
         self._pose_at = 0.0
 

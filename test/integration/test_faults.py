@@ -7,6 +7,7 @@ and in the end all are OK.
 """
 
 import itertools
+import math
 import random
 import re
 import sys
@@ -245,15 +246,19 @@ UNSEEN = ()
 
 
 class Row(NamedTuple):
-    """A fault: what befalls the rig, for how many s, what diagnostics say, and the line speed (None: TCP)."""
+    """A fault: what befalls the rig, for how many s, what diagnostics say, the line speed (None: TCP), whether the link is lost, and of how much of the
+    robot's way (m) its pose may know nothing then: how far it got unheard before it was closed, or after.
+    """
 
     befall: Callable[[Rig], Iterator[None]]
     seconds: float
     told: Tuple[Told, ...]
     baud: Optional[int] = None
     ends_link: bool = False
+    unheard: float = 0.002
 
 
+COASTED, DROVE_ON = 0.05, 0.75      # m: while it came to rest; for the 2 s until it was told to stop, or its watchdog stopped it, besides
 FAULTS = {
     "none": Row(nothing, 5.0, HARMLESS),
     "none, at 9600 baud": Row(nothing, 5.0, HARMLESS, baud=9600),
@@ -264,22 +269,23 @@ FAULTS = {
     "split at every position": Row(forms(split), 1.0, HARMLESS),
     "three packets glued": Row(late(on_the_way_back(lambda: glue(3)), 0.3), 10.0, HARMLESS),
     "ten packets glued": Row(late(on_the_way_back(lambda: glue(10)), 1.0), 20.0, HARMLESS),
-    "all SIPs are noise": Row(on_the_way_back(lambda: noise), 10.0, SILENT, ends_link=True),
+    "all SIPs are noise": Row(on_the_way_back(lambda: noise), 10.0, SILENT, ends_link=True, unheard=DROVE_ON),
     "all commands are noise": Row(on_the_way_there(lambda: noise), 10.0, DEAF),
     **{"%g %% of the packets %s lost" % (100 * share, name): Row(way(lambda share=share: lose(share)), 100.0 if share < 0.1 else 30.0, told)
        for share, seen in ((0.01, LOST), (0.2, FEWER), (0.5, FEWER))
        for way, name, told in (
            (on_the_way_there, "to the robot", UNSEEN), (on_the_way_back, "to the client", seen), (both_ways, "either way", seen))},
-    **{"%g s of silence %s" % (seconds, name): Row(way(lambda: lost), seconds, told, ends_link=told is SILENT)
+    **{"%g s of silence %s" % (seconds, name): Row(way(lambda: lost), seconds, told, ends_link=told is SILENT,
+                                                    unheard=DROVE_ON if told is SILENT and (seconds < 60.0 or way is on_the_way_back) else 0.002)
        for seconds, unheard, unseen in ((0.5, UNSEEN, FEWER), (3.0, UNSEEN, SILENT), (60.0, DEAF, SILENT))
        for way, name, told in (
            (on_the_way_there, "to the robot", unheard), (on_the_way_back, "to the client", unseen), (both_ways, "either way", unseen))},
     "late by 0.3 s either way": Row(late(delayed(0.3), 0.3), 10.0, FEWER),     # none for 0.3 s, at the beginning
-    "cable pulled and put back at once": Row(cable_pulled, 0.1, PULLED, ends_link=True),
-    "cable pulled and put back": Row(cable_pulled, 5.0, NO_PORT, ends_link=True),
+    "cable pulled and put back at once": Row(cable_pulled, 0.1, PULLED, ends_link=True, unheard=COASTED),
+    "cable pulled and put back": Row(cable_pulled, 5.0, NO_PORT, ends_link=True),     # it stands by then
     "cable pulled and put back, serial": Row(cable_pulled, 5.0, NO_PORT, baud=9600, ends_link=True),
-    "controller restarts": Row(controller_restarts, 1.0, link(Level.ERROR, "no link: .*restarted"), ends_link=True),
-    "power cycled without a notice": Row(power_cycled, 3.0, SILENT, ends_link=True),
+    "controller restarts": Row(controller_restarts, 1.0, link(Level.ERROR, "no link: .*restarted"), ends_link=True, unheard=COASTED),
+    "power cycled without a notice": Row(power_cycled, 3.0, SILENT, ends_link=True, unheard=COASTED),
     "STOP button pressed and released": Row(stop_button, 3.0, (Told("Motors", Level.WARN, "the STOP button is pressed"),) + TAKEN),
     "STOP button tapped between two SIPs": Row(stop_button, 0.05, TAKEN),
     "driven against a wall": Row(driven_against_a_wall, 5.0, (Told("Stall", Level.WARN, "wheels are stalled", driving=True),)),
@@ -339,6 +345,7 @@ def test_the_matrix(name, goes_on):
     rig.run(5.0)
     assert rig.firmware.true_pose == pose, "nothing moves until it is told to"
     assert not rig.judge.wrongs
+    assert math.dist(rig.firmware.true_pose[:2], (rig.state.x, rig.state.y)) < row.unheard
     if not row.ends_link:
         assert (rig.state.x_counts, rig.state.y_counts) == rig.firmware.internal_counts, "not one count is lost"
     driving(rig)

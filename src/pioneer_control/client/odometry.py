@@ -4,8 +4,8 @@ The robot counts x and y in its own units in fifteen bits that wrap (protocol 4.
 that packets lost in between lose nothing as long as the robot moved less than half the range meanwhile (16 m on a p3dx-sh, 8 m on a p3dx) and
 turned less than half a turn.
 
-The frame is ours and starts at zero. The robot's starts anew with every connect, so the first packet of a connection only ties its frame to the
-pose we had. Resetting is a new tie, too: SETO is never sent, so no packet that was on its way meanwhile can be mistaken for a jump.
+The frame is ours and starts at zero. The robot's starts anew with every OPEN, so the first packet after it only ties its frame to the
+pose we had; a robot that was left open when the link was lost still counts in the one before. Resetting is a new tie, too: SETO is never sent, so no packet that was on its way meanwhile can be mistaken for a jump.
 """
 
 import math

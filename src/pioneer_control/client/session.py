@@ -38,6 +38,7 @@ ASK_AGAIN = 0.2         # s between repetitions of OPEN and CONFIG
 CONFIG_TIMEOUT = 1.0    # s: firmware that has not answered CONFIG by then never will
 OPEN_TIMEOUT = 3.0      # s for the first SIP
 SILENCE = 2.0           # s without a SIP: the link is lost
+UNHEARD = 3.0           # s that a robot may have gone on for without a link: until its watchdog stops it, and a ramp
 WATCHDOG_MARGIN = 0.8   # of the robot's watchdog: its clock and the line's delay are not ours
 STAND_TIMEOUT = 0.35    # s that a closing session leaves the robot to come to rest
 MOTORS_OFF = 0.05       # s between ENABLE 0 and CLOSE
@@ -276,6 +277,8 @@ class Session:
                     motion = self._move(sip, *times)
                     if motion is not None and frame is frames[0]:
                         yield True
+                elif self.phase is Phase.CONNECTING and self.odometry is not None:      # it was left open, and went on counting
+                    self.odometry.update(sip.x_counts, sip.y_counts, sip.heading_units, UNHEARD)
             packet = p2os.decode_packet(frame, grip_state_first)
             if sip is not None and self.phase is Phase.OPENING:
                 self._pending_sip, self._pending_times = packet, times
@@ -353,6 +356,8 @@ class Session:
         self._model = model
         yield from pause(BEFORE_OPEN, self._clock)
         self.phase = Phase.OPENING
+        if self.odometry is not None:
+            self.odometry.rebase()      # OPEN begins a new frame
         for packets in ((OPEN,), STOP, (MOTORS[False],), (p2os.encode_command("SONAR", int(self._settings.use_sonar)),)):
             self._line.command(self._now, *packets)
         yield from self._learn()
@@ -389,9 +394,7 @@ class Session:
 
     def _become_ready(self, model: RobotModel) -> None:
         identity = self._identify()
-        if self.odometry is not None and self.odometry.fits(model.dist_mm_per_unit, model.angle_units_per_rev):
-            self.odometry.rebase()
-        else:
+        if self.odometry is None or not self.odometry.fits(model.dist_mm_per_unit, model.angle_units_per_rev):
             self.odometry = Odometry(model.dist_mm_per_unit, model.angle_units_per_rev)
         self._line.watchdog = identity.watchdog * WATCHDOG_MARGIN
         self._reader = StateReader(identity, self.odometry)

@@ -1,5 +1,6 @@
 """A ready connection: keep-alive, revival, silence, nonsense on the line, and every way to end."""
 
+import math
 import random
 
 import pytest
@@ -201,6 +202,17 @@ def test_a_sip_that_nobody_believes_has_no_motion_and_counts_once():
     assert parts(bench, sip(x_counts=9000)) == ([], []) and bench.session.counts.unreadable == 1
     first, second = parts(bench, sip(x_counts=110))
     assert first[0].x == pytest.approx(0.11) and len(second) == 1
+
+
+def test_what_was_heard_first_is_read_first_also_by_a_tick():
+    bench = Bench().until_ready()
+    hidden = b"\xFA\xFB\xFF" + p2os.encode_packet(sip(x_counts=110))      # looks like the begin of a longer packet
+    assert bench.session.hear(p2os.encode_packet(sip(x_counts=100)) + hidden, bench.now)
+    bench.session.take_events()
+    bench.session.tick(bench.now + p2os.PARTIAL_TIMEOUT)
+    bench.session.read_on()
+    assert [(type(event), event.x) for event in bench.session.take_events()] == [
+        (RobotState, pytest.approx(0.1)), (Motion, pytest.approx(0.11)), (RobotState, pytest.approx(0.11))]
 
 
 def test_a_session_that_is_closed_before_it_has_read_on_reads_on_as_one_that_closes():
@@ -410,6 +422,55 @@ def test_the_odometry_goes_on_over_a_reconnect():
     assert bench.states[-1].x == pytest.approx(1.5)
     bench.session.odometry.update(100, 0, 0)
     assert bench.session.odometry.pose == pytest.approx((1.5, 0.3, before[2]))
+
+
+def reconnect(bench, *heard):
+    """A new session with the robot left as it is, which hears these packets before it has said a word; until it is ready."""
+    bench.session = Session("fake", (), Settings(), bench.session.odometry)
+    bench.session.start(bench.now)
+    for packet in heard:
+        bench.session.receive(p2os.encode_packet(packet), bench.now)
+    bench.until_ready()
+
+
+def test_what_a_robot_did_unheard_is_in_its_odometry_if_it_counts_on():
+    bench = Bench().until_ready()
+    bench.robot.mute = lambda packet: not isinstance(packet, p2os.SyncReply) and bench.robot.phase == OPEN
+    bench.run(0.5)
+    bench.session.receive(p2os.encode_packet(sip(x_counts=100, heading_units=512)), bench.now)
+    assert bench.session.odometry.pose == pytest.approx((0.1, 0.0, math.pi / 4))
+    bench.session.fail(LinkLostError("pulled"))
+    bench.session.take_actions()    # it hears nothing
+    bench.robot.mute = lambda packet: False
+    reconnect(bench, sip(x_counts=400, y_counts=300, heading_units=1024), sip(x_counts=450, y_counts=300, heading_units=1024))
+    assert bench.session.odometry.pose == pytest.approx((0.45, 0.3, math.pi / 2)), "OPEN began a new frame, which is turned by so much"
+    bench.session.odometry.update(10, 0, 0)
+    assert bench.session.odometry.pose == pytest.approx((0.45, 0.31, math.pi / 2))
+
+
+def test_a_new_frame_of_the_robots_is_no_step():
+    """Opened, and lost before it was ready: it counts from zero now."""
+    bench = Bench().until_ready()
+    bench.run(1.0)
+    bench.session.receive(p2os.encode_packet(sip(x_counts=300)), bench.now)
+    bench.session.fail(LinkLostError("pulled"))
+    bench.session.take_actions()
+    bench.session = Session("fake", (), Settings(), bench.session.odometry)
+    bench.session.start(bench.now)
+    bench.robot.mute = lambda packet: isinstance(packet, p2os.Sip)
+    bench.run_until(lambda: bench.session.phase is Phase.OPENING)
+    bench.session.fail(LinkLostError("pulled again"))
+    bench.robot.mute = lambda packet: False
+    reconnect(bench, sip(x_counts=0), sip(x_counts=20))
+    assert bench.session.odometry.pose == pytest.approx((0.32, 0.0, 0.0))
+
+
+def test_no_step_is_believed_that_no_robot_goes_before_it_stands():
+    bench = Bench().until_ready()
+    bench.session.fail(LinkLostError("pulled"))
+    bench.session.take_actions()
+    reconnect(bench, sip(x_counts=16000))
+    assert bench.session.odometry.pose == (0.0, 0.0, 0.0)
 
 
 def test_a_robot_that_reports_more_sonar_than_before_has_a_reading_for_each():
