@@ -94,8 +94,9 @@ class Robot:
         self._baud = baud
         self._settings = Settings(model, models_file, pulse, use_sonar, command_timeout, max_linear, max_angular, has_gripper, tuning, host_baud)
         self._reconnect = reconnect
-        self._listeners = {Motion: on_motion, RobotState: on_state}     # else:
-        self._on_event = on_event
+        self._tell_motion = on_motion or (lambda motion: None)
+        self._tell_state = on_state or (lambda state: None)
+        self._tell_event = on_event or (lambda event: None)
         self._on_wire = on_wire
         # Guards all below, and the order of writes. Reentrant, for a signal handler may call close() while its thread holds it. Released
         # before listeners run.
@@ -493,9 +494,10 @@ class Robot:
                 lost = error
             with self._lock:
                 self._reading_until = 0.0
-                first = session.take_events() if data and session.hear(data, monotonic()) else []
-                self._telling = bool(first)
-            self._tell(first)
+                motion = session.hear(data, monotonic()) if data else None
+                self._telling = motion is not None
+            if motion is not None:
+                self._tell_motion(motion)
             with self._lock:
                 now = monotonic()
                 session.read_on()
@@ -540,6 +542,9 @@ class Robot:
     def _tell(self, events: List[Told]) -> None:
         """Call the listeners; the lock is not held."""
         for event in events:
-            listener = self._listeners.get(type(event), self._on_event)
-            if listener is not None:
-                listener(event)
+            if isinstance(event, RobotState):
+                self._tell_state(event)
+            elif isinstance(event, Motion):
+                self._tell_motion(event)
+            else:
+                self._tell_event(event)

@@ -115,7 +115,7 @@ class Session:
         self.host_baud = HostBaud(self._line, url, settings.host_baud, self._clock)
         self._handshake = Handshake(self._line, url, rates, self._clock, again=odometry is not None)
         self._decoder = p2os.FrameDecoder()
-        self._unread: Iterator[bool] = iter(())     # of what was heard
+        self._unread: Iterator[Motion] = iter(())   # what was heard and is not read yet
         self._now = -math.inf
         self._last_byte = -math.inf
         self._last_sip = -math.inf
@@ -172,28 +172,30 @@ class Session:
 
     def receive(self, data: bytes, now: float) -> None:
         """Take bytes as they came, in any pieces."""
-        self.hear(data, now)
+        motion = self.hear(data, now)
+        if motion is not None:
+            self._events.append(motion)
         self.read_on()
 
-    def hear(self, data: bytes, now: float) -> bool:
-        """The first half of receive(). Whether it found a Motion, to be told before read_on() reads the rest; anything may be called in between."""
+    def hear(self, data: bytes, now: float) -> Optional[Motion]:
+        """The first half of receive(), up to the first Motion, which is to be told at once; then read_on(). Anything may be called in between."""
         self.read_on()
         self._now = self._last_byte = now
         self._unread = self._take(self._decoder.feed(data), now)
-        return next(self._unread, False)
+        return next(self._unread, None)
 
     def read_on(self) -> None:
         """The second half of receive()."""
-        for _ in self._unread:
-            pass
+        for motion in self._unread:
+            self._events.append(motion)
 
     def tick(self, now: float) -> None:
         """Let time pass."""
         self._now = now
         if self._decoder.waiting and now >= self._last_byte + p2os.PARTIAL_TIMEOUT:
             self.read_on()      # first things first
-            for _ in self._take(self._decoder.drop_partial(), now):
-                pass
+            self._unread = self._take(self._decoder.drop_partial(), now)
+            self.read_on()
         if now >= self._resume_at:
             self._resume(None)
         if self.phase is Phase.READY:
@@ -264,9 +266,8 @@ class Session:
 
     # Packets
 
-    def _take(self, frames: List[p2os.Frame], heard_at: float) -> Iterator[bool]:
-        """Read all of them, but with a pause (True) after the Motion of the first: later ones have to wait for what stands before them."""
-        grip_state_first = self._model is None or self._model.grip_state_first
+    def _take(self, frames: List[p2os.Frame], heard_at: float) -> Iterator[Motion]:
+        """Read all of them; yields the Motion of each SIP before the rest of it is read."""
         for frame in frames:
             times, motion = (heard_at, self._line.transfer_time(frame.length)), None
             sip = p2os.decode_motion(frame)
@@ -274,12 +275,14 @@ class Session:
                 self._sips += 1
                 self._last_sip = heard_at
                 if self.phase is Phase.READY:
-                    motion = self._move(sip, *times)
-                    if motion is not None and frame is frames[0]:
-                        yield True
+                    motion = self._reader.move(sip, *times)
+                    if motion is None:
+                        self._unreadable += 1
+                    else:
+                        yield motion
                 elif self.phase is Phase.CONNECTING and self.odometry is not None:      # it was left open, and went on counting
                     self.odometry.update(sip.x_counts, sip.y_counts, sip.heading_units, UNHEARD)
-            packet = p2os.decode_packet(frame, grip_state_first)
+            packet = p2os.decode_packet(frame, self._model is None or self._model.grip_state_first)
             if sip is not None and self.phase is Phase.OPENING:
                 self._pending_sip, self._pending_times = packet, times
             if self._script is not None:
@@ -300,15 +303,6 @@ class Session:
             if isinstance(packet, p2os.Config):
                 self._reconfigure(packet)
             self._events.append(PacketReceived(packet, time, time - transfer_time))
-
-    def _move(self, sip: Union[p2os.SipMotion, p2os.Sip], time: float, transfer_time: float) -> Optional[Motion]:
-        assert self._reader is not None
-        motion = self._reader.move(sip, time, transfer_time)
-        if motion is None:
-            self._unreadable += 1
-        else:
-            self._events.append(motion)
-        return motion
 
     def _report(self, sip: p2os.Sip, motion: Motion) -> None:
         assert self._reader is not None and self.drive is not None
@@ -403,7 +397,9 @@ class Session:
         self.tuner = Tuner(self._line, identity, self._settings.tuning, self._events)
         self.phase = Phase.READY
         self._events.append(Ready(identity))
-        self._report(self._pending_sip, self._move(self._pending_sip, *self._pending_times))
+        motion = self._reader.move(self._pending_sip, *self._pending_times)
+        self._events.append(motion)
+        self._report(self._pending_sip, motion)
 
     def _identify(self) -> RobotIdentity:
         settings = self._settings

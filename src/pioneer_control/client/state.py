@@ -122,11 +122,10 @@ class StateReader:
 
         None for one that nobody can believe: it would have the robot where it cannot be (Odometry.update).
         """
-        odometry = self.odometry
-        if not odometry.update(sip.x_counts, sip.y_counts, sip.heading_units, time - self._read_at):
+        if not self.odometry.update(sip.x_counts, sip.y_counts, sip.heading_units, time - self._read_at):
             return None
         self._read_at = time
-        x, y, heading = odometry.pose
+        x, y, heading = self.odometry.pose
         left, right = self._wheel_velocities(sip)
         return made(Motion, {
             "time": time,

@@ -13,7 +13,7 @@ from time import monotonic
 
 import rospy
 
-from ..client import BaudFound, CommandTimedOut, LineSpeed, LinkDown, Motion, MotionCleared, PacketReceived, Ready, Robot, RobotState, Tuned, Unmoved
+from ..client import BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, PacketReceived, Ready, Robot, RobotState, Tuned, Unmoved
 from ..errors import ParameterError, PioneerError, PortError
 from ..ros_node import init_node
 from .diagnostics import Diagnostics
@@ -56,7 +56,7 @@ class DriverNode:
             tuning=parameters.tuning,
             host_baud=parameters.host_baud or None,
             reconnect=True,
-            on_motion=self._on_motion,
+            on_motion=self._publications.motion,
             on_state=self._on_state,
             on_event=self._on_event,
             on_wire=self._wire and self._wire.tell,
@@ -97,9 +97,6 @@ class DriverNode:
         self._watch.cmd_vel_timeout = parameters.cmd_vel_timeout
 
     # From the robot, on the client's I/O thread.
-
-    def _on_motion(self, motion: Motion) -> None:
-        self._publications.motion(motion)
 
     def _on_state(self, state: RobotState) -> None:
         self._publications.state(state)

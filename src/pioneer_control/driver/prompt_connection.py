@@ -2,6 +2,7 @@
 0.1 to 0.2 ms, and as much work again as the message itself. Here whoever publishes writes to the socket, as long as that cannot hold him up.
 """
 
+import os
 import select
 import threading
 from collections import deque
@@ -57,7 +58,9 @@ class PromptConnection:
                 return True
             self._writing = True
         try:
-            return self._connection.write_data(data)
+            sent = self._connection.write_data(data)
+            os.sched_yield()    # whoever waits for it may wait for this processor
+            return sent
         finally:
             with self._lock:
                 self._writing = False

@@ -51,7 +51,6 @@ class Layout:
     def __init__(self, table: Tuple[Row, ...], number: int, absent: Tuple[Row, ...] = ()):
         self._letters: Dict[str, str] = {}      # of each row
         self._records = None
-        self._parts: Dict[Tuple[str, ...], Callable] = {}
         for at, row in enumerate(table):
             if isinstance(row.type, Many):
                 record, width = row.type.item.record_class, len(row.type.item.letters)
@@ -74,14 +73,8 @@ class Layout:
             values = (*values[:first - 1], tuple(map(record, *map(values.__getitem__, columns))), *values[end:])
         return dict(zip(self._names, values + self._absent))
 
-    def read_some(self, data: bytes, names: Tuple[str, ...]) -> Tuple[Optional[int], ...]:
-        """The values of just these rows of one number each, which are named in wire order; the last of them may be absent."""
-        part = self._parts.get(names)
-        if part is None:
-            part = self._parts[names] = self._part(names)
-        return part(data)
-
-    def _part(self, names: Tuple[str, ...]) -> Callable[[bytes], Tuple[Optional[int], ...]]:
+    def part(self, names: Sequence[str]) -> Callable[[bytes], Tuple[Optional[int], ...]]:
+        """What reads just these rows of one number each, which are named in wire order; the last of them may be absent, and are None."""
         letters = (letters if name in names else "%dx" % struct.calcsize("<" + letters) for name, letters in self._letters.items())
         unpack = struct.Struct("<" + "".join(letters)).unpack_from
         absent = (None,) * len(set(names) - set(self._letters))
@@ -129,6 +122,22 @@ class Table(tuple):
         if many is None:
             return self._layout_to_write(len(values), 0)
         return self._layout_to_write(len(values), len(values[many])) if len(values) > many and type(values[many]) is tuple else None
+
+    def part(self, names: Sequence[str]) -> Callable[[bytes], Optional[Tuple[Optional[int], ...]]]:
+        """What reads just these rows of a plain table with records, as `Layout.part` does; None for data that cannot all be read."""
+        at = self._count_at
+        assert self._is_plain and at is not None
+
+        @lru_cache(maxsize=64)
+        def part_of(length: int, number: int) -> Callable[[bytes], Optional[Tuple[Optional[int], ...]]]:
+            layout = self._layout(length, number)
+            return (lambda data: None) if layout is None else layout.part(names)
+
+        def read(data: bytes) -> Optional[Tuple[Optional[int], ...]]:
+            length = len(data)
+            return part_of(length, data[at])(data) if at < length else None
+
+        return read
 
     @cached_property
     def _is_plain(self) -> bool:

@@ -69,6 +69,15 @@ def test_a_message_is_written_by_who_publishes_it():
     assert set(transport.writers) == {threading.current_thread()}
 
 
+def test_who_publishes_gives_way_to_who_waits_for_it_once_it_is_written(monkeypatch):
+    transport, there = Transport(), []
+    connection = PromptConnection(transport, 10)
+    transport.subscriber.setblocking(False)
+    monkeypatch.setattr(prompt_connection.os, "sched_yield", lambda: there.append(transport.subscriber.recv(1000)))
+    connection.write_data(message(7))
+    assert there == [message(7)]
+
+
 def test_a_subscriber_that_does_not_read_holds_up_nobody_and_then_gets_the_newest_in_order():
     transport = Transport(smallest_buffer=True)
     connection = PromptConnection(transport, 10)

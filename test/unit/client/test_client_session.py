@@ -170,38 +170,39 @@ def test_other_packets_reach_the_listeners_and_unknown_ones_are_counted():
 
 
 def parts(bench, *packets):
-    """What the listeners have of packets that come in one piece: from the first half of receive(), and from the second."""
+    """What the two halves of receive() have of packets that come in one piece."""
     bench.session.take_events()
     bench.now += 0.1
-    paused = bench.session.hear(b"".join(map(p2os.encode_packet, packets)), bench.now)
-    first = bench.session.take_events()
+    motion = bench.session.hear(b"".join(map(p2os.encode_packet, packets)), bench.now)
     bench.session.read_on()
-    assert paused == (len(first) == 1 and type(first[0]) is Motion)
-    return first, bench.session.take_events()
+    return motion, bench.session.take_events()
 
 
 def test_the_motion_of_a_sip_can_be_told_before_the_rest_is_read():
     bench = Bench().until_ready()
-    (motion,), (state,) = parts(bench, sip(x_counts=100, left_velocity_units=90, right_velocity_units=110))
+    motion, (state,) = parts(bench, sip(x_counts=100, left_velocity_units=90, right_velocity_units=110))
     assert (motion.x, motion.linear, motion.time) == (pytest.approx(0.1), pytest.approx(0.1), bench.now)
     assert type(state) is RobotState and vars(motion).items() <= vars(state).items()
 
 
-def test_only_the_first_motion_is_told_before_what_stands_in_front_of_it():
+def test_the_first_motion_waits_for_no_state_and_the_others_stand_in_line():
     bench = Bench().until_ready()
-    first, second = parts(bench, sip(x_counts=100), p2os.Encoder(1, 2), sip(x_counts=110))
-    assert [event.x for event in first] == [pytest.approx(0.1)]
-    assert [type(event) for event in second] == [RobotState, PacketReceived, Motion, RobotState]
-    first, second = parts(bench, p2os.Encoder(1, 2), sip(x_counts=120))
-    assert [[type(event) for event in events] for events in (first, second)] == [[PacketReceived, Motion, RobotState], []]
+    motion, events = parts(bench, sip(x_counts=100), p2os.Encoder(1, 2), sip(x_counts=110))
+    assert motion.x == pytest.approx(0.1) and [type(event) for event in events] == [RobotState, PacketReceived, Motion, RobotState]
+    assert (events[0].x, events[2].x, events[3].x) == pytest.approx((0.1, 0.11, 0.11))
+    motion, events = parts(bench, p2os.Encoder(1, 2), sip(x_counts=120))
+    assert motion.x == pytest.approx(0.12) and [type(event) for event in events] == [PacketReceived, RobotState]
+    bench.now += 0.1
+    bench.session.receive(p2os.encode_packet(sip(x_counts=130)), bench.now)
+    assert [type(event) for event in bench.session.take_events()] == [Motion, RobotState], "nobody asked for it before"
 
 
 def test_a_sip_that_nobody_believes_has_no_motion_and_counts_once():
     bench = Bench().until_ready()
     parts(bench, sip(x_counts=100))
-    assert parts(bench, sip(x_counts=9000)) == ([], []) and bench.session.counts.unreadable == 1
-    first, second = parts(bench, sip(x_counts=110))
-    assert first[0].x == pytest.approx(0.11) and len(second) == 1
+    assert parts(bench, sip(x_counts=9000)) == (None, []) and bench.session.counts.unreadable == 1
+    motion, events = parts(bench, sip(x_counts=110))
+    assert motion.x == pytest.approx(0.11) and len(events) == 1
 
 
 def test_what_was_heard_first_is_read_first_also_by_a_tick():
