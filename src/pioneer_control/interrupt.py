@@ -1,4 +1,7 @@
-"""Once this is imported, Ctrl-C ends a program without a traceback, also while it still imports what it needs. A program's first import."""
+"""Once this is imported, Ctrl-C ends a program without a traceback, also while it still imports what it needs.
+
+A program imports it before all else that is not Python's own.
+"""
 
 import sys
 from types import TracebackType

@@ -32,7 +32,7 @@ Open ``robot.py`` first, then ``session.py``. From the wire upwards:
 ``odometry``      15-bit counts to an exact pose
 ``state``         one SIP to one Motion and one RobotState in SI units
 ``settings``      what the user wants of a connection, checked once
-``events``        what a listener hears besides the states
+``events``        what a listener hears besides motions and states
 ``robot``         the I/O thread around it, and the calls a program makes
 ================  ====================================================================================
 """

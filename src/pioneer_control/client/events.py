@@ -1,4 +1,4 @@
-"""What a listener hears besides the stream of states: one small value per thing that happened on the link."""
+"""What a listener hears besides the stream of motions and states: one small value per thing that happened on the link."""
 
 from typing import Any, NamedTuple, Tuple, Union
 

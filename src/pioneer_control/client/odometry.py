@@ -4,8 +4,9 @@ The robot counts x and y in its own units in fifteen bits that wrap (protocol 4.
 that packets lost in between lose nothing as long as the robot moved less than half the range meanwhile (16 m on a p3dx-sh, 8 m on a p3dx) and
 turned less than half a turn.
 
-The frame is ours and starts at zero. The robot's starts anew with every OPEN, so the first packet after it only ties its frame to the
-pose we had; a robot that was left open when the link was lost still counts in the one before. Resetting is a new tie, too: SETO is never sent, so no packet that was on its way meanwhile can be mistaken for a jump.
+The frame is ours and starts at zero. The robot's starts anew with every OPEN, so the first packet after it only ties its frame to the pose we had;
+a robot that was left open when the link was lost still counts in the one before. Resetting is a new tie, too: SETO is never sent, so no packet that
+was on its way meanwhile can be mistaken for a jump.
 """
 
 import math
@@ -88,7 +89,7 @@ class Odometry:
         return (self._mm_per_count, self._units_per_turn) == (mm_per_count, units_per_turn)
 
     def rebase(self) -> None:
-        """The link was gone: the next packet counts in a new frame of the robot's; our pose goes on from where it is."""
+        """The next packet counts in a new frame of the robot's; our pose goes on from where it is."""
         self._tied = False
 
     def reset(self) -> None:

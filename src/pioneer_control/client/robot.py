@@ -6,7 +6,7 @@ import sys
 import threading
 from dataclasses import replace
 from time import monotonic
-from typing import Callable, Dict, List, NamedTuple, Optional, Tuple, Union
+from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
 
 from ..errors import LinkError, LinkLostError, NoAnswerError, PioneerError, RefusedError, UsageError
 from ..p2os import GripperCommand, encode_command
@@ -56,8 +56,8 @@ class Robot:
         max_linear, max_angular: limits in m/s, rad/s below the robot's own; None for just the robot's.
         has_gripper: None believes the robot (CONFIGpac).
         tuning: settings of the robot itself, sent after every connecting when it stands; see tune().
-        on_motion: called with every Motion before the rest of its SIP is read, otherwise as on_state, which follows: for what shall leave as soon
-            as it can.
+        on_motion: called with every Motion, otherwise as on_state, which follows: for what shall leave as soon as it can. It does not wait for the
+            rest of its SIP to be read, unless an earlier SIP came in the same piece.
         on_state: called with every RobotState, on the I/O thread, no lock held. Be quick: nothing is read meanwhile; after 2 s of that the link
             counts as lost and the robot is stopped. A listener that raises ends the connection: the robot is stopped and closed, and the next
             command raises.
@@ -505,7 +505,7 @@ class Robot:
                     session.fail(lost)
                 if self._closing:
                     session.close(now)
-                if now >= due:      # what became due since then is so in the next round, which waits for nothing
+                if now >= due:      # what became due since then has its turn in the next round, which waits for nothing
                     session.tick(now)
                 self._try_act()
                 events = session.take_events()

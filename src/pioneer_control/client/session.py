@@ -6,8 +6,8 @@
     (handshake)    (CONFIG,    (SIPs)    (stop,      (``error`` says why, None after close())
                    first SIP)            CLOSE)
 
-Whoever runs a session calls receive() with what was read, tick() at ``wake_at`` at the latest, and after each call of any kind carries out
-take_actions() in order and hands take_events() to the listeners. Nothing in here knows a clock, a thread or a port.
+Whoever runs a session calls receive() with what was read (or its halves, hear() and read_on()), tick() at ``wake_at`` at the latest, and after each
+call of any kind carries out take_actions() in order and hands take_events() to the listeners. Nothing in here knows a clock, a thread or a port.
 """
 
 import math

@@ -99,7 +99,7 @@ class RobotState(Motion):
 
 
 class StateReader:
-    """Turns the SIPs of one robot into states; remembers what a single SIP does not carry: odometry and the sonar's last words."""
+    """Turns the SIPs of one robot into motions and states; remembers what a single SIP does not carry: odometry and the sonar's last words."""
 
     def __init__(self, identity: RobotIdentity, odometry: Odometry) -> None:
         self.odometry = odometry

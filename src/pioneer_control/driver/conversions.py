@@ -1,4 +1,6 @@
-"""Robot state to ROS messages: pure functions; all messages of one packet carry one stamp. Where it is: `prompt_messages`; what the sonar heard: `ranges`.
+"""Robot state to ROS messages: pure functions; all messages of one packet carry one stamp.
+
+Where it is, is in `prompt_messages`; what its sonar heard is in `ranges`.
 
 Units and axes are those of REP 103; the encoding of the frozen messages is that of p2os, so that its peers and bags go on working.
 """

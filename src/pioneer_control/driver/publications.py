@@ -98,8 +98,7 @@ class Publications:
         return (
             Topic("pose", Odometry, Motion, pose.of),
             *([Topic("/tf", TFMessage, Motion, transform.of)] if parameters.publish_tf else []),
-            Topic("sonar", SonarArray, RobotState, lambda state, stamp: echoes.of(state, stamp) if state.sonar_enabled else None,
-                  fed_by=has_sonar),
+            Topic("sonar", SonarArray, RobotState, lambda state, stamp: echoes.of(state, stamp) if state.sonar_enabled else None, fed_by=has_sonar),
             Topic("sonar_ranges", Range, RobotState, lambda state, stamp: ranges.sonar_ranges(state, stamp, prefix, no_echo), fed_by=has_sonar),
             Topic("sonar_points", PointCloud2, RobotState, lambda state, stamp: self._sonar_points(state, stamp, base), fed_by=has_sonar),
             Topic("/tf_static", TFMessage, RobotIdentity,

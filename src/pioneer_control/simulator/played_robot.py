@@ -177,7 +177,7 @@ class PlayedRobot:
             self._counts = Counter(map(_name, self._expected))
 
     def _client_of(self, begin: int) -> List[Frame]:
-        """What the record's client said in the session that begins at a step, without its end."""
+        """What the record's client said in the connection that begins at a step, without its end."""
         said = []
         for at in range(begin, len(self.steps)):
             if self._is_close(at) or self.steps[at].stage is not None:
@@ -200,7 +200,7 @@ class PlayedRobot:
             self._tell(f"here the client sends {_told(frame)}, and that of the record did not")
 
     def _tell_counts(self) -> None:
-        """At the end of a session: which commands were not as often sent as in the record."""
+        """At the end of a connection: which commands were not as often sent as in the record."""
         counts = [f"{name} {-count:+d}" for name, count in sorted(self._counts.items()) if count]
         if counts:
             self._tell(f"in this connection the client sent, against that of the record: {', '.join(counts)}")

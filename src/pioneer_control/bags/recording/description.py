@@ -5,7 +5,7 @@
     recording: {date: 2026-11-21 18:00:00+00:00, robots: [pioneer], file: /data/pioneer_2026-11-21-18-00-00.bag, topics: [/pioneer/pose, ...]}
     versions: {pioneer_control: 0.1.0, commit: 8d1c2e4..., rospy: 1.15.15, rosbag: 1.15.15, python: 3.11.2, system: Debian GNU/Linux 12 (bookworm)}
     nodes:
-      /pioneer/p2os: {publishes: [...], hears: [...], serves: [...]}
+      /pioneer/p2os: {serves: [...], publishes: [...], hears: [...]}
     parameters:                     the whole parameter server: {pioneer: {p2os: {port: ...}}}
 
 It is said again when nodes or parameters change, so a bag may hold several: all nodes there ever were are in one or another.
@@ -31,7 +31,7 @@ class Description(NamedTuple):
     """date, robots, file, topics"""
     versions: Mapping[str, str]
     nodes: Mapping[str, Mapping[str, Sequence[str]]]
-    """node -> publishes, hears, serves"""
+    """node -> serves, publishes, hears"""
     parameters: Mapping[str, Any]
     """The tree of the parameter server."""
 
