@@ -246,8 +246,8 @@ UNSEEN = ()
 
 
 class Row(NamedTuple):
-    """A fault: what befalls the rig, for how many s, what diagnostics say, the line speed (None: TCP), whether the link is lost, and of how much of the
-    robot's way (m) its pose may know nothing then: how far it got unheard before it was closed, or after.
+    """A fault: what befalls the rig, for how many s, what diagnostics say, the line speed (None: TCP), whether the link is lost, and of how much of
+    the robot's way (m) its pose may know nothing then: how far it got unheard before it was closed, or after.
     """
 
     befall: Callable[[Rig], Iterator[None]]

@@ -258,8 +258,8 @@ class Record(unittest.TestCase):
             recorded[message.topic].append(message.data)
         return [topic for topic, heard in self.witness.heard.items() if recorded[topic] != heard]
 
-    def oftener(self, messages):
-        """Topics of which a list of messages has not exactly the one that was published."""
+    def not_once(self, messages):
+        """Topics of `ONCE` of which a list of messages has not exactly one."""
         counts = collections.Counter(message.topic for message in messages)
         return [topic for topic in ONCE if counts[topic] != 1]
 
@@ -307,8 +307,8 @@ class Record(unittest.TestCase):
             there = {message.topic for message in read_bag(path)}
             self.assertLessEqual({f"/{robot}/{name}" for robot in ROBOTS for name in LATCHED} | {"/tf_static", "/map", "/world"}, there)
         self.assertEqual([message.topic for message in self.messages if not message.connection.caller], [], "read together they have what was published")
-        self.assertEqual(self.oftener(self.messages), [], "and as often")
-        self.assertEqual(self.oftener(self.messages + self.by_topic["/map"]), ["/map"], "a second delivery is found")
+        self.assertEqual(self.not_once(self.messages), [], "and as often")
+        self.assertEqual(self.not_once(self.messages + self.by_topic["/map"]), ["/map"], "a second delivery is found")
 
     def test_it_says_of_itself_who_was_there(self):
         made = [description_of(decode(message.connection, message.data).data) for message in self.by_topic["/robot2/recording"]]

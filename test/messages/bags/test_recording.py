@@ -187,7 +187,8 @@ class TestDescription:
     def test_the_commit_of_a_file_and_whether_all_is_as_committed(self, tmp_path):
         def git(*arguments):
             who = "-c", "user.name=a", "-c", "user.email=a@b"
-            return subprocess.run(["git", "-C", str(tmp_path), *who, *arguments], check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout.strip()
+            command = ["git", "-C", str(tmp_path), *who, *arguments]
+            return subprocess.run(command, check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout.strip()
 
         module, other = tmp_path / "module.py", tmp_path / "other.py"
         git("init", "--quiet")

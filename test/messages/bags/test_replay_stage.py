@@ -43,7 +43,8 @@ class TestKeeper:
         keeper.close()
         kept = list(read_bag(keeper.path))
         assert [(entry.data, entry.connection.caller) for entry in kept] == [(bytes([number]) * 48, sender) for number, sender in enumerate(senders)]
-        assert {(entry.topic, entry.connection.type, entry.connection.header["topic"]) for entry in kept} == {("/cmd_vel", "geometry_msgs/Twist", "/cmd_vel")}
+        connections = {(entry.topic, entry.connection.type, entry.connection.header["topic"]) for entry in kept}
+        assert connections == {("/cmd_vel", "geometry_msgs/Twist", "/cmd_vel")}
         with rosbag.Bag(keeper.path) as bag:
             assert [topic for topic, _, _ in bag.read_messages()] == ["/cmd_vel"] * 3
 

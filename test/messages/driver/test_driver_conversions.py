@@ -89,13 +89,15 @@ def test_pose_and_transform_are_written_as_the_messages_that_they_stand_for():
         state = dataclasses.replace(STATE, heading=heading)
         place = Pose(Point(1.5, -0.25, 0.0), Quaternion(0.0, 0.0, math.sin(heading / 2), math.cos(heading / 2)))
         header, child = Header(stamp=STAMP, frame_id="zwei/ödom"), "zwei/base_link"
-        plain = Odometry(header, child, PoseWithCovariance(place, conversions.diagonal((1.0, 2.0, 3.0, 4.0, 5.0, 6.0))),
-                         TwistWithCovariance(Twist(Vector3(0.2, 0.0, 0.0), Vector3(0.0, 0.0, -0.1)), conversions.diagonal(parameters.twist_covariance_moving)))
+        pose = PoseWithCovariance(place, conversions.diagonal((1.0, 2.0, 3.0, 4.0, 5.0, 6.0)))
+        speed = Twist(Vector3(0.2, 0.0, 0.0), Vector3(0.0, 0.0, -0.1))
+        plain = Odometry(header, child, pose, TwistWithCovariance(speed, conversions.diagonal(parameters.twist_covariance_moving)))
         assert written(message.of(state, STAMP)) == written(plain)
         header.seq = 0      # nobody counts what is inside
         plain = TFMessage([TransformStamped(header, child, Transform(Vector3(1.5, -0.25, 0.0), place.orientation))])
         assert written(transforms.of(state, STAMP)) == written(plain)
-    assert rospy.msg.args_kwds_to_message(Odometry, (message,), {}) is message and rospy.msg.args_kwds_to_message(TFMessage, (transforms,), {}) is transforms
+    for kind, given in ((Odometry, message), (TFMessage, transforms)):
+        assert rospy.msg.args_kwds_to_message(kind, (given,), {}) is given
 
 
 def test_joint_states_of_the_wheels():

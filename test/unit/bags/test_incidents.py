@@ -63,7 +63,8 @@ class TestMade:
         assert self.made(*asked) == [(1.0, 2.0, "stall"), (3.0, 4.0, "stall")]
 
     def test_of_two_at_a_time_the_first_ends_first(self):
-        assert self.made((1.0, "fault begins: stall"), (2.0, "fault begins: stall"), (3.0, "fault ends: stall")) == [(1.0, 3.0, "stall"), (2.0, 99.0, "stall")]
+        asked = (1.0, "fault begins: stall"), (2.0, "fault begins: stall"), (3.0, "fault ends: stall")
+        assert self.made(*asked) == [(1.0, 3.0, "stall"), (2.0, 99.0, "stall")]
 
 
 class TestSilences:

@@ -51,9 +51,10 @@ SIP_DATA = [p2os.FrameDecoder().feed(bytes.fromhex(text))[0].data for text in (
     "FAFB2833D204C8FF0002BE00D20080000200020700000203DC05049808210500F00080000020000000260D",
     "FAFB1B3200000000000000000000820000000000000000000000FFFF337E",
     "FAFB2532F87F0A0000F8000000007E010100F8200000010088136201FFCF05FD000100000800AF70")]
+CHANGES = some.lists(some.tuples(some.integers(0, 80), some.integers(0, 255)))
 
 
-@given(some.integers(0x2F, 0x36), some.sampled_from(SIP_DATA), some.binary(max_size=12), some.integers(0, 80), some.lists(some.tuples(some.integers(0, 80), some.integers(0, 255))))
+@given(some.integers(0x2F, 0x36), some.sampled_from(SIP_DATA), some.binary(max_size=12), some.integers(0, 80), CHANGES)
 def test_the_motion_is_read_of_just_those_frames_that_are_a_sip_and_is_the_same(id, data, more, length, changes):
     data = bytearray(data + more)
     for place, value in changes:

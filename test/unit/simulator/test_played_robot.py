@@ -175,7 +175,7 @@ def test_a_robot_that_was_left_open_streams_to_whoever_comes():
     ([PULSE, encode_command("ENABLE", 1), PULSE], [(5.1, "here the client sends ENABLE 1, and that of the record did not"),
                                                    (5.1, "in this connection the client sent, against that of the record: ENABLE +1, PULSE +1")]),
 ])
-def test_what_the_client_does_otherwise_is_said_once_in_each_session(sent, said):
+def test_what_the_client_does_otherwise_is_said_once_in_each_connection(sent, said):
     played = Played(TWO)
     played.connect()
     for packet in [*sent, CLOSE]:
