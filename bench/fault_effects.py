@@ -118,7 +118,7 @@ class Insistent:
         return out
 
     def _take(self, sip: p2os.Sip) -> None:
-        x, y = (((count + 0x4000) % 0x8000 - 0x4000) * MODEL.dist_mm_per_unit / 1000.0 for count in (sip.x_counts, sip.y_counts))
+        x, y = (p2os.wrapped(count, p2os.COUNT_RANGE) * MODEL.dist_mm_per_unit / 1000.0 for count in (sip.x_counts, sip.y_counts))
         origin_x, origin_y, heading = self._origin
         self.pose = (
             origin_x + x * math.cos(heading) - y * math.sin(heading), origin_y + x * math.sin(heading) + y * math.cos(heading),

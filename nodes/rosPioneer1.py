@@ -55,10 +55,10 @@ def main():
     wait_for_clock()
     velocity = rospy.Publisher(NAMESPACE + "/cmd_vel", Twist, queue_size=1)
     motors = rospy.Publisher(NAMESPACE + "/cmd_motor_state", MotorState, queue_size=1)
+    command = Twist(linear=Vector3(x=SPEED))
     if not switch_motors_on(motors):
         rospy.logerr("the motors do not go on: does the driver run, is the robot's STOP button released?")
         return 1
-    command = Twist(linear=Vector3(x=SPEED))
 
     def stop():
         command.linear.x = 0.0  # also of what the loop below may still publish
