@@ -182,7 +182,11 @@ class Session:
         self.read_on()
         self._now = self._last_byte = now
         self._unread = self._take(self._decoder.feed(data), now)
-        return next(self._unread, None)
+        motion = next(self._unread, None)
+        if motion is not None and any(isinstance(event, Motion) for event in self._events):     # it became ready just now: that is told first
+            self._events.append(motion)
+            return None
+        return motion
 
     def read_on(self) -> None:
         """The second half of receive()."""
@@ -192,8 +196,8 @@ class Session:
     def tick(self, now: float) -> None:
         """Let time pass."""
         self._now = now
+        self.read_on()      # first things first, also while a listener has what was heard
         if self._decoder.waiting and now >= self._last_byte + p2os.PARTIAL_TIMEOUT:
-            self.read_on()      # first things first
             self._unread = self._take(self._decoder.drop_partial(), now)
             self.read_on()
         if now >= self._resume_at:

@@ -138,13 +138,17 @@ class StateReader:
         })
 
     def read(self, sip: p2os.Sip, motion: Motion) -> RobotState:
-        """The state after this SIP, whose motion is this, the newest."""
+        """The state after this SIP, whose motion is this, the newest. Its pose is that of now: the odometry may have been reset since."""
         self._hear(sip, motion.time)
         said = STATUS(sip)
         if said != self._said:      # hardly ever: it is read once
             self._said, self._status = said, self._read_status(sip)
+        x, y, heading = self.odometry.pose
         return made(RobotState, {
             **vars(motion),
+            "x": x,
+            "y": y,
+            "heading": heading,
             "wheel_velocities": self._wheel_velocities(sip),
             "wheel_angles": self._wheel_angles(),
             "x_counts": self.odometry.x_counts,

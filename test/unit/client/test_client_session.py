@@ -6,7 +6,7 @@ import random
 import pytest
 
 from pioneer_control import p2os
-from pioneer_control.client.events import PacketReceived
+from pioneer_control.client.events import MotionCleared, PacketReceived, Ready
 from pioneer_control.client.session import LONGEST_QUEUE, Phase, Session
 from pioneer_control.client.settings import Settings
 from pioneer_control.client.state import Motion, RobotState
@@ -195,6 +195,37 @@ def test_the_first_motion_waits_for_no_state_and_the_others_stand_in_line():
     bench.now += 0.1
     bench.session.receive(p2os.encode_packet(sip(x_counts=130)), bench.now)
     assert [type(event) for event in bench.session.take_events()] == [Motion, RobotState], "nobody asked for it before"
+
+
+def test_no_motion_overtakes_that_the_robot_is_ready():
+    """A SIP that comes in one piece with what it was waited for."""
+    bench = Bench()
+    bench.robot.config = None
+    bench.run_until(lambda: bench.session.phase is Phase.OPENING and bench.states == [] and "ENABLE" in bench.robot.names())
+    bench.run(0.2)
+    motion, events = parts(bench, config(), sip(x_counts=100))
+    assert motion is None
+    assert [type(event) for event in events] == [Ready, Motion, RobotState, Motion, RobotState]
+    assert [event.x for event in events[1:]] == pytest.approx([0.0, 0.0, 0.1, 0.1])
+
+
+def test_a_listener_that_has_the_motion_does_not_keep_the_rest_from_being_read():
+    """The guard of the robot ticks meanwhile."""
+    bench = Bench().until_driving()
+    assert bench.session.hear(p2os.encode_packet(sip(flags=p2os.Flags.STOP_BUTTON)), bench.now)
+    bench.session.tick(bench.now)
+    bench.act()
+    assert bench.session.drive.shall_stand and bench.robot.names()[-3:] == ["STOP", "VEL", "RVEL"]
+    assert bench.event(MotionCleared).reason == "the STOP button is pressed"
+
+
+def test_a_state_that_is_read_after_a_reset_of_the_odometry_is_of_after_it():
+    bench = Bench().until_ready()
+    assert bench.session.hear(p2os.encode_packet(sip(x_counts=100)), bench.now).x == pytest.approx(0.1)
+    bench.session.odometry.reset()
+    bench.session.read_on()
+    state, = bench.session.take_events()
+    assert (state.x, state.y, state.heading) == (0.0, 0.0, 0.0)
 
 
 def test_a_sip_that_nobody_believes_has_no_motion_and_counts_once():
