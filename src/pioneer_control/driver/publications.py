@@ -81,7 +81,7 @@ class Publications:
         self._gripper = conversions.GripperReporter(parameters.beam_polarity)
         self._switches: Optional[p2os.GripperSwitches] = None
         self._gyro = GyroReader()
-        self._stamp, self._stamped = rospy.Time(), -math.inf    # all that one SIP says has the same, though the clock may jump meanwhile
+        self._stamp = rospy.Time()      # all that one SIP says has the same, though the clock may jump meanwhile
         self._lock = threading.Lock()
         self._advertise()
 
@@ -139,17 +139,17 @@ class Publications:
     def motion(self, motion: Motion) -> None:
         """Once per SIP, before its state: where the robot is, for that must not wait for all else to be read."""
         with self._lock:
-            self._publish(Motion, motion, self._stamp_of(motion.sent_time))
+            self._publish(Motion, motion, stamped(self._stamp, motion.sent_time))
 
     def state(self, state: RobotState) -> None:
-        """Once per SIP; all messages with one stamp."""
+        """Once per SIP; all messages with the stamp of its motion."""
         with self._lock:
             if state.compass is not None and not self._has_compass:     # no other packet tells that there is one
                 self._has_compass = True
                 self._advertise()
             if state.gripper is not None:
                 self._gripper.saw(state.gripper)
-            self._publish(RobotState, state, self._stamp_of(state.sent_time))
+            self._publish(RobotState, state, self._stamp)
             self._standing = not state.moving
 
     def packet(self, event: PacketReceived) -> None:
@@ -157,7 +157,7 @@ class Publications:
         with self._lock:
             if isinstance(event.packet, p2os.Gripper):
                 self._switches = event.packet.state
-            self._publish(type(event.packet), event.packet, self._stamp_of(event.sent_time))
+            self._publish(type(event.packet), event.packet, stamped(rospy.Time(), event.sent_time))
 
     def close(self) -> None:
         """Publish nothing more: ROS shuts down, and closes topics before it says so. Who keeps the lock for longer waits for a master that hangs."""
@@ -165,16 +165,6 @@ class Publications:
         self._topics, self._wanted = (), {}
         if locked:
             self._lock.release()
-
-    def _stamp_of(self, moment: float) -> rospy.Time:
-        """A monotonic time (s) of late as ROS time, as long as no other is asked for; zero before simulated time begins."""
-        stamp = self._stamp
-        if moment != self._stamped:
-            self._stamped = moment
-            seconds = max(0.0, ros_time() - (monotonic() - moment))
-            stamp.secs = int(seconds)
-            stamp.nsecs = int((seconds - stamp.secs) * 1e9)
-        return stamp
 
     def _publish(self, source: type, value: Any, stamp: rospy.Time) -> None:
         if self._listeners.changed:
@@ -234,6 +224,14 @@ class Publications:
     def _imu(self, packet: p2os.Gyro, stamp: rospy.Time, base_link_frame: str) -> Optional[Imu]:
         rate = self._gyro.rate(packet, self._standing)
         return None if rate is None else conversions.turn_rate(rate, stamp, base_link_frame)
+
+
+def stamped(stamp: rospy.Time, moment: float) -> rospy.Time:
+    """This stamp, set to a monotonic time (s) of late as ROS time; zero before simulated time begins."""
+    seconds = max(0.0, ros_time() - (monotonic() - moment))
+    stamp.secs = int(seconds)
+    stamp.nsecs = int((seconds - stamp.secs) * 1e9)
+    return stamp
 
 
 def ros_time() -> float:

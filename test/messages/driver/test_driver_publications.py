@@ -189,6 +189,19 @@ def test_a_clock_that_jumps_while_a_packet_is_read_does_not_tear_it_apart(driver
     assert second - first > rospy.Duration(900) and [message.header.stamp for message in topics["stall"].published] == [first, second]
 
 
+def test_a_packet_between_the_two_halves_of_a_sip_does_not_tear_it_apart_either(driver, topics, monkeypatch):
+    """What came before a SIP in one piece with it is told after its motion."""
+    listen(topics)
+    monkeypatch.setattr(publications, "monotonic", lambda: STATE.time)
+    now = iter((1000.0, 2000.0, 3000.0))
+    monkeypatch.setattr(publications, "ros_time", lambda: next(now))
+    driver.motion(STATE)
+    driver.packet(PacketReceived(packet_of(IO), STATE.time, STATE.sent_time - 0.01))
+    publications.Publications.state(driver, STATE)
+    stamp = topics["pose"].published[0].header.stamp
+    assert stamp and topics["stall"].published[0].header.stamp == stamp
+
+
 def test_stamps_work_before_simulated_time_begins(driver, topics, monkeypatch):
     monkeypatch.setattr(publications, "ros_time", lambda: 0.0)
     listen(topics, "pose")
