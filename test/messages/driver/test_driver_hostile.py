@@ -4,6 +4,7 @@ import pytest
 from bottle import Bottle
 from test_driver_requests import ask, twist
 
+from pioneer_control.client import BaudFound, LineSpeed, Unmoved
 from pioneer_control.driver.notices import PERIOD
 from pioneer_control.msg import GripperState, GripState, LiftState, MotorState
 from pioneer_control.robots import find_model
@@ -129,3 +130,26 @@ def test_flags_that_flicker_do_not_flood_the_log(run, befall):
 
     said = [text for level, text in run(script).said if level == "warn"]
     assert 1 <= len(said) <= 3 * (1 + 15.0 / PERIOD), said
+
+
+def test_what_is_noticed_of_robot_and_line_is_in_the_log(run):
+    def script(bottle):
+        yield 0.2
+        for event in (BaudFound(19200), LineSpeed(38400, ""), LineSpeed(9600, "it fell silent"), Unmoved(2.0)):
+            bottle.node._on_event(event)
+
+    said = run(script).said
+    assert ("info", "the robot answers at 19200 baud; set the parameter baud to it for a faster start") in said
+    assert ("info", "the line runs at 38400 baud") in said and ("warn", "the line runs at 9600 baud: it fell silent") in said
+    assert any(level == "warn" and "has not moved for 2 s: does it hear?" in text for level, text in said)
+
+
+def test_a_robot_that_does_not_hear_is_noticed_by_the_driver(run):
+    def script(bottle):
+        assert (yield from ask(bottle, "set_motors", True))[0]
+        bottle.deaf_to = {"VEL", "RVEL"}
+        for _ in range(40):
+            bottle.send("cmd_vel", twist(0.3))
+            yield 0.1
+
+    assert "does it hear?" in run(script).warned

@@ -86,3 +86,14 @@ def test_what_was_wanted_before_is_asked_for_when_ready_and_what_was_ended_is_no
     bench.until_ready()
     bench.run(0.1)
     assert asked(bench) == [2] and asked(bench, "ENCODER") == []
+
+
+def test_a_full_queue_is_not_made_longer_and_what_found_no_place_is_asked_later():
+    bench = Bench(rates=(9600,)).until_ready()
+    while not bench.session._line.full:
+        bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+    waiting = bench.session._line.waiting
+    bench.session.data.request("io", True, bench.now)
+    assert bench.session._line.waiting == waiting
+    bench.run(2 * AGAIN + 3.0)
+    assert asked(bench)[0] == 2

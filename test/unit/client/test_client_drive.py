@@ -507,3 +507,14 @@ def test_speeds_are_reported_in_si():
     assert bench.states[-1].linear == pytest.approx(0.2)
     assert bench.states[-1].angular == pytest.approx(math.radians(28.6), abs=math.radians(1.1))
     assert isinstance(bench.states[-1].flags, p2os.Flags)
+
+
+def test_motors_that_do_not_go_off_are_given_up_and_nothing_is_taken_back():
+    bench = Bench().until_driving()
+    bench.robot.deaf = lambda heard: heard.name == "ENABLE"
+    request = bench.session.drive.request_motors(False, bench.now, 1.0)
+    assert bench.run_until(lambda: request.done) == pytest.approx(1.0, abs=0.02)
+    assert isinstance(request.error, NotConfirmedError) and "asked to switch its motors off" in str(request.error)
+    bench.robot.heard.clear()
+    bench.run(2.0)
+    assert "ENABLE" not in bench.robot.names() and not bench.robot.moving

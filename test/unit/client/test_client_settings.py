@@ -32,3 +32,18 @@ def test_a_robot_checks_before_anything_is_opened():
 @pytest.mark.parametrize("field, value", [("pulse", 0), ("max_linear", 0), ("max_angular", None), ("command_timeout", 0.05)])
 def test_sense_is_taken(field, value):
     assert getattr(Settings(**{field: value}), field) == value
+
+
+@pytest.mark.parametrize("baud", [9601, 0, "fast"])
+def test_a_line_speed_that_no_robot_has_is_named_with_those_it_may_have(baud):
+    with pytest.raises(ParameterError, match="host_baud is %r; legal: 9600, .*None" % (baud,)):
+        Settings(host_baud=baud)
+
+
+def test_limits_may_change_before_there_is_a_robot():
+    robot = Robot("nowhere")
+    robot.set_limits(0.5, 1.0, 0.2)
+    assert (robot._settings.max_linear, robot._settings.max_angular, robot._settings.command_timeout) == (0.5, 1.0, 0.2)
+    with pytest.raises(ParameterError, match="command_timeout"):
+        robot.set_limits(0.4, 1.0, 0.0)
+    assert robot._settings.max_linear == 0.5, "all or nothing"

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from pioneer_control import p2os
-from pioneer_control.client.gripper import read_gripper
+from pioneer_control.client.gripper import read_gripper, read_pioneer_1_gripper
 from pioneer_control.client.identity import identify
 from pioneer_control.client.odometry import Odometry
 from pioneer_control.client.state import Motion, SonarRange, StateReader
@@ -215,3 +215,9 @@ def test_bumpers_are_the_robots_own_unless_it_does_not_say():
 def test_a_gripper_is_there_if_the_robot_or_the_user_says_so(reported, wanted, fitted):
     reply, model = p2os.SyncReply("fake", "Pioneer", "p3dx-sh"), find_model("p3dx-sh")
     assert identify(reply, model, config(has_gripper=reported), None, None, wanted).has_gripper is fitted
+
+
+def test_a_pioneer_1_tells_its_gripper_by_its_inputs_alone():
+    old, new = ([reader(model).read(sip(digital_in=inputs, grip_state=0), 0.0).gripper for inputs in range(256)] for model in ("pion1m", "p3dx-sh"))
+    assert old == [read_pioneer_1_gripper(inputs) for inputs in range(256)]
+    assert new == [read_gripper(0, inputs) for inputs in range(256)] != old
