@@ -245,6 +245,9 @@ UNSEEN = ()
 """No packet of this protocol is acknowledged: what is lost on its way to the robot shows only when it stands though it shall not."""
 
 
+ROUNDED, COASTED, DROVE_ON = 0.002, 0.05, 0.75      # m: nothing; while it came to rest; for 2 s besides, until it was told to stop or its watchdog did
+
+
 class Row(NamedTuple):
     """A fault: what befalls the rig, for how many s, what diagnostics say, the line speed (None: TCP), whether the link is lost, and of how much of
     the robot's way (m) its pose may know nothing then: how far it got unheard before it was closed, or after.
@@ -255,10 +258,14 @@ class Row(NamedTuple):
     told: Tuple[Told, ...]
     baud: Optional[int] = None
     ends_link: bool = False
-    unheard: float = 0.002
+    unheard: float = ROUNDED
 
 
-COASTED, DROVE_ON = 0.05, 0.75      # m: while it came to rest; for the 2 s until it was told to stop, or its watchdog stopped it, besides
+def is_closed_first(way, seconds):
+    """Whether a robot that was not heard for so long takes a CLOSE before a SIP of it is heard again: always if it hears, by chance if it does not."""
+    return way is on_the_way_back or seconds < 60.0
+
+
 FAULTS = {
     "none": Row(nothing, 5.0, HARMLESS),
     "none, at 9600 baud": Row(nothing, 5.0, HARMLESS, baud=9600),
@@ -276,10 +283,10 @@ FAULTS = {
        for way, name, told in (
            (on_the_way_there, "to the robot", UNSEEN), (on_the_way_back, "to the client", seen), (both_ways, "either way", seen))},
     **{"%g s of silence %s" % (seconds, name): Row(way(lambda: lost), seconds, told, ends_link=told is SILENT,
-                                                    unheard=DROVE_ON if told is SILENT and (seconds < 60.0 or way is on_the_way_back) else 0.002)
-       for seconds, unheard, unseen in ((0.5, UNSEEN, FEWER), (3.0, UNSEEN, SILENT), (60.0, DEAF, SILENT))
+                                                    unheard=DROVE_ON if told is SILENT and is_closed_first(way, seconds) else ROUNDED)
+       for seconds, to_it, from_it in ((0.5, UNSEEN, FEWER), (3.0, UNSEEN, SILENT), (60.0, DEAF, SILENT))
        for way, name, told in (
-           (on_the_way_there, "to the robot", unheard), (on_the_way_back, "to the client", unseen), (both_ways, "either way", unseen))},
+           (on_the_way_there, "to the robot", to_it), (on_the_way_back, "to the client", from_it), (both_ways, "either way", from_it))},
     "late by 0.3 s either way": Row(late(delayed(0.3), 0.3), 10.0, FEWER),     # none for 0.3 s, at the beginning
     "cable pulled and put back at once": Row(cable_pulled, 0.1, PULLED, ends_link=True, unheard=COASTED),
     "cable pulled and put back": Row(cable_pulled, 5.0, NO_PORT, ends_link=True),     # it stands by then

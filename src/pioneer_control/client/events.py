@@ -48,7 +48,7 @@ class BaudFound(NamedTuple):
 
 
 class LineSpeed(NamedTuple):
-    """The line speed of this session, where host_baud asked for another than the robot's own."""
+    """The line speed of a connection, where host_baud asked for another than the robot's own."""
 
     baud: int
     problem: str

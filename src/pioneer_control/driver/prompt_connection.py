@@ -15,8 +15,8 @@ import rospy.topics
 LARGEST = 4096
 """Bytes of a message that is written by who publishes it: any buffer with room has as much. What is larger may wait in the midst of it."""
 
-LONG = 0.002        # s: a subscriber needs less
-NOT_AGAIN = 10.0    # s after giving way took longer
+LONG = 0.002        # s: a subscriber needs the processor for less
+NOT_AGAIN = 10.0    # s for which nobody is given way after it took longer
 
 
 def send_promptly() -> None:
@@ -27,8 +27,8 @@ def send_promptly() -> None:
 class GiveWay:
     """Lets others have this processor once a message is written: whoever waits for it may wait for that, too.
 
-    Where programs have much to compute it goes to them instead, for 3 to 30 ms each time, and no thread of this program runs meanwhile, not even one
-    that brings a stop: then it is not done again for a while.
+    Where programs have much to compute it goes to them instead, for 3 to 30 ms each time. That holds up whoever publishes, and with older versions of
+    Python, which keep the interpreter meanwhile, every thread, also one that brings a stop: then it is not done again for a while.
     """
 
     def __init__(self) -> None:
