@@ -17,18 +17,58 @@ def line(written):
     return Line(written.append, None, (b"stop",))
 
 
+@pytest.fixture
+def busy(line, written):
+    """A line that has just had as many commands in a row as it may."""
+    for _ in range(3):
+        line.velocity(0.0, b"vel", b"rvel")
+    assert len(written) == 3 and line.busy(0.0)
+    written.clear()
+    return line
+
+
 def test_an_idle_line_writes_at_once_and_in_one_piece(line, written):
     line.velocity(0.0, b"vel", b"rvel")
     assert written == [b"velrvel"]
 
 
-def test_of_the_velocities_that_wait_the_latest_wins(line, written):
+def test_of_the_velocities_that_wait_the_latest_wins(busy, written):
     for number in range(5):
-        line.velocity(0.001 * number, b"%d" % number, b"")
-    line.tick(line.due)
-    assert written == [b"0", b"4"]
-    line.tick(1.0)
-    assert written == [b"0", b"4"] and line.due == float("inf")
+        busy.velocity(0.001 * number, b"%d" % number, b"")
+    busy.tick(busy.due)
+    assert written == [b"4"]
+    busy.tick(1.0)
+    assert written == [b"4"] and busy.due == float("inf")
+
+
+@pytest.mark.parametrize("held_up", [0.010, 0.020, 0.029])
+def test_velocities_that_come_in_a_bunch_on_a_fast_line_all_go(line, written, held_up):
+    """Every 10 ms, but some of them late by so many s: with 8 ms for each, and never more than two ahead, none of them is overtaken."""
+    times = [number / 100 for number in range(300)]
+    for number, time in enumerate(times):
+        if number % 50 in (10, 11, 12):
+            time = max(time, times[number // 50 * 50 + 10] + held_up)
+        line.tick(time)
+        line.velocity(time, b"%d " % number, b"")
+    line.tick(9.9)
+    assert b"".join(written) == b"".join(b"%d " % number for number in range(300))
+
+
+def test_ahead_of_the_pace_are_velocities_alone_and_by_two_of_them(line, written):
+    line.velocity(0.0, b"1", b"")
+    line.command(0.0, b"command")
+    line.velocity(0.0, b"2", b"")
+    assert written == [b"1"]
+    line.tick(1.999 * GAP)
+    assert written == [b"1"]
+    line.tick(2 * GAP)
+    assert written == [b"1", b"command", b"2"]
+
+
+def test_a_flood_of_velocities_keeps_the_pace_on_average(line, written):
+    for millisecond in range(1000):
+        line.velocity(millisecond / 1000, b"vel", b"rvel")
+    assert 120 <= len(written) <= 1 / (2 * GAP) + 2
 
 
 def test_commands_keep_their_order_and_the_pace(line, written):
@@ -42,24 +82,23 @@ def test_commands_keep_their_order_and_the_pace(line, written):
     assert written == [b"a", b"b"]
 
 
-def test_neither_a_flood_of_commands_nor_one_of_velocities_holds_up_the_other(line, written):
+def test_neither_a_flood_of_commands_nor_one_of_velocities_holds_up_the_other(busy, written):
     for number in range(4):
-        line.command(0.0, b"command")
-    for millisecond in range(40):
-        line.velocity(millisecond / 1000, b"%d" % millisecond)
-    assert written.count(b"command") == 4 and len(written) == 10
-    assert written[:4] == [b"command", b"4", b"command", b"12"]
+        busy.command(0.0, b"command")
+    for millisecond in range(70):
+        busy.velocity(millisecond / 1000, b"%d" % millisecond)
+    assert written[:8] == [b"command", b"24", b"command", b"32", b"command", b"41", b"command", b"49"]
+    assert len(written) <= (0.070 - 0.024) / GAP + 5, "all of it at the pace of the line, but for the velocities that may be ahead"
 
 
-def test_a_stop_overtakes_and_what_it_overtook_is_forgotten(line, written):
-    line.velocity(0.0, b"first", b"")
-    line.velocity(0.001, b"second", b"")
-    line.command(0.001, b"command")
-    line.stop(0.002, b"halt")
-    assert written == [b"first", b"halt"]
+def test_a_stop_overtakes_and_what_it_overtook_is_forgotten(busy, written):
+    busy.velocity(0.001, b"second", b"")
+    busy.command(0.001, b"command")
+    busy.stop(0.002, b"halt")
+    assert written == [b"halt"]
     for now in (0.1, 0.2, 0.3):
-        line.tick(now)
-    assert written == [b"first", b"halt", b"command"]
+        busy.tick(now)
+    assert written == [b"halt", b"command"]
 
 
 def test_a_flood_of_stops_goes_at_the_pace_of_the_line():
@@ -71,19 +110,20 @@ def test_a_flood_of_stops_goes_at_the_pace_of_the_line():
     assert len(written) <= 42
 
 
-def test_a_velocity_after_a_stop_and_a_stop_after_that(line, written):
-    line.stop(0.0, b"halt")
-    line.velocity(0.001, b"go")
-    line.stop(0.002, b"halt")
-    line.tick(1.0)
+def test_a_velocity_after_a_stop_and_a_stop_after_that(busy, written):
+    busy.stop(0.0, b"halt")
+    busy.velocity(0.001, b"go")
+    busy.stop(0.002, b"halt")
+    busy.tick(1.0)
     assert written == [b"halt", b"halt"]
 
 
-def test_a_stop_right_after_a_velocity_that_followed_a_stop_goes_at_once(line, written):
-    line.stop(0.0, b"halt")
-    line.velocity(0.001, b"go")
-    line.tick(line.due)
-    line.stop(2 * GAP - 0.001, b"halt")
+def test_a_stop_right_after_a_velocity_that_followed_a_stop_goes_at_once(busy, written):
+    busy.stop(0.0, b"halt")
+    busy.velocity(0.001, b"go")
+    went_at = busy.due
+    busy.tick(went_at)
+    busy.stop(went_at + GAP, b"halt")
     assert written == [b"halt", b"go", b"halt"]
 
 
@@ -109,16 +149,15 @@ def test_after_a_long_silence_the_revival_goes_first(line, written):
     assert written[1:] == [b"b", b"stopc"]
 
 
-def test_a_velocity_that_waits_too_long_is_forgotten_and_a_stop_never_is(line, written):
-    line.command(0.0, b"A")
-    line.velocity(0.0, b"V", until=0.5)
-    line.tick(0.5)
-    assert written == [b"A"] and line.due == float("inf")
-    line.velocity(0.6, b"W", until=1.1)
-    line.stop(0.6, b"S")
-    line.stop(0.6, b"T")
-    line.tick(9.0)
-    assert written == [b"A", b"W", b"S", b"T"]
+def test_a_velocity_that_waits_too_long_is_forgotten_and_a_stop_never_is(busy, written):
+    busy.velocity(0.0, b"V", until=0.5)
+    busy.tick(0.5)
+    assert written == [] and busy.due == float("inf")
+    busy.velocity(0.6, b"W", until=1.1)
+    busy.stop(0.6, b"S")
+    busy.stop(0.6, b"T")
+    busy.tick(9.0)
+    assert written == [b"W", b"S", b"T"]
 
 
 def test_one_command_that_waits_can_be_withdrawn(line, written):
@@ -130,11 +169,11 @@ def test_one_command_that_waits_can_be_withdrawn(line, written):
     assert written == [b"A", b"C"]
 
 
-def test_what_waits_can_be_dropped(line, written):
-    for name in (b"a", b"b", b"c"):
-        line.command(0.0, name)
-    line.velocity(0.0, b"v")
-    assert line.waiting == 2
-    line.drop()
-    line.tick(1.0)
-    assert written == [b"a"] and line.waiting == 0
+def test_what_waits_can_be_dropped(busy, written):
+    for name in (b"a", b"b"):
+        busy.command(0.0, name)
+    busy.velocity(0.0, b"v")
+    assert busy.waiting == 2
+    busy.drop()
+    busy.tick(1.0)
+    assert written == [] and busy.waiting == 0
