@@ -96,12 +96,12 @@ def split(packet):
 
 
 def glue(count: int) -> Callable[[bytes], Sequence[bytes]]:
-    """So many packets are kept and come in one piece."""
+    """So many SIPs are kept, with what comes between them, and come in one piece."""
     kept: List[bytes] = []
 
     def fault(packet):
         kept.append(packet)
-        if len(kept) < count:
+        if sum(each[3] in (p2os.STOPPED, p2os.MOVING) for each in kept) < count:
             return ()
         together = b"".join(kept)
         kept.clear()
@@ -227,8 +227,8 @@ class Told(NamedTuple):
     driving: bool = False
 
 
-def link(level, words):
-    return (Told("Link", level, words),)
+def link(level, words, driving=False):
+    return (Told("Link", level, words, driving),)
 
 
 DAMAGED = link(Level.WARN, "[1-9][0-9]* packets with a bad checksum")
@@ -240,9 +240,12 @@ PULLED = link(Level.ERROR, "no link: .*line broke")
 NO_PORT = PULLED + link(Level.ERROR, "no link: .*no such port")
 TAKEN = (Told("Motors", Level.WARN, "took its motors away"),)
 DEAF = (Told("Motors", Level.WARN, "has not moved for 2 s: does it hear?", driving=True),)
+UNANSWERED = "[1-9][0-9]* of [0-9]+ questions within 4 s were not answered"
+FEW_UNHEARD = link(Level.OK, "without an answer: [1-9]", driving=True)
+"""No command of this protocol is acknowledged, so a robot that is driven is asked now and then; one that stands is not (client.link_check)."""
+SOME_UNHEARD = link(Level.WARN, UNANSWERED, driving=True)
+UNHEARD = link(Level.WARN, UNANSWERED)
 HARMLESS = ()
-UNSEEN = ()
-"""No packet of this protocol is acknowledged: what is lost on its way to the robot shows only when it stands though it shall not."""
 
 
 ROUNDED, COASTED, DROVE_ON = 0.002, 0.05, 0.75      # m: nothing; while it came to rest; for 2 s besides, until it was told to stop or its watchdog did
@@ -277,14 +280,14 @@ FAULTS = {
     "three packets glued": Row(late(on_the_way_back(lambda: glue(3)), 0.3), 10.0, HARMLESS),
     "ten packets glued": Row(late(on_the_way_back(lambda: glue(10)), 1.0), 20.0, HARMLESS),
     "all SIPs are noise": Row(on_the_way_back(lambda: noise), 10.0, SILENT, ends_link=True, unheard=DROVE_ON),
-    "all commands are noise": Row(on_the_way_there(lambda: noise), 10.0, DEAF),
+    "all commands are noise": Row(on_the_way_there(lambda: noise), 10.0, DEAF + UNHEARD),
     **{"%g %% of the packets %s lost" % (100 * share, name): Row(way(lambda share=share: lose(share)), 100.0 if share < 0.1 else 30.0, told)
-       for share, seen in ((0.01, LOST), (0.2, FEWER), (0.5, FEWER))
+       for share, unheard, seen in ((0.01, FEW_UNHEARD, LOST), (0.2, SOME_UNHEARD, FEWER), (0.5, SOME_UNHEARD, FEWER))
        for way, name, told in (
-           (on_the_way_there, "to the robot", UNSEEN), (on_the_way_back, "to the client", seen), (both_ways, "either way", seen))},
+           (on_the_way_there, "to the robot", unheard), (on_the_way_back, "to the client", seen), (both_ways, "either way", seen))},
     **{"%g s of silence %s" % (seconds, name): Row(way(lambda: lost), seconds, told, ends_link=told is SILENT,
                                                     unheard=DROVE_ON if told is SILENT and is_closed_first(way, seconds) else ROUNDED)
-       for seconds, to_it, from_it in ((0.5, UNSEEN, FEWER), (3.0, UNSEEN, SILENT), (60.0, DEAF, SILENT))
+       for seconds, to_it, from_it in ((0.5, UNHEARD, FEWER), (3.0, UNHEARD, SILENT), (60.0, DEAF + UNHEARD, SILENT))
        for way, name, told in (
            (on_the_way_there, "to the robot", to_it), (on_the_way_back, "to the client", from_it), (both_ways, "either way", from_it))},
     "late by 0.3 s either way": Row(late(delayed(0.3), 0.3), 10.0, FEWER),     # none for 0.3 s, at the beginning

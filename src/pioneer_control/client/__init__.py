@@ -21,6 +21,7 @@ Open ``robot.py`` first, then ``session.py``. From the wire upwards:
 ``handshake``     listen, sync, identify: from an unknown state to a robot that has said its name
 ``host_baud``     a faster serial line for one session, and back where that does not work
 ``drive``         velocities, dead man, motors: what to say until the robot does it
+``link_check``    questions while it is driven, to see whether what is sent arrives
 ``data``          packets besides the SIP, asked for until they come
 ``velocities``    of the robot or of its wheels: limits, and units of the wire that are right on average
 ``tuning``        settings of the robot itself: the table of them, and what became of each

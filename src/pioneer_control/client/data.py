@@ -57,6 +57,10 @@ class DataRequests:
         """When tick() has something to do."""
         return min(self._asked_at[kind] for kind in self._tries) + AGAIN if self._tries else math.inf
 
+    def wants(self, kind: str) -> bool:
+        """Whether packets of this kind were asked for."""
+        return self._wanted.get(kind, False)
+
     def request(self, kind: str, on: bool, now: float) -> None:
         """Ask for packets of this kind with every SIP, or for no more of them."""
         if kind == "gyro" and not is_for_client(self._identity):

@@ -7,7 +7,7 @@ from ..errors import NotConfirmedError, PioneerError, RefusedError, UsageError
 from ..p2os import encode_command
 from .events import CommandTimedOut, Event, MotionCleared, Unmoved
 from .identity import RobotIdentity
-from .line import Line
+from .line import Companion, Line, alone
 from .state import RobotState
 from .velocities import BodyVelocity, Velocity, WheelVelocities
 
@@ -41,8 +41,11 @@ class MotorsRequest:
 class Drive:
     """Set points and motors of one ready robot. ``now`` is monotonic time in s; what happened by itself is appended to ``events``."""
 
-    def __init__(self, line: Line, identity: RobotIdentity, command_timeout: float, events: List[Event]) -> None:
+    def __init__(
+        self, line: Line, identity: RobotIdentity, command_timeout: float, events: List[Event], companion: Companion = alone
+    ) -> None:
         self._line = line
+        self._companion = companion
         self.command_timeout = command_timeout
         """s after which a velocity that nobody renewed means stop."""
         self._events = events
@@ -160,7 +163,8 @@ class Drive:
     def _send_velocity(self, now: float) -> None:
         assert self._wanted is not None
         self._sent_at = now
-        self._line.velocity(now, *self._driven.packets(*self._wanted, now), until=self._commanded_at + self.command_timeout)
+        self._line.velocity(now, *self._driven.packets(*self._wanted, now),
+                            until=self._commanded_at + self.command_timeout, companion=self._companion)
 
     def _stand(self, now: float, packets: Tuple[bytes, ...]) -> None:
         """Zero set points, ahead of everything else."""

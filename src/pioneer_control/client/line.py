@@ -6,7 +6,7 @@ come in a bunch, as a busy computer delivers them, may be a little ahead of the 
 
 import math
 from collections import deque
-from typing import Callable, Deque, NamedTuple, Optional, Sequence, Union
+from typing import Callable, Deque, NamedTuple, Optional, Sequence, Tuple, Union
 
 GAP = 0.004             # s per command: firmware may drop what comes faster than one in 3 to 5 ms (ARCOS manual)
 AHEAD = 4 * GAP         # s by which a velocity may be ahead of that: then three of them go in a row, six commands as ARIA sends them (protocol 13)
@@ -18,6 +18,23 @@ class SetBaud(NamedTuple):
     """To be done on the line: change its speed."""
 
     baud: int
+
+
+Companion = Callable[[float], Sequence[bytes]]
+"""What is to go with a velocity that is written at this time."""
+
+
+def alone(now: float) -> Sequence[bytes]:
+    """Nothing goes with it."""
+    return ()
+
+
+class _Velocity(NamedTuple):
+    """What waits for the line: packets, when they are too old to be sent, and what goes with them."""
+
+    packets: Tuple[bytes, ...]
+    until: float
+    companion: Companion
 
 
 class Line:
@@ -43,8 +60,7 @@ class Line:
         self._revival = revival
         self._stopped = False           # no velocity was written since the last stop
         self._commands: Deque[Sequence[bytes]] = deque()
-        self._velocity: Optional[Sequence[bytes]] = None
-        self._velocity_until = math.inf
+        self._velocity: Optional[_Velocity] = None
         self._velocity_next = False     # a flood of commands must not keep the robot at an old speed, nor velocities hold up commands
 
     @property
@@ -91,28 +107,28 @@ class Line:
         self._commands.append(packets)
         self.tick(now)
 
-    def velocity(self, now: float, *packets: bytes, until: float = math.inf) -> None:
+    def velocity(self, now: float, *packets: bytes, until: float = math.inf, companion: Companion = alone) -> None:
         """Send a velocity now, or when the line is free instead of the one that waits; from ``until`` on it is too old to be sent."""
-        self._velocity, self._velocity_until = packets, until
+        self._velocity = _Velocity(packets, until, companion)
         self.tick(now)
 
     def stop(self, now: float, *packets: bytes) -> None:
         """Send at once, ahead of all that waits; a velocity that waits is forgotten. A flood of stops is sent at the pace of the line."""
         self._velocity = None
         if self._stopped and self.busy(now):
-            self._velocity, self._velocity_until = packets, math.inf
+            self._velocity = _Velocity(packets, math.inf, alone)
         else:
             self._put(now, packets)
             self._stopped = True
 
     def tick(self, now: float) -> None:
         """Write what the line can carry now."""
-        if now >= self._velocity_until:     # only after a hold-up of the whole process
+        if self._velocity and now >= self._velocity.until:      # only after a hold-up of the whole process
             self._velocity = None
         while now >= self.due:
             if self._velocity and self._velocity_has_its_turn:
-                packets, self._velocity = self._velocity, None
-                self._put(now, packets)
+                velocity, self._velocity = self._velocity, None
+                self._put(now, (*velocity.packets, *velocity.companion(now)))
                 self._stopped = self._velocity_next = False
             else:
                 self._put(now, self._commands.popleft())

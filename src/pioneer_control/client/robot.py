@@ -37,6 +37,10 @@ class LinkCounts(NamedTuple):
     """whole packets that nobody understands, or can believe: the robot would be where it cannot be"""
     unknown_sonar: int
     """readings of transducers that the model does not have"""
+    questions: int
+    """asked while it was driven, and answered or not (link_check); 0 if this robot answers none"""
+    unanswered: int
+    """questions without an answer: lost on the way to the robot, or their answers on the way back"""
     reconnects: int
     last_error: Optional[str]
 
@@ -66,6 +70,8 @@ class Robot:
             writes or reads, which holds the lock while it writes: only put them aside.
         host_baud: line speed to change to once the robot is open, if it is a serial line and the robot can; else the one at which it was found
             stays. None for that one.
+        link_check: ask a robot that is driven for its encoders a few times a second, only to count the answers: what is sent and gets lost shows
+            in nothing else.
         reconnect: keep trying to get the link, for ever; else the first failure is final.
     """
 
@@ -84,6 +90,7 @@ class Robot:
         has_gripper: Optional[bool] = None,
         tuning: Tuning = Tuning(),
         host_baud: Optional[int] = None,
+        link_check: bool = True,
         reconnect: bool = False,
         on_motion: Optional[Callable[[Motion], None]] = None,
         on_state: Optional[Callable[[RobotState], None]] = None,
@@ -92,7 +99,8 @@ class Robot:
     ) -> None:
         self.url = url
         self._baud = baud
-        self._settings = Settings(model, models_file, pulse, use_sonar, command_timeout, max_linear, max_angular, has_gripper, tuning, host_baud)
+        self._settings = Settings(
+            model, models_file, pulse, use_sonar, command_timeout, max_linear, max_angular, has_gripper, tuning, host_baud, link_check)
         self._reconnect = reconnect
         self._tell_motion = on_motion or (lambda motion: None)
         self._tell_state = on_state or (lambda state: None)

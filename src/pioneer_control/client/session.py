@@ -14,7 +14,7 @@ import math
 from dataclasses import replace
 from enum import Enum
 from types import MappingProxyType
-from typing import Any, Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import Any, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 from .. import p2os
 from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, UnknownModelError
@@ -26,6 +26,7 @@ from .handshake import CLOSE, Handshake
 from .host_baud import HostBaud, stands
 from .identity import CONFIG, RobotIdentity, identify
 from .line import LONGEST_QUEUE, Line, SetBaud
+from .link_check import LinkCheck
 from .odometry import Odometry
 from .script import Script, pause
 from .settings import Settings
@@ -75,6 +76,8 @@ class Counts(NamedTuple):
     discarded_bytes: int = 0
     unreadable: int = 0
     unknown_sonar: int = 0
+    questions: int = 0
+    unanswered: int = 0
 
 
 class Session:
@@ -107,6 +110,7 @@ class Session:
         self.drive: Optional[Drive] = None
         self.data: Optional[DataRequests] = None
         self.tuner: Optional[Tuner] = None
+        self.link_check = LinkCheck()
         self._settings = settings
         self._wanted_data = wanted_data
         self._actions: List[Action] = []
@@ -139,7 +143,8 @@ class Session:
         """What the line brought."""
         counts = self._decoder.counts
         unknown_sonar = 0 if self._reader is None else self._reader.unknown_sonar
-        return Counts(self._sips, counts.bad_checksums + counts.bad_counts, counts.discarded_bytes, self._unreadable, unknown_sonar)
+        return Counts(self._sips, counts.bad_checksums + counts.bad_counts, counts.discarded_bytes, self._unreadable, unknown_sonar,
+                      self.link_check.questions, self.link_check.unanswered)
 
     @property
     def wake_at(self) -> float:
@@ -150,7 +155,7 @@ class Session:
         if self._decoder.waiting:
             due = min(due, self._last_byte + p2os.PARTIAL_TIMEOUT)
         if self.phase is Phase.READY:
-            due = min(due, self.drive.due, self.data.due, self.tuner.due, self._last_sip + SILENCE, self._pulse_at)
+            due = min(due, self.drive.due, self.data.due, self.tuner.due, self.link_check.due, self._last_sip + SILENCE, self._pulse_at)
         return due
 
     def take_actions(self) -> List[Action]:
@@ -206,6 +211,7 @@ class Session:
             self.drive.tick(now)
             self.data.tick(now)
             self.tuner.tick(now)
+            self.link_check.tick(now)
             if now >= self._last_sip + SILENCE:
                 self.fail(LinkLostError("%s: the robot has fallen silent: no packet for %.1f s" % (self.url, SILENCE)))
             elif now >= self._pulse_at and not self._line.waiting:
@@ -302,7 +308,7 @@ class Session:
             self.fail(LinkLostError("%s: the robot's controller restarted" % self.url))
         elif isinstance(packet, (p2os.UnknownPacket, p2os.MalformedPacket)):
             self._unreadable += 1
-        else:
+        elif not (isinstance(packet, p2os.Encoder) and self.link_check.answered()):
             self.data.saw(packet, time)
             if isinstance(packet, p2os.Config):
                 self._reconfigure(packet)
@@ -396,7 +402,7 @@ class Session:
             self.odometry = Odometry(model.dist_mm_per_unit, model.angle_units_per_rev)
         self._line.watchdog = identity.watchdog * WATCHDOG_MARGIN
         self._reader = StateReader(identity, self.odometry)
-        self.drive = Drive(self._line, identity, self._settings.command_timeout, self._events)
+        self.drive = Drive(self._line, identity, self._settings.command_timeout, self._events, self._question)
         self.data = DataRequests(self._line, identity, self._wanted_data, self._now)
         self.tuner = Tuner(self._line, identity, self._settings.tuning, self._events)
         self.phase = Phase.READY
@@ -404,6 +410,11 @@ class Session:
         motion = self._reader.move(self._pending_sip, *self._pending_times)
         self._events.append(motion)
         self._report(self._pending_sip, motion)
+
+    def _question(self, now: float) -> Sequence[bytes]:
+        """What goes with a velocity, to see whether it arrives."""
+        asks = self._settings.link_check and p2os.knows(self._model.firmware_family, "ENCODER") and not self.data.wants("encoder")
+        return self.link_check.question(now) if asks else ()
 
     def _identify(self) -> RobotIdentity:
         settings = self._settings

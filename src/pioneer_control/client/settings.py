@@ -27,6 +27,7 @@ class Settings:
     has_gripper: Optional[bool] = None
     tuning: Tuning = Tuning()
     host_baud: Optional[int] = None
+    link_check: bool = True
 
     def __post_init__(self) -> None:
         _check("pulse", self.pulse, self.pulse >= 0, "0 (none) or more seconds")

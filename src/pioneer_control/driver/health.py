@@ -6,7 +6,8 @@ One finding per task, always the same six, so that who watches can miss one:
 task         OK                        WARN                                          ERROR
 ===========  ===================================================================================================================
 Link         packets come as often     fewer come than the robot sends; damaged      no link, and why
-             as the robot sends them   packets or stray bytes in the last seconds
+             as the robot sends them   packets, stray bytes or questions without
+                                       an answer in the last seconds
 Battery      above the alarm level     below it; below the next, but charging        below the level of switching itself off
 Motors       on, or off                the STOP button is pressed; the robot took    a fault of the drives or of the safety
                                        them away; told to drive, it stands; a        system
@@ -70,6 +71,8 @@ class Recent(NamedTuple):
     packets: int
     bad_checksums: int
     stray_bytes: int
+    questions: int
+    unanswered: int
 
 
 class Facts(NamedTuple):
@@ -129,7 +132,9 @@ def _link(facts: Facts) -> Finding:
             ("Packets a second", "not known yet" if rate is None else "%.1f" % rate), ("Packets a second the robot sends", "%.1f" % (1 / cycle)),
             ("Packets of this link that got lost", str(max(0, facts.lost)))]
     if counts is not None:
+        asked = "%d of %d" % (counts.unanswered, counts.questions) if counts.questions else "not known: the robot answered none"
         values += [
+            ("Questions without an answer", asked),
             ("Packets", str(counts.sips)), ("Bad checksums", str(counts.bad_checksums)), ("Stray bytes", str(counts.discarded_bytes)),
             ("Packets nobody understands", str(counts.unreadable)), ("Readings of unknown sonar", str(counts.unknown_sonar)),
             ("Reconnects", str(counts.reconnects)), ("Last error", counts.last_error or "none")]
@@ -143,6 +148,10 @@ def _link(facts: Facts) -> Finding:
         if recent.bad_checksums or recent.stray_bytes:
             problems.append(Problem(Level.WARN, "%d packets with a bad checksum and %d stray bytes within %.0f s: check cable and plugs" % (
                 recent.bad_checksums, recent.stray_bytes, recent.seconds)))
+        if recent.questions - recent.unanswered + 1 < RATE_OK * recent.questions:
+            problems.append(Problem(Level.WARN, (
+                "%d of %d questions within %.0f s were not answered: what is sent to the robot may get lost: check cable, radio and line speed"
+                % (recent.unanswered, recent.questions, recent.seconds))))
     return _finding(problems, "connected" if rate is None else "connected, %.1f packets a second" % rate, values)
 
 
@@ -285,8 +294,8 @@ class LinkWindow:
         since, before = samples[0]
         if now - since < SHORTEST_WINDOW:
             return None
-        return Recent(
-            now - since, counts.sips - before.sips, counts.bad_checksums - before.bad_checksums, counts.discarded_bytes - before.discarded_bytes)
+        return Recent(now - since, *(getattr(counts, name) - getattr(before, name) for name in (
+            "sips", "bad_checksums", "discarded_bytes", "questions", "unanswered")))
 
 
 JUDGED = ("flags", "motors_enabled", "stop_button", "fault_flags", "left_stall", "right_stall", "front_bumpers", "rear_bumpers", "battery_voltage",

@@ -48,6 +48,7 @@ class DriverNode:
             model=parameters.model or None,
             models_file=parameters.models_file or None,
             pulse=max(0.0, parameters.pulse),
+            link_check=parameters.link_check,
             use_sonar=parameters.use_sonar,
             command_timeout=parameters.cmd_vel_timeout,
             max_linear=parameters.max_xspeed,

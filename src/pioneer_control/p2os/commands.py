@@ -175,7 +175,7 @@ COMMANDS: Dict[str, Command] = {command.name: command for command in (
 """Every command a Pioneer knows, by name."""
 
 UNKNOWN_TO: Dict[str, Tuple[str, ...]] = {
-    **dict.fromkeys(("SETA", "SETRA", "BUMPSTALL", "E_STALL", "REVCOUNT"), ("PSOS",)),
+    **dict.fromkeys(("SETA", "SETRA", "BUMPSTALL", "E_STALL", "REVCOUNT", "ENCODER"), ("PSOS",)),
     **dict.fromkeys(("ROTKP", "ROTKV", "ROTKI", "TRANSKP", "TRANSKV", "TRANSKI"), ("PSOS",)),
     **dict.fromkeys(("DRIFTFACTOR", "TICKSMM", "BATTEST"), ("PSOS", "P2OS", "AROS", "AmigOS")),
     "STOP": ("PSOS", "AmigOS", "uARCS", "MARCOS"),

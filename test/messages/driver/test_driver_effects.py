@@ -146,6 +146,7 @@ EFFECTS = {
     "gripper": Effect("false", lambda run: "gripper_state" in run.published, True, False),
     "beam_polarity": Effect(0, lambda run: run.messages("gripper_state")[-1].grip.inner_beam, False, True),
     "pulse": Effect(0.1, lambda run: run.signs_of_life() > 10, False, True),
+    "link_check": Effect(False, lambda run: len(run.commands("ENCODER")) > 3, True, False),
     "use_sonar": Effect(False, lambda run: len(run.messages("sonar")) > 0, True, False),
     "max_xspeed": Effect(0.3, lambda run: run.greatest("VEL"), 500, 300),
     "max_yawspeed": Effect(0.5, lambda run: run.greatest("RVEL"), 99, 28),

@@ -66,11 +66,14 @@ class FakeRobot:
         self.revived = False                    # an old set point came back to life
         self.baud: Optional[int] = None
         self.own_baud: Optional[int] = None     # to which it returns from another that HOSTBAUD set
+        self.answers: Callable[[], bool] = lambda: True     # whether it answers the next ENCODER 1
+        self.streams = False                    # and for ever then, as early P2OS
         self.noisy: Sequence[int] = ()          # line speeds that the line does not carry
         self._decoder = p2os.FrameDecoder()
         self._next_sync = 0
         self._out = b""
         self._next_sip = 0.0
+        self._encoder = 0                       # of its last ENCODER
         self._last_command = 0.0
 
     def receive(self, data: bytes, now: float) -> None:
@@ -87,6 +90,9 @@ class FakeRobot:
         while self.phase == OPEN and now >= self._next_sip - 1e-9:
             self._next_sip += SIP_CYCLE
             self.send(self._sip())
+            if self._encoder:
+                self.send(p2os.Encoder(0, 0))
+                self._encoder = 2 if self._encoder == 2 or self.streams else 0
         out, self._out = self._out, b""
         return out
 
@@ -140,6 +146,8 @@ class FakeRobot:
             self.baud = p2os.BAUD_RATES[heard.value]
         elif heard.name == "ENABLE":
             self.motors = bool(heard.value) and not self.stop_button
+        elif heard.name == "ENCODER":
+            self._encoder = heard.value if heard.value != 1 or self.answers() else self._encoder
         elif heard.name == "CONFIG" and self.config is not None:
             self.send(self.config)
 

@@ -135,7 +135,7 @@ def test_a_wheel_that_shall_stand_stands():
 # On the line, the same rules as any velocity
 
 def test_on_an_idle_line_it_is_one_write_at_once():
-    bench = with_motors(Bench())
+    bench = with_motors(Bench(link_check=False))
     bench.writes.clear()
     drive_wheels(bench, 0.2, 0.2)
     assert bench.writes == {bench.now: [bytes.fromhex("FAFB06203B0A0A2A45")]}
@@ -184,7 +184,7 @@ def test_a_stop_overtakes_wheels_that_wait_for_a_slow_line_and_the_newest_of_the
 
 
 def test_body_and_wheels_take_turns_and_the_newest_counts():
-    bench = with_motors(Bench())
+    bench = with_motors(Bench(link_check=False))
     drive_wheels(bench, 0.2, 0.1)
     bench.drive(0.3, 0.0)
     bench.robot.heard.clear()

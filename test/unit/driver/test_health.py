@@ -18,7 +18,7 @@ AGGREGATOR = (pathlib.Path(__file__).resolve().parents[3] / "config" / "diagnost
 OK, WARN, ERROR, STALE = Level
 ENABLE = "rosservice call /pioneer/set_motors true"
 STATE_TASKS = [task for task in TASKS if task != "Link"]
-COUNTS = LinkCounts(100, 0, 0, 0, 0, 0, None)
+COUNTS = LinkCounts(100, 0, 0, 0, 0, 0, 0, 0, None)
 
 
 @dataclass(frozen=True)
@@ -103,30 +103,41 @@ def test_before_the_first_attempt_has_failed_it_is_still_looking():
     (20, 3, 9, WARN, "only 5.0 of 10.0 packets a second arrive: check cable, radio and the computer's load; 3 packets with"),
 ])
 def test_the_line_is_judged_by_what_came_lately(packets, bad, stray, level, words):
-    finding = find("Link", facts(recent=Recent(4.0, packets, bad, stray)))
+    finding = find("Link", facts(recent=Recent(4.0, packets, bad, stray, 0, 0)))
     assert finding.level is level and words in finding.message
 
 
 @pytest.mark.parametrize("packets, level", [(10, OK), (9, OK), (8, WARN)])
 def test_a_young_line_is_not_blamed_for_the_packet_that_is_about_to_come(packets, level):
-    assert find("Link", facts(recent=Recent(1.01, packets, 0, 0))).level is level
+    assert find("Link", facts(recent=Recent(1.01, packets, 0, 0, 0, 0))).level is level
 
 
 def test_the_rate_is_measured_against_the_robots_own_cycle():
     fast = identity(sip_cycle_ms=20)
-    assert find("Link", facts(robot=fast, recent=Recent(4.0, 200, 0, 0))).level is OK
-    assert "only 10.0 of 50.0" in find("Link", facts(robot=fast, recent=Recent(4.0, 40, 0, 0))).message
+    assert find("Link", facts(robot=fast, recent=Recent(4.0, 200, 0, 0, 0, 0))).level is OK
+    assert "only 10.0 of 50.0" in find("Link", facts(robot=fast, recent=Recent(4.0, 40, 0, 0, 0, 0))).message
 
 
 def test_a_young_link_is_not_judged():
     assert find("Link", facts(recent=None))[:2] == (OK, "connected")
 
 
+@pytest.mark.parametrize("questions, unanswered, level", [(20, 0, OK), (20, 3, OK), (20, 4, WARN), (5, 1, OK), (5, 2, WARN), (1, 1, OK), (2, 2, WARN)])
+def test_questions_that_are_not_answered_are_a_fault_of_the_link_but_for_one(questions, unanswered, level):
+    finding = find("Link", facts(recent=Recent(4.0, 40, 0, 0, questions, unanswered)))
+    assert finding.level is level
+    assert level is OK or finding.message.startswith("%d of %d questions within 4 s were not answered" % (unanswered, questions))
+
+
+def test_of_a_robot_that_answers_nothing_it_is_said_that_it_does_not():
+    assert dict(find("Link", facts()).values)["Questions without an answer"] == "not known: the robot answered none"
+
+
 def test_the_links_values_tell_port_counts_and_last_error():
-    values = dict(find("Link", facts(counts=LinkCounts(100, 2, 30, 4, 5, 6, "cable"), recent=Recent(4.0, 40, 0, 0))).values)
+    values = dict(find("Link", facts(counts=LinkCounts(100, 2, 30, 4, 5, 400, 7, 6, "cable"), recent=Recent(4.0, 40, 0, 0, 0, 0))).values)
     assert values["Port"] == "/dev/ttyUSB0" and values["Baud"] == "9600" and values["Packets a second"] == "10.0"
-    assert [values[key] for key in ("Packets", "Bad checksums", "Stray bytes", "Packets nobody understands", "Readings of unknown sonar")] == [
-        "100", "2", "30", "4", "5"]
+    assert [values[key] for key in ("Packets", "Bad checksums", "Stray bytes", "Packets nobody understands", "Readings of unknown sonar",
+                                    "Questions without an answer")] == ["100", "2", "30", "4", "5", "7 of 400"]
     assert (values["Reconnects"], values["Last error"], values["Robot"], values["Firmware"]) == ("6", "cable", "sim_0001", "2.9")
     assert "Baud" not in dict(find("Link", facts(baud=None)).values)
 
@@ -250,14 +261,14 @@ def test_the_worst_comes_first_and_nothing_is_left_out():
 
 # --- The window ---
 
-def counted(sips, bad=0, stray=0, reconnects=0):
-    return LinkCounts(sips, bad, stray, 0, 0, reconnects, None)
+def counted(sips, bad=0, stray=0, reconnects=0, questions=0, unanswered=0):
+    return LinkCounts(sips, bad, stray, 0, 0, questions, unanswered, reconnects, None)
 
 
 def test_the_window_is_silent_within_its_first_second_and_then_counts_what_came():
     window = LinkWindow()
     assert window.recent(100.0, counted(50, 3, 200)) is None and window.recent(100.9, counted(59, 3, 200)) is None
-    assert window.recent(101.0, counted(60, 4, 207)) == (1.0, 10, 1, 7)
+    assert window.recent(101.0, counted(60, 4, 207, questions=5, unanswered=2)) == (1.0, 10, 1, 7, 5, 2)
 
 
 def test_the_window_forgets():
@@ -280,14 +291,14 @@ def test_a_window_that_nobody_looked_through_for_long_begins_anew():
     window.recent(0.0, counted(0))
     assert window.recent(5.0, counted(50)) is not None
     assert window.recent(500.0, counted(4000, bad=300)) is None, "what was then is not lately"
-    assert window.recent(501.0, counted(4010, bad=300)) == (1.0, 10, 0, 0)
+    assert window.recent(501.0, counted(4010, bad=300)) == (1.0, 10, 0, 0, 0, 0)
 
 
 def test_a_new_link_begins_anew():
     window = LinkWindow()
     window.recent(0.0, counted(0)), window.recent(5.0, counted(50))
     assert window.recent(60.0, counted(50, 9, 900, reconnects=1)) is None
-    assert window.recent(61.0, counted(60, 9, 900, reconnects=1)) == (1.0, 10, 0, 0)
+    assert window.recent(61.0, counted(60, 9, 900, reconnects=1)) == (1.0, 10, 0, 0, 0, 0)
 
 
 # --- Health ---

@@ -1,0 +1,73 @@
+"""Whether what is sent arrives. No command is acknowledged, so every now and then a question goes with a velocity, and the answers are counted.
+
+The question is ENCODER 1: short, answered once and without any effect (protocol 3.2). It only ever follows a velocity, in one write: alone it could be
+what revives a robot whose stop was lost (protocol 2.4). So a robot that stands is asked nothing, and one that never answers is not asked for long.
+"""
+
+import math
+from collections import deque
+from typing import Deque, Sequence
+
+from ..p2os import encode_command
+
+EVERY = 0.15                # s between two questions at least: 5 a second with velocities at 10 Hz, or repeated every 0.2 s
+ANSWERED_WITHIN = 1.5       # s; one cycle of SIPs is usual
+TRIES = 10                  # questions to a robot that has not answered any
+SURPLUS = 10                # answers more than questions: it goes on and on, as early P2OS does
+QUESTION = encode_command("ENCODER", 1)
+SILENCE = encode_command("ENCODER", 0)
+
+
+class LinkCheck:
+    """Questions to one ready robot. ``now`` is monotonic time in s."""
+
+    def __init__(self) -> None:
+        self._open: Deque[float] = deque()      # when the questions were asked that have no answer yet
+        self._last_asked = -math.inf
+        self._tries = TRIES                     # left
+        self._answered = 0
+        self._unanswered = 0
+        self._surplus = 0                       # of answers
+
+    @property
+    def questions(self) -> int:
+        """How many were answered, or not in time; 0 as long as it is not known whether this robot ever answers."""
+        return self._answered + self.unanswered
+
+    @property
+    def unanswered(self) -> int:
+        """How many were not answered in time: the question was lost on its way to the robot, or the answer on its way back."""
+        return self._unanswered if self._answered else 0
+
+    @property
+    def due(self) -> float:
+        """When tick() has something to do."""
+        return self._open[0] + ANSWERED_WITHIN if self._open else math.inf
+
+    def question(self, now: float) -> Sequence[bytes]:
+        """What goes with a velocity that is written now."""
+        if now < self._last_asked + EVERY or not self._tries:
+            return ()
+        self._last_asked = now
+        if self._surplus >= SURPLUS:
+            self._tries = 0
+            return (SILENCE,)
+        self._tries -= not self._answered
+        self._surplus -= 1
+        self._open.append(now)
+        return (QUESTION,)
+
+    def answered(self) -> bool:
+        """An answer came, to the newest question: where an answer was lost, the next must not stand for it. Whether there was a question."""
+        self._surplus += 1
+        if not self._open:
+            return False
+        self._open.pop()
+        self._answered += 1
+        return True
+
+    def tick(self, now: float) -> None:
+        """Count what is overdue."""
+        while now >= self.due:
+            self._open.popleft()
+            self._unanswered += 1

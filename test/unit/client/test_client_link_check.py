@@ -1,0 +1,210 @@
+"""Questions that go with velocities, and what their answers tell of the line."""
+
+import pytest
+from fake_robot import SIP_CYCLE, Bench, FakeRobot
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pioneer_control import p2os
+from pioneer_control.client import PacketReceived
+from pioneer_control.client.drive import STOP
+from pioneer_control.client.link_check import ANSWERED_WITHIN, EVERY, QUESTION, SILENCE, SURPLUS, TRIES, LinkCheck
+
+VEL_200, RVEL_0 = bytes.fromhex("FAFB060B3BC800D33B"), bytes.fromhex("FAFB06153B0000153B")
+
+
+def questions(bench):
+    return [heard.time for heard in bench.robot.heard if heard[1:] == ("ENCODER", 1)]
+
+
+def counts(bench):
+    return bench.session.counts.questions, bench.session.counts.unanswered
+
+
+def go_on(bench, seconds, linear=0.2):
+    """Velocities at 10 Hz."""
+    for _ in range(round(seconds * 10)):
+        bench.drive(linear, 0.0)
+        bench.run(0.1)
+
+
+# The questions
+
+def test_a_velocity_takes_a_question_along_in_one_write():
+    bench = Bench().until_driving()
+    bench.run(0.5)
+    bench.writes.clear()
+    bench.drive(0.2, 0.0)
+    assert QUESTION == bytes.fromhex("FAFB06133B0100143B")
+    assert bench.writes == {bench.now: [VEL_200 + RVEL_0 + QUESTION]}
+
+
+def test_so_do_wheels():
+    bench = Bench().until_driving()
+    bench.run(0.5)
+    bench.writes.clear()
+    bench.session.drive.set_wheel_velocities(0.2, 0.2, bench.now)
+    bench.act()
+    assert bench.writes == {bench.now: [bytes.fromhex("FAFB06203B0A0A2A45") + QUESTION]}
+
+
+@pytest.mark.parametrize("hertz", [1, 5, 10, 100])
+def test_it_asks_about_five_times_a_second_however_often_velocities_come(hertz):
+    bench = Bench(command_timeout=2.0).until_driving()
+    bench.robot.heard.clear()
+    for _ in range(4 * hertz):
+        bench.drive(0.2, 0.0)
+        bench.run(1 / hertz)
+    assert 16 <= len(questions(bench)) <= 4 / EVERY + 1
+
+
+@pytest.mark.parametrize("rates", [(), (9600,)])
+def test_a_question_never_goes_alone_nor_with_a_stop_nor_to_a_robot_that_stands(rates):
+    bench = Bench(rates=rates).until_driving()
+    for _ in range(3):
+        for _ in range(30):             # faster than 9600 baud carries
+            bench.drive(0.2, 0.0)
+            bench.step()
+        for _ in range(4):              # stops that wait for the line, too
+            bench.session.drive.stop(bench.now)
+            bench.step()
+        bench.run(3.0)
+    writes = [write for at_once in bench.writes.values() for write in at_once if QUESTION in write]
+    assert len(writes) > 3 and all(write == VEL_200 + RVEL_0 + QUESTION for write in writes)
+    asked = [time for time in questions(bench)]
+    assert not any(heard.name != "STOP" for heard in bench.robot.heard if heard.time > bench.now - 2.0), "a robot that stands hears STOP alone"
+    assert bench.now - asked[-1] > 2.5
+
+
+def test_after_a_pause_in_which_the_watchdog_may_have_stopped_it_the_stop_goes_first():
+    bench = Bench(pulse=0.0).until_driving()
+    bench.run(5.0)
+    bench.writes.clear()
+    bench.drive(0.2, 0.0)
+    assert list(bench.writes.values()) == [[b"".join(STOP) + VEL_200 + RVEL_0 + QUESTION]]
+
+
+def test_nobody_is_asked_who_shall_not_be():
+    for bench in (Bench(link_check=False), Bench(wanted_data={"encoder": True}), Bench(model="pion1m")):
+        go_on(bench.until_driving(), 2.0)
+        assert questions(bench) == [] and counts(bench) == (0, 0)
+
+
+# The answers
+
+def test_all_are_answered_on_a_good_line_and_nobody_else_hears_of_it():
+    bench = Bench().until_driving()
+    go_on(bench, 10.0)
+    bench.run(ANSWERED_WITHIN)
+    asked, unanswered = counts(bench)
+    assert asked == len(questions(bench)) > 45 and unanswered == 0
+    assert not [event for event in bench.events if isinstance(event, PacketReceived)]
+
+
+def test_a_program_that_wants_encoders_gets_each_of_them():
+    bench = Bench(wanted_data={"encoder": True}).until_driving()
+    go_on(bench, 2.0)
+    heard = [event.packet for event in bench.events if isinstance(event, PacketReceived)]
+    assert len(heard) > 15 and set(heard) == {p2os.Encoder(0, 0)} and counts(bench) == (0, 0)
+
+
+@pytest.mark.parametrize("lost", ["question", "answer"])
+def test_one_that_is_lost_is_counted_while_it_drives_on(lost):
+    bench = Bench().until_driving()
+    go_on(bench, 1.0)
+    before = len(questions(bench))
+    deaf, mute = bench.robot.deaf, bench.robot.mute
+    if lost == "question":
+        bench.robot.deaf = lambda heard: heard.name == "ENCODER"
+    else:
+        bench.robot.mute = lambda packet: isinstance(packet, p2os.Encoder)
+    while len(questions(bench)) < before + 1:
+        go_on(bench, 0.1)
+    bench.run(SIP_CYCLE)
+    bench.robot.deaf, bench.robot.mute = deaf, mute
+    go_on(bench, ANSWERED_WITHIN + 0.1)
+    assert counts(bench)[1] == 1
+    go_on(bench, 3.0)
+    assert counts(bench)[1] == 1
+
+
+def test_a_stop_leaves_no_question_open_for_ever():
+    bench = Bench().until_driving()
+    go_on(bench, 1.0)
+    bench.robot.answers = lambda: False
+    go_on(bench, 0.5)
+    bench.session.drive.stop(bench.now)
+    bench.run(ANSWERED_WITHIN + 0.1)
+    assert counts(bench)[1] in (2, 3) and bench.session.link_check.due == float("inf")
+
+
+def test_a_robot_that_never_answers_is_left_in_peace_and_counts_as_nothing():
+    robot = FakeRobot()
+    robot.answers = lambda: False
+    bench = Bench(robot).until_driving()
+    go_on(bench, 10.0)
+    assert len(questions(bench)) == TRIES and counts(bench) == (0, 0)
+
+
+def test_a_robot_whose_first_answers_are_lost_counts_from_the_beginning():
+    bench = Bench(FakeRobot()).until_ready()
+    bench.robot.answers = lambda: len(questions(bench)) > 4
+    go_on(bench.until_driving(), 4.0)
+    asked, unanswered = counts(bench)
+    assert unanswered == 4 and asked > 15
+
+
+def test_a_robot_that_answers_for_ever_is_silenced_once_and_not_asked_again():
+    robot = FakeRobot()
+    robot.streams = True
+    bench = Bench(robot).until_driving()
+    go_on(bench, 10.0)
+    told = [heard.value for heard in robot.heard if heard.name == "ENCODER"]
+    assert told[-1] == 0 and told.count(0) == 1 and len(told) < 2 * SURPLUS + 2
+    came = len([event for event in bench.events if isinstance(event, PacketReceived)])
+    go_on(bench, 2.0)
+    assert came == len([event for event in bench.events if isinstance(event, PacketReceived)])
+    silence = [write for at_once in bench.writes.values() for write in at_once if SILENCE in write]
+    assert silence == [VEL_200 + RVEL_0 + SILENCE], "that does not go alone either"
+
+
+def test_an_answer_that_nobody_asked_for_is_a_packet_like_any_other():
+    bench = Bench().until_driving()
+    go_on(bench, 1.0)
+    bench.session.drive.stop(bench.now)
+    bench.run(1.0)
+    bench.robot.send(p2os.Encoder(7, 8))
+    bench.run(0.1)
+    assert bench.event(PacketReceived).packet == p2os.Encoder(7, 8)
+
+
+# Alone
+
+@given(st.lists(st.booleans(), min_size=1, max_size=60), st.floats(0.0, EVERY, exclude_max=True))
+def test_it_counts_exactly_what_is_lost_where_answers_come_before_the_next_question(lost, late):
+    check, now, answered_at = LinkCheck(), 0.0, []
+    for is_lost in [False] + lost:
+        assert check.question(now) == (QUESTION,)
+        if not is_lost:
+            assert check.answered()
+            answered_at.append(now + late)
+        now += EVERY + 1e-6
+        check.tick(now)
+    check.tick(now + ANSWERED_WITHIN)
+    assert (check.questions, check.unanswered) == (len(lost) + 1, sum(lost)) and check.due == float("inf")
+
+
+@pytest.mark.parametrize("late", [0.3, 0.7, 1.4])
+def test_answers_that_are_late_count_as_lost_only_at_the_beginning(late):
+    """Which question an answer is for cannot be known: on a slow line the first ones are taken for lost, and no other ones."""
+    check, asked, now, events = LinkCheck(), 0, 0.0, []
+    while now < 60.0:
+        if check.question(now):
+            asked += 1
+            events.append(now + late)
+        while events and events[0] <= now:
+            events.pop(0)
+            check.answered()
+        check.tick(now)
+        now += 0.1
+    assert late / 0.2 - 1 <= check.unanswered <= late / 0.2 + 1 and asked > 250
