@@ -1,7 +1,7 @@
 """A robot that costs next to nothing, for bench/driver.py: a P3-DX-SH with 16 sonar on a pty, in a process of its own, that notes when bytes came and went.
 
-It answers the handshake and CONFIG, switches motors, ramps to the commanded speed, and sends SIPs of 85 bytes, each encoded beforehand, so that
-nothing but a write happens when it is due. No world, no echoes, no watchdog. Bytes travel at once, whatever the line speed.
+It answers the handshake, CONFIG and ENCODER, switches motors, ramps to the commanded speed, and sends SIPs of 85 bytes, each encoded beforehand, so
+that nothing but a write happens when it is due. No world, no echoes, no watchdog. Bytes travel at once, whatever the line speed.
 """
 
 import math
@@ -22,6 +22,8 @@ CONFIG = p2os.encode_packet(p2os.Config(     # as much of it as older firmware s
     rotation_acceleration_top_deg_s2=300, translation_acceleration_top_mm_s2=2000, pwm_max=500, name="bench", sip_cycle_ms=100, host_baud=0,
     aux1_baud=0, has_gripper=0, front_sonar=1, rear_sonar=1, low_battery_dv=115, rev_count=16570, watchdog_ms=2000))
 
+ENCODER = p2os.encode_packet(p2os.Encoder(0, 0))
+
 
 class Record(NamedTuple):
     """What happened on the line: times are monotonic, s."""
@@ -38,6 +40,8 @@ class Script:
     def __init__(self, is_open: bool) -> None:
         self.is_open = is_open
         self.cycle = 0.1
+        self.behind = b""
+        """what goes out behind the next SIP"""
         self._synced = self._motors = False
         self._speed, self._wanted, self._way = 0.0, 0, 0.0
         self._decoder = p2os.FrameDecoder()
@@ -62,6 +66,8 @@ class Script:
             self._motors = bool(command.value)
         elif command.name in ("VEL", "STOP"):
             self._wanted = command.value or 0
+        elif command.name == "ENCODER":
+            self.behind = ENCODER
         return CONFIG if command.name == "CONFIG" else b""
 
     def sip(self) -> bytes:
@@ -120,11 +126,11 @@ def _serve(line: int, control, phase: float, is_open: bool) -> None:
             next_sip = (math.floor(now / script.cycle - phase) + 1 + phase) * script.cycle
             if script.is_open:
                 try:
-                    os.write(line, sip)
+                    os.write(line, sip + script.behind)
                     record.sent.append(now)
                 except BlockingIOError:     # nobody reads
                     pass
-            sip = script.sip()
+            sip, script.behind = script.sip(), b""
         ready, _, _ = select.select([line, control], [], [], max(0.0, next_sip - monotonic()))
         now = monotonic()
         if line in ready:
