@@ -2,12 +2,14 @@
 """Diagnostics of real drivers: each fault is named while it lasts and gone afterwards, and the aggregator knows every name, for two robots."""
 
 import os
+import re
 import sys
 import unittest
 
 import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Twist
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "..", "integration")]
@@ -16,6 +18,7 @@ from driver_lines import Driver  # noqa: E402
 from pioneer_control.driver.fault_flags import Level  # noqa: E402
 from pioneer_control.driver.health import TASKS  # noqa: E402
 from pioneer_control.robots import find_model  # noqa: E402
+from pioneer_control.simulator.faults import fault_of  # noqa: E402
 from pioneer_control.simulator.firmware import Firmware  # noqa: E402
 from pioneer_control.simulator.loading import load_world  # noqa: E402
 from pioneer_control.simulator.server import Server  # noqa: E402
@@ -105,7 +108,29 @@ class DriverDiagnostics(unittest.TestCase):
                   if status.name.startswith("fleet/right/p2os: ") and not status.name.endswith("Link")]
         self.assertEqual(set(others), {OK})
 
-    def test_05_a_robot_that_is_gone_is_named_and_all_is_well_when_it_is_back(self):
+    def test_05_what_gets_lost_on_its_way_to_the_robot_is_named_while_velocities_come(self):
+        """Its motors stay off: it is asked all the same."""
+        server, twist = self.servers["left"], Twist()
+        twist.angular.z = 0.3
+        publisher = rospy.Publisher("/left/cmd_vel", Twist, queue_size=1)
+        commander = rospy.Timer(rospy.Duration(0.1), lambda event: publisher.publish(twist))
+        self.addCleanup(commander.shutdown)
+
+        def unanswered():
+            return next((value.value for status in [self.newest("left").get("Link")] if status for value in status.values
+                         if value.key == "Questions without an answer"), "")
+
+        self.witness.wait("all of ten questions or more are answered", lambda: re.match("0 of [0-9]{2}", unanswered()))
+        self.expect(WELL)
+        with server.lock:
+            server.wired.faults.add(fault_of("loss 0.5 way to-robot"), server.wired.time_us)
+        self.assertRegex(self.expect(dict(WELL, Link=WARN))["Link"].message, "^[1-9][0-9]* of [0-9]+ questions within 4 s were not answered")
+        with server.lock:
+            server.wired.faults.clear(server.wired.time_us)
+        self.expect(WELL)
+        self.assertRegex(unanswered(), "^[1-9][0-9]* of [0-9]{2}")
+
+    def test_06_a_robot_that_is_gone_is_named_and_all_is_well_when_it_is_back(self):
         port = int(self.servers["left"].url.rpartition(":")[2])
         self.servers["left"].stop()
         link = self.expect(UNKNOWN)["Link"]
@@ -117,7 +142,7 @@ class DriverDiagnostics(unittest.TestCase):
         self.assertEqual(values["Reconnects"], "1")
         self.assertIn(str(port), values["Last error"])
 
-    def test_06_a_clock_that_stands_does_not_hold_them_up(self):
+    def test_07_a_clock_that_stands_does_not_hold_them_up(self):
         """Simulated time, and nobody publishes it."""
         rospy.set_param("/use_sim_time", True)
         try:

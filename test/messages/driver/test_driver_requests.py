@@ -201,6 +201,21 @@ def test_wheel_velocities_drive_each_side_and_the_last_commander_wins(run):
     assert bottle.silent == (0.0, 0.0) and bottle.says("no velocity came for 0.6 s")
 
 
+def test_velocities_that_come_in_a_bunch_reach_the_robot_as_many_as_may_wait(run):
+    waiting, = (topic.queue for topic in TOPICS if topic.name == "cmd_vel")
+    bunch = [0.1 + number / 100 for number in range(waiting)]
+    assert len(bunch) > 1
+
+    def script(bottle):
+        yield 0.5       # what it is told at the beginning has the line before
+        for linear in bunch:
+            bottle.send("cmd_vel", twist(linear))
+        yield 0.1
+
+    bottle = run(script, port="socket://robot:1")      # 9600 baud carry one of them in the time
+    assert [value for _, value in bottle.commands("VEL") if value][:waiting] == [round(linear * 1000) for linear in bunch]
+
+
 def test_wheels_fall_silent_as_the_robot_does(run):
     def script(bottle):
         bottle.send("cmd_motor_state", MotorState(1))
