@@ -54,6 +54,16 @@ def test_velocities_that_come_in_a_bunch_on_a_fast_line_all_go(line, written, he
     assert b"".join(written) == b"".join(b"%d " % number for number in range(300))
 
 
+@pytest.mark.parametrize("baud, at_once", [(115200, 3), (57600, 2), (9600, 1)])
+def test_in_a_row_go_three_velocities_or_what_a_line_carries_in_5_ms_and_one_more(baud, at_once):
+    written = []
+    line = Line(written.append, baud, ())
+    for _ in range(5):
+        line.velocity(0.0, NINE, NINE)
+    assert len(written) == at_once
+    assert (sum(map(len, written[:-1])) * 10 / baud) <= 0.005, "what is there before a stop"
+
+
 def test_ahead_of_the_pace_are_velocities_alone_and_by_two_of_them(line, written):
     line.velocity(0.0, b"1", b"")
     line.command(0.0, b"command")
