@@ -167,7 +167,7 @@ class Poses:
 class Commander:
     """Publishes cmd_vel to one or more nodes in turn, from a thread of its own, while the `with` block lasts.
 
-    What a hold-up of this process made late by more than a cycle is not made up for, as with rospy.Rate: nobody sends commands in a bunch.
+    What this process is late by more than a cycle is not made up for, as with rospy.Rate: it sends no bunches.
     """
 
     def __init__(self, publishers: Dict[str, rospy.Publisher], rate: float, speeds: Sequence[int] = range(SLOWEST, FASTEST + 1)) -> None:

@@ -36,7 +36,7 @@ def main():
         speed, = struct.unpack(">H", struct.pack("<H", round(twist.linear.x * 1000)))
         os.write(port, struct.pack(">HBHHH", 0xFAFB, 6, 0x0B3B, speed, 0x0B3B + speed & 0xFFFF) + RVEL_0)
 
-    rospy.Subscriber("cmd_vel", Twist, write, queue_size=3, tcp_nodelay=True)
+    rospy.Subscriber("cmd_vel", Twist, write, queue_size=3, tcp_nodelay=True)      # as the driver
     length = 0
     while not rospy.is_shutdown():
         length += len(os.read(port, 4096))

@@ -241,8 +241,7 @@ NO_PORT = PULLED + link(Level.ERROR, "no link: .*no such port")
 TAKEN = (Told("Motors", Level.WARN, "took its motors away"),)
 DEAF = (Told("Motors", Level.WARN, "has not moved for 2 s: does it hear?", driving=True),)
 UNANSWERED = "[1-9][0-9]* of [0-9]+ questions within 4 s were not answered"
-FEW_UNHEARD = link(Level.OK, "without an answer: [1-9]", driving=True)
-"""No command of this protocol is acknowledged, so a robot that is driven is asked now and then; one that stands is not (client.link_check)."""
+FEW_UNHEARD = link(Level.OK, "without an answer: [1-9]", driving=True)      # one that stands is asked nothing (client.link_check)
 SOME_UNHEARD = link(Level.WARN, UNANSWERED, driving=True)
 UNHEARD = link(Level.WARN, UNANSWERED)
 HARMLESS = ()

@@ -117,8 +117,8 @@ class DriverDiagnostics(unittest.TestCase):
         self.addCleanup(commander.shutdown)
 
         def unanswered():
-            return next((value.value for status in [self.newest("left").get("Link")] if status for value in status.values
-                         if value.key == "Questions without an answer"), "")
+            link = self.newest("left").get("Link")
+            return "" if link is None else {value.key: value.value for value in link.values}["Questions without an answer"]
 
         self.witness.wait("all of ten questions or more are answered", lambda: re.match("0 of [0-9]{2}", unanswered()))
         self.expect(WELL)

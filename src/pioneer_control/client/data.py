@@ -58,7 +58,7 @@ class DataRequests:
         return min(self._asked_at[kind] for kind in self._tries) + AGAIN if self._tries else math.inf
 
     def wants(self, kind: str) -> bool:
-        """Whether packets of this kind were asked for."""
+        """Whether packets of this kind are wanted with every SIP."""
         return self._wanted.get(kind, False)
 
     def request(self, kind: str, on: bool, now: float) -> None:

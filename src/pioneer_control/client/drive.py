@@ -7,7 +7,7 @@ from ..errors import NotConfirmedError, PioneerError, RefusedError, UsageError
 from ..p2os import encode_command
 from .events import CommandTimedOut, Event, MotionCleared, Unmoved
 from .identity import RobotIdentity
-from .line import Companion, Line, alone
+from .line import Companion, Line
 from .state import RobotState
 from .velocities import BodyVelocity, Velocity, WheelVelocities
 
@@ -39,11 +39,12 @@ class MotorsRequest:
 
 
 class Drive:
-    """Set points and motors of one ready robot. ``now`` is monotonic time in s; what happened by itself is appended to ``events``."""
+    """Set points and motors of one ready robot. ``now`` is monotonic time in s; what happened by itself is appended to ``events``.
 
-    def __init__(
-        self, line: Line, identity: RobotIdentity, command_timeout: float, events: List[Event], companion: Companion = alone
-    ) -> None:
+    ``companion`` goes with each velocity.
+    """
+
+    def __init__(self, line: Line, identity: RobotIdentity, command_timeout: float, events: List[Event], companion: Companion) -> None:
         self._line = line
         self._companion = companion
         self.command_timeout = command_timeout

@@ -1,7 +1,8 @@
 """When bytes may go out: robots lose commands that come too fast, and a serial line that is fed faster than it carries delays a stop.
 
 Nothing is handed to the operating system before the line can carry it, so no queue builds up where a stop could not overtake it. Only velocities that
-come in a bunch, as a busy computer delivers them, may be a little ahead of the robot and the line: at 100 a second none is lost on a fast line.
+come in a bunch, as a busy computer delivers them, and stops in a flood may be a little ahead of the robot and the line: at 100 velocities a second
+none is lost on a fast line.
 """
 
 import math
@@ -9,8 +10,8 @@ from collections import deque
 from typing import Callable, Deque, NamedTuple, Optional, Sequence, Tuple, Union
 
 GAP = 0.004             # s per command: firmware may drop what comes faster than one in 3 to 5 ms (ARCOS manual)
-AHEAD = 4 * GAP         # s by which a velocity may be ahead of that: then three of them go in a row, six commands as ARIA sends them (protocol 13)
-ON_THE_LINE = 0.005     # s by which it may be ahead of the line: two at 115200 baud, five bytes at 9600; a stop comes no later than that
+AHEAD_OF_ROBOT = 4 * GAP    # s by which a velocity may be ahead of that: then three go in a row, as many commands as ARIA sends (protocol 13)
+AHEAD_OF_LINE = 0.005       # s by which it may be ahead of the line: then three go in a row at 115200 baud, one at 9600
 BITS_PER_BYTE = 10      # start, eight data, stop
 LONGEST_QUEUE = 32      # commands
 
@@ -31,7 +32,7 @@ def alone(now: float) -> Sequence[bytes]:
 
 
 class _Velocity(NamedTuple):
-    """What waits for the line: packets, when they are too old to be sent, and what goes with them."""
+    """What waits for the line: packets (of a velocity, or of a stop in a flood), when they are too old to be sent, and what goes with them."""
 
     packets: Tuple[bytes, ...]
     until: float
@@ -55,8 +56,8 @@ class Line:
         self.watchdog = math.inf
         self.last_sent = -math.inf
         self.free_at = -math.inf
-        """When the line will have carried all that was written, at the robot's pace."""
-        self._carried_at = -math.inf    # the same, but for the robot's pace
+        """When all that was written is carried, and the robot is ready for more: by GAP."""
+        self._carried_at = -math.inf    # when all that was written is carried
         self._write = write
         self._revival = revival
         self._stopped = False           # no velocity was written since the last stop
@@ -68,7 +69,7 @@ class Line:
     def due(self) -> float:
         """When tick() has something to write; infinity when nothing waits."""
         if self._velocity and self._velocity_has_its_turn:
-            return max(self._carried_at - ON_THE_LINE, self.free_at - AHEAD)
+            return max(self._carried_at - AHEAD_OF_LINE, self.free_at - AHEAD_OF_ROBOT)
         return self.free_at if self._commands else math.inf
 
     @property
@@ -100,7 +101,7 @@ class Line:
         self._commands = deque(each for each in self._commands if each != packets)
 
     def busy(self, now: float) -> bool:
-        """Whether the last write is still on its way."""
+        """Whether what was written is still on its way, or has come as fast as the robot can take it."""
         return now < self.free_at
 
     def command(self, now: float, *packets: bytes) -> None:
@@ -109,7 +110,10 @@ class Line:
         self.tick(now)
 
     def velocity(self, now: float, *packets: bytes, until: float = math.inf, companion: Companion = alone) -> None:
-        """Send a velocity now, or when the line is free instead of the one that waits; from ``until`` on it is too old to be sent."""
+        """Send a velocity now, or as soon as it may go, instead of the one that waits; from ``until`` on it is too old to be sent.
+
+        What ``companion`` says when it is written goes with it.
+        """
         self._velocity = _Velocity(packets, until, companion)
         self.tick(now)
 

@@ -1,7 +1,8 @@
 """Whether what is sent arrives. No command is acknowledged, so every now and then a question goes with a velocity, and the answers are counted.
 
-The question is ENCODER 1: short, answered once and without any effect (protocol 3.2). It only ever follows a velocity, in one write: alone it could be
-what revives a robot whose stop was lost (protocol 2.4). So a robot that stands is asked nothing, and one that never answers is not asked for long.
+The question is ENCODER 1: short, without any effect, and answered once (by early P2OS for ever; then it is told to stop that; protocol 3.2). It only
+ever follows a velocity, in one write: alone it could be what revives a robot whose stop was lost (protocol 2.4). So a robot that stands is asked
+nothing, and one that never answers is not asked for long.
 """
 
 import math
@@ -13,7 +14,7 @@ from ..p2os import encode_command
 EVERY = 0.15                # s between two questions at least: 5 a second with velocities at 10 Hz, or repeated every 0.2 s
 ANSWERED_WITHIN = 1.5       # s; one cycle of SIPs is usual
 TRIES = 10                  # questions to a robot that has not answered any
-SURPLUS = 10                # answers more than questions: it goes on and on, as early P2OS does
+TOO_MANY = 10               # answers more than questions: this robot goes on and on, as early P2OS does
 QUESTION = encode_command("ENCODER", 1)
 SILENCE = encode_command("ENCODER", 0)
 
@@ -49,16 +50,17 @@ class LinkCheck:
         if now < self._last_asked + EVERY or not self._tries:
             return ()
         self._last_asked = now
-        if self._surplus >= SURPLUS:
+        if self._surplus >= TOO_MANY:
             self._tries = 0
             return (SILENCE,)
-        self._tries -= not self._answered
+        if not self._answered:
+            self._tries -= 1
         self._surplus -= 1
         self._open.append(now)
         return (QUESTION,)
 
-    def answered(self) -> bool:
-        """An answer came, to the newest question: where an answer was lost, the next must not stand for it. Whether there was a question."""
+    def saw_answer(self) -> bool:
+        """Take an answer, as that to the newest question: where one was lost, the next must not stand for it. Returns whether a question was open."""
         self._surplus += 1
         if not self._open:
             return False

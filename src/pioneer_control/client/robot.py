@@ -38,9 +38,9 @@ class LinkCounts(NamedTuple):
     unknown_sonar: int
     """readings of transducers that the model does not have"""
     questions: int
-    """asked while it was driven, and answered or not (link_check); 0 if this robot answers none"""
+    """asked while velocities were sent (link_check), and answered or overdue; 0 of a robot that has answered none"""
     unanswered: int
-    """questions without an answer: lost on the way to the robot, or their answers on the way back"""
+    """of these, overdue: the question was lost on its way, or the answer on its way back"""
     reconnects: int
     last_error: Optional[str]
 
@@ -70,8 +70,8 @@ class Robot:
             writes or reads, which holds the lock while it writes: only put them aside.
         host_baud: line speed to change to once the robot is open, if it is a serial line and the robot can; else the one at which it was found
             stays. None for that one.
-        link_check: ask a robot that is driven for its encoders a few times a second, only to count the answers: what is sent and gets lost shows
-            in nothing else.
+        link_check: while velocities are sent, ask the robot for its encoders a few times a second, only to count the answers: what gets lost on
+            its way to the robot hardly shows otherwise. A program that requests "encoder" gets them all, and none are counted.
         reconnect: keep trying to get the link, for ever; else the first failure is final.
     """
 

@@ -308,7 +308,7 @@ class Session:
             self.fail(LinkLostError("%s: the robot's controller restarted" % self.url))
         elif isinstance(packet, (p2os.UnknownPacket, p2os.MalformedPacket)):
             self._unreadable += 1
-        elif not (isinstance(packet, p2os.Encoder) and self.link_check.answered()):
+        elif not (isinstance(packet, p2os.Encoder) and self._checks_link and self.link_check.saw_answer()):
             self.data.saw(packet, time)
             if isinstance(packet, p2os.Config):
                 self._reconfigure(packet)
@@ -411,10 +411,13 @@ class Session:
         self._events.append(motion)
         self._report(self._pending_sip, motion)
 
+    @property
+    def _checks_link(self) -> bool:
+        return self._settings.link_check and p2os.knows(self._model.firmware_family, "ENCODER") and not self.data.wants("encoder")
+
     def _question(self, now: float) -> Sequence[bytes]:
         """What goes with a velocity, to see whether it arrives."""
-        asks = self._settings.link_check and p2os.knows(self._model.firmware_family, "ENCODER") and not self.data.wants("encoder")
-        return self.link_check.question(now) if asks else ()
+        return self.link_check.question(now) if self._checks_link else ()
 
     def _identify(self) -> RobotIdentity:
         settings = self._settings

@@ -6,8 +6,8 @@ One finding per task, always the same six, so that who watches can miss one:
 task         OK                        WARN                                          ERROR
 ===========  ===================================================================================================================
 Link         packets come as often     fewer come than the robot sends; damaged      no link, and why
-             as the robot sends them   packets, stray bytes or questions without
-                                       an answer in the last seconds
+             as the robot sends them   packets, stray bytes or several questions
+                                       without an answer in the last seconds
 Battery      above the alarm level     below it; below the next, but charging        below the level of switching itself off
 Motors       on, or off                the STOP button is pressed; the robot took    a fault of the drives or of the safety
                                        them away; told to drive, it stands; a        system
@@ -42,7 +42,7 @@ WINDOW = 4.0
 SHORTEST_WINDOW = 1.0   # s: a younger link is not judged
 SAMPLING = 0.5          # s between two samples of the counts
 RATE_OK = 0.9
-"""Share of the packets that must arrive."""
+"""Share of the packets, and of the answers, that must arrive."""
 NO_LIMIT = (None, -128)
 NEAR_LIMIT = 5.0
 """A temperature (deg C) this close to the limit is a warning."""
@@ -132,11 +132,11 @@ def _link(facts: Facts) -> Finding:
             ("Packets a second", "not known yet" if rate is None else "%.1f" % rate), ("Packets a second the robot sends", "%.1f" % (1 / cycle)),
             ("Packets of this link that got lost", str(max(0, facts.lost)))]
     if counts is not None:
-        asked = "%d of %d" % (counts.unanswered, counts.questions) if counts.questions else "not known: the robot answered none"
+        unanswered = "%d of %d" % (counts.unanswered, counts.questions) if counts.questions else "not known: none was asked, or none answered"
         values += [
-            ("Questions without an answer", asked),
             ("Packets", str(counts.sips)), ("Bad checksums", str(counts.bad_checksums)), ("Stray bytes", str(counts.discarded_bytes)),
             ("Packets nobody understands", str(counts.unreadable)), ("Readings of unknown sonar", str(counts.unknown_sonar)),
+            ("Questions without an answer", unanswered),
             ("Reconnects", str(counts.reconnects)), ("Last error", counts.last_error or "none")]
     problems = []
     if facts.no_link is not None:
@@ -148,7 +148,7 @@ def _link(facts: Facts) -> Finding:
         if recent.bad_checksums or recent.stray_bytes:
             problems.append(Problem(Level.WARN, "%d packets with a bad checksum and %d stray bytes within %.0f s: check cable and plugs" % (
                 recent.bad_checksums, recent.stray_bytes, recent.seconds)))
-        if recent.questions - recent.unanswered + 1 < RATE_OK * recent.questions:
+        if recent.questions - recent.unanswered + 1 < RATE_OK * recent.questions:       # one may always get lost
             problems.append(Problem(Level.WARN, (
                 "%d of %d questions within %.0f s were not answered: what is sent to the robot may get lost: check cable, radio and line speed"
                 % (recent.unanswered, recent.questions, recent.seconds))))

@@ -59,7 +59,7 @@ class DriverParameters:
     gripper: Optional[bool] = parameter(None, AutoSwitch(), "is a gripper fitted? auto: what the robot says")
     beam_polarity: int = parameter(1, Choice((0, 1)), "what the gripper's beams read when something breaks them")
     pulse: float = parameter(1.0, Number(-1.0, 1.5), "time between signs of life to the robot; 0 or less: none", "s")
-    link_check: bool = parameter(True, Switch(), "ask a robot that is driven something a few times a second: what is sent and lost shows")
+    link_check: bool = parameter(True, Switch(), "ask the robot a few times a second while it is driven, to see whether commands arrive")
     use_sonar: bool = parameter(True, Switch(), "sonar on; false: off, and no sonar topic is fed")
     max_xspeed: float = parameter(0.5, Number(0.01, 3.0), "no forward or backward command goes beyond", "m/s", live=True)
     max_yawspeed: float = parameter(1.745, Number(0.02, 6.3), "no turn goes beyond", "rad/s", live=True)

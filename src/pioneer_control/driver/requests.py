@@ -20,8 +20,8 @@ from .notices import Notice, Watch
 from .parameters import DriverParameters
 
 QUEUE = 10
-VELOCITIES = 3
-"""That wait: as many as the line takes in a row (client.line), so that of a bunch none is lost; beyond that the newest count."""
+VELOCITY_QUEUE = 3
+"""Of a bunch as many as a fast line takes in a row (client.line); of more the newest."""
 CONFIRM_TIMEOUT = 2.0
 """Seconds the robot has to confirm that its motors or its sonar are on or off."""
 MASTER_TIMEOUT = 0.3
@@ -224,8 +224,8 @@ class Service(NamedTuple):
 
 
 TOPICS = (
-    Topic("cmd_vel", Twist, VELOCITIES, Requests.drive, commands.twist_stops),
-    Topic("cmd_wheels", WheelVelocities, VELOCITIES, Requests.drive_wheels, commands.wheels_stop),
+    Topic("cmd_vel", Twist, VELOCITY_QUEUE, Requests.drive, commands.twist_stops),
+    Topic("cmd_wheels", WheelVelocities, VELOCITY_QUEUE, Requests.drive_wheels, commands.wheels_stop),
     Topic("cmd_motor_state", MotorState, QUEUE, Requests.follow_motor_state, commands.motors_stop),
     Topic("gripper_control", GripperState, QUEUE, Requests.move_gripper, commands.gripper_stops),
 )

@@ -182,14 +182,17 @@ class PlayedRobot:
         for at in range(begin, len(self.steps)):
             if self._is_close(at) or self.steps[at].stage is not None:
                 break
-            if self.steps[at].frame is not None:
-                said.append(self.steps[at].frame)
+            frame = self.steps[at].frame
+            if frame is not None and not _is_question(frame):
+                said.append(frame)
         return said
 
     def _compare(self, frame: Frame) -> None:
         """A packet of an open session."""
         if frame.id == CLOSE_ID:
             self.close_session()
+            return
+        if _is_question(frame):
             return
         command = p2os.decode_command(frame)
         if command.name == "HOSTBAUD" and command.value in range(len(p2os.BAUD_RATES)):
@@ -249,6 +252,12 @@ def _stage_answered(frame: Frame) -> Optional[int]:
     if isinstance(packet, p2os.SyncEcho):
         return packet.number
     return {p2os.SyncReply: SYNC2, p2os.Sip: OPEN}.get(type(packet))
+
+
+def _is_question(frame: Frame) -> bool:
+    """ENCODER 1: asked only to see whether it arrives (client.link_check), at moments that differ from run to run."""
+    command = p2os.decode_command(frame)
+    return command.name == "ENCODER" and command.value == 1
 
 
 def _name(frame: Frame) -> str:

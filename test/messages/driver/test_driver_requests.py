@@ -212,7 +212,7 @@ def test_velocities_that_come_in_a_bunch_reach_the_robot_as_many_as_may_wait(run
             bottle.send("cmd_vel", twist(linear))
         yield 0.1
 
-    bottle = run(script, port="socket://robot:1")      # 9600 baud carry one of them in the time
+    bottle = run(script, port="socket://robot:1")      # TCP: at 9600 baud only one of them would go
     assert [value for _, value in bottle.commands("VEL") if value][:waiting] == [round(linear * 1000) for linear in bunch]
 
 

@@ -66,8 +66,7 @@ class FakeRobot:
         self.revived = False                    # an old set point came back to life
         self.baud: Optional[int] = None
         self.own_baud: Optional[int] = None     # to which it returns from another that HOSTBAUD set
-        self.answers: Callable[[], bool] = lambda: True     # whether it answers the next ENCODER 1
-        self.streams = False                    # and for ever then, as early P2OS
+        self.streams_encoders = False           # for ever, when it is asked once, as early P2OS
         self.noisy: Sequence[int] = ()          # line speeds that the line does not carry
         self._decoder = p2os.FrameDecoder()
         self._next_sync = 0
@@ -92,7 +91,7 @@ class FakeRobot:
             self.send(self._sip())
             if self._encoder:
                 self.send(p2os.Encoder(0, 0))
-                self._encoder = 2 if self._encoder == 2 or self.streams else 0
+                self._encoder = 2 if self._encoder == 2 or self.streams_encoders else 0
         out, self._out = self._out, b""
         return out
 
@@ -147,7 +146,7 @@ class FakeRobot:
         elif heard.name == "ENABLE":
             self.motors = bool(heard.value) and not self.stop_button
         elif heard.name == "ENCODER":
-            self._encoder = heard.value if heard.value != 1 or self.answers() else self._encoder
+            self._encoder = heard.value
         elif heard.name == "CONFIG" and self.config is not None:
             self.send(self.config)
 

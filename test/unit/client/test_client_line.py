@@ -2,7 +2,8 @@
 
 import pytest
 
-from pioneer_control.client.line import GAP, Line
+from pioneer_control.client.line import AHEAD_OF_LINE, GAP, Line
+from pioneer_control.client.link_check import QUESTION, LinkCheck
 
 NINE = b"123456789"
 
@@ -19,7 +20,7 @@ def line(written):
 
 @pytest.fixture
 def busy(line, written):
-    """A line that has just had as many commands in a row as it may."""
+    """A line that has just had as many velocities in a row as it may."""
     for _ in range(3):
         line.velocity(0.0, b"vel", b"rvel")
     assert len(written) == 3 and line.busy(0.0)
@@ -41,17 +42,21 @@ def test_of_the_velocities_that_wait_the_latest_wins(busy, written):
     assert written == [b"4"] and busy.due == float("inf")
 
 
-@pytest.mark.parametrize("held_up", [0.010, 0.020, 0.029])
-def test_velocities_that_come_in_a_bunch_on_a_fast_line_all_go(line, written, held_up):
-    """Every 10 ms, but some of them late by so many s: with 8 ms for each, and never more than two ahead, none of them is overtaken."""
+@pytest.mark.parametrize("baud", [None, 115200])
+@pytest.mark.parametrize("held_up", [0.010, 0.020, 0.024])
+def test_velocities_that_come_in_a_bunch_on_a_fast_line_all_go(written, held_up, baud):
+    """Every 10 ms, but some of them late by so many s: with 8 ms for each, 12 with a question, and two that may be ahead, none is overtaken."""
+    line, check = Line(written.append, baud, ()), LinkCheck()
     times = [number / 100 for number in range(300)]
     for number, time in enumerate(times):
         if number % 50 in (10, 11, 12):
             time = max(time, times[number // 50 * 50 + 10] + held_up)
         line.tick(time)
-        line.velocity(time, b"%d " % number, b"")
+        line.velocity(time, b"%8d " % number, NINE, companion=check.question)
+        if b"".join(written).count(QUESTION) > check.questions:
+            check.saw_answer()
     line.tick(9.9)
-    assert b"".join(written) == b"".join(b"%d " % number for number in range(300))
+    assert [int(data[:9]) for data in written] == list(range(300)) and b"".join(written).count(QUESTION) > 15
 
 
 @pytest.mark.parametrize("baud, at_once", [(115200, 3), (57600, 2), (9600, 1)])
@@ -61,10 +66,10 @@ def test_in_a_row_go_three_velocities_or_what_a_line_carries_in_5_ms_and_one_mor
     for _ in range(5):
         line.velocity(0.0, NINE, NINE)
     assert len(written) == at_once
-    assert (sum(map(len, written[:-1])) * 10 / baud) <= 0.005, "what is there before a stop"
+    assert line.transfer_time(len(b"".join(written[:-1]))) <= AHEAD_OF_LINE, "what the last one is ahead by"
 
 
-def test_ahead_of_the_pace_are_velocities_alone_and_by_two_of_them(line, written):
+def test_commands_are_never_ahead_of_the_pace_nor_velocities_that_wait_behind_one(line, written):
     line.velocity(0.0, b"1", b"")
     line.command(0.0, b"command")
     line.velocity(0.0, b"2", b"")

@@ -129,8 +129,8 @@ def test_questions_that_are_not_answered_are_a_fault_of_the_link_but_for_one(que
     assert level is OK or finding.message.startswith("%d of %d questions within 4 s were not answered" % (unanswered, questions))
 
 
-def test_of_a_robot_that_answers_nothing_it_is_said_that_it_does_not():
-    assert dict(find("Link", facts()).values)["Questions without an answer"] == "not known: the robot answered none"
+def test_without_an_answer_yet_nothing_is_said_of_lost_ones():
+    assert dict(find("Link", facts()).values)["Questions without an answer"] == "not known: none was asked, or none answered"
 
 
 def test_the_links_values_tell_port_counts_and_last_error():
