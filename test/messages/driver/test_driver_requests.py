@@ -12,6 +12,7 @@ from geometry_msgs.msg import Twist, Vector3
 from rospy import ServiceException
 from std_srvs.srv import SetBool
 
+from pioneer_control.client.line import Line
 from pioneer_control.driver.parameters import LIVE, DriverParameters
 from pioneer_control.driver.reconfigure import decode, description, encode, values_of
 from pioneer_control.driver.requests import SERVICES, TOPICS
@@ -199,6 +200,15 @@ def test_wheel_velocities_drive_each_side_and_the_last_commander_wins(run):
     assert bottle.curve[0] > 0.1 and bottle.curve[1] < -0.1
     assert bottle.straight == (0.1, 0.0)
     assert bottle.silent == (0.0, 0.0) and bottle.says("no velocity came for 0.6 s")
+
+
+def test_as_many_velocities_may_wait_as_the_line_takes_in_a_row():
+    """Fewer, and rospy drops one that would have had its turn; more, and what is old is sent before what is new."""
+    written = []
+    line = Line(written.append, None, ())
+    for _ in range(10):
+        line.velocity(0.0, b"VEL", b"RVEL")
+    assert [topic.queue for topic in TOPICS if topic.name in ("cmd_vel", "cmd_wheels")] == 2 * [len(written)]
 
 
 def test_velocities_that_come_in_a_bunch_reach_the_robot_as_many_as_may_wait(run):

@@ -172,6 +172,20 @@ def test_a_velocity_that_waits_through_a_hold_up_is_not_sent(then):
     assert not bench.robot.moving and not bench.robot.revived
 
 
+def test_one_that_was_repeated_and_waits_is_not_sent_either_after_the_command_timeout():
+    bench = Bench(rates=(9600,)).until_driving()
+    bench.drive(0.3, 0.0)
+    bench.run(0.19)
+    bench.session.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
+    bench.run(0.03)     # now it would be repeated
+    bench.robot.heard.clear()
+    bench.now += 0.45
+    bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+    bench.act()
+    bench.run(0.5)
+    assert "SONAR" in bench.robot.names() and ("VEL", 300) not in [(heard.name, heard.value) for heard in bench.robot.heard]
+
+
 def test_the_command_timeout_can_be_chosen():
     bench = Bench(command_timeout=2.5).until_driving(0.2)
     bench.run(2.2)

@@ -69,6 +69,22 @@ def test_in_a_row_go_three_velocities_or_what_a_line_carries_in_5_ms_and_one_mor
     assert line.transfer_time(len(b"".join(written[:-1]))) <= AHEAD_OF_LINE, "what the last one is ahead by"
 
 
+def test_a_question_makes_no_velocity_of_a_bunch_wait_at_57600_baud():
+    written = []
+    line = Line(written.append, 57600, ())
+    line.velocity(0.0, NINE, NINE, companion=lambda now: (NINE,))
+    line.velocity(0.0, NINE, NINE)
+    assert written == [NINE * 3, NINE * 2]
+
+
+def test_a_velocity_is_5_ms_ahead_of_a_slow_line_and_no_more():
+    """A stop comes no later than that."""
+    line = Line(lambda data: None, 9600, ())
+    for _ in range(2):
+        line.velocity(0.0, NINE, NINE)
+    assert line.due == pytest.approx(18 * 10 / 9600 - 0.005)
+
+
 def test_commands_are_never_ahead_of_the_pace_nor_velocities_that_wait_behind_one(line, written):
     line.velocity(0.0, b"1", b"")
     line.command(0.0, b"command")
@@ -123,6 +139,22 @@ def test_a_flood_of_stops_goes_at_the_pace_of_the_line():
         line.stop(millisecond / 1000, b"x" * 24)
         line.tick(millisecond / 1000)
     assert len(written) <= 42
+
+
+def test_a_stop_that_is_said_again_goes_at_once_on_an_idle_line_too(line, written):
+    line.stop(0.0, b"halt")
+    line.stop(GAP, b"halt")
+    assert written == [b"halt", b"halt"]
+
+
+def test_a_stop_that_is_said_again_does_not_pile_up_on_a_slow_line():
+    written = []
+    line = Line(written.append, 9600, ())
+    line.stop(0.0, NINE, NINE)
+    line.stop(0.010, NINE, NINE)
+    assert len(written) == 1
+    line.tick(line.due)
+    assert len(written) == 2
 
 
 def test_a_velocity_after_a_stop_and_a_stop_after_that(busy, written):

@@ -184,6 +184,27 @@ def test_a_robot_that_answers_for_ever_is_silenced_once_and_not_asked_again():
     assert silence == [VEL_200 + RVEL_0 + SILENCE], "that does not go alone either"
 
 
+def test_no_other_packet_stands_for_an_answer_or_is_kept_from_who_listens():
+    bench = Bench().until_driving()
+    go_on(bench, 1.0)
+    bench.robot.deaf = lambda heard: heard.name == "ENCODER"
+    for _ in range(20):
+        bench.robot.send(p2os.IO((1,), (2,), (3,)))
+        go_on(bench, 0.1)
+    assert len(received(bench)) == 20
+    bench.run(ANSWERED_WITHIN)
+    assert counts(bench)[1] > 8
+
+
+def test_whoever_runs_a_session_is_woken_when_an_answer_is_overdue():
+    bench = Bench(pulse=0.0).until_driving()
+    bench.robot.deaf = lambda heard: heard.name == "ENCODER"
+    go_on(bench, 0.5)
+    bench.session.drive.stop(bench.now)
+    bench.run(0.5)
+    assert bench.session.wake_at == bench.session.link_check.due < float("inf")
+
+
 def test_an_answer_that_nobody_asked_for_is_a_packet_like_any_other():
     bench = Bench().until_driving()
     go_on(bench, 1.0)
@@ -195,6 +216,40 @@ def test_an_answer_that_nobody_asked_for_is_a_packet_like_any_other():
 
 
 # Alone
+
+def test_it_asks_again_as_soon_as_it_may_and_no_sooner():
+    check = LinkCheck()
+    assert check.question(0.0) == (QUESTION,)
+    assert check.question(0.99 * EVERY) == () and check.question(EVERY) == (QUESTION,)
+
+
+def test_an_answer_that_takes_more_than_a_second_is_one():
+    """On a slow line the SIPs go first."""
+    check = LinkCheck()
+    for second in range(0, 20, 2):
+        check.question(second)
+        check.tick(second + 1.4)
+        assert check.saw_answer()
+    assert (check.questions, check.unanswered) == (10, 0)
+
+
+def test_what_is_lost_is_counted_in_time_while_a_newer_question_is_open():
+    check = LinkCheck()
+    check.question(0.0)
+    assert check.saw_answer()
+    check.question(1.0)     # this is lost
+    check.question(2.0)
+    assert check.questions == 1 and check.due == 1.0 + ANSWERED_WITHIN
+    check.tick(check.due)
+    assert (check.questions, check.unanswered) == (2, 1) and check.due == 2.0 + ANSWERED_WITHIN
+
+
+def test_a_few_answers_that_nobody_asked_for_do_not_end_the_questions_and_ten_do():
+    for count, what_goes in ((9, QUESTION), (10, SILENCE)):
+        check = LinkCheck()
+        assert not any([check.saw_answer() for _ in range(count)])
+        assert check.question(0.0) == (what_goes,)
+
 
 @given(st.lists(st.booleans(), min_size=1, max_size=60))
 def test_it_counts_exactly_what_is_lost_where_answers_come_before_the_next_question(lost):

@@ -34,6 +34,11 @@ def test_sense_is_taken(field, value):
     assert getattr(Settings(**{field: value}), field) == value
 
 
+def test_a_robot_is_asked_whether_it_hears_unless_its_user_says_otherwise():
+    assert Robot("nowhere")._settings == Settings() and Settings().link_check
+    assert Robot("nowhere", link_check=False)._settings == Settings(link_check=False)
+
+
 @pytest.mark.parametrize("baud", [9601, 0, "fast"])
 def test_a_line_speed_that_no_robot_has_is_named_with_those_it_may_have(baud):
     with pytest.raises(ParameterError, match="host_baud is %r; legal: 9600, .*None" % (baud,)):

@@ -129,6 +129,15 @@ def test_questions_that_are_not_answered_are_a_fault_of_the_link_but_for_one(que
     assert level is OK or finding.message.startswith("%d of %d questions within 4 s were not answered" % (unanswered, questions))
 
 
+def test_of_a_line_that_is_bad_both_ways_both_are_said():
+    message = find("Link", facts(recent=Recent(4.0, 40, 1, 0, 20, 10))).message
+    assert "1 packets with a bad checksum" in message and "10 of 20 questions" in message
+
+
+def test_that_all_questions_were_answered_is_said():
+    assert dict(find("Link", facts(counts=COUNTS._replace(questions=400))).values)["Questions without an answer"] == "0 of 400"
+
+
 def test_without_an_answer_yet_nothing_is_said_of_lost_ones():
     assert dict(find("Link", facts()).values)["Questions without an answer"] == "not known: none was asked, or none answered"
 
