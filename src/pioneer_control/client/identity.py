@@ -8,6 +8,7 @@ from .. import p2os
 from ..robots import RobotModel
 
 DEFAULT_WATCHDOG = 2.0      # s, of firmware that does not report its own (ARCOS manual)
+DEFAULT_SIP_CYCLE = 0.1     # s, likewise
 CONFIG = p2os.encode_command("CONFIG", 1)
 """Asks the robot for CONFIGpac."""
 
@@ -34,6 +35,11 @@ class RobotIdentity:
     """s without a command after which the robot stops by itself."""
     config: Optional[p2os.Config] = None
     """CONFIGpac as it came, for all that has no field of its own here."""
+
+    @property
+    def sip_cycle(self) -> float:
+        """Time (s) between two SIPs."""
+        return _least(0.001, DEFAULT_SIP_CYCLE, None if self.config is None else self.config.sip_cycle_ms)
 
 
 def identify(

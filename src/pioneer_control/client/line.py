@@ -1,8 +1,8 @@
 """When bytes may go out: robots lose commands that come too fast, and a serial line that is fed faster than it carries delays a stop.
 
 Nothing is handed to the operating system before the line can carry it, so no queue builds up where a stop could not overtake it. Only velocities that
-come in a bunch, as a busy computer delivers them, and stops in a flood may be a little ahead of the robot and the line: at 100 velocities a second
-none is lost on a fast line.
+come in a bunch, as a busy computer delivers them, and stops in a flood may be a little ahead of the robot and of a fast line: of 100 velocities a
+second none is lost there.
 """
 
 import math
@@ -10,8 +10,8 @@ from collections import deque
 from typing import Callable, Deque, NamedTuple, Optional, Sequence, Tuple, Union
 
 GAP = 0.004             # s per command: firmware may drop what comes faster than one in 3 to 5 ms (ARCOS manual)
-AHEAD_OF_ROBOT = 4 * GAP    # s by which a velocity may be ahead of that: then three go in a row, as many commands as ARIA sends (protocol 13)
-AHEAD_OF_LINE = 0.005       # s by which it may be ahead of the line: then three go in a row at 115200 baud, one at 9600
+AHEAD_OF_ROBOT = 3 * GAP    # s by which a velocity may be ahead of that: two go at once, and a STOP behind them is still of the six in a row of ARIA
+AHEAD_OF_LINE = 0.007       # s in which the line must have carried a velocity that is ahead of it: two at 57600 baud, none at 9600
 BITS_PER_BYTE = 10      # start, eight data, stop
 LONGEST_QUEUE = 32      # commands
 
@@ -69,7 +69,8 @@ class Line:
     def due(self) -> float:
         """When tick() has something to write; infinity when nothing waits."""
         if self._velocity and self._velocity_has_its_turn:
-            return max(self._carried_at - AHEAD_OF_LINE, self.free_at - AHEAD_OF_ROBOT)
+            ahead = max(0.0, AHEAD_OF_LINE - self.transfer_time(sum(map(len, self._velocity.packets))))
+            return max(self._carried_at - ahead, self.free_at - AHEAD_OF_ROBOT)
         return self.free_at if self._commands else math.inf
 
     @property

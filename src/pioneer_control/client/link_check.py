@@ -2,33 +2,44 @@
 
 The question is ENCODER 1: short, without any effect, and answered once (by early P2OS for ever; then it is told to stop that; protocol 3.2). It only
 ever follows a velocity, in one write: alone it could be what revives a robot whose stop was lost (protocol 2.4). So a robot that stands is asked
-nothing, and one that never answers is not asked for long.
+nothing. (Of one write the question may be all that arrives, as RVEL may; the next velocity follows within 0.2 s.)
 """
 
 import math
 from collections import deque
-from typing import Deque, Sequence
+from typing import Callable, Deque, Sequence
 
-from ..p2os import encode_command
+from ..p2os import Encoder, encode_command, encode_packet
 
 EVERY = 0.15                # s between two questions at least: 5 a second with velocities at 10 Hz, or repeated every 0.2 s
+CYCLES = 1.5                # of SIPs between two questions at least: two in one may get one answer
+SHARE = 0.03                # of the line that answers may take
 ANSWERED_WITHIN = 1.5       # s; one cycle of SIPs is usual
-TRIES = 10                  # questions to a robot that has not answered any
+TRIES = 10                  # questions to a robot that has not answered any; from then on
+SELDOM = 5.0                # s between two: it may have been the line
 TOO_MANY = 10               # answers more than questions: this robot goes on and on, as early P2OS does
 QUESTION = encode_command("ENCODER", 1)
 SILENCE = encode_command("ENCODER", 0)
+ANSWER = encode_packet(Encoder(0, 0))
 
 
 class LinkCheck:
-    """Questions to one ready robot. ``now`` is monotonic time in s."""
+    """Questions to one ready robot. ``now`` is monotonic time in s.
 
-    def __init__(self) -> None:
+    Args:
+        cycle: time (s) between two SIPs.
+        transfer_time: how long (s) so many bytes are under way.
+    """
+
+    def __init__(self, cycle: float, transfer_time: Callable[[int], float]) -> None:
+        self._every = max(EVERY, CYCLES * cycle, transfer_time(len(ANSWER)) / SHARE)
         self._open: Deque[float] = deque()      # when the questions were asked that have no answer yet
         self._last_asked = -math.inf
-        self._tries = TRIES                     # left
+        self._asked = 0
         self._answered = 0
         self._unanswered = 0
         self._surplus = 0                       # of answers
+        self._goes_on = False                   # it answers for ever
 
     @property
     def questions(self) -> int:
@@ -47,14 +58,15 @@ class LinkCheck:
 
     def question(self, now: float) -> Sequence[bytes]:
         """What goes with a velocity that is written now."""
-        if now < self._last_asked + EVERY or not self._tries:
+        if now < self._last_asked + (self._every if self._answered or self._asked < TRIES else SELDOM):
             return ()
         self._last_asked = now
         if self._surplus >= TOO_MANY:
-            self._tries = 0
+            self._goes_on, self._surplus = True, 0
             return (SILENCE,)
-        if not self._answered:
-            self._tries -= 1
+        if self._goes_on:
+            return ()
+        self._asked += 1
         self._surplus -= 1
         self._open.append(now)
         return (QUESTION,)

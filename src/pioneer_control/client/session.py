@@ -110,7 +110,7 @@ class Session:
         self.drive: Optional[Drive] = None
         self.data: Optional[DataRequests] = None
         self.tuner: Optional[Tuner] = None
-        self.link_check = LinkCheck()
+        self.link_check: Optional[LinkCheck] = None
         self._settings = settings
         self._wanted_data = wanted_data
         self._actions: List[Action] = []
@@ -142,9 +142,8 @@ class Session:
     def counts(self) -> Counts:
         """What the line brought."""
         counts = self._decoder.counts
-        unknown_sonar = 0 if self._reader is None else self._reader.unknown_sonar
-        return Counts(self._sips, counts.bad_checksums + counts.bad_counts, counts.discarded_bytes, self._unreadable, unknown_sonar,
-                      self.link_check.questions, self.link_check.unanswered)
+        asked = (0, 0, 0) if self._reader is None else (self._reader.unknown_sonar, self.link_check.questions, self.link_check.unanswered)
+        return Counts(self._sips, counts.bad_checksums + counts.bad_counts, counts.discarded_bytes, self._unreadable, *asked)
 
     @property
     def wake_at(self) -> float:
@@ -405,6 +404,7 @@ class Session:
         self.drive = Drive(self._line, identity, self._settings.command_timeout, self._events, self._question)
         self.data = DataRequests(self._line, identity, self._wanted_data, self._now)
         self.tuner = Tuner(self._line, identity, self._settings.tuning, self._events)
+        self.link_check = LinkCheck(identity.sip_cycle, self._line.transfer_time)
         self.phase = Phase.READY
         self._events.append(Ready(identity))
         motion = self._reader.move(self._pending_sip, *self._pending_times)

@@ -28,6 +28,7 @@ from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Tuple
 
 from ..client import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready, RobotIdentity, RobotState,
                       Unmoved)
+from ..client.identity import DEFAULT_SIP_CYCLE
 from ..p2os import ChargeState, FaultFlags, Flags
 from .fault_flags import FAULTS, Level
 from .notices import battery_levels, low_battery, stalled_wheels, stop_button_pressed, unmoved
@@ -35,8 +36,6 @@ from .notices import battery_levels, low_battery, stalled_wheels, stop_button_pr
 NOT_YET = "still looking for the robot"
 NO_HARDWARE = "none"
 """Id of the hardware as long as no robot has said its name."""
-USUAL_CYCLE = 0.1
-"""Time (s) between two packets of a robot that does not report it (CONFIGpac SipCycle)."""
 WINDOW = 4.0
 """Time (s) over which packets and damage are counted: a silence of most of a second shows, jitter does not."""
 SHORTEST_WINDOW = 1.0   # s: a younger link is not judged
@@ -121,7 +120,8 @@ def _link(facts: Facts) -> Finding:
     values = [("Port", facts.port)]
     if facts.baud is not None:
         values.append(("Baud", "%d (%s)" % (facts.baud, facts.baud_problem) if facts.baud_problem else str(facts.baud)))
-    identity, counts, recent, cycle = facts.identity, facts.counts, facts.recent, _cycle(facts.identity)
+    identity, counts, recent = facts.identity, facts.counts, facts.recent
+    cycle = DEFAULT_SIP_CYCLE if identity is None else identity.sip_cycle
     if identity is not None:
         values += [
             ("Robot", identity.name), ("Model", identity.subtype), ("Firmware", identity.firmware or "not reported"),
@@ -150,15 +150,9 @@ def _link(facts: Facts) -> Finding:
                 recent.bad_checksums, recent.stray_bytes, recent.seconds)))
         if recent.questions - recent.unanswered + 1 < RATE_OK * recent.questions:       # one may always get lost
             problems.append(Problem(Level.WARN, (
-                "%d of %d questions within %.0f s were not answered: what is sent to the robot may get lost: check cable, radio and line speed"
+                "%d of %d questions within %.0f s were not answered in time: what is sent to the robot gets lost, or late: check cable and radio"
                 % (recent.unanswered, recent.questions, recent.seconds))))
     return _finding(problems, "connected" if rate is None else "connected, %.1f packets a second" % rate, values)
-
-
-def _cycle(identity: Optional[RobotIdentity]) -> float:
-    """Time (s) between two packets of a robot."""
-    reported = identity is not None and identity.config is not None and identity.config.sip_cycle_ms
-    return reported / 1000 if reported else USUAL_CYCLE
 
 
 def _battery(facts: Facts) -> Finding:
@@ -319,7 +313,7 @@ class Health:
         self._lost = 0
         self._window = LinkWindow()
         self._levels: List[Level] = []      # of all tasks but the link, after the last state
-        self._cycle = USUAL_CYCLE
+        self._cycle = DEFAULT_SIP_CYCLE
 
     @property
     def hardware_id(self) -> str:
@@ -354,7 +348,7 @@ class Health:
         """Take an event. Whether the link has gone or the level of any task has changed by it; that the link is there shows with the first state."""
         facts, was_gone = self._facts, self._facts.no_link not in (None, NOT_YET)
         if isinstance(event, Ready):
-            self._cycle = _cycle(event.identity)
+            self._cycle = event.identity.sip_cycle
             self._facts = facts._replace(identity=event.identity, no_link=None, motors_gone=False, unmoved=0.0)
             self._state, self._lost = None, 0
         elif isinstance(event, LinkDown):

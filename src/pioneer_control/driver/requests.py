@@ -21,7 +21,7 @@ from .parameters import DriverParameters
 
 QUEUE = 10
 VELOCITY_QUEUE = 3
-"""Of a bunch as many as a fast line takes in a row (client.line); of more the newest."""
+"""Of a bunch those that a fast line takes at once, and one that waits (client.line); of more the newest."""
 CONFIRM_TIMEOUT = 2.0
 """Seconds the robot has to confirm that its motors or its sonar are on or off."""
 MASTER_TIMEOUT = 0.3

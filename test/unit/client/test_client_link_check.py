@@ -1,7 +1,7 @@
 """Questions that go with velocities, and what their answers tell of the line."""
 
 import pytest
-from fake_robot import SIP_CYCLE, Bench, FakeRobot
+from fake_robot import SIP_CYCLE, Bench, FakeRobot, config
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -74,7 +74,7 @@ def test_a_question_never_goes_alone_nor_with_a_stop_nor_to_a_robot_that_stands(
             bench.step()
         bench.run(3.0)
     writes = [write for at_once in bench.writes.values() for write in at_once if QUESTION in write]
-    assert len(writes) > 3 and all(write == VEL_200 + RVEL_0 + QUESTION for write in writes)
+    assert len(writes) >= 3 and all(write == VEL_200 + RVEL_0 + QUESTION for write in writes)
     asked = questions(bench)
     assert not any(heard.name != "STOP" for heard in bench.robot.heard if heard.time > bench.now - 2.0), "a robot that stands hears STOP alone"
     assert bench.now - asked[-1] > 2.5
@@ -159,7 +159,30 @@ def test_a_robot_that_never_answers_is_left_in_peace_and_counts_as_nothing():
     robot.deaf = lambda heard: heard.name == "ENCODER"
     bench = Bench(robot).until_driving()
     go_on(bench, 10.0)
-    assert len(questions(bench)) == TRIES and counts(bench) == (0, 0)
+    assert TRIES < len(questions(bench)) <= TRIES + 2 and counts(bench) == (0, 0)
+
+
+def test_a_line_that_carried_nothing_at_the_beginning_is_asked_about_again():
+    bench = Bench()
+    bench.robot.deaf = lambda heard: heard.name == "ENCODER"
+    go_on(bench.until_driving(), 5.0)
+    bench.robot.deaf = lambda heard: False
+    go_on(bench, 10.0)
+    asked, unanswered = counts(bench)
+    assert asked > 20 and unanswered >= TRIES
+
+
+@pytest.mark.parametrize("cycle, rates, every", [(20, (), EVERY), (100, (), EVERY), (250, (), 0.375), (100, (115200,), EVERY), (100, (9600,), 0.486)])
+def test_it_asks_seldom_enough_for_a_slow_robot_and_a_slow_line(cycle, rates, every):
+    """One question in a cycle of SIPs, for two in one may get one answer; and answers take 3 % of a line, not what is needed for others."""
+    robot = FakeRobot()
+    robot.config = config(sip_cycle_ms=cycle)
+    bench = Bench(robot, rates=rates).until_driving()
+    bench.robot.heard.clear()
+    for _ in range(1000):
+        bench.drive(0.2, 0.0)
+        bench.run(0.01)
+    assert 10 / every * 0.85 < len(questions(bench)) <= 10 / every + 1
 
 
 def test_a_robot_whose_first_answers_are_lost_counts_from_the_beginning():
@@ -176,7 +199,7 @@ def test_a_robot_that_answers_for_ever_is_silenced_once_and_not_asked_again():
     bench = Bench(robot).until_driving()
     go_on(bench, 10.0)
     told = [heard.value for heard in robot.heard if heard.name == "ENCODER"]
-    assert told[-1] == 0 and told.count(0) == 1 and len(told) < 2 * TOO_MANY + 2
+    assert told[-1] == 0 and told.count(0) == 1 and len(told) < 2 * TOO_MANY + 4
     came = len(received(bench))
     go_on(bench, 2.0)
     assert came == len(received(bench))
@@ -205,6 +228,18 @@ def test_whoever_runs_a_session_is_woken_when_an_answer_is_overdue():
     assert bench.session.wake_at == bench.session.link_check.due < float("inf")
 
 
+def test_one_that_did_not_hear_that_is_told_again():
+    robot = FakeRobot()
+    robot.streams_encoders = True
+    robot.deaf = lambda heard: heard[1:] == ("ENCODER", 0) and robot.names().count("ENCODER") < 2 * TOO_MANY + 10
+    bench = Bench(robot).until_driving()
+    go_on(bench, 30.0)
+    told = [heard.value for heard in robot.heard if heard.name == "ENCODER"]
+    came = len(received(bench))
+    go_on(bench, 2.0)
+    assert told.count(0) > 1 and 1 not in told[told.index(0):] and came == len(received(bench))
+
+
 def test_an_answer_that_nobody_asked_for_is_a_packet_like_any_other():
     bench = Bench().until_driving()
     go_on(bench, 1.0)
@@ -218,14 +253,14 @@ def test_an_answer_that_nobody_asked_for_is_a_packet_like_any_other():
 # Alone
 
 def test_it_asks_again_as_soon_as_it_may_and_no_sooner():
-    check = LinkCheck()
+    check = LinkCheck(SIP_CYCLE / 2, lambda count: 0.0)
     assert check.question(0.0) == (QUESTION,)
     assert check.question(0.99 * EVERY) == () and check.question(EVERY) == (QUESTION,)
 
 
 def test_an_answer_that_takes_more_than_a_second_is_one():
     """On a slow line the SIPs go first."""
-    check = LinkCheck()
+    check = LinkCheck(SIP_CYCLE, lambda count: 0.0)
     for second in range(0, 20, 2):
         check.question(second)
         check.tick(second + 1.4)
@@ -234,7 +269,7 @@ def test_an_answer_that_takes_more_than_a_second_is_one():
 
 
 def test_what_is_lost_is_counted_in_time_while_a_newer_question_is_open():
-    check = LinkCheck()
+    check = LinkCheck(SIP_CYCLE, lambda count: 0.0)
     check.question(0.0)
     assert check.saw_answer()
     check.question(1.0)     # this is lost
@@ -246,14 +281,14 @@ def test_what_is_lost_is_counted_in_time_while_a_newer_question_is_open():
 
 def test_a_few_answers_that_nobody_asked_for_do_not_end_the_questions_and_ten_do():
     for count, what_goes in ((9, QUESTION), (10, SILENCE)):
-        check = LinkCheck()
+        check = LinkCheck(SIP_CYCLE, lambda count: 0.0)
         assert not any([check.saw_answer() for _ in range(count)])
         assert check.question(0.0) == (what_goes,)
 
 
 @given(st.lists(st.booleans(), min_size=1, max_size=60))
 def test_it_counts_exactly_what_is_lost_where_answers_come_before_the_next_question(lost):
-    check, now = LinkCheck(), 0.0
+    check, now = LinkCheck(SIP_CYCLE, lambda count: 0.0), 0.0
     for is_lost in [False] + lost:
         assert check.question(now) == (QUESTION,)
         if not is_lost:
@@ -267,7 +302,7 @@ def test_it_counts_exactly_what_is_lost_where_answers_come_before_the_next_quest
 @pytest.mark.parametrize("late", [0.3, 0.7, 1.4])
 def test_answers_that_are_late_count_as_lost_only_at_the_beginning(late):
     """Which question an answer is for cannot be known: on a slow line the first ones are taken for lost, and no other ones."""
-    check, asked, now, answers_at = LinkCheck(), 0, 0.0, []
+    check, asked, now, answers_at = LinkCheck(SIP_CYCLE, lambda count: 0.0), 0, 0.0, []
     while now < 60.0:
         if check.question(now):
             asked += 1

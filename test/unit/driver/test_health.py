@@ -45,7 +45,8 @@ def identity(battery_class=12, name="sim_0001", **config):
     fields = dict(low_battery_dv=115, shutdown_dv=110, sip_cycle_ms=100, charge_low_percent=None, charge_shutdown_percent=None,
                   high_temperature_shutdown_c=-128)
     fields.update(config)
-    return SimpleNamespace(name=name, subtype="p3dx-sh", firmware="2.9", serial=None, model=SimpleNamespace(battery_class=battery_class),
+    cycle = (fields["sip_cycle_ms"] or 100) / 1000
+    return SimpleNamespace(name=name, subtype="p3dx-sh", firmware="2.9", serial=None, model=SimpleNamespace(battery_class=battery_class), sip_cycle=cycle,
                            config=SimpleNamespace(**fields))
 
 
