@@ -142,8 +142,8 @@ class Session:
     def counts(self) -> Counts:
         """What the line brought."""
         counts = self._decoder.counts
-        asked = (0, 0, 0) if self._reader is None else (self._reader.unknown_sonar, self.link_check.questions, self.link_check.unanswered)
-        return Counts(self._sips, counts.bad_checksums + counts.bad_counts, counts.discarded_bytes, self._unreadable, *asked)
+        once_ready = (0, 0, 0) if self._reader is None else (self._reader.unknown_sonar, self.link_check.questions, self.link_check.unanswered)
+        return Counts(self._sips, counts.bad_checksums + counts.bad_counts, counts.discarded_bytes, self._unreadable, *once_ready)
 
     @property
     def wake_at(self) -> float:
