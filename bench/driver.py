@@ -257,10 +257,10 @@ def drive(bench: Bench, seconds: float) -> Dict[Tuple[str, Phase], Drive]:
         after = {name: (monotonic(), node.cpu(), node.rss()) for name, node in nodes.items()}
         time.sleep(0.1)
         for name, robot in bench.robots.items():
-            record = robot.record()
+            heard, record = bench.poses[name].heard[:], robot.record()      # in this order: each has its SIP in the record
             wall, cpu, growth = (new - old for new, old in zip(after[name], before[name]))
             commands, arrived = command_latencies(commander.sent[name], record)
-            found[name, phase] = Drive(pose_latencies(bench.poses[name].heard, record), commands, arrived,
+            found[name, phase] = Drive(pose_latencies(heard, record), commands, arrived,
                                        Usage(cpu / wall * 60, after[name][2], growth))
     for name, node in nodes.items():
         node.end(signal.SIGINT if name == "ours" else signal.SIGKILL)
