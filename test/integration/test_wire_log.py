@@ -106,6 +106,13 @@ def test_a_command_that_is_another_is_noticed(monkeypatch):
     assert "here the client sends GRIPPER 5, and that of the record did not" in differences
 
 
+@pytest.mark.parametrize("value, is_named", [(1, False), (2, True)])
+def test_questions_are_no_difference_and_a_wish_for_encoders_is_one(monkeypatch, value, is_named):
+    _, differences = told(monkeypatch, said_instead(encode_command("GRIPPER", 5), encode_command("ENCODER", value)), wire_log.script)
+    assert "here the client sends GRIPPER 5, and that of the record did not" in differences
+    assert any("ENCODER -" in sentence for sentence in differences) is is_named
+
+
 @pytest.mark.parametrize("line", ["tcp", "pty"])
 def test_a_server_plays_it_to_a_program(tmp_path, line):
     begin = [entry for entry in RECORD if entry.time < 2.5]

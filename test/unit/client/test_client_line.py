@@ -2,7 +2,7 @@
 
 import pytest
 
-from pioneer_control.client.line import AHEAD_OF_LINE, GAP, Line
+from pioneer_control.client.line import GAP, Line
 from pioneer_control.client.link_check import QUESTION, LinkCheck
 
 NINE = b"123456789"
@@ -80,7 +80,7 @@ def test_what_is_ahead_of_a_line_is_carried_within_7_ms():
     line = Line(lambda data: None, 38400, ())
     for _ in range(2):
         line.velocity(0.0, NINE, NINE)
-    assert line.due == pytest.approx(2 * line.transfer_time(18) - AHEAD_OF_LINE)
+    assert line.due == pytest.approx(2 * line.transfer_time(18) - 0.007)
 
 
 def test_nothing_is_ahead_of_a_slow_line():
