@@ -120,11 +120,11 @@ class DriverDiagnostics(unittest.TestCase):
             link = self.newest("left").get("Link")
             return "" if link is None else {value.key: value.value for value in link.values}["Questions without an answer"]
 
-        self.witness.wait("all of ten questions or more are answered", lambda: re.match("0 of [0-9]{2}", unanswered()))
+        self.witness.wait("ten questions or more are answered", lambda: re.match("[0-9] of [0-9]{2}", unanswered()))
         self.expect(WELL)
         with server.lock:
             server.wired.faults.add(fault_of("loss 0.5 way to-robot"), server.wired.time_us)
-        self.assertRegex(self.expect(dict(WELL, Link=WARN))["Link"].message, "^[1-9][0-9]* of [0-9]+ questions within 4 s were not answered")
+        self.assertRegex(self.expect(dict(WELL, Link=WARN))["Link"].message, "^[1-9][0-9]* of [0-9]+ questions within [0-9]+ s were not answered")
         with server.lock:
             server.wired.faults.clear(server.wired.time_us)
         self.expect(WELL)
