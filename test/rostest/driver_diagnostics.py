@@ -124,7 +124,8 @@ class DriverDiagnostics(unittest.TestCase):
         self.expect(WELL)
         with server.lock:
             server.wired.faults.add(fault_of("loss 0.5 way to-robot"), server.wired.time_us)
-        self.assertRegex(self.expect(dict(WELL, Link=WARN))["Link"].message, "^[1-9][0-9]* of [0-9]+ questions within [0-9]+ s were not answered")
+        self.witness.wait("it is named", lambda: re.search("[1-9][0-9]* of [0-9]+ questions .* not answered", self.newest("left")["Link"].message))
+        self.expect(dict(WELL, Link=WARN))
         with server.lock:
             server.wired.faults.clear(server.wired.time_us)
         self.expect(WELL)
