@@ -21,7 +21,6 @@ CONFIG = p2os.encode_packet(p2os.Config(     # as much of it as older firmware s
     type="Pioneer", subtype="p3dx-sh", serial="bench", four_motors=0, rotation_velocity_top_deg_s=360, translation_velocity_top_mm_s=1500,
     rotation_acceleration_top_deg_s2=300, translation_acceleration_top_mm_s2=2000, pwm_max=500, name="bench", sip_cycle_ms=100, host_baud=0,
     aux1_baud=0, has_gripper=0, front_sonar=1, rear_sonar=1, low_battery_dv=115, rev_count=16570, watchdog_ms=2000))
-
 ENCODER = p2os.encode_packet(p2os.Encoder(0, 0))
 
 

@@ -8,7 +8,7 @@ from .. import p2os
 from ..robots import RobotModel
 
 DEFAULT_WATCHDOG = 2.0      # s, of firmware that does not report its own (ARCOS manual)
-DEFAULT_SIP_CYCLE = 0.1     # s, likewise
+DEFAULT_SIP_CYCLE = 0.1     # s, likewise (protocol 2.3)
 CONFIG = p2os.encode_command("CONFIG", 1)
 """Asks the robot for CONFIGpac."""
 

@@ -11,7 +11,7 @@ from typing import Callable, Deque, NamedTuple, Optional, Sequence, Tuple, Union
 
 GAP = 0.004             # s per command: firmware may drop what comes faster than one in 3 to 5 ms (ARCOS manual)
 AHEAD_OF_ROBOT = 3 * GAP    # s by which a velocity may be ahead of that: two go at once, and a STOP behind them is still of the six in a row of ARIA
-AHEAD_OF_LINE = 0.007       # s in which the line must have carried a velocity that is ahead of it: two at 57600 baud, none at 9600
+AHEAD_OF_LINE = 0.007       # s in which the line must have carried a velocity that is ahead of it: two at 57600 baud, one below
 BITS_PER_BYTE = 10      # start, eight data, stop
 LONGEST_QUEUE = 32      # commands
 

@@ -46,8 +46,8 @@ def identity(battery_class=12, name="sim_0001", **config):
                   high_temperature_shutdown_c=-128)
     fields.update(config)
     cycle = (fields["sip_cycle_ms"] or 100) / 1000
-    return SimpleNamespace(name=name, subtype="p3dx-sh", firmware="2.9", serial=None, model=SimpleNamespace(battery_class=battery_class), sip_cycle=cycle,
-                           config=SimpleNamespace(**fields))
+    return SimpleNamespace(name=name, subtype="p3dx-sh", firmware="2.9", serial=None, model=SimpleNamespace(battery_class=battery_class),
+                           sip_cycle=cycle, config=SimpleNamespace(**fields))
 
 
 def facts(state=State(), robot=None, **others):
