@@ -72,7 +72,7 @@ def script(life):
     yield from motors_on()
     yield from grip(GripperCommand.LIFT_DOWN, lambda gripper: gripper.lift_down)
     yield from drive(0.3, 0.0, lambda state: state.gripper.inner_beam)
-    yield from grip(GripperCommand.CLOSE, lambda gripper: gripper.left_contact and gripper.right_contact)
+    yield from grip(GripperCommand.CLOSE, lambda gripper: gripper.left_contact and gripper.right_contact and gripper.inner_beam)
     yield from grip(GripperCommand.LIFT_UP, lambda gripper: gripper.lift_up)
     yield from drive(-0.4, 0.0, lambda state: any(state.rear_bumpers))
     while not any(type(event) is LinkDown for event in life.events):

@@ -166,11 +166,13 @@ class Gripper:
         self._states = Thinned(0.5, 0.5)
 
     def add(self, time: float, message: Any) -> None:
-        self._states.add(time, message.grip.state, message.grip.left_contact or message.grip.right_contact)
+        grip = message.grip
+        pressed, seen = grip.left_contact or grip.right_contact, grip.inner_beam or grip.outer_beam
+        self._states.add(time, grip.state, pressed and seen)    # paddles that close on nothing press on each other
 
     @property
     def events(self):
-        return gripper_events([(time, int(state), bool(pressed)) for time, state, pressed in self._states.columns().T])
+        return gripper_events([(time, int(state), bool(feels)) for time, state, feels in self._states.columns().T])
 
 
 class Ends:

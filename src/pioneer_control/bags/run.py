@@ -200,15 +200,15 @@ def inverted(pose: Pose) -> Pose:
 
 
 def gripper_events(states: Sequence[Tuple[float, int, bool]]) -> Tuple[GripperEvent, ...]:
-    """What happened, from (time, GripState.state, whether a paddle presses on something) in order of time."""
+    """What happened, from (time, GripState.state, whether a paddle presses on something that is in a beam) in order of time."""
     events: List[GripperEvent] = []
     held, closed = False, None
-    for time, state, pressed in states:
+    for time, state, feels in states:
         was_closed, closed = closed, state == GripStatus.CLOSED
-        if held and not pressed:
+        if held and not feels:
             held = False
             events.append(GripperEvent(time, "put down"))
-        elif not held and pressed and closed:
+        elif not held and feels and closed:
             held = True
             if was_closed is not None:  # else it was held before the recording began
                 events.append(GripperEvent(time, "picked up"))

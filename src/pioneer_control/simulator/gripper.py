@@ -34,14 +34,13 @@ class Gripper:
         self.grasp_time = shape.grasp_time
         self.paddle_motion = 0
         self.lift_motion = 0
-        self.left_contact = False
-        self.right_contact = False
         self.lift_jammed = False
         self.paddles_jammed = False
         self.stuck = False
         """Whether something keeps paddles and lift from moving."""
         self.held: List[Can] = []
         self._held_at: List[Tuple[float, float]] = []
+        self._felt = False, False
         self._world = world
         self._palm = front + shape.paddle_start
         self._reach = max(hypot(front + shape.reach, shape.width / 2.0), body.reach) + shape.max_object / 2.0
@@ -50,7 +49,7 @@ class Gripper:
         self._body = body
         self._mount = Block(front, self._palm, -shape.width / 2.0, shape.width / 2.0)
         self._lift_goal = self.height
-        self._grasping = 0.0
+        self._pressing_s = 0.0
         self._stuck_for = 0.0
 
     # -- what it is told
@@ -63,15 +62,14 @@ class Gripper:
         self.paddle_motion = 1 if self.opening < self.shape.opening else 0
 
     def close(self) -> None:
-        """Close the paddles until they meet something or each other."""
-        if not self.held:
-            self.paddles_jammed = False
-            self.paddle_motion = -1 if self.opening > 0.0 else 0
+        """Close the paddles until they meet something or each other, and press on it for the grasp time."""
+        self.paddles_jammed = False
+        self.paddle_motion = min(self.paddle_motion, 0) if self.is_closed else -1
 
     def stop(self) -> None:
         """Stop the paddles; they no longer press on what they do not hold."""
         self.paddle_motion = 0
-        self.left_contact = self.right_contact = bool(self.held)
+        self._felt = False, False
 
     def lift_to(self, height: float) -> None:
         """Raise or lower the paddles to `height` (m above the lowest), clipped to the travel of the lift."""
@@ -104,6 +102,16 @@ class Gripper:
     def is_closed(self) -> bool:
         """Whether the paddles are closed, on each other or on something."""
         return self.opening <= 0.0 or bool(self.held)
+
+    @property
+    def contacts(self) -> Tuple[bool, bool]:
+        """Whether something presses on the left and on the right paddle: a can, or the other paddle.
+
+        Closed paddles press on each other where they press on nothing else, so contacts alone do not show that something is held.
+
+        Source: protocol sheet 6.4.
+        """
+        return (True, True) if self.is_closed else self._felt
 
     @property
     def is_up(self) -> bool:
@@ -156,11 +164,8 @@ class Gripper:
         self._stuck_for = 0.0
         if self.held and self.paddle_motion > 0:
             self._release()
-        if self.held:
-            if self._grasping > 0.0:
-                self._grasping -= dt
-                if self._grasping <= 1e-9:
-                    self.paddle_motion = 0
+        if self.is_closed and self.paddle_motion < 0:
+            self._press(dt)
         elif self.paddle_motion < 0:
             self._close_further(dt, pose)
         elif self.paddle_motion > 0:
@@ -211,32 +216,36 @@ class Gripper:
         jammed = not self.make_way(pose)
         if jammed:
             self.opening = before
-        self._feel(between, pose)
-        if self.left_contact and self.right_contact and (jammed or self.opening <= widest):
+        self._felt = self._feel(between, pose)
+        if all(self._felt) and (jammed or self.opening <= widest):
             self._grasp([can for can in between if jammed or 2.0 * can.radius >= self.opening - TOLERANCE], pose)
-        elif jammed or self.opening <= 0.0:
+        elif jammed:
+            self.stop()
+        self._pressing_s = self.grasp_time
+
+    def _press(self, dt: float) -> None:
+        """The motor runs on for the grasp time after the paddles have met what they press on."""
+        self._pressing_s -= dt
+        if self._pressing_s <= 1e-9:
             self.stop()
 
-    def _feel(self, between: List[Can], pose: Pose) -> None:
-        """Which paddle presses on one of the cans between them."""
+    def _feel(self, between: List[Can], pose: Pose) -> Tuple[bool, bool]:
+        """Whether the left and the right paddle press on one of the cans between them."""
         half = self.opening / 2.0 - TOLERANCE
         sides = [(self._from_palm(can, pose)[1], can.radius) for can in between]
-        self.left_contact = any(y + radius >= half for y, radius in sides)
-        self.right_contact = any(y - radius <= -half for y, radius in sides)
+        return any(y + radius >= half for y, radius in sides), any(y - radius <= -half for y, radius in sides)
 
     def _grasp(self, cans: List[Can], pose: Pose) -> None:
         self.held = cans
         self._held_at = [self._from_palm(can, pose) for can in cans]
         for can in cans:
             can.held_by = self
-        self.left_contact = self.right_contact = True
-        self._grasping = self.grasp_time
 
     def _release(self) -> None:
         for can in self.held:
             can.held_by = None
         self.held, self._held_at = [], []
-        self.left_contact = self.right_contact = False
+        self._felt = False, False
 
     def _open_further(self, dt: float, pose: Pose) -> None:
         before = self.opening

@@ -141,9 +141,10 @@ def digital_in(hardware: Hardware) -> int:
     if gripper is None:
         return FLOATING
     inner, outer = gripper.beams_broken(hardware.body.pose)
+    left, right = gripper.contacts
     between = not gripper.is_up and not gripper.is_down
     return UNCONNECTED | _bits(
-        DIGITAL_IN, (not gripper.is_open, between, outer, inner, not gripper.left_contact, not gripper.right_contact))
+        DIGITAL_IN, (not gripper.is_open, between, outer, inner, not left, not right))
 
 
 def _bits(bits: Tuple[int, ...], states: Tuple[bool, ...]) -> int:

@@ -50,11 +50,12 @@ def sonar(ranges, package="pioneer_control"):
     return message_class("SonarArray", package)(ranges_count=len(ranges), ranges=list(ranges))
 
 
-def gripper(state, pressed, package="pioneer_control"):
-    """A GripperState message: GripState.state, and whether both paddles press on something."""
+def gripper(state, held, package="pioneer_control", pressed=None):
+    """A GripperState message: GripState.state, whether something is held, and whether both paddles press (None: on what is held)."""
     message = message_class("GripperState", package)()
     message.grip.state = state
-    message.grip.left_contact = message.grip.right_contact = pressed
+    message.grip.left_contact = message.grip.right_contact = held if pressed is None else pressed
+    message.grip.inner_beam = held
     return message
 
 

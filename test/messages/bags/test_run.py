@@ -139,6 +139,14 @@ class TestReading:
         run = read_run(bag(messages))
         assert run.robot == "" and run.sonar.range.tolist() == [1.0, 2.0] and run.gripper[0].what == "picked up"
 
+    def test_paddles_that_press_on_each_other_hold_nothing(self, bag):
+        messages = without(make.driven(seconds=1), "gripper_state") + [
+            ("/pioneer/gripper_state", make.gripper(1, False), 1000.0),
+            ("/pioneer/gripper_state", make.gripper(2, False, pressed=True), 1000.5),
+            ("/pioneer/gripper_state", make.gripper(1, False), 1001.0),
+        ]
+        assert [event.what for event in read_run(bag(messages)).gripper] == ["closed on nothing"]
+
     def test_topics_of_our_names_but_other_types_are_left_alone(self, bag):
         messages = without(make.driven(seconds=1), "sonar") + [("/pioneer/sonar", Header(), 1000.5)]
         assert read_run(bag(messages)).sonar.range.shape == (0,)

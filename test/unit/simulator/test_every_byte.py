@@ -138,7 +138,7 @@ def true_digin(robot):
         return 0xFF
     inner, outer = gripper.beams_broken(robot.true_pose)
     between = 0.0 < gripper.height < gripper.shape.lift_height
-    bits = [not gripper.is_open, between, outer, inner, not gripper.left_contact, not gripper.right_contact, True, True]
+    bits = [not gripper.is_open, between, outer, inner, *(not pressed for pressed in gripper.contacts), True, True]
     return sum(bool(bit) << place for place, bit in enumerate(bits))
 
 

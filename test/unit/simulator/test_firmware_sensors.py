@@ -134,9 +134,13 @@ def test_a_pick_as_packets_show_it():
     assert world.cans[0].x == pytest.approx(PALM + 0.05 - 0.3, abs=1e-6)
 
 
-def test_a_pick_of_nothing_shows_no_contact():
+def test_a_pick_of_nothing_ends_with_paddles_that_press_on_each_other_and_no_beam_broken():
+    """Protocol sheet 6.4: clients wait for both contacts as the sign of closed paddles."""
     bench = grip(grip(Bench().open(), GripperCommand.LIFT_DOWN), GripperCommand.CLOSE)
-    assert bench.sip.digital_in & DigitalIn.LEFT_CONTACT_FREE and bench.sip.digital_in & DigitalIn.RIGHT_CONTACT_FREE
+    assert bench.sip.grip_state == GripState.CLOSED | GripState.LIFT_DOWN
+    assert bench.sip.digital_in == DigitalIn.PADDLES_NOT_OPEN | DigitalIn.INPUT_6 | DigitalIn.INPUT_7
+    free = DigitalIn.LEFT_CONTACT_FREE | DigitalIn.RIGHT_CONTACT_FREE
+    assert grip(bench, GripperCommand.OPEN, seconds=0.2).sip.digital_in & free == free
 
 
 def test_a_robot_without_gripper_pushes_cans_with_its_body():

@@ -1,5 +1,6 @@
 """The gripper holds what is between its paddles, and nothing else."""
 
+import dataclasses
 import math
 import random
 
@@ -16,14 +17,16 @@ GRIPPER = MODEL.gripper
 PALM = MODEL.length_front + GRIPPER.paddle_start
 BODY = Block(-MODEL.length_rear, MODEL.length_front, -MODEL.width / 2, MODEL.width / 2)
 DT = 0.02
+PRESSED, FREE = (True, True), (False, False)
 
 
 class Rig:
     """A gripper on a robot that stands at the origin, with cans given ahead of its palm and left of the middle."""
 
-    def __init__(self, *cans, walls=(), radius=0.033, low=True):
+    def __init__(self, *cans, walls=(), radius=0.033, low=True, **numbers):
         self.world = World("rig", walls=walls, cans=[Can(PALM + x, y, radius) for x, y in cans])
-        self.gripper = Gripper(GRIPPER, load_numbers().gripper, self.world, MODEL.length_front, BODY)
+        self.gripper = Gripper(
+            GRIPPER, dataclasses.replace(load_numbers().gripper, **numbers), self.world, MODEL.length_front, BODY)
         self.pose = (0.0, 0.0, 0.0)
         if low:
             self.do(lambda gripper: gripper.lift_to(0.0))
@@ -74,8 +77,9 @@ def test_it_takes_its_time():
     rig = Rig().do(close, seconds=2.4)
     assert rig.gripper.paddle_motion < 0 and not rig.gripper.is_closed
     rig.do(seconds=0.12)
+    assert rig.gripper.is_closed and rig.gripper.paddle_motion < 0 and rig.gripper.held_can is None
+    rig.do(seconds=rig.gripper.grasp_time)
     assert rig.gripper.is_closed and rig.gripper.paddle_motion == 0 and rig.gripper.held_can is None
-    assert not rig.gripper.left_contact and not rig.gripper.right_contact
     rig.do(up, seconds=3.4)
     assert rig.gripper.lift_motion > 0
     rig.do(seconds=0.2)
@@ -86,7 +90,7 @@ def test_it_takes_its_time():
 def test_a_can_between_the_paddles_is_held(x, y):
     rig = Rig((x, y)).do(close)
     assert rig.gripper.held_can is rig.can and rig.can.held_by is rig.gripper
-    assert rig.gripper.left_contact and rig.gripper.right_contact and rig.gripper.is_closed
+    assert rig.gripper.contacts == PRESSED and rig.gripper.is_closed
     assert rig.gripper.opening == pytest.approx(0.066, abs=1e-6)
     assert rig.can.y == pytest.approx(0.0, abs=1e-4) and rig.can.x == pytest.approx(PALM + x)
 
@@ -110,7 +114,53 @@ def test_the_paddles_report_closed_after_the_grasp_time():
 def test_a_can_not_between_the_paddles_is_never_held(x, y):
     rig = Rig((x, y)).do(close)
     assert rig.gripper.held_can is None and rig.can.held_by is None and rig.gripper.opening == 0.0
-    assert not rig.gripper.left_contact and not rig.gripper.right_contact
+    assert rig.gripper.contacts == PRESSED and rig.gripper.beams_broken(rig.pose) == (False, False)
+
+
+def test_paddles_that_meet_press_on_each_other_until_they_part():
+    rig = Rig().do(close, seconds=2.4)
+    assert rig.gripper.contacts == FREE
+    rig.do(seconds=0.12)
+    assert rig.gripper.contacts == PRESSED and rig.gripper.paddle_motion < 0
+    rig.do(seconds=1.0).do(close, lambda gripper: gripper.stop(), up)
+    assert rig.gripper.is_up and rig.gripper.contacts == PRESSED and rig.gripper.paddle_motion == 0
+    rig.do(opened, seconds=0.0)
+    assert rig.gripper.contacts == PRESSED
+    rig.do(seconds=DT)
+    assert rig.gripper.contacts == FREE and rig.gripper.opening > 0.0
+
+
+def test_closed_at_power_on_they_press_on_each_other():
+    assert Rig(open_at_power_on=False).gripper.contacts == PRESSED
+
+
+def test_told_to_close_again_they_press_no_longer_and_no_shorter():
+    rig = Rig().do(close, seconds=2.54).do(close, seconds=0.1)
+    assert rig.gripper.paddle_motion < 0
+    assert rig.do(seconds=0.12).gripper.paddle_motion == 0
+
+
+def test_told_to_close_while_something_keeps_them_closed_they_do_not_open_afterwards():
+    rig = Rig().do(close)
+    rig.gripper.stuck = True
+    rig.do(opened, seconds=1.0).do(close, seconds=0.1)
+    rig.gripper.stuck = False
+    assert rig.do(seconds=1.0).gripper.is_closed and rig.gripper.contacts == PRESSED
+
+
+def test_a_can_pushed_out_while_they_close_leaves_them_pressing_on_each_other():
+    rig = Rig((0.05, 0.0)).do(close, seconds=0.8)
+    rig.world.cans[0].x += 0.3
+    rig.do()
+    assert rig.gripper.held_can is None and rig.gripper.opening == 0.0
+    assert rig.gripper.contacts == PRESSED and rig.gripper.beams_broken(rig.pose) == (False, False)
+
+
+def test_a_can_that_only_one_paddle_pushes_is_felt_by_that_one():
+    rig = Rig((0.05, -0.06)).do(close, seconds=0.9)
+    assert rig.gripper.contacts == (False, True)
+    rig.world.cans[0].x += 0.3
+    assert rig.do(seconds=DT).gripper.contacts == FREE
 
 
 def test_raised_paddles_close_above_a_can():
@@ -144,9 +194,9 @@ def test_closing_again_on_what_is_held_changes_nothing():
 
 def test_stopped_halfway_nothing_is_held():
     rig = Rig((0.05, 0.08)).do(close, seconds=1.0)
-    assert rig.gripper.left_contact and not rig.gripper.right_contact
+    assert rig.gripper.contacts == (True, False)
     rig.do(lambda gripper: gripper.stop())
-    assert rig.gripper.held_can is None and not rig.gripper.left_contact
+    assert rig.gripper.held_can is None and rig.gripper.contacts == FREE
     assert not rig.gripper.is_open and not rig.gripper.is_closed
 
 
@@ -233,4 +283,6 @@ def test_whatever_it_is_told_it_holds_only_cans_between_its_paddles():
             for can in rig.gripper.held:
                 x, y = can.x - PALM, can.y
                 assert 0.0 < x <= GRIPPER.paddle_length and abs(y) + can.radius <= rig.gripper.opening / 2 + 2e-3
-            assert bool(rig.gripper.held) == (rig.gripper.left_contact and rig.gripper.right_contact)
+            assert (bool(rig.gripper.held) or rig.gripper.opening == 0.0) == (rig.gripper.contacts == PRESSED)
+            if rig.gripper.contacts == PRESSED and (rig.gripper.is_up or rig.gripper.is_down):
+                assert bool(rig.gripper.held) == any(rig.gripper.beams_broken(rig.pose)), "contacts and a beam: held"

@@ -329,6 +329,19 @@ def test_the_gripper_takes_a_can(model, gripper):
     assert client.sip["grip"] == 0x21 and beams(client.sip)[2:] == (False, False)
 
 
+@pytest.mark.parametrize("model, gripper", [("p3dx-sh", None), ("p3dx", True), ("p2dx", True), ("peoplebot-sh", True)])
+def test_the_gripper_closes_on_nothing_and_shows_it_as_clients_wait_for_it(model, gripper):
+    """The vendor's gripper class takes bits 4 and 5 of DIGIN at 0 for closed paddles, whether or not something is between them."""
+    client = driving(model, gripper=gripper).say(command(33, 5)).wait(4.5, [PULSE]).say(command(33, 2)).wait(2.0)
+    assert client.sip["grip"] == 0x26 and beams(client.sip) == (False, False, False, False)
+    client.wait(1.0, [PULSE])
+    assert client.sip["grip"] == 0x22 and beams(client.sip) == (False, False, True, True)
+    client.say(command(33, 4)).wait(4.5, [PULSE])
+    assert client.sip["grip"] == 0x12 and beams(client.sip) == (False, False, True, True)
+    client.say(command(33, 1)).wait(0.2)
+    assert client.sip["grip"] == 0x15 and beams(client.sip) == (False, False, False, False)
+
+
 @pytest.mark.parametrize("stop, state", [(3, 0x10), (15, 0x10)])
 def test_the_paddles_stop_in_between(stop, state):
     client = driving().say(command(33, 2)).wait(1.0).say(command(33, stop)).wait(0.3)
