@@ -83,6 +83,39 @@ class _Chunk(NamedTuple):
     """the connections in it, where none of them is wanted; else empty"""
 
 
+_Waiting = Tuple[int, bool, int, Connection, bytes]
+"""A message that is not given yet: time (ns), whether it is in the part's head, its number in the file, ..."""
+
+
+class _Head:
+    """The first messages of a part, as long as they can be those that ``rosbag record --repeat-latched`` repeats there.
+
+    rosbag begins a part with the first message (not the newest) of each publisher that latches, all with the time of that moment. Then comes the
+    message for which it began the part; that one waited, so its time is earlier. In the repeated ones' connections rosbag 1.15 leaves out who
+    published and that it latches; 1.17 keeps both. (Seen with 1.15.15 and 1.17.0.)
+
+    Attributes:
+        open: whether the next message may still be one of them.
+        repeats: whether what came after them, if anything did, fits to that.
+    """
+
+    def __init__(self) -> None:
+        self.open, self.repeats = True, True
+        self._first: Optional[Tuple[int, bool]] = None      # message: its time, and whether its publisher is named
+        self._publishers: Set[Tuple[str, str]] = set()
+
+    def takes(self, time: int, connection: Connection) -> bool:
+        """Whether a message is in the head; called with all messages of the part, in their order in the file. `time` in ns."""
+        if not self.open:
+            return False
+        alike, publisher = (time, bool(connection.caller)), (connection.topic, connection.caller)
+        self._first = self._first or alike
+        self.open = alike == self._first and (not connection.caller or connection.latching and publisher not in self._publishers)
+        self._publishers.add(publisher)
+        self.repeats = self.open or time <= self._first[0]
+        return self.open
+
+
 class _File:
     """One file of a recording."""
 
@@ -103,6 +136,7 @@ class _File:
         self._missing = 0           # messages that are listed behind their chunk, but were not in it
         self._nameless = 0          # messages of connections that are not described
         self._ambiguous: Set[str] = set()       # topics that are described in two ways
+        self._head: Optional[_Head] = None      # while a part is read
         try:
             with open(path, "rb", buffering=0) as file:
                 self.size = os.fstat(file.fileno()).st_size
@@ -204,11 +238,20 @@ class _File:
     def _passes_over(self, source: Source, chunk: Record) -> bool:
         """Whether nothing in a chunk is wanted. The index and the lists behind the chunk both say so: one wrong byte loses no chunk."""
         known = self._chunks.get(chunk.position)
+        if self._head is not None and self._head.open:
+            return False
         return known is not None and bool(known.foreign) and known.foreign == _listed(source, chunk.end)
 
-    def messages(self, progress: Callable[[int], Any]) -> Iterator[Message]:
-        """The wanted messages in order of time, as far as `LATE` and `HELD` allow."""
-        waiting: List[Tuple[int, int, Connection, bytes]] = []
+    def messages(self, progress: Callable[[int], Any], latched: Optional[Dict[Tuple[str, str], bytes]] = None) -> Iterator[Message]:
+        """The wanted messages in order of time, as far as `LATE` and `HELD` allow.
+
+        Args:
+            progress: called now and then with the bytes read.
+            latched: of a part of a recording: by topic and publisher, the first latched message in the parts before. What the recorder
+                only repeats of them is left out, and what is new is added to them. None: this is no part.
+        """
+        waiting: List[_Waiting] = []
+        self._head = None if latched is None else _Head()
         held = count = met = listed = 0
         known: Optional[_Chunk] = None
         passed = False
@@ -219,13 +262,14 @@ class _File:
                     if known is None or known.start <= record.time <= known.end or self.begin is None:  # else a byte of it is wrong
                         self._saw(record.time)
                     wanted = self._wanted.get(record.connection)
+                    in_head = self._head is not None and wanted is not None and self._head.takes(record.time, self.connections[record.connection])
                     if wanted:
                         count += 1
-                        waiting.append((record.time, count, self.connections[record.connection], source.data(record)))
+                        waiting.append((record.time, in_head, count, self.connections[record.connection], source.data(record)))
                         held += record.end - record.begin + OVERHEAD
                         if held > HELD:
                             waiting.sort()
-                            yield from _give(waiting, len(waiting) // 2)
+                            yield from self._news(_give(waiting, len(waiting) // 2), latched)
                             held = _held(waiting)
                     elif wanted is None:
                         self._nameless += 1
@@ -243,12 +287,21 @@ class _File:
                         self._saw(known.end)
                     earliest = (self.end or 0) - LATE if known is None else known.earliest
                     waiting.sort()
-                    yield from _give(waiting, bisect.bisect_left(waiting, (earliest,)))
+                    yield from self._news(_give(waiting, bisect.bisect_left(waiting, (earliest,))), latched)
                     held = _held(waiting)
             waiting.sort()
-            yield from _give(waiting, len(waiting))
+            yield from self._news(_give(waiting, len(waiting)), latched)
         self._missing += _missing(known, passed, listed, met)
         progress(self.size)
+
+    def _news(self, ready: List[_Waiting], latched: Optional[Dict[Tuple[str, str], bytes]]) -> Iterator[Message]:
+        """Messages without those that are only repeated."""
+        for time, in_head, _, connection, data in ready:
+            if in_head and self._head.repeats and _is_known(connection, data, latched):
+                continue
+            if latched is not None and connection.latching:
+                latched.setdefault((connection.topic, connection.caller), data)
+            yield Message(connection.topic, connection, data, time)
 
     def _contents(self, source: Source) -> Iterator[Tuple[Source, Record]]:
         """All records and where their data are, those in chunks too, but for chunks in which nothing is wanted."""
@@ -324,7 +377,21 @@ def _missing(chunk: Optional[_Chunk], passed: bool, listed: int, met: int) -> in
     return 0 if passed else max(0, (listed if chunk is None else chunk.count) - met)
 
 
-def _held(waiting: List[Tuple[int, int, Connection, bytes]]) -> int:
+def _is_known(connection: Connection, data: bytes, latched: Dict[Tuple[str, str], bytes]) -> bool:
+    """Whether a publisher's first latched message was this; where the bag does not say whose it is, the first of any publisher of the topic."""
+    if connection.caller:
+        return latched.get((connection.topic, connection.caller)) == data
+    return any(topic == connection.topic and first == data for (topic, _), first in latched.items())
+
+
+def _give(waiting: List[_Waiting], number: int) -> List[_Waiting]:
+    """Take so many out of what waits."""
+    ready = waiting[:number]
+    del waiting[:number]
+    return ready
+
+
+def _held(waiting: List[_Waiting]) -> int:
     return sum(len(entry[-1]) + OVERHEAD for entry in waiting)
 
 
@@ -339,14 +406,6 @@ def _connection(record: Record, data: bytes) -> Optional[Connection]:
         topic, header["type"], header["md5sum"], header["message_definition"], header.get("latching") == "1", header.get("callerid", ""), header)
 
 
-def _give(waiting: List[Tuple[int, int, Connection, bytes]], number: int) -> Iterator[Message]:
-    """Take so many out of what waits."""
-    ready = waiting[:number]
-    del waiting[:number]
-    for time, _, connection, data in ready:
-        yield Message(connection.topic, connection, data, time)
-
-
 def plural(count: int, what: str) -> str:
     """1 message, 2 messages."""
     return f"{count} {what}{'s' * (count != 1)}"
@@ -358,21 +417,6 @@ def _percent(share: float) -> str:
 
 def _after(seconds: Optional[float]) -> str:
     return ", before its first message" if seconds is None else f", after {seconds:.1f} s"
-
-
-def _news(messages: Iterator[Message], repeated: Dict[Tuple[str, str], bytes]) -> Iterator[Message]:
-    """Messages of a part without those that `rosbag record --repeat-latched` only repeats when it begins the part.
-
-    It repeats the first (1.15.15: not the newest) message of each publisher that latches, `repeated`, with a new time and without the publisher's
-    name: taken for news, an old state would come back. So it does in the first part, too, with what came before the file was open, on a busy machine.
-    """
-    for message in messages:
-        connection = message.connection
-        if connection.latching:
-            repeated.setdefault((message.topic, connection.caller), message.data)
-        elif not connection.caller and any(topic == message.topic and data == message.data for (topic, _), data in repeated.items()):
-            continue
-        yield message
 
 
 class BagReader:
@@ -396,7 +440,7 @@ class BagReader:
     def __iter__(self) -> Iterator[Message]:
         whole, done = sum(file.size for file in self._files), 0
         told = -whole
-        repeated: Dict[Tuple[str, str], bytes] = {}
+        latched: Optional[Dict[Tuple[str, str], bytes]] = {} if self._several else None
         for file in self._files:
             def progress(position):
                 nonlocal told
@@ -405,7 +449,7 @@ class BagReader:
                     self._progress(told, whole)
 
             try:
-                yield from _news(file.messages(progress), repeated) if self._several else file.messages(progress)
+                yield from file.messages(progress, latched)
             except OSError as error:
                 raise BagError(f"{file.path} cannot be read: {error.strerror or error}") from None
             done += file.size

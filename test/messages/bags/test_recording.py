@@ -242,43 +242,105 @@ class TestDescriptions:
         assert len(said) == 3 and len(set(said)) == 1
 
 
+def part_begin(number):
+    """ns at which a part of a recording begins."""
+    return (100 + 100 * number) * 10 ** 9
+
+
+@pytest.mark.parametrize("release", ["rosbag 1.15", "rosbag 1.17"])
 class TestParts:
     """Read together, they have what was published, and not what rosbag only repeats in each: the first message of each publisher that latches."""
 
-    @staticmethod
-    def write(path, *messages):
-        """(topic, text, publisher); as rosbag does, without a publisher where it repeats."""
-        bag = BagWriter(str(path))
-        for number, (topic, text, publisher) in enumerate(messages):
+    @pytest.fixture
+    def write(self, tmp_path, release):
+        """Writes a part as rosbag of that release does: what it repeats, and (topic, text, publisher[, time in ns]), a second apart."""
+
+        def connection(bag, topic, publisher, latching="1"):
             header = {"type": String._type, "md5sum": String._md5sum, "message_definition": String._full_text}
             if publisher:
-                header.update(topic=topic, callerid=publisher, latching="1")
-            written = io.BytesIO()
-            String(text).serialize(written)
-            bag.write(bag.connect(topic, header), written.getvalue(), number * 10 ** 9)
-        bag.close()
-        return str(path)
+                header.update(topic=topic, callerid=publisher, latching=latching)
+            return bag.connect(topic, header)
 
-    def texts(self, *paths):
-        return [decode(message.connection, message.data).data for message in read_bag(list(paths))]
+        def write(number, repeated, *messages, plain=()):
+            """`repeated`: (topic, text, publisher); `plain`: the topics that do not latch."""
+            path = str(tmp_path / ("x_%d.bag" % number))
+            bag, begin = BagWriter(path), part_begin(number)
+            for topic, text, publisher in repeated:
+                known = publisher if release == "rosbag 1.17" else ""
+                bag.write(connection(bag, topic, known), self.serialized(text), begin)
+            for count, (topic, text, publisher, *at) in enumerate(messages):
+                time = at[0] if at else begin - 500 + count * 10 ** 9
+                bag.write(connection(bag, topic, publisher, "0" if topic in plain else "1"), self.serialized(text), time)
+            bag.close()
+            return path
 
-    def test_what_is_repeated_is_no_news(self, tmp_path):
-        first = self.write(tmp_path / "x_0.bag", ("/a", "one", "/p"), ("/a", "two", "/p"), ("/a", "of another", "/q"))
-        second = self.write(tmp_path / "x_1.bag", ("/a", "one", ""), ("/a", "of another", ""), ("/a", "three", "/p"))
-        third = self.write(tmp_path / "x_2.bag", ("/a", "one", ""), ("/a", "of another", ""), ("/a", "one", "/p"))
-        assert self.texts(first, second, third) == ["one", "two", "of another", "three", "one"]
-        assert self.texts(second) == ["one", "of another", "three"], "a part alone has it"
+        return write
 
-    def test_what_the_first_part_repeats_of_itself_is_no_news(self, tmp_path):
-        """What comes before rosbag has opened the file is in it twice; seen on a busy machine."""
-        first = self.write(tmp_path / "x_0.bag", ("/a", "one", "/p"), ("/a", "one", ""), ("/a", "one", "/p"), ("/b", "one", ""))
-        second = self.write(tmp_path / "x_1.bag", ("/a", "one", ""))
-        assert self.texts(first, second) == ["one", "one", "one"], "a second delivery is news, and so is what nobody latched"
+    @staticmethod
+    def serialized(text):
+        written = io.BytesIO()
+        String(text).serialize(written)
+        return written.getvalue()
 
-    def test_what_nobody_latched_before_is_news(self, tmp_path):
-        first = self.write(tmp_path / "x_0.bag", ("/a", "one", "/p"), ("/b", "two", ""))
-        second = self.write(tmp_path / "x_1.bag", ("/a", "two", ""), ("/b", "one", ""), ("/b", "two", ""))
-        assert self.texts(first, second) == ["one", "two", "two", "one", "two"]
+    @staticmethod
+    def texts(*paths, topics=None):
+        return [decode(message.connection, message.data).data for message in read_bag(list(paths), topics)]
+
+    def test_what_is_repeated_is_no_news(self, write):
+        repeated = [("/a", "one", "/p"), ("/a", "of another", "/q")]
+        first = write(0, [], ("/a", "one", "/p"), ("/a", "two", "/p"), ("/a", "of another", "/q"))
+        second = write(1, repeated, ("/a", "three", "/p"))
+        third = write(2, repeated, ("/b", "many", "/p"), ("/a", "one", "/p"))
+        assert self.texts(first, second, third) == ["one", "two", "of another", "three", "many", "one"]
+        assert sorted(self.texts(second)) == ["of another", "one", "three"], "a part alone has it"
+
+    def test_a_part_with_nothing_else(self, write):
+        first = write(0, [], ("/a", "one", "/p"))
+        assert self.texts(first, write(1, [("/a", "one", "/p")])) == ["one"]
+
+    def test_the_publishers_name_does_not_matter_to_another_publisher(self, write):
+        first = write(0, [], ("/a", "one", "/p"), ("/a", "two", "/q"))
+        second = write(1, [], ("/a", "two", "/p"), ("/a", "one", "/q"))
+        assert self.texts(first, second) == ["one", "two", "two", "one"]
+
+    def test_what_the_first_part_repeats_of_itself_is_no_news(self, write):
+        """What comes before rosbag has opened the file is in it twice, with the earlier time behind the later one; seen on a busy machine."""
+        first = write(0, [("/a", "one", "/p")], ("/a", "one", "/p", part_begin(0) - 10 ** 9), ("/a", "one", "/p"), ("/b", "one", "/p"))
+        second = write(1, [("/a", "one", "/p")], ("/b", "two", "/p"))
+        assert self.texts(first, second) == ["one", "one", "one", "two"], "a second delivery is news, and so is another topic"
+
+    def test_what_was_not_there_before_is_news(self, write):
+        second = write(1, [("/a", "one", "/p"), ("/b", "two", "/p")], ("/a", "three", "/p"))
+        third = write(2, [("/a", "one", "/p"), ("/b", "two", "/p")], ("/a", "four", "/p"))
+        first = write(0, [], ("/b", "two", "/p"), ("/a", "other", "/p"))
+        assert sorted(self.texts(first, second, third)) == sorted(
+            ["two", "other", "one", "three"] + ["one"] + ["four"]), "the first part has another one"
+
+    def test_a_state_that_comes_back_is_news_wherever_it_does(self, write):
+        first = write(0, [], ("/stop", "off", "/p"), ("/stop", "on", "/p"))
+        without_repeats = write(1, [], ("/stop", "off", "/p"), ("/stop", "on", "/p"))
+        second = write(2, [("/stop", "off", "/p")], ("/c", "x", "/p"), ("/stop", "off", "/p"))
+        assert self.texts(first, without_repeats) == ["off", "on", "off", "on"]
+        assert self.texts(first, second) == ["off", "on", "x", "off"]
+        assert self.texts(first, without_repeats, topics=["/stop"]) == ["off", "on", "off", "on"]
+
+    def test_what_does_not_latch_is_news(self, write):
+        first = write(0, [], ("/a", "one", "/p"), plain=["/a"])
+        assert self.texts(first, write(1, [], ("/a", "one", "/p"), plain=["/a"])) == ["one", "one"]
+
+    def test_in_simulated_time_that_stands(self, write):
+        """Everything has one time: what came before the repeated message, what is repeated, and what came after it."""
+        first = write(0, [], ("/stop", "off", "/p"), ("/stop", "on", "/p"))
+        second = write(1, [("/stop", "off", "/p")], ("/c", "x", "/p", part_begin(1)), ("/stop", "off", "/p", part_begin(1)), plain=["/c"])
+        assert self.texts(first, second) == ["off", "on", "x", "off"]
+
+    @pytest.mark.parametrize("wanted", [["/stop"], ["/map"], ["/map", "/stop"], ["/c"]])
+    def test_of_some_topics_and_over_several_chunks(self, write, wanted):
+        repeated = [("/map", "m" * (1 << 20), "/m"), ("/other", "o" * (1 << 20), "/m"), ("/stop", "off", "/p")]
+        first = write(0, [], *repeated, ("/stop", "on", "/p"))
+        second = write(1, repeated, ("/c", "c" * (1 << 20), "/p"), ("/c", "d" * (1 << 20), "/p"), ("/stop", "off", "/p"))
+        texts = {"/stop": ["off", "on", "off"], "/map": ["m" * (1 << 20)], "/c": ["c" * (1 << 20), "d" * (1 << 20)]}
+        assert sorted(self.texts(first, second, topics=wanted)) == sorted(text for topic in wanted for text in texts[topic])
 
 
 class TestSilent:
