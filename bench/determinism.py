@@ -20,8 +20,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "src"))
 
 from pioneer_control import p2os  # noqa: E402
 from pioneer_control.robots import find_model  # noqa: E402
-from pioneer_control.simulator.loading import load_world  # noqa: E402
-from pioneer_control.simulator.places import standing_places  # noqa: E402
+from pioneer_control.simulator.world import load_world, standing_places  # noqa: E402
 from pioneer_control.simulator.simulation import Simulation  # noqa: E402
 
 MODELS = ("p3dx-sh", "p3at-sh", "amigo-sh", "p2dx")

@@ -23,12 +23,12 @@ from pioneer_control import p2os
 from pioneer_control.p2os import Flags
 from pioneer_control.pictures import BEYOND, FAINT, INK
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.faults import KINDS, fault_of
+from pioneer_control.simulator.line.faults import KINDS, fault_of
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.picture import DOCK, ROBOT, draw_robot, draw_solids
-from pioneer_control.simulator.robot_numbers import Numbers, standard_numbers
-from pioneer_control.simulator.shapes import box_walls, closed
-from pioneer_control.simulator.wired import Wired
+from pioneer_control.simulator.hardware import RobotNumbers, standard_numbers
+from pioneer_control.simulator.world.shapes import box_walls, closed
+from pioneer_control.simulator.line import LineSimulation
 from pioneer_control.simulator.world import Can, World
 
 IMAGES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "docs", "images")
@@ -154,19 +154,19 @@ def room(picks: bool) -> World:
     return World("room", walls, posts=[(2.6, 3.1, 0.1)], cans=[Can(2.0, 0.0)] if picks else [])
 
 
-def run(fault: Optional[str], numbers: Numbers, seed: int, picks: bool) -> Run:
+def run(fault: Optional[str], numbers: RobotNumbers, seed: int, picks: bool) -> Run:
     """One round."""
     firmware = Firmware(MODEL, room(picks), gripper=True, numbers=numbers, seed=seed)
-    wired = Wired(firmware, seed, [fault_of(fault)] if fault else [])
+    lines = LineSimulation(firmware, seed, [fault_of(fault)] if fault else [])
     client = Insistent(picks)
     track, echoes, data = [], [], b""
-    while wired.time < LONGEST and (client.arrived is None or wired.time < client.arrived + 3.0):
-        out = client.tick(data, wired.time)
+    while lines.time < LONGEST and (client.arrived is None or lines.time < client.arrived + 3.0):
+        out = client.tick(data, lines.time)
         track.append(firmware.true_pose)
         echoes += [_echo(number, distance, track[-1]) for number, distance in client.heard if number in MOUNTS and distance < numbers.sonar.maximum]
         if out:
-            wired.send(0, out)
-        data = b"".join(arrival.data for arrival in wired.advance(PERIOD))
+            lines.send(0, out)
+        data = b"".join(arrival.data for arrival in lines.advance(PERIOD))
     cans = firmware.world.cans
     return Run(np.array(track), np.array(client.believed), np.array(echoes).reshape(-1, 2), (cans[0].x, cans[0].y) if cans else (0.0, 0.0),
                client.arrived, firmware.hardware.battery.voltage)

@@ -24,7 +24,7 @@ sys.path.insert(0, SOURCE)
 from pioneer_control import p2os
 from pioneer_control.p2os import COMMANDS, Argument
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.firmware import Firmware, Session
+from pioneer_control.simulator.firmware import Firmware, FirmwareState
 from pioneer_control.simulator.world import Can, World
 
 MODELS = ("p3dx-sh", "peoplebot-sh", "p3at-sh", "amigo-sh", "p3dx", "p2dx", "amigo", "pion1m", "powerbot-sh", "seekur", "pioneer-lx")
@@ -95,7 +95,7 @@ class Subject:
         hardware = self.robot.hardware
         must(not hardware.body.touches(hardware.model.outline(self.robot.gripper is not None)), "stands in a wall")
         must(len(self.robot._decoder._held) < 260, "holds %d bytes" % len(self.robot._decoder._held))
-        must(self.robot.session in Session, "is in no state of a session")
+        must(self.robot.session in FirmwareState, "is in no state of a session")
         self.open()
 
 
@@ -155,7 +155,7 @@ def throw(make: Callable[[random.Random], bytes], number: int, seed: int, longes
             subject.robot.receive(make(draw))
             if draw.random() < 0.3:
                 subject.wait(draw.random() * longest)
-            if subject.robot.session is not Session.OPEN and draw.random() < 0.1:
+            if subject.robot.session is not FirmwareState.OPEN and draw.random() < 0.1:
                 subject.open()
             if count % look_every == look_every - 1:
                 subject.wait(0.2)

@@ -27,9 +27,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "src"))
 from pioneer_control import p2os  # noqa: E402
 from pioneer_control.errors import ParameterError  # noqa: E402
 from pioneer_control.robots import find_model  # noqa: E402
-from pioneer_control.simulator.loading import known_worlds, load_world  # noqa: E402
+from pioneer_control.simulator.world import World, known_worlds, load_world  # noqa: E402
 from pioneer_control.simulator.simulation import Simulation  # noqa: E402
-from pioneer_control.simulator.world import World  # noqa: E402
 
 MODEL = find_model("p3dx-sh")
 OPEN = b"".join([p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("ENABLE", 1)])
@@ -166,7 +165,7 @@ SERVER = """
 import sys, time, random
 sys.path[:0] = {path!r}
 import simulator as bench
-from pioneer_control.simulator.server import Server
+from pioneer_control.simulator.line import Server
 rng = random.Random(1)
 many = bench.herd(bench.floor(bench.CROWDED_WALLS, rng), {count}, rng).robots
 for robot in many.robots:

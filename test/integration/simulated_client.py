@@ -6,8 +6,8 @@ from pioneer_control.client.state import RobotState
 from pioneer_control.errors import LinkLostError, PortError
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
-from pioneer_control.simulator.loading import load_world
-from pioneer_control.simulator.uart import as_heard
+from pioneer_control.simulator.world import load_world
+from pioneer_control.simulator.line.uart import as_heard
 
 STEP = 0.005
 BACK_OFF = 0.2      # s between two tries to open a port

@@ -5,7 +5,7 @@ from pioneer_control.client.settings import Settings
 from pioneer_control.client.state import Motion, RobotState
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
-from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.world import load_world
 
 STEP = 0.02
 LIMIT = 60.0        # simulated s that nothing takes

@@ -13,9 +13,9 @@ from pioneer_control import p2os
 from pioneer_control.client.transport import open_transport
 from pioneer_control.errors import PortError
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.firmware import Firmware, Session
-from pioneer_control.simulator.loading import load_world
-from pioneer_control.simulator.server import Server
+from pioneer_control.simulator.firmware import Firmware, FirmwareState
+from pioneer_control.simulator.world import load_world
+from pioneer_control.simulator.line import Server
 
 from real_time import LIMIT
 
@@ -72,7 +72,7 @@ def test_it_never_moves_anything_and_closes_politely(server):
     assert run(server.url).returncode == 0
     told = server.firmware.told
     assert not [command for command in told if command.name in MOTION | {"ENABLE"} and command.value]
-    assert told[-1].name == "CLOSE" and server.firmware.session is Session.WAITING
+    assert told[-1].name == "CLOSE" and server.firmware.session is FirmwareState.WAITING
     assert server.firmware.true_pose == (0.0, 0.0, 0.0)
 
 
@@ -126,7 +126,7 @@ def test_a_signal_ends_it_politely(server, number, code):
 
     def receive(data):
         take(data)
-        if server.firmware.session is Session.OPEN:
+        if server.firmware.session is FirmwareState.OPEN:
             server.firmware.advance = lambda dt: b""    # it never gets the state it waits for, and so cannot end before the signal
             opened.set()
 
@@ -141,7 +141,7 @@ def test_a_signal_ends_it_politely(server, number, code):
         program.send_signal(number)
         _, said = program.communicate(timeout=LIMIT)
     assert program.returncode == code and b"Traceback" not in said
-    assert server.firmware.session is Session.WAITING and server.firmware.told[-1].name == "CLOSE"
+    assert server.firmware.session is FirmwareState.WAITING and server.firmware.told[-1].name == "CLOSE"
 
 
 def test_no_permission_as_an_ordinary_user():

@@ -9,8 +9,8 @@ from pioneer_control.client import Tuning
 from pioneer_control.client.events import LineSpeed, LinkDown, MotionCleared, Ready, Tuned
 from pioneer_control.errors import PioneerError, RefusedError
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.firmware import Firmware, Session
-from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.firmware import Firmware, FirmwareState
+from pioneer_control.simulator.world import load_world
 
 from simulated_client import STEP, Life
 
@@ -56,7 +56,7 @@ def test_a_line_that_breaks_while_its_speed_changes(monkeypatch, pull, seconds, 
         assert life.firmware.baud == life.line.baud and not life.firmware.motors_enabled
 
     life = Life(monkeypatch, script, host_baud=FAST, on_write=written.append)
-    assert life.firmware.session is Session.WAITING and life.firmware.baud == OWN
+    assert life.firmware.session is FirmwareState.WAITING and life.firmware.baud == OWN
     given_up = [event for event in life.of(LinkDown) if "not tried again" in str(event.error)]
     assert [speed.baud for speed in life.of(LineSpeed)][-1:] == ([] if given_up else [FAST]), "what breaks once breaks by chance"
     assert not given_up or pull is pull_the_plug and seconds > 1

@@ -9,7 +9,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
 from faulty_link import Rig, Velocity
 
-from pioneer_control.simulator.firmware import Session
+from pioneer_control.simulator.firmware import FirmwareState
 
 STARTS = 40
 WATCHED = 3.5       # s after which the robot's watchdog has stopped it; it is open, and remembers its set points
@@ -26,9 +26,9 @@ def moves_after_a_restart(seed, share, baud):
     rig.to_robot.fault = rig.to_client.fault = lambda packet: (packet,) if rig.chance.random() >= share else ()
     rig.kill(WATCHED)
     rig.run(WATCHED)
-    assert rig.firmware.session is Session.OPEN and rig.firmware.motors_enabled and rig.firmware.velocity == (0.0, 0.0)
+    assert rig.firmware.session is FirmwareState.OPEN and rig.firmware.motors_enabled and rig.firmware.velocity == (0.0, 0.0)
     before = rig.judge.distance
-    rig.run_until(lambda: rig.firmware.session is Session.WAITING)
+    rig.run_until(lambda: rig.firmware.session is FirmwareState.WAITING)
     rig.run(0.5)
     return rig.judge.distance - before
 

@@ -15,9 +15,9 @@ from pioneer_control.client import LinkDown, Motion, PacketReceived, Ready, Robo
 from pioneer_control.errors import LinkLostError, NoAnswerError, NotConfirmedError, PortError, RefusedError, UnknownModelError, UsageError
 from pioneer_control.p2os import GripperCommand, encode_command
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.firmware import Firmware, Session
-from pioneer_control.simulator.loading import load_world
-from pioneer_control.simulator.server import Server
+from pioneer_control.simulator.firmware import Firmware, FirmwareState
+from pioneer_control.simulator.world import load_world
+from pioneer_control.simulator.line import Server
 
 from client_lines import SpoiltLine
 from real_time import LIMIT, keep_commanding, until
@@ -55,7 +55,7 @@ def at_rest(server):
 
 def waiting(server):
     with server.lock:
-        return server.firmware.session is Session.WAITING and not server.firmware.motors_enabled
+        return server.firmware.session is FirmwareState.WAITING and not server.firmware.motors_enabled
 
 
 def test_connect_drive_stop_and_leave(server, url):
@@ -435,7 +435,7 @@ def test_killed_while_driving_and_started_again(server, url):
         assert program.stdout.readline() == b"driving\n"
         os.kill(program.pid, signal.SIGKILL)
         program.wait(LIMIT)
-    assert server.firmware.session is Session.OPEN and server.firmware.motors_enabled
+    assert server.firmware.session is FirmwareState.OPEN and server.firmware.motors_enabled
     start = time.monotonic()
     with Robot(url) as robot:
         assert time.monotonic() - start < 2.0

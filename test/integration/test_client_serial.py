@@ -8,10 +8,10 @@ import pytest
 
 from pioneer_control.client import LineSpeed, LinkDown, Robot, host_baud
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.firmware import Firmware, Session
-from pioneer_control.simulator.loading import load_world
-from pioneer_control.simulator.robot_numbers import standard_numbers
-from pioneer_control.simulator.server import Server
+from pioneer_control.simulator.firmware import Firmware, FirmwareState
+from pioneer_control.simulator.world import load_world
+from pioneer_control.simulator.hardware import standard_numbers
+from pioneer_control.simulator.line import Server
 
 from client_lines import Adapter
 from real_time import LIMIT, keep_commanding, until
@@ -77,7 +77,7 @@ def test_host_baud_changes_the_speed_of_both_ends_for_the_session(server, patien
             assert server.firmware.baud == 115200 and heard.events[-1] == LineSpeed(115200, "")
             drive(robot, lambda state: state.linear > 0.1)
             assert robot.state.time - robot.state.sent_time < 0.02
-        assert server.firmware.baud == 9600 and server.firmware.session is Session.WAITING
+        assert server.firmware.baud == 9600 and server.firmware.session is FirmwareState.WAITING
 
 
 def test_a_robot_that_ignores_host_baud_works_at_its_own_speed(server, patience):
@@ -118,7 +118,7 @@ def test_a_robot_left_driving_at_the_raised_speed_by_a_crash_is_found(server, pa
     with first._changed:        # a crash: the port is closed, and nobody says goodbye
         first._transport.write = lambda data: None
     first.close()
-    assert server.firmware.session is Session.OPEN and server.firmware.baud == 115200
+    assert server.firmware.session is FirmwareState.OPEN and server.firmware.baud == 115200
     with Robot(server.pty_link, host_baud=115200) as robot:
         assert server.firmware.baud == 115200
         assert not robot.state.motors_enabled
@@ -146,4 +146,4 @@ def test_a_port_that_is_another_one_after_a_while_is_found_under_its_link_and_no
                 x = robot.wait_for_state().x
                 assert [robot.wait_for_state().x for _ in range(5)] == [x] * 5
                 drive(robot, lambda state: state.x > x + 0.05)
-            assert "cable pulled" in str(heard.events[0].error) and server.firmware.session is Session.WAITING
+            assert "cable pulled" in str(heard.events[0].error) and server.firmware.session is FirmwareState.WAITING

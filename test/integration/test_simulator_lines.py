@@ -15,10 +15,10 @@ from pioneer_control import p2os
 from pioneer_control.errors import ParameterError, PortError
 from pioneer_control.p2os.recording import entries
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.faults import fault_of
-from pioneer_control.simulator.firmware import Firmware, Session
-from pioneer_control.simulator.lines import PTY_UNREAD_LIMIT, PtyLine, TcpLine
-from pioneer_control.simulator.server import LONGEST_BACKLOG, STANDARD_PORT, Server
+from pioneer_control.simulator.line import fault_of
+from pioneer_control.simulator.firmware import Firmware, FirmwareState
+from pioneer_control.simulator.line.lines import PTY_UNREAD_LIMIT, PtyLine, TcpLine
+from pioneer_control.simulator.line.server import LONGEST_BACKLOG, STANDARD_PORT, Server
 from pioneer_control.simulator.simulation import Simulation
 from pioneer_control.simulator.world import World
 
@@ -130,7 +130,7 @@ def test_a_terminal_at_another_speed_carries_only_noise(tmp_path):
         for _ in range(10):
             computer.write(p2os.encode_frame(0))
             assert computer.listen() == []
-        assert server.firmware.session is Session.WAITING
+        assert server.firmware.session is FirmwareState.WAITING
         port.baudrate = 9600
         computer.open()
         port.baudrate = 115200
@@ -155,7 +155,7 @@ def test_hostbaud_changes_the_speed_until_the_end_of_the_session(tmp_path):
         computer.expect(p2os.Sip, 2)
         assert server.firmware.baud == 115200
         computer.send("CLOSE")
-        until(lambda: server.firmware.session is Session.WAITING, "closed")
+        until(lambda: server.firmware.session is FirmwareState.WAITING, "closed")
         assert server.firmware.baud == 9600
         port.baudrate = 9600
         computer.open()
@@ -167,7 +167,7 @@ def test_a_polite_client_can_come_again_and_again(line):
         with connect(server) as computer:
             computer.open()
             computer.send("CLOSE")
-            until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+            until(lambda: server.firmware.session is FirmwareState.WAITING, "end of the session")
 
 
 def test_a_rude_client_leaves_the_robot_open_until_the_next_one_closes_it(line):
@@ -177,12 +177,12 @@ def test_a_rude_client_leaves_the_robot_open_until_the_next_one_closes_it(line):
         computer.send("ENABLE", 1)
         computer.send("VEL", 300)
         until(lambda: server.firmware.velocity[0] == 0.3, "300 mm/s")
-    assert server.firmware.session is Session.OPEN
+    assert server.firmware.session is FirmwareState.OPEN
     until(lambda: server.firmware.watchdog_expired and server.firmware.velocity[0] == 0.0, "stop by the watchdog")
-    assert server.firmware.session is Session.OPEN and server.firmware.motors_enabled
+    assert server.firmware.session is FirmwareState.OPEN and server.firmware.motors_enabled
     with connect(server) as computer:
         computer.send("CLOSE")   # not PULSE: any other packet would let it drive on; over TCP the connection alone has done it
-        until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+        until(lambda: server.firmware.session is FirmwareState.WAITING, "end of the session")
         assert not server.firmware.motors_enabled
         until(lambda: computer.listen() is None or server.firmware.velocity[0] == 0.0, "standstill")
         computer.open()
@@ -202,7 +202,7 @@ def test_twenty_clients_in_a_row_over_tcp_rude_and_polite():
             until(lambda: computer.expect(p2os.Sip).type_id == p2os.MOVING, "turning")
             if count % 2:
                 computer.send("CLOSE")
-                until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+                until(lambda: server.firmware.session is FirmwareState.WAITING, "end of the session")
             else:
                 line.close()
         assert server.firmware.closed_sessions >= 19
@@ -249,10 +249,10 @@ def test_close_makes_room_though_the_old_socket_stays_open():
     with Server(robot(), tcp=0) as server, tcp_computer(server) as first:
         first.open()
         first.send("CLOSE")
-        until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+        until(lambda: server.firmware.session is FirmwareState.WAITING, "end of the session")
         with tcp_computer(server) as second:
             second.open()
-        assert server.firmware.session is Session.OPEN
+        assert server.firmware.session is FirmwareState.OPEN
 
 
 def test_a_second_client_is_turned_away():
@@ -273,7 +273,7 @@ def test_two_lines_one_client(tmp_path):
                 first.send("PULSE")
                 assert intruder.recv(10) == b""
             first.send("CLOSE")
-            until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+            until(lambda: server.firmware.session is FirmwareState.WAITING, "end of the session")
         with tcp_computer(server) as second:
             second.open()
 
@@ -295,7 +295,7 @@ def test_twenty_clients_after_each_other_every_second_one_rude(place):
 
     def close(computer):
         computer.send("CLOSE")
-        until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+        until(lambda: server.firmware.session is FirmwareState.WAITING, "end of the session")
 
     with Server(robot(), speed=5.0, **options) as server:
         for number in range(20):
@@ -357,8 +357,8 @@ def test_each_robot_has_its_own_lines(three, tmp_path):
         with pytest.raises(PortError, match="in use"):
             Server(robot(), tcp=int(three.berths[2].url.rpartition(":")[2]))
         computers[2].send("CLOSE")
-        until(lambda: three.berths[2].firmware.session is Session.WAITING, "end of its session alone")
-        assert [berth.firmware.session for berth in three.berths[:2]] == [Session.OPEN] * 2
+        until(lambda: three.berths[2].firmware.session is FirmwareState.WAITING, "end of its session alone")
+        assert [berth.firmware.session for berth in three.berths[:2]] == [FirmwareState.OPEN] * 2
 
 
 def test_several_robots_have_ports_that_follow_each_other():
@@ -399,7 +399,7 @@ def test_what_is_written_too_fast_waits_in_the_terminal_and_nothing_is_lost(tmp_
             before = server.firmware.command_counts.obeyed
         for _ in range(300):    # 1.9 s of line
             computer.send("PULSE")
-        until(lambda: server.wired.backlog(0) > LONGEST_BACKLOG, "a busy line")
+        until(lambda: server.simulation.backlog(0) > LONGEST_BACKLOG, "a busy line")
         until(lambda: server.firmware.command_counts.obeyed >= before + 300, "every command obeyed")
         computer.expect(p2os.Sip, 2)
 
@@ -411,9 +411,9 @@ def test_speed_is_simulated_seconds_in_a_real_one(speed):
     with Server(robot(), tcp=0, speed=speed) as server:
         def clocks():
             with server.lock:
-                return time.monotonic(), server.wired.time
+                return time.monotonic(), server.simulation.time
         start = clocks()
-        until(lambda: server.wired.time > start[1] + speed / 2, "some time")
+        until(lambda: server.simulation.time > start[1] + speed / 2, "some time")
         end = clocks()
         assert end[1] - start[1] <= (end[0] - start[0]) * speed + 0.05
 
@@ -431,24 +431,24 @@ def test_a_pulled_cable_hangs_up_and_nobody_is_let_in_until_it_is_back(line):
     with connect(server) as computer:
         computer.open()
         with server.lock:
-            server.wired.faults.add(fault_of("cable to 0.5"), server.wired.time_us)
+            server.simulation.faults.add(fault_of("cable to 0.5"), server.simulation.time_us)
         with pytest.raises((OSError, serial.SerialException)):
             until(lambda: computer.listen() is None, "hung up on")
     with pytest.raises((OSError, serial.SerialException)):
-        if server.wired.plants[0].unplugged:
+        if server.simulation.plants[0].unplugged:
             connect(server).__enter__()
         else:
             raise OSError("a slow machine: it is back already")
 
     def back():
         with server.lock:
-            return not server.wired.plants[0].unplugged
+            return not server.simulation.plants[0].unplugged
 
     until(back, "cable back")
-    assert server.firmware.session is Session.OPEN
+    assert server.firmware.session is FirmwareState.OPEN
     with connect(server) as computer:
         computer.send("CLOSE")
-        until(lambda: server.firmware.session is Session.WAITING, "end of the session")
+        until(lambda: server.firmware.session is FirmwareState.WAITING, "end of the session")
         computer.open()
 
 
@@ -526,7 +526,7 @@ def test_a_senseless_port(address):
 
 def test_the_standard_port_is_used_when_no_line_is_asked_for(monkeypatch):
     assert STANDARD_PORT == 8101
-    monkeypatch.setattr("pioneer_control.simulator.server.STANDARD_PORT", 0)    # another simulator may have it
+    monkeypatch.setattr("pioneer_control.simulator.line.server.STANDARD_PORT", 0)    # another simulator may have it
     with Server(robot()) as simulator:
         assert simulator.url.startswith("socket://127.0.0.1:")
 

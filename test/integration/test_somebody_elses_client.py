@@ -7,11 +7,7 @@ import socket
 import struct
 
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.faults import fault_of
-from pioneer_control.simulator.loading import load_world
-from pioneer_control.simulator.server import Server
-from pioneer_control.simulator.simulation import Simulation
-from pioneer_control.simulator.wired import Wired
+from pioneer_control.simulator import LineSimulation, Server, Simulation, fault_of, load_world
 
 NEAR = 700      # mm
 
@@ -63,11 +59,11 @@ class TheirClient:
 def test_it_stops_in_time_though_a_tenth_of_all_packets_is_lost():
     simulation = Simulation(load_world("corridor"))
     robot = simulation.add(find_model("p3dx-sh"))
-    wired = Wired(simulation, seed=7, faults=[fault_of("loss 0.1 from 5")])
+    lines = LineSimulation(simulation, seed=7, faults=[fault_of("loss 0.1 from 5")])
     client = TheirClient()
     for _ in range(600):                    # a simulated minute, in a part of a second
-        heard = b"".join(arrival.data for arrival in wired.advance(0.1))
-        wired.send(0, client.talk(heard), baud=9600)
+        heard = b"".join(arrival.data for arrival in lines.advance(0.1))
+        lines.send(0, client.talk(heard), baud=9600)
     assert robot.true_pose[0] > 4.0, "it drove"
     assert robot.velocity == (0.0, 0.0) and robot.contacts == 0, "and stood before it touched anything"
 
@@ -75,10 +71,10 @@ def test_it_stops_in_time_though_a_tenth_of_all_packets_is_lost():
 def test_without_sonar_it_does_not_which_shows_that_the_test_can_fail():
     simulation = Simulation(load_world("corridor"))
     robot = simulation.add(find_model("p3dx-sh"))
-    wired = Wired(simulation, faults=[fault_of("transducer %d" % number) for number in range(8)])
+    lines = LineSimulation(simulation, faults=[fault_of("transducer %d" % number) for number in range(8)])
     client = TheirClient()
     for _ in range(600):
-        wired.send(0, client.talk(b"".join(arrival.data for arrival in wired.advance(0.1))), baud=9600)
+        lines.send(0, client.talk(b"".join(arrival.data for arrival in lines.advance(0.1))), baud=9600)
     assert robot.contacts > 0
 
 
@@ -87,7 +83,7 @@ def test_a_program_of_its_own_over_tcp_five_times_as_fast():
     robot = simulation.add(find_model("p3dx-sh"))
     with Server(simulation, tcp=0, speed=5) as server:
         host, port = server.url[len("socket://"):].split(":")
-        run_their_program(host, int(port), lambda: robot.true_pose[0] > 2.0 or server.wired.time > 300)
+        run_their_program(host, int(port), lambda: robot.true_pose[0] > 2.0 or server.simulation.time > 300)
         with server.lock:
             assert robot.true_pose[0] > 2.0 and robot.contacts == 0
 

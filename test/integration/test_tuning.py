@@ -10,9 +10,8 @@ from pioneer_control.client import Robot, Tuned, Tuning
 from pioneer_control.client.tuning import ROWS
 from pioneer_control.robots import find_model, load_models
 from pioneer_control.simulator.firmware import Firmware
-from pioneer_control.simulator.loading import load_world
-from pioneer_control.simulator.server import Server
-from pioneer_control.simulator.world import World
+from pioneer_control.simulator.world import World, load_world
+from pioneer_control.simulator.line import Server
 
 from client_lines import SpoiltLine
 from real_time import LIMIT, keep_commanding

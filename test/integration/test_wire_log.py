@@ -16,9 +16,8 @@ from pioneer_control.client import Ready, Robot
 from pioneer_control.p2os import FrameDecoder, decode_command, decode_packet, encode_command
 from pioneer_control.p2os.recording import read_record
 from pioneer_control.simulator.__main__ import main
-from pioneer_control.simulator.played_client import compare, play_client
-from pioneer_control.simulator.played_robot import PlayedRobot
-from pioneer_control.simulator.server import Server
+from pioneer_control.simulator.played import PlayedRobot, compare, play_client
+from pioneer_control.simulator.line import Server
 
 RECORD = read_record(str(wire_log.RECORD))
 THEN = wire_log.TOLD.read_text(encoding="utf-8").splitlines()
@@ -132,33 +131,33 @@ def test_a_server_plays_it_to_a_program(tmp_path, line):
 
 # As the client, into the simulated robot
 
-def answers_to(record, wired):
+def answers_to(record, lines):
     """How a simulated robot's answers differ from the record."""
-    found, = compare(RECORD, play_client(record, wired), [wired.robots[0].model])
+    found, = compare(RECORD, play_client(record, lines), [lines.robots[0].model])
     return found
 
 
 def test_the_simulated_robot_says_the_same_byte_by_byte():
-    found = answers_to(RECORD, wire_log.wired())
+    found = answers_to(RECORD, wire_log.on_its_line())
     assert found.same and found.first == "" and (found.apart, found.turned_apart) == (0.0, 0.0) and found.recorded == found.simulated > 150
     assert str(found).endswith("the same, byte by byte")
 
 
 def test_with_other_luck_on_the_line_it_obeys_to_nearly_the_same_path():
-    found = answers_to(RECORD, wire_log.wired(seed=wire_log.SEED + 1))
+    found = answers_to(RECORD, wire_log.on_its_line(seed=wire_log.SEED + 1))
     assert not found.same and found.first and found.apart < 0.25, str(found)
 
 
 def test_a_command_that_is_lost_leads_elsewhere():
     record = [entry for entry in RECORD if not (entry.to_robot and entry.time > 10.0 and encode_command("VEL", 250) in entry.data)]
-    assert answers_to(record, wire_log.wired()).apart > 0.5
+    assert answers_to(record, wire_log.on_its_line()).apart > 0.5
 
 
 @pytest.mark.parametrize("record", [
     said_instead(encode_command("VEL", -400), encode_command("VEL", -390)), said_instead(encode_command("GRIPPER", 2), encode_command("GRIPPER", 1)),
     RECORD[:-40]])
 def test_what_the_client_says_otherwise_is_noticed(record):
-    assert not answers_to(record, wire_log.wired()).same
+    assert not answers_to(record, wire_log.on_its_line()).same
 
 
 def test_the_command_line(tmp_path, capsys):

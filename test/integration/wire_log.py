@@ -11,11 +11,9 @@ import time
 from pioneer_control.client import LinkDown, Robot, RobotState
 from pioneer_control.p2os import GripperCommand
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.faults import fault_of
-from pioneer_control.simulator.loading import load_world
-from pioneer_control.simulator.server import Server
+from pioneer_control.simulator.line import LineSimulation, Server, fault_of
+from pioneer_control.simulator.world import load_world
 from pioneer_control.simulator.simulation import Simulation
-from pioneer_control.simulator.wired import Wired
 
 DATA = pathlib.Path(__file__).resolve().parents[1] / "data"
 RECORD, TOLD = DATA / "day.wire", DATA / "day.told"
@@ -31,9 +29,9 @@ def simulation():
     return made
 
 
-def wired(*, seed=SEED, faults=FAULTS):
+def on_its_line(*, seed=SEED, faults=FAULTS):
     """It on its line."""
-    return Wired(simulation(), seed, [fault_of(words) for words in faults])
+    return LineSimulation(simulation(), seed, [fault_of(words) for words in faults])
 
 
 def line_of(said):

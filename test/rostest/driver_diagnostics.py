@@ -18,10 +18,9 @@ from driver_lines import Driver  # noqa: E402
 from pioneer_control.driver.fault_flags import Level  # noqa: E402
 from pioneer_control.driver.health import TASKS  # noqa: E402
 from pioneer_control.robots import find_model  # noqa: E402
-from pioneer_control.simulator.faults import fault_of  # noqa: E402
+from pioneer_control.simulator.line import Server, fault_of  # noqa: E402
 from pioneer_control.simulator.firmware import Firmware  # noqa: E402
-from pioneer_control.simulator.loading import load_world  # noqa: E402
-from pioneer_control.simulator.server import Server  # noqa: E402
+from pioneer_control.simulator.world import load_world  # noqa: E402
 from witness import Witness  # noqa: E402
 
 OK, WARN, ERROR, STALE = Level
@@ -123,11 +122,11 @@ class DriverDiagnostics(unittest.TestCase):
         self.witness.wait("ten questions or more are answered", lambda: re.match("[0-9] of [0-9]{2}", unanswered()))
         self.expect(WELL)
         with server.lock:
-            server.wired.faults.add(fault_of("loss 0.5 way to-robot"), server.wired.time_us)
+            server.simulation.faults.add(fault_of("loss 0.5 way to-robot"), server.simulation.time_us)
         self.witness.wait("it is named", lambda: re.search("[1-9][0-9]* of [0-9]+ questions .* not answered", self.newest("left")["Link"].message))
         self.expect(dict(WELL, Link=WARN))
         with server.lock:
-            server.wired.faults.clear(server.wired.time_us)
+            server.simulation.faults.clear(server.simulation.time_us)
         self.expect(WELL)
         self.assertRegex(unanswered(), "^[1-9][0-9]* of [0-9]{2}")
 

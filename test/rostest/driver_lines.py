@@ -38,11 +38,11 @@ from pioneer_control.msg import GripperState, MotorState, RobotInfo, SonarArray 
 from pioneer_control.p2os import FrameDecoder, decode_command  # noqa: E402
 from pioneer_control.p2os.recording import read_record  # noqa: E402
 from pioneer_control.robots import find_model  # noqa: E402
-from pioneer_control.simulator.firmware import Firmware, Session  # noqa: E402
-from pioneer_control.simulator.loading import load_world  # noqa: E402
-from pioneer_control.simulator.played_robot import PlayedRobot  # noqa: E402
-from pioneer_control.simulator.robot_numbers import standard_numbers  # noqa: E402
-from pioneer_control.simulator.server import Server  # noqa: E402
+from pioneer_control.simulator.firmware import Firmware, FirmwareState  # noqa: E402
+from pioneer_control.simulator.world import load_world  # noqa: E402
+from pioneer_control.simulator.played import PlayedRobot  # noqa: E402
+from pioneer_control.simulator.hardware import standard_numbers  # noqa: E402
+from pioneer_control.simulator.line import Server  # noqa: E402
 from hanging_master import HangingMaster  # noqa: E402
 from witness import PATIENCE, Witness, heading_of  # noqa: E402
 
@@ -313,7 +313,7 @@ class DriverLines(unittest.TestCase):
         with self.commanding(0.2, "/first"):
             self.until("it drives", lambda: firmware.velocity[0] > 0.15)
             first.end(signal.SIGKILL)
-        self.assertEqual(firmware.session, Session.OPEN)
+        self.assertEqual(firmware.session, FirmwareState.OPEN)
         before = len(firmware.heard)
         seen = self.witness(motor_state=MotorState)
         second = self.driver(server.url)
@@ -366,7 +366,7 @@ class DriverLines(unittest.TestCase):
             self.until("it drives", lambda: firmware.velocity[0] > 0.15)
             end(driver)
         self.assertEqual(driver.process.wait(PATIENCE), 0, driver.printed)
-        self.until("the session is closed", lambda: firmware.session is Session.WAITING)
+        self.until("the session is closed", lambda: firmware.session is FirmwareState.WAITING)
         self.assertFalse(firmware.motors_enabled)
         self.assertIn("CLOSE", [name for _, name, _ in firmware.heard])
 
@@ -460,7 +460,7 @@ class DriverLines(unittest.TestCase):
         self.assertIsNone(driver.process.poll())
         master.end()
         self.assertEqual(driver.end(), 0, driver.printed)
-        self.assertIs(firmware.session, Session.WAITING)
+        self.assertIs(firmware.session, FirmwareState.WAITING)
         self.assertFalse(firmware.motors_enabled)
 
     def test_a_master_that_hangs_keeps_no_driver_from_its_end(self):
@@ -481,7 +481,7 @@ class DriverLines(unittest.TestCase):
             self.until("it drives on", lambda: firmware.internal_counts[0] > x + 100)
             before = len(firmware.heard)
             self.assertEqual(driver.end(), 0, driver.printed)
-        self.assertIs(firmware.session, Session.WAITING)
+        self.assertIs(firmware.session, FirmwareState.WAITING)
         self.assertEqual((firmware.motors_enabled, firmware.velocity), (False, (0.0, 0.0)))
         told = [name for _, name, _ in firmware.heard[before:]]
         self.assertLess(told.index("STOP"), told.index("CLOSE"))
@@ -554,7 +554,7 @@ class DriverLines(unittest.TestCase):
         self.until("it stands", lambda: firmware.velocity == (0.0, 0.0))
         seen.next(self.namespace + "/pose", 50)
         self.assertEqual(driver.end(), 0, driver.printed)
-        self.assertIs(firmware.session, Session.WAITING)
+        self.assertIs(firmware.session, FirmwareState.WAITING)
 
     def test_two_robots_in_one_graph(self):
         robots = {}

@@ -16,7 +16,7 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from pioneer_control import p2os
-from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.world import load_world
 from pioneer_control.srv import AddFault
 
 DEADLINE = 30.0

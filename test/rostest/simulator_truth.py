@@ -17,7 +17,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 
 from pioneer_control import p2os
-from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.world import load_world
 
 DEADLINE = 30.0
 

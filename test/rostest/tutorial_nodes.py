@@ -19,7 +19,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from pioneer_control.msg import MotorState  # noqa: E402
 from pioneer_control.robots import find_model  # noqa: E402
-from pioneer_control.simulator.loading import load_world  # noqa: E402
+from pioneer_control.simulator.world import load_world  # noqa: E402
 from witness import PATIENCE, Witness, heading_of  # noqa: E402
 
 TRUTH, CANS, COMMANDS, MOTORS = "pioneer/ground_truth", "pioneer/cans", "pioneer/cmd_vel", "pioneer/motor_state"

@@ -21,7 +21,7 @@ from pioneer_control.parameters import AutoSwitch, Choice, Number, Numbers, Rate
 from pioneer_control.robots import load_table
 from pioneer_control.robots.__main__ import main, table
 from pioneer_control.robots.table import FAMILIES
-from pioneer_control.simulator import faults
+from pioneer_control.simulator.line import faults
 from pioneer_control.simulator.__main__ import parser as simulator_parser
 from pioneer_control.simulator.parameters import SimulatorParameters
 
@@ -152,7 +152,7 @@ def test_how_long_connecting_takes_is_what_the_handshake_says():
     assert told == re.findall(r"\d\.\d s", handshake.__doc__.partition("====\n")[2])
 
 
-# The simulated robot: simulator/faults.py, simulator/parameters.py and a test are the sources.
+# The simulated robot: simulator/line/faults.py, simulator/parameters.py and a test are the sources.
 
 def test_the_table_of_faults_is_that_of_the_simulator():
     wanted = [["`%s`" % name, *rest] for name, *rest in faults.rows()]

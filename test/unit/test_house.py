@@ -38,7 +38,7 @@ ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag
                "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs",
                "diagnostic_updater", "visualization_msgs"}
 # Heavy or special libraries, and the only places that may use them.
-LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/", "simulator/picture"), "PIL": ("simulator/ros_map",), "tqdm": ("bags/",)}
+LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/", "simulator/picture"), "PIL": ("simulator/world/ros_map",), "tqdm": ("bags/",)}
 
 # Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph and rospkg with rospy.
 PART_OF_ANOTHER = {"genpy", "rosgraph", "rospkg"}
@@ -120,16 +120,16 @@ def test_imports_point_one_way():
 
 
 @pytest.mark.parametrize("path, text", [
-    ("simulator/world.py", "from pioneer_control.client import Robot"),
-    ("simulator/world.py", "from ..client import Robot"),
-    ("simulator/world.py", "from .. import client"),
+    ("simulator/world/world.py", "from pioneer_control.client import Robot"),
+    ("simulator/world/world.py", "from ...client import Robot"),
+    ("simulator/world/world.py", "from ... import client"),
     ("client/robot.py", "import pioneer_control.simulator.firmware"),
     ("client/robot.py", "def late():\n    from ..simulator import Firmware"),
     ("p2os/sip.py", "from ..robots import RobotModel"),
     ("p2os/sip.py", "import rospy"),
     ("client/robot.py", "import nav_msgs.msg"),
     ("client/session.py", "import serial"),
-    ("simulator/server.py", "import rospy"),
+    ("simulator/line/server.py", "import rospy"),
     ("tutorial/pioneer.py", "from ..driver import node"),
     ("errors.py", "from .p2os import Frame"),
 ])

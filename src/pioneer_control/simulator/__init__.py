@@ -1,6 +1,25 @@
-"""The robot's side: a world, a body with sonar and gripper in it, the firmware that speaks P2OS for them, and a server of it.
+"""The robot's side: a world, the hardware of robots in it, the firmware that speaks P2OS, and the lines to its clients.
 
-Read from the floor up: ``world`` (by name or from a file: ``loading``), ``body``, ``sonar``, ``gripper``, ``hardware`` (all of one robot, in steps),
-``firmware`` (what it obeys: ``handlers``, what it says: ``reports``), ``simulation`` (several robots), ``wired`` (with their lines: ``wire``, and what
-goes wrong: ``faults``), ``server`` (in real time: ``lines``). Only ``node`` knows ROS; nothing here knows the client.
+Each room has a front that says what to open first. Imports go down this list, never up:
+
+``line``        what a client connects to: TCP port, pseudo-terminal, faults of the line and the robot, the server in real time
+``played``      a recorded robot, or a recorded client, instead of a simulated one
+``simulation``  several robots in one world and one simulated time
+``firmware``    the robot's side of the protocol: sessions, commands, packets
+``hardware``    drives, body, sonar, gripper, battery and accessories of one robot, in steps of simulated time
+``world``       walls, posts and cans; what sonar hears and what a body touches there; files and maps of worlds
+
+``node`` is the ROS node, and alone knows ROS; ``__main__`` is the command line without ROS, ``picture`` draws worlds.
+Nothing here knows the client: a mistake that both shared would hide.
 """
+
+from .firmware import Firmware, FirmwareState
+from .line import Fault, LineSimulation, Server, fault_of
+from .played import PlayedRobot
+from .simulation import Simulation, simulate
+from .world import Can, World, known_worlds, load_world
+
+__all__ = [
+    "Can", "Fault", "Firmware", "FirmwareState", "LineSimulation", "PlayedRobot", "Server", "Simulation", "World", "fault_of",
+    "known_worlds", "load_world", "simulate",
+]

@@ -11,15 +11,15 @@ from typing import List, Optional
 from ..errors import ParameterError, PioneerError
 from ..p2os.recording import Entry, read_record
 from ..robots import find_model, load_models
-from .faults import KINDS, fault_of, load_faults, rows
-from .loading import known_worlds, load_world
-from .played_client import compare, play_client
-from .played_robot import PlayedRobot
-from .recording import Recording
-from .robot_numbers import load_numbers
-from .server import SPEEDS, STANDARD_PORT, Server
+from .line.faults import KINDS, fault_of, load_faults, rows
+from .world.world_loader import known_worlds, load_world
+from .played.played_client import compare, play_client
+from .played.played_robot import PlayedRobot
+from .line.line_recorder import LineRecorder
+from .hardware.robot_numbers import load_numbers
+from .line.server import SPEEDS, STANDARD_PORT, Server
 from .simulation import MOST_ROBOTS, Simulation, simulate
-from .wired import Wired
+from .line.line_simulation import LineSimulation
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
@@ -74,9 +74,9 @@ def compare_with(options: argparse.Namespace) -> int:
     """Let simulated robots hear what those of a record heard, and say how their answers differ. Returns the exit code, as `main`."""
     try:
         simulation, recorded = simulation_of(options), read_record(options.client)
-        recording, notes = Recording(options.record), []
-        wired = Wired(simulation, options.seed, faults_of(options), lambda time, sentence: notes.append(Entry(time, 0, False, b"", sentence)))
-        made = sorted(notes + play_client(recorded, wired), key=lambda entry: entry.time)
+        recording, notes = LineRecorder(options.record), []
+        lines = LineSimulation(simulation, options.seed, faults_of(options), lambda time, sentence: notes.append(Entry(time, 0, False, b"", sentence)))
+        made = sorted(notes + play_client(recorded, lines), key=lambda entry: entry.time)
         for entry in made:
             recording.put(*entry)
         recording.close()
@@ -95,7 +95,7 @@ def faults_of(options: argparse.Namespace) -> list:
 
 def welcome(server: Server) -> str:
     """Which robots there are, and where to connect to each."""
-    robots = server.wired.robots
+    robots = server.simulation.robots
     if isinstance(robots[0], PlayedRobot):
         places = [place for place in (server.url, server.pty_link) if place is not None]
         return "\n".join([f"A robot that says what {robots[0].name} of the record said. Connect to it at", *(f"    {place}" for place in places)])

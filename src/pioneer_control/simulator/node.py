@@ -30,13 +30,13 @@ from ..message_values import quaternion_of
 from ..robots import find_model
 from ..ros_node import init_node
 from ..srv import AddFault, AddFaultResponse
-from .body import compose
-from .faults import fault_of, load_faults
-from .firmware import Firmware
-from .loading import load_world
+from .world.poses import compose
+from .line.faults import fault_of, load_faults
+from .firmware.firmware import Firmware
+from .world.world_loader import load_world
 from .parameters import SimulatorParameters, check_parameters
-from .robot_numbers import load_numbers
-from .server import Server
+from .hardware.robot_numbers import load_numbers
+from .line.server import Server
 from .simulation import Simulation, simulate
 
 PERIOD = 0.1
@@ -142,7 +142,7 @@ class Node:
         self._epoch = time.time()
         several = parameters.robots > 1
         self._faces = [
-            Face(robot, f"robot{number}/" if several else "", parameters, server.lock) for number, robot in enumerate(server.wired.robots, 1)]
+            Face(robot, f"robot{number}/" if several else "", parameters, server.lock) for number, robot in enumerate(server.simulation.robots, 1)]
         self._cans = rospy.Publisher("cans", PoseArray, queue_size=1, latch=True)
         self._markers = rospy.Publisher("markers", MarkerArray, queue_size=1)
         self._latched = []
@@ -178,13 +178,13 @@ class Node:
 
     def _now(self) -> rospy.Time:
         """The time of the stamps: ROS's, or the simulation's where that is ROS's."""
-        return rospy.Time.from_sec(self._epoch + self._server.wired.time) if self._own_clock else rospy.Time.now()
+        return rospy.Time.from_sec(self._epoch + self._server.simulation.time) if self._own_clock else rospy.Time.now()
 
     def _publish(self, now: rospy.Time) -> None:
         for face in self._faces:
             face.publish(now)
         with self._server.lock:
-            cans = can_places(self._server.wired.robots)
+            cans = can_places(self._server.simulation.robots)
         if cans != self._cans_told:
             self._cans_told = cans
             message = PoseArray(poses=[Pose(Point(*place), UP) for place in cans])
@@ -192,7 +192,7 @@ class Node:
             self._cans.publish(message)
         if self._markers.get_num_connections():
             with self._server.lock:
-                markers = moving_markers(self._server.wired.robots, self._frame)
+                markers = moving_markers(self._server.simulation.robots, self._frame)
             self._markers.publish(markers)
 
     # -- faults
@@ -201,7 +201,7 @@ class Node:
         try:
             fault = fault_of(request.fault)
             with self._server.lock:
-                self._server.wired.faults.add(fault, self._server.wired.time_us)
+                self._server.simulation.faults.add(fault, self._server.simulation.time_us)
         except ParameterError as error:
             return AddFaultResponse(False, str(error))
         begins = f"in {fault.start:g} s" if fault.start else "now"
@@ -210,11 +210,11 @@ class Node:
 
     def _list_faults(self, request) -> TriggerResponse:
         with self._server.lock:
-            return TriggerResponse(True, "; ".join(self._server.wired.faults.told(self._server.wired.time_us)) or "none")
+            return TriggerResponse(True, "; ".join(self._server.simulation.faults.told(self._server.simulation.time_us)) or "none")
 
     def _clear_faults(self, request) -> TriggerResponse:
         with self._server.lock:
-            ended = self._server.wired.faults.clear(self._server.wired.time_us)
+            ended = self._server.simulation.faults.clear(self._server.simulation.time_us)
         return TriggerResponse(True, f"{ended} ended")
 
 

@@ -5,8 +5,8 @@ from typing import Any, Mapping, NamedTuple, Optional, Union
 
 from ..errors import ParameterError
 from ..parameters import AutoSwitch, Number, Numbers, Switch, Text, Whole, check, parameter
-from .geometry import Pose
-from .server import SPEEDS
+from .world.geometry import Pose
+from .line.server import SPEEDS
 from .simulation import MOST_ROBOTS
 
 

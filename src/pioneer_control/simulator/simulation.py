@@ -1,7 +1,7 @@
 """One world with any number of robots in one simulated time: they see each other with their sonar and bump into each other.
 
 >>> from pioneer_control.robots import find_model
->>> from pioneer_control.simulator.loading import load_world
+>>> from pioneer_control.simulator.world.world_loader import load_world
 >>> simulation = Simulation(load_world("office"))
 >>> first = simulation.add(find_model("p3dx-sh"))
 >>> second = simulation.add(find_model("amigo-sh"), pose=(2.0, 3.0, 0.0))
@@ -17,11 +17,11 @@ from typing import List, Optional
 
 from ..errors import ParameterError
 from ..robots import RobotModel
-from .crowd import Crowd
-from .firmware import Firmware
-from .geometry import Pose
-from .places import standing_places
-from .world import World
+from .world.crowd import Crowd
+from .firmware.firmware import Firmware
+from .world.geometry import Pose
+from .world.start_poses import standing_places
+from .world.world import World
 
 MOST_ROBOTS = 2000
 """So many, at most, are asked for by number."""

@@ -18,7 +18,7 @@ from pioneer_control.errors import LinkLostError, PortError
 from pioneer_control.p2os import FrameDecoder, decode_command, encode_frame
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
-from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.world import load_world
 
 from robot_reports import received
 

@@ -9,7 +9,7 @@ from pioneer_control.driver.notices import PERIOD
 from pioneer_control.msg import GripperState, GripState, LiftState, MotorState
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
-from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.world import load_world
 
 MOMENTS = [0.0, 0.02, 0.17, 0.32, 0.47, 0.62, 0.77, 0.92]     # s after the cable is pulled and put back: no port, silence, SYNC, OPEN, ready
 

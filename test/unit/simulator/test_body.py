@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from pioneer_control.simulator.body import SKINS, Body, along_arc, box_round, compose, relative
+from pioneer_control.simulator.hardware.body import SKINS, Body, box_round
+from pioneer_control.simulator.world.poses import along_arc, compose, relative
 from pioneer_control.simulator.world import World
 
 SQUARE = ((-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2))

@@ -10,8 +10,8 @@ from robot_on_bench import Bench
 from pioneer_control import p2os
 from pioneer_control.p2os import COMMANDS, UNKNOWN_TO, Argument
 from pioneer_control.robots.table import FAMILIES
-from pioneer_control.simulator.handlers import HANDLERS, IGNORED, LETTERS, documented
-from pioneer_control.simulator.robot_numbers import standard_numbers
+from pioneer_control.simulator.firmware.commands import HANDLERS, IGNORED, LETTERS, documented
+from pioneer_control.simulator.hardware import standard_numbers
 
 PAGE = pathlib.Path(__file__).resolve().parents[3] / "docs" / "simulator-commands.md"
 ONE_OF_EACH = {"PSOS": "pion1m", "P2OS": "p2dx", "AmigOS": "amigo", "AROS": "p3dx", "ARCOS": "p3dx-sh", "AmigoSH": "amigo-sh", "uARCS": "seekur",

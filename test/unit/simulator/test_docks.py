@@ -5,8 +5,8 @@ import math
 import pytest
 from robot_on_bench import Bench
 
-from pioneer_control.simulator.docks import dock_at
-from pioneer_control.simulator.loading import known_worlds, load_world
+from pioneer_control.simulator.hardware.docks import dock_at
+from pioneer_control.simulator.world import known_worlds, load_world
 
 DOCKS = [(1.0, 2.0, math.pi / 2), (5.0, 2.0, -math.pi)]
 DISTANCE, ANGLE = 0.1, math.radians(15)

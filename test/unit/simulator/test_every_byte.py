@@ -10,9 +10,9 @@ import pytest
 from by_the_sheet import SIP_HEAD, bodies, command, decode, decode_all, framed
 
 from pioneer_control.robots import find_model, load_models
-from pioneer_control.simulator.accessories import Joystick
+from pioneer_control.simulator.hardware.accessories import JoystickState
 from pioneer_control.simulator.firmware import Firmware
-from pioneer_control.simulator.robot_numbers import load_numbers
+from pioneer_control.simulator.hardware import load_numbers
 from pioneer_control.simulator.world import Can, World
 
 ROOM = 4.0      # half the side of the room, m
@@ -80,7 +80,7 @@ def whims(draw):
         lambda robot: setattr(robot.hardware, "charger", draw.random() < 0.5),
         lambda robot: setattr(robot.hardware, "dead_transducers", {number(16)}),
         lambda robot: setattr(robot.hardware, "gripper_stuck", draw.random() < 0.3),
-        lambda robot: setattr(robot.hardware, "joystick", Joystick(draw.random() < 0.3, draw.random() < 0.5, *(number(1024) for _ in range(3)))),
+        lambda robot: setattr(robot.hardware, "joystick", JoystickState(draw.random() < 0.3, draw.random() < 0.5, *(number(1024) for _ in range(3)))),
         lambda robot: robot.hardware.analog_volts.__setitem__(number(8), draw.uniform(0.0, 5.0)),
         lambda robot: setattr(robot.hardware.battery, "voltage", draw.uniform(11.2, 13.0) * robot.hardware.battery.scale),
     ]

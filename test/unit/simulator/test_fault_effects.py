@@ -5,8 +5,8 @@ import pathlib
 
 import pytest
 
-from pioneer_control.simulator.faults import KINDS
-from pioneer_control.simulator.robot_numbers import LEGAL, standard_numbers
+from pioneer_control.simulator.line.faults import KINDS
+from pioneer_control.simulator.hardware.robot_numbers import LEGAL, standard_numbers
 
 BENCH = pathlib.Path(__file__).resolve().parents[3] / "bench" / "fault_effects.py"
 _spec = importlib.util.spec_from_file_location("fault_effects", str(BENCH))

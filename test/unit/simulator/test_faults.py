@@ -6,8 +6,8 @@ import pytest
 
 from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.faults import KINDS, WAYS, Fault, Faults, Plant, fault_of, load_faults, rows
-from pioneer_control.simulator.firmware import Firmware, Session
+from pioneer_control.simulator.line.faults import KINDS, WAYS, Fault, Faults, Plant, fault_of, load_faults, rows
+from pioneer_control.simulator.firmware import Firmware, FirmwareState
 from pioneer_control.simulator.world import World
 
 
@@ -203,6 +203,6 @@ def test_power_off_ends_the_session():
     robot = scene.plants[0].firmware
     for number in (0, 1, 2, 1):
         robot.receive(bytes((0xFA, 0xFB, 3, number, 0, number)))
-    assert robot.session is Session.OPEN
+    assert robot.session is FirmwareState.OPEN
     scene.add("power")
-    assert robot.session is Session.WAITING
+    assert robot.session is FirmwareState.WAITING

@@ -10,7 +10,7 @@ from robot_on_bench import Bench
 from pioneer_control import p2os
 from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model, load_models
-from pioneer_control.simulator.firmware import Firmware, Session
+from pioneer_control.simulator.firmware import Firmware, FirmwareState
 from pioneer_control.simulator.world import World
 
 SYNC_REPLY = bytes.fromhex("FAFB1C0273696D5F303030310050696F6E65657200703364782D7368002D9A")
@@ -26,7 +26,7 @@ def test_a_robot_that_was_not_opened_says_nothing():
     bench = Bench().sync(0, 1, 2)
     said = len(bench.raw)
     bench.send("PULSE").send("CONFIG").wait(5.0)
-    assert len(bench.raw) == said and bench.robot.session is Session.SYNCED
+    assert len(bench.raw) == said and bench.robot.session is FirmwareState.SYNCED
 
 
 @pytest.mark.parametrize("numbers, answered", [
@@ -42,7 +42,7 @@ def test_garbage_before_sync_is_harmless():
     bench = Bench()
     bench.robot.receive(b"WMS2\r" + bytes([0xFA, 0xFB, 0x00, 0xFA, 0xFA]))
     bench.wait(0.3).sync(0, 1, 2)
-    assert bench.robot.session is Session.SYNCED
+    assert bench.robot.session is FirmwareState.SYNCED
 
 
 def test_half_a_packet_is_forgotten_after_a_while():
@@ -59,7 +59,7 @@ def test_open_with_and_without_argument(packet):
     bench = Bench().sync(0, 1, 2)
     bench.robot.receive(bytes.fromhex(packet))
     bench.wait(1.0)
-    assert len(bench.sips) == 10 and bench.robot.session is Session.OPEN
+    assert len(bench.sips) == 10 and bench.robot.session is FirmwareState.OPEN
 
 
 @pytest.mark.parametrize("packet", ["FAFB03020002", "FAFB06023B0100033B"])
@@ -89,14 +89,14 @@ def test_sync_to_an_open_robot_is_a_pulse():
     bench.sync(0).wait(0.1)
     assert [type(packet) for packet in bench.packets[before:]] == [p2os.Sip]
     bench.sync(1).wait(0.1)
-    assert bench.robot.session is Session.OPEN
+    assert bench.robot.session is FirmwareState.OPEN
     bench.sync(2)
-    assert bench.robot.session is Session.WAITING
+    assert bench.robot.session is FirmwareState.WAITING
 
 
 def test_reset_says_so_and_waits():
     bench = Bench().open().wait(0.5).send("RESET").wait(0.1)
-    assert bench.packets[-1] == p2os.Reset(0xFF, b"") and bench.robot.session is Session.WAITING
+    assert bench.packets[-1] == p2os.Reset(0xFF, b"") and bench.robot.session is FirmwareState.WAITING
 
 
 def test_reset_is_like_power_on():
@@ -282,4 +282,4 @@ def test_random_commands_never_upset_it():
         data = draw.choice([b"", bytes([kind]), bytes([kind]) + struct.pack("<H", value), bytes([kind, 3, 1, 2, 3])])
         bench.robot.receive(p2os.encode_frame(number, data))
         bench.wait(draw.choice([0.0, 0.003, 0.03]))
-    assert bench.robot.session is Session.OPEN and not bench.robot.hardware.body.touches(bench.model.outline(True))
+    assert bench.robot.session is FirmwareState.OPEN and not bench.robot.hardware.body.touches(bench.model.outline(True))

@@ -10,7 +10,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "bench"))
 import fuzz_firmware
 
 from pioneer_control.simulator.firmware import Firmware
-from pioneer_control.simulator.handlers import HANDLERS, Handler
+from pioneer_control.simulator.firmware.commands import HANDLERS, Handler
 
 SEED = 11
 

@@ -5,7 +5,7 @@ import random
 import numpy as np
 import pytest
 
-from pioneer_control.simulator.geometry import Finder, Solids, outlines_meet
+from pioneer_control.simulator.world.geometry import Finder, Solids, outlines_meet
 
 SQUARE = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from pioneer_control.simulator.grids import borders, place, roomiest
+from pioneer_control.simulator.world.grids import borders, place, roomiest
 
 
 def grid(*rows):

@@ -7,9 +7,9 @@ import random
 import pytest
 
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.gripper import Gripper
-from pioneer_control.simulator.robot_numbers import load_numbers
-from pioneer_control.simulator.pushing import Block
+from pioneer_control.simulator.hardware.gripper import ParallelGripper
+from pioneer_control.simulator.hardware import load_numbers
+from pioneer_control.simulator.hardware.pushing import Block
 from pioneer_control.simulator.world import Can, World
 
 MODEL = find_model("p3dx-sh")
@@ -25,7 +25,7 @@ class Rig:
 
     def __init__(self, *cans, walls=(), radius=0.033, low=True, **numbers):
         self.world = World("rig", walls=walls, cans=[Can(PALM + x, y, radius) for x, y in cans])
-        self.gripper = Gripper(
+        self.gripper = ParallelGripper(
             GRIPPER, dataclasses.replace(load_numbers().gripper, **numbers), self.world, MODEL.length_front, BODY)
         self.pose = (0.0, 0.0, 0.0)
         if low:

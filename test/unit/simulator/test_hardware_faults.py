@@ -6,7 +6,7 @@ from robot_on_bench import Bench
 
 from pioneer_control import p2os
 from pioneer_control.p2os import ChargeState, Flags, GripperCommand, GripState, StallBits
-from pioneer_control.simulator.firmware import Session
+from pioneer_control.simulator.firmware import FirmwareState
 from pioneer_control.simulator.world import World
 
 
@@ -16,7 +16,7 @@ def test_a_power_cycle_forgets_all_but_where_things_are():
     bench.robot.hardware.power_cycle()
     where, said = bench.robot.true_pose, len(bench.raw)
     bench.wait(0.5).sync(0).wait(0.4)
-    assert len(bench.raw) == said and bench.robot.session is Session.WAITING    # deaf while it boots: that SYNC0 is lost
+    assert len(bench.raw) == said and bench.robot.session is FirmwareState.WAITING    # deaf while it boots: that SYNC0 is lost
     assert bench.robot.true_pose == where and where[0] > 1.1 and bench.robot.velocity == (0.0, 0.0)
     bench.wait(0.2).open(motors=False).send("ENCODER", 1).send("CONFIG").wait(0.2)
     assert not bench.sip.flags & Flags.MOTORS_ENABLED and bench.sip.digital_out == 0 and bench.sip.x_counts == 0

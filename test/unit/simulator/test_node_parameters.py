@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from pioneer_control.errors import ParameterError
-from pioneer_control.simulator.loading import known_worlds, load_world
+from pioneer_control.simulator.world import known_worlds, load_world
 from pioneer_control.simulator.parameters import SimulatorParameters, check_parameters
 
 

@@ -7,9 +7,8 @@ import pytest
 
 from pioneer_control.errors import UsageError
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.world import Can, World, load_world
 from pioneer_control.simulator.picture import draw_world, figure, main
-from pioneer_control.simulator.world import Can, World
 
 
 def words(page):

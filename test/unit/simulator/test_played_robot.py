@@ -7,9 +7,9 @@ from pioneer_control.errors import UsageError
 from pioneer_control.p2os import encode_command, encode_frame, encode_packet
 from pioneer_control.p2os.recording import Entry, written
 from pioneer_control.simulator.__main__ import main
-from pioneer_control.simulator.firmware import Session
-from pioneer_control.simulator.played_robot import PlayedRobot
-from pioneer_control.simulator.wired import Wired
+from pioneer_control.simulator.firmware import FirmwareState
+from pioneer_control.simulator.played import PlayedRobot
+from pioneer_control.simulator.line import LineSimulation
 
 SYNC = [encode_frame(number) for number in range(3)]
 OPEN, CLOSE, PULSE = (encode_command(name) for name in ("OPEN", "CLOSE", "PULSE"))
@@ -58,9 +58,9 @@ class Played:
 def test_it_waits_for_each_step_of_the_connection_and_then_keeps_the_pace_of_the_record():
     played = Played(TWO)
     assert played.robot.advance(60.0) == b""        # nobody connects
-    assert played.tell(CLOSE, CLOSE) == b"" and played.robot.session is Session.WAITING
+    assert played.tell(CLOSE, CLOSE) == b"" and played.robot.session is FirmwareState.WAITING
     played.connect()
-    assert played.robot.session is Session.OPEN
+    assert played.robot.session is FirmwareState.OPEN
     assert [played.robot.advance(step) for step in (0.099, 0.001, 0.2)] == [b"", sip(10), sip(11) + sip(12)]
 
 
@@ -77,7 +77,7 @@ def test_what_is_out_of_order_is_not_answered_and_a_sync0_again_begins_again():
     assert played.tell(SYNC[0]) == b"" and played.robot.advance(0.1) == SYNC[0]
     assert played.tell(SYNC[2]) == b"" and played.robot.advance(1.0) == b""
     assert played.tell(SYNC[1]) == b"" and played.robot.advance(0.1) == SYNC[1]
-    assert played.tell(SYNC[1]) == b"" and played.robot.session is Session.WAITING, "it is no OPEN, though it has the same number"
+    assert played.tell(SYNC[1]) == b"" and played.robot.session is FirmwareState.WAITING, "it is no OPEN, though it has the same number"
     played = Played(TWO)
     played.connect()
     played.tell(CLOSE)
@@ -99,7 +99,7 @@ def test_who_takes_an_answer_that_the_client_of_then_did_not_is_connected():
     """A late answer to SYNC2, made to a CLOSE, which is the same packet; the client of then began anew."""
     attempt = session(1.0, 0)[1:6] + [Entry(1.3, 1, True, CLOSE), Entry(1.31, 1, False, REPLY)]
     played = Played(attempt + session(5.0, 10))
-    assert played.connect() == b"" and played.robot.session is Session.OPEN
+    assert played.connect() == b"" and played.robot.session is FirmwareState.OPEN
     assert played.robot.advance(0.1) == sip(10)
 
 
@@ -159,10 +159,10 @@ def test_a_client_that_connects_while_the_record_is_elsewhere_skips_what_is_betw
 
 def test_a_robot_that_was_left_open_streams_to_whoever_comes():
     played = Played([Entry(1.0, 1, False, sip(1)), Entry(1.1, 1, False, sip(2)), Entry(1.2, 1, True, CLOSE), *session(2.0, 10)])
-    assert played.robot.session is Session.OPEN and played.robot.advance(0.05) == sip(1), "its time begins with the record"
+    assert played.robot.session is FirmwareState.OPEN and played.robot.advance(0.05) == sip(1), "its time begins with the record"
     assert played.robot.advance(5.0) == sip(2)      # to nobody
     played.robot.close_session()        # as a server does when a client comes
-    assert played.robot.session is Session.OPEN and played.robot.advance(0.05) == sip(1)
+    assert played.robot.session is FirmwareState.OPEN and played.robot.advance(0.05) == sip(1)
     assert played.tell(CLOSE) == b"" and played.robot.advance(3.0) == b""
     played.connect()
 
@@ -208,11 +208,11 @@ def test_a_robot_among_several():
 def test_a_record_in_which_time_jumps_back_is_played_in_its_order():
     record = session(5.0, 10)
     played = Played([*record[:10], record[10]._replace(time=0.0), *record[11:]])
-    wired = Wired(played.robot)
+    lines = LineSimulation(played.robot)
     for packet in [*SYNC, OPEN]:
-        wired.send(0, packet)
-        wired.advance(0.1)
-    assert b"".join(arrival.data for arrival in wired.advance(1.0)).endswith(sip(11) + sip(12) + sip(13))
+        lines.send(0, packet)
+        lines.advance(0.1)
+    assert b"".join(arrival.data for arrival in lines.advance(1.0)).endswith(sip(11) + sip(12) + sip(13))
     played = Played([*record[:7], record[7]._replace(time=0.0), *record[8:]])
     played.connect()
     assert played.robot.advance(0.15) == sip(10), "it does not wait for as long as the clock was set back"

@@ -11,9 +11,9 @@ import pytest
 from by_the_sheet import Packet, bodies, command, decode, framed
 
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.accessories import Joystick
+from pioneer_control.simulator.hardware.accessories import JoystickState
 from pioneer_control.simulator.firmware import Firmware
-from pioneer_control.simulator.robot_numbers import load_numbers
+from pioneer_control.simulator.hardware import load_numbers
 from pioneer_control.simulator.world import Can, World
 
 PULSE, OPEN, CLOSE = command(0), command(1, 1), command(2, 1)
@@ -618,7 +618,7 @@ def test_a_compass():
 def test_a_joystick_drives_when_it_may():
     client = driving()
     assert client.ask(command(17, 1), 0xF8).values == {"button1": 0, "button2": 0, "x": 512, "y": 512, "throttle": 512}
-    client.robot.hardware.joystick = Joystick(button_1=True, y=768)
+    client.robot.hardware.joystick = JoystickState(button_1=True, y=768)
     client.wait(1.0, [PULSE])
     assert client.robot.velocity[0] == 0.0 and client.sip["flags"] >> 9 & 1
     client.say(command(47, 1)).wait(3.0, [PULSE])

@@ -3,7 +3,7 @@
 import pytest
 
 from pioneer_control.errors import ParameterError
-from pioneer_control.simulator.robot_numbers import load_numbers
+from pioneer_control.simulator.hardware import load_numbers
 
 
 def test_own_numbers():

@@ -10,10 +10,9 @@ import pytest
 from pioneer_control import p2os
 from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.crowd import Crowd
-from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.world.crowd import Crowd
+from pioneer_control.simulator.world import Can, World, load_world
 from pioneer_control.simulator.simulation import Simulation, simulate
-from pioneer_control.simulator.world import Can, World
 
 MODEL = find_model("p3dx-sh")
 OPEN = b"".join([p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("ENABLE", 1)])

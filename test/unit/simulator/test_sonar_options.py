@@ -6,7 +6,7 @@ import math
 import pytest
 from robot_on_bench import Bench
 
-from pioneer_control.simulator.robot_numbers import standard_numbers
+from pioneer_control.simulator.hardware import standard_numbers
 from pioneer_control.simulator.world import World
 
 def numbers(**options):

@@ -6,7 +6,7 @@ import random
 import pytest
 
 from pioneer_control import p2os
-from pioneer_control.simulator.uart import as_heard
+from pioneer_control.simulator.line.uart import as_heard
 
 PAIRS = list(itertools.permutations(p2os.BAUD_RATES, 2))
 SIP = bytes.fromhex("FAFB2833D204C8FF0002BE00D20080000200020700000203DC05049808210500F00080000020000000260D")

@@ -7,8 +7,8 @@ import statistics
 import pytest
 from robot_on_bench import Bench
 
-from pioneer_control.simulator.robot_numbers import standard_numbers
-from pioneer_control.simulator.wheel_errors import WheelErrors
+from pioneer_control.simulator.hardware import standard_numbers
+from pioneer_control.simulator.hardware.wheel_errors import WheelErrors
 
 RAD_PER_METRE = 5.0     # wheels 0.4 m apart
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from pioneer_control.errors import WorldError
-from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.world import load_world
 
 GOLDEN = """\
 2D-Map

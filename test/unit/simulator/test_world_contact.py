@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pioneer_control.errors import WorldError
-from pioneer_control.simulator.world import FREE, OCCUPIED, UNKNOWN, Can, World
+from pioneer_control.simulator.world.world import FREE, OCCUPIED, UNKNOWN, Can, World
 
 SQUARE = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
 FORK = [(-1.0, -1.0), (2.0, -1.0), (2.0, -0.5), (1.0, -0.5), (1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (-1.0, 1.0)]  # open towards x

@@ -2,14 +2,18 @@
 
 import math
 import os
+import pathlib
+import sys
 
 import pytest
 
 from pioneer_control.errors import WorldError
 from pioneer_control.robots import find_model, load_models
-from pioneer_control.simulator.free_space import room
-from pioneer_control.simulator.loading import known_worlds, load_world
-from pioneer_control.simulator.world import World
+from pioneer_control.simulator.world import World, known_worlds, load_world
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "bench"))
+
+from free_space import room  # noqa: E402
 
 EVERYTHING = """\
 description: All there can be.

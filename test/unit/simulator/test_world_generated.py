@@ -1,15 +1,21 @@
 """Worlds drawn from seeds, and the measures of free space that go with them."""
 
 import math
+import pathlib
+import sys
 
 import numpy as np
 import pytest
 
 from pioneer_control.errors import WorldError
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.free_space import flood, gap_open, room
-from pioneer_control.simulator.generated import KINDS, START_CLEARANCE, START_ROOM, random_world
-from pioneer_control.simulator.world import FREE, World
+from pioneer_control.simulator.world.grids import flood
+from pioneer_control.simulator.world.world import FREE, START_CLEARANCE, World
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "bench"))
+
+from free_space import gap_open, room  # noqa: E402
+from random_worlds import KINDS, START_ROOM, random_world  # noqa: E402
 
 
 def test_two_hundred_worlds_are_closed_and_have_a_fair_start():

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from pioneer_control.errors import WorldError
-from pioneer_control.simulator.loading import load_world
+from pioneer_control.simulator.world import load_world
 
 VALUES = {"image": "cells.pgm", "resolution": 0.5, "origin": [0, 0, 0], "occupied_thresh": 0.65, "free_thresh": 0.196, "negate": 0}
 ROOM = np.full((12, 20), 254, dtype=np.uint8)    # 10 by 6 m in cells of 0.5 m, walls around, a block at the upper left

@@ -6,9 +6,9 @@ import re
 
 import yaml
 
-from pioneer_control.simulator.aria_map import OBJECTS
-from pioneer_control.simulator.loading import known_worlds, load_world
-from pioneer_control.simulator.robot_numbers import LEGAL, load_numbers, standard_numbers
+from pioneer_control.simulator.world.aria_map import OBJECTS
+from pioneer_control.simulator.world import known_worlds, load_world
+from pioneer_control.simulator.hardware.robot_numbers import LEGAL, load_numbers, standard_numbers
 
 DOCS = pathlib.Path(__file__).resolve().parents[3] / "docs"
 TEXT = (DOCS / "worlds.md").read_text(encoding="utf-8")

@@ -1,0 +1,485 @@
+"""What each client command does to the robot: one row each, by its name in the protocol's table (`HANDLERS`, `IGNORED`).
+
+A handler gets the firmware and the command's value. Numbers arrive in the units of the wire (mm, mm/s, deg, deg/s) and
+leave in SI. ``docs/simulator-commands.md`` shows the same rows to people; `documented` makes them.
+"""
+
+import math
+from typing import Callable, Dict, List, NamedTuple, Optional
+
+from ...p2os import BAUD_RATES, COMMANDS, GripperCommand, two_bytes
+
+GRIPPER_UNIT = 0.02
+"""Seconds in one unit of the gripper's times on the wire (protocol 6.1)."""
+
+
+LETTERS = {family: frozenset(letters) for family, letters in dict(
+    PSOS="S", P2OS="P", AmigOS="G", AROS="A", ARCOS="C", AmigoSH="C", uARCS="CU", MARCOS="CM",
+).items()}
+"""Firmware families as the protocol notes write them (section 3): S PSOS, P P2OS, G AmigOS, A AROS, C ARCOS and its kin, U uARCS, M MARCOS."""
+ALL, NOT_PSOS, LATER, ARCOS = "SPGAC", "PGAC", "AC", "C"
+
+
+def is_one_of(family: str, letters: str) -> bool:
+    """Whether a firmware family is among those that the letters stand for."""
+    return not LETTERS[family].isdisjoint(letters)
+
+
+class Handler(NamedTuple):
+    """A row: the type that the value must have (None: whatever comes is ignored), what to do with it, and who knows the command."""
+
+    value: Optional[type]
+    act: Callable
+    families: str = ALL
+
+    def known_to(self, family: str) -> bool:
+        """Whether firmware of this family obeys it; to the others it is an unknown number."""
+        return is_one_of(family, self.families)
+
+
+# -- session
+
+def pulse(robot, _):
+    """Feeds the watchdog, as every packet does; a robot that it stopped takes up its old set points."""
+
+
+def open_again(robot, _):
+    """Begins a session after SYNC0, SYNC1, SYNC2: motors off, sonar on, pose 0, a SIP every 100 ms. Inside a session: nothing."""
+
+
+def close(robot, _):
+    """Ends the session: motors and sonar off, no more packets, parameters as at power-on; the next client is welcome at once."""
+    robot.close_session()
+
+
+def reset(robot, _):
+    """Ends the session as a fresh start of the controller, and says so with 0xFF."""
+    robot.restart()
+
+
+def host_baud(robot, code):
+    """Another speed of the line (a pseudo-terminal garbles what comes at the old one), until the session ends."""
+    if 0 <= code < len(BAUD_RATES):
+        robot.change_baud(BAUD_RATES[code])
+
+
+# -- motion; with the motors off nothing of it is remembered either
+
+def enable(robot, on):
+    """Motor power on, unless the STOP button or an empty battery forbids it, or off."""
+    if on:
+        robot.hardware.enable_motors()
+    else:
+        robot.hardware.disable_motors()
+
+
+def velocity(robot, mm_s):
+    """Translate at this speed (mm/s), within SETV, with the ramps of SETA; forgotten while the motors are off, as all motion commands."""
+    if robot.can_drive():
+        robot.leave_wheel_mode()
+        robot.hardware.linear.set_speed(mm_s / 1000.0)
+
+
+def rotation(robot, deg_s):
+    """Rotate at this speed (deg/s), within SETRV, with the ramps of SETRA."""
+    if robot.can_drive():
+        robot.leave_wheel_mode()
+        robot.hardware.angular.set_speed(math.radians(deg_s))
+
+
+def wheels(robot, value):
+    """Left wheel in the high byte, right in the low one, in the model's VEL2 unit. ARCOS makes translation and rotation of it, with their limits;
+    before, each wheel has its own speed, and only SETA counts."""
+    if robot.can_drive():
+        left, right = (units * robot.hardware.model.vel2_mm_s_per_unit / 1000.0 for units in two_bytes(value))
+        robot.hardware.turn_wheels(left, right)
+        robot.wheel_mode = True
+
+
+def move(robot, mm):
+    """Translate this far (mm; negative: backward) at SETV, with the ramps of SETA, and stop there."""
+    if robot.can_drive():
+        robot.leave_wheel_mode()
+        robot.hardware.linear.set_distance(mm / 1000.0)
+
+
+def head(robot, deg):
+    """Turn to this heading (deg) of the robot's own frame, the shortest way."""
+    _turn_by(robot, math.radians(deg) - robot.hardware.odometry[2], shortest=True)
+
+
+def turn(robot, deg):
+    """Turn by this angle (deg) from the present heading."""
+    _turn_by(robot, math.radians(deg), shortest=False)
+
+
+def turn_goal(robot, deg):
+    """Turn by this angle (deg) from the heading it is turning to."""
+    hardware = robot.hardware
+    _turn_by(robot, hardware.heading_goal - hardware.odometry[2] + math.radians(deg), shortest=False)
+
+
+def _turn_by(robot, angle, shortest):
+    if robot.can_drive():
+        robot.leave_wheel_mode()
+        robot.hardware.angular.set_distance(math.remainder(angle, 2.0 * math.pi) if shortest else angle)
+
+
+def stop(robot, _):
+    """Ramp down; the motors stay on."""
+    robot.leave_wheel_mode()
+    robot.hardware.linear.set_speed(0.0)
+    robot.hardware.angular.set_speed(0.0)
+
+
+def emergency_stop(robot, _):
+    """Stop as fast as the drives can, until the next motion command."""
+    robot.leave_wheel_mode()
+    robot.hardware.linear.emergency_stop()
+    robot.hardware.angular.emergency_stop()
+
+
+def set_origin(robot, _):
+    """The robot's own pose becomes 0, 0, 0."""
+    robot.hardware.reset_odometry()
+
+
+def set_linear_limit(robot, mm_s):
+    """Speed limit (mm/s) of later commands."""
+    robot.hardware.linear.limits.set_limit(mm_s / 1000.0)
+
+
+def set_angular_limit(robot, deg_s):
+    """Speed limit (deg/s) of later commands."""
+    robot.hardware.angular.limits.set_limit(math.radians(deg_s))
+
+
+def set_turning_limit(robot, deg_s):
+    """Speed limit (deg/s) of later turns counter-clockwise, or when negative clockwise. Sources give it two numbers, both are obeyed."""
+    robot.hardware.angular.limits.set_limit_towards(math.radians(deg_s))
+
+
+def set_linear_rate(robot, mm_s2):
+    """Acceleration, or when negative deceleration (mm/s^2)."""
+    robot.hardware.linear.limits.set_rate(mm_s2 / 1000.0)
+
+
+def set_angular_rate(robot, deg_s2):
+    """Acceleration, or when negative deceleration (deg/s^2)."""
+    robot.hardware.angular.limits.set_rate(math.radians(deg_s2))
+
+
+# -- sonar, inputs, outputs
+
+def sonar(robot, value):
+    """Bit 0: on or off; bits 1 to 4: which of arrays 1 to 4, as FLAGS numbers them (AROS and later; our reading), none set: all."""
+    arrays = [array for array in range(4) if value >> array + 1 & 1]
+    single = is_one_of(robot.model.firmware_family, LATER) and value > 0
+    robot.hardware.sonar.switch(bool(value & 1), robot.time_us, arrays if single and arrays else None)
+
+
+def polling(robot, numbers):
+    """A new firing sequence of the arrays that it names (numbers count from 1, repeats allowed, 16 for an array); empty: sonar off,
+    sequences kept."""
+    robot.hardware.sonar.set_sequence([number - 1 for number in numbers if 1 <= number <= 32], robot.time_us)
+
+
+def sonar_cycle(robot, milliseconds):
+    """Time of a firing, 2 to 120 ms, in every array."""
+    if 2 <= milliseconds <= 120:
+        robot.hardware.sonar.cycle_us = milliseconds * 1000
+
+
+def digital_out(robot, value):
+    """Mask of the outputs to change in the high byte, their new states in the low one."""
+    mask, states = (byte & 0xFF for byte in two_bytes(value))
+    robot.hardware.digital_out = (robot.hardware.digital_out & ~mask | states & mask) & 0xFF
+
+
+def analog_select(robot, port):
+    """The analog port that the SIP shows: 1 to 5, on ARCOS 0 to 7."""
+    if port in (range(8) if is_one_of(robot.model.firmware_family, ARCOS) else range(1, 6)):
+        robot.hardware.analog_port = port
+
+
+# -- requests
+
+def config(robot, _):
+    """Send CONFIGpac, at once."""
+    robot.send_config()
+
+
+def request(kind, what, families):
+    """A handler that asks for packets of a kind: 0 stops them, 1 sends one, more sends them with every SIP."""
+    def ask(robot, how):
+        robot.request(kind, how)
+    ask.__doc__ = f"0 no {what}, 1 one with the next SIP, more: one with every SIP."
+    return Handler(int, ask, families)
+
+
+def gyro(robot, how):
+    """Gyro read by the client (HasGyro 1): 1 sends GYROpac before every SIP, 0 ends that. Gyro in the robot (2): the heading is made of
+    0 the encoders, 1 both, 2 the gyro alone. Without a gyro: nothing."""
+    if robot.hardware.gyro_kind == 1:
+        robot.request_gyro(how > 0)
+    elif 0 <= how <= 2:
+        robot.hardware.gyro_mode = how
+
+
+def compass(robot, how):
+    """Where a compass is fitted: 0 off, 1 shown in the SIP, 2 one TCM2pac, 3 one with every SIP, 6 one and then as 1, 7 as after power-on.
+    4 and 5 calibrate, which changes nothing here."""
+    if robot.hardware.has_compass and 0 <= how <= 7:
+        robot.hardware.compass_on = how != 0
+        robot.request("compass", {2: 1, 3: 2, 6: 1}.get(how, 0))
+
+
+def playlist(robot, number):
+    """Send PLAYLIST: AmigOS its sounds, all for 0; the others 25 zero bytes."""
+    robot.send_playlist(number)
+
+
+def arm_info(robot, _):
+    """Send ARMINFOpac: no arm."""
+    robot.send_arm_info()
+
+
+# -- auxiliary serial ports
+
+def aux_write(port):
+    """A handler that passes bytes on to what hangs at an auxiliary port."""
+    def write(robot, data):
+        robot.hardware.aux[port - 1].write(data)
+    write.__doc__ = f"Bytes to the device at AUX{port} (none, unless a program hangs one there: `robot.hardware.aux[{port - 1}].device`)."
+    return Handler(bytes, write, ARCOS if port == 3 else NOT_PSOS)
+
+
+def aux_read(port):
+    """A handler that asks for bytes of what hangs at an auxiliary port."""
+    def read(robot, count):
+        if count >= 0:
+            robot.hardware.aux[port - 1].want(count)
+    read.__doc__ = f"So many bytes (197 at most) of the device at AUX{port} in one packet behind the SIP, once they are there; 0 flushes."
+    return Handler(int, read, ARCOS if port == 3 else NOT_PSOS)
+
+
+def aux_baud(port):
+    """A handler that keeps the speed of an auxiliary port."""
+    def keep(robot, code):
+        if 0 <= code < len(BAUD_RATES):
+            robot.hardware.settings[f"aux{port}_baud"] = code
+    keep.__doc__ = "Shown in CONFIGpac, until the session ends; the devices hear at any speed."
+    return Handler(int, keep, ARCOS if port == 3 else NOT_PSOS)
+
+
+# -- docking, sounds, joystick
+
+def dock(robot, how):
+    """0 off; 1, 2: takes power where it stands in a dock of the world; 2 also stops then."""
+    robot.hardware.docking = how in (1, 2)
+    robot.hardware.stops_when_docked = how == 2
+
+
+def charge(robot, on):
+    """1: takes power where it stands in a dock of the world, 0: no longer."""
+    robot.hardware.docking = bool(on)
+
+
+def sounds(robot, on):
+    """Shown in PLAYLIST; nobody hears anything."""
+    robot.hardware.sounds_on = bool(on)
+
+
+def joystick_drive(robot, on):
+    """Whether a joystick that is plugged in (`robot.hardware.joystick`) drives while its first button is pressed."""
+    robot.hardware.joystick_drives = bool(on)
+
+
+# -- gripper
+
+def gripper(robot, number):
+    """One of the sub-commands 1 to 8 and 15 at once; 16 and 17 wait for their GRIPPERVAL. Without a gripper: nothing."""
+    fitted = robot.hardware.gripper
+    if fitted is not None and number in GRIPPER_ACTIONS:
+        GRIPPER_ACTIONS[number](fitted)
+
+
+def gripper_value(robot, units):
+    """Right behind GRIPPER 16: the grasp time, 1 to 100; behind 17: how far the lift goes, -255 to 255; anywhere else nothing."""
+    fitted = robot.hardware.gripper
+    before = robot.previous
+    if fitted is None or before is None or before.name != "GRIPPER":
+        return
+    if before.value == GripperCommand.PRESSURE and 1 <= units <= 100:
+        fitted.grasp_time = units * GRIPPER_UNIT
+    elif before.value == GripperCommand.CARRY and 1 <= abs(units) <= 255:
+        fitted.lift_by(units * GRIPPER_UNIT)
+
+
+def _up(fitted):
+    fitted.lift_to(fitted.shape.lift_height)
+
+
+def _down(fitted):
+    fitted.lift_to(0.0)
+
+
+def _together(*actions):
+    def act(fitted):
+        for action in actions:
+            action(fitted)
+    return act
+
+
+# -- safety and tuning
+
+def bump_stall(robot, which):
+    """Which bumpers stop the wheels at once: bit 0 the front ones, bit 1 the rear ones; at first both."""
+    robot.hardware.bump_stall_front = bool(which & 1)
+    robot.hardware.bump_stall_rear = bool(which & 2)
+
+
+def setting(name, families, lowest=0, does="Shown in CONFIGpac, until the session ends; it drives no differently."):
+    """A handler that keeps a number under its name in CONFIGpac, unless it is too low to mean anything."""
+    def keep(robot, number):
+        if number >= lowest:
+            robot.hardware.settings[name] = number
+    keep.__doc__ = does
+    return Handler(int, keep, families)
+
+
+def e_stall(robot, on):
+    """Whether the STOP button takes the power from the motors: at first it does, before AROS it does not."""
+    robot.hardware.set_stop_button_stalls(bool(on))
+
+
+def battery_test(robot, decivolts):
+    """Pretend a battery voltage (0.1 V), 0 for the real one."""
+    if decivolts >= 0:
+        robot.hardware.battery.pretend(decivolts / 10.0)
+
+
+GRIPPER_ACTIONS = {
+    GripperCommand.OPEN: lambda fitted: fitted.open(),
+    GripperCommand.CLOSE: lambda fitted: fitted.close(),
+    GripperCommand.STOP: lambda fitted: fitted.stop(),
+    GripperCommand.LIFT_UP: _up,
+    GripperCommand.LIFT_DOWN: _down,
+    GripperCommand.LIFT_STOP: lambda fitted: fitted.lift_stop(),
+    GripperCommand.STORE: _together(lambda fitted: fitted.close(), _up),
+    GripperCommand.DEPLOY: _together(lambda fitted: fitted.open(), _down),
+    GripperCommand.HALT: _together(lambda fitted: fitted.stop(), lambda fitted: fitted.lift_stop()),
+}
+
+HANDLERS: Dict[str, Handler] = {
+    "PULSE": Handler(None, pulse),
+    "OPEN": Handler(None, open_again),
+    "CLOSE": Handler(None, close),
+    "RESET": Handler(None, reset, ARCOS),
+    "HOSTBAUD": Handler(int, host_baud, NOT_PSOS),
+    "ENABLE": Handler(int, enable),
+    "VEL": Handler(int, velocity),
+    "RVEL": Handler(int, rotation),
+    "ROTATE": Handler(int, rotation, NOT_PSOS),
+    "VEL2": Handler(int, wheels),
+    "MOVE": Handler(int, move, NOT_PSOS),
+    "HEAD": Handler(int, head),
+    "DHEAD": Handler(int, turn),
+    "DCHEAD": Handler(int, turn_goal, NOT_PSOS),
+    "STOP": Handler(None, stop, NOT_PSOS),
+    "E_STOP": Handler(None, emergency_stop, NOT_PSOS),
+    "QSTOP": Handler(None, emergency_stop, "M"),
+    "SETO": Handler(None, set_origin),
+    "SETV": Handler(int, set_linear_limit),
+    "SETRV": Handler(int, set_angular_limit),
+    "SETRVDIR_ARCOS": Handler(int, set_turning_limit, ARCOS),
+    "SETRVDIR": Handler(int, set_turning_limit, ARCOS),
+    "SETA": Handler(int, set_linear_rate, NOT_PSOS),
+    "SETRA": Handler(int, set_angular_rate, NOT_PSOS),
+    "SONAR": Handler(int, sonar),
+    "POLLING": Handler(bytes, polling),
+    "SONARCYCLE": Handler(int, sonar_cycle, LATER),
+    "DIGOUT": Handler(int, digital_out),
+    "ADSEL": Handler(int, analog_select, NOT_PSOS),
+    "CONFIG": Handler(None, config, NOT_PSOS),
+    "ENCODER": request("encoder", "ENCODERpac", NOT_PSOS),
+    "GRIPREQUEST": request("gripper", "GRIPPERpac", NOT_PSOS),
+    "IOREQUEST": request("io", "IOpac", NOT_PSOS),
+    "BATTERYINFO": request("battery", "battery information", ARCOS),
+    "JOYREQUEST": request("joystick", "JOYSTICKpac (before the SIP)", LATER),
+    "JOYDRIVE": Handler(int, joystick_drive, NOT_PSOS),
+    "GYRO": Handler(int, gyro, LATER),
+    "GYROCALCW": setting("gyro_cw", ARCOS),
+    "GYROCALCCW": setting("gyro_ccw", ARCOS),
+    "TCM2": Handler(int, compass, NOT_PSOS),
+    "PLAYLIST": Handler(int, playlist, "GPA"),
+    "SOUNDTOG": Handler(int, sounds, "GAC"),
+    "GRIPPER": Handler(int, gripper, NOT_PSOS),
+    "GRIPPERVAL": Handler(int, gripper_value, NOT_PSOS),
+    "TTY2": aux_write(1),
+    "TTY3": aux_write(2),
+    "TTY4": aux_write(3),
+    "GETAUX": aux_read(1),
+    "GETAUX2": aux_read(2),
+    "GETAUX3": aux_read(3),
+    "AUX1BAUD": aux_baud(1),
+    "AUX2BAUD": aux_baud(2),
+    "AUX3BAUD": aux_baud(3),
+    "DOCK": Handler(int, dock, "PG"),
+    "CHARGE": Handler(int, charge, LATER),
+    "BUMPSTALL": Handler(int, bump_stall, NOT_PSOS),
+    "E_STALL": Handler(int, e_stall, NOT_PSOS),
+    "BATTEST": Handler(int, battery_test, ARCOS),
+    "ROTKP": setting("rotation_kp", NOT_PSOS),
+    "ROTKV": setting("rotation_kv", NOT_PSOS),
+    "ROTKI": setting("rotation_ki", NOT_PSOS),
+    "TRANSKP": setting("translation_kp", NOT_PSOS),
+    "TRANSKV": setting("translation_kv", NOT_PSOS),
+    "TRANSKI": setting("translation_ki", NOT_PSOS),
+    "REVCOUNT": setting("rev_count", NOT_PSOS, lowest=1, does="Encoder count of a turn: a greater one makes wider turns of the same angle told."),
+    "TICKSMM": setting("ticks_per_mm", ARCOS, lowest=1, does="Encoder ticks of a mm: more make longer metres of the same distance told."),
+    "DRIFTFACTOR": setting("drift_factor", ARCOS, lowest=-0x7FFF),
+    "ARM_INFO": Handler(None, arm_info, NOT_PSOS),
+    "ARM_STATUS": request("arm", "ARMpac (no arm)", NOT_PSOS),
+}
+
+_NO_ARM = "no arm is fitted"
+_NO_SUPPLY = "no supplies that could be switched"
+_OTHER_ROBOT = "the robots that know it are simulated only as far as they are Pioneers"
+
+IGNORED: Dict[str, str] = {
+    "IMUREQUEST": "no inertial unit is fitted, and no source describes its packet",
+    "SAY": "nobody hears anything",
+    "SOUND": "nobody hears anything",
+    "TIMER": _NO_SUPPLY,
+    "PTUPOS": "no servo is fitted",
+    "MOVINGBLINK": "no lights",
+    "LCDWRITE": "no display; the meaning of its control bytes is not known for sure",
+    "CALCOMP": "the compass needs no calibration",
+    "POWER_PC": _NO_SUPPLY, "POWER_LRF": _NO_SUPPLY, "POWER_5V": _NO_SUPPLY, "POWER_12V": _NO_SUPPLY,
+    "MAINTENANCE": "a robot in maintenance hears nothing until somebody opens it: nobody can want that of a simulated one",
+    "ARM_INIT": _NO_ARM, "ARM_CHECK": _NO_ARM, "ARM_POWER": _NO_ARM, "ARM_HOME": _NO_ARM, "ARM_PARK": _NO_ARM, "ARM_POS": _NO_ARM,
+    "ARM_SPEED": _NO_ARM, "ARM_STOP": _NO_ARM, "ARM_AUTOPARK": _NO_ARM, "ARM_GRIPPARK": _NO_ARM,
+    "LATVEL": _OTHER_ROBOT, "LATACCEL": _OTHER_ROBOT, "RECENTERWHEELS": _OTHER_ROBOT, "ROTVEL_CLOSEDLOOP_ENABLE": _OTHER_ROBOT,
+    "ACCELINFO": _OTHER_ROBOT, "TORQUEINFO": _OTHER_ROBOT, "HEADINGINFO": _OTHER_ROBOT, "SAFETY_STATE_INFO": _OTHER_ROBOT,
+    "WHEELINFO_REQUEST": _OTHER_ROBOT, "POWER_DEVICE": _OTHER_ROBOT, "POWER_AUX_PC": _OTHER_ROBOT, "POWER_TOUCHSCREEN": _OTHER_ROBOT,
+    "POWER_PTZ": _OTHER_ROBOT, "POWER_AUDIO": _OTHER_ROBOT, "POWER_LRF2": _OTHER_ROBOT,
+}
+"""Commands of the protocol that change nothing here whatever the firmware, and why: they only keep the session alive."""
+
+COLUMNS = ("PSOS", "P2OS", "AmigOS", "AROS", "ARCOS")
+"""Families that the table for people has a column for; AmigoSH, uARCS and MARCOS are as ARCOS."""
+
+
+def documented() -> List[List[str]]:
+    """The rows of the table for people, by number: number, name, whether each of `COLUMNS` obeys, what it does or why nothing."""
+    rows = []
+    for command in sorted(COMMANDS.values()):
+        handler = HANDLERS.get(command.name)
+        if handler is None:
+            rows.append([str(command.number), command.name, *("-" for _ in COLUMNS), f"ignored: {IGNORED[command.name]}"])
+        else:
+            known = ["yes" if handler.known_to(family) else "-" for family in COLUMNS]
+            only = "MARCOS only: " if "yes" not in known else ""
+            rows.append([str(command.number), command.name, *known, only + " ".join(handler.act.__doc__.split())])
+    return rows

@@ -1,0 +1,294 @@
+"""What the robot tells its client: packets made from the hardware, in units and length of its firmware family."""
+
+import dataclasses
+import itertools
+import math
+from typing import Tuple
+
+from ... import p2os
+from ...p2os import DigitalIn, FaultFlags, Flags, GripperSwitches, GripState
+from ...p2os.fields import made
+from ..hardware.accessories import SOUNDS, JoystickState, compass_degrees
+from .commands import GRIPPER_UNIT
+from ..hardware.hardware import Hardware
+from ..world.trigonometry import cos, sin
+from ..hardware.robot_numbers import RobotNumbers
+
+MOST_READINGS = 50
+"""Sonar readings in one SIP, so that its byte count stays below 200."""
+
+SIP_ENDS = {
+    "PSOS": "digital_out", "P2OS": "digital_out", "AmigOS": "digital_out", "AROS": "digital_out", "AmigoSH": "charge_state",
+}
+"""Last field of the SIP by firmware family (protocol section 4); all others end as ARCOS does."""
+CONFIG_ENDS = {
+    "PSOS": "translation_ki", "P2OS": "translation_ki", "AmigOS": "translation_ki", "AROS": "has_gyro",
+    "AmigoSH": "firmware_version",
+}
+"""Last field of CONFIGpac by firmware family (protocol 5.1); all others end as ARCOS does."""
+
+CONFIG_FIELDS = tuple(field.name for field in dataclasses.fields(p2os.Config))
+
+# The bits that are set from truth values, in the order in which these are given: as plain numbers, many times quicker.
+GRIP_STATE = tuple(map(int, (
+    GripState.OPEN, GripState.CLOSED, GripState.MOVING, GripState.ERROR,
+    GripState.LIFT_UP, GripState.LIFT_DOWN, GripState.LIFT_MOVING, GripState.LIFT_ERROR,
+)))
+DIGITAL_IN = tuple(map(int, (
+    DigitalIn.PADDLES_NOT_OPEN, DigitalIn.LIFT_BETWEEN, DigitalIn.OUTER_BEAM_BROKEN, DigitalIn.INNER_BEAM_BROKEN,
+    DigitalIn.LEFT_CONTACT_FREE, DigitalIn.RIGHT_CONTACT_FREE,
+)))
+FLAGS = tuple(map(int, (
+    Flags.MOTORS_ENABLED, Flags.SONAR_1, Flags.SONAR_2, Flags.SONAR_3, Flags.SONAR_4, Flags.STOP_BUTTON, Flags.E_STALL,
+    Flags.CHARGER_POWER, Flags.JOYSTICK_BUTTON,
+)))
+UNDERVOLTAGE = int(FaultFlags.UNDERVOLTAGE)
+OLDER_ANALOG = frozenset(["PSOS", "P2OS", "AmigOS", "AROS"])
+"""Families whose IOpac has ports 1 to 5, 2047 for 5 V; the others have ports 0 to 7 and the battery, 1023 for 5 V (protocol 5.5)."""
+BATTERY_DIVIDER = 4.0
+"""By what the voltage of a 12 V battery is divided before it comes to the last analog input (the manuals do not say)."""
+PLAYLIST_ID = 0xD0
+FLOATING = 0xFF
+"""Inputs with nothing connected."""
+UNCONNECTED = int(DigitalIn.INPUT_6 | DigitalIn.INPUT_7)
+"""Inputs that a gripper leaves floating."""
+
+
+def sip(hardware: Hardware) -> p2os.Sip:
+    """The standard SIP, with the sonar readings since the last one."""
+    model = hardware.model
+    x, y = counts(hardware)
+    left, right = hardware.wheel_speeds
+    front_bumpers, rear_bumpers = hardware.bumper_bits()
+    stalled = hardware.e_stalled
+    values = dict(
+        type_id=p2os.MOVING if hardware.moving else p2os.STOPPED,
+        x_counts=x & 0x7FFF,
+        y_counts=y & 0x7FFF,
+        heading_units=heading_units(hardware, hardware.odometry[2]),
+        left_velocity_units=round(left * 1000.0 / model.vel_mm_s_per_unit),
+        right_velocity_units=round(right * 1000.0 / model.vel_mm_s_per_unit),
+        battery_dv=min(255, round(hardware.battery.voltage_12v * 10.0)),
+        left_stall_bits=(hardware.left_stalled or stalled) | rear_bumpers << 1,
+        right_stall_bits=(hardware.right_stalled or stalled) | front_bumpers << 1,
+        control_units=heading_units(hardware, hardware.heading_goal),
+        flags=_flags(hardware),
+        compass=_compass(hardware),
+        sonar=_sonar(hardware),
+        grip_state=grip_state(hardware),
+        analog_port=hardware.analog_port,
+        analog=round(_volts(hardware, hardware.analog_port) * 255.0 / 5.0),
+        digital_in=digital_in(hardware),
+        digital_out=hardware.digital_out,
+    )
+    end = SIP_ENDS.get(model.firmware_family)
+    if end != "digital_out":
+        values.update(battery_x10_dv=min(0xFFFF, round(hardware.battery.voltage * 10.0)), charge_state=hardware.battery.charge_state)
+        if end != "charge_state":
+            rotation = round(math.degrees(hardware.angular.speed) * 10.0)
+            values.update(rotation_velocity_ddeg_s=rotation, fault_flags=UNDERVOLTAGE if hardware.battery.is_low else 0)
+    return made(p2os.Sip, values)
+
+
+def counts(hardware: Hardware) -> Tuple[int, int]:
+    """Odometry x and y in counts of the wire, before they wrap."""
+    x, y, _ = hardware.odometry
+    per_metre = 1000.0 / hardware.model.dist_mm_per_unit
+    return round(x * per_metre), round(y * per_metre)
+
+
+def heading_units(hardware: Hardware, heading: float) -> int:
+    """An angle (rad) in units of THPOS, within half a turn either way."""
+    turn = hardware.model.angle_units_per_rev
+    return (round(heading / hardware.model.angle_rad_per_unit) + turn // 2) % turn - turn // 2
+
+
+def _sonar(hardware: Hardware) -> Tuple[p2os.SonarReading, ...]:
+    per_metre = 1000.0 / hardware.model.range_mm_per_unit
+    readings = hardware.sonar.take_readings(MOST_READINGS)
+    return tuple(p2os.SonarReading(number, round(distance * per_metre)) for number, distance in readings)
+
+
+def _flags(hardware: Hardware) -> int:
+    arrays = hardware.sonar.firing
+    fires = 0 in arrays, 1 in arrays, 2 in arrays, 3 in arrays
+    button = hardware.joystick is not None and hardware.joystick.button_1
+    return _bits(FLAGS, (hardware.motors_enabled,) + fires + (hardware.stop_button, hardware.e_stalled, hardware.battery.charging, button))
+
+
+def grip_state(hardware: Hardware) -> int:
+    """GRIP_STATE; while something moves, the bit of the end it moves to goes with the moving bit."""
+    gripper = hardware.gripper
+    if gripper is None:
+        return 0
+    outward, inward = gripper.paddle_motion > 0, gripper.paddle_motion < 0
+    rising, sinking = gripper.lift_motion > 0, gripper.lift_motion < 0
+    return _bits(GRIP_STATE, (
+        outward or gripper.is_open and not inward,
+        inward or gripper.is_closed and not outward,
+        outward or inward,
+        gripper.paddles_jammed,
+        rising or gripper.is_up and not sinking,
+        sinking or gripper.is_down and not rising,
+        rising or sinking,
+        gripper.lift_jammed,
+    ))
+
+
+def digital_in(hardware: Hardware) -> int:
+    """DIGIN, with the gripper's switches, beams and contacts where one is fitted."""
+    gripper = hardware.gripper
+    if gripper is None:
+        return FLOATING
+    inner, outer = gripper.beams_broken(hardware.body.pose)
+    left, right = gripper.contacts
+    between = not gripper.is_up and not gripper.is_down
+    return UNCONNECTED | _bits(
+        DIGITAL_IN, (not gripper.is_open, between, outer, inner, not left, not right))
+
+
+def _bits(bits: Tuple[int, ...], states: Tuple[bool, ...]) -> int:
+    """The sum of those bits whose state is true."""
+    return sum(itertools.compress(bits, states))
+
+
+def gripper(hardware: Hardware) -> p2os.Gripper:
+    """GRIPPERpac: type 1, a gripper on the user I/O port; the state byte as the family lays it out."""
+    fitted = hardware.gripper
+    if fitted is None:
+        return p2os.Gripper(has_gripper=0, state=0, grasp_time_units=0)
+    if hardware.model.grip_state_first:
+        state = grip_state(hardware)
+    else:
+        state = digital_in(hardware) & ~UNCONNECTED
+        state |= int(GripperSwitches.PADDLES_MOVING) if fitted.paddle_motion else 0
+        state |= int(GripperSwitches.LIFT_MOVING) if fitted.lift_motion else 0
+    return p2os.Gripper(has_gripper=1, state=state, grasp_time_units=min(255, round(fitted.grasp_time / GRIPPER_UNIT)))
+
+
+def encoder(hardware: Hardware) -> p2os.Encoder:
+    """ENCODERpac: ticks of both wheels since power-on, as 32-bit numbers."""
+    return p2os.Encoder(*((ticks + 2 ** 31) % 2 ** 32 - 2 ** 31 for ticks in hardware.wheel_ticks))
+
+
+def io(hardware: Hardware) -> p2os.IO:
+    """IOpac: user inputs, bumpers and infrared as electrical levels (idle high), outputs, analog inputs."""
+    front, rear = hardware.bumper_bits()
+    inputs = (digital_in(hardware), ~front & 0xFF, ~rear & 0xFF, 0xFF)
+    family = hardware.model.firmware_family
+    if family in OLDER_ANALOG:
+        analog = [round(_volts(hardware, port) / 5.0 * 2047.0) for port in range(1, 6)]
+    else:
+        analog = [round(_volts(hardware, port) / 5.0 * 1023.0) for port in range(8)]
+        analog.append(min(1023, round(hardware.battery.voltage_12v / BATTERY_DIVIDER / 5.0 * 1023.0)))
+    return p2os.IO(digital_in=inputs, digital_out=(hardware.digital_out,), analog=tuple(analog))
+
+
+def _volts(hardware: Hardware, port: int) -> float:
+    return max(0.0, min(5.0, hardware.analog_volts[port]))
+
+
+def _compass(hardware: Hardware) -> int:
+    """COMPASS: 2 degrees each, 1 to 180 so that no reading looks like none; 0 without one, or switched off."""
+    if not hardware.has_compass or not hardware.compass_on:
+        return 0
+    return round(compass_degrees(hardware.body.pose[2]) / 2.0) or 180
+
+
+def gyro(hardware: Hardware) -> p2os.Gyro:
+    """GYROpac: the readings since the last one."""
+    readings = hardware.gyro.take_readings() if hardware.gyro is not None else ()
+    return p2os.Gyro(tuple(p2os.GyroReading(*reading) for reading in readings))
+
+
+def joystick(hardware: Hardware) -> p2os.Joystick:
+    """JOYSTICKpac; with none plugged in, all in the middle."""
+    stick = hardware.joystick or JoystickState()
+    return p2os.Joystick(int(stick.button_1), int(stick.button_2), *(max(0, min(1023, axis)) for axis in (stick.x, stick.y, stick.throttle)))
+
+
+def tcm2(hardware: Hardware, numbers: RobotNumbers) -> p2os.TCM2:
+    """TCM2pac: a module that stands level in an undisturbed field."""
+    degrees = compass_degrees(hardware.body.pose[2])
+    angle, field = math.radians(degrees), numbers.compass
+    return p2os.TCM2(
+        heading_ddeg=round(degrees * 10.0) % 3600, pitch_ddeg=0, roll_ddeg=0,
+        magnetic_x_hundredths=round(field.horizontal_field * cos(angle) * 100.0),
+        magnetic_y_hundredths=round(-field.horizontal_field * sin(angle) * 100.0),
+        magnetic_z_hundredths=round(field.vertical_field * 100.0),
+        temperature_dc=round(field.temperature_c * 10.0), error_bits=0, calibration_h=9, calibration_v=9, calibration_m_hundredths=1200,
+    )
+
+
+def playlist(hardware: Hardware, number: int) -> list:
+    """Answer to PLAYLIST: the stored sounds of an AmigoBot, all of them for 0; the others have none, and say so with zeros."""
+    if hardware.model.firmware_family != "AmigOS":
+        return [p2os.UnknownPacket(PLAYLIST_ID, bytes(25))]
+    asked = range(1, len(SOUNDS) + 1) if number == 0 else [number] if 1 <= number <= len(SOUNDS) else []
+    packets, offset = [], 0
+    for sound in range(1, len(SOUNDS) + 1):
+        name, length = SOUNDS[sound - 1]
+        if sound in asked:
+            first = len(SOUNDS) if number == 0 and not packets else sound
+            packets.append(p2os.Playlist(first, int(hardware.sounds_on), name, offset, length))
+        offset += length
+    return packets
+
+
+NO_ARM = p2os.Arm(status_bits=0, motion_bits=0, positions=(0,) * 6)
+"""What the packets of the arm say where none is fitted."""
+NO_ARM_INFO = p2os.ArmInfo("No arm", ())
+
+
+def battery_info(hardware: Hardware) -> p2os.BatteryInfo:
+    """Answer to BATTERYINFO: one battery and its charge."""
+    percent = round(hardware.battery.charge * 100.0)
+    return p2os.BatteryInfo((p2os.Battery(0, 0, 0, percent, percent),))
+
+
+def config(hardware: Hardware, name: str, numbers: RobotNumbers) -> p2os.Config:
+    """CONFIGpac, as far as the firmware of this family fills it."""
+    model, drive, linear, angular = hardware.model, numbers.drive, hardware.linear.limits, hardware.angular.limits
+    front = model.with_arrays(front=False, rear=True) != model
+    rear = model.with_arrays(front=True, rear=False) != model
+    values = dict(
+        type="Pioneer", subtype=model.subtype, serial=numbers.session.serial, four_motors=0,
+        rotation_velocity_top_deg_s=_degrees(angular.top), translation_velocity_top_mm_s=_millimetres(linear.top),
+        rotation_acceleration_top_deg_s2=_degrees(angular.rate_top),
+        translation_acceleration_top_mm_s2=_millimetres(linear.rate_top),
+        pwm_max=500, name=name, sip_cycle_ms=numbers.session.sip_cycle_ms,
+        host_baud=p2os.BAUD_RATES.index(numbers.session.host_baud),
+        has_gripper=int(hardware.gripper is not None), front_sonar=int(front), rear_sonar=int(rear),
+        low_battery_dv=round(numbers.battery.alarm * 10.0), watchdog_ms=numbers.session.watchdog_ms,
+        alternative_sips=0, stall_value=200, stall_count=round(drive.stall_recovery * 1000.0),
+        joystick_velocity_mm_s=numbers.joystick.linear_mm_s, joystick_rotation_deg_s=numbers.joystick.angular_deg_s,
+        rotation_velocity_max_deg_s=_degrees(angular.limit), translation_velocity_max_mm_s=_millimetres(linear.limit),
+        rotation_acceleration_deg_s2=_degrees(angular.rise), rotation_deceleration_deg_s2=_degrees(angular.fall),
+        translation_acceleration_mm_s2=_millimetres(linear.rise),
+        translation_deceleration_mm_s2=_millimetres(linear.fall),
+        front_bumpers=model.front_bumpers, rear_bumpers=model.rear_bumpers, charger=charger(hardware),
+        sonar_cycle_ms=hardware.sonar.cycle_us // 1000, autobaud=numbers.session.autobaud, has_gyro=hardware.gyro_kind,
+        shutdown_dv=round(numbers.battery.shutdown * 10.0), firmware_version=numbers.session.firmware_version,
+        kinematics_delay_ms=0, lateral_velocity_top_mm_s=0, lateral_acceleration_top_mm_s2=0,
+        lateral_velocity_max_mm_s=0, lateral_acceleration_mm_s2=0, lateral_deceleration_mm_s2=0, charge_threshold=0,
+        **hardware.settings,
+    )
+    end = CONFIG_ENDS.get(model.firmware_family)
+    if end is not None:
+        values = {name: values[name] for name in CONFIG_FIELDS[:CONFIG_FIELDS.index(end) + 1]}
+    return p2os.Config(**values)
+
+
+def charger(hardware: Hardware) -> int:
+    """CONFIGpac Charger: fitted where the world has docks; 1 is the one of P3 and PeopleBot, 2 that of the PowerBot."""
+    if not hardware.world.docks:
+        return 0
+    return 2 if hardware.model.subtype.lower().startswith("powerbot") else 1
+
+
+def _millimetres(metres: float) -> int:
+    return round(metres * 1000.0)
+
+
+def _degrees(radians: float) -> int:
+    return round(math.degrees(radians))

@@ -1,0 +1,74 @@
+"""The battery: it falls with time, faster while the robot drives, and rises while a charger feeds it."""
+
+from ...p2os import ChargeState
+
+US_PER_MINUTE = 6e7
+
+
+class BatteryPack:
+    """A battery of the 12 V or the 24 V class.
+
+    :param numbers: voltages of the 12 V class and how fast they fall and rise (`BatteryNumbers`).
+    :param nominal: 12 or 24.
+    """
+
+    def __init__(self, numbers, nominal: int):
+        self._numbers = numbers
+        self.scale = nominal / 12.0
+        self._level = numbers.full
+        self._pretended = 0.0
+        self._standing_fall = numbers.standing_fall_per_min / US_PER_MINUTE
+        self._driving_fall = numbers.driving_fall_per_min / US_PER_MINUTE
+        self._charging_rise = numbers.charging_rise_per_min / US_PER_MINUTE
+        self.charging = False
+        """Whether a charger feeds it."""
+
+    @property
+    def voltage_12v(self) -> float:
+        """Voltage (V) on the scale of a 12 V battery."""
+        return self._pretended / self.scale if self._pretended else self._level
+
+    @property
+    def voltage(self) -> float:
+        """Real voltage (V). Setting it drains or fills the battery to there, as a fault or a fresh battery would."""
+        return self.voltage_12v * self.scale
+
+    @voltage.setter
+    def voltage(self, voltage: float) -> None:
+        self._level = max(0.0, voltage / self.scale)
+
+    @property
+    def charge(self) -> float:
+        """Share of the way from the shutdown voltage to full, 0 to 1."""
+        span = self._numbers.full - self._numbers.shutdown
+        return max(0.0, min(1.0, (self.voltage_12v - self._numbers.shutdown) / span))
+
+    @property
+    def charge_state(self) -> int:
+        """What the charger does, one of `ChargeState`."""
+        if not self.charging:
+            return int(ChargeState.NOT_CHARGING)
+        if self._level < self._numbers.overcharge:
+            return int(ChargeState.BULK)
+        return int(ChargeState.OVERCHARGE if self._level < self._numbers.full else ChargeState.FLOAT)
+
+    @property
+    def is_low(self) -> bool:
+        """Whether the alarm sounds."""
+        return self.voltage_12v < self._numbers.alarm
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether the robot can no longer drive."""
+        return self.voltage_12v < self._numbers.shutdown
+
+    def pretend(self, voltage: float) -> None:
+        """Report this real voltage (V) whatever the battery has; 0 ends the pretence."""
+        self._pretended = voltage
+
+    def step(self, duration_us: int, driving: bool) -> None:
+        """Use the battery for some microseconds, or charge it."""
+        if self.charging:
+            self._level = max(self._level, min(self._numbers.full, self._level + self._charging_rise * duration_us))
+        else:
+            self._level = max(0.0, self._level - (self._driving_fall if driving else self._standing_fall) * duration_us)

@@ -1,0 +1,132 @@
+"""The body of the robot in its world: where it stands, how it moves, and what stops it.
+
+Metres and radians in the map frame; knows neither motors nor packets.
+"""
+
+from typing import List, Optional, Sequence, Tuple
+
+from ..world.poses import along_arc, placed, relative
+from ..world.trigonometry import Heading, hypot
+from ..world.geometry import Point, Pose, outlines_meet
+from ..world.echoes import Candidate, outline_candidates
+
+SKINS = (0.5, 0.1, 0.02)
+"""How much larger than itself (m) the body is taken to be when asking how far it can go before the next question."""
+AWAY = 0.02
+"""How far (m) it has to go from where it touched something before touching again is another contact."""
+
+
+def box_round(outline: Sequence[Point], skin: float) -> Tuple[Point, ...]:
+    """The rectangle along the axes round everything that is within `skin` of an outline."""
+    xs, ys = zip(*outline)
+    low_x, high_x, low_y, high_y = min(xs) - skin, max(xs) + skin, min(ys) - skin, max(ys) + skin
+    return (low_x, low_y), (high_x, low_y), (high_x, high_y), (low_x, high_y)
+
+
+class Body:
+    """A solid outline that moves through `world` and is stopped by its walls and posts.
+
+    :param world: answers ``touches``.
+    :param outline: corners of the body in its own frame (m, base_link).
+    :param pose: where it starts (map frame).
+    :param hull: what of it is so tall that sonar sees it; all if None.
+    """
+
+    def __init__(self, world, outline: Sequence[Point], pose: Pose, hull: Optional[Sequence[Point]] = None):
+        self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
+        self.contacts = 0
+        self.blocked = False
+        self._world = world
+        self._heading = Heading()
+        self._outline, self._hull = tuple(outline), tuple(hull or outline)
+        xs, ys = zip(*self._hull)
+        self.box = min(xs), max(xs), min(ys), max(ys)
+        """The rectangle that it is to a can: least and greatest x and y (m, base_link)."""
+        self._outlines = [(box_round(outline, skin), skin) for skin in SKINS] + [(tuple(outline), 0.0)]
+        self.reach = max(hypot(x, y) for x, y in outline)
+        self._free = 0.0
+        self._tried = 0
+        self._refused: Optional[Pose] = None
+        self._contact_at: Optional[Pose] = None
+        self._heard_at: Optional[Pose] = None
+        self._candidates: List[Candidate] = []
+
+    def move(self, distance: float, turn: float) -> bool:
+        """Drive an arc, unless the body would touch something at its end: then it stays, and a contact is counted.
+
+        A contact counts once until the body has gone away from it, not once for each try.
+        """
+        pose = along_arc(self.pose, distance, turn, self._heading.unit)
+        swept = abs(distance) + self.reach * abs(turn)
+        if swept < self._free:
+            self._free -= swept
+        elif not self._is_free(pose):
+            return self._stopped()
+        crowd = self._world.crowd
+        for body in crowd.beside(pose[0], pose[1]):
+            if body is not self and body.is_close(pose, self.reach) and outlines_meet(placed(self._outline, pose), body.outline):
+                return self._stopped()
+        self.pose = pose
+        self.blocked = False
+        if self._contact_at is not None and self._far_from(self._contact_at):
+            self._contact_at = None
+        if distance:
+            crowd.moved(self)
+        return True
+
+    def _stopped(self) -> bool:
+        self.contacts += self._contact_at is None
+        self._contact_at = self.pose
+        self.blocked = True
+        return False
+
+    def place(self, pose: Pose) -> None:
+        """Put the body somewhere else, as a person would who carries it."""
+        self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
+        self._free = 0.0
+        self.blocked = False
+        self._world.crowd.moved(self)
+
+    @property
+    def outline(self) -> List[Point]:
+        """Its corners where it stands now (map frame)."""
+        return placed(self._outline, self.pose)
+
+    @property
+    def candidates(self) -> List[Candidate]:
+        """What sonar can hear of it, where it stands now."""
+        if self._heard_at is not self.pose:
+            self._heard_at, self._candidates = self.pose, outline_candidates(placed(self._hull, self.pose))
+        return self._candidates
+
+    def is_close(self, pose: Pose, reach: float) -> bool:
+        """Whether something within `reach` of the middle of `pose` could touch it."""
+        x, y, together = pose[0] - self.pose[0], pose[1] - self.pose[1], reach + self.reach
+        return x * x + y * y < together * together
+
+    def touches(self, polygon: Sequence[Point]) -> bool:
+        """Whether a polygon of the body's own frame, at its present pose, overlaps anything solid, other robots included."""
+        corners = placed(polygon, self.pose)
+        if self._world.touches(corners):
+            return True
+        near = self._world.crowd.near(self.pose[0], self.pose[1], self.reach)
+        return any(outlines_meet(corners, body.outline) for body in near if body is not self)
+
+    def _far_from(self, pose: Pose) -> bool:
+        x, y, heading = relative(pose, self.pose)
+        return hypot(x, y) + self.reach * abs(heading) > AWAY
+
+    def _is_free(self, pose: Pose) -> bool:
+        """Whether the body touches nothing at `pose`; if so, also finds how far it can go from there unasked.
+
+        Asks for one skin more than last time at most, as walls come nearer and go away bit by bit.
+        """
+        if pose == self._refused:  # it presses on
+            return False
+        for key in range(max(0, self._tried - 1), len(self._outlines)):
+            outline, skin = self._outlines[key]
+            if not self._world.touches(placed(outline, pose)):
+                self._free, self._tried = skin, key
+                return True
+        self._refused, self._tried = pose, len(self._outlines)
+        return False

@@ -1,0 +1,183 @@
+"""Cans give way: what stands on the floor is pushed aside by whatever comes, and only jams against walls and other robots.
+
+Blocks are rectangles along the axes of the robot's own frame (m, base_link); cans stand in the map frame.
+"""
+
+import math
+from typing import Callable, List, NamedTuple, Optional, Sequence, Set
+
+from ..world.trigonometry import hypot, unit
+from ..world.geometry import Point, Pose
+from ..world.world import Can
+
+ROUNDS = 200
+"""How often all pushes are gone through before a can counts as jammed: sliding out of a narrow wedge takes many small pushes."""
+TOUCH = 1e-5
+"""Overlaps smaller than this (m) are contacts, not overlaps."""
+PUSHED_FAR = 2.0
+"""Other robots farther away (m) than this are not reached by any can that a robot pushes."""
+STILL = 1e-7
+"""Cans that come back this near (m) to where they were two rounds ago are only pushed to and fro."""
+PROBE = 1e-3
+"""How far apart (m) the clearance of a wall is probed to find which way leads away from it."""
+
+
+class Block(NamedTuple):
+    """A rectangle of the robot that pushes cans: bounds in base_link (m)."""
+
+    low_x: float
+    high_x: float
+    low_y: float
+    high_y: float
+
+    @property
+    def reach(self) -> float:
+        """How far (m) its farthest corner is from the robot's middle."""
+        return hypot(max(-self.low_x, self.high_x), max(-self.low_y, self.high_y))
+
+    def push(self, x: float, y: float, radius: float) -> Optional[Point]:
+        """Where a disc in base_link goes that overlaps this block, or None when it does not overlap."""
+        near_x = max(self.low_x, min(self.high_x, x))
+        near_y = max(self.low_y, min(self.high_y, y))
+        away_x, away_y = x - near_x, y - near_y
+        distance = math.sqrt(away_x * away_x + away_y * away_y)
+        if distance > radius - TOUCH:
+            return None
+        if distance > 0.0:
+            scale = radius / distance
+            return near_x + away_x * scale, near_y + away_y * scale
+        ways_out = (
+            (self.high_x - x, (self.high_x + radius, y)),
+            (self.high_y - y, (x, self.high_y + radius)),
+            (y - self.low_y, (x, self.low_y - radius)),
+            (x - self.low_x, (self.low_x - radius, y)),
+        )
+        return min(ways_out, key=lambda way: way[0])[1]
+
+
+def cans_near(world, pose: Pose, reach: float) -> List[Can]:
+    """The cans standing so near a robot that something `reach` from its middle could meet them."""
+    x, y, _ = pose
+    beside = [can for can in world.cans if -reach - can.radius < can.x - x < reach + can.radius]
+    return [can for can in beside if can.held_by is None and hypot(can.x - x, can.y - y) < reach + can.radius]
+
+
+def make_way(world, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], held: Sequence[Can], reach: float) -> bool:
+    """Push cans out of the way of a robot at `pose`, and whatever they push out of theirs.
+
+    :param blocks_for: the blocks that a can of a given radius meets.
+    :param held: cans in the gripper that push others as they go.
+    :param reach: how far from the middle of the robot anything of it can meet a can.
+    :returns: whether all found a place; if not (one is jammed against a wall or another robot), none was moved.
+    """
+    near = cans_near(world, pose, reach)
+    if not near:
+        return True
+    robot = _Robot(pose, blocks_for, held)
+    others = [body for body in world.crowd.near(pose[0], pose[1], PUSHED_FAR) if body.pose != pose]
+    standing_by = [_Robot(body.pose, lambda radius, box=Block(*body.box): (box,), ()) for body in others]
+    standing = [can for can in world.cans if can.held_by is None]
+    pending = [key for key, can in enumerate(standing) if any(can is other for other in near)]
+    places = [(can.x, can.y) for can in standing]
+    moved: Set[int] = set()
+    history: List[List[Point]] = []
+    for _ in range(ROUNDS):
+        changed: Set[int] = set()
+        for key in pending:
+            place = robot.push(places[key], standing[key].radius)
+            if place is None and key in moved:
+                place = _off_walls(world, places[key], standing[key].radius) or _off_robots(standing_by, places[key], standing[key].radius)
+            if place is not None:
+                places[key] = place
+                changed.add(key)
+                changed |= _shove_others(key, standing, places)
+        if not changed:
+            for key in moved:
+                standing[key].x, standing[key].y = places[key]
+            return True
+        moved |= changed
+        pending = sorted(changed.union(pending))
+        if len(history) == 2 and _same(history.pop(0), places):
+            return False
+        history.append(list(places))
+    return False
+
+
+def _same(before: List[Point], now: List[Point]) -> bool:
+    return all(abs(x1 - x2) < STILL and abs(y1 - y2) < STILL for (x1, y1), (x2, y2) in zip(before, now))
+
+
+def _shove_others(key: int, cans: Sequence[Can], places: List[Point]) -> Set[int]:
+    """Move every can that overlaps number `key` straight away from it; the numbers of those that moved."""
+    shoved = set()
+    x, y = places[key]
+    for other, (other_x, other_y) in enumerate(places):
+        reach = cans[key].radius + cans[other].radius
+        place = _pushed_off(other_x, other_y, x, y, reach) if other != key else None
+        if place is not None:
+            places[other] = place
+            shoved.add(other)
+    return shoved
+
+
+def _pushed_off(x: float, y: float, from_x: float, from_y: float, reach: float) -> Optional[Point]:
+    """Where a point goes that is nearer than `reach` to another one, straight away from it; None when it is not."""
+    away_x, away_y = x - from_x, y - from_y
+    distance = math.sqrt(away_x * away_x + away_y * away_y)
+    if distance > reach - TOUCH:
+        return None
+    if distance == 0.0:
+        return from_x + reach, from_y
+    return from_x + away_x * reach / distance, from_y + away_y * reach / distance
+
+
+def _off_walls(world, place: Point, radius: float) -> Optional[Point]:
+    """Where a can goes that overlaps a wall: the way that the clearance grows; None when it overlaps none."""
+    x, y = place
+    square = ((x - radius, y - radius), (x + radius, y - radius), (x + radius, y + radius), (x - radius, y + radius))
+    if not world.touches(square):  # cheaper than to ask how far the walls are, and mostly enough
+        return None
+    clearance = world.clearance(x, y)
+    if clearance > radius - TOUCH:
+        return None
+    slope_x = world.clearance(x + PROBE, y) - world.clearance(x - PROBE, y)
+    slope_y = world.clearance(x, y + PROBE) - world.clearance(x, y - PROBE)
+    steepness = math.sqrt(slope_x * slope_x + slope_y * slope_y)
+    if steepness == 0.0:
+        return x + radius, y
+    step = (radius - clearance) / steepness
+    return x + slope_x * step, y + slope_y * step
+
+
+def _off_robots(robots: Sequence["_Robot"], place: Point, radius: float) -> Optional[Point]:
+    """Where a can goes that overlaps another robot, which does not give way; None when it overlaps none."""
+    return next((away for away in (robot.push(place, radius) for robot in robots) if away is not None), None)
+
+
+class _Robot:
+    """The robot at one pose, as an obstacle to cans."""
+
+    def __init__(self, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], held: Sequence):
+        self._pose, self._blocks_for = pose, blocks_for
+        self._cosine, self._sine = unit(pose[2])
+        self._held = [(can.x, can.y, can.radius) for can in held]
+
+    def push(self, place: Point, radius: float) -> Optional[Point]:
+        """Where a can at `place` (map frame) goes that overlaps the robot, or None when it does not."""
+        from_x, from_y = place[0] - self._pose[0], place[1] - self._pose[1]
+        x = from_x * self._cosine + from_y * self._sine
+        y = from_y * self._cosine - from_x * self._sine
+        pushed = None
+        for block in self._blocks_for(radius):
+            away = block.push(x, y, radius)
+            if away is not None:
+                pushed = x, y = away
+        moved = self._to_map(pushed) if pushed is not None else None
+        for held_x, held_y, held_radius in self._held:
+            now_x, now_y = moved or place
+            moved = _pushed_off(now_x, now_y, held_x, held_y, radius + held_radius) or moved
+        return moved
+
+    def _to_map(self, place: Point) -> Point:
+        x, y = place
+        return self._pose[0] + x * self._cosine - y * self._sine, self._pose[1] + x * self._sine + y * self._cosine

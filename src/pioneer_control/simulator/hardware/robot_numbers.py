@@ -1,0 +1,206 @@
+"""The numbers of the simulated robot, from ``robot.yaml`` and, where wanted, a file of the user's own."""
+
+import dataclasses
+import functools
+import os
+from dataclasses import dataclass
+from typing import Any, Dict, Optional, Tuple
+
+from ...errors import ParameterError
+from ...p2os import BAUD_RATES
+from ..world.yaml_nodes import read_values
+
+LEGAL = {
+    "gyro.kind": (0, 2),
+    "wheels.larger": (-0.5, 0.5),
+    "wheels.right_larger": (-0.5, 0.5),
+    "wheels.wider_apart": (-0.5, 0.5),
+    "wheels.slip": (0, 0.9),
+    "wheels.noise": (0, 0.1),
+    "sonar.maximum": (0.2, 30),
+    "sonar.cone_deg": (1, 90),
+    "sonar.specular_deg": (1, 90),
+    "sonar.noise": (0, 1),
+}
+"""Least and greatest values of numbers that need not simply be positive."""
+OWN_FILE = os.path.join(os.path.dirname(os.path.dirname(__file__)), "robot.yaml")
+
+
+@dataclass(frozen=True)
+class PhysicsNumbers:
+    """Section ``physics`` of the file."""
+
+    step_us: int
+
+
+@dataclass(frozen=True)
+class SessionNumbers:
+    """Section ``session`` of the file."""
+
+    sip_cycle_ms: int
+    watchdog_ms: int
+    host_baud: int
+    autobaud: int
+    firmware_version: str
+    serial: str
+    boot_time: float
+
+
+@dataclass(frozen=True)
+class GyroNumbers:
+    """Section ``gyro`` of the file."""
+
+    kind: int
+    scaler: float
+    centre: int
+    temperature: int
+
+
+@dataclass(frozen=True)
+class CompassNumbers:
+    """Section ``compass`` of the file."""
+
+    fitted: bool
+    horizontal_field: float
+    vertical_field: float
+    temperature_c: float
+
+
+@dataclass(frozen=True)
+class JoystickNumbers:
+    """Section ``joystick`` of the file."""
+
+    linear_mm_s: int
+    angular_deg_s: int
+
+
+@dataclass(frozen=True)
+class DriveNumbers:
+    """Section ``drive`` of the file."""
+
+    linear_limit_mm_s: int
+    linear_top_mm_s: int
+    linear_acceleration_mm_s2: int
+    linear_deceleration_mm_s2: int
+    linear_acceleration_top_mm_s2: int
+    angular_limit_deg_s: int
+    angular_top_deg_s: int
+    angular_acceleration_deg_s2: int
+    angular_deceleration_deg_s2: int
+    angular_acceleration_top_deg_s2: int
+    stall_time: float
+    stall_recovery: float
+    encoder_ticks_per_mm: int
+
+
+@dataclass(frozen=True)
+class WheelNumbers:
+    """Section ``wheels`` of the file."""
+
+    larger: float
+    right_larger: float
+    wider_apart: float
+    slip: float
+    noise: float
+
+
+@dataclass(frozen=True)
+class SonarNumbers:
+    """Section ``sonar`` of the file."""
+
+    minimum: float
+    maximum: float
+    cone_deg: float
+    specular_deg: float
+    cycle_ms: int
+    noise: float
+
+
+@dataclass(frozen=True)
+class GripperNumbers:
+    """Section ``gripper`` of the file."""
+
+    fitted_by_default: Tuple[str, ...]
+    open_at_power_on: bool
+    lift_up_at_power_on: bool
+    reach_height: float
+    jam_time: float
+
+
+@dataclass(frozen=True)
+class BatteryNumbers:
+    """Section ``battery`` of the file."""
+
+    full: float
+    standing_fall_per_min: float
+    driving_fall_per_min: float
+    charging_rise_per_min: float
+    overcharge: float
+    dock_distance: float
+    dock_angle_deg: float
+    alarm: float
+    shutdown: float
+
+
+@dataclass(frozen=True)
+class RobotNumbers:
+    """All of ``robot.yaml``, section by section; the file says what each number means."""
+
+    physics: PhysicsNumbers
+    session: SessionNumbers
+    gyro: GyroNumbers
+    compass: CompassNumbers
+    joystick: JoystickNumbers
+    drive: DriveNumbers
+    wheels: WheelNumbers
+    sonar: SonarNumbers
+    gripper: GripperNumbers
+    battery: BatteryNumbers
+
+
+def load_numbers(override_file: Optional[str] = None) -> RobotNumbers:
+    """The simulator's numbers, each overridden by `override_file` where that names it.
+
+    Raises ParameterError, naming the file and the entry, for a file that does not parse, an unknown name, or
+    a value that is not positive or of another type than ours.
+    """
+    values = _read(OWN_FILE)
+    if override_file is not None:
+        for section, entries in _read(override_file).items():
+            if section not in values:
+                raise ParameterError(f"{override_file}: no section {section!r}; there are {', '.join(values)}")
+            for name, value in entries.items():
+                values[section][name] = _checked(override_file, section, name, value, values[section])
+    values["gripper"]["fitted_by_default"] = tuple(values["gripper"]["fitted_by_default"])
+    return RobotNumbers(**{field.name: field.type(**values[field.name]) for field in dataclasses.fields(RobotNumbers)})
+
+
+@functools.lru_cache(maxsize=None)
+def standard_numbers() -> RobotNumbers:
+    """The numbers of ``robot.yaml``, read once."""
+    return load_numbers()
+
+
+def _read(path: str) -> Dict[str, Dict[str, Any]]:
+    values = read_values(path)
+    if not isinstance(values, dict) or not all(isinstance(entries, dict) for entries in values.values()):
+        raise ParameterError(f"{path}: expected sections of 'name: value', as in {OWN_FILE}")
+    return values
+
+
+def _checked(path: str, section: str, name: str, value: Any, known: Dict[str, Any]) -> Any:
+    if name not in known:
+        raise ParameterError(f"{path}: no number {section}.{name}; there are {', '.join(known)}")
+    own = known[name]
+    wanted = (int, float) if isinstance(own, float) else (type(own),)
+    if not isinstance(value, wanted) or isinstance(value, bool) != isinstance(own, bool):
+        raise ParameterError(f"{path}: {section}.{name} is {value!r}, wanted something like {own!r}")
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        least, most = LEGAL.get(f"{section}.{name}", (None, None))
+        if least is not None and not least <= value <= most:
+            raise ParameterError(f"{path}: {section}.{name} is {value!r}, legal: from {least:g} to {most:g}")
+        if least is None and not 0 < value < float("inf"):
+            raise ParameterError(f"{path}: {section}.{name} is {value!r}, wanted a positive number")
+    if name == "host_baud" and value not in BAUD_RATES:
+        raise ParameterError(f"{path}: {section}.{name} is {value!r}, legal: {', '.join(map(str, BAUD_RATES))}")
+    return value

@@ -1,0 +1,136 @@
+"""The sonar arrays: which transducer fires when, and what it hears in the world.
+
+Arrays of eight fire in step, one transducer each per cycle, in the order of their sequence.
+"""
+
+import functools
+import math
+import random
+from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+
+from ...robots import ARRAY_SIZE, Transducer
+from ..world.trigonometry import Heading, unit
+from ..world.geometry import Point, Pose
+
+LONGEST_SEQUENCE = 16
+"""Firings that the sequence of one array can name (ARCOS manual)."""
+
+Reading = Tuple[int, float]
+
+
+class Mount(NamedTuple):
+    """Where on a robot a transducer sits and looks (m, rad, base_link), and the unit vectors along the edges of its cone."""
+
+    x: float
+    y: float
+    heading: float
+    right: Point
+    left: Point
+
+
+class Sonar:
+    """The transducers that are fitted to a robot, and their firing.
+
+    :param transducers: as `RobotModel.sonar` lists them.
+    :param numbers: ranges, cone, specular loss, cycle and noise (`SonarNumbers`).
+    :param world: has an ``ear``.
+    :param noise: every range is off by up to this much (m).
+    :param seed: of the noise.
+    :param body: that it is on, which it does not hear.
+
+    `arrays` are the numbers (from 0) of those arrays that have a transducer, `firing` of those that are switched on.
+    """
+
+    def __init__(self, transducers: Sequence[Transducer], numbers, world, noise: float, seed: int, body=None):
+        half_width = math.radians(numbers.cone_deg) / 2.0
+        self._mounts = _mounts(tuple(transducers), half_width)
+        self._numbers, self._noise, self._body = numbers, noise, body
+        self._ear = world.ear(half_width, numbers.maximum, _tangent(math.radians(numbers.specular_deg)))
+        self._random = random.Random(seed)
+        self._heading = Heading()
+        self._readings: List[Reading] = []
+        self.firing: Sequence[int] = ()
+        self.dead: Set[int] = set()
+        """Numbers of transducers that fire and hear nothing."""
+        self.arrays = sorted({number // ARRAY_SIZE for number in self._mounts})
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the sequence and cycle of the power-on: every fitted transducer once, in the order of the numbers."""
+        self.cycle_us = self._numbers.cycle_ms * 1000
+        self._sequences: Dict[int, List[int]] = {array: [] for array in self.arrays}
+        for number in sorted(self._mounts):
+            self._sequences[number // ARRAY_SIZE].append(number)
+        self._fired = 0
+        self._next_us = 0
+
+    def switch(self, on: bool, now_us: int, arrays: Optional[Sequence[int]] = None) -> None:
+        """Start firing some arrays (all if None), the first of all with the first of their transducers one cycle from now, or stop them."""
+        named = set(self.arrays if arrays is None else arrays)
+        before = self.firing
+        self.firing = [array for array in self.arrays if (on if array in named else array in before)]
+        if self.firing and not before:
+            self._fired = 0
+            self._next_us = now_us + self.cycle_us
+        if not self.firing:
+            self._readings.clear()
+
+    def set_sequence(self, numbers: Sequence[int], now_us: int) -> None:
+        """Fire these transducers (numbers from 0, repeats allowed) in this order; arrays not named keep theirs.
+
+        No numbers at all switch the sonar off and keep every sequence.
+        """
+        if not numbers:
+            self.switch(False, now_us)
+            return
+        for array in {number // ARRAY_SIZE for number in numbers} & set(self._sequences):
+            named = [number for number in numbers if number // ARRAY_SIZE == array]
+            self._sequences[array] = [number for number in named if number in self._mounts][:LONGEST_SEQUENCE]
+
+    def step(self, now_us: int, pose: Pose) -> None:
+        """Fire what is due at `now_us`, from a robot at `pose` (map frame)."""
+        while self.firing and self._next_us <= now_us:
+            forward = self._heading.unit(pose[2])
+            for array in self.firing:
+                sequence = self._sequences[array]
+                if sequence:
+                    number = sequence[self._fired % len(sequence)]
+                    self._readings.append((number, self._fire(number, pose, forward)))
+            self._fired += 1
+            self._next_us += self.cycle_us
+
+    def take_readings(self, most: int) -> List[Reading]:
+        """Number and range (m) of every firing since the last call, oldest first; only the newest `most` of them."""
+        readings, self._readings = self._readings[-most:], []
+        return readings
+
+    def _fire(self, number: int, pose: Pose, forward: Point) -> float:
+        """The range (m) that a transducer of a robot at `pose`, which looks `forward`, reports."""
+        if number in self.dead:
+            return self._numbers.maximum
+        x, y, heading, (right_x, right_y), (left_x, left_y) = self._mounts[number]
+        cosine, sine = forward
+        right = right_x * cosine - right_y * sine, right_x * sine + right_y * cosine
+        left = left_x * cosine - left_y * sine, left_x * sine + left_y * cosine
+        x, y = pose[0] + x * cosine - y * sine, pose[1] + x * sine + y * cosine
+        return self._reported(self._ear.echo(x, y, pose[2] + heading, right, left, self._body))
+
+    def _reported(self, distance: float) -> float:
+        """A range as the electronics report it: with its noise, no less than the minimum, the maximum for no echo."""
+        if distance >= self._numbers.maximum:
+            return self._numbers.maximum
+        if self._noise:
+            distance += self._random.uniform(-self._noise, self._noise)
+        return max(self._numbers.minimum, min(distance, self._numbers.maximum))
+
+
+@functools.lru_cache(maxsize=None)
+def _mounts(transducers: Sequence[Transducer], half_width: float) -> Dict[int, Mount]:
+    """How transducers sit, by number: the same for all robots of a model, so that many of them need not be read from memory again and again."""
+    return {number: Mount(x, y, to, unit(to - half_width), unit(to + half_width)) for number, x, y, to in transducers}
+
+
+def _tangent(angle: float) -> float:
+    """Tangent of an angle from 0 to a quarter turn (rad), whose own is infinite."""
+    cosine, sine = unit(angle)
+    return sine / cosine if angle < math.pi / 2.0 else math.inf

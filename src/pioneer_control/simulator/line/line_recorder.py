@@ -1,0 +1,38 @@
+"""What went over the lines, as a file; `pioneer_control.p2os.recording` is its format."""
+
+from typing import Optional, TextIO
+
+from ...errors import ParameterError
+from ...p2os.recording import TITLE, Entry, written
+
+
+class LineRecorder:
+    """A file that is being written.
+
+    :param path: of the file; None: nothing is written anywhere. An older one of that name is replaced.
+    :raises ParameterError: it cannot be written; says why.
+    """
+
+    def __init__(self, path: Optional[str]):
+        self._file: Optional[TextIO] = None
+        if path is not None:
+            try:
+                self._file = open(path, "w", buffering=1, encoding="utf-8")
+            except OSError as error:
+                raise ParameterError(f"cannot record to {path}: {error.strerror}") from error
+            self._file.write(TITLE + "\n")
+
+    def put(self, time: float, robot: int, to_robot: bool, data: bytes, note: str = "") -> None:
+        """Bytes that a client of a robot (from 1) wrote or got, or something that people should know."""
+        if self._file is not None and (data or note):
+            self._file.write(written(Entry(time, robot, to_robot, data, note)) + "\n")
+
+    def note(self, time: float, text: str) -> None:
+        """Something that people should know."""
+        self.put(time, 0, False, b"", text)
+
+    def close(self) -> None:
+        """Nothing more comes."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None

@@ -1,0 +1,323 @@
+"""The lines that a simulated robot can be reached by: a TCP port and a pseudo-terminal. Non-blocking, one client each.
+
+A line never waits and never fills up: what a client does not read in time is lost, oldest first, as on a serial line.
+Whoever waits for several sets `opened` and `closing`: they are told of each file to be waited on, when it is there and before it is closed.
+"""
+
+import array
+import collections
+import errno
+import fcntl
+import os
+import socket
+import stat
+import termios
+import tty
+from typing import Any, Callable, Deque, List, Optional, Tuple, Union
+
+from ...errors import PortError
+from ...p2os import BAUD_RATES
+from .uart import as_heard
+
+UNREAD_LIMIT = 8 * 1024
+"""Bytes kept for a TCP client that does not read: about ten seconds of SIPs; the kernel is asked to keep as much again."""
+PTY_UNREAD_LIMIT = 1024
+"""Bytes left in a pseudo-terminal that nobody reads: about a second of SIPs, so that who opens it later hears no old news."""
+BACKLOG = 4
+CHUNK = 4096
+ISPEED, OSPEED = 4, 5
+BAUD_RATE_OF = {getattr(termios, f"B{baud}"): baud for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400)}
+"""Speeds (baud) that a terminal can have, by the number that stands for them; a client that sets another one is not disturbed."""
+
+
+def _nobody(file: Any) -> None:
+    """Nobody wants to know."""
+
+
+class TcpLine:
+    """A TCP port that welcomes one client at a time.
+
+    :param address: a port (0: any free one) of this machine only, or ``"host:port"``.
+    :raises PortError: it cannot be opened; says what to do.
+    """
+
+    def __init__(self, address: Union[int, str]):
+        self._listener = _listener(*host_and_port(address))
+        self.host, self.port = self._listener.getsockname()
+        self.url = f"socket://{self.host}:{self.port}"
+        self.baud: Optional[int] = None
+        """Has no effect here."""
+        self.client_baud: Optional[int] = None
+        """There is none here."""
+        self.opened: Callable[[Any], None] = _nobody
+        self.closing: Callable[[Any], None] = _nobody
+        self.welcomed: Callable[[Any], None] = _nobody
+        self._plugged = True
+        self._client: Optional[socket.socket] = None
+        self._unsent: Deque[bytes] = collections.deque()
+        self._unsent_bytes = 0
+        self._finished = False
+
+    @property
+    def has_client(self) -> bool:
+        """Whether somebody is connected."""
+        return self._client is not None
+
+    @property
+    def unsent(self) -> bool:
+        """Whether something waits for room to be sent."""
+        return bool(self._unsent)
+
+    def files(self) -> List[socket.socket]:
+        """What to wait on for something to read."""
+        return [file for file in (self._listener if self._plugged else None, self._client) if file is not None]
+
+    def read(self, busy: bool) -> bytes:
+        """What the client sent since the last call. When `busy` that is thrown away, and no client is welcome.
+
+        Welcomes the next client when this one has ended its session or hung up.
+        """
+        data = self._receive()
+        if not data and self._welcome(busy):    # not before the last of the present one has been read, which may end its session
+            data = self._receive()
+        if data:
+            self._finished = False
+        elif data is not None:
+            self._dismiss()
+        return b"" if busy else data or b""
+
+    def write(self, data: bytes) -> None:
+        """Send to the client, if there is one."""
+        if self._client is None:
+            return
+        if data:
+            self._unsent.append(data)
+            self._unsent_bytes += len(data)
+        while self._unsent_bytes > UNREAD_LIMIT and len(self._unsent) > 1:
+            self._unsent_bytes -= len(self._unsent[1])
+            del self._unsent[1]  # the first may be half sent already
+        try:
+            while self._unsent:
+                sent = self._client.send(self._unsent[0])
+                self._unsent_bytes -= sent
+                rest = self._unsent.popleft()[sent:]
+                if rest:
+                    self._unsent.appendleft(rest)
+        except BlockingIOError:
+            return
+        except OSError:
+            self._dismiss()
+
+    def finish(self) -> None:
+        """The client has ended its session: another one is welcome, whether or not this one hangs up."""
+        self._finished = True
+
+    def plug(self, in_: bool) -> None:
+        """Pull the cable out, which hangs up on the client and refuses others, or put it back.
+
+        :raises PortError: somebody else has the port now.
+        """
+        if not in_:
+            self.close()
+        elif not self._plugged:
+            self._listener = _listener(self.host, self.port)
+            self._plugged = True
+            self.opened(self._listener)
+
+    def close(self) -> None:
+        """Hang up and give the port back."""
+        self._dismiss()
+        if self._plugged:
+            self._plugged = False
+            self.closing(self._listener)
+            self._listener.close()
+
+    def _welcome(self, busy: bool) -> bool:
+        """Let the next one in, if there is one, or turn it away; whether it is in."""
+        try:
+            client, _ = self._listener.accept()
+        except OSError:     # nobody, or gone again
+            return False
+        if busy or not (self._finished or self._receive(socket.MSG_PEEK) == b""):
+            client.close()
+            return False
+        self._dismiss()
+        client.setblocking(False)
+        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD_LIMIT)
+        self._client = client
+        self.opened(client)
+        self.welcomed(client)
+        return True
+
+    def _receive(self, flags: int = 0) -> Optional[bytes]:
+        """The next bytes of the client; None if they have not come yet, empty if none will: it has hung up, or there is no client."""
+        if self._client is None:
+            return b""
+        try:
+            return self._client.recv(CHUNK, flags)
+        except BlockingIOError:
+            return None
+        except OSError:
+            return b""
+
+    def _dismiss(self) -> None:
+        if self._client is not None:
+            self.closing(self._client)
+            self._client.close()
+        self._client = None
+        self._unsent.clear()
+        self._unsent_bytes = 0
+        self._finished = False
+
+
+class PtyLine:
+    """A pseudo-terminal, found under a link whose name stays the same from one start to the next.
+
+    Like a serial line it garbles what goes through while its two ends have different speeds.
+
+    :param link: path of the link; a link that an earlier simulator left there is replaced, anything else is not touched.
+    :param baud: speed of the robot's end; also that of the client's until a client sets it.
+    :raises PortError: the link cannot be made; says why.
+    """
+
+    def __init__(self, link: str, baud: int = 9600):
+        self.link = link
+        self.baud = baud
+        self.unsent = False
+        """Nothing ever waits here."""
+        self.opened: Callable[[Any], None] = _nobody
+        self.closing: Callable[[Any], None] = _nobody
+        self._plugged = False
+        self._check_link()
+        self._open()
+
+    @property
+    def client_baud(self) -> int:
+        """Speed of the client's end: what it was last set to, by this client or one before it."""
+        return BAUD_RATE_OF.get(termios.tcgetattr(self._slave)[OSPEED], self.baud)
+
+    @property
+    def unread(self) -> int:
+        """How many bytes wait in the terminal for somebody to read them."""
+        count = array.array("i", [0])
+        fcntl.ioctl(self._slave, termios.FIONREAD, count)
+        return count[0]
+
+    def files(self) -> List[int]:
+        """What to wait on for something to read."""
+        return [self._master] if self._plugged else []
+
+    def read(self, busy: bool) -> bytes:
+        """What clients sent since the last call; thrown away when `busy`."""
+        if not self._plugged:
+            return b""
+        try:
+            data = os.read(self._master, CHUNK)
+        except BlockingIOError:
+            return b""
+        return b"" if busy else as_heard(data, self.client_baud, self.baud)
+
+    def write(self, data: bytes) -> None:
+        """Send to whoever has the terminal open; forget what nobody has read."""
+        if not self._plugged:
+            return
+        data = as_heard(data, self.baud, self.client_baud)
+        if not data:
+            return
+        if self.unread > PTY_UNREAD_LIMIT:
+            termios.tcflush(self._slave, termios.TCIFLUSH)
+        try:
+            os.write(self._master, data)
+        except BlockingIOError:
+            termios.tcflush(self._slave, termios.TCIFLUSH)
+
+    def finish(self) -> None:
+        """Nothing to do: nobody can tell one client of a terminal from the next."""
+
+    def plug(self, in_: bool) -> None:
+        """Pull the cable out, as one pulls out a USB adapter: terminal and link are gone. Or put it back: there is another terminal."""
+        if in_ and not self._plugged:
+            self._open()
+            self.opened(self._master)
+        elif not in_:
+            self.close()
+
+    def close(self) -> None:
+        """Remove the link, if it is still ours, and close the terminal."""
+        if not self._plugged:
+            return
+        self._plugged = False
+        if os.path.islink(self.link) and os.readlink(self.link) == self.device:
+            os.unlink(self.link)
+        self.closing(self._master)
+        self._close_files()
+
+    def _open(self) -> None:
+        # Our own hold on the client's end keeps the terminal raw and alive while clients come and go.
+        self._master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        settings = termios.tcgetattr(self._slave)
+        settings[ISPEED] = settings[OSPEED] = getattr(termios, f"B{self.baud}")
+        termios.tcsetattr(self._slave, termios.TCSANOW, settings)
+        os.set_blocking(self._master, False)
+        self.device = os.ttyname(self._slave)
+        try:
+            if os.path.islink(self.link):
+                os.unlink(self.link)
+            os.symlink(self.device, self.link)
+        except OSError as error:
+            self._close_files()
+            raise PortError(f"cannot make the link {self.link}: {error.strerror}; choose another path") from error
+        self._plugged = True
+
+    def _check_link(self) -> None:
+        try:
+            mode = os.lstat(self.link).st_mode
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            raise PortError(f"cannot make the link {self.link}: {error.strerror}; choose another path") from error
+        target = os.readlink(self.link) if stat.S_ISLNK(mode) else None
+        if target is None or not (target.startswith("/dev/pts/") or not os.path.exists(self.link)):
+            raise PortError(f"{self.link} exists and is not the link of a simulated robot: remove it or choose another path")
+
+    def _close_files(self) -> None:
+        os.close(self._master)
+        os.close(self._slave)
+
+
+Line = Union[TcpLine, PtyLine]
+
+
+def host_and_port(address: Union[int, str]) -> Tuple[str, int]:
+    """Host and port of a TCP address, of this machine only when it names no host.
+
+    :raises PortError: it is none.
+    """
+    host, _, port = str(address).rpartition(":")
+    if not port.isdigit() or int(port) > 65535:
+        raise PortError(f"{address!r} is no TCP port: wanted 0 to 65535 (0 takes any free one), or host:port")
+    return host or "127.0.0.1", int(port)
+
+
+def _listener(host: str, port: int) -> socket.socket:
+    """Listens at a port. Raises PortError that says why it cannot."""
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((host, port))
+        listener.listen(BACKLOG)
+    except OSError as error:
+        listener.close()
+        raise PortError(_why_not(host, port, error)) from error
+    listener.setblocking(False)
+    return listener
+
+
+def _why_not(host: str, port: int, error: OSError) -> str:
+    if error.errno == errno.EADDRINUSE:
+        return f"TCP port {port} is in use, perhaps by another simulator: stop that one, or choose another port (0 takes any free one)"
+    if error.errno == errno.EACCES:
+        return f"TCP port {port} may not be opened by this user: choose one above 1023"
+    return f"cannot open TCP port {port} of {host}: {error.strerror or error}"

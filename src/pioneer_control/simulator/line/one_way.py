@@ -1,0 +1,153 @@
+"""One direction of a robot's line, in simulated time: what goes in comes out when the line has carried it, spoilt as faults will have it.
+
+No socket, no clock. A serial line takes ten bits for a byte; TCP takes no time here.
+"""
+
+import random
+from collections import deque
+from typing import Deque, List, NamedTuple, Optional
+
+from ...p2os.framing import HEADER, SMALLEST_COUNT
+
+BITS_PER_BYTE = 10
+"""Start, eight data, stop."""
+FIFO = 16
+"""Bytes that a serial port hands over at a time, as the common ones do: packets arrive in pieces."""
+SPLIT_PAUSE_US = 50000
+"""Between the two pieces of a packet that a fault splits: less than what ends a packet that stays incomplete."""
+
+
+class Burst(NamedTuple):
+    """Bytes that come out together, and the line speed they were sent at; None for TCP."""
+
+    due_us: int
+    baud: Optional[int]
+    data: bytes
+
+
+class OneWay:
+    """One direction of a line.
+
+    Attributes:
+        loss: share of the packets that never arrive.
+        flips: share of the bytes that arrive with one bit wrong.
+        splits: share of the packets that come in two pieces.
+        delay: seconds by which everything comes later.
+        silence: nothing arrives.
+
+    :param seed: of what these leave to chance; the same bytes meet the same luck, in whatever pieces they are sent.
+    """
+
+    def __init__(self, seed: str):
+        self.loss = 0.0
+        self.flips = 0.0
+        self.splits = 0.0
+        self.delay = 0.0
+        self.silence = False
+        self._chance = random.Random(seed)
+        self._ruler = Ruler()
+        self._lost = False
+        self._cut = 1.0
+        self._free_at_us = 0
+        self._under_way: Deque[Burst] = deque()
+
+    def send(self, data: bytes, now_us: int, baud: Optional[int] = None) -> None:
+        """Take bytes that begin now, or behind those that the line is still busy with."""
+        at_us = max(now_us, self._free_at_us)
+        delay_us = round(self.delay * 1e6)
+        for pause_us, run in self._spoilt(data):
+            at_us += pause_us
+            if baud is None:
+                self._under_way.append(Burst(at_us + delay_us, None, run))
+                continue
+            for end in range(FIFO, len(run) + FIFO, FIFO):
+                piece = run[end - FIFO:end]
+                due_us = at_us + min(end, len(run)) * BITS_PER_BYTE * 1000000 // baud
+                self._under_way.append(Burst(due_us + delay_us, baud, piece))
+            at_us += len(run) * BITS_PER_BYTE * 1000000 // baud
+        self._free_at_us = at_us
+
+    def arrived(self, now_us: int) -> List[Burst]:
+        """What has come out by now, oldest first."""
+        out: List[Burst] = []
+        while self._under_way and self._under_way[0].due_us <= now_us:
+            piece = self._under_way.popleft()
+            if not self.silence:
+                out.append(piece)
+        return out
+
+    @property
+    def next_us(self) -> Optional[int]:
+        """When the next bytes come out; None when none are under way."""
+        return self._under_way[0].due_us if self._under_way else None
+
+    def backlog_us(self, now_us: int) -> int:
+        """How long the line is busy with what it has taken."""
+        return max(0, self._free_at_us - now_us)
+
+    def clear(self) -> None:
+        """What is under way is gone."""
+        self._under_way.clear()
+        self._free_at_us = 0
+
+    def _spoilt(self, data: bytes):
+        """The bytes less what is lost, in runs, each with the pause (microseconds) ahead of it."""
+        if not (self.loss or self.flips or self.splits):
+            self._lost, self._cut = False, 1.0
+            self._ruler.skip(data)
+            yield 0, data
+            return
+        chance, run, pause_us = self._chance, bytearray(), 0
+        for byte in data:
+            if self._ruler.begins(byte):
+                self._lost = chance.random() < self.loss
+                self._cut = chance.random() if chance.random() < self.splits else 1.0
+            flipped = chance.random() < self.flips
+            wrong = 1 << chance.randrange(8)
+            if self._ruler.is_cut(self._cut):
+                if run:
+                    yield pause_us, bytes(run)
+                run, pause_us = bytearray(), SPLIT_PAUSE_US
+            if not self._lost:
+                run.append(byte ^ wrong if flipped else byte)
+        if run:
+            yield pause_us, bytes(run)
+
+
+class Ruler:
+    """Tells where packets begin in a stream of bytes, one byte at a time. What is no packet counts as one byte long."""
+
+    def __init__(self):
+        self._at = 0        # bytes of the present packet so far
+        self._length = 0    # of all of it; 0: not yet known
+
+    def begins(self, byte: int) -> bool:
+        """Take a byte; whether a packet begins with it."""
+        at = self._at
+        if at == 0 or (at == 1 and byte == 0xFA):
+            self._at = int(byte == 0xFA)
+            return True
+        if (at == 1 and byte != 0xFB) or (at == 2 and byte < SMALLEST_COUNT):
+            self._at = 0
+            return False
+        if at == 2:
+            self._length = 3 + byte
+        self._at += 1
+        if self._at == self._length:
+            self._at = self._length = 0
+        return False
+
+    def skip(self, data: bytes) -> None:
+        """Take many bytes."""
+        start = 0
+        while self._at == 0 and data[start:start + 2] == HEADER and start + 2 < len(data):
+            end = start + 3 + data[start + 2]
+            if data[start + 2] < SMALLEST_COUNT or end > len(data):
+                break
+            start = end     # behind a whole packet: nearly always all there is
+        for byte in data[start:]:
+            self.begins(byte)
+
+    def is_cut(self, share: float) -> bool:
+        """Whether the byte just taken is the first beyond this share of its packet (1: none is); its first three and last two stay together."""
+        return share < 1.0 and self._length > 0 and self._at == 1 + max(3, int(share * (self._length - 1)))

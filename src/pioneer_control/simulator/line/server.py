@@ -1,0 +1,287 @@
+"""Runs simulated robots in real time and connects them to clients: here, and in `lines`, are all sockets, terminals and clocks.
+
+>>> with Server(firmware, tcp=0) as server:
+...     print(server.url)
+socket://127.0.0.1:41873
+"""
+
+import contextlib
+import selectors
+import threading
+import time
+from typing import Any, Callable, List, Optional, Sequence, Set, Tuple, Union
+
+from ...errors import LinkError, ParameterError
+from .faults import Fault
+from ..firmware.firmware import Firmware, FirmwareState
+from .lines import Line, PtyLine, TcpLine, host_and_port
+from .line_recorder import LineRecorder
+from ..simulation import Simulation
+from .line_simulation import Arrival, LineSimulation
+
+STANDARD_PORT = 8101
+"""The TCP port on which a Pioneer's clients expect a simulator (protocol 2.1)."""
+LONGEST_LAG = 0.25
+"""Simulated time (s) that is made up for after a hold-up; what is beyond it never happens in the simulation."""
+PATIENCE = 2.0
+"""Real silence (s) after which a client on one line gives way to a client on the other."""
+LONGEST_BACKLOG = 0.5
+"""When the line is busy for so long (s) with what the client wrote to its terminal, the rest waits there, as in the computer's own buffer."""
+SPEEDS = (0.01, 100.0)
+"""Legal real-time factors."""
+
+
+class Berth:
+    """Where the clients of one robot connect.
+
+    Attributes:
+        firmware: the robot.
+        url: of its TCP port, None without one.
+        pty_link: path of the link to its pseudo-terminal, None without one.
+    """
+
+    def __init__(self, number: int, firmware: Firmware, tcp: Union[int, str, None], pty: Optional[str]):
+        self.number = number
+        self.firmware = firmware
+        self.url: Optional[str] = None
+        self.pty_link = pty
+        self.lines: List[Line] = []
+        self.line: Optional[Line] = None    # of the present client
+        self.heard = 0.0
+        if tcp is not None:
+            line = TcpLine(tcp)
+            self.lines.append(line)
+            self.url = line.url
+        if pty is not None:
+            try:
+                self.lines.append(PtyLine(pty, firmware.baud))
+            except LinkError:
+                self.close()
+                raise
+
+    def busy_elsewhere(self, line: Line, now: float) -> bool:
+        """Whether a client on another line is in the middle of a session."""
+        elsewhere = self.line is not None and self.line is not line
+        return elsewhere and self.firmware.session is not FirmwareState.WAITING and now - self.heard < PATIENCE
+
+    def plug(self, in_: bool) -> None:
+        """Pull the cables of all lines out, or put them back."""
+        for line in self.lines:
+            line.plug(in_)
+
+    def close(self) -> None:
+        """Close all lines."""
+        while self.lines:
+            self.lines.pop().close()
+
+
+class Server:
+    """Simulated robots that clients can connect to, by TCP, by a pseudo-terminal, or by either. One thread serves them all.
+
+    One client at a time for each. A client that ends its session with CLOSE makes room for the next at once; one that vanishes
+    leaves the robot open and sending to nobody, as a pulled cable would. The next client finds it so on a terminal; a new connection over
+    TCP finds a robot that waits (protocol section 8), for the vendor's client has no way with one that still drives.
+    A terminal takes the time that a serial line takes.
+
+    :param robots: them (`Simulation`), or one that is alone in its world (`Firmware`). While the server runs, touch them only under `lock`.
+    :param tcp: port of this machine (0: any free one), or ``"host:port"``, for the first robot, the ports after it for the others;
+        `STANDARD_PORT` if `pty` is not given either.
+    :param pty: path of a link to be made to a pseudo-terminal; with several robots each one's number (from 1) is put behind it.
+    :param speed: how many simulated seconds pass in a real one.
+    :param seed: of the luck on the lines.
+    :param faults: which come, times in simulated seconds from the start.
+    :param record: file to which everything is written that goes over the lines.
+    :param say: told of each fault when it begins and ends.
+    :raises PortError: a line cannot be opened.
+    :raises ParameterError: a speed, a fault or a record that cannot be.
+    """
+
+    def __init__(
+        self, robots: Union[Firmware, Simulation], tcp: Union[int, str, None] = None, pty: Optional[str] = None, *, speed: float = 1.0,
+        seed: int = 0, faults: Sequence[Fault] = (), record: Optional[str] = None, say: Callable[[str], None] = lambda sentence: None,
+    ):
+        if not SPEEDS[0] <= speed <= SPEEDS[1]:
+            raise ParameterError(f"speed {speed!r} is not legal: give a number from {SPEEDS[0]:g} to {SPEEDS[1]:g}")
+        if tcp is None and pty is None:
+            tcp = STANDARD_PORT
+        self.lock = threading.RLock()
+        self.speed = speed
+        self.watched = False
+        """Whether somebody looks at the robots also between what they send: then no step of theirs is put off, at some cost."""
+        self._say = say
+        self._recording = LineRecorder(None)
+        self.simulation = LineSimulation(robots, seed, faults, self._tell)
+        """The robots, their lines and faults."""
+        self.berths: List[Berth] = []
+        self._selector = selectors.DefaultSelector()
+        self._unsent: Set[Line] = set()     # those that wait for room to send
+        self._held_up: List[Tuple[Berth, Line]] = []    # those that are read no more until the line has carried what was read
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="simulated robots", daemon=True)
+        try:
+            for berth_of in self._places(tcp, pty):
+                self.berths.append(Berth(*berth_of))
+            self._recording = LineRecorder(record)
+        except (LinkError, ParameterError):
+            self._close()
+            raise
+        for berth, plant in zip(self.berths, self.simulation.plants):
+            plant.on_cable = lambda unplugged, berth=berth: self._plug(berth, not unplugged)
+            for line in berth.lines:
+                self._watch(berth, line)
+
+    @property
+    def firmware(self) -> Firmware:
+        """The first robot."""
+        return self.simulation.robots[0]
+
+    @property
+    def url(self) -> Optional[str]:
+        """Of the first robot's TCP port, None without one."""
+        return self.berths[0].url
+
+    @property
+    def pty_link(self) -> Optional[str]:
+        """Path of the link to the first robot's pseudo-terminal, None without one."""
+        return self.berths[0].pty_link
+
+    @property
+    def open_to_others(self) -> bool:
+        """Whether other machines may connect."""
+        return any(isinstance(line, TcpLine) and not line.host.startswith("127.") for line in self._lines)
+
+    def start(self) -> "Server":
+        """Let the robots live."""
+        self._thread.start()
+        return self
+
+    def stop(self, timeout: float = 2.0) -> None:
+        """Switch the robots off, close their lines and wait, at most `timeout` seconds, until that is done."""
+        self._stopping.set()
+        if self._thread.is_alive():
+            self._thread.join(timeout)
+        else:
+            self._close()
+
+    @property
+    def running(self) -> bool:
+        """Whether the robots live."""
+        return self._thread.is_alive()
+
+    def __enter__(self) -> "Server":
+        return self.start()
+
+    def __exit__(self, *_) -> None:
+        self.stop()
+
+    @property
+    def _lines(self) -> List[Line]:
+        return [line for berth in self.berths for line in berth.lines]
+
+    def _places(self, tcp: Union[int, str, None], pty: Optional[str]):
+        """What to make a `Berth` of, for each robot."""
+        host, port = host_and_port(tcp) if tcp is not None else ("", 0)
+        several = len(self.simulation.robots) > 1
+        for number, robot in enumerate(self.simulation.robots):
+            address = None if tcp is None else f"{host}:{port + number if port else 0}"
+            yield number, robot, address, f"{pty}{number + 1}" if pty is not None and several else pty
+
+    # -- its thread
+
+    def _run(self) -> None:
+        last = time.monotonic()
+        target_us = float(self.simulation.time_us)
+        try:
+            while not self._stopping.is_set():
+                until_us = self.simulation.next_us if self.watched else self.simulation.news_us
+                ready = self._selector.select(max(0.0, (until_us - target_us) * 1e-6 / self.speed))
+                with self.lock:
+                    now = time.monotonic()
+                    target_us += min((now - last) * self.speed, LONGEST_LAG) * 1e6
+                    last = now
+                    self._deliver(self.simulation.run_to(int(target_us)))
+                    for key, events in ready:
+                        self._serve(*key.data, events, now)
+                    if self._held_up:
+                        self._let_go()
+        finally:
+            self._close()
+
+    def _serve(self, berth: Berth, line: Line, events: int, now: float) -> None:
+        """Something can be read from a line, or written to it."""
+        if events & selectors.EVENT_WRITE:
+            self._write(berth, line, b"")
+        if not events & selectors.EVENT_READ:
+            return
+        line.baud = berth.firmware.baud
+        data = line.read(berth.busy_elsewhere(line, now))
+        if data:
+            berth.line, berth.heard = line, now
+            self._recording.put(self.simulation.time, berth.number + 1, True, data)
+            self.simulation.send(berth.number, data, line.client_baud)
+            self._deliver(self.simulation.run_to(self.simulation.time_us))    # before another client takes the place of this one
+            if line.client_baud and self.simulation.backlog(berth.number) > LONGEST_BACKLOG:
+                for file in line.files():
+                    self._unwatch(file)
+                self._held_up.append((berth, line))
+
+    def _let_go(self) -> None:
+        """Read again what has been held up long enough."""
+        for berth, line in [each for each in self._held_up if self.simulation.backlog(each[0].number) <= LONGEST_BACKLOG]:
+            self._held_up.remove((berth, line))
+            for file in line.files():
+                line.opened(file)
+
+    def _deliver(self, arrivals: Sequence[Arrival]) -> None:
+        for arrival in arrivals:
+            berth = self.berths[arrival.robot]
+            if berth.line is not None:
+                berth.line.baud = arrival.baud or berth.firmware.baud
+                self._recording.put(arrival.time_us * 1e-6, arrival.robot + 1, False, arrival.data)
+                self._write(berth, berth.line, arrival.data)
+        while self.simulation.ended:
+            line = self.berths[self.simulation.ended.pop()].line
+            if line is not None:
+                line.finish()
+
+    def _write(self, berth: Berth, line: Line, data: bytes) -> None:
+        line.write(data)
+        if line.unsent != (line in self._unsent):
+            self._unsent ^= {line}
+            for file in line.files():
+                self._selector.modify(file, selectors.EVENT_READ | (selectors.EVENT_WRITE if line.unsent else 0), (berth, line))
+
+    # -- what is waited for
+
+    def _watch(self, berth: Berth, line: Line) -> None:
+        def opened(file: Any) -> None:
+            self._selector.register(file, selectors.EVENT_READ, (berth, line))
+
+        def welcomed(file: Any) -> None:
+            if berth.firmware.session is not FirmwareState.WAITING:
+                berth.firmware.close_session()
+
+        line.opened, line.closing, line.welcomed = opened, self._unwatch, welcomed
+        for file in line.files():
+            opened(file)
+
+    def _unwatch(self, file: Any) -> None:
+        with contextlib.suppress(KeyError):     # a line that is held up is not watched
+            self._selector.unregister(file)
+
+    def _plug(self, berth: Berth, in_: bool) -> None:
+        self._held_up = [each for each in self._held_up if each[0] is not berth]
+        try:
+            berth.plug(in_)
+        except LinkError as error:
+            self._tell(self.simulation.time, str(error))
+
+    def _tell(self, time: float, sentence: str) -> None:
+        self._recording.note(time, sentence)
+        self._say(f"{time:.3f} s: {sentence}")
+
+    def _close(self) -> None:
+        for berth in self.berths:
+            berth.close()
+        self._selector.close()
+        self._recording.close()

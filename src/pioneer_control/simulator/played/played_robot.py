@@ -1,0 +1,269 @@
+"""The robot's side of a recorded line, for a `Server` in place of a `Firmware`: what the robot said then, said again to a client of today.
+
+A record (`p2os.recording`) is played at the pace at which it was made. Only where the robot of then answered to SYNC0, SYNC1, SYNC2 and OPEN, the
+record waits for the client to send the same; so every connection in it is one of the client's too. A client that ends its session is told what the
+robot of then said after the end. What the client sends otherwise than the record's is told once in each connection, and changes nothing.
+
+No thread, clock or socket is in here.
+"""
+
+import math
+from collections import Counter
+from typing import Callable, Dict, Iterable, List, NamedTuple, Optional
+
+from ... import p2os
+from ...errors import UsageError
+from ...p2os import SYNC0, SYNC2, Frame, FrameDecoder
+from ...p2os.recording import Entry
+from ..firmware.firmware import FirmwareState
+
+OPEN = 3
+"""The stage of a connection behind SYNC0, SYNC1 and SYNC2."""
+IDS = (0, 1, 2, 1)
+"""Of the command that each stage waits for."""
+CLOSE_ID = 2
+HOST_BAUD = 9600
+STEP_US = 5000
+"""It is looked at so often, at least, what a client has made due."""
+
+
+class RecordedStep(NamedTuple):
+    """Something of the record, microseconds after its beginning: bytes of the robot, or a packet of its client."""
+
+    time_us: int
+    data: bytes
+    frame: Optional[Frame]
+    stage: Optional[int] = None
+    """SYNC0, SYNC1, SYNC2 or OPEN, where the robot answered to that: the record waits here."""
+
+
+class PlayedRobot:
+    """One robot of a record.
+
+    :param entries: of the record.
+    :param robot: its number in there (from 1).
+    :param say: told what the client does otherwise than that of the record: seconds of the record, and a sentence.
+    :raises UsageError: the record has no such robot, or no beginning of a connection, so that no client could connect.
+    """
+
+    line_takes_time = False
+    """On a terminal, too: the record's times have it in them."""
+
+    def __init__(self, entries: Iterable[Entry], robot: int = 1, say: Callable[[float, str], None] = lambda time, sentence: None):
+        self.steps = steps_of(entries, robot)
+        if not any(step.stage == OPEN for step in self.steps):
+            raise UsageError("no connection begins in the record of robot %d: no client could connect to it. Recorder first, then the driver" % robot)
+        self._last = max(at for at, step in enumerate(self.steps) if step.data)
+        self.name = f"robot {robot}"
+        self.time_us = 0
+        self.baud = HOST_BAUD
+        """The speed a terminal needs for not garbling it."""
+        self.session = FirmwareState.OPEN if self.steps[0].data else FirmwareState.WAITING
+        """Of the client of today; a robot that was left open streams from the start."""
+        self.closed_sessions = 0
+        self.heard = False
+        self._say = say
+        self._at = 0
+        self._lag_us = -self.steps[0].time_us       # how much later it is played
+        self._decoder = FrameDecoder()
+        self._sent: List[bytes] = []
+        self._over_told = False
+        self._expected: Optional[List[Frame]] = None    # of the client, in this connection; None once it did otherwise
+        self._counts: "Counter[str]" = Counter()        # of commands: the record's less the client's
+
+    @property
+    def over(self) -> bool:
+        """Whether the robot of then has nothing more to say."""
+        return self._at > self._last
+
+    # -- as of a Firmware
+
+    @property
+    def next_sip_us(self) -> float:
+        """When it next says something by itself; never while it waits for the client."""
+        for at in range(self._at, len(self.steps)):
+            if self.steps[at].stage is not None:
+                break
+            if self.steps[at].data:
+                return self.steps[at].time_us + self._lag_us
+        return math.inf
+
+    @property
+    def next_step_us(self) -> float:
+        """When there is something to do next."""
+        return min(self.next_sip_us, self.time_us + STEP_US)
+
+    def run_to(self, end_us: int) -> None:
+        """Let time pass until `end_us`; what was said then meanwhile is kept for `take_sent`."""
+        while self._at < len(self.steps):
+            step = self.steps[self._at]
+            if step.stage is not None or step.time_us + self._lag_us > end_us:
+                break
+            self._sent.append(step.data)
+            self._at += 1
+        self.time_us = end_us
+        if self.over and not self._over_told:
+            self._over_told = True
+            self._tell("the record is over: the robot says nothing more")
+
+    def take_sent(self) -> bytes:
+        """What it said since the last call."""
+        sent, self._sent = b"".join(self._sent), []
+        return sent
+
+    def advance(self, dt: float) -> bytes:
+        """Let `dt` s pass, and return what it said meanwhile."""
+        self.run_to(self.time_us + round(dt * 1e6))
+        return self.take_sent()
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes of the client."""
+        for frame in self._decoder.feed(data):
+            self.heard = True
+            if self.session is FirmwareState.OPEN:
+                self._compare(frame)
+            elif frame.id in IDS:
+                self._connect(frame.id)
+        self.run_to(self.time_us)
+
+    def close_session(self) -> None:
+        """The client ended its session, or another one has come: go on behind the record's own end of it."""
+        if not self.heard:
+            self._go_to(0)
+            return
+        self.session, self.baud = FirmwareState.WAITING, HOST_BAUD
+        self.closed_sessions += 1
+        self._tell_counts()
+        ahead = range(self._at, len(self.steps))
+        end = next((at for at in ahead if self.steps[at].stage == SYNC0 or self._is_close(at)), len(self.steps))
+        self._go_to(end + 1 if end in ahead and self._is_close(end) else end)
+
+    # -- the record
+
+    def _go_to(self, at: int) -> None:
+        """Play on from a step, or from behind the one before it, now."""
+        self._at = at
+        passed = self.steps[max(0, at - 1)]
+        self._lag_us = self.time_us - passed.time_us
+
+    def _is_close(self, at: int) -> bool:
+        frame = self.steps[at].frame
+        return frame is not None and frame.id == CLOSE_ID and self.steps[at].stage is None
+
+    def _connect(self, id: int) -> None:
+        """SYNC0, SYNC1, SYNC2 or OPEN, as the record will have them; what is out of order is not answered, as then.
+
+        But the connection may begin anew; and who took an answer to SYNC2 that the record's client did not, is as far as that was later.
+        """
+        staged = [at for at in range(len(self.steps)) if self.steps[at].stage is not None]
+        before, ahead = [at for at in staged if at < self._at], [at for at in staged if at >= self._at]
+        fits = bool(ahead) and id == IDS[self.steps[ahead[0]].stage]
+        if fits:
+            at = ahead[0]
+        elif id == SYNC0 and ahead:
+            at = max((at for at in before if self.steps[at].stage == SYNC0), default=None)
+        elif id == IDS[OPEN] and before and self.steps[before[-1]].stage == SYNC2:
+            at = next((at for at in ahead if self.steps[at].stage == OPEN), None)
+        else:
+            at = None
+        if at is None:
+            return
+        if fits and id != SYNC0:
+            self._sent += [step.data for step in self.steps[self._at:at]]
+        self._go_to(at + 1)
+        if self.steps[at].stage == OPEN:
+            self.session = FirmwareState.OPEN
+            self._expected = self._client_of(at + 1)
+            self._counts = Counter(map(_name, self._expected))
+
+    def _client_of(self, begin: int) -> List[Frame]:
+        """What the record's client said in the connection that begins at a step, without its end."""
+        said = []
+        for at in range(begin, len(self.steps)):
+            if self._is_close(at) or self.steps[at].stage is not None:
+                break
+            frame = self.steps[at].frame
+            if frame is not None and not _is_question(frame):
+                said.append(frame)
+        return said
+
+    def _compare(self, frame: Frame) -> None:
+        """A packet of an open session."""
+        if frame.id == CLOSE_ID:
+            self.close_session()
+            return
+        if _is_question(frame):
+            return
+        command = p2os.decode_command(frame)
+        if command.name == "HOSTBAUD" and command.value in range(len(p2os.BAUD_RATES)):
+            self.baud = p2os.BAUD_RATES[command.value]
+        self._counts[_name(frame)] -= 1
+        if self._expected is not None and (not self._expected or self._expected.pop(0) != frame):
+            self._expected = None
+            self._tell(f"here the client sends {_told(frame)}, and that of the record did not")
+
+    def _tell_counts(self) -> None:
+        """At the end of a connection: which commands were not as often sent as in the record."""
+        counts = [f"{name} {-count:+d}" for name, count in sorted(self._counts.items()) if count]
+        if counts:
+            self._tell(f"in this connection the client sent, against that of the record: {', '.join(counts)}")
+        self._counts.clear()
+
+    def _tell(self, sentence: str) -> None:
+        self._say((self.time_us - self._lag_us) * 1e-6, sentence)
+
+
+def steps_of(entries: Iterable[Entry], robot: int) -> List[RecordedStep]:
+    """What a record has of one robot, with the places where the robot answered to a connection.
+
+    :raises UsageError: it has nothing of it.
+    """
+    steps: List[RecordedStep] = []
+    ears = {True: FrameDecoder(), False: FrameDecoder()}
+    asked: Dict[Optional[int], int] = {}    # the step in which the client last asked for each stage; for OPEN: first, once SYNC2 was answered
+    synced = False
+    for entry in entries:
+        if entry.robot != robot or entry.note:
+            continue
+        time_us = max(round(entry.time * 1e6), steps[-1].time_us if steps else -math.inf)     # the order counts where a clock jumped back
+        for frame in ears[entry.to_robot].feed(entry.data):
+            if entry.to_robot:
+                if synced and frame.id == IDS[OPEN]:
+                    asked.setdefault(OPEN, len(steps))
+                if frame.id in IDS:
+                    asked[frame.id] = len(steps)
+                steps.append(RecordedStep(time_us, b"", frame))
+                continue
+            stage = _stage_answered(frame)
+            if stage in asked:
+                steps[asked[stage]] = steps[asked[stage]]._replace(stage=stage)
+                synced = stage == SYNC2
+                asked.clear()
+        if not entry.to_robot:
+            steps.append(RecordedStep(time_us, entry.data, None))
+    if not any(step.data for step in steps):
+        raise UsageError(f"the record has nothing that a robot {robot} said")
+    return steps
+
+
+def _stage_answered(frame: Frame) -> Optional[int]:
+    """Which stage of a connection a packet of the robot answers; None for any other."""
+    packet = p2os.decode_packet(frame)
+    if isinstance(packet, p2os.SyncEcho):
+        return packet.number
+    return {p2os.SyncReply: SYNC2, p2os.Sip: OPEN}.get(type(packet))
+
+
+def _is_question(frame: Frame) -> bool:
+    """ENCODER 1: asked only to see whether it arrives (client.link_check), at moments that differ from run to run."""
+    command = p2os.decode_command(frame)
+    return command.name == "ENCODER" and command.value == 1
+
+
+def _name(frame: Frame) -> str:
+    return p2os.decode_command(frame).name
+
+
+def _told(frame: Frame) -> str:
+    value = p2os.decode_command(frame).value
+    return _name(frame) if value is None else f"{_name(frame)} {value}"

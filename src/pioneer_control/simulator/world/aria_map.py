@@ -1,0 +1,212 @@
+"""ARIA's and MobileSim's ``.map`` files as worlds: text, millimetres and degrees.
+
+Walls are the lines; points are taken only where there are no lines, on a grid half as fine as the scan, so that no gaps stay between them;
+its borders become few long segments, see `grids.borders`.
+``RobotHome`` is a start, ``Dock...`` a dock, ``Goal`` and ``GoalWithHeading`` are goals, ``Sim.BoxObstacle`` is a box (that stays where it
+is), ``Reflector`` a wall; everything else is skipped, and said. Without a home a robot begins at the origin of the map if there is room,
+else at the most spacious place, or outside.
+"""
+
+import math
+import re
+from pathlib import Path
+from typing import Callable, Dict, List, NoReturn, Tuple
+
+import numpy as np
+
+from ...errors import WorldError
+from .geometry import Point, Pose
+from .grids import borders, place, roomiest
+from .shapes import Wall, closed, turned
+from .world import START_CLEARANCE, World, begin_at
+
+FIRST_LINE = "2D-Map"
+OUTSIDE = 1.0
+"""So far (m) beyond the lower left corner of all walls a robot starts when there is no room among them."""
+START_CELL = 0.1
+"""Side (m) of the cells in which a start is looked for; larger in a world wider than 1000 of them."""
+LEAST_CELL = 0.02
+"""Points are taken no finer than this (m)."""
+MOST_CELLS = 10000
+"""Cells that a grid of points may have along x and along y."""
+QUIET_KEYS = {
+    "MinPos", "MaxPos", "NumPoints", "PointsAreSorted", "Resolution", "LineMinPos", "LineMaxPos", "NumLines", "LinesAreSorted",
+    "OriginLatLongAlt", "MapInfo",
+}
+"""Keys of the header that a world needs nothing of, or only a little: nobody misses them."""
+
+NUMBER = r"\s+(\S+)"
+CAIRN = re.compile(r"(\S+)" + 3 * NUMBER + r'\s+"[^"]*"\s+(\S+)\s+"([^"]*)"\s*(.*)')
+CAIRN_FORM = 'Cairn: TYPE x y theta "" ICON "NAME" [x1 y1 x2 y2]'
+
+
+def read_aria_map(path: Path, text: str) -> World:
+    """The world of a map.
+
+    :param path: for the world's name and for errors.
+    :param text: all of the file.
+    """
+    return _AriaMap(path).world(text)
+
+
+class _AriaMap:
+    """What one file has said so far."""
+
+    def __init__(self, path: Path):
+        self._path = path
+        self._line = 0
+        self._resolution = 0.1
+        self._walls: List[Wall] = []
+        self._boxes: List[Wall] = []
+        self._points: List[Point] = []
+        self._starts: List[Pose] = []
+        self._docks: List[Pose] = []
+        self._goals: Dict[str, Pose] = {}
+        self._skipped: Dict[str, List[int]] = {}
+
+    def world(self, text: str) -> World:
+        lines = text.split("\n")
+        self._line = 1
+        if lines[0].strip() != FIRST_LINE:
+            self.fail(f"the first line of an ARIA map must be {FIRST_LINE}, not {lines[0].strip()[:40]!r}")
+        take = _AriaMap._header
+        for self._line, line in enumerate(lines[1:], 2):
+            line = line.strip()
+            if line.rstrip(":") in SECTIONS:
+                take = SECTIONS[line.rstrip(":")]
+            elif line:
+                take(self, line)
+        skipped = [f"{kind}, {len(at)} from line {at[0]}" if len(at) > 1 else f"{kind}, line {at[0]}" for kind, at in self._skipped.items()]
+        if self._points and self._walls:
+            skipped.append(f"{len(self._points)} points: lines alone make the walls")
+        walls = (self._walls or self._walls_of_points()) + self._boxes
+        if not self._starts:
+            self._starts = [self._find_start(walls)]
+            skipped.append(f"no RobotHome in the map: {begin_at(self._starts[0])}")
+        return World(self._path.stem, walls, starts=self._starts, docks=self._docks, goals=self._goals, skipped=skipped)
+
+    def fail(self, message: str) -> NoReturn:
+        raise WorldError(f"world file {self._path}, line {self._line}: {message}")
+
+    def skip(self, kind: str) -> None:
+        self._skipped.setdefault(kind, []).append(self._line)
+
+    def numbers(self, text: str, count: int, legal: str) -> List[float]:
+        """So many finite numbers."""
+        words = text.split()
+        try:
+            values = [float(word) for word in words]
+        except ValueError:
+            values = []
+        if len(values) != count or not all(map(math.isfinite, values)):
+            self.fail(f"expected {legal}, not {text!r}")
+        return values
+
+    # -- lines of a file, by the section they are in
+
+    def _header(self, line: str) -> None:
+        key, colon, value = line.partition(":")
+        if not colon:
+            self.fail(f"expected 'Key: value', LINES or DATA, not {line[:60]!r}")
+        if key == "Cairn":
+            self._cairn(value.strip())
+        elif key == "Resolution":
+            (resolution,) = self.numbers(value, 1, "Resolution: mm, one number above 0")
+            if resolution <= 0.0:
+                self.fail(f"Resolution must be above 0 mm, not {resolution:g}")
+            self._resolution = resolution / 1000.0
+        elif key not in QUIET_KEYS:
+            self.skip(f"{key}:")
+
+    def _wall(self, line: str) -> None:
+        x1, y1, x2, y2 = self.numbers(line, 4, "four numbers, x1 y1 x2 y2 (mm), under LINES")
+        if (x1, y1) == (x2, y2):
+            self.skip("a line without length")
+        else:
+            self._walls.append((x1 / 1000.0, y1 / 1000.0, x2 / 1000.0, y2 / 1000.0))
+
+    def _point(self, line: str) -> None:
+        x, y = self.numbers(line, 2, "two numbers, x y (mm), under DATA")
+        self._points.append((x / 1000.0, y / 1000.0))
+
+    # -- objects
+
+    def _cairn(self, text: str) -> None:
+        kind = text.split(" ", 1)[0]
+        known = [act for pattern, act in OBJECTS if re.fullmatch(pattern, kind)]
+        if not known:
+            self.skip(kind or "a Cairn without a type")
+            return
+        match = CAIRN.fullmatch(text)
+        if not match:
+            self.fail(f"expected {CAIRN_FORM}, not 'Cairn: {text}'")
+        x, y, theta = self.numbers(" ".join(match.group(2, 3, 4)), 3, f"x y theta (mm, degrees) in {CAIRN_FORM}")
+        known[0](self, (x / 1000.0, y / 1000.0, math.radians(theta)), match.group(6), match.group(7))
+
+    def _start(self, pose: Pose, name: str, rest: str) -> None:
+        self._starts.append(pose)
+
+    def _dock(self, pose: Pose, name: str, rest: str) -> None:
+        self._docks.append(pose)
+
+    def _goal(self, pose: Pose, name: str, rest: str) -> None:
+        name = name or f"goal {len(self._goals) + 1}"
+        if name in self._goals:
+            self.skip(f"another goal named {name!r}")
+        else:
+            self._goals[name] = pose
+
+    def _box(self, pose: Pose, name: str, rest: str) -> None:
+        x1, y1, x2, y2 = self._extent(rest, "Sim.BoxObstacle")
+        self._boxes += closed([turned(corner, pose[2]) for corner in ((x1, y1), (x2, y1), (x2, y2), (x1, y2))])
+
+    def _reflector(self, pose: Pose, name: str, rest: str) -> None:
+        x1, y1, x2, y2 = self._extent(rest, "Reflector")
+        self._boxes.append(turned((x1, y1), pose[2]) + turned((x2, y2), pose[2]))
+
+    def _extent(self, rest: str, kind: str) -> List[float]:
+        x1, y1, x2, y2 = self.numbers(rest, 4, f"x1 y1 x2 y2 (mm) at the end of a {kind}")
+        if (x1, y1) == (x2, y2):
+            self.fail(f"a {kind} from {x1:g} {y1:g} to itself; its corners must differ")
+        return [value / 1000.0 for value in (x1, y1, x2, y2)]
+
+    # -- what the file leaves open
+
+    def _walls_of_points(self) -> List[Wall]:
+        if not self._points:
+            return []
+        side = max(2.0 * self._resolution, LEAST_CELL)
+        points = np.array(self._points)
+        low = np.floor(points.min(axis=0) / side)
+        columns, rows = (np.floor(points.max(axis=0) / side) - low + 1).tolist()
+        if max(columns, rows) > MOST_CELLS:
+            raise WorldError(f"world file {self._path}: its points lie {columns * side:g} m by {rows * side:g} m apart; with Resolution"
+                             f" {self._resolution * 1000:g} mm at most {MOST_CELLS * side:g} m are legal")
+        cells = np.zeros((int(rows), int(columns)), dtype=bool)
+        at_column, at_row = (np.floor(points / side) - low).astype(int).T
+        cells[at_row, at_column] = True
+        return [tuple(wall) for wall in place(borders(cells), tuple(low * side), side).tolist()]
+
+    def _find_start(self, walls: List[Wall]) -> Pose:
+        if not walls:
+            return (0.0, 0.0, 0.0)
+        world = World(self._path.stem, walls)
+        low_x, low_y, high_x, high_y = world.bounds
+        side = max(START_CELL, max(high_x - low_x, high_y - low_y) / 1000.0)
+        column_x, row_y = (low + side * (np.arange(int((high - low) / side) + 1) + 0.5) for low, high in ((low_x, high_x), (low_y, high_y)))
+        free = world.clearances(column_x, row_y, limit=side) >= side
+        found = roomiest(free, (-low_x / side, -low_y / side), START_CLEARANCE / side)
+        x, y = (low_x + found[0] * side, low_y + found[1] * side) if found else (low_x, low_y)
+        return (x, y, 0.0) if world.clearance(x, y) >= START_CLEARANCE else (low_x - OUTSIDE, low_y - OUTSIDE, 0.0)
+
+
+SECTIONS: Dict[str, Callable] = {"LINES": _AriaMap._wall, "DATA": _AriaMap._point}
+"""Heads of sections, and what takes each of their lines."""
+OBJECTS: Tuple[Tuple[str, Callable], ...] = (
+    ("RobotHome", _AriaMap._start),
+    (r"Dock\w*", _AriaMap._dock),
+    ("Goal|GoalWithHeading", _AriaMap._goal),
+    (r"Sim\.BoxObstacle", _AriaMap._box),
+    ("Reflector", _AriaMap._reflector),
+)
+"""Types of objects that a world has, and what takes one: given its pose, its name, and what follows that."""

@@ -1,0 +1,221 @@
+"""What sonar hears: the nearest point of anything solid in a cone.
+
+Lengths are metres, all coordinates in the map frame. A cone is given by the unit vectors along its right and its left edge, less than
+half a turn apart. Only ``+ - * / sqrt`` and comparisons decide what is heard, so that it is the same on every computer.
+"""
+
+import math
+import struct
+from typing import Dict, Iterable, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from ...errors import UsageError
+from .trigonometry import unit
+from .geometry import Point, Solids
+
+SQUARE = 1.0
+"""Side (m) of the squares of floor for which is found out what can be heard there."""
+MOST_SQUARES = 4096
+"""So many of them are kept."""
+SECTORS = 32
+"""Into so many directions a square of floor sorts what can be heard from it."""
+SECTORS_PER_RADIAN = SECTORS / (2.0 * math.pi)
+
+_NUDGE = 1e-13  # m: a sensor exactly on a wall's line counts as this far beside it, so that it hears the wall's end
+_SPARE = 1e-6  # m: rounding must not drop what just touches a sector
+
+# A wall or post as it is heard: no nearer than the first number, then x, y and either the wall's unit vector and length,
+# or the post's radius, 0 and -1.
+Candidate = Tuple[float, float, float, float, float, float]
+
+# Kept as bytes they need a fifth of the memory: with many robots it is memory that takes time.
+_unpacked = struct.Struct("6d").iter_unpack
+
+
+class Ear:
+    """What hears in a world for sonar transducers of one kind.
+
+    :param world: a `World`.
+    :param half_width: angle between the axis of a cone and its edge, above 0 and at most pi / 4.
+    :param maximum: how far they hear (m).
+    :param slant: tangent of the greatest angle at which sound may meet a wall (0: squarely) and still come back.
+    :raises UsageError: for a wider cone.
+    """
+
+    def __init__(self, world, half_width: float, maximum: float, slant: float):
+        if not 0.0 < half_width <= math.pi / 4.0:
+            raise UsageError(f"half_width {half_width!r} rad: a sonar cone's must be above 0 and at most pi / 4")
+        self._world, self._maximum, self._slant = world, maximum, slant
+        borders = [2.0 * math.pi / SECTORS * key for key in range(SECTORS)]
+        self._rights = np.array([unit(border - half_width) for border in borders])
+        self._lefts = np.array([unit(border + 2.0 * math.pi / SECTORS + half_width) for border in borders])
+        self._earshots: Dict[Point, Earshot] = {}
+        nothing = Solids(np.empty((0, 4)), np.empty((0, 3)))
+        self._silence = Earshot(nothing, 0.0, 0.0, 0.0, self._rights, self._lefts)   # where there is nothing, which is the same everywhere
+
+    def echo(self, x: float, y: float, heading: float, right: Point, left: Point, listener=None) -> float:
+        """The distance (m) from a transducer to the nearest wall, post or other robot in its cone. Cans are too low to be heard.
+
+        Exact, not sampled by rays. Nothing hides the nearest point of a cone, so nothing has to be hidden.
+
+        :param x: position of the transducer, as `y`.
+        :param heading: the way it looks (rad).
+        :param right: unit vector along the right edge of its cone, as `left`.
+        :param listener: the body that it is on, which it does not hear.
+        :returns: the maximum where nothing is nearer, 0 inside a post.
+        """
+        square = math.floor(x / SQUARE), math.floor(y / SQUARE)
+        earshot = self._earshots.get(square) or self._listen(*square)
+        number = math.floor(heading * SECTORS_PER_RADIAN) % SECTORS
+        candidates = earshot.sectors[number]
+        if candidates is None:
+            candidates = earshot.candidates(number)
+        nearest = echo(_unpacked(candidates), x, y, right, left, self._maximum, self._slant)
+        others = self._world.crowd.near(x, y, nearest)
+        if others:
+            room = nearest + self._world.crowd.reach
+            right_x, right_y = right
+            left_x, left_y = left
+            for body in others:
+                to_x, to_y, _ = body.pose
+                to_x -= x
+                to_y -= y
+                reach = body.reach
+                if right_y * to_x - right_x * to_y > reach or left_x * to_y - left_y * to_x > reach:
+                    continue    # wholly beside the cone, as most are
+                if to_x * to_x + to_y * to_y < room * room and body is not listener and disc_echo(to_x, to_y, reach, right, left) < nearest:
+                    nearest = echo(body.candidates, x, y, right, left, nearest, self._slant)
+        return nearest
+
+    def _listen(self, column: int, row: int) -> "Earshot":
+        """The `Earshot` of a square of floor, kept for the next time."""
+        if len(self._earshots) >= MOST_SQUARES:
+            self._earshots.clear()
+        x, y, spread = (column + 0.5) * SQUARE, (row + 0.5) * SQUARE, SQUARE * 0.7072
+        solids = self._world.within(x, y, self._maximum + spread)
+        earshot = Earshot(solids, x, y, spread, self._rights, self._lefts) if len(solids) else self._silence
+        self._earshots[column, row] = earshot
+        return earshot
+
+
+class Earshot:
+    """What can be heard from a small square of floor, for cones of one width: by sector of the way they look, and nearest first.
+
+    :param solids: all that is within the sonar's maximum of any place of the square, and maybe more.
+    :param x: middle of the square, as `y`.
+    :param spread: from there to its corners.
+    :param rights: for each sector the unit vector along the rightmost of the right edges of its cones, (sectors, 2).
+    :param lefts: the same of their left edges.
+
+    `sectors` are the lists that have been asked for by `candidates`.
+    """
+
+    def __init__(self, solids: Solids, x: float, y: float, spread: float, rights: np.ndarray, lefts: np.ndarray):
+        walls, posts = solids.distances(np.array(x), np.array(y))
+        least = np.concatenate((walls, posts)) - (spread + _SPARE)
+        order = np.argsort(least, kind="stable")
+        posts = np.vstack((solids.posts.T, np.zeros(len(solids.posts)), np.full(len(solids.posts), -1.0)))
+        self._candidates = np.vstack((least, np.hstack((solids.frames, posts)))).T[order]
+        self._audible = _audible(solids, x, y, spread + _SPARE, rights, lefts)[:, order]
+        self.sectors: List[Optional[bytes]] = [None] * SECTORS
+
+    def candidates(self, number: int) -> bytes:
+        """What cones that look into a sector can reach from the square, and some that they cannot, nearest first, as bytes."""
+        candidates = self.sectors[number] = self._candidates[self._audible[number]].tobytes()
+        return candidates
+
+
+def _audible(solids: Solids, x: float, y: float, spread: float, rights: np.ndarray, lefts: np.ndarray) -> np.ndarray:
+    """Whether a cone that looks into a sector can reach a solid: (sectors, solids). Sure where it says no."""
+    ends_x = np.concatenate((solids.walls[:, 0::2].T, np.tile(solids.posts[:, 0], (2, 1))), axis=1) - x
+    ends_y = np.concatenate((solids.walls[:, 1::2].T, np.tile(solids.posts[:, 1], (2, 1))), axis=1) - y
+    room = np.concatenate((np.zeros(len(solids.walls)), solids.posts[:, 2])) + spread
+    audible = np.ones((SECTORS, len(solids)), dtype=bool)
+    for edges, side in ((rights, 1.0), (lefts, -1.0)):
+        edge_x, edge_y = edges.T[:, :, None]
+        inside = side * (edge_x * ends_y[0] - edge_y * ends_x[0]), side * (edge_x * ends_y[1] - edge_y * ends_x[1])
+        audible &= np.maximum(*inside) >= -room
+    return audible
+
+
+def outline_candidates(outline: Sequence[Point]) -> List[Candidate]:
+    """The edges of a polygon, in the order of its corners."""
+    candidates = []
+    for (x1, y1), (x2, y2) in zip(outline, [*outline[1:], outline[0]]):
+        along_x, along_y = x2 - x1, y2 - y1
+        length = math.sqrt(along_x * along_x + along_y * along_y)
+        candidates.append((0.0, x1, y1, along_x / length, along_y / length, length))
+    return candidates
+
+
+def echo(candidates: Iterable[Candidate], x: float, y: float, right: Point, left: Point, maximum: float, slant: float) -> float:
+    """Distance from a sensor to the nearest candidate in its cone.
+
+    :param right: unit vector along the right edge of the cone, as `left`.
+    :param slant: tangent of the greatest angle at which sound may meet a wall (0: squarely) and still come back.
+    :returns: `maximum` if nothing is nearer, 0 inside a post.
+    """
+    right_x, right_y = right
+    left_x, left_y = left
+    nearest = maximum
+    for least, at_x, at_y, ux, uy, length in candidates:
+        if least >= nearest:
+            break
+        at_x -= x
+        at_y -= y
+        if length < 0.0:
+            nearest = min(nearest, disc_echo(at_x, at_y, ux, right, left))
+            continue
+        aside = at_x * uy - at_y * ux
+        if aside >= nearest or -aside >= nearest:
+            continue
+        # Along a wall `t` counts from the foot of the perpendicular, `aside` away. An edge of the cone that leads towards the
+        # wall's line cuts it at one t; one that leads away does so at one or the other infinity, as far as the cone goes.
+        beside = aside + _NUDGE
+        along, across = right_x * ux + right_y * uy, right_x * uy - right_y * ux
+        facing = across * beside > 0.0
+        cut = beside * along / across if facing else math.copysign(math.inf, along)
+        along, across = left_x * ux + left_y * uy, left_x * uy - left_y * ux
+        if across * beside > 0.0:
+            other_cut = beside * along / across
+        elif facing:
+            other_cut = math.copysign(math.inf, along)
+        else:
+            continue
+        if cut > other_cut:
+            cut, other_cut = other_cut, cut
+        low = at_x * ux + at_y * uy
+        high = low + length
+        if cut > low:
+            low = cut
+        if other_cut < high:
+            high = other_cut
+        if low > high:
+            continue
+        t = low if low > 0.0 else -high if high < 0.0 else 0.0
+        squared = aside * aside + t * t
+        if squared < nearest * nearest and not t > slant * abs(aside):
+            nearest = math.sqrt(squared)
+    return nearest
+
+
+def disc_echo(x: float, y: float, radius: float, right: Point, left: Point) -> float:
+    """Nearest point of a disc in a cone at the origin; infinite if there is none.
+
+    It is on the way to the disc's middle if that is in the cone, else where an edge that the middle is beyond enters the disc.
+    """
+    distance = math.sqrt(x * x + y * y)
+    if distance <= radius:
+        return 0.0
+    right_x, right_y = right
+    left_x, left_y = left
+    beyond_right, beyond_left = right_y * x - right_x * y, left_x * y - left_y * x
+    if beyond_right <= 0.0 and beyond_left <= 0.0:
+        return distance - radius
+    nearest = math.inf
+    for (edge_x, edge_y), outside in ((right, beyond_right), (left, beyond_left)):
+        ahead = edge_x * x + edge_y * y
+        if 0.0 < outside <= radius and ahead > 0.0:
+            nearest = min(nearest, ahead - math.sqrt(radius * radius - outside * outside))
+    return nearest

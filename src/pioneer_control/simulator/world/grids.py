@@ -1,0 +1,150 @@
+"""What a grid of cells tells of a floor: where the borders of its walls run, and where there is room.
+
+Cells are boolean arrays ``[row, column]``, row 0 the lowest y; all lengths are in cells, and cell [0, 0] lies between 0 and 1.
+"""
+
+from typing import Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+STRAIGHTENED_SQUARED = 2
+"""Square of how far a straightened border may be from a cell's corner: the stairs of any slanted wall are no wider than that."""
+
+Corner = Tuple[int, int]
+Run = Tuple[Corner, Corner]
+
+
+def borders(walls: np.ndarray) -> List[Tuple[int, int, int, int]]:
+    """The borders between cells that are `walls` and cells that are not, as few long segments ``x1 y1 x2 y2``.
+
+    Walls that touch at a corner only are joined: nothing gets through there.
+    """
+    segments: Dict[Tuple[Corner, Corner], None] = {}
+    for ring in _rings(walls):
+        corners = _straightened(ring)
+        for first, second in zip(corners, corners[1:] + corners[:1]):
+            if (second, first) not in segments:  # both sides of a wall that has no thickness
+                segments[first, second] = None
+    return [first + second for first, second in segments]
+
+
+def flood(seeds: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """The cells of `free` that can be reached from `seeds` by steps to a side: boolean arrays (rows, columns)."""
+    width = free.shape[1] + 2
+    unvisited = np.pad(free, 1).ravel()  # with a border that is not free nothing steps over the edge
+    front = np.flatnonzero(np.pad(seeds & free, 1))
+    while len(front):
+        unvisited[front] = False
+        beside = (front[:, None] + np.array([1, -1, width, -width])).ravel()
+        front = np.unique(beside[unvisited[beside]])
+    return free & ~unvisited.reshape(-1, width)[1:-1, 1:-1]
+
+
+def roomiest(free: np.ndarray, wanted: Optional[Tuple[float, float]], room: float) -> Optional[Tuple[float, float]]:
+    """A place (x, y) to stand: `wanted` if all within `room` of it is `free`, else the middle of the largest free square.
+
+    Of several such squares it is the one nearest to the middle of the grid. None when nothing at all is free.
+    """
+    sums = np.pad(np.cumsum(np.cumsum(free, axis=0), axis=1), ((1, 0), (1, 0)))
+    if wanted is not None:
+        low_x, low_y = int(wanted[0] - room), int(wanted[1] - room)
+        high_x, high_y = int(wanted[0] + room) + 1, int(wanted[1] + room) + 1
+        inside = min(wanted) >= room and high_x <= free.shape[1] and high_y <= free.shape[0]
+        if inside and free[low_y:high_y, low_x:high_x].all():
+            return wanted
+    least, side = 0, min(free.shape) + 1  # a square of `least` there is, one of `side` there is not
+    while side - least > 1:
+        middle = (least + side) // 2
+        least, side = (middle, side) if _squares(sums, middle).any() else (least, middle)
+    if not least:
+        return None
+    rows, columns = np.nonzero(_squares(sums, least))
+    y, x = rows + least / 2.0, columns + least / 2.0
+    from_middle = np.square(x - free.shape[1] / 2.0) + np.square(y - free.shape[0] / 2.0)
+    nearest = np.argmin(from_middle)
+    return float(x[nearest]), float(y[nearest])
+
+
+def _squares(sums: np.ndarray, side: int) -> np.ndarray:
+    """Where a square of this side lies wholly on free cells, by its lowest corner."""
+    return sums[side:, side:] - sums[:-side, side:] - sums[side:, :-side] + sums[:-side, :-side] == side * side
+
+
+def _rings(walls: np.ndarray) -> List[List[Corner]]:
+    """Every closed border by its corners, with the wall on its left."""
+    starting: Dict[Corner, List[Run]] = {}
+    for run in _runs(walls):
+        starting.setdefault(run[0], []).append(run)
+    rings = []
+    while starting:
+        run = next(iter(starting.values()))[0]
+        ring = []
+        while run is not None:
+            ring.append(run[0])
+            starting[run[0]].remove(run)
+            if not starting[run[0]]:
+                del starting[run[0]]
+            run = min(starting.get(run[1], ()), key=lambda after, before=run: _turn(before, after), default=None)
+        rings.append(ring)
+    return rings
+
+
+def _turn(before: Run, after: Run) -> int:
+    """Negative where `after` leads off to the right of `before`: there two walls touch, and the border keeps them together."""
+    (x1, y1), (x2, y2), (x3, y3) = *before, after[1]
+    return (x2 - x1) * (y3 - y2) - (y2 - y1) * (x3 - x2)
+
+
+def _runs(walls: np.ndarray) -> List[Run]:
+    """Every straight piece of a border, from corner to corner, with the wall on its left."""
+    cells = np.pad(walls, 1).astype(np.int8)
+    runs = []
+    for turned, step in ((cells, 1), (cells.T, -1)):
+        edges = np.diff(turned, axis=0)[:, 1:-1]  # 1: a wall begins above this line of the grid, -1: one ends
+        for sign in (1, -1):
+            ends = np.diff(np.pad((edges == sign).astype(np.int8), ((0, 0), (1, 1))), axis=1)
+            lines, begins = np.nonzero(ends == 1)
+            finishes = np.nonzero(ends == -1)[1]
+            for line, begin, finish in zip(lines.tolist(), begins.tolist(), finishes.tolist()):
+                first, second = ((begin, line), (finish, line)) if sign * step > 0 else ((finish, line), (begin, line))
+                runs.append((first, second) if step > 0 else (first[::-1], second[::-1]))
+    return runs
+
+
+def _straightened(ring: List[Corner]) -> List[Corner]:
+    """Those corners of a ring that matter: lines between them are nowhere farther from the ring than `STRAIGHTENED_SQUARED` says.
+
+    A corner between two sides of three cells or more is a real one, and stays: stairs have steps of one, rough ones of two.
+    """
+    points = np.array(ring, dtype=np.int64)
+    points = np.roll(points, -int(np.lexsort((points[:, 1], points[:, 0]))[0]), axis=0)
+    far = int(np.argmax(np.square(points - points[0]).sum(axis=1)))
+    points = np.vstack((points, points[:1]))
+    long = np.abs(np.diff(points, axis=0)).sum(axis=1) > 2
+    kept = {0, far, *np.flatnonzero(long & np.roll(long, 1)).tolist()}
+    ends = sorted(kept) + [len(points) - 1]
+    open_ends = list(zip(ends, ends[1:]))
+    sides = set(open_ends) if len(kept) == 2 else ()  # what is thin keeps its thickness
+    while open_ends:
+        first, last = open_ends.pop()
+        if last - first < 2:
+            continue
+        squared = _squared_distances(points[first + 1 : last], points[first], points[last])
+        if (first, last) in sides or squared.max() > STRAIGHTENED_SQUARED:
+            worst = first + 1 + int(np.argmax(squared))
+            kept.add(worst)
+            open_ends += [(first, worst), (worst, last)]
+    return [tuple(points[index].tolist()) for index in sorted(kept)]
+
+
+def _squared_distances(points: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """From points to the segment between two others."""
+    (along_x, along_y), (x, y) = last - first, (points - first).T
+    length_squared = max(along_x * along_x + along_y * along_y, 1)
+    share = np.clip((x * along_x + y * along_y) / length_squared, 0.0, 1.0)
+    return np.square(x - share * along_x) + np.square(y - share * along_y)
+
+
+def place(segments: Sequence[Sequence[float]], origin: Tuple[float, float], side: float) -> np.ndarray:
+    """Segments in cells as walls in metres: (n, 4), from the position of the grid's corner and the side of a cell."""
+    return np.array(segments, dtype=float).reshape(-1, 4) * side + (*origin, *origin)

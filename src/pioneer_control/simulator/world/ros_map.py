@@ -1,0 +1,123 @@
+"""Maps of ROS's map_server as worlds: a YAML file and its image (PGM or PNG).
+
+A cell is a wall when its occupancy is above ``occupied_thresh``; what is below ``free_thresh`` is free, and between the two unknown, where
+nothing stands either. Borders of walls become few long segments, see `grids.borders`. Such a map names no start: a robot begins at the
+origin of the map's frame if there is room, else at the most spacious free place.
+"""
+
+import math
+from pathlib import Path
+from typing import List, Optional, Tuple
+
+import numpy as np
+import yaml
+
+from ...errors import WorldError
+from .geometry import Pose
+from .grids import borders, place, roomiest
+from .shapes import turned
+from .world import START_CLEARANCE, World, begin_at
+from .yaml_nodes import NodeReader
+
+MODES = ("trinary", "scale", "raw")
+FORMATS = ("PPM", "PNG")
+"""Pillow's names for the formats of images: a PGM is one of its PPMs."""
+
+
+def is_ros_map(root: Optional[yaml.Node]) -> bool:
+    """Whether the root of a YAML file's nodes is that of a map of map_server."""
+    return isinstance(root, yaml.MappingNode) and any(key.value == "image" for key, _ in root.value)
+
+
+def read_ros_map(path: Path, root: yaml.Node) -> World:
+    """The world of a map."""
+    return _MapReader(path).world(root)
+
+
+class _MapReader(NodeReader):
+    """One method for each kind of value."""
+
+    def world(self, root: yaml.Node) -> World:
+        skipped: List[str] = []
+        needs = {"image": self.image, "resolution": self.positive, "origin": self.pose, "occupied_thresh": self.share,
+                 "free_thresh": self.share, "negate": self.zero_or_one}
+        values = self.mapping(root, "a map", needs, may={"mode": self.mode}, skip=lambda key: skipped.append(
+            f"line {key.start_mark.line + 1}: {key.value!r}, which means nothing here"))
+        if values["free_thresh"] >= values["occupied_thresh"]:
+            self.fail(root, f"free_thresh {values['free_thresh']:g} must be below occupied_thresh {values['occupied_thresh']:g}")
+        occupancy = _occupancy(values["image"], bool(values["negate"]), values.get("mode") == "raw")[::-1]
+        side, (x, y, heading) = values["resolution"], values["origin"]
+        free = occupancy < values["free_thresh"]
+        wanted_x, wanted_y = turned((-x, -y), -heading)
+        start = roomiest(free, (wanted_x / side, wanted_y / side), START_CLEARANCE / side)
+        if start is None:
+            self.fail(root, "no cell of the map is free: a robot has to stand somewhere")
+
+        def placed(at_x: float, at_y: float) -> Tuple[float, float]:
+            ahead, aside = turned((at_x, at_y), heading)
+            return x + ahead, y + aside
+
+        walls = place(borders(occupancy > values["occupied_thresh"]), (0.0, 0.0), side).tolist()
+        beginning = (*placed(start[0] * side, start[1] * side), 0.0)
+        skipped.append(f"no start in a map of this kind: {begin_at(beginning)}")
+        return World(
+            name=self.path.stem,
+            walls=[placed(x1, y1) + placed(x2, y2) for x1, y1, x2, y2 in walls],
+            starts=[beginning],
+            skipped=skipped,
+        )
+
+    def image(self, node: yaml.Node) -> np.ndarray:
+        """Grey values (rows from the top, columns), 0 to 255; NaN where the image is transparent."""
+        from PIL import Image  # here: nothing else needs it
+
+        path = self.path.parent / self.text(node)
+        try:
+            with Image.open(path) as image:
+                if image.format not in FORMATS:
+                    self.fail(node, f"image {path} is a {image.format}; it must be a PGM or a PNG")
+                if image.mode.startswith("I"):  # 16 bits
+                    return np.asarray(image, dtype=float) / 257.0
+                pixels = np.asarray(image.convert("RGBA"), dtype=float)
+        except WorldError:
+            raise
+        except Exception as error:  # of a broken file Pillow raises whatever its decoder came upon
+            self.fail(node, f"image {path} cannot be read: {getattr(error, 'strerror', None) or error}")
+        return np.where(pixels[:, :, 3] > 0, (pixels[:, :, 0] + pixels[:, :, 1] + pixels[:, :, 2]) / 3.0, math.nan)
+
+    def pose(self, node: yaml.Node) -> Pose:
+        """Three numbers: m, m, rad."""
+        if not isinstance(node, yaml.SequenceNode) or len(node.value) != 3:
+            self.fail(node, "origin must be three numbers, [x, y, yaw]: m, m, rad")
+        x, y, heading = (self.number(entry) for entry in node.value)
+        return x, y, heading
+
+    def share(self, node: yaml.Node) -> float:
+        """A number from 0 to 1."""
+        value = self.number(node)
+        if not 0.0 <= value <= 1.0:
+            self.fail(node, f"a threshold must be from 0 to 1, not {value:g}")
+        return value
+
+    def zero_or_one(self, node: yaml.Node) -> int:
+        """Zero or one."""
+        value = self.number(node)
+        if value not in (0, 1):
+            self.fail(node, f"negate must be 0 or 1, not {value:g}")
+        return int(value)
+
+    def mode(self, node: yaml.Node) -> str:
+        """How values of the image are meant."""
+        if node.value not in MODES:
+            self.fail(node, f"mode must be one of {', '.join(MODES)}, not {node.value!r}")
+        return node.value
+
+
+def _occupancy(grey: np.ndarray, negate: bool, raw: bool) -> np.ndarray:
+    """The occupancy of every cell, from 0 to 1, NaN where it is unknown.
+
+    :param raw: values 0 to 100 are percent, and all above are unknown.
+    """
+    if raw:
+        return np.where(grey <= 100.0, grey / 100.0, math.nan)
+    return grey / 255.0 if negate else (255.0 - grey) / 255.0

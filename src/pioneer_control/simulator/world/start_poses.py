@@ -1,0 +1,49 @@
+"""Where many robots can stand in a world at first: on its starts, and beyond those on free floor round the first of them."""
+
+import math
+from typing import List
+
+import numpy as np
+
+from ...errors import ParameterError
+from ...robots import RobotModel
+from .trigonometry import hypot
+from .grids import flood
+from .geometry import Pose
+from .world import World
+
+RESOLUTION = 0.05
+"""Side (m) of a cell of the grid on which places are looked for."""
+MARGIN = 0.1
+"""Free floor (m) round every robot that may turn on the spot."""
+
+
+def standing_places(world: World, model: RobotModel, count: int) -> List[Pose]:
+    """So many poses (x, y, heading; map frame), the nearest to the first start first, all within reach of a start.
+
+    :raises ParameterError: there is no room for so many; says for how many there is.
+    """
+    starts = world.starts[:count]
+    if len(starts) == count:
+        return starts
+    radius = max(hypot(x, y) for x, y in model.outline(model.can_carry_gripper)) + MARGIN
+    cells = math.ceil(2.0 * radius / RESOLUTION)     # between two robots
+    x0, y0, heading = starts[0]
+    low_x, low_y, high_x, high_y = world.bounds
+    beyond = (math.isqrt(count) + 2) * cells         # an open floor has room on all sides
+    columns = np.arange(math.floor((low_x - x0) / RESOLUTION) - beyond, math.ceil((high_x - x0) / RESOLUTION) + beyond + 1)
+    rows = np.arange(math.floor((low_y - y0) / RESOLUTION) - beyond, math.ceil((high_y - y0) / RESOLUTION) + beyond + 1)
+    grid_x, grid_y = x0 + columns * RESOLUTION, y0 + rows * RESOLUTION
+    free = world.clearances(grid_x, grid_y, limit=radius + RESOLUTION) >= radius
+    seeds = np.zeros_like(free)
+    for x, y, _ in starts:
+        seeds |= (np.abs(grid_x - x) <= radius) & (np.abs(grid_y - y) <= radius)[:, None]
+    reached = flood(seeds & free, free)[np.ix_(rows % cells == 0, columns % cells == 0)]
+    places = [(float(x), float(y)) for row, y in zip(reached, grid_y[rows % cells == 0]) for x in grid_x[columns % cells == 0][row]]
+    taken = [(other_x, other_y, 2.0 * radius) for other_x, other_y, _ in starts] + [(can.x, can.y, radius + can.radius) for can in world.cans]
+    apart = [(x, y) for x, y in places if all(hypot(x - other_x, y - other_y) >= reach for other_x, other_y, reach in taken)]
+    apart.sort(key=lambda place: (hypot(place[0] - x0, place[1] - y0), place))
+    poses = starts + [(x, y, heading) for x, y in apart]
+    if len(poses) < count:
+        raise ParameterError(f"the world {world.name!r} has room for {len(poses)} robots of the model {model.subtype}, not for {count}")
+    return poses[:count]

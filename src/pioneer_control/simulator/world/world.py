@@ -1,0 +1,215 @@
+"""The floor the simulated robot stands on: what its sonar sees, what stops its body, what its gripper can take.
+
+A world knows nothing of robots' models or packets. Metres, radians, map frame (x and y of REP 103).
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+
+import numpy as np
+
+from ...errors import WorldError
+from .crowd import Crowd
+from .trigonometry import hypot, unit
+from .grids import flood
+from .geometry import Finder, Pose, Solids
+from .echoes import Ear
+
+SONAR_PLANE = 0.17
+"""Height of the sonar above the floor (m): what is lower is not seen."""
+
+FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+"""Values of an occupancy map, as nav_msgs/OccupancyGrid has them."""
+
+START_CLEARANCE = 0.55
+"""Least distance (m) of a start that no file names from anything solid: more than half the diagonal of any Pioneer."""
+
+_CLOSE = 0.5  # m: where a body moves among solids, and few of them are near
+_SIDE = 2.0  # m: of the squares of floor round which solids are found once
+_KEPT_NEIGHBOURHOODS = 4096
+
+
+@dataclass
+class Can:
+    """An upright tin, light enough to be pushed and small enough to be gripped; too low for the sonar.
+
+    `held_by` is whoever grips it, None while it stands on the floor.
+    """
+
+    x: float
+    y: float
+    radius: float = 0.033
+    height: float = 0.115
+    held_by: Optional[Any] = None
+
+
+def begin_at(start: Pose) -> str:
+    """How it is said where robots begin, when a file does not say it."""
+    return f"robots begin at x {start[0]:.2f}, y {start[1]:.2f}"
+
+
+class World:
+    """Walls and posts that never move, cans that may, and the poses where a robot starts, charges or may be sent to.
+
+    :param walls: segments ``(x1, y1, x2, y2)``, none of length zero.
+    :param posts: discs ``(x, y, radius)``, like the walls taller than the sonar plane.
+    :param cans: what can be picked up; the list and its cans are the caller's to change.
+    :param starts: poses ``(x, y, heading)``, at least one.
+    :param docks: poses ``(x, y, heading)`` that a robot has while it stands in a charging station; see `docks.dock_at`.
+    :param goals: places by name, each a pose ``(x, y, heading)``; nothing here acts on them.
+    :param skipped: what the file that it comes from says and this world has not, a sentence each.
+    :raises WorldError: for numbers that are not finite, a wall without length, a post or a can without size, no start.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        walls: Sequence[Sequence[float]] = (),
+        posts: Sequence[Sequence[float]] = (),
+        cans: Sequence[Can] = (),
+        starts: Sequence[Pose] = ((0.0, 0.0, 0.0),),
+        docks: Sequence[Pose] = (),
+        goals: Optional[Mapping[str, Pose]] = None,
+        skipped: Sequence[str] = (),
+    ):
+        self.name = name
+        self.walls = _table(name, "wall", walls, 4)
+        self.posts = _table(name, "post", posts, 3)
+        self.cans: List[Can] = list(cans)
+        self.starts = _poses(name, "start", starts)
+        self.docks = _poses(name, "dock", docks)
+        self.goals = dict(zip(goals or {}, _poses(name, "goal", list((goals or {}).values()))))
+        self.skipped = tuple(skipped)
+        if not self.starts:
+            raise WorldError(f"world {name}: no start; a robot has to stand somewhere")
+        for number, (x1, y1, x2, y2) in enumerate(self.walls.tolist(), 1):
+            if (x1, y1) == (x2, y2):
+                raise WorldError(f"world {name}: wall {number} at ({x1:g}, {y1:g}) has no length")
+        for kind, radii in (("post", self.posts[:, 2]), ("can", [can.radius for can in self.cans])):
+            for number, radius in enumerate(radii, 1):
+                if not radius > 0.0:
+                    raise WorldError(f"world {name}: {kind} {number} has radius {radius:g}; must be above 0")
+        self._solids = Solids(self.walls, self.posts)
+        self._finder = Finder(self._solids)
+        self._ears: Dict[Tuple[float, float, float], Ear] = {}
+        self._neighbourhoods: Dict[Tuple[float, int, int], Solids] = {}
+        self.crowd = Crowd()
+        """The bodies of the robots of one `Simulation`, in each other's way."""
+        places = [pose[:2] for pose in (*self.starts, *self.docks, *self.goals.values())] + [(can.x, can.y) for can in self.cans]
+        points = [place + place for place in places]
+        boxes = np.array(points + ([self._solids.bounds()] if len(self._solids) else []))
+        self.bounds = (*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist())
+
+    def __repr__(self) -> str:
+        return f"World({self.name!r}, {len(self.walls)} walls, {len(self.posts)} posts, {len(self.cans)} cans)"
+
+    def with_start(self, start: Pose) -> "World":
+        """The same world, in which the first robot stands at `start` and the others at its own starts. It takes over the cans."""
+        return World(self.name, self.walls, self.posts, self.cans, [start, *self.starts], self.docks, self.goals, self.skipped)
+
+    def ear(self, half_width: float, maximum: float, slant: float = math.inf) -> Ear:
+        """What hears in this world for transducers of a kind, the same for all of that kind; see `Ear`."""
+        kind = half_width, maximum, slant
+        if kind not in self._ears:
+            self._ears[kind] = Ear(self, *kind)
+        return self._ears[kind]
+
+    def echoes(self, x: Sequence[float], y: Sequence[float], heading: Sequence[float], half_width: float, maximum: float) -> List[float]:
+        """What several transducers hear that look into directions (rad): distances, `maximum` where nothing is nearer."""
+        ear = self.ear(half_width, maximum)
+        return [ear.echo(*place, to, unit(to - half_width), unit(to + half_width)) for *place, to in zip(x, y, heading)]
+
+    def touches(self, outline_xy: Sequence[Sequence[float]]) -> bool:
+        """Whether a body overlaps any wall or post, also one that is wholly inside it. Cans give way and do not count.
+
+        :param outline_xy: (k, 2) corners of the body's polygon in order, convex or not.
+        """
+        centre_x, centre_y, radius = _middle(*zip(*outline_xy))
+        solids = self._near(centre_x, centre_y, radius)
+        return len(solids) > 0 and solids.overlap(outline_xy, centre_x, centre_y, radius)
+
+    def clearance(self, x: float, y: float) -> float:
+        """Distance from a point to the nearest wall or post: infinite where there is none, 0 inside a post."""
+        close = self._near(x, y, _CLOSE).nearest(x, y)
+        if close <= _CLOSE:
+            return close
+        walls, posts = self._solids.distances(np.array(x), np.array(y))
+        return float(min(np.min(walls, initial=math.inf), np.min(posts, initial=math.inf)))
+
+    def clearances(self, column_x: np.ndarray, row_y: np.ndarray, limit: float = math.inf) -> np.ndarray:
+        """Clearance at every crossing of a grid: (rows, columns), `limit` where it is more. A low limit saves much time.
+
+        :param column_x: growing, as `row_y`.
+        """
+        grid = np.full((len(row_y), len(column_x)), limit)
+        for solid in self._solids.each():
+            low_x, low_y, high_x, high_y = solid.bounds()
+            columns = slice(*np.searchsorted(column_x, (low_x - limit, high_x + limit)))
+            rows = slice(*np.searchsorted(row_y, (low_y - limit, high_y + limit)))
+            for distances in solid.distances(column_x[None, columns], row_y[rows, None]):
+                grid[rows, columns] = np.minimum(grid[rows, columns], np.minimum.reduce(distances, axis=2, initial=math.inf))
+        return np.maximum(grid, 0.0)
+
+    def occupancy(self, resolution: float = 0.05, margin: float = 0.5) -> Tuple[np.ndarray, Tuple[float, float]]:
+        """The world as a map of square cells, for RViz and pictures.
+
+        :param resolution: side of a cell.
+        :param margin: how far the map goes beyond everything in the world.
+        :returns: int8 array (rows of growing y, columns of growing x) of `OCCUPIED` where a wall or post touches a cell's middle
+            or passes within half a cell of it, `FREE` where a start can be reached from, else `UNKNOWN`; and the map-frame
+            position of the corner with the smallest x and y.
+        """
+        low_x, low_y, high_x, high_y = self.bounds
+        origin = (low_x - margin, low_y - margin)
+        columns = math.ceil((high_x + margin - origin[0]) / resolution)
+        rows = math.ceil((high_y + margin - origin[1]) / resolution)
+        column_x = origin[0] + (np.arange(columns) + 0.5) * resolution
+        row_y = origin[1] + (np.arange(rows) + 0.5) * resolution
+        occupied = self.clearances(column_x, row_y, limit=resolution) <= resolution * math.sqrt(0.5)
+        cells = np.full((rows, columns), UNKNOWN, dtype=np.int8)
+        start_cells = np.zeros_like(occupied)
+        for x, y, _ in self.starts:
+            start_cells[int((y - origin[1]) / resolution), int((x - origin[0]) / resolution)] = True
+        cells[flood(start_cells, ~occupied)] = FREE
+        cells[occupied] = OCCUPIED
+        return cells, origin
+
+    def within(self, x: float, y: float, reach: float) -> Solids:
+        """The walls and posts that come within `reach` of a point."""
+        return self._finder.within(x, y, reach)
+
+    def _near(self, x: float, y: float, reach: float) -> Solids:
+        """At least every solid within `reach` of a point, found once for each small square of floor and kept."""
+        if not len(self._solids):   # an endless floor
+            return self._solids
+        reach = math.ceil(reach)    # a few sizes only, so that squares are shared
+        square = (reach, math.floor(x / _SIDE), math.floor(y / _SIDE))
+        solids = self._neighbourhoods.get(square)
+        if solids is None:
+            if len(self._neighbourhoods) >= _KEPT_NEIGHBOURHOODS:
+                self._neighbourhoods.clear()
+            solids = self.within((square[1] + 0.5) * _SIDE, (square[2] + 0.5) * _SIDE, reach + 0.7072 * _SIDE)
+            self._neighbourhoods[square] = solids
+        return solids
+
+
+def _middle(xs: Sequence[float], ys: Sequence[float]) -> Tuple[float, float, float]:
+    """Middle of the box round some points, and the distance from it to the farthest of its corners."""
+    low_x, low_y, high_x, high_y = min(xs), min(ys), max(xs), max(ys)
+    return (low_x + high_x) / 2.0, (low_y + high_y) / 2.0, hypot(high_x - low_x, high_y - low_y) / 2.0
+
+
+def _poses(name: str, kind: str, rows: Sequence[Pose]) -> List[Pose]:
+    """Poses as plain numbers."""
+    return [(x, y, heading) for x, y, heading in _table(name, kind, rows, 3).tolist()]
+
+
+def _table(name: str, kind: str, rows: Sequence[Sequence[float]], width: int) -> np.ndarray:
+    """Rows of numbers as a read-only array (n, width)."""
+    table = np.array(rows, dtype=float).reshape(-1, width)
+    wrong = np.flatnonzero(~np.isfinite(table).all(axis=1))
+    if len(wrong):
+        raise WorldError(f"world {name}: {kind} {wrong[0] + 1} has a number that is not finite")
+    table.setflags(write=False)
+    return table

@@ -1,0 +1,94 @@
+"""Worlds by name or from files: of the package's own form, maps of ROS's map_server, and ARIA's maps."""
+
+import difflib
+from pathlib import Path
+from typing import List, Optional, Union
+
+from ...errors import WorldError
+from .aria_map import FIRST_LINE, read_aria_map
+from .ros_map import is_ros_map, read_ros_map
+from .world import World
+from .world_file import read_world_file
+from .yaml_nodes import compose
+
+GALLERY = Path(__file__).parents[1] / "worlds"
+ENDINGS = (".yaml", ".yml", ".map")
+PICTURES = (".pgm", ".png")
+
+
+def known_worlds() -> List[str]:
+    """Names of the worlds that come with the package."""
+    return sorted(path.stem for path in GALLERY.glob("*.yaml"))
+
+
+def load_world(name_or_path: Union[str, Path]) -> World:
+    """A world of the package by its name, or of a file by its path: a `/` in it, or ending in one of `ENDINGS`.
+
+    What a file holds decides how it is read: a text whose first line is ``2D-Map`` as `aria_map` says, a YAML mapping with the key
+    ``image`` as `ros_map` says, any other as the package's own form. That is a YAML mapping; metres and degrees, as the keys say; x and y
+    of the map frame; angles count counter-clockwise from x. Every section but `starts` may be left out::
+
+        description: One line for people.
+        map: lab.yaml                         # walls, docks and goals of a map of another kind; the path counts from this file
+        walls:                                # thin walls along a line of two corners or more
+          - {corners_m: [[0, 0], [8, 0], [8, 6]]}
+          - {corners_m: [[2, 2], [3, 2], [3, 3]], closed: true}
+        boxes:                                # furniture: four walls
+          - {centre_m: [1, 5], size_m: [0.8, 0.4], angle_deg: 30}     # size along x and y before turning; angle_deg 0 if left out
+        posts:                                # cylinders: columns, legs; taller than the sonar plane, like all of the above
+          - {centre_m: [5, 3], diameter_m: 0.05}
+        cans:                                 # what the gripper picks up: too low for the sonar
+          - {centre_m: [2.2, 1], diameter_m: 0.066, height_m: 0.115}  # sizes as here if left out
+        starts:                               # where a robot stands at first; the first is the default, more robots take the next
+          - {position_m: [1, 1], heading_deg: 0}
+        docks:                                # the pose of a robot while it charges
+          - {position_m: [0.4, 1], heading_deg: 180}
+        goals:                                # places by name
+          - {name: window, position_m: [7, 5], heading_deg: 90}
+
+    `World.skipped` tells what a map of another kind has and a world has not.
+
+    :raises WorldError: names the file, the line, the value, and what is legal there.
+    """
+    path = _find(name_or_path)
+    return _read(path) or read_world_file(path, compose(path, _text(path)), _load_map)
+
+
+def _read(path: Path) -> Optional[World]:
+    """The world of a map of ARIA or of map_server; None when the file holds none."""
+    text = _text(path)
+    if path.suffix == ".map" or text.split("\n", 1)[0].strip() == FIRST_LINE:
+        return read_aria_map(path, text)
+    root = compose(path, text)
+    return read_ros_map(path, root) if is_ros_map(root) else None
+
+
+def _load_map(path: Path) -> World:
+    """The map that a world names."""
+    world = _read(path)
+    if world is None:
+        raise WorldError(f"{path} is neither an ARIA map (first line {FIRST_LINE}) nor one of map_server (YAML with the key image)")
+    return world
+
+
+def _text(path: Path) -> str:
+    """All of a file. Only names in an ARIA map may be of another encoding: their letters are replaced."""
+    try:
+        return path.read_text(encoding="utf-8", errors="replace" if path.suffix == ".map" else "strict")
+    except (OSError, UnicodeDecodeError) as error:
+        hint = "; of a picture, give the YAML file beside it" if path.suffix in PICTURES else ""
+        raise WorldError(f"world file {path} cannot be read: {getattr(error, 'strerror', None) or error}{hint}") from error
+
+
+def _find(name_or_path: Union[str, Path]) -> Path:
+    name = str(name_or_path)
+    if "/" in name or name.endswith(ENDINGS + PICTURES):
+        if not Path(name).is_file():
+            what = "is a directory" if Path(name).is_dir() else "does not exist" if Path(name).is_absolute() else f"does not exist below {Path.cwd()}"
+            raise WorldError(f"world file {name} {what}; worlds known by name: {', '.join(known_worlds())}")
+        return Path(name)
+    if name not in known_worlds():
+        near = difflib.get_close_matches(name, known_worlds(), n=1)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        raise WorldError(f"no world named {name!r}; {hint}known: {', '.join(known_worlds())}; or give the path of a file (.yaml, .map)")
+    return GALLERY / f"{name}.yaml"

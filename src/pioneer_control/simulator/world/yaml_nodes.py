@@ -1,0 +1,128 @@
+"""Reads YAML files: as plain values, or strictly, so that what a file does not say exactly is an error with its line."""
+
+import difflib
+import math
+from pathlib import Path
+from typing import Any, Callable, Dict, List, NoReturn, Optional
+
+import yaml
+
+from ...errors import ParameterError, WorldError
+from .geometry import Point
+
+
+def read_values(path: str) -> Any:
+    """What a file holds, as plain values.
+
+    :raises ParameterError: it cannot be read, or does not parse.
+    """
+    try:
+        with open(path, encoding="utf-8") as stream:
+            return yaml.safe_load(stream)
+    except OSError as error:
+        raise ParameterError(f"cannot read {path}: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ParameterError(f"{path} does not parse: {' '.join(str(error).split())}") from error
+
+
+def compose(path: Path, text: str) -> Optional[yaml.Node]:
+    """The root of a text's nodes, which know their lines; None of an empty one. `path` is for errors."""
+    try:
+        return yaml.compose(text, Loader=yaml.SafeLoader)
+    except yaml.YAMLError as error:
+        mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None)
+        line = f", line {mark.line + 1}" if mark else ""
+        raise WorldError(f"world file {path}{line}: not YAML: {problem or ' '.join(str(error).split())}") from error
+
+
+class NodeReader:
+    """Turns nodes into values: one method for each kind of value.
+
+    :param path: of the file, for errors.
+    """
+
+    def __init__(self, path: Path):
+        self.path = path
+
+    def fail(self, node: yaml.Node, message: str) -> NoReturn:
+        """Refuse the file, at the line of a node."""
+        raise WorldError(f"world file {self.path}, line {node.start_mark.line + 1}: {message}")
+
+    def mapping(
+        self, node: yaml.Node, what: str, needs: Dict[str, Callable], may: Optional[Dict[str, Callable]] = None,
+        skip: Optional[Callable[[yaml.Node], None]] = None,
+    ) -> Dict[str, Any]:
+        """The values of a mapping that has all the keys of `needs` and perhaps some of `may`, each read by its function.
+
+        :param skip: is told the nodes of all other keys; None: there may be none.
+        """
+        legal = {**needs, **(may or {})}
+        if not isinstance(node, yaml.MappingNode):
+            self.fail(node, f"{what} must be a mapping with the keys {', '.join(legal)}")
+        values: Dict[str, Any] = {}
+        for key_node, value_node in node.value:
+            key = key_node.value
+            if not isinstance(key_node, yaml.ScalarNode):
+                self.fail(key_node, f"keys must be plain words; known: {', '.join(legal)}")
+            if key not in legal and skip:
+                skip(key_node)
+                continue
+            if key not in legal:
+                near = difflib.get_close_matches(key, legal, n=1)
+                hint = f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(legal)}"
+                self.fail(key_node, f"{what} has no {key!r}{hint}")
+            if key in values:
+                self.fail(key_node, f"{what} has {key!r} twice")
+            values[key] = legal[key](value_node)
+        missing = [key for key in needs if key not in values]
+        if missing:
+            self.fail(node, f"{what} needs {' and '.join(missing)}")
+        return values
+
+    def items(self, node: yaml.Node, what: str) -> List[yaml.Node]:
+        """The entries of a list."""
+        if not isinstance(node, yaml.SequenceNode):
+            self.fail(node, f"{what} must be a list")
+        return node.value
+
+    def point(self, node: yaml.Node) -> Point:
+        """Two numbers."""
+        if not isinstance(node, yaml.SequenceNode) or len(node.value) != 2:
+            self.fail(node, "a point must be two numbers, [x, y]")
+        return self.number(node.value[0]), self.number(node.value[1])
+
+    def size(self, node: yaml.Node) -> Point:
+        """Two numbers above 0."""
+        if not isinstance(node, yaml.SequenceNode) or len(node.value) != 2:
+            self.fail(node, "a size must be two numbers above 0, [along x, along y]")
+        return self.positive(node.value[0]), self.positive(node.value[1])
+
+    def number(self, node: yaml.Node) -> float:
+        """A finite number."""
+        try:
+            value = float(node.value) if node.tag in ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float") else math.nan
+        except ValueError:  # YAML's own spellings, such as 0x10 and 1:30
+            value = math.nan
+        if not math.isfinite(value):
+            given = repr(node.value) if isinstance(node, yaml.ScalarNode) else "a list or mapping"
+            self.fail(node, f"a finite number is needed here, not {given}")
+        return value
+
+    def positive(self, node: yaml.Node) -> float:
+        """A number above 0."""
+        value = self.number(node)
+        if value <= 0.0:
+            self.fail(node, f"must be above 0, not {value:g}")
+        return value
+
+    def boolean(self, node: yaml.Node) -> bool:
+        """True or false."""
+        if node.tag != "tag:yaml.org,2002:bool":
+            self.fail(node, "true or false is needed here")
+        return node.value.lower() in ("true", "yes", "on")
+
+    def text(self, node: yaml.Node) -> str:
+        """A text, not empty."""
+        if node.tag != "tag:yaml.org,2002:str" or not node.value:
+            self.fail(node, "text is needed here")
+        return node.value

@@ -1,0 +1,87 @@
+"""Trigonometry from + - * / and sqrt: as right as it says, and the same bits on every computer."""
+
+import ast
+import hashlib
+import inspect
+import math
+import pathlib
+import random
+import struct
+
+import pytest
+
+from pioneer_control.simulator.world import trigonometry as exact
+
+ANGLES = [quarter * math.pi / 4.0 + aside for quarter in range(-40, 41) for aside in (-1e-9, 0.0, 1e-9)]
+ANGLES += [random.Random(1).uniform(-10.0 ** power, 10.0 ** power) for power in range(-9, 7) for _ in range(100)]
+VECTORS = [(random.Random(seed).uniform(-3.0, 3.0), random.Random(-seed).gauss(0.0, 1.0)) for seed in range(2000)]
+
+
+@pytest.mark.parametrize("ours, known", [(exact.sin, math.sin), (exact.cos, math.cos)])
+def test_sine_and_cosine(ours, known):
+    assert max(abs(ours(angle) - known(angle)) for angle in ANGLES) < 1e-13
+
+
+def test_a_unit_vector_is_cosine_and_sine():
+    assert all(exact.unit(angle) == (exact.cos(angle), exact.sin(angle)) for angle in ANGLES)
+    assert [exact.unit(0.0), exact.sin(-0.0)] == [(1.0, 0.0), 0.0]
+
+
+def test_the_unit_vector_of_a_heading_is_that_of_its_present_angle():
+    heading = exact.Heading()
+    assert all(heading.unit(angle) == exact.unit(angle) for angle in (0.0, 0.0, *ANGLES[:50], ANGLES[49], -ANGLES[49], 0.0))
+
+
+def test_direction_and_length_of_vectors():
+    for y, x in VECTORS:
+        assert exact.atan2(y, x) == pytest.approx(math.atan2(y, x), abs=1e-13)
+        assert exact.hypot(x, y) == pytest.approx(math.hypot(x, y), rel=1e-15)
+
+
+@pytest.mark.parametrize("y, x, angle", [
+    (0.0, 1.0, 0.0), (1.0, 0.0, math.pi / 2), (-1.0, 0.0, -math.pi / 2), (0.0, -1.0, math.pi), (-0.0, -1.0, -math.pi),
+    (1.0, 1.0, math.pi / 4), (-1.0, -1.0, -math.pi * 3 / 4), (0.0, 0.0, 0.0),
+])
+def test_directions_of_the_axes(y, x, angle):
+    assert exact.atan2(y, x) == pytest.approx(angle, abs=1e-13)
+
+
+def test_nothing_of_the_c_library_is_asked_but_what_is_exact():
+    """floor, sqrt and copysign have one right answer; every other function of a library may round as it likes."""
+    tree = ast.parse(inspect.getsource(exact))
+    used = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and getattr(node.value, "id", "") == "math"}
+    assert used == {"pi", "floor", "sqrt", "copysign"}
+    assert not any(isinstance(node, ast.Pow) for node in ast.walk(tree))
+
+
+def test_the_bits_are_those_of_every_other_computer():
+    results = [value for angle in ANGLES[:243] for value in exact.unit(angle)]
+    results += [exact.atan2(math.floor(y * 64) / 64, math.floor(x * 64) / 64) for y, x in [(each / 7, each % 23 - 11) for each in range(-300, 300)]]
+    assert hashlib.sha256(struct.pack(f"<{len(results)}d", *results)).hexdigest() == "fd1ac6caebee3a0bdf32d9da0a87c2295b99772b1991e8b2215e4e1e80d3b7a0"
+
+
+INEXACT = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2", "hypot", "exp", "log", "log2", "log10", "pow", "dist", "fsum", "prod"}
+"""Functions of `math` and numpy that libraries round as they like."""
+INEXACT_DRAWS = {"gauss", "normalvariate", "lognormvariate", "expovariate", "vonmisesvariate", "betavariate", "gammavariate"}
+"""Methods of `random.Random` that are made of these."""
+OFF_THE_WIRE = {"node.py", "picture.py"}
+"""Files of the simulator whose numbers no robot sees."""
+
+
+def inexact_sums(source):
+    """What a Python source does with such functions, or with powers of what may be a float."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Attribute) and (node.attr in INEXACT and getattr(node.value, "id", "") in ("math", "np") or node.attr in INEXACT_DRAWS):
+            yield node.attr
+        elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow) and not isinstance(node.left, ast.Constant):
+            yield "**"
+
+
+def test_a_sum_that_libraries_round_is_seen():
+    assert sorted(inexact_sums("math.hypot(x, y) + x ** 2 + 2 ** 31 + math.sqrt(x) + self._random.gauss(0, 1) + exact.sin(x)")) == ["**", "gauss", "hypot"]
+
+
+@pytest.mark.parametrize("path", sorted(pathlib.Path(exact.__file__).parents[1].rglob("*.py")), ids=lambda path: path.name)
+def test_what_reaches_the_wire_is_rounded_alike_everywhere(path):
+    if path.name not in OFF_THE_WIRE:
+        assert list(inexact_sums(path.read_text(encoding="utf-8"))) == []
