@@ -1,4 +1,4 @@
-"""Tests read the package from this source tree, and the generated messages from the workspace that is sourced, if one is."""
+"""Tests read the package from this source tree, and the generated messages from a sourced workspace, if any."""
 
 import os
 import pathlib
@@ -17,7 +17,8 @@ pioneer_control.__path__.extend(
     folder for folder in (os.path.join(entry, "pioneer_control") for entry in sys.path[1:])
     if os.path.isfile(os.path.join(folder, "msg", "__init__.py")))
 
-# The same examples in every run, however slow the machine: a search that finds something new belongs into a bench, not into continuous integration.
+# The same examples in every run, however slow the machine: what searches for something new belongs into a bench, not
+# into continuous integration.
 hypothesis.settings.register_profile("fixed", derandomize=True, database=None, deadline=None, max_examples=200,
                                      suppress_health_check=list(hypothesis.HealthCheck))
 hypothesis.settings.load_profile("fixed")

@@ -1,8 +1,8 @@
-"""Adds up what `./pioneer test` left, names every failure, and ends with the line `N passed, N failed`.
+"""Adds up what `./pioneer test` left. Names every failure and the slowest tests; its last line is `N passed, N failed`.
 
-The folder given has one folder per kind of test, and in each one folder per suite: JUnit files, and ``status``, the exit status
-of the program that ran the suite. A kind without a test, a suite without a test, and a suite that ended badly although every
-test in its files is fine (it hung, or crashed) are failures too: silence never passes.
+The folder given has one folder per kind of test, and in each one folder per suite: JUnit files, and ``status``, the
+exit status of the program that ran the suite. A kind without a test, a suite without a test, and a suite that ended
+badly although every test in its files is fine (it hung, or crashed) are failures too: silence never passes.
 """
 
 import pathlib
@@ -10,30 +10,48 @@ import sys
 import xml.etree.ElementTree as ElementTree
 from typing import List, NamedTuple
 
-KINDS = ("unit", "messages", "integration", "rostest")
+KINDS = ("unit", "mypy", "flake8", "messages", "integration", "rostest")
+SLOWEST = 10
+"""So many tests are named."""
+
+
+class Timing(NamedTuple):
+    """How long (s) a test took, and its name. The first of them sorted is the shortest."""
+
+    seconds: float
+    name: str
 
 
 class Outcome(NamedTuple):
-    """What came of some tests: how many passed and were skipped, and a name for each that failed."""
+    """What came of some tests: how many passed and were skipped, a name for each that failed, and how long each took.
+
+    Of the checkers, a file without a finding has passed and a finding has failed; ``ignores`` counts what they were
+    told to overlook.
+    """
 
     passed: int
     failed: List[str]
     skipped: int
+    timings: List[Timing]
+    ignores: int = 0
 
 
 def suite_outcome(suite: pathlib.Path) -> Outcome:
     """The outcome of one suite's folder."""
-    passed, failed, skipped = 0, [], 0
+    passed, failed, skipped, timings, ignores = 0, [], 0, [], 0
     # rostest writes the results of a node once more in its own rostest-*.xml.
     for report in sorted(path for path in suite.glob("**/*.xml") if not path.name.startswith("rostest-")):
         try:
-            cases = list(ElementTree.parse(report).iter("testcase"))
+            tree = ElementTree.parse(report)
         except ElementTree.ParseError as error:
             failed.append("%s: %s breaks off: %s" % (suite.name, report.name, error))
             continue
-        for case in cases:
+        ignores += sum(int(each.get("value")) for each in tree.iter("property") if each.get("name") == "ignores")
+        for case in tree.iter("testcase"):
+            name = "%s: %s.%s" % (suite.name, case.get("classname"), case.get("name"))
+            timings.append(Timing(float(case.get("time") or 0.0), name))
             if case.find("failure") is not None or case.find("error") is not None:
-                failed.append("%s: %s.%s" % (suite.name, case.get("classname"), case.get("name")))
+                failed.append(name)
             elif case.find("skipped") is not None:
                 skipped += 1
             else:
@@ -44,7 +62,7 @@ def suite_outcome(suite: pathlib.Path) -> Outcome:
         failed.append("%s: no test ran (status %s)" % (suite.name, status))
     elif not failed and status != "0":
         failed.append("%s: ended with status %s" % (suite.name, status))
-    return Outcome(passed, failed, skipped)
+    return Outcome(passed, failed, skipped, timings, ignores)
 
 
 def kind_outcome(kind: pathlib.Path) -> Outcome:
@@ -52,7 +70,9 @@ def kind_outcome(kind: pathlib.Path) -> Outcome:
     suites = [suite_outcome(folder) for folder in sorted(kind.glob("*")) if folder.is_dir()]
     return Outcome(sum(suite.passed for suite in suites),
                    [name for suite in suites for name in suite.failed] if suites else ["tests: none was found"],
-                   sum(suite.skipped for suite in suites))
+                   sum(suite.skipped for suite in suites),
+                   [timing for suite in suites for timing in suite.timings],
+                   sum(suite.ignores for suite in suites))
 
 
 def main(results: str) -> int:
@@ -61,8 +81,15 @@ def main(results: str) -> int:
     for kind, outcome in outcomes.items():
         for name in outcome.failed:
             print("FAILED %s %s" % (kind, name))
+    timings = [Timing(seconds, "%s %s" % (kind, name))
+               for kind, outcome in outcomes.items() for seconds, name in outcome.timings]
+    print("\nslowest %d tests" % SLOWEST)
+    for seconds, name in sorted(timings, reverse=True)[:SLOWEST]:
+        print("%6.1f s  %s" % (seconds, name))
+    print()
     for kind, outcome in outcomes.items():
-        print("%-12s %4d passed, %d failed" % (kind, outcome.passed, len(outcome.failed)))
+        print("%-12s %4d passed, %d failed" % (kind, outcome.passed, len(outcome.failed)) +
+              (", %d ignores" % outcome.ignores if outcome.ignores else ""))
     passed, failed, skipped = (sum(numbers) for numbers in zip(*(
         (outcome.passed, len(outcome.failed), outcome.skipped) for outcome in outcomes.values())))
     print("%d passed, %d failed" % (passed, failed) + (", %d skipped" % skipped if skipped else ""))

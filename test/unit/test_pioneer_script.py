@@ -301,8 +301,8 @@ BROUGHT_BY = {
     "robot_state_publisher": "ros-robot-state-publisher", "rosbag": "python3-rosbag", "rostest": "python3-rostest",
     "sensor_msgs": "python3-sensor-msgs", "tf": "python3-tf", "tf2_msgs": "python3-tf2-msgs",
 }
-# Needed by the build itself, or by those above for their package.xml.
-BUILD_TOOLS = {"cmake", "make", "g++", "rosbash", "librostest-dev", "libtf-dev", "libtf2-msgs-dev", "libsensor-msgs-dev",
+# Needed by the build itself, by those above for their package.xml, or by mypy (Debian has its stubs for libraries in a package of their own).
+BUILD_TOOLS = {"cmake", "make", "g++", "python3-typeshed", "rosbash", "librostest-dev", "libtf-dev", "libtf2-msgs-dev", "libsensor-msgs-dev",
                "libdynamic-reconfigure-config-init-mutex-dev", "libdiagnostic-updater-dev", "libdiagnostic-aggregator-dev"}
 
 

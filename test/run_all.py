@@ -1,0 +1,183 @@
+"""Runs every suite of tests, side by side where that disturbs none, and leaves the results that `summary.py` adds up.
+
+    run_all.py SOURCE RESULTS LOGS
+
+`./pioneer test` calls this in a built workspace. Each suite gets a folder ``RESULTS/KIND/NAME`` for its JUnit files
+and its ``status``, and all that it prints goes to ``LOGS/KIND-NAME.log``. A suite that takes longer than its limit is
+ended. SIGINT, SIGTERM and SIGHUP end all suites in order, and then this program.
+"""
+
+import contextlib
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+from typing import Dict, List, NamedTuple, Sequence
+
+LIMIT = 900.0
+"""Seconds for one suite."""
+TEST_LIMIT = 300
+"""Seconds for one test of pytest, which is named when it takes longer."""
+GRACE = 30.0
+"""Seconds that a suite has to end its own programs once it was interrupted."""
+LONGEST_FIRST = ("driver_lines", "tutorial_nodes", "tutorial_pioneer", "bag_replay", "bag_redrive", "bag_beside_robot")
+"""These rostests take longest. They begin, so that none of them is left running alone at the end."""
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+LINES_SHOWN = 100
+"""Lines of the log of a suite that failed."""
+
+
+class Suite(NamedTuple):
+    """Tests that one program runs: the command, and where in RESULTS it leaves its JUnit files."""
+
+    kind: str
+    name: str
+    command: List[str]
+    environment: Dict[str, str] = {}
+
+
+class Stage(NamedTuple):
+    """Suites that may run side by side, at most some at once. One stage begins when the one before has ended."""
+
+    title: str
+    suites: List[Suite]
+    at_once: int = 1
+
+
+def stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Stage]:
+    """All tests. Those that compute have the processors for themselves; of those that mostly wait two share one."""
+    tests = sorted((source / "test" / "rostest").glob("*.test"))
+    tests.sort(key=lambda path: LONGEST_FIRST.index(path.stem) if path.stem in LONGEST_FIRST else len(LONGEST_FIRST))
+    return [
+        Stage("unit tests", [pytest_suite("unit", results, cores)]),
+        Stage("mypy and flake8", [check_suite("mypy", results), check_suite("flake8", results)], 2),
+        Stage("messages tests", [pytest_suite("messages", results, cores)]),
+        Stage("integration tests", [pytest_suite("integration", results, 2 * cores)]),
+        Stage("rostests", [rostest_suite(path, results) for path in tests], 2 * cores),
+    ]
+
+
+def pytest_suite(kind: str, results: pathlib.Path, workers: int) -> Suite:
+    """The tests of one folder, by pytest."""
+    report = results / kind / "pytest" / "pytest.xml"
+    return Suite(kind, "pytest", [
+        sys.executable, "-m", "pytest", "-q", "--no-header", "--continue-on-collection-errors", "-p", "no:cacheprovider",
+        "-n", str(workers), "--timeout", str(TEST_LIMIT), "--junit-xml=%s" % report, "test/" + kind])
+
+
+def rostest_suite(path: pathlib.Path, results: pathlib.Path) -> Suite:
+    """One .test file. rostest gives it a master of its own."""
+    environment = {"ROS_TEST_RESULTS_DIR": str(results / "rostest" / path.stem)}
+    return Suite("rostest", path.stem, ["rostest", str(path)], environment)
+
+
+def check_suite(tool: str, results: pathlib.Path) -> Suite:
+    """All code, read by mypy or flake8."""
+    report = results / tool / tool / "findings.xml"
+    return Suite(tool, tool, [sys.executable, "test/check_code.py", tool, str(report)])
+
+
+class Running:
+    """A suite at work, in a process group of its own."""
+
+    def __init__(self, suite: Suite, results: pathlib.Path, logs: pathlib.Path):
+        self.suite = suite
+        self.began = time.monotonic()
+        self.log = logs / ("%s-%s.log" % (suite.kind, suite.name))
+        self._folder = results / suite.kind / suite.name
+        self._folder.mkdir(parents=True)
+        with self.log.open("wb") as log:
+            self._process = subprocess.Popen(
+                suite.command, env=dict(os.environ, **suite.environment), start_new_session=True,
+                stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT)
+
+    @property
+    def ended(self) -> bool:
+        """Whether its program has ended."""
+        return self._process.poll() is not None
+
+    def interrupt(self) -> None:
+        """Ask it to end."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGINT)
+
+    def end(self) -> None:
+        """Wait some time for the end of an interrupted one; kill what is left of it."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(GRACE)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+
+    def settle(self, status: str) -> None:
+        """Note how it ended, and say so."""
+        (self._folder / "status").write_text(status + "\n")
+        good = status == "0"
+        name = self.suite.name if self.suite.kind == "rostest" else self.suite.kind
+        print("%-32s %-6s %4d s" % (name, "ok" if good else "FAILED", time.monotonic() - self.began), flush=True)
+        if not good:
+            lines = self.log.read_text(encoding="utf-8", errors="replace").splitlines()
+            print("\n".join("    | " + line for line in lines[-LINES_SHOWN:]))
+            print("    all of its output: %s" % self.log, flush=True)
+
+    def look(self, limit: float) -> bool:
+        """Whether it is over, by itself or because its time is up."""
+        if self.ended:
+            self.settle(str(self._process.returncode))
+        elif time.monotonic() - self.began > limit:
+            self.interrupt()
+            self.end()
+            self.settle("124 (not within %.0f s)" % limit)
+        else:
+            return False
+        return True
+
+
+class Interruption:
+    """Whether a signal came that is to end everything."""
+
+    def __init__(self) -> None:
+        self.signal_name = ""
+        for number in ENDING:
+            signal.signal(number, self._note)
+
+    def _note(self, number: int, _: object) -> None:
+        self.signal_name = signal.Signals(number).name
+
+    def __bool__(self) -> bool:
+        return bool(self.signal_name)
+
+
+def run(stage: Stage, results: pathlib.Path, logs: pathlib.Path, interruption: Interruption,
+        limit: float = LIMIT) -> None:
+    """Run the suites of a stage to their end, or to the interruption."""
+    print("\n%s" % stage.title, flush=True)
+    waiting, running = list(stage.suites), []   # type: List[Suite], List[Running]
+    while (waiting or running) and not interruption:
+        while waiting and len(running) < stage.at_once:
+            running.append(Running(waiting.pop(0), results, logs))
+        running = [suite for suite in running if not suite.look(limit)]
+        time.sleep(0.05)
+    for suite in running:
+        suite.interrupt()
+    for suite in running:
+        suite.end()
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Exit status: 0 when all ran to their end, however they ended."""
+    source, results, logs = map(pathlib.Path, arguments)
+    interruption = Interruption()
+    for stage in stages(source, results, len(os.sched_getaffinity(0))):
+        if not interruption:
+            run(stage, results, logs, interruption)
+    if interruption:
+        print("%s: all tests are ended" % interruption.signal_name)
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
