@@ -47,7 +47,7 @@ class Stage(NamedTuple):
 
 
 def stages(source: pathlib.Path, results: pathlib.Path, cores: int) -> List[Stage]:
-    """All tests. Those that compute have the processors for themselves; of those that mostly wait two share one."""
+    """All tests. Those that compute have the processors for themselves; of those that mostly wait, each takes two."""
     tests = sorted((source / "test" / "rostest").glob("*.test"))
     tests.sort(key=lambda path: LONGEST_FIRST.index(path.stem) if path.stem in LONGEST_FIRST else len(LONGEST_FIRST))
     return [

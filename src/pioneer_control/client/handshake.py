@@ -1,15 +1,25 @@
-"""From a port in an unknown state to a robot that has said its name (protocol 2.2).
+"""From a port in an unknown state to a robot that has said its name (protocol 2.2, 13).
 
-Before a session the numbers 0, 1, 2 mean SYNC0, SYNC1, SYNC2; in one they mean PULSE, OPEN, CLOSE. A robot that a crashed program left open takes a
-SYNC0 for a sign of life and drives on at its old speed. So first of all: listen. And since packets get lost, close also whom nothing is heard of:
-a robot that waits passes over CLOSE. Each time that is said several times in a row, because nothing acknowledges it.
+Before a session the numbers 0, 1, 2 mean SYNC0, SYNC1, SYNC2; in one they mean PULSE, OPEN, CLOSE. Two mistakes are possible:
+
+* A robot that a crashed program left open takes SYNC0 for a sign of life, and drives on at its old speed. It streams, so listen first.
+* To a robot that waits, every packet is a step of the handshake. CLOSE is SYNC2 to it. The vendor's simulator then opens, or gives up.
+
+So a robot that is heard gets CLOSE until it is silent. What a silent robot gets depends on the line. On TCP nothing is lost: it gets SYNC0, and nothing
+before it. On a serial line all packets of an open robot may have been lost: it gets CLOSE several times, because nothing acknowledges it, then SYNC0.
 
 ::
 
-    listen 0.26 s ──silence────────────────────────> CLOSE, SYNC0 ─echo─> SYNC1 ─echo─> SYNC2 ─> name, type, subtype
-         │                                                   │ no answer: CLOSE (for one that was synced but never opened), try again
-         └─SIPs, or noise──> CLOSE until it falls silent ────┤
-                                   └─ noise goes on ─────────┴─ 2 tries: next line speed
+    listen 0.26 s ──silence──────────────> [serial: CLOSE six times] SYNC0 ─echo─> SYNC1 ─echo─> SYNC2 ─> name, type, subtype
+         │                                            │ a SIP: it was open after all ──┐
+         └─SIPs, or noise──> CLOSE until silent <─────┴────────────────────────────────┘
+                                   └─ noise goes on ── 2 tries: next line speed
+
+No answer at all: try again. A robot that said its name but was never opened is silent, too. On a serial line CLOSE ends that, on TCP a SYNC1 after the
+unanswered SYNC0: it is OPEN to that robot, and the next step to one that is slow.
+
+A robot to which CLOSE is SYNC2 is closed by one CLOSE and opened by the next. An even number leaves it as it was, an odd number closes it if it was open:
+so a silent robot gets an even number, one that is heard an odd number.
 
 A robot that was left open at a speed which HOSTBAUD had raised falls back to its own at CLOSE: then the others are tried once more.
 
@@ -21,7 +31,7 @@ the robot                                      at a known speed   at any of the 
 waits                                          1.4 s              5.6 s
 was left open, and streams                     1.7 s              3.9 s
 was left open at a speed that was raised       3.3 s              8.2 s
-is not there                                   1.1 s              5.3 s (TCP: 3.3 s)
+is not there                                   1.1 s              5.3 s (TCP: 2.3 s)
 =============================================  =================  ====================
 
 For a raised one known means that the own speed was given, and the raised one as host_baud.
@@ -32,21 +42,27 @@ from typing import Any, Generator, Optional, Tuple
 from .. import p2os
 from ..errors import NoAnswerError
 from .line import Line
-from .script import Clock, pause
+from .script import Clock
 
 RATES = (9600, 38400, 19200, 115200, 57600)     # in the order of their likelihood
 
 LISTEN = 0.26           # s: two SIP cycles and some, and one of the longest that can be set (255 ms)
-CLOSES = 6              # in a row: half of all packets may get lost. With three SYNCs fewer than the ten after which the vendor's simulator hangs up
+CLOSES = 6              # to a silent robot on a serial line: half of all packets may get lost. Even, and with three SYNCs fewer than the ten packets
+                        # after which the vendor's simulator hangs up
+CLOSES_IF_HEARD = 7     # odd
 DRAIN = 0.1             # s for what was under way when CLOSE was sent, and for CLOSE itself
 QUIET = 0.2             # s of silence after that: the robot waits for a SYNC now
 CLOSE_TRIES = 10
 SYNC_TIMEOUT = 0.25     # s for the echo of each SYNC
 SYNC_TRIES = 2          # per line speed
-TCP_TRIES = 6
+TCP_TRIES = 5
+TCP_TRIES_WITH_SYNC1 = 3    # the last ones; eight packets in all
 
 SYNC = [p2os.encode_frame(number) for number in (p2os.SYNC0, p2os.SYNC1, p2os.SYNC2)]
 CLOSE = p2os.encode_command("CLOSE")
+
+BEFORE_A_SESSION = (p2os.SyncEcho, p2os.SyncReply, p2os.Reset)
+"""What a robot sends that is not open."""
 
 
 class Handshake:
@@ -57,19 +73,20 @@ class Handshake:
         url: for the error messages.
         rates: line speeds to try, the present one first; empty on TCP.
         clock: tells monotonic time (s).
-        again: whether there was a connection before.
     """
 
-    def __init__(self, line: Line, url: str, rates: Tuple[int, ...], clock: Clock, again: bool = False) -> None:
+    def __init__(self, line: Line, url: str, rates: Tuple[int, ...], clock: Clock) -> None:
         self.packets = 0
         """Packets heard so far."""
         self.noise = 0
         """Bytes so far that belonged to no packet."""
+        self.said_its_name = False
+        """Whether the robot has. SIPs from then on belong to a new session."""
         self._line = line
         self._url = url
         self._rates = rates
         self._clock = clock
-        self._again = again
+        self._heard_open = False    # a packet came that only an open robot sends, or noise
 
     def script(self) -> Generator[float, Any, p2os.SyncReply]:
         """Find the robot. Raises NoAnswerError that says what was tried."""
@@ -79,66 +96,96 @@ class Handshake:
             rate, heard_before = rates.pop(0), self.packets
             if rate is not None and rate != self._line.baud:
                 self._line.set_baud(rate)
-            for attempt in range(SYNC_TRIES if self._rates else TCP_TRIES):
-                silent = (attempt == 0 and (yield from self._is_silent(LISTEN))) or (yield from self._silenced())
-                spoke = self.packets > heard_before
-                reply = (yield from self._synced(may_be_open=self._again or attempt > 0)) if silent else None
-                if reply is not None:
-                    return reply
-                if self._rates and not silent:      # noise that no CLOSE ends: not the line speed of this robot
-                    break
-            if spoke and not fell_back:     # it obeyed CLOSE, and waits at its own speed now: HOSTBAUD had raised this one
+            silent = (yield from self._is_silent(LISTEN)) or (yield from self._silenced())
+            reply = (yield from self._tried(SYNC_TRIES if self._rates else TCP_TRIES)) if silent else None
+            if reply is not None:
+                return reply
+            if self.packets > heard_before and not fell_back:   # it obeyed CLOSE, and waits at its own speed now: HOSTBAUD had raised this one
                 rates, fell_back = [each for each in self._rates if each != rate], True
         raise NoAnswerError(self._what_to_do(self.noise - noise, self.packets - packets))
+
+    def _tried(self, tries: int) -> Generator[float, Any, Optional[p2os.SyncReply]]:
+        """Synchronise with a silent robot. One that answers as an open robot is closed at once, and gets as many tries again."""
+        for attempt in range(2 * tries):
+            if attempt >= tries and not self._heard_open:
+                break
+            if attempt > 0 and (self._rates or self._heard_open):   # on a serial line also one that said its name, but was never opened
+                if not (yield from self._silenced()):
+                    return None
+            reply = yield from self._synced(attempt)
+            if reply is not None:
+                return reply
+        if self._heard_open:
+            yield from self._silenced()
+        return None
+
+    def _hear(self, deadline: float) -> Generator[float, Any, Any]:
+        """The next packet; None at the deadline."""
+        noise = self.noise
+        packet = yield deadline
+        self.said_its_name = self.said_its_name or isinstance(packet, p2os.SyncReply)
+        of_open_robot = packet is not None and not isinstance(packet, BEFORE_A_SESSION)
+        self._heard_open = self._heard_open or of_open_robot or self.noise > noise
+        return packet
+
+    def _is_silent(self, seconds: float) -> Generator[float, Any, bool]:
+        """Whether no open robot, and no noise, is heard for so long; returns as soon as a packet of an open robot is."""
+        self._heard_open = False
+        deadline = self._clock() + seconds
+        while self._clock() < deadline and not self._heard_open:
+            yield from self._hear(deadline)
+        return not self._heard_open
 
     def _silenced(self) -> Generator[float, Any, bool]:
         """Close the robot until it is silent; False when what is heard is no robot, or does not obey."""
         for _ in range(CLOSE_TRIES):
-            self._close()
-            yield from pause(DRAIN, self._clock)
+            for _ in range(CLOSES_IF_HEARD):
+                self._line.command(self._clock(), CLOSE)
+            drained = self._clock() + DRAIN
+            while self._clock() < drained:
+                yield from self._hear(drained)
             noise, packets = self.noise, self.packets
             if (yield from self._is_silent(QUIET)):
                 return True
-            if self.packets == packets and self.noise > noise:
+            if self._rates and self.packets == packets and self.noise > noise:      # not the line speed of this robot
                 return False
         return False
 
-    def _close(self) -> None:
-        for _ in range(CLOSES):
-            self._line.command(self._clock(), CLOSE)
-
-    def _is_silent(self, seconds: float) -> Generator[float, Any, bool]:
-        """Whether nothing at all is heard for so long; returns as soon as a packet is."""
-        noise, packets, deadline = self.noise, self.packets, self._clock() + seconds
-        while self._clock() < deadline and self.packets == packets:
-            yield deadline
-        return self.packets == packets and self.noise == noise
-
-    def _synced(self, may_be_open: bool) -> Generator[float, Any, Optional[p2os.SyncReply]]:
+    def _synced(self, attempt: int) -> Generator[float, Any, Optional[p2os.SyncReply]]:
         """The three SYNCs, each after the echo of the one before; None when the robot does not play along.
 
-        Who was silent just now may be open, with set points that a SYNC0 would revive: its packets were lost, or it is a robot of ours whose cable is
-        put back at this very moment. Then one more CLOSE goes right before the SYNC0.
+        On a serial line CLOSE goes ahead, the last one in one write with SYNC0: the cable of an open robot may be put back at this very moment.
         """
-        self._close()
+        self._heard_open = False
+        if self._rates:
+            for _ in range(CLOSES - 1):
+                self._line.command(self._clock(), CLOSE)
+        also_sync1 = not self._rates and attempt >= TCP_TRIES - TCP_TRIES_WITH_SYNC1
         for number, packet in enumerate(SYNC):
-            self._line.command(self._clock(), *((CLOSE,) if number == p2os.SYNC0 and may_be_open else ()), packet)
+            self._line.command(self._clock(), *((CLOSE,) if self._rates and number == p2os.SYNC0 else ()), packet)
             answer = yield from self._answer(number)
-            if answer is None:
+            if answer is None and not (also_sync1 and number == p2os.SYNC0 and not self._heard_open):
                 return None
         return answer
 
     def _answer(self, number: int) -> Generator[float, Any, Any]:
-        """The robot's answer to one SYNC. Late echoes of earlier ones are passed over; a SIP means that it was open after all."""
+        """The robot's answer to one SYNC. Late echoes of earlier ones are passed over; a SIP means that it was open after all.
+
+        Unless the robot says its name before the echo of SYNC0: it took the CLOSEs for SYNC2 and CLOSE in turn, and sent SIPs in between.
+        """
         deadline = self._clock() + SYNC_TIMEOUT
+        took_closes_for_sync2 = False
         while self._clock() < deadline:
-            packet = yield deadline
-            if isinstance(packet, p2os.SyncReply) and number == p2os.SYNC2:
-                return packet
+            packet = yield from self._hear(deadline)
+            if isinstance(packet, p2os.SyncReply):
+                if number == p2os.SYNC2:
+                    return packet
+                took_closes_for_sync2 = True
             if isinstance(packet, p2os.SyncEcho) and packet.number == number != p2os.SYNC2:
                 return packet
-            # A CLOSE before SYNC0 may be "wrong" to it.
-            if isinstance(packet, p2os.Sip) or isinstance(packet, p2os.Reset) and number != p2os.SYNC0:
+            if isinstance(packet, p2os.Sip) and not took_closes_for_sync2:
+                return None
+            if isinstance(packet, p2os.Reset) and number != p2os.SYNC0:    # a CLOSE before SYNC0 may be "wrong" to it
                 return None
         return None
 

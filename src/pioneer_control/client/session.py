@@ -117,7 +117,7 @@ class Session:
         self._events: List[Told] = []
         self._line = Line(self._do, rates[0] if rates else None, STOP)
         self.host_baud = HostBaud(self._line, url, settings.host_baud, self._clock)
-        self._handshake = Handshake(self._line, url, rates, self._clock, again=odometry is not None)
+        self._handshake = Handshake(self._line, url, rates, self._clock)
         self._decoder = p2os.FrameDecoder()
         self._unread: Iterator[Motion] = iter(())   # what was heard and is not read yet
         self._now = -math.inf
@@ -289,7 +289,8 @@ class Session:
                         self._unreadable += 1
                     else:
                         yield motion
-                elif self.phase is Phase.CONNECTING and self.odometry is not None:      # it was left open, and went on counting
+                elif self.phase is Phase.CONNECTING and self.odometry is not None and not self._handshake.said_its_name:
+                    # it was left open, and went on counting
                     self.odometry.update(sip.x_counts, sip.y_counts, sip.heading_units, UNHEARD)
             packet = p2os.decode_packet(frame, self._model is None or self._model.grip_state_first)
             if sip is not None and self.phase is Phase.OPENING:

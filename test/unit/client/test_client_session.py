@@ -489,7 +489,7 @@ def test_a_new_frame_of_the_robots_is_no_step():
     bench.session.take_actions()
     bench.session = Session("fake", (), Settings(), bench.session.odometry)
     bench.session.start(bench.now)
-    bench.robot.mute = lambda packet: isinstance(packet, p2os.Sip)
+    bench.robot.phase, bench.robot.mute = WAITING, lambda packet: isinstance(packet, p2os.Sip)
     bench.run_until(lambda: bench.session.phase is Phase.OPENING)
     bench.session.fail(LinkLostError("pulled again"))
     bench.robot.mute = lambda packet: False
