@@ -71,7 +71,7 @@ def steps() -> Iterator[Dict[str, Any]]:
     transform.header.frame_id = "odom"
     tasks = ("Link", "Battery", "Motors", "Stall", "Bumpers", "Temperature")
     health = DiagnosticArray(status=[
-        DiagnosticStatus(name=f"pioneer/p2os: {task}", message="as it should be", values=[KeyValue("Value", "12.3")] * 5) for task in tasks])
+        DiagnosticStatus(name="pioneer/p2os: %s" % task, message="as it should be", values=[KeyValue("Value", "12.3")] * 5) for task in tasks])
     still = {
         "/tf": TFMessage([transform] * 2), "/pioneer/joint_states": JointState(name=["left", "right"], position=[0.0, 0.0], velocity=[0.0, 0.0]),
         "/pioneer/battery_state": msg.BatteryState(voltage=12.5), "/pioneer/motor_state": msg.MotorState(state=1), "/pioneer/stall": msg.Stall(),
@@ -145,7 +145,7 @@ def measured(reader: str, path: str) -> Dict[str, float]:
 
 def spread(values: List[float], form: str = "%.1f") -> str:
     """Median and range."""
-    return f"{form % statistics.median(values)} ({form % min(values)} to {form % max(values)})"
+    return "%s (%s to %s)" % (form % statistics.median(values), form % min(values), form % max(values))
 
 
 def compare(case: Case, size: int, folder: str, repeats: int) -> Tuple[str, float, float]:
@@ -163,8 +163,8 @@ def compare(case: Case, size: int, folder: str, repeats: int) -> Tuple[str, floa
     per_gb = {reader: [result["seconds"] / size * 1000 for result in results[reader]] for reader in READERS}
     ratios = [run / bare for run, bare in zip(per_gb["run"], per_gb["bare"])]
     memory = {reader: statistics.median(result["memory"] for result in results[reader]) for reader in READERS}
-    row = (f"| {case.name} | {size} | {kept:.0f} | {seconds / 60:.1f} | {spread(per_gb['bare'])} | {spread(per_gb['run'])} | {spread(ratios, '%.2f')} "
-           f"| {memory['bare']:.0f} | {memory['run']:.0f} |")
+    row = ("| %s | %s | %.0f | %.1f | %s | %s | %s "
+           "| %.0f | %.0f |" % (case.name, size, kept, seconds / 60, spread(per_gb["bare"]), spread(per_gb["run"]), spread(ratios, "%.2f"), memory["bare"], memory["run"]))
     return row, memory["run"], statistics.median(ratios)
 
 
@@ -177,13 +177,13 @@ def huge(size: int, case: Case, folder: str) -> int:
     path = os.path.join(folder, "run.bag")
     begin = time.monotonic()
     minutes = write(path, case, size * 1000) / 60
-    print(f"{case.name}, {os.path.getsize(path) / 1e9:.2f} GB, {minutes:.1f} min: written in {time.monotonic() - begin:.0f} s", flush=True)
+    print("%s, %.2f GB, %.1f min: written in %.0f s" % (case.name, os.path.getsize(path) / 1e9, minutes, time.monotonic() - begin), flush=True)
     try:
         begin = time.monotonic()
         result = measured("run", path)
     finally:
         os.remove(path)
-    print(f"read_run: {result['seconds']:.1f} s of the processor, {time.monotonic() - begin:.1f} s, peak {result['memory']:.0f} MB, {result['count']} poses")
+    print("read_run: %.1f s of the processor, %.1f s, peak %.0f MB, %s poses" % (result["seconds"], time.monotonic() - begin, result["memory"], result["count"]))
     return 0
 
 
@@ -212,9 +212,9 @@ def main() -> int:
                 rows.append(row)
                 peaks.append(peak)
                 if ratio > 1:
-                    wrong.append(f"{case.name}, {size} MB: {ratio:.2f} of the bare loop's time")
+                    wrong.append("%s, %s MB: %.2f of the bare loop's time" % (case.name, size, ratio))
             if peaks[-1] > GROWTH * peaks[0]:
-                wrong.append(f"{case.name}: memory grows with the size, from {peaks[0]:.0f} to {peaks[-1]:.0f} MB")
+                wrong.append("%s: memory grows with the size, from %.0f to %.0f MB" % (case.name, peaks[0], peaks[-1]))
     for sentence in wrong:
         print(sentence, file=sys.stderr)
     if not options.quick:
@@ -223,7 +223,7 @@ def main() -> int:
         rest = tail.partition("\n\n")[2]
         with open(RESULTS, "w", encoding="utf-8") as file:
             file.write("\n".join([head, HEADING, *rows, "", rest]))
-        print(f"{RESULTS}: {platform.python_version()}, {os.cpu_count()} processors")
+        print("%s: %s, %s processors" % (RESULTS, platform.python_version(), os.cpu_count()))
     return bool(wrong)
 
 

@@ -13,4 +13,4 @@ def refuse_launch_arguments(words: Iterable[str], names: Iterable[str]) -> None:
     """
     for word in words:
         if word.partition(":=")[0] in names:
-            raise UsageError(f"{word}: this is how roslaunch is told; --help says how it is said here")
+            raise UsageError("%s: this is how roslaunch is told; --help says how it is said here" % word)

@@ -41,7 +41,7 @@ def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tupl
     if len(runs) == 1:
         return [(runs[0], robot) for robot in robots or [None]]
     if len(robots) > 1 and len(robots) != len(runs):
-        raise UsageError(f"--robot {' --robot '.join(robots)}: give one for all bags, or one for each of the {len(runs)}")
+        raise UsageError("--robot %s: give one for all bags, or one for each of the %s" % (" --robot ".join(robots), len(runs)))
     return list(zip(runs, (robots or [None]) * (1 if len(robots) > 1 else len(runs))))
 
 
@@ -66,13 +66,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         else:
             draw_comparison(runs, output, options.title)
     except (PioneerError, OSError, ImportError) as error:
-        print(f"draw_run: {error}", file=sys.stderr)
+        print("draw_run: %s" % error, file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
     for run in runs:
         if run.damage:
-            print(f"draw_run: {run.path}: {run.damage}", file=sys.stderr)
+            print("draw_run: %s: %s" % (run.path, run.damage), file=sys.stderr)
     print(output)
     return 0
 

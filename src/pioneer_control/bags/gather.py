@@ -115,7 +115,7 @@ class Gatherer:
 
     def nearest(self, robot: str, name: str) -> Any:
         """What was kept of a shared topic: the robot's own, else that of a namespace around it, from within, else any."""
-        around = sorted(self.robots, key=lambda place: (not f"{robot}/".startswith(f"{place}/" * bool(place)), -len(place)))
+        around = sorted(self.robots, key=lambda place: (not ("%s/" % robot).startswith("%s/" % place * bool(place)), -len(place)))
         return next((self.robots[place][name] for place in around if self.robots[place][name].last is not None), self.robots[robot][name])
 
 
@@ -134,7 +134,7 @@ def gather(paths: Sequence[str], robot: Optional[str] = None, progress: Optional
     except BagError:
         raise
     except (AttributeError, TypeError, ValueError) as error:    # of what was kept as it was: only now its fields are looked at
-        raise BagError(f"{paths[0]} has messages under names of ours whose fields are others: {error}") from None
+        raise BagError("%s has messages under names of ours whose fields are others: %s" % (paths[0], error)) from None
 
 
 def _split(topic: str) -> Tuple[str, str]:
@@ -160,12 +160,12 @@ def _choose(paths: Sequence[str], robots: Sequence[str], wanted: Optional[str], 
     if wanted is not None and wanted in robots:
         return wanted
     if wanted is not None and robots:
-        raise BagError(f"{paths[0]} has no robot {wanted!r}; it has: {names}. Choose one with --robot")
+        raise BagError("%s has no robot %r; it has: %s. Choose one with --robot" % (paths[0], wanted, names))
     if not robots:
-        there = ", ".join(sorted({f"{entry.topic} ({entry.type})" for entry in reader.connections})) or "nothing: the bag is empty"
-        raise BagError(f"{paths[0]} has no odometry of a robot (a topic `pose` or `odom`, nav_msgs/Odometry). It has: {there}. {reader.damage}".strip())
+        there = ", ".join(sorted({"%s (%s)" % (entry.topic, entry.type) for entry in reader.connections})) or "nothing: the bag is empty"
+        raise BagError(("%s has no odometry of a robot (a topic `pose` or `odom`, nav_msgs/Odometry). It has: %s. %s" % (paths[0], there, reader.damage)).strip())
     if len(robots) > 1:
-        raise BagError(f"{paths[0]} has {len(robots)} robots: {names}. Choose one with --robot")
+        raise BagError("%s has %s robots: %s. Choose one with --robot" % (paths[0], len(robots), names))
     return robots[0]
 
 
@@ -173,10 +173,10 @@ def _run(path: str, name: str, robots: Sequence[str], gatherer: Gatherer, reader
     """What was gathered of a robot."""
     robot = gatherer.robots[name]
     if robot.odometry is None:
-        raise BagError(f"{path} has no message of the odometry of {name or '/'}. {reader.damage}".strip())
+        raise BagError(("%s has no message of the odometry of %s. %s" % (path, name or "/", reader.damage)).strip())
     info, world, recording = robot["robot_info"].last, gatherer.nearest(name, "world").last, gatherer.nearest(name, "recording").last
     gaps = [gap for topic, rhythm in sorted(robot.rhythms.items()) for gap in rhythm.gaps(topic, reader.end / 1e9)]
-    undecoded = [f"{plural(count, 'message')} on {topic} could not be understood." for topic, count in sorted(gatherer.undecoded.items())]
+    undecoded = ["%s on %s could not be understood." % (plural(count, "message"), topic) for topic, count in sorted(gatherer.undecoded.items())]
     return Run(
         path=path,
         robot=name,

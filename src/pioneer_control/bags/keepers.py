@@ -238,7 +238,7 @@ def pressed(message: Any) -> str:
     for name in ("front", "rear"):
         segments = [str(number) for number, segment in enumerate(getattr(message, name), 1) if segment]
         if segments:
-            parts.append(f"{name} {', '.join(segments)}")
+            parts.append("%s %s" % (name, ", ".join(segments)))
     return "; ".join(parts)
 
 
@@ -299,7 +299,7 @@ class Faults:
         """Those of a robot, and those of nodes that belong to none."""
         mine = [happening for node, happening in self._told if _owner(node, robots) in (robot, None)]
         if self._more:
-            mine.append(Happening(mine[-1].time if mine else 0.0, WARNING, "", f"and {self._more} more warnings and errors"))
+            mine.append(Happening(mine[-1].time if mine else 0.0, WARNING, "", "and %s more warnings and errors" % self._more))
         return tuple(mine)
 
 

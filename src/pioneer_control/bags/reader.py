@@ -142,22 +142,22 @@ class _File:
                 self.size = os.fstat(file.fileno()).st_size
                 self._look(_source_of(file, self.size))
         except FileNotFoundError:
-            raise BagError(f"{path}: no such file") from None
+            raise BagError("%s: no such file" % path) from None
         except OSError as error:
-            raise BagError(f"{path} cannot be read: {error.strerror or error}") from None
+            raise BagError("%s cannot be read: %s" % (path, error.strerror or error)) from None
 
     def _look(self, source: Source) -> None:
         """Whether it is a bag, and what its index says."""
         magic = source.get(0, len(MAGIC))
         if not magic:
-            raise BagError(f"{self.path} is empty (0 bytes): its recorder wrote nothing, or the disk was full")
+            raise BagError("%s is empty (0 bytes): its recorder wrote nothing, or the disk was full" % self.path)
         if magic.startswith(b"#ROSBAG V1."):
-            raise BagError(f"{self.path} is a bag of the old format {magic[9:12].decode('ascii', 'replace')}; only 2.0 is read. "
-                           "To make one of it: rosbag filter OLD.bag NEW.bag True")
+            raise BagError("%s is a bag of the old format %s; only 2.0 is read. "
+                           "To make one of it: rosbag filter OLD.bag NEW.bag True" % (self.path, magic[9:12].decode("ascii", "replace")))
         if magic != MAGIC:
             self._first = next_record(source_of_bytes(source.get(0, BLOCK)), 0)
             if self._first >= min(self.size, BLOCK):
-                raise BagError(f"{self.path} is not a bag, or nothing is left of it: it does not begin with {MAGIC.decode().strip()}")
+                raise BagError("%s is not a bag, or nothing is left of it: it does not begin with %s" % (self.path, MAGIC.decode().strip()))
             self._damaged(0, self._first)
         chunk = record_at(source, next_record(source, self._first, (CHUNK,)))
         if chunk is not None:
@@ -172,7 +172,7 @@ class _File:
         if head is None or head.op != FILE_HEADER:
             return
         if head.fields.get(b"encryptor", b"") not in (b"", b"rosbag/NoEncryptor"):
-            raise BagError(f"{self.path} is encrypted. To make a bag of it that can be read: rosbag decrypt")
+            raise BagError("%s is encrypted. To make a bag of it that can be read: rosbag decrypt" % self.path)
         self._index, = U64.unpack(head.fields[b"index_pos"])
         if 0 < self._index <= self.size:
             self._read_index(source, *(U32.unpack(head.fields[name])[0] for name in (b"conn_count", b"chunk_count")))
@@ -327,29 +327,29 @@ class _File:
         cut = bool(places) and places[-1].end == self.size
         inner = places[:-1] if cut else places
         sentences = [
-            f"it is damaged at {_percent(place.begin / self.size)} of the file{_after(place.after)}: {place.end - place.begin} bytes there are no messages"
+            "it is damaged at %s of the file%s: %s bytes there are no messages" % (_percent(place.begin / self.size), _after(place.after), place.end - place.begin)
             for place in inner[:PLACES]]
         if len(inner) > PLACES:
-            sentences.append(f"so it is at {plural(len(inner) - PLACES, 'more place')}")
+            sentences.append("so it is at %s" % plural(len(inner) - PLACES, "more place"))
         if self._missing:
-            sentences.append(f"{plural(self._missing, 'message')} that it lists could not be read")
+            sentences.append("%s that it lists could not be read" % plural(self._missing, "message"))
         if self._nameless:
-            sentences.append(f"{plural(self._nameless, 'message')} cannot be understood: the description of the topic is lost")
-        sentences += [f"it describes {topic} in two ways, of which one must be wrong" for topic in sorted(self._ambiguous)]
+            sentences.append("%s cannot be understood: the description of the topic is lost" % plural(self._nameless, "message"))
+        sentences += ["it describes %s in two ways, of which one must be wrong" % topic for topic in sorted(self._ambiguous)]
         if not self.indexed:
             sentences.append(self._ending(cut))
         return "; ".join(sentences)
 
     def _ending(self, cut: bool) -> str:
         """How a bag ends whose index is not whole."""
-        seconds = "before its first message" if self.begin is None else f"after {(self.end - self.begin) / 1e9:.1f} s"
+        seconds = "before its first message" if self.begin is None else "after %.1f s" % ((self.end - self.begin) / 1e9)
         if self._index > self.size:
-            return f"it is cut off {seconds}, at {_percent(self.size / self._index)} of its length: the rest is missing"
+            return "it is cut off %s, at %s of its length: the rest is missing" % (seconds, _percent(self.size / self._index))
         if self._index:
             return "its index is damaged or cut off: all messages before it are there, but rosbag wants it mended (rosbag reindex)"
         if cut:
-            return f"it was not closed and ends within a message {seconds}: its recorder was killed, or the disk was full"
-        return f"it was not closed and ends {seconds}: its recorder was killed, or still records"
+            return "it was not closed and ends within a message %s: its recorder was killed, or the disk was full" % seconds
+        return "it was not closed and ends %s: its recorder was killed, or still records" % seconds
 
 
 def _source_of(file: Any, size: int) -> Source:
@@ -408,15 +408,15 @@ def _connection(record: Record, data: bytes) -> Optional[Connection]:
 
 def plural(count: int, what: str) -> str:
     """1 message, 2 messages."""
-    return f"{count} {what}{'s' * (count != 1)}"
+    return "%s %s%s" % (count, what, "s" * (count != 1))
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %" if share <= 0.99 else f"{100 * share:.2f} %"
+    return "%.0f %%" % (100 * share) if share <= 0.99 else "%.2f %%" % (100 * share)
 
 
 def _after(seconds: Optional[float]) -> str:
-    return ", before its first message" if seconds is None else f", after {seconds:.1f} s"
+    return ", before its first message" if seconds is None else ", after %.1f s" % seconds
 
 
 class BagReader:
@@ -451,7 +451,7 @@ class BagReader:
             try:
                 yield from file.messages(progress, latched)
             except OSError as error:
-                raise BagError(f"{file.path} cannot be read: {error.strerror or error}") from None
+                raise BagError("%s cannot be read: %s" % (file.path, error.strerror or error)) from None
             done += file.size
 
     @property
@@ -515,8 +515,8 @@ def _check_arrays(definition: str) -> None:
     for part in re.split("^=+$", definition, flags=re.MULTILINE):
         name = re.match(r"\s*MSG:\s*(?:\S+/)?(\S+)", part)
         lines = [line.split("#")[0] for line in part.splitlines() if not line.strip().startswith("MSG:")]
-        if name and not any(line.strip() and "=" not in line for line in lines) and re.search(rf"\b{re.escape(name[1])}\[", definition):
-            raise ValueError(f"it has an array of {name[1]}, which is nothing, and so as long as it says")
+        if name and not any(line.strip() and "=" not in line for line in lines) and re.search(r"\b%s\[" % re.escape(name[1]), definition):
+            raise ValueError("it has an array of %s, which is nothing, and so as long as it says" % name[1])
 
 
 @functools.lru_cache(maxsize=None)
@@ -535,7 +535,7 @@ def _class_of(type_name: str, md5sum: str, definition: str) -> type:
         _check_arrays(definition)
         return genpy.dynamic.generate_dynamic(type_name, definition)[type_name]
     except Exception as error:  # it parses text of the file
-        raise BagError(f"the bag's definition of {type_name} makes no sense: {error}") from None
+        raise BagError("the bag's definition of %s makes no sense: %s" % (type_name, error)) from None
 
 
 def message_class(connection: Connection) -> type:
@@ -549,5 +549,5 @@ def decode(connection: Connection, data: bytes, into: Any = None) -> Any:
     try:
         made.deserialize(data)
     except Exception as error:  # genpy's own, or what struct and codecs raise on its way
-        raise BagError(f"a message on {connection.topic} is damaged: {error}") from None
+        raise BagError("a message on %s is damaged: %s" % (connection.topic, error)) from None
     return made

@@ -44,17 +44,17 @@ def wire_entries(reader: BagReader) -> Iterator[Entry]:
         time = (stamp - begin).to_sec()
         if topic not in numbers:
             numbers[topic] = len(numbers) + 1
-            yield Entry(time, 0, False, b"", f"robot {numbers[topic]} is {topic}")
+            yield Entry(time, 0, False, b"", "robot %s is %s" % (numbers[topic], topic))
         robot, count = numbers[topic], message.header.seq
         missing = count - counts.get(robot, count - 1) - 1
         counts[robot] = count
         if missing:
-            what = f"{missing} pieces are missing: the recorder was too slow" if missing > 0 else "its driver begins anew"
-            yield Entry(time, 0, False, b"", f"robot {robot}: {what}")
+            what = "%s pieces are missing: the recorder was too slow" % missing if missing > 0 else "its driver begins anew"
+            yield Entry(time, 0, False, b"", "robot %s: %s" % (robot, what))
         if message.data:
             yield Entry(time, robot, message.to_robot, bytes(message.data))
         else:
-            yield Entry(time, 0, False, b"", f"robot {robot}: pieces are missing: ROS was too slow for the driver")
+            yield Entry(time, 0, False, b"", "robot %s: pieces are missing: ROS was too slow for the driver" % robot)
 
 
 def write_wire(bags: Sequence[str], path: str) -> str:
@@ -64,22 +64,22 @@ def write_wire(bags: Sequence[str], path: str) -> str:
         UsageError: the bag cannot be read, or holds nothing of a line, which says how to record it, or the file cannot be written.
     """
     if any(os.path.realpath(path) == os.path.realpath(bag) for bag in bags):
-        raise UsageError(f"{path} is the bag itself: give another file")
+        raise UsageError("%s is the bag itself: give another file" % path)
     reader = read_bag(bags, is_wire)
     found = wire_entries(reader)
     first = next(found, None)
     if first is None:
-        raise UsageError(f"{', '.join(bags)}: {HOW_TO}. {reader.damage}".rstrip())
+        raise UsageError(("%s: %s. %s" % (", ".join(bags), HOW_TO, reader.damage)).rstrip())
     part = path + ".part"
     try:
         with open(part, "w", encoding="utf-8") as file:
-            file.write(f"{TITLE}\n{written(first)}\n")
+            file.write("%s\n%s\n" % (TITLE, written(first)))
             file.writelines(written(entry) + "\n" for entry in found)
             if reader.damage:
-                file.write(f"# {reader.damage}\n")
+                file.write("# %s\n" % reader.damage)
         os.replace(part, path)
     except OSError as error:
-        raise UsageError(f"cannot write {path}: {error.strerror or error}") from error
+        raise UsageError("cannot write %s: %s" % (path, error.strerror or error)) from error
     finally:    # Ctrl-C, a full disk
         with contextlib.suppress(OSError):
             os.remove(part)
@@ -99,10 +99,10 @@ def main(arguments: Optional[List[str]] = None) -> int:
     try:
         damage = write_wire(options.bags, output)
     except (PioneerError, OSError) as error:
-        print(f"wire: {error}", file=sys.stderr)
+        print("wire: %s" % error, file=sys.stderr)
         return 2
     if damage:
-        print(f"wire: {damage}", file=sys.stderr)
+        print("wire: %s" % damage, file=sys.stderr)
     print(output)
     return 0
 

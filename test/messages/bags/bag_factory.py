@@ -21,18 +21,18 @@ SQUARE = [(0.36, -0.2), (0.36, 0.2), (-0.3, 0.2), (-0.3, -0.2)]
 @functools.lru_cache(maxsize=None)
 def message_class(name, package="pioneer_control"):
     """A message class with the definition of ours, under any package's name: what an old bag holds."""
-    text = (MESSAGES / f"{name}.msg").read_text()
+    text = (MESSAGES / ("%s.msg" % name)).read_text()
     parts = [text]
     for field in (line.split("#")[0].split() for line in text.splitlines()):
         kind = field[0].replace("[]", "") if field else ""
-        if (MESSAGES / f"{kind}.msg").exists():
-            parts.append(f"MSG: {package}/{kind}\n" + (MESSAGES / f"{kind}.msg").read_text())
+        if (MESSAGES / ("%s.msg" % kind)).exists():
+            parts.append("MSG: %s/%s\n" % (package, kind) + (MESSAGES / ("%s.msg" % kind)).read_text())
         elif kind == "geometry_msgs/Polygon":
             parts += ["MSG: geometry_msgs/Polygon\nPoint32[] points", "MSG: geometry_msgs/Point32\n" + Point32._full_text]
         elif kind in STANDARD:
             full = "std_msgs/Header" if kind == "Header" else kind
-            parts.append(f"MSG: {full}\n" + STANDARD[kind]._full_text)
-    return genpy.dynamic.generate_dynamic(f"{package}/{name}", ("\n" + "=" * 80 + "\n").join(parts))[f"{package}/{name}"]
+            parts.append("MSG: %s\n" % full + STANDARD[kind]._full_text)
+    return genpy.dynamic.generate_dynamic("%s/%s" % (package, name), ("\n" + "=" * 80 + "\n").join(parts))["%s/%s" % (package, name)]
 
 
 def odometry(x, y, heading, frame="odom", linear=0.0, angular=0.0):
@@ -88,7 +88,7 @@ def bumpers(front=(), rear=()):
 
 def diagnostics(node="pioneer/p2os", **tasks):
     """A DiagnosticArray message of a driver: task=(level, text)."""
-    return DiagnosticArray(status=[DiagnosticStatus(level=level, name=f"{node}: {task}", message=text) for task, (level, text) in tasks.items()])
+    return DiagnosticArray(status=[DiagnosticStatus(level=level, name="%s: %s" % (node, task), message=text) for task, (level, text) in tasks.items()])
 
 
 def log(level, node, text):
@@ -149,7 +149,7 @@ def driven(start=(1.0, 1.0, 0.0), seconds=10, speed=0.1, name="pioneer", drift=0
 
     ``drift`` is how many m its odometry falls short of each m driven.
     """
-    topic = f"/{name}/%s" if name else "/%s"
+    topic = "/%s/%%s" % name if name else "/%s"
     begin = 1000.0
     yield topic % "robot_info", robot_info({0: (0.0, 0.1, math.pi / 2), 3: (0.2, 0.0, 0.0)}), begin
     yield topic % "map", room(8.0, 6.0), begin
@@ -168,16 +168,16 @@ def driven(start=(1.0, 1.0, 0.0), seconds=10, speed=0.1, name="pioneer", drift=0
 
 def eventful(name="pioneer", seconds=20):
     """(topic, message, seconds) of a `driven` robot to whom everything happens that a Run knows: 1000 s is its begin."""
-    topic, begin = f"/{name}/%s", 1000.0
+    topic, begin = "/%s/%%s" % name, 1000.0
     told = {topic % "pose", topic % "sonar", topic % "gripper_state"}
     yield from (entry for entry in driven(name=name, seconds=seconds) if entry[0] not in told or not begin + 6 < entry[2] < begin + 8)
     yield topic % "recording", String("robots: [%s]" % name), begin
     yield topic % "e_stop", Bool(False), begin
     yield topic % "e_stop", Bool(True), begin + 12
     yield topic % "e_stop", Bool(False), begin + 13
-    yield "/rosout", log(Log.INFO, f"/{name}/p2os", "connected"), begin
-    yield "/rosout", log(Log.WARN, f"/{name}/simulator", "simulated 6.000 s: fault begins: silence"), begin + 6
-    yield "/rosout", log(Log.ERROR, f"/{name}/p2os", "no link: nothing came for 1.5 s"), begin + 7.5
+    yield "/rosout", log(Log.INFO, "/%s/p2os" % name, "connected"), begin
+    yield "/rosout", log(Log.WARN, "/%s/simulator" % name, "simulated 6.000 s: fault begins: silence"), begin + 6
+    yield "/rosout", log(Log.ERROR, "/%s/p2os" % name, "no link: nothing came for 1.5 s"), begin + 7.5
     for step in range(seconds * 10 + 1):
         time, since = begin + 0.1 * step, 0.1 * step
         silent = 6 < since < 8
@@ -193,7 +193,7 @@ def eventful(name="pioneer", seconds=20):
     for since in range(seconds + 1):
         link = (2, "no link: silent") if since == 7 else (0, "connected")
         motor = (1, "the STOP button is pressed") if since == 12 else (0, "motors are on")
-        yield "/diagnostics", diagnostics(f"{name}/p2os", Link=link, Motors=motor), begin + since + 0.05
+        yield "/diagnostics", diagnostics("%s/p2os" % name, Link=link, Motors=motor), begin + since + 0.05
 
 
 def unclosed(path, messages, compression="none", chunk=4096):

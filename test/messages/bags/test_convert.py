@@ -49,10 +49,10 @@ def driven(package="p2os_msgs", frame="", begin=1000.0, name=""):
         time = begin + step / 10
         pose = make.odometry(0.02 * step, 0.0, 0.0)
         pose.twist.twist.linear.x = 0.2
-        yield f"{name}/pose", pose, time
-        yield f"{name}/sonar", sonar_array({3: 2.0 - 0.02 * step, 4: 2.0 - 0.02 * step, 7: 0.0}, package, frame), time + 0.01
-        yield f"{name}/battery_state", make.message_class("BatteryState", package)(voltage=12.5), time + 0.02
-        yield f"{name}/gripper_state", make.gripper(1, False, package), time + 0.03
+        yield "%s/pose" % name, pose, time
+        yield "%s/sonar" % name, sonar_array({3: 2.0 - 0.02 * step, 4: 2.0 - 0.02 * step, 7: 0.0}, package, frame), time + 0.01
+        yield "%s/battery_state" % name, make.message_class("BatteryState", package)(voltage=12.5), time + 0.02
+        yield "%s/gripper_state" % name, make.gripper(1, False, package), time + 0.03
     yield "/others", String("kept"), time + 0.04
 
 
@@ -91,7 +91,7 @@ class TestKept:
         messages = [old_message(name, package) for name in VALUES for package in (*OLD_PACKAGES, "pioneer_control", "my_msgs")]
         messages += [String("said"), Header(frame_id="else")]
         connections = [writer.connect(topic, dict(
-            callerid=f"/node_{index}", latching=str(index % 2), md5sum=message._md5sum, message_definition=message._full_text, topic=topic, type=message._type))
+            callerid="/node_%s" % index, latching=str(index % 2), md5sum=message._md5sum, message_definition=message._full_text, topic=topic, type=message._type))
             for topic in ("/one", "/two") for index, message in enumerate(messages)]
         for count in range(3 * len(connections)):
             writer.write(connections[count % len(connections)], serialized(messages[count % len(messages)]), 10 ** 18 + count // 5)
@@ -100,7 +100,7 @@ class TestKept:
         assert code == 0 and "There was nothing" not in said
         before, after = read(tmp_path / "old.bag"), read(path)
         assert [(topic, data, time) for topic, _, data, time in after] == [(topic, data, time) for topic, _, data, time in before]
-        kinds = {f"{package}/{name}": f"pioneer_control/{name}" for package in OLD_PACKAGES for name in VALUES}
+        kinds = {"%s/%s" % (package, name): "pioneer_control/%s" % name for package in OLD_PACKAGES for name in VALUES}
         for (_, old, _, _), (_, new, _, _) in zip(before, after):
             assert new.type == kinds.get(old.type, old.type)
             same = set(old.header) - ({"type", "message_definition"} if old.type in kinds else set())
@@ -159,7 +159,7 @@ class TestMade:
             for topic, message in (("pose", odometry_of(state, stamp, "two/odom", "two/base_link")),
                                    ("sonar", sonar_array_of(state, stamp, "two/base_link")),
                                    ("battery_state", conversions.battery_state(state, stamp, "two/base_link"))):
-                messages.append((f"/two/{topic}", message, stamp.to_sec() + 0.001))
+                messages.append(("/two/%s" % topic, message, stamp.to_sec() + 0.001))
         path, _, _ = converted(bag(messages), "--model", "p3dx-sh", "points", "ranges", "battery")
         live = [reading for state, stamp in zip(states, stamps) for reading in ranges.sonar_ranges(state, stamp, "two/", math.inf)]
         assert [serialized(message) for message, _ in made(path, "/two/sonar_ranges")] == [serialized(message) for message in live]
@@ -179,7 +179,7 @@ class TestMade:
         for topic, frame in (("/sonar_points", "base_link"), ("/battery", "base_link"), ("/sonar_ranges", None)):
             for message, time in made(path, topic):
                 assert message.header.stamp.to_sec() == pytest.approx(time) and message.header.frame_id == (frame or message.header.frame_id)
-        assert {message.header.frame_id for message, _ in made(path, "/sonar_ranges")} == {f"sonar_{number}" for number in range(16) if number != 7}
+        assert {message.header.frame_id for message, _ in made(path, "/sonar_ranges")} == {"sonar_%s" % number for number in range(16) if number != 7}
         assert {message.header.seq for message, _ in made(path, "/sonar_ranges")} == {7}
 
     def test_a_stamp_and_a_frame_that_are_there_stay(self, bag, converted):
@@ -238,10 +238,10 @@ class TestMade:
         path, code, said = converted(old, "points")
         assert code == 2 and "transducers of /bob/sonar look" in said
         path, code, said = converted(old, "points", "--model", "p3dx-sh")
-        assert code == 0 and [made(path, f"/{name}/sonar_points")[0][0].width for name in ("alice", "bob")] == [1, 2]
+        assert code == 0 and [made(path, "/%s/sonar_points" % name)[0][0].width for name in ("alice", "bob")] == [1, 2]
 
     def test_what_is_there_already_is_not_made_again(self, bag, converted):
-        frames = TFMessage([TransformStamped(Header(), f"sonar_{number}", None) for number in range(16)])
+        frames = TFMessage([TransformStamped(Header(), "sonar_%s" % number, None) for number in range(16)])
         messages = [*driven(), ("/battery", String("of somebody else"), 1000.0), ("/tf_static", frames, 1000.0)]
         path, _, said = converted(bag(messages), "--model", "p3dx-sh", "--replace")
         topics = [topic for topic, *_ in read(path)]
@@ -259,7 +259,7 @@ class TestMade:
         assert renamed == [("one/odom", "one/base_link"), ("/map", "one/odom")]
         assert (made(path, "/odom")[0][0].header.frame_id, made(path, "/pose")[0][0].header.frame_id) == ("one/odom", "one/odom")
         assert made(path, "/sonar_scan")[0][0].header.frame_id == "one/base_link"
-        assert {message.header.frame_id for message, _ in made(path, "/sonar_ranges")} == {f"one/sonar_{number}" for number in range(16) if number != 7}
+        assert {message.header.frame_id for message, _ in made(path, "/sonar_ranges")} == {"one/sonar_%s" % number for number in range(16) if number != 7}
         assert made(path, "/tf_static")[0][0].transforms[0].header.frame_id == "one/base_link"
         assert made(path, "/others")[0][0].data == "kept"
 

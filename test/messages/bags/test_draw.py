@@ -143,7 +143,7 @@ class TestCommand:
 
     @pytest.mark.parametrize("ending, begins", [("png", PNG), ("pdf", b"%PDF"), ("svg", b"<?xml")])
     def test_named(self, tmp_path, ending, begins):
-        bag, picture = make.write_bag(tmp_path / "run.bag", make.driven(seconds=2)), tmp_path / f"x.{ending}"
+        bag, picture = make.write_bag(tmp_path / "run.bag", make.driven(seconds=2)), tmp_path / ("x.%s" % ending)
         assert draw.main([bag, "-o", str(picture)]) == 0
         assert picture.read_bytes().startswith(begins)
 
@@ -178,13 +178,13 @@ class TestCommand:
         assert "is a directory" in capsys.readouterr().err
 
     def test_several_are_compared(self, tmp_path, capsys):
-        bags = [make.write_bag(tmp_path / f"{name}.bag", make.driven(seconds=2, speed=speed)) for name, speed in (("a", 0.1), ("b", 0.2))]
+        bags = [make.write_bag(tmp_path / ("%s.bag" % name), make.driven(seconds=2, speed=speed)) for name, speed in (("a", 0.1), ("b", 0.2))]
         assert draw.main(bags) == 0
         assert capsys.readouterr().out.strip() == str(tmp_path / "a-compared.png")
         assert (tmp_path / "a-compared.png").read_bytes().startswith(PNG)
 
     def test_too_many_are_said_before_they_are_read(self, tmp_path, capsys):
-        assert draw.main([str(tmp_path / f"{number}.bag") for number in range(9)]) == 2
+        assert draw.main([str(tmp_path / ("%s.bag" % number)) for number in range(9)]) == 2
         assert "9 runs are too many" in capsys.readouterr().err
 
     def test_parts_are_in_the_order_of_their_numbers(self):
@@ -193,7 +193,7 @@ class TestCommand:
 
     def test_parts_of_one_recording(self, tmp_path, capsys):
         messages = sorted(make.driven(seconds=4), key=lambda entry: entry[2])
-        parts = [make.write_bag(tmp_path / f"{number}.bag", half) for number, half in enumerate((messages[:80], messages[80:]))]
+        parts = [make.write_bag(tmp_path / ("%s.bag" % number), half) for number, half in enumerate((messages[:80], messages[80:]))]
         assert draw.main(["--parts", *parts, "-o", str(tmp_path / "x.png")]) == 0
         (run,) = [draw.read(*each) for each in draw.wanted(parts, [], True)]
         assert run.duration == pytest.approx(4.0)
@@ -204,7 +204,7 @@ class TestCommand:
             file.truncate(int(0.6 * file.seek(0, 2)))
         assert draw.main([bag]) == 0
         told = capsys.readouterr()
-        assert told.out.strip() == str(tmp_path / "run.png") and told.err.startswith(f"draw_run: {bag}: ")
+        assert told.out.strip() == str(tmp_path / "run.png") and told.err.startswith("draw_run: %s: " % bag)
 
     def test_robots_of_one_bag_are_compared(self, tmp_path):
         bag = make.write_bag(tmp_path / "run.bag", list(make.driven(seconds=1, name="alice")) + list(make.driven(seconds=1, name="bob")))

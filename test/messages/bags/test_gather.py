@@ -188,8 +188,8 @@ class TestShared:
     """Several simulated robots have one world, and one recording has one description."""
 
     def test_what_is_around_the_robot_counts_where_it_has_none_of_its_own(self, run_of):
-        poses = [(f"/lab/{name}/pose", make.odometry(0.0, 0.0, 0.0), 1.0) for name in ("a", "b")]
-        worlds = [(f"{place}/world", String(place), 1.0) for place in ("", "/lab", "/lab/b", "/other")]
+        poses = [("/lab/%s/pose" % name, make.odometry(0.0, 0.0, 0.0), 1.0) for name in ("a", "b")]
+        worlds = [("%s/world" % place, String(place), 1.0) for place in ("", "/lab", "/lab/b", "/other")]
         notes = [("/lab/a/recording", String("notes"), 1.0)]
         grid = [("/map", make.room(2.0, 1.0), 1.0)]
         for name, world in (("lab/a", "/lab"), ("lab/b", "/lab/b")):
@@ -197,7 +197,7 @@ class TestShared:
             assert (run.world, run.notes, run.map.cells.shape) == (world, "notes", (22, 42))
 
     def test_what_is_the_robots_alone_is_not(self, run_of):
-        poses = [(f"/lab/{name}/pose", make.odometry(0.0, 0.0, 0.0), 1.0) for name in ("a", "b")]
+        poses = [("/lab/%s/pose" % name, make.odometry(0.0, 0.0, 0.0), 1.0) for name in ("a", "b")]
         run = run_of(poses + [("/lab/a/battery_state", make.battery(12.0), 1.0), ("/lab/cmd_vel", make.twist(1.0), 1.0)], robot="lab/b")
         assert len(run.battery.time) == len(run.commanded.time) == 0
 
@@ -206,7 +206,7 @@ class TestParts:
     def test_they_are_one_run(self, tmp_path):
         messages, told = sorted(make.eventful(), key=lambda entry: entry[2]), []
         halves = messages[:len(messages) // 2], messages[len(messages) // 2:]
-        paths = [make.write_bag(tmp_path / f"run_{part}.bag", half) for part, half in enumerate(halves)]
+        paths = [make.write_bag(tmp_path / ("run_%s.bag" % part), half) for part, half in enumerate(halves)]
         run = read_run(paths, progress=lambda done, whole: told.append(done / whole))
         whole = read_run(make.write_bag(tmp_path / "whole.bag", messages))
         assert run.path == paths[0] and run.duration == pytest.approx(20.0) and told[-1] == 1.0
@@ -231,18 +231,18 @@ class TestDamage:
 
 def other(name, package="pioneer_control", definition="int32 foo\n"):
     """A message under a name of ours, with another definition."""
-    return genpy.dynamic.generate_dynamic(f"{package}/{name}", definition)[f"{package}/{name}"]()
+    return genpy.dynamic.generate_dynamic("%s/%s" % (package, name), definition)["%s/%s" % (package, name)]()
 
 
 class TestOtherFields:
     """Types with our names, and definitions of somebody else."""
 
-    @pytest.mark.parametrize("definition", ["int32 foo\n", "\n".join(f"string {field}" for field in (
+    @pytest.mark.parametrize("definition", ["int32 foo\n", "\n".join("string %s" % field for field in (
         "header", "state", "data", "linear", "angular", "ranges", "voltage", "grip", "footprint", "poses", "info", "wander", "reason", "subtype", "front"))])
     @pytest.mark.parametrize("topic", sorted(set(gathering.TOPICS) - {"pose"}))
     def test_the_rest_is_read_or_it_is_one_clear_error(self, tmp_path, topic, definition):
         strange = other(gathering.TOPICS[topic].type, definition=definition)
-        path = make.write_bag(tmp_path / "run.bag", [*make.driven(seconds=1), *((f"/x/{topic}", strange, 1000.5 + 0.1 * n) for n in range(3))])
+        path = make.write_bag(tmp_path / "run.bag", [*make.driven(seconds=1), *(("/x/%s" % topic, strange, 1000.5 + 0.1 * n) for n in range(3))])
         try:
             run = read_run(path, "pioneer")
         except BagError as error:
@@ -253,8 +253,8 @@ class TestOtherFields:
     @pytest.mark.parametrize("name", ["cmd_vel", "sonar", "battery_state", "decision", "stall"])
     def test_of_the_robot_itself(self, run_of, name):
         strange = other(gathering.TOPICS[name].type)
-        run = run_of([*(message for message in make.driven(seconds=1) if not message[0].endswith(name)), (f"/pioneer/{name}", strange, 1000.5)])
-        assert f"1 message on /pioneer/{name} could not be understood" in run.damage
+        run = run_of([*(message for message in make.driven(seconds=1) if not message[0].endswith(name)), ("/pioneer/%s" % name, strange, 1000.5)])
+        assert "1 message on /pioneer/%s could not be understood" % name in run.damage
 
     def test_of_the_pose(self, run_of):
         with pytest.raises(BagError, match="no message of the odometry"):

@@ -69,7 +69,7 @@ class TestShape:
     @staticmethod
     def boxes(urdf, link):
         """(centre, size) of each box of a link, in the link's frame."""
-        visuals = urdf.findall(f"link[@name='{link}']/visual")
+        visuals = urdf.findall("link[@name='%s']/visual" % link)
         return [
             (np.fromstring(visual.find("origin").get("xyz"), sep=" "), np.fromstring(visual.find("geometry/box").get("size"), sep=" "))
             for visual in visuals
@@ -89,8 +89,8 @@ class TestShape:
         radius = find_model("p3dx-sh").wheel_radius
         sides = []
         for name in WHEEL_JOINTS:
-            joint = urdf.find(f"joint[@name='{name}']")
-            drawn = urdf.findall(f"link[@name='{joint.find('child').get('link')}']/visual/geometry/cylinder")
+            joint = urdf.find("joint[@name='%s']" % name)
+            drawn = urdf.findall("link[@name='%s']/visual/geometry/cylinder" % joint.find("child").get("link"))
             _, y, z = map(float, joint.find("origin").get("xyz").split())
             assert (max(float(cylinder.get("radius")) for cylinder in drawn), z) == (radius, radius)
             sides.append(y)

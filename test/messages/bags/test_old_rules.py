@@ -56,7 +56,7 @@ def mixed():
     seconds = 10.0
     for repeat in range(2):
         for package, name in TOPICS:
-            yield f"/{package}/{name}", old_message(name, package), seconds
+            yield "/%s/%s" % (package, name), old_message(name, package), seconds
             yield "/ours/sonar", make.sonar([1.0, 2.0]), seconds + 0.01
             yield "/others", Header(frame_id="else"), seconds + 0.02
             seconds += 0.05
@@ -67,18 +67,18 @@ class TestRules:
         rules = [rule for chain in migrator.rulechains.values() for rule in [*chain.chain, chain.rename]]
         found = {(rule.old_type, rule.new_type) for rule in rules}
         chains = list(zip((*OLD_PACKAGES, "pioneer_control"), (*OLD_PACKAGES, "pioneer_control")[1:]))
-        assert len(rules) == len(found) and found == {(f"{old}/{name}", f"{new}/{name}") for name in VALUES for old, new in chains}
+        assert len(rules) == len(found) and found == {("%s/%s" % (old, name), "%s/%s" % (new, name)) for name in VALUES for old, new in chains}
         assert migrator.all_rules_valid()
 
     @pytest.mark.parametrize("name", VALUES)
     def test_the_last_definition_is_the_messages_own(self, migrator, name):
         ours = getattr(msg, name)
-        last = migrator.rulechains[f"p2os_msgs/{name}"].rename
+        last = migrator.rulechains["p2os_msgs/%s" % name].rename
         assert (last.new_full_text, last.new_md5sum) == (ours._full_text, ours._md5sum)
 
     @pytest.mark.parametrize("package, name", TOPICS)
     def test_each_definition_names_the_parts_of_its_own_package(self, migrator, package, name):
-        rule = migrator.rulechains[f"{package}/{name}"].rename
+        rule = migrator.rulechains["%s/%s" % (package, name)].rename
         assert "pioneer_control" not in rule.old_full_text
         assert rule.old_class._full_text == make.message_class(name, package)._full_text or name in ("SonarArray", "BatteryState")
         assert rule.old_md5sum == make.message_class(name, package)._md5sum
@@ -86,7 +86,7 @@ class TestRules:
     @pytest.mark.parametrize("package, name", TOPICS)
     def test_a_rule_keeps_every_value(self, migrator, package, name):
         """rosbag applies none where the md5 is the same; somebody's message that contains one of these may make it."""
-        rule = migrator.rulechains[f"{package}/{name}"].rename
+        rule = migrator.rulechains["%s/%s" % (package, name)].rename
         made = rule.apply(old_message(name, package))
         assert made._type == rule.new_type and serialized(made) == serialized(old_message(name, package))
 
@@ -94,7 +94,7 @@ class TestRules:
         """Only then does it know which packages depend on rosbag."""
         import rospkg
         monkeypatch.setattr(rospkg.RosPack, "get_depends_on", lambda self, name, implicit=True: ["pioneer_control"] * (name == "rosbag"))
-        assert set(MessageMigrator().rulechains) == {f"{package}/{name}" for package, name in TOPICS}
+        assert set(MessageMigrator().rulechains) == {"%s/%s" % (package, name) for package, name in TOPICS}
 
     def test_another_definition_has_no_rule(self, migrator):
         """Of the name of an old message, but with a field more."""

@@ -24,7 +24,7 @@ PADDING = range(200, 4110)  # of the file's first record: spaces that nobody rea
 
 def texts(count):
     """(topic, message, seconds): texts on two topics, a second apart, no two alike."""
-    return [("/even" if number % 2 == 0 else "/odd", String(f"text {number:04d}"), 100.0 + number) for number in range(count)]
+    return [("/even" if number % 2 == 0 else "/odd", String("text %04d" % number), 100.0 + number) for number in range(count)]
 
 
 def small(path, compression="none", count=7, chunk=200):
@@ -94,7 +94,7 @@ class TestGoodBags:
         assert read(path.read_bytes()) == (sorted(by_rosbag(path), key=lambda message: message[2]), "")  # rosbag mixes its own lists up there
 
     def test_messages_of_one_time_come_as_they_were_recorded(self, tmp_path, read):
-        path = make.write_bag(tmp_path / "run.bag", [(f"/{number % 3}", String(str(number)), 5.0) for number in range(20)])
+        path = make.write_bag(tmp_path / "run.bag", [("/%s" % (number % 3), String(str(number)), 5.0) for number in range(20)])
         messages, _ = read(open(path, "rb").read())
         assert [data[4:] for _, data, _ in messages] == [str(number).encode() for number in range(20)]
 
@@ -136,7 +136,7 @@ class TestGoodBags:
         empty = struct.pack("<I", len(fields)) + fields + bytes(4)
         first = content.index(b"\x04\0\0\0op=\x05") - 4
         messages, damage = read(content[:first] + empty + content[first:])
-        assert [data[4:] for _, data, _ in messages] == [f"text {number:04d}".encode() for number in range(4)]
+        assert [data[4:] for _, data, _ in messages] == [("text %04d" % number).encode() for number in range(4)]
         assert "index" in damage  # whose places are wrong now
 
 
@@ -175,7 +175,7 @@ class TestChoosing:
 
 class TestParts:
     def test_one_after_the_other(self, tmp_path):
-        paths = [make.write_bag(tmp_path / f"run_{part}.bag", texts(30)[10 * part:10 * part + 10]) for part in range(3)]
+        paths = [make.write_bag(tmp_path / ("run_%s.bag" % part), texts(30)[10 * part:10 * part + 10]) for part in range(3)]
         reader = read_bag(paths)
         assert [message.time // 10**9 for message in reader] == list(range(100, 130)) and reader.damage == ""
 
@@ -195,7 +195,7 @@ class TestParts:
             read_bag([make.write_bag(tmp_path / "run_0.bag", texts(5)), str(tmp_path / "missing.bag")])
 
     def test_progress(self, tmp_path):
-        paths = [make.write_bag(tmp_path / f"run_{part}.bag", texts(10)) for part in range(2)]
+        paths = [make.write_bag(tmp_path / ("run_%s.bag" % part), texts(10)) for part in range(2)]
         told = []
         list(read_bag(paths, progress=lambda done, whole: told.append((done, whole))))
         sizes = [len(open(path, "rb").read()) for path in paths]
@@ -239,7 +239,7 @@ class TestCut:
         reader = read_bag(make.unclosed(tmp_path / "run.bag.active", texts(50), compression, chunk=300))
         count = len(list(reader))
         assert count == 50 if compression == "none" else count > 40
-        assert f"it was not closed and ends after {count - 1}.0 s" in reader.damage or "ends within a message" in reader.damage
+        assert "it was not closed and ends after %s.0 s" % (count - 1) in reader.damage or "ends within a message" in reader.damage
 
 
 class TestDamage:

@@ -46,8 +46,8 @@ def recording(*arguments):
 class TestLaunchFile:
     def test_all_that_is_drawn_and_commanded_is_recorded(self):
         kept = set(recording().topics)
-        assert {f"/pioneer/{name}" for name in DRAWN.split()} <= kept
-        assert {f"/pioneer/{topic.name}" for topic in requests.TOPICS} <= kept
+        assert {"/pioneer/%s" % name for name in DRAWN.split()} <= kept
+        assert {"/pioneer/%s" % topic.name for topic in requests.TOPICS} <= kept
         assert {"/tf", "/tf_static", "/rosout", "/diagnostics", "/pioneer/recording"} <= kept
         assert WHEEL_JOINTS and "/pioneer/joint_states" in kept, "the wheels of a robot that is played back"
 
@@ -77,7 +77,7 @@ class TestDocument:
 
     def rows(self, head):
         """Names in the first column of the table with this head."""
-        table = self.text.split(f"| {head} |")[1].split("\n\n")[0]
+        table = self.text.split("| %s |" % head)[1].split("\n\n")[0]
         return [name for row in table.splitlines()[2:] for name in re.findall("`(.*?)`", row.split(" |")[0])]
 
     def test_arguments_are_those_of_the_launch_file(self):
@@ -175,7 +175,7 @@ class TestDescription:
     def test_texts_that_no_recorder_wrote(self, parameters):
         """Nine lines with aliases can be a thousand million values on the parameter server."""
         with pytest.raises(UsageError, match="no description of a recording"):
-            description.description_of(f"recording: {{}}\nparameters:\n  {parameters}\n")
+            description.description_of("recording: {}\nparameters:\n  %s\n" % parameters)
 
     def test_versions_name_the_package_and_what_it_runs_on(self, tmp_path):
         known = description.versions()

@@ -94,7 +94,7 @@ class TestWhatTheBagTells:
 @pytest.mark.parametrize("strange", [TwistStamped(), String("forward"), MotorState(1)])
 def test_what_is_somebody_elses_is_left_out(tmp_path, strange):
     """Under a name of ours, with other fields."""
-    others = [(f"/pioneer/{name}", strange, 1001.0) for name in ("cmd_vel", "gripper_control", "robot_info", "ground_truth")]
+    others = [("/pioneer/%s" % name, strange, 1001.0) for name in ("cmd_vel", "gripper_control", "robot_info", "ground_truth")]
     with pytest.raises(BagError, match="nobody was told anything"):
         redrive.read_recorded([make.write_bag(tmp_path / "strange.bag", others)])
     path = make.write_bag(tmp_path / "mixed.bag", [*others, ("/pioneer/cmd_wheels", WheelVelocities(0.1, 0.2), 1002.0)])
@@ -132,7 +132,7 @@ class TestWhatIsAsked:
     def test_a_name_that_is_none(self, bag, name):
         """At its end all parameters below it are removed: of "/" those of everybody."""
         with pytest.raises(UsageError, match="--name .* is not legal"):
-            self.given(bag, f"--name={name}")
+            self.given(bag, "--name=%s" % name)
 
     def test_off_is_off(self, tmp_path):
         path = make.write_bag(tmp_path / "run.bag", [*told(), ("/pioneer/cmd_motor_state", MotorState(0), 1006.0)])

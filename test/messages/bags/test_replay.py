@@ -29,8 +29,8 @@ def bag(tmp_path):
 
 class TestCommands:
     def test_all_that_a_driver_listens_to_goes_aside(self):
-        topics = {f"/{robot}/{row.name}": row.message._type for robot in ("alice", "bob") for row in TOPICS}
-        wanted = {f"/{robot}/{row.name}:=/{robot}/recorded/{row.name}" for robot in ("alice", "bob") for row in TOPICS}
+        topics = {"/%s/%s" % (robot, row.name): row.message._type for robot in ("alice", "bob") for row in TOPICS}
+        wanted = {"/%s/%s:=/%s/recorded/%s" % (robot, row.name, robot, row.name) for robot in ("alice", "bob") for row in TOPICS}
         assert len(TOPICS) >= 4 and set(replay.remappings(topics)) == wanted
 
     @pytest.mark.parametrize("row", TOPICS, ids=lambda row: row.name)
@@ -169,7 +169,7 @@ class TestMain:
     def test_what_was_meant_for_roslaunch_is_refused(self, capsys, words):
         """Without a word a robot drove at its full speed."""
         assert replay.main(words) == 2
-        assert f"{words[-1]}: this is how roslaunch is told" in capsys.readouterr().err
+        assert "%s: this is how roslaunch is told" % words[-1] in capsys.readouterr().err
 
     def test_all_that_roslaunch_is_told_is_known(self):
         launch = ElementTree.parse(ROOT / "launch" / "replay.launch").getroot()
@@ -195,7 +195,7 @@ class TestMain:
         done = []
         monkeypatch.setattr(os, "execvp", lambda file, words: done.append("played"))
         monkeypatch.setattr(replay, "draw", lambda words: done.append(words))
-        replay.main(["look", bag, f"--picture={str(wanted).lower()}"])
+        replay.main(["look", bag, "--picture=%s" % str(wanted).lower()])
         assert done == ([[bag, "--parts"]] if wanted else []) + ["played"]
 
     def test_robots_that_are_there_are_told(self, bag, monkeypatch, capsys):

@@ -100,7 +100,7 @@ class TestCarryOut:
         with socket.create_server(("localhost", 0)) as free:
             port = str(free.getsockname()[1])
         done = subprocess.run([sys.executable, "-c", KILL_THE_MASTER, port], stderr=subprocess.PIPE, universal_newlines=True)
-        assert f"rerun: there is no ROS master at http://localhost:{port}: start roscore" in done.stderr
+        assert "rerun: there is no ROS master at http://localhost:%s: start roscore" % port in done.stderr
         assert "Traceback" not in done.stderr and done.returncode == 1
 
     def test_what_has_other_reasons_is_not_laid_on_the_master(self, monkeypatch):
@@ -127,7 +127,7 @@ class TestPrograms:
     def test_one_that_does_not_is_killed(self, monkeypatch, tmp_path):
         monkeypatch.setattr(stage, "LAST_WORDS", (0.2, 0.2))
         ready = tmp_path / "ready"
-        code = f"import signal, time; [signal.signal(n, signal.SIG_IGN) for n in (2, 15)]; open({str(ready)!r}, 'w'); time.sleep(60)"
+        code = "import signal, time; [signal.signal(n, signal.SIG_IGN) for n in (2, 15)]; open(%r, 'w'); time.sleep(60)" % str(ready)
         programs = stage.Programs()
         process = programs.start([sys.executable, "-c", code])
         while not ready.exists():

@@ -134,7 +134,7 @@ def test_there_is_no_end_to_a_loop(bag, options):
 
 @pytest.mark.parametrize("enough", ["1.1", "-0.1", "nan", "much"])
 def test_a_share_that_is_none(bag, enough):
-    with pytest.raises(UsageError, match=f"enough: '{enough}' is not legal: give a number from 0 to 1"):
+    with pytest.raises(UsageError, match="enough: '%s' is not legal: give a number from 0 to 1" % enough):
         rerun.Rerun(rerun.parser().parse_args([bag, "--enough=" + enough]))
 
 

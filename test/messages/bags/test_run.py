@@ -31,7 +31,7 @@ def without(messages, *names):
 @pytest.mark.parametrize("package", ["pioneer_control", "p2os_msgs", "p2os_driver"])
 def test_the_factory_makes_the_types_of_old_bags(name, md5, package):
     made = make.message_class(name, package)
-    assert (made._type, made._md5sum) == (f"{package}/{name}", md5)
+    assert (made._type, made._md5sum) == ("%s/%s" % (package, name), md5)
 
 
 class TestGeometry:
@@ -200,7 +200,7 @@ class TestBadBags:
     def test_truncated(self, bag, share, seconds):
         run = read_run(make.cut(bag(make.driven(seconds=20)), share))
         assert run.duration == pytest.approx(seconds, abs=1.0)
-        assert f"is cut off after {run.duration:.1f} s, at" in run.damage and "the rest is missing" in run.damage
+        assert "is cut off after %.1f s, at" % run.duration in run.damage and "the rest is missing" in run.damage
 
     def test_truncated_in_the_index(self, bag):
         run = read_run(make.cut(bag(make.driven(seconds=20)), 0.98))

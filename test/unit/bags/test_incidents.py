@@ -26,8 +26,8 @@ class TestIncidents:
     @pytest.mark.parametrize("longer", ["no link: the robot is silent", "the robot is silent; is it switched on?"])
     def test_whichever_says_more_and_whichever_came_first(self, longer):
         short = "the robot is silent"
-        assert said((1.0, 2, "Link", longer), (1.5, 1, "/p2os", short)) == [("A", 2, (1.0,), f"Link: {longer}")]
-        assert said((1.0, 1, "/p2os", short), (1.5, 2, "Link", longer)) == [("A", 2, (1.0,), f"p2os: {short}")]
+        assert said((1.0, 2, "Link", longer), (1.5, 1, "/p2os", short)) == [("A", 2, (1.0,), "Link: %s" % longer)]
+        assert said((1.0, 1, "/p2os", short), (1.5, 2, "Link", longer)) == [("A", 2, (1.0,), "p2os: %s" % short)]
 
     def test_what_is_said_again_and_again_without_a_pause_happened_once(self):
         assert said(*((time, 1, "Link", "slow") for time in (1.0, 2.0, 3.0, 4.001))) == [("A", 1, (1.0, 4.001), "Link: slow")]
@@ -50,7 +50,7 @@ class TestIncidents:
 
 class TestMade:
     def made(self, *faults):
-        return [tuple(each) for each in made([Happening(time, 1, "/sim", f"simulated 1.0 s: {what}") for time, what in faults], 99.0)]
+        return [tuple(each) for each in made([Happening(time, 1, "/sim", "simulated 1.0 s: %s" % what) for time, what in faults], 99.0)]
 
     def test_from_begin_to_end(self):
         assert self.made((1.0, "fault begins: stall"), (4.0, "fault ends: stall")) == [(1.0, 4.0, "stall")]
@@ -79,9 +79,9 @@ class TestSilences:
         assert [tuple(each) for each in silences([Gap("/pose", 1.0, 4.0), Gap("/pose", 4.0, 7.0)])] == [(1.0, 4.0, "pose"), (4.0, 7.0, "pose")]
 
     def test_of_many_topics_the_first_are_named(self):
-        assert silences([Gap(f"/p/{name}", 1.0, 2.0) for name in "abcdef"])[0].what == "a, b, c and 3 more"
-        assert silences([Gap(f"/p/{name}", 1.0, 2.0) for name in "abcd"])[0].what == "a, b, c and 1 more"
-        assert silences([Gap(f"/{robot}/pose", 1.0, 2.0) for robot in "abcd"])[0].what == "pose"
+        assert silences([Gap("/p/%s" % name, 1.0, 2.0) for name in "abcdef"])[0].what == "a, b, c and 3 more"
+        assert silences([Gap("/p/%s" % name, 1.0, 2.0) for name in "abcd"])[0].what == "a, b, c and 1 more"
+        assert silences([Gap("/%s/pose" % robot, 1.0, 2.0) for robot in "abcd"])[0].what == "pose"
 
     def test_none(self):
         assert silences([]) == ()

@@ -109,7 +109,7 @@ class TestComparison:
         return [words for words, _ in boxes(sheet)[0]]
 
     def test_everything_lies_on_a_sheet(self):
-        chosen = [RUNS[name]._replace(path=f"{name}.bag") for name in list(RUNS)[: side_by_side.MOST]]
+        chosen = [RUNS[name]._replace(path="%s.bag" % name) for name in list(RUNS)[: side_by_side.MOST]]
         sheet = self.compare(*chosen)
         own, of_axes = boxes(sheet)
         assert sheet.get_size_inches()[1] <= HEIGHT + 0.01 and overlapping(own) == []

@@ -96,7 +96,7 @@ class TestPlace:
     def test_what_is_there_stays(self, here, there, split):
         (here / there).write_bytes(b"precious")
         start.check_place(recording("--bag=x", "--split=" + ("" if split else "1h")), GB)     # of that nothing would be lost
-        with pytest.raises(UsageError, match=f"{there} is there already, and stays as it is") as caught:
+        with pytest.raises(UsageError, match="%s is there already, and stays as it is" % there) as caught:
             start.check_place(recording("--bag=x", "--split=" + split), GB)
         assert ("is being recorded, or is of a recorder that was killed" in str(caught.value)) == there.endswith(".active")
         assert (here / there).read_bytes() == b"precious"
@@ -116,7 +116,7 @@ class TestPlace:
 
 def test_parts_are_in_their_order(here):
     for number in (0, 1, 2, 10):
-        (here / f"x_{number}.bag{'.active' if number == 10 else ''}").write_bytes(b"")
+        (here / ("x_%s.bag%s" % (number, ".active" if number == 10 else ""))).write_bytes(b"")
     (here / "x.bag").write_bytes(b"")
     assert [os.path.basename(path) for path in recording("--bag=x", "--split=1h").parts] == ["x_0.bag", "x_1.bag", "x_2.bag", "x_10.bag.active"]
     assert [os.path.basename(path) for path in recording("--bag=x").parts] == ["x.bag"]
@@ -137,5 +137,5 @@ def test_what_a_killed_recorder_left_is_told_what_is_being_written_is_not(here):
 @pytest.mark.parametrize("word", ["bag:=x.bag", "also:=wire", "keep_free:=1GB", "robots:=a"])
 def test_what_was_meant_for_roslaunch_is_refused(monkeypatch, word):
     monkeypatch.setattr("sys.argv", ["record", word, "__name:=recorder"])
-    with pytest.raises(SystemExit, match=f"record: {word}: this is how roslaunch is told"):
+    with pytest.raises(SystemExit, match="record: %s: this is how roslaunch is told" % word):
         start.main()

@@ -52,7 +52,7 @@ class TestDecisions:
         setattr(again[12], name, value)
         verdict = judge_decisions(self.live, again)
         assert not verdict.same
-        assert "differ from number 13 on, 1.2 s after the first" in verdict.sentences[0] and f"{name} was" in verdict.sentences[0]
+        assert "differ from number 13 on, 1.2 s after the first" in verdict.sentences[0] and "%s was" % name in verdict.sentences[0]
 
     def test_a_stamp_that_differs(self):
         found = first_difference(self.live, [*self.live[:3], decision(99.0), *self.live[4:]])
@@ -61,7 +61,7 @@ class TestDecisions:
     @pytest.mark.parametrize("again", [live[:19], [], [*live, decision(12.0)]])
     def test_fewer_or_more(self, again):
         verdict = judge_decisions(self.live, again)
-        assert not verdict.same and f"the first {min(20, len(again))} are the same" in verdict.sentences[0]
+        assert not verdict.same and "the first %s are the same" % min(20, len(again)) in verdict.sentences[0]
 
 
 def driven(wave=0.0, late=0.0, count=100, faster=0.0):

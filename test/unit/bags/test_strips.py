@@ -88,7 +88,7 @@ def test_values_on_an_axis_are_round_and_few_and_inside(low, high, most):
     ticks = strips.value_ticks(low, high, most)
     assert 1 <= len(ticks) <= most
     assert ticks.min() > low and ticks.max() < high
-    assert np.allclose(ticks, [float(f"{tick:.6g}") for tick in ticks], atol=1e-9)
+    assert np.allclose(ticks, [float("%.6g" % tick) for tick in ticks], atol=1e-9)
 
 
 def test_what_was_not_heard_of_is_not_drawn():
@@ -102,7 +102,7 @@ def test_what_was_not_heard_of_is_not_drawn():
 
 def test_a_gap_takes_nothing_else_of_a_curve_that_hardly_changes():
     battery = make.series((0, 13.0), (20, 13.0))
-    gaps = tuple(Gap(f"/pioneer/{name}", make.BEGIN + 4.0, make.BEGIN + 6.0) for name in ("battery", "battery_state"))
+    gaps = tuple(Gap("/pioneer/%s" % name, make.BEGIN + 4.0, make.BEGIN + 6.0) for name in ("battery", "battery_state"))
     (strip,) = strips.curves(make.run(battery=battery, gaps=gaps))
     ((time, value, _),) = strip.lines
     assert (time - make.BEGIN).tolist() == [0.0, 4.0, 5.0, 6.0, 20.0] and np.isnan(value).tolist() == [False, False, True, False, False]

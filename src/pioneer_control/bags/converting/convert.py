@@ -52,8 +52,8 @@ def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]
     sonar = {connection.topic for connection in known.connections if is_sonar(connection)}
     unknown = sorted(topic for topic in sonar if namespace_of(topic) not in known.transducers)
     if unknown and options.model is None and len(others) < len(options.what):
-        raise UsageError(f"{source} does not say where the transducers of {', '.join(unknown)} look (it has no robot_info): name the robot's model, "
-                         f"--model p3dx-sh for example, or leave sonar out: convert_bag {source} {target} {' '.join(others) or 'types'}")
+        raise UsageError("%s does not say where the transducers of %s look (it has no robot_info): name the robot's model, "
+                         "--model p3dx-sh for example, or leave sonar out: convert_bag %s %s %s" % (source, ", ".join(unknown), source, target, " ".join(others) or "types"))
     converter = Converter(options, known)
     part = target + PART
     numbers: Dict[Outlet, int] = {}
@@ -78,12 +78,12 @@ def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]
 def _check_files(source: str, target: str) -> None:
     """Whether a bag can be made of another one. Raises UsageError."""
     if os.path.exists(source) and os.path.exists(target) and os.path.samefile(source, target):
-        raise UsageError(f"{target} is the bag to be read: name another file to be written")
+        raise UsageError("%s is the bag to be read: name another file to be written" % target)
     if os.path.lexists(target):
-        raise UsageError(f"{target} exists already: name another file, or remove it")
+        raise UsageError("%s exists already: name another file, or remove it" % target)
     place = os.path.dirname(target) or "."
     if not os.path.isdir(place):
-        raise UsageError(f"{target} cannot be written: there is no directory {place}")
+        raise UsageError("%s cannot be written: there is no directory %s" % (target, place))
 
 
 def report(source: str, target: str, converter: Converter, damage: str, model: str = "") -> str:
@@ -94,36 +94,36 @@ def report(source: str, target: str, converter: Converter, damage: str, model: s
     read: Dict[str, int] = dict(converter.dropped)
     for outlet in renamed + kept:
         read[outlet.topic] = read.get(outlet.topic, 0) + outlet.count
-    lines = [f"{source} -> {target}"]
+    lines = ["%s -> %s" % (source, target)]
     for outlet in renamed:
-        lines.append(f"  renamed {outlet.topic}: {outlet.count} of {outlet.source.type} are {outlet.header['type']}")
+        lines.append("  renamed %s: %s of %s are %s" % (outlet.topic, outlet.count, outlet.source.type, outlet.header["type"]))
     for outlet in made:
         of = outlet.source.topic
-        lines.append(f"  made    {outlet.topic}: {outlet.count} of {outlet.header['type']} from {read.get(of, 0)} of {of}")
+        lines.append("  made    %s: %s of %s from %s of %s" % (outlet.topic, outlet.count, outlet.header["type"], read.get(of, 0), of))
     for topic, count in converter.dropped.items():
-        lines.append(f"  dropped {topic}: {count}, replaced")
+        lines.append("  dropped %s: %s, replaced" % (topic, count))
     topics = sorted({outlet.topic for outlet in kept})
-    lines.append(f"  kept    {sum(outlet.count for outlet in kept)} as they were, of {', '.join(topics) or 'no topic'}")
+    lines.append("  kept    %s as they were, of %s" % (sum((outlet.count for outlet in kept)), ", ".join(topics) or "no topic"))
     for topic in sorted(converter.already_there):
-        lines.append(f"  {topic} is in the bag already: it was not made")
+        lines.append("  %s is in the bag already: it was not made" % topic)
     if not made and not renamed:
         lines.append("  There was nothing to convert: neither types of p2os nor what was asked for.")
     if converter.not_fitted:
         name = model or "the robot_info of the bag"
-        lines.append(f"  {converter.not_fitted} readings of transducers that {name} does not have were left out: is it the right model?")
+        lines.append("  %s readings of transducers that %s does not have were left out: is it the right model?" % (converter.not_fitted, name))
     for topic, count in converter.damaged.items():
-        lines.append(f"  {count} messages of {topic} are damaged: nothing was made of them")
+        lines.append("  %s messages of %s are damaged: nothing was made of them" % (count, topic))
     if damage:
-        lines.append(f"  {source}: {damage} What could be read was converted.")
+        lines.append("  %s: %s What could be read was converted." % (source, damage))
     return "\n".join(lines)
 
 
 def _parser() -> argparse.ArgumentParser:
-    words = [f"  {word:8} {conversion.meaning}{'' if conversion.by_default else ' (only when named)'}" for word, conversion in CONVERSIONS.items()]
+    words = ["  %-8s %s%s" % (word, conversion.meaning, "" if conversion.by_default else " (only when named)") for word, conversion in CONVERSIONS.items()]
     parser = argparse.ArgumentParser(
         prog="convert_bag", formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Write a new bag in which messages of p2os have the names of pioneer_control, with standard messages beside them.",
-        epilog="\n".join([f"WHAT to convert, by default {', '.join(DEFAULT)}:", *words, "",
+        epilog="\n".join(["WHAT to convert, by default %s:" % ", ".join(DEFAULT), *words, "",
                           "Everything else stays as it is: bytes, order, times, publishers, latching."]))
     parser.add_argument("bag", metavar="IN.bag")
     parser.add_argument("output", metavar="OUT.bag", help="must not exist yet")
@@ -142,7 +142,7 @@ def _renamed(texts: Sequence[str]) -> Dict[str, str]:
     for text in texts:
         old, equal, new = (part.strip().lstrip("/") for part in text.partition("="))
         if not (old and equal and new) or "=" in new:
-            raise UsageError(f"--frame {text}: not of the form OLD=NEW, odom=robot_1/odom for example")
+            raise UsageError("--frame %s: not of the form OLD=NEW, odom=robot_1/odom for example" % text)
         renamed[old] = new
     return renamed
 
@@ -153,25 +153,25 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     try:
         for word in options.what:
             if word not in CONVERSIONS:
-                raise UsageError(f"{word!r} cannot be converted (legal: {', '.join(CONVERSIONS)})")
+                raise UsageError("%r cannot be converted (legal: %s)" % (word, ", ".join(CONVERSIONS)))
         model = find_model(options.model, options.models_file or None) if options.model else None
         if options.gripper and model is None:
             raise UsageError("--gripper says something of the robot that --model names: name it")
         if options.gripper and not model.can_carry_gripper:
-            raise UsageError(f"--gripper: a model {model.subtype} carries no gripper")
+            raise UsageError("--gripper: a model %s carries no gripper" % model.subtype)
         what = list(dict.fromkeys(options.what)) or DEFAULT
         wanted = Options(what, model, options.gripper, options.replace, _renamed(options.frame))
         converter, damage = convert(options.bag, options.output, wanted)
     except (PioneerError, OSError) as error:
         text = str(error)
         if not isinstance(error, PioneerError):
-            text = f"{options.output} cannot be written: {error.strerror}"
+            text = "%s cannot be written: %s" % (options.output, error.strerror)
             if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
                 text += ". What was written of it is removed: make room, or write it elsewhere"
-        print(f"convert_bag: {text}", file=sys.stderr)
+        print("convert_bag: %s" % text, file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print(f"convert_bag: interrupted; {options.output} was not written", file=sys.stderr)
+        print("convert_bag: interrupted; %s was not written" % options.output, file=sys.stderr)
         return 130
     print(report(options.bag, options.output, converter, damage, options.model))
     return 1 if damage or converter.damaged else 0

@@ -161,7 +161,7 @@ def _draw_robot(axes, footprint: np.ndarray, pose, name: str, scale: float, writ
     if len(footprint):
         outline = np.column_stack(placed(pose, *footprint.T))
         axes.add_patch(Polygon(outline, facecolor=FAINT, alpha=alpha, edgecolor="none", zorder=2.5))
-        axes.add_patch(Polygon(outline, facecolor="none", edgecolor=INK, linewidth=1.0, zorder=6, label=f"robot at {name}"))
+        axes.add_patch(Polygon(outline, facecolor="none", edgecolor=INK, linewidth=1.0, zorder=6, label="robot at %s" % name))
     nose = min(LONGEST_NOSE, 0.15 * scale) * np.array([(1.0, 0.0), (0.1, 0.5), (0.1, -0.5)])
     axes.add_patch(Polygon(np.column_stack(placed(pose, *nose.T)), facecolor=INK, edgecolor="white", linewidth=0.6, zorder=7))
     if written:

@@ -45,7 +45,7 @@ def _incident(same: Sequence[Happening]) -> Incident:
     who = same[0].who.rsplit("/", 1)[-1]
     level = ERROR if max(fault.level for fault in same) >= ERROR else WARNING
     times = [fault.time for fault, before in zip(same, [None, *same]) if before is None or fault.time - before.time > AT_ONCE]
-    return Incident("", level, tuple(times), f"{who}: {same[0].what}" if who else same[0].what)
+    return Incident("", level, tuple(times), "%s: %s" % (who, same[0].what) if who else same[0].what)
 
 
 def made(faults: Sequence[Happening], end: float) -> Tuple[Span, ...]:
@@ -78,4 +78,4 @@ def _named(topics: Sequence[str]) -> str:
     """The last names of topics, the first few of them."""
     names = list(dict.fromkeys(topic.rsplit("/", 1)[-1] for topic in topics))
     more = len(names) - TOPICS_NAMED
-    return ", ".join(names[:TOPICS_NAMED]) + (f" and {more} more" if more > 0 else "")
+    return ", ".join(names[:TOPICS_NAMED]) + (" and %s more" % more if more > 0 else "")

@@ -47,7 +47,7 @@ def figure(run: Run, title: Optional[str] = None):
     wrong = incidents(run, max(FULL - lanes, FEWEST))
     lines = sum(bool(each.letter) for each in wrong) + (not all(each.letter for each in wrong))
 
-    damage = Paper(1.0).lines(f"This recording is damaged: {run.damage}", RIGHT - LEFT, **DAMAGED)[:3] if run.damage else []
+    damage = Paper(1.0).lines("This recording is damaged: %s" % run.damage, RIGHT - LEFT, **DAMAGED)[:3] if run.damage else []
     events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= strips.BADGES else 0
     lanes += len({each.level for each in wrong})
     lower = [each._replace(height=SQUEEZED * each.height) for each in shown]
@@ -112,7 +112,7 @@ def _write_head(
 ) -> None:
     """Title, when and from which file, figures, and in red what is damaged."""
     robot = run.robot or "robot"
-    named = title or robot + (f" ({run.model})" if run.model else "") + (f" in {run.world}" if run.world else "")
+    named = title or robot + (" (%s)" % run.model if run.model else "") + (" in %s" % run.world if run.world else "")
     paper.text(LEFT, TOP + 0.1, named, room=RIGHT - LEFT - 2.4, size=15, fontweight="bold")
     began = datetime.fromtimestamp(timeline.begin, timezone.utc).strftime("%Y-%m-%d %H:%M UTC") if timeline.begin > REAL else ""
     paper.text(RIGHT, TOP + 0.02, os.path.basename(run.path), room=2.3, size=SMALL, color=FAINT, ha="right")
@@ -128,8 +128,8 @@ def recorded_with(notes: str) -> str:
         versions = description_of(notes).versions
     except UsageError:
         return ""
-    known = [f"{name} {versions[name]}" for name in ("pioneer_control", "rospy", "python") if name in versions]
-    known += [f"commit {versions['commit'][:10]}"] if "commit" in versions else []
+    known = ["%s %s" % (name, versions[name]) for name in ("pioneer_control", "rospy", "python") if name in versions]
+    known += ["commit %s" % versions["commit"][:10]] if "commit" in versions else []
     known += [versions["system"]] if "system" in versions else []
     return "recorded with " + ", ".join(known) if known else ""
 
@@ -139,12 +139,12 @@ def summary(run: Run, view: View, wrong: Sequence[Incident]) -> List[str]:
     parts = [how_long(run.duration), f"{view.path.length:.{1 if view.path.length < 100 else 0}f} m driven"]
     if run.truth is not None:
         end = view.odometry.pose(-1)
-        parts.append(f"odometry {100 * np.hypot(end[0] - view.path.x[-1], end[1] - view.path.y[-1]):.0f} cm off at the end")
+        parts.append("odometry %.0f cm off at the end" % (100 * np.hypot(end[0] - view.path.x[-1], end[1] - view.path.y[-1])))
     else:
         parts.append("as the robot's odometry has it")
     said = [(sum(len(each.times) for each in wrong if each.level == level), what) for level, what in ((ERROR, "error"), (WARNING, "warning"))]
     for count, what in said + [(len(silences(run.gaps)), "gap")]:
-        parts += [f"{count} {what}{'s' * (count > 1)}" + " in the data" * (what == "gap")] if count else []
+        parts += ["%s %s%s" % (count, what, "s" * (count > 1)) + " in the data" * (what == "gap")] if count else []
     return parts
 
 
@@ -164,7 +164,7 @@ def _write_legend(paper: Paper, axes, run: Run, timeline: Timeline, left: float,
         row, column = divmod(number - 1, EVENTS_BESIDE[columns])
         x, y = left + 0.1 + column * (RIGHT - left) / EVENTS_BESIDE[columns], top + row * EVENT_LINE
         _badge(paper, x, y, str(number), EVENT[event.what])
-        paper.text(x + 0.16, y, f"{event.what} at {timeline.write(event.time)}", size=SMALL)
+        paper.text(x + 0.16, y, "%s at %s" % (event.what, timeline.write(event.time)), size=SMALL)
 
 
 def _badge(paper: Paper, left: float, middle: float, words: str, colour: str) -> None:
@@ -177,7 +177,7 @@ def _write_wrong(paper: Paper, top: float, wrong: Sequence[Incident], timeline: 
     """Under the strips: what the letters mean."""
     listed = [each for each in wrong if each.letter]
     rows = [top + LINE * (number + 0.5) for number in range(len(listed) + 1)]
-    times = [timeline.write(each.times[0]) + (f", {len(each.times)}×" if len(each.times) > 1 else "") for each in listed]
+    times = [timeline.write(each.times[0]) + (", %s×" % len(each.times) if len(each.times) > 1 else "") for each in listed]
     times = [paper.text(LEFT + 0.27, row, time, size=SMALL, color=FAINT) for row, time in zip(rows, times)]
     left = LEFT + 0.27 + max((paper.wide(time) for time in times), default=0.0) + 0.12
     for row, each in zip(rows, listed):
@@ -185,4 +185,4 @@ def _write_wrong(paper: Paper, top: float, wrong: Sequence[Incident], timeline: 
         paper.text(left, row, each.words, room=RIGHT - left, size=SMALL)
     more = sum(len(each.times) for each in wrong if not each.letter)
     if more:
-        paper.text(LEFT + 0.27, rows[-1], f"and {more} more, without a letter", size=SMALL, color=FAINT)
+        paper.text(LEFT + 0.27, rows[-1], "and %s more, without a letter" % more, size=SMALL, color=FAINT)

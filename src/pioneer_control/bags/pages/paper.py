@@ -48,11 +48,11 @@ class Paper:
         """Words broken into lines of at most so many inches."""
         probe, lines = self.figure.text(0, 0, "", fontsize=size, **look), [""]
         for word in words.split():
-            probe.set_text(plain(f"{lines[-1]} {word}".strip()))
+            probe.set_text(plain(("%s %s" % (lines[-1], word)).strip()))
             if lines[-1] and self.wide(probe) > room:
                 lines.append(word)
             else:
-                lines[-1] = f"{lines[-1]} {word}".strip()
+                lines[-1] = ("%s %s" % (lines[-1], word)).strip()
         probe.remove()
         return lines
 

@@ -55,7 +55,7 @@ def compared(runs: Sequence[Run]) -> Tuple[Compared, ...]:
 def check_number(runs: int) -> None:
     """Raise UsageError when so many runs are too many for a page."""
     if runs > MOST:
-        raise UsageError(f"{runs} runs are too many to be told apart on one page; compare up to {MOST}")
+        raise UsageError("%s runs are too many to be told apart on one page; compare up to %s" % (runs, MOST))
 
 
 def names(runs: Sequence[Run]) -> List[str]:
@@ -64,7 +64,7 @@ def names(runs: Sequence[Run]) -> List[str]:
     if len(set(files)) == len(files):
         return files
     if len({(run.path, run.robot) for run in runs}) == len(runs) == len({run.robot for run in runs}):
-        return [f"{file} {run.robot}".strip() for file, run in zip(files, runs)]
+        return [("%s %s" % (file, run.robot)).strip() for file, run in zip(files, runs)]
     return [os.path.join(os.path.basename(os.path.dirname(os.path.abspath(run.path))), file) for file, run in zip(files, runs)]
 
 
@@ -106,13 +106,13 @@ def _write_head(paper: Paper, rows: Sequence[Compared], title: Optional[str]) ->
     """Title, and what is compared with what."""
     models = [row.run.model for row in rows]
     same = models[0] if len(set(models)) == 1 else ""   # said once, behind the names
-    robots = list(dict.fromkeys((row.run.robot or "robot") + (f" ({row.run.model})" if row.run.model and not same else "") for row in rows))
+    robots = list(dict.fromkeys((row.run.robot or "robot") + (" (%s)" % row.run.model if row.run.model and not same else "") for row in rows))
     worlds = list(dict.fromkeys(row.run.world for row in rows if row.run.world))
-    of = (robots[0] if len(robots) == 1 else f"{len(robots)} robots: {', '.join(robots)}") + (f" ({same})" if same else "")
-    of += f" in {worlds[0]}" if len(worlds) == 1 else f" in {len(worlds)} worlds: {', '.join(worlds)}" if worlds else ""
-    paper.text(LEFT, TOP + 0.1, title or f"{len(rows)} runs of {of}", room=RIGHT - LEFT, size=15, fontweight="bold")
+    of = (robots[0] if len(robots) == 1 else "%s robots: %s" % (len(robots), ", ".join(robots))) + (" (%s)" % same if same else "")
+    of += " in %s" % worlds[0] if len(worlds) == 1 else " in %s worlds: %s" % (len(worlds), ", ".join(worlds)) if worlds else ""
+    paper.text(LEFT, TOP + 0.1, title or "%s runs of %s" % (len(rows), of), room=RIGHT - LEFT, size=15, fontweight="bold")
     paths = "true paths" if rows[0].track is rows[0].run.truth else "paths as the robots' odometry has them"
-    words = f"{paths}, laid so that all begin together: at the same place, heading, and moment of the first movement"
+    words = "%s, laid so that all begin together: at the same place, heading, and moment of the first movement" % paths
     paper.text(LEFT, TOP + 0.39, words[0].upper() + words[1:], room=RIGHT - LEFT, size=SMALL)
 
 
@@ -148,12 +148,12 @@ def figures(row: Compared) -> Tuple[str, ...]:
     """What the table says of a run, by `COLUMNS`."""
     way, apart = row.figures, row.deviation
     faults = sum(len(each.times) for each in incidents(row.run))
-    own = how_long(way.time), f"{way.length:.2f} m", f"{way.mean_speed:.2f} m/s", str(way.stops), str(faults)
+    own = how_long(way.time), "%.2f m" % way.length, "%.2f m/s" % way.mean_speed, str(way.stops), str(faults)
     if apart is None:
         return (*own, "", "")
-    return (*own, length(apart.maximum), f"{length(apart.at_end)}, {round(np.degrees(apart.turn_at_end)):+d}°".replace("-", "−"))
+    return (*own, length(apart.maximum), ("%s, %+d°" % (length(apart.at_end), round(np.degrees(apart.turn_at_end)))).replace("-", "−"))
 
 
 def length(metres: float) -> str:
     """A distance for people."""
-    return f"{100 * metres:.1f} cm" if metres < 1.0 else f"{metres:.2f} m"
+    return "%.1f cm" % (100 * metres) if metres < 1.0 else "%.2f m" % metres

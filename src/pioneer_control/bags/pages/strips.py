@@ -164,7 +164,7 @@ def doings(run: Run) -> List[Lane]:
         else:
             spans.append((begin, until))
     commonest = sorted(changes, key=lambda word: -sum(until - begin for begin, until in changes[word]))[:DOINGS]
-    return [Lane(f"decided: {word}", FAINT, "", tuple(changes[word])) for word in changes if word in commonest]
+    return [Lane("decided: %s" % word, FAINT, "", tuple(changes[word])) for word in changes if word in commonest]
 
 
 def _said(level: int, wrong: Sequence[Incident]) -> Lane:
@@ -197,7 +197,7 @@ def draw(paper: Paper, left: float, top: float, shown: Sequence[Curves], rows: S
         draw_lanes(axes, rows, timeline, width)
         drawn.append(axes)
     for axes in drawn:
-        draw_time(axes, timeline, int(width / TICKS_APART), f"time since {since} ({timeline.unit})" if axes is drawn[-1] else "")
+        draw_time(axes, timeline, int(width / TICKS_APART), "time since %s (%s)" % (since, timeline.unit) if axes is drawn[-1] else "")
         for begin, end in silent:
             axes.axvspan(begin, end, color=BEYOND, linewidth=0, zorder=0)
     labelled = [axes for axes in drawn if any(axes.get_legend_handles_labels())]

@@ -32,9 +32,9 @@ class Timeline(NamedTuple):
         """A moment without its unit."""
         seconds = time - self.begin
         if self.unit == "s":
-            return f"{round(seconds, 1) + 0.0:g}" if self.span < 10 else str(round(seconds))
+            return "%g" % (round(seconds, 1) + 0.0) if self.span < 10 else str(round(seconds))
         minutes, second = divmod(int(round(seconds)), 60)
-        return f"{minutes}:{second:02d}" if self.unit == "min:s" else f"{minutes // 60}:{minutes % 60:02d}:{second:02d}"
+        return "%s:%02d" % (minutes, second) if self.unit == "min:s" else "%s:%02d:%02d" % (minutes // 60, minutes % 60, second)
 
     def ticks(self, most: int) -> np.ndarray:
         """Moments at round steps from the begin, at most so many steps of them; s."""
@@ -45,9 +45,9 @@ class Timeline(NamedTuple):
 def how_long(seconds: float) -> str:
     """A length of time for people: ``7.5 s``, ``78 s``, ``12 min 5 s``, ``3 h 12 min``."""
     if seconds < 200:
-        return f"{round(seconds, 1):g} s" if seconds < 10 else f"{seconds:.0f} s"
+        return "%g s" % round(seconds, 1) if seconds < 10 else "%.0f s" % seconds
     minutes, second = divmod(int(round(seconds)), 60)
-    return f"{minutes} min {second} s" if minutes < 120 else f"{minutes // 60} h {minutes % 60} min"
+    return "%s min %s s" % (minutes, second) if minutes < 120 else "%s h %s min" % (minutes // 60, minutes % 60)
 
 
 def spread(places: Sequence[float], apart: float, low: float, high: float) -> List[float]:

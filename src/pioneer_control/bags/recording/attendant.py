@@ -65,16 +65,16 @@ def silent(recording: Recording, state: Sequence[Any]) -> Iterator[Notice]:
     robots = sorted({topic.rpartition("/")[0].strip("/") for topic in published if topic.endswith("/pose")})
     gone = []
     for robot in recording.robots:
-        own = not robot or {topic for topic in published if topic.startswith(f"/{robot}/") and not topic.endswith("/recording")}
+        own = not robot or {topic for topic in published if topic.startswith("/%s/" % robot) and not topic.endswith("/recording")}
         if not own:
             gone.append(robot)
-            yield Notice("warning", f"nothing is published under /{robot}: is that the robot's name, and does its driver run? "
-                         + (f"There are: {', '.join(robots)}" if robots else "There is no robot at all yet")
+            yield Notice("warning", "nothing is published under /%s: is that the robot's name, and does its driver run? " % robot
+                         + ("There are: %s" % ", ".join(robots) if robots else "There is no robot at all yet")
                          + ". What comes later is recorded")
     for topic in recording.asked_for:
-        if topic not in published and not any(topic.startswith(f"/{robot}/") for robot in gone):
+        if topic not in published and not any(topic.startswith("/%s/" % robot) for robot in gone):
             how = " (set the driver's publish_wire)" if topic.endswith("/wire") else ""
-            yield Notice("warning", f"nobody publishes {topic}, which was asked for{how}")
+            yield Notice("warning", "nobody publishes %s, which was asked for%s" % (topic, how))
 
 
 def seen_by(master: Any) -> Optional[Tuple[Sequence[Any], Dict[str, Any]]]:
@@ -128,7 +128,7 @@ def attend(recording: Recording, recorder: int, name: str, notices: Sequence[Not
     if not begins(recording, lambda: os.getppid() == recorder and not stop.wait(TICK), say):
         return
     say(notices)
-    parts = f", a new part each {recording.split[1]} {'MB' if recording.split[0] == 'size' else 's'}" if recording.split[0] else ""
+    parts = ", a new part each %s %s" % (recording.split[1], "MB" if recording.split[0] == "size" else "s") if recording.split[0] else ""
     rospy.loginfo("recording %s: %d topics into %s (%s%s)", ", ".join("/" + robot for robot in recording.robots), len(recording.topics),
                   recording.file, recording.compression, parts)
     disk = DiskWatch(recording.folder, recording.keep_free, USUAL_RATE[recording.compression] * len(recording.robots))
@@ -157,8 +157,8 @@ def looking_back(recording: Recording, full: bool) -> Notice:
     there = recording.parts
     unfinished = [path for path in there if path.endswith(".active")]
     if unfinished:
-        return Notice("error", f"the recorder was killed, or failed. {unfinished[-1]} {WHAT_TO_DO.format(file=unfinished[-1])}")
+        return Notice("error", "the recorder was killed, or failed. %s %s" % (unfinished[-1], WHAT_TO_DO.format(file=unfinished[-1])))
     last = there[-1] if there else "no bag"
     if full:
-        return Notice("error", f"the recording has ended because the disk is full: {last} is closed and whole. Make room, and start another one")
-    return Notice("info", f"the recording has ended: {last} is closed")
+        return Notice("error", "the recording has ended because the disk is full: %s is closed and whole. Make room, and start another one" % last)
+    return Notice("info", "the recording has ended: %s is closed" % last)

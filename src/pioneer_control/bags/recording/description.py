@@ -76,9 +76,9 @@ def description_of(text: str) -> Description:
     try:
         given = yaml.load(text, _Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise UsageError(f"no description of a recording: {error}") from error
+        raise UsageError("no description of a recording: %s" % error) from error
     if not isinstance(given, dict) or not {"recording", "parameters"} <= set(given):
-        raise UsageError(f"no description of a recording: {text[:80]!r}")
+        raise UsageError("no description of a recording: %r" % text[:80])
     return Description(*(given.get(field) or {} for field in Description._fields))
 
 
@@ -101,7 +101,7 @@ def versions(source: str = __file__) -> Dict[str, str]:
         "rosbag": _package_version("rosbag"),
         "python": platform.python_version(),
         "system": _system(),
-        "kernel": f"{platform.system()} {platform.release()} {platform.machine()}",
+        "kernel": "%s %s %s" % (platform.system(), platform.release(), platform.machine()),
     }
     return {name: value for name, value in known.items() if value}
 

@@ -54,8 +54,8 @@ class DiskWatch:
         """What to say at the start."""
         self._samples.append(sample)
         hours = (sample.free - self._keep_free) / self._usual
-        return Notice("info", f"{in_words(sample.free)} free in {self._place}: room for {_time(hours * 3600)} at the usual "
-                      f"{in_words(self._usual)} an hour")
+        return Notice("info", "%s free in %s: room for %s at the usual "
+                      "%s an hour" % (in_words(sample.free), self._place, _time(hours * 3600), in_words(self._usual)))
 
     def look(self, sample: Sample) -> Iterator[Notice]:
         """What to say now; often nothing."""
@@ -66,26 +66,26 @@ class DiskWatch:
         if room <= 0:
             if not self.full:
                 self.full = True
-                yield Notice("error", f"the disk is full: {in_words(sample.free)} free in {self._place}. "
-                             f"Below {in_words(self._keep_free)} (keep_free) rosbag closes the bag, within 20 s, and ends; "
-                             "what comes later is not recorded")
+                yield Notice("error", "the disk is full: %s free in %s. "
+                             "Below %s (keep_free) rosbag closes the bag, within 20 s, and ends; "
+                             "what comes later is not recorded" % (in_words(sample.free), self._place, in_words(self._keep_free)))
             return
         if self.full:
             self.full = False
-            yield Notice("warning", f"there is room again in {self._place}, {in_words(sample.free)}: the recording goes on")
+            yield Notice("warning", "there is room again in %s, %s: the recording goes on" % (self._place, in_words(sample.free)))
         rate, measured = self.rate()
         left = room / rate if rate > 0 else float("inf")
         if measured and not self._measured:
             self._measured = True
             written = self._written()
-            yield Notice("info", f"{in_words(written * 3600)} an hour are written: room for {_time(left)}"
-                         + (f" (others fill the disk too: {in_words(rate * 3600)} an hour in all)" if rate > 2 * written + 1 else ""))
+            yield Notice("info", "%s an hour are written: room for %s" % (in_words(written * 3600), _time(left))
+                         + (" (others fill the disk too: %s an hour in all)" % in_words(rate * 3600) if rate > 2 * written + 1 else ""))
         self._warned = [limit for limit in self._warned if left < 2 * limit]
         due = [limit for limit in WARNINGS if left < limit and limit not in self._warned]
         if due:
             self._warned += due
-            yield Notice("warning", f"the disk will be full in {_time(left)}: {in_words(sample.free)} free in {self._place}, and rosbag ends "
-                         f"below {in_words(self._keep_free)} (keep_free). Make room, or record elsewhere (bag:=)")
+            yield Notice("warning", "the disk will be full in %s: %s free in %s, and rosbag ends "
+                         "below %s (keep_free). Make room, or record elsewhere (bag:=)" % (_time(left), in_words(sample.free), self._place, in_words(self._keep_free)))
 
     def rate(self) -> Tuple[float, bool]:
         """Bytes a second by which the room shrinks, whoever writes, and whether that is measured; else the usual."""
@@ -105,13 +105,13 @@ def in_words(size: float) -> str:
     """Bytes for people."""
     for unit, name in ((GB, "GB"), (MB, "MB"), (KB, "kB")):
         if size >= unit:
-            return f"{size / unit:.3g} {name}" if size < 1000 * unit else f"{size / unit:.0f} {name}"
-    return f"{size:.0f} bytes"
+            return "%.3g %s" % (size / unit, name) if size < 1000 * unit else "%.0f %s" % (size / unit, name)
+    return "%.0f bytes" % size
 
 
 def _time(seconds: float) -> str:
     """A time for people."""
     for unit, name in ((86400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
         if seconds >= 2 * unit:
-            return "more than a year" if seconds > 366 * 86400 else f"about {seconds / unit:.0f} {name}"
-    return f"about {max(0.0, seconds):.0f} s"
+            return "more than a year" if seconds > 366 * 86400 else "about %.0f %s" % (seconds / unit, name)
+    return "about %.0f s" % max(0.0, seconds)

@@ -68,9 +68,9 @@ class Recording(NamedTuple):
         """The rosbag record that does it."""
         how, amount = self.split
         return ["rosrun", "rosbag", "record", "--output-name=" + self.stem, "--tcpnodelay",
-                f"--min-space={self.keep_free // MB}M", f"--chunksize={CHUNK}",
+                "--min-space=%sM" % (self.keep_free // MB), "--chunksize=%s" % CHUNK,
                 *([] if self.compression == "none" else ["--" + self.compression]),
-                *(["--split", f"--{how}={amount}", "--repeat-latched"] if how else []),
+                *(["--split", "--%s=%s" % (how, amount), "--repeat-latched"] if how else []),
                 *self.topics]
 
 
@@ -84,7 +84,7 @@ def parser() -> argparse.ArgumentParser:
     add("--also", default="", metavar="GROUPS", help="groups of topics that are not kept unless asked for, such as 'wire packets'")
     add("--split", default="", metavar="AMOUNT", help="a new part each so often, such as 1h, 30min, 500MB: FILE_0.bag, FILE_1.bag, ...")
     add("--compression", default="", help="lz4 (default), bz2 or none")
-    add("--keep-free", default="", metavar="SIZE", help=f"space on the disk that rosbag leaves, such as 1GB ({in_words(KEEP_FREE)})")
+    add("--keep-free", default="", metavar="SIZE", help="space on the disk that rosbag leaves, such as 1GB (%s)" % in_words(KEEP_FREE))
     add("--topics", default="", metavar="FILE", help="another list than config/record.yaml")
     return made
 
@@ -98,18 +98,18 @@ def recording_of(arguments: argparse.Namespace, now: time.struct_time) -> Record
     robots = tuple(dict.fromkeys(name.strip("/") for argument in arguments.robots for name in argument.replace(",", " ").split()))
     for robot in robots:
         if robot and not NAME.fullmatch(robot):
-            raise UsageError(f"{robot!r} is no name of a robot: give its namespace, like pioneer; several with spaces between them; / if it has none")
+            raise UsageError("%r is no name of a robot: give its namespace, like pioneer; several with spaces between them; / if it has none" % robot)
     if not robots:
         raise UsageError("no robot is named: give its namespace, like pioneer")
     compression = arguments.compression or COMPRESSIONS[0]
     if compression not in COMPRESSIONS:
-        raise UsageError(f"compression {compression!r} is not legal: give one of {', '.join(COMPRESSIONS)}")
+        raise UsageError("compression %r is not legal: give one of %s" % (compression, ", ".join(COMPRESSIONS)))
     rows = load_list(arguments.topics)
     usual = topics_of(rows, robots)
     topics = topics_of(rows, robots, arguments.also.replace(",", " ").split())
-    kind, keep_free = amount_of("keep_free", arguments.keep_free or f"{KEEP_FREE // MB}MB")
+    kind, keep_free = amount_of("keep_free", arguments.keep_free or "%sMB" % (KEEP_FREE // MB))
     if kind != "size":
-        raise UsageError(f"keep_free {arguments.keep_free!r} is not legal: give a size like 500MB or 1GB")
+        raise UsageError("keep_free %r is not legal: give a size like 500MB or 1GB" % arguments.keep_free)
     return Recording(robots, topics, tuple(topic for topic in topics if topic not in usual), stem_of(arguments.bag, robots, now), compression,
                      split_of(arguments.split), max(1, int(keep_free / MB)) * MB)
 
@@ -118,7 +118,7 @@ def amount_of(what: str, text: str) -> Tuple[str, float]:
     """'500MB' -> ("size", bytes), '30min' -> ("duration", s)."""
     found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([A-Za-z]+)\s*", text)
     if not found or found.group(2) not in UNITS:
-        raise UsageError(f"{what} {text!r} is not legal: give a number with a unit, one of {', '.join(UNITS)}")
+        raise UsageError("%s %r is not legal: give a number with a unit, one of %s" % (what, text, ", ".join(UNITS)))
     kind, unit = UNITS[found.group(2)]
     return kind, float(found.group(1)) * unit
 
@@ -130,7 +130,7 @@ def split_of(text: str) -> Tuple[str, int]:
     kind, amount = amount_of("split", text)
     whole = int(amount / MB) if kind == "size" else int(amount)
     if whole < 1:
-        raise UsageError(f"split {text!r} is not legal: give at least 1MB or 1s")
+        raise UsageError("split %r is not legal: give at least 1MB or 1s" % text)
     return kind, whole
 
 
@@ -139,7 +139,7 @@ def stem_of(bag: str, robots: Sequence[str], now: time.struct_time) -> str:
     path = os.path.abspath(os.path.expanduser(bag)) if bag else os.getcwd()
     if not bag or bag.endswith("/") or os.path.isdir(path):
         names = [robot or "robot" for robot in robots]
-        who = "_".join(names) if len(names) <= 3 else f"{names[0]}_and_{len(names) - 1}_more"
+        who = "_".join(names) if len(names) <= 3 else "%s_and_%s_more" % (names[0], len(names) - 1)
         return os.path.join(path, who.replace("/", "-") + time.strftime("_%Y-%m-%d-%H-%M-%S", now))
     return stem(path)
 
@@ -154,16 +154,16 @@ def check_place(recording: Recording, free: int) -> None:
     there = recording.parts
     if there:
         unfinished = [path for path in there if path.endswith(".active")]
-        raise UsageError(f"{there[0]} is there already, and stays as it is: give the new bag another name"
-                         + (f". {unfinished[0]} is being recorded, or {WHAT_TO_DO.format(file=unfinished[0])}" if unfinished else ""))
+        raise UsageError("%s is there already, and stays as it is: give the new bag another name" % there[0]
+                         + (". %s is being recorded, or %s" % (unfinished[0], WHAT_TO_DO.format(file=unfinished[0])) if unfinished else ""))
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise UsageError(f"cannot write {name}.bag in {folder}: {error.strerror}") from error
+        raise UsageError("cannot write %s.bag in %s: %s" % (name, folder, error.strerror)) from error
     if free <= recording.keep_free:
-        raise UsageError(f"only {in_words(free)} are free in {folder}, and rosbag ends below {in_words(recording.keep_free)}: make room, "
-                         "record elsewhere (bag:=), or leave less (keep_free:=100MB)")
+        raise UsageError("only %s are free in %s, and rosbag ends below %s: make room, "
+                         "record elsewhere (bag:=), or leave less (keep_free:=100MB)" % (in_words(free), folder, in_words(recording.keep_free)))
 
 
 WHAT_TO_DO = ("is of a recorder that was killed: all is in it but the last seconds. draw_run reads it as it is; "
@@ -185,7 +185,7 @@ def parts_of(stem: str, numbered: bool) -> List[str]:
 def left_behind(folder: str, now: float) -> List[Notice]:
     """What to say of bags that killed recorders left there."""
     unfinished = sorted(entry.path for entry in os.scandir(folder) if entry.name.endswith(".bag.active") and now - entry.stat().st_mtime > LEFT)
-    return [Notice("warning", f"{path} {WHAT_TO_DO.format(file=path)}") for path in unfinished[-1:]]
+    return [Notice("warning", "%s %s" % (path, WHAT_TO_DO.format(file=path))) for path in unfinished[-1:]]
 
 
 def free_space(folder: str) -> int:
@@ -208,9 +208,9 @@ def check_alone(node: str) -> None:
         if not is_at_work(node, PATIENCE):
             return
     except NO_ANSWER as error:
-        raise UsageError(f"no ROS master answers at {rosgraph.get_master_uri()}: start the robot first, or roscore") from error
-    raise UsageError(f"{node} records already. To end that one: rosnode kill {node}. To record beside it: rosrun pioneer_control record "
-                     "__name:=another_recorder")
+        raise UsageError("no ROS master answers at %s: start the robot first, or roscore" % rosgraph.get_master_uri()) from error
+    raise UsageError("%s records already. To end that one: rosnode kill %s. To record beside it: rosrun pioneer_control record "
+                     "__name:=another_recorder" % (node, node))
 
 
 def main() -> NoReturn:
@@ -222,15 +222,15 @@ def main() -> NoReturn:
         refuse_launch_arguments(mapped, vars(arguments))
         recording = recording_of(arguments, time.localtime())
         if not os.path.isdir(recording.folder):
-            raise UsageError(f"there is no directory {recording.folder}: make it first (mkdir -p '{recording.folder}')")
+            raise UsageError("there is no directory %s: make it first (mkdir -p '%s')" % (recording.folder, recording.folder))
         check_place(recording, free_space(recording.folder))
         namespace = os.environ.setdefault("ROS_NAMESPACE", "/" + recording.robots[0])
         name = next((argument[len("__name:="):] for argument in mapped if argument.startswith("__name:=")), "recorder")
         # rospy reads it when it is imported. The name is the recorder's: an attendant that had it too would end that.
         sys.argv = sys.argv[:1] + [argument for argument in mapped if not argument.startswith("__")]
-        check_alone("/" + f"{namespace.strip('/')}/{name}".strip("/"))
+        check_alone("/" + ("%s/%s" % (namespace.strip("/"), name)).strip("/"))
     except UsageError as error:
-        sys.exit(f"record: {error}")
+        sys.exit("record: %s" % error)
     notices = left_behind(recording.folder, time.time())
     recorder = os.getpid()
     sys.stdout.flush()

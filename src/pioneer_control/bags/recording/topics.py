@@ -53,15 +53,15 @@ def load_list(path: Optional[str] = None) -> Tuple[Kept, ...]:
         with open(path, encoding="utf-8") as file:
             given = yaml.safe_load(file)
     except OSError as error:
-        raise UsageError(f"cannot read the list of topics {path}: {error.strerror}") from error
+        raise UsageError("cannot read the list of topics %s: %s" % (path, error.strerror)) from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         mark = getattr(error, "problem_mark", None)
-        where = f", line {mark.line + 1}" if mark else ""
-        raise UsageError(f"{path}{where}: {getattr(error, 'problem', None) or error}; a row is 'topic: reason'") from error
+        where = ", line %s" % (mark.line + 1) if mark else ""
+        raise UsageError("%s%s: %s; a row is 'topic: reason'" % (path, where, getattr(error, "problem", None) or error)) from error
     try:
         return tuple(_rows(given))
     except UsageError as error:
-        raise UsageError(f"{path}: {error}") from None
+        raise UsageError("%s: %s" % (path, error)) from None
 
 
 def _rows(given: Any) -> Iterator[Kept]:
@@ -69,16 +69,16 @@ def _rows(given: Any) -> Iterator[Kept]:
     seen: List[str] = []
     for section, groups in _items("the list", given):
         if section not in SECTIONS:
-            raise UsageError(f"no section is called {section!r}; there are {' and '.join(SECTIONS)}")
-        for group, topics in _items(f"section {section!r}", groups):
-            for topic, reason in _items(f"group {group!r}", topics):
+            raise UsageError("no section is called %r; there are %s" % (section, " and ".join(SECTIONS)))
+        for group, topics in _items("section %r" % section, groups):
+            for topic, reason in _items("group %r" % group, topics):
                 name = topic[1:] if topic.startswith("/") else topic
                 if not NAME.fullmatch(name):
-                    raise UsageError(f"{topic!r} in group {group!r} is no name of a topic: give one like pose, p2os/wire or /tf")
+                    raise UsageError("%r in group %r is no name of a topic: give one like pose, p2os/wire or /tf" % (topic, group))
                 if topic in seen:
-                    raise UsageError(f"topic {topic!r} is there twice, the second time in group {group!r}")
+                    raise UsageError("topic %r is there twice, the second time in group %r" % (topic, group))
                 if not isinstance(reason, (str, type(None))):
-                    raise UsageError(f"the reason of {topic!r} must be a text, not {reason!r}")
+                    raise UsageError("the reason of %r must be a text, not %r" % (topic, reason))
                 seen.append(topic)
                 yield Kept(topic, reason or "", group, section == ALSO)
 
@@ -88,10 +88,10 @@ def _items(what: str, given: Any) -> Iterator[Tuple[str, Any]]:
     if given is None:
         return
     if not isinstance(given, dict):
-        raise UsageError(f"{what} is to have rows 'name: ...', not {given!r}")
+        raise UsageError("%s is to have rows 'name: ...', not %r" % (what, given))
     for key, value in given.items():
         if not isinstance(key, str):
-            raise UsageError(f"{what} has a row {key!r}, which is no text: put it in quotes")
+            raise UsageError("%s has a row %r, which is no text: put it in quotes" % (what, key))
         yield key, value
 
 
@@ -102,7 +102,7 @@ def groups_to_ask_for(rows: Iterable[Kept]) -> Tuple[str, ...]:
 
 def whole_name(robot: str, topic: str) -> str:
     """Of a topic of a robot's; "" is a robot without a namespace."""
-    return f"/{robot}/{topic}" if robot else "/" + topic
+    return "/%s/%s" % (robot, topic) if robot else "/" + topic
 
 
 def topics_of(rows: Sequence[Kept], robots: Sequence[str], also: Sequence[str] = ()) -> Tuple[str, ...]:
@@ -115,8 +115,8 @@ def topics_of(rows: Sequence[Kept], robots: Sequence[str], also: Sequence[str] =
     for group in also:
         if group not in there:
             near = difflib.get_close_matches(group, there, n=1)
-            raise UsageError(f"no group {group!r} can be asked for with also{f': did you mean {near[0]!r}?' if near else ''}; there are: "
-                             f"{', '.join(there) or 'none'}")
+            raise UsageError("no group %r can be asked for with also%s; there are: "
+                             "%s" % (group, f": did you mean {near[0]!r}?" if near else "", ", ".join(there) or "none"))
     kept = [row.topic for row in rows if not row.asked_for or row.group in also]
     own = [whole_name(robot, topic) for robot in robots for topic in kept if not topic.startswith("/")]
     return tuple(dict.fromkeys(own + [topic for topic in kept if topic.startswith("/")]))

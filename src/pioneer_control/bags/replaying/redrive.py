@@ -82,13 +82,13 @@ def read_recorded(files: Sequence[str], robot: str = "") -> Recorded:
     begin = orders[0].time
     description = next(told.descriptions(), Description({}, {}, {}, {}))
     info = parts["robot_info"][-1][1] if parts.get("robot_info") else None
-    driver = description.parameters_of(f"{told.robot}/p2os")
+    driver = description.parameters_of("%s/p2os" % told.robot)
     told_limits = (info.max_linear, info.max_angular) if info else (driver.get("max_xspeed"), driver.get("max_yawspeed"))
     limits = [_legal(*each) for each in zip(told_limits, LEGAL_LIMITS, LIMITS)]
     return Recorded(
         told.robot, orders, begin, info.subtype if info else "", info.has_gripper if info else None,
         parts["world"][-1][1].data if parts.get("world") else "", _start(parts.get("ground_truth", []), begin),
-        description.parameters_of(f"{told.robot}/simulator"), driver, limits)
+        description.parameters_of("%s/simulator" % told.robot), driver, limits)
 
 
 def _start(truths: list, begin: float) -> Optional[Sequence[float]]:
@@ -117,10 +117,10 @@ def simulator_parameters(recorded: Recorded, world: str, numbers_file: str, seed
 def known_world(recorded: Recorded) -> str:
     """The world of the recorded robot if it is still there, else the empty one; says so."""
     named = str(recorded.simulator.get("world") or recorded.world)
-    if (WORLDS / f"{named}.yaml").is_file() or "/" in named and os.path.isfile(named):
+    if (WORLDS / ("%s.yaml" % named)).is_file() or "/" in named and os.path.isfile(named):
         return named
     if named:
-        say(f"The world {named!r} of the recording is not here: there is nothing round the robot now. Give its file with world:=FILE.")
+        say("The world %r of the recording is not here: there is nothing round the robot now. Give its file with world:=FILE." % named)
     else:
         say("The bag does not tell what was round the robot: there is nothing round it now. Give a world with world:=NAME.")
     return "empty"
@@ -144,12 +144,12 @@ class Redrive:
         if given.port and not self._real:
             raise UsageError("port is of a real robot: give into:=real, too, if that is what shall move")
         if given.numbers_file and not os.path.isfile(os.path.expanduser(given.numbers_file)):
-            raise UsageError(f"numbers_file:={given.numbers_file}: no such file")
+            raise UsageError("numbers_file:=%s: no such file" % given.numbers_file)
         if not any(order.topic in VELOCITIES + OTHERS for order in self._orders):
             raise UsageError("there is nothing in the bag that a real robot would be told")
         self._name = "/" + given.name.strip("/")
         if not re.fullmatch("(/[A-Za-z][A-Za-z0-9_]*)+", self._name):   # all below it is the re-drive's own, and removed at its end
-            raise UsageError(f"--name {given.name!r} is not legal: give the name of a namespace, such as redrive")
+            raise UsageError("--name %r is not legal: give the name of a namespace, such as redrive" % given.name)
         self._programs = Programs()
         self._silent = False
         self._newest_pose: Any = None
@@ -162,7 +162,7 @@ class Redrive:
         keeper = Keeper(self._given.output or free_name(self._files[0], "redrive"), rospy.Time.now)
         own = [topic for topic in topics_of(load_list(), [self._name.strip("/")]) if topic.startswith(self._name + "/")]
         kinds = {"pose": Odometry, "motor_state": MotorState, "robot_info": RobotInfo}
-        self._publishers = {name: rospy.Publisher(f"{self._name}/{name}", kind, queue_size=10) for name, kind in KINDS.items()}
+        self._publishers = {name: rospy.Publisher("%s/%s" % (self._name, name), kind, queue_size=10) for name, kind in KINDS.items()}
         for topic in own:
             name = topic[len(self._name) + 1:]
             if name not in KINDS:
@@ -193,11 +193,11 @@ class Redrive:
             raise UsageError("this master has simulated time (/use_sim_time), perhaps of an earlier replay. When none goes on: rosparam set /use_sim_time false")
         there = [node for node in nodes() if node.startswith(self._name + "/")]
         if there:
-            raise UsageError(f"{', '.join(there)} is there already: end it (rosnode cleanup, if it was killed), or take another name for the re-driven robot with --name")
+            raise UsageError("%s is there already: end it (rosnode cleanup, if it was killed), or take another name for the re-driven robot with --name" % ", ".join(there))
         others = alive()
         if self._real and others:
-            raise UsageError(f"{', '.join(others)} is on this master: a real robot is re-driven with nobody else at work. End that first, or take a master "
-                             "of its own (export ROS_MASTER_URI=http://localhost:11411)")
+            raise UsageError("%s is on this master: a real robot is re-driven with nobody else at work. End that first, or take a master "
+                             "of its own (export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others))
 
     def _start_robot(self) -> Sequence[subprocess.Popen]:
         """The driver, and the robot if it is simulated; returns what must not end."""
@@ -209,22 +209,22 @@ class Redrive:
         if self._real:
             driver["port"] = given.port
             driver["max_xspeed"], driver["max_yawspeed"] = self._limits()
-            say(f"A REAL robot on {given.port} is going to move as the one in {self._files[0]} did: for {duration(self._orders):.0f} s, at {self._factor:g} of "
-                f"the recorded speeds, which is {driver['max_xspeed']:.2f} m/s at most. Nothing looks where it goes. Ctrl-C stops it.")
+            say("A REAL robot on %s is going to move as the one in %s did: for %.0f s, at %g of "
+                "the recorded speeds, which is %.2f m/s at most. Nothing looks where it goes. Ctrl-C stops it." % (given.port, self._files[0], duration(self._orders), self._factor, driver["max_xspeed"]))
         else:
-            line = f"/tmp/pioneer_redrive_{os.getpid()}"
+            line = "/tmp/pioneer_redrive_%s" % os.getpid()
             simulator = dict(simulator_parameters(recorded, given.world, given.numbers_file, given.seed), pty=line, frame_prefix=driver["frame_prefix"])
             driver["port"] = line
             rospy.set_param(self._name + "/simulator", simulator)
             started.append(self._programs.start(["rosrun", "pioneer_control", "p2os_simulator", "__name:=simulator"], self._name))
             x, y, heading = simulator.get("start") or (0.0, 0.0, 0.0)
-            where = f" at x {x:.2f} m, y {y:.2f} m, {np.degrees(heading):.0f} degrees" if "start" in simulator else ""
-            say(f"A simulated {simulator.get('model', 'robot')} in the world {simulator['world']!r}{where} is told what {recorded.robot or 'the robot'} in "
-                f"{self._files[0]} was told: for {duration(self._orders):.0f} s, as {self._name}.")
+            where = " at x %.2f m, y %.2f m, %.0f degrees" % (x, y, np.degrees(heading)) if "start" in simulator else ""
+            say("A simulated %s in the world %r%s is told what %s in "
+                "%s was told: for %.0f s, as %s." % (simulator.get("model", "robot"), simulator["world"], where, recorded.robot or "the robot", self._files[0], duration(self._orders), self._name))
         rospy.set_param(self._name + "/p2os", driver)
         started.append(self._programs.start(["rosrun", "pioneer_control", "p2os_driver", "__name:=p2os"], self._name))
         needed = ["pose", "motor_state", "robot_info"] + ([] if self._real else ["ground_truth"])
-        wait_until(f"the robot ({', '.join(needed)})", lambda: all(self._newest(name) for name in needed), started)
+        wait_until("the robot (%s)" % ", ".join(needed), lambda: all(self._newest(name) for name in needed), started)
         wait_until("its driver to listen", lambda: all(publisher.get_num_connections() for publisher in self._publishers.values()), started)
         return started
 
@@ -237,20 +237,20 @@ class Redrive:
         """Of a simulated robot; of a real one only if that was asked for. Else somebody else has to."""
         service = self._name + "/set_motors"
         if self._real and self._given.motors:
-            say(f"The motors go on in {ANNOUNCED:.0f} s.")
+            say("The motors go on in %.0f s." % ANNOUNCED)
             end = time.monotonic() + ANNOUNCED
             wait_until("the moment", lambda: time.monotonic() > end, robot)
         if not self._real or self._given.motors:
             rospy.wait_for_service(service, MOTORS_PATIENCE)
             answer = rospy.ServiceProxy(service, SetBool)(True)
             if not answer.success:
-                raise UsageError(f"the motors do not go on: {answer.message}")
+                raise UsageError("the motors do not go on: %s" % answer.message)
         else:
-            say(f"The motors are off. When everybody is out of the way: rosservice call {service} true   (motors:=true does it from here)")
+            say("The motors are off. When everybody is out of the way: rosservice call %s true   (motors:=true does it from here)" % service)
         wait_until("the motors to be on", lambda: self._newest("motor_state").state == ON, robot, MOTORS_PATIENCE)
 
     def _newest(self, name: str) -> Any:
-        return self._keeper.newest.get(f"{self._name}/{name}")
+        return self._keeper.newest.get("%s/%s" % (self._name, name))
 
     # Moving
 
@@ -272,7 +272,7 @@ class Redrive:
             raise UsageError("the robot is gone: why, its programs say above")
         late = time.monotonic() - due
         if self._real and late > HELD_UP:
-            raise UsageError(f"this program was held up for {late:.1f} s: the robot stands, and is not where it should be by now; it ends here")
+            raise UsageError("this program was held up for %.1f s: the robot stands, and is not where it should be by now; it ends here" % late)
         if self._real and self._newest("motor_state").state != ON:
             raise UsageError("the motors went off (was the STOP button pressed?): it ends here, and nothing switches them on again")
         if self._real and self._silence() > SILENT:
@@ -290,7 +290,7 @@ class Redrive:
             if self._silent:
                 return
             self._publishers[order.topic].publish(order.message)
-        self._keeper.write(f"{self._name}/{order.topic}", order.message)
+        self._keeper.write("%s/%s" % (self._name, order.topic), order.message)
 
     def _stop(self) -> None:
         """Stand, and be told nothing any more, whoever asks for it, and however often."""
@@ -313,7 +313,7 @@ class Redrive:
         try:
             recorded = read_run(self._files, self._recorded.robot or None)
         except BagError as error:
-            say(f"\nIt was driven, and there is nothing to compare it with: {error}\nbag      {path}")
+            say("\nIt was driven, and there is nothing to compare it with: %s\nbag      %s" % (error, path))
             explain_roslaunch()
             return
         recorded = recorded._replace(**{name: track and trimmed(track, self._recorded.begin)
@@ -324,15 +324,15 @@ class Redrive:
             where, before, after = "as each one's odometry has it", recorded.odometry, driven.odometry
         after = after._replace(time=after.time * self._factor)
         apart = deviation(before, after)
-        say(f"\nThe recorded path is {before.length:.2f} m long, the new one {after.length:.2f} m ({where}).\n"
-            f"They are {100 * apart.mean:.1f} cm apart on average, {100 * apart.maximum:.1f} cm at most, {100 * apart.at_end:.1f} cm and "
-            f"{np.degrees(apart.turn_at_end):+.1f} degrees at the end.\nbag      {path}")
-        picture, slower = stem(path) + ".png", f" at {self._factor:g} of the speed" if self._factor != 1.0 else ""
+        say("\nThe recorded path is %.2f m long, the new one %.2f m (%s).\n"
+            "They are %.1f cm apart on average, %.1f cm at most, %.1f cm and "
+            "%+.1f degrees at the end.\nbag      %s" % (before.length, after.length, where, 100 * apart.mean, 100 * apart.maximum, 100 * apart.at_end, np.degrees(apart.turn_at_end), path))
+        picture, slower = stem(path) + ".png", " at %g of the speed" % self._factor if self._factor != 1.0 else ""
         try:
-            draw_comparison([recorded, driven], picture, f"{os.path.basename(stem(self._files[0]))}, driven again" + slower)
-            say(f"picture  {picture}")
+            draw_comparison([recorded, driven], picture, "%s, driven again" % os.path.basename(stem(self._files[0])) + slower)
+            say("picture  %s" % picture)
         except (PioneerError, OSError, ImportError) as error:
-            say(f"There is no picture: {error}")
+            say("There is no picture: %s" % error)
         explain_roslaunch()
 
 

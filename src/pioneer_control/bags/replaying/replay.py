@@ -70,7 +70,7 @@ def is_command(topic: str, type_name: str) -> bool:
 def aside(topic: str, folder: str = RECORDED) -> str:
     """A topic's name where nothing alive listens: ``/pioneer/cmd_vel`` becomes ``/pioneer/recorded/cmd_vel``."""
     namespace, _, name = absolute(topic).rpartition("/")
-    return f"{namespace}/{folder}/{name}"
+    return "%s/%s/%s" % (namespace, folder, name)
 
 
 def absolute(topic: str) -> str:
@@ -80,7 +80,7 @@ def absolute(topic: str) -> str:
 
 def remappings(topics: Mapping[str, str]) -> List[str]:
     """What a player of these topics ({topic: type}) is to be told, so that no command reaches what listens for it."""
-    return [f"{topic}:={aside(topic)}" for topic in sorted({absolute(topic) for topic in topics if is_command(topic, topics[topic])})]
+    return ["%s:=%s" % (topic, aside(topic)) for topic in sorted({absolute(topic) for topic in topics if is_command(topic, topics[topic])})]
 
 
 def player(files: Sequence[str], topics: Mapping[str, str], options: Sequence[str] = ()) -> List[str]:
@@ -102,7 +102,7 @@ def _check_names(options: Sequence[str], topics: Mapping[str, str]) -> None:
         source, given, target = word.partition(":=")
         renamed = bool(REMAPPING.match(word)) and (absolute(source) in commands or is_command(target, ""))
         if renamed or PREFIX.match(word) or source == "__ns" and given:
-            raise UsageError(f"{word} is not legal here: what commanded comes back under {RECORDED}/ in its own namespace, and nowhere else")
+            raise UsageError("%s is not legal here: what commanded comes back under %s/ in its own namespace, and nowhere else" % (word, RECORDED))
 
 
 def bag_files(given: str) -> List[str]:
@@ -117,7 +117,7 @@ def bag_files(given: str) -> List[str]:
     for word in map(os.path.expanduser, words):     # no shell does it in bag:=~/FILE.bag
         found = [word] if os.path.exists(word) else in_order(glob.glob(word))
         if not found:
-            raise BagError(f"{word}: no such file" + ("" if os.path.isabs(word) else f" in {os.getcwd()}"))
+            raise BagError("%s: no such file" % word + ("" if os.path.isabs(word) else " in %s" % os.getcwd()))
         files += found
     if not files:
         raise BagError("no bag is named: give its file, bag:=FILE.bag")
@@ -134,14 +134,14 @@ def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
             rosbag.Bag(path, skip_index=True).close()
         except rosbag.ROSBagUnindexedException:
             raise BagError(
-                f"{path} has no index: its recorder is still running or was killed, or it was cut off. When it has ended: rosbag reindex {path}") from None
+                "%s has no index: its recorder is still running or was killed, or it was cut off. When it has ended: rosbag reindex %s" % (path, path)) from None
         except (rosbag.ROSBagException, OSError, EOFError, ValueError) as error:
-            raise BagError(f"{path} is damaged: {error}. This makes what is left of it a bag again: rosbag reindex {path}") from None
+            raise BagError("%s is damaged: %s. This makes what is left of it a bag again: rosbag reindex %s" % (path, error, path)) from None
     odd = sorted({connection.topic for connection in connections if not NAME.fullmatch(connection.topic)})
     if odd:
-        raise BagError(f"{' '.join(files)}: {odd[0]!r} is no name of a topic, and rosbag play takes none of the bag: leave it out with rosbag filter")
+        raise BagError("%s: %r is no name of a topic, and rosbag play takes none of the bag: leave it out with rosbag filter" % (" ".join(files), odd[0]))
     if not connections:
-        raise BagError(f"{' '.join(files)}: there is nothing in it")
+        raise BagError("%s: there is nothing in it" % " ".join(files))
     return {connection.topic: connection.type for connection in connections}
 
 
@@ -154,14 +154,14 @@ def warn_of_robots() -> None:
     except OSError:
         raise no_master() from None
     if others:
-        print(f"replay: {', '.join(others)} is on this master. No command of the bag reaches it, but what it reports mixes with the bag: a replay is better "
-              "done on a master of its own (export ROS_MASTER_URI=http://localhost:11411)", file=sys.stderr)
+        print("replay: %s is on this master. No command of the bag reaches it, but what it reports mixes with the bag: a replay is better "
+              "done on a master of its own (export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others), file=sys.stderr)
 
 
 def yes_or_no(text: str) -> bool:
     """As launch files write it. Raises ArgumentTypeError for anything else."""
     if text.lower() not in ("true", "false"):
-        raise argparse.ArgumentTypeError(f"{text!r} is not legal: give true or false")
+        raise argparse.ArgumentTypeError("%r is not legal: give true or false" % text)
     return text.lower() == "true"
 
 
@@ -172,7 +172,7 @@ def number(name: str, text: str, low: float, high: float) -> float:
     except ValueError:
         value = float("nan")
     if not low <= value <= high:
-        raise UsageError(f"{name}: {text!r} is not legal: give a number from {low:g} to {high:g}")
+        raise UsageError("%s: %r is not legal: give a number from %g to %g" % (name, text, low, high))
     return value
 
 
@@ -209,11 +209,11 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
             from .redrive import main as redrive
             return redrive(arguments)
         if way in ("-h", "--help"):
-            print(f"usage: replay {{{','.join(WAYS)}}} FILE.bag ...   (replay WAY --help tells more)\n\n{__doc__}")
+            print("usage: replay {%s} FILE.bag ...   (replay WAY --help tells more)\n\n%s" % (",".join(WAYS), __doc__))
             return 0
-        raise UsageError(f"no way to replay is called {way!r}: there are {', '.join(WAYS)}")
+        raise UsageError("no way to replay is called %r: there are %s" % (way, ", ".join(WAYS)))
     except PioneerError as error:
-        print(f"replay: {error}", file=sys.stderr)
+        print("replay: %s" % error, file=sys.stderr)
         return 2
 
 

@@ -79,7 +79,7 @@ def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Ver
         if not before and not now:
             continue
         if name == "decision" and not before:   # recorded without them, or by another program: nothing to compare with
-            sentences.append(f"no decisions live, {len(now)} in the re-run: what was commanded counts.")
+            sentences.append("no decisions live, %s in the re-run: what was commanded counts." % len(now))
             continue
         if name == "decision":
             verdict = judge_decisions([message for _, message in before], [message for _, message in now])
@@ -109,7 +109,7 @@ class Rerun:
         self._files = bag_files(given.bag)
         self._topics = recorded_topics(self._files)
         self._live = read_live(self._files, given.robot, given.program)
-        self._robot = f"/{self._live.robot}" if self._live.robot else ""
+        self._robot = "/%s" % self._live.robot if self._live.robot else ""
         self._programs = Programs()
         self._time = genpy.Time.from_sec(self._live.begin)
         self._looked_out = 0.0
@@ -121,7 +121,7 @@ class Rerun:
         keeper = Keeper(self._given.output or free_name(self._files[0], "rerun"), lambda: self._time)
         rospy.Subscriber("/clock", Clock, self._hear_clock, queue_size=1)  # what this node began with is everybody's time
         for name, kind in KINDS.items():
-            keeper.hear(aside(f"{self._robot}/{name}", RERUN), kind, f"{self._robot}/{name}")
+            keeper.hear(aside("%s/%s" % (self._robot, name), RERUN), kind, "%s/%s" % (self._robot, name))
         time_before = rospy.get_param("/use_sim_time", None)
         parameters_before = rospy.get_param(live.node, None)
         try:
@@ -144,11 +144,11 @@ class Rerun:
     def _look_round(self) -> None:
         """No robot may be near: what the program hears must be the bag's alone. And a new node would end one of the same name."""
         if self._live.node in nodes():
-            raise UsageError(f"{self._live.node} is running: a program of that name was recorded, and would end it. End it first")
+            raise UsageError("%s is running: a program of that name was recorded, and would end it. End it first" % self._live.node)
         others = alive()
         if others:
-            raise UsageError(f"{', '.join(others)} is on this master: the program could reach it, and what it reports would mix with the bag. End that first, or "
-                             "take a master of its own (export ROS_MASTER_URI=http://localhost:11411)")
+            raise UsageError("%s is on this master: the program could reach it, and what it reports would mix with the bag. End that first, or "
+                             "take a master of its own (export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others))
 
     def _look_out(self) -> None:
         """A robot that comes meanwhile would be told what a program says that cares for no names. Raises UsageError: it ends here."""
@@ -157,22 +157,22 @@ class Rerun:
         self._looked_out = time.monotonic()
         others = [other for other in alive() if other.split()[0] not in (PLAYER, self._live.node)]
         if others:
-            raise UsageError(f"{', '.join(others)} has come to this master: the program could reach it, so the re-run ends here")
+            raise UsageError("%s has come to this master: the program could reach it, so the re-run ends here" % ", ".join(others))
 
     def _play(self, keeper: Keeper) -> None:
         """Start everything, and let the bag run when all is connected."""
         live, given = self._live, self._given
-        say(f"{given.program} hears {' '.join(self._files)} as {live.node}" + (f" with {_told(live.parameters)}." if live.parameters else
+        say("%s hears %s as %s" % (given.program, " ".join(self._files), live.node) + (" with %s." % _told(live.parameters) if live.parameters else
             "; the bag does not tell which parameters it had, and it gets none."))
         command = player(self._files, self._topics, ["--pause", "--quiet", *shlex.split(given.options)])
-        bag = self._programs.start([*command, f"__name:={PLAYER[1:]}"], quiet=True)
+        bag = self._programs.start([*command, "__name:=%s" % PLAYER[1:]], quiet=True)
         rospy.wait_for_service(PLAYER + "/pause_playback", 30.0)
         namespace, _, name = live.node.rpartition("/")
         ours = (given.package, given.program) == ("pioneer_control", "rosPioneer2.py")
         arguments = shlex.split(given.args) if given.args else [live.robot] if ours else []
-        out_of_reach = [f"{self._robot}/{each}" for each in (*KINDS, *SERVICES)]
-        elsewhere = [f"{topic}:={aside(topic, RERUN)}" for topic in out_of_reach]
-        program = self._programs.start(["rosrun", given.package, given.program, *arguments, *elsewhere, f"__name:={name}"], namespace or "/")
+        out_of_reach = ["%s/%s" % (self._robot, each) for each in (*KINDS, *SERVICES)]
+        elsewhere = ["%s:=%s" % (topic, aside(topic, RERUN)) for topic in out_of_reach]
+        program = self._programs.start(["rosrun", given.package, given.program, *arguments, *elsewhere, "__name:=%s" % name], namespace or "/")
         self._wait_for_ears(program, bag)
         rospy.ServiceProxy(PLAYER + "/pause_playback", SetBool)(False)
         self._wait_for_end(bag, program, keeper)
@@ -194,7 +194,7 @@ class Rerun:
                 return unchanged > SETTLED and connected(PLAYER, self._live.node, heard)
             return bool(heard) and unchanged > WAITS_FOR_TIME
 
-        wait_until(f"{self._given.program} to be there", ready, [program, bag])
+        wait_until("%s to be there" % self._given.program, ready, [program, bag])
 
     def _wait_for_end(self, bag: subprocess.Popen, program: subprocess.Popen, keeper: Keeper) -> None:
         """Until the bag is over and the program has said all it has to say."""
@@ -207,12 +207,12 @@ class Rerun:
         ended = time.monotonic()
         while program.poll() is None and not rospy.is_shutdown():
             quiet = time.monotonic() - max(keeper.heard_at, ended)
-            if quiet > (LAST_WORD if expected and keeper.counts.get(f"{self._robot}/decision", 0) >= expected else QUIET):
+            if quiet > (LAST_WORD if expected and keeper.counts.get("%s/decision" % self._robot, 0) >= expected else QUIET):
                 break
             self._look_out()
             time.sleep(INTERVAL)
         if program.poll():
-            say(f"{self._given.program} ended with exit code {program.poll()}.")
+            say("%s ended with exit code %s." % (self._given.program, program.poll()))
 
     def _tell(self, keeper: Keeper) -> int:
         """The verdict, in plain sentences."""
@@ -221,14 +221,14 @@ class Rerun:
             again.setdefault(topic.rpartition("/")[2], []).append((nanoseconds * 1e-9, decode(connection, data)))
         verdict = compare(self._live.commanded, again, self._enough)
         said = "commands THE SAME on the bag as beside the robot" if verdict.same else "commands SOMETHING ELSE on the bag than beside the robot"
-        say("\n" + "\n".join([*verdict.sentences, f"{self._given.program} {said if keeper.counts else 'commands NOTHING on the bag'}.",
-                              *[f"bag      {keeper.path}"] * bool(keeper.counts)]))
+        say("\n" + "\n".join([*verdict.sentences, "%s %s." % (self._given.program, said if keeper.counts else "commands NOTHING on the bag"),
+                              *["bag      %s" % keeper.path] * bool(keeper.counts)]))
         explain_roslaunch()
         return 0 if verdict.same else 1
 
 
 def _told(parameters: Dict[str, Any]) -> str:
-    return ", ".join(f"{name} {value}" for name, value in sorted(parameters.items()) if not isinstance(value, dict))
+    return ", ".join("%s %s" % (name, value) for name, value in sorted(parameters.items()) if not isinstance(value, dict))
 
 
 def parser() -> argparse.ArgumentParser:

@@ -46,7 +46,7 @@ def fields_of(message: Any, prefix: str = "") -> Iterator[Tuple[str, Any]]:
     for name in message.__slots__:
         value = getattr(message, name)
         if hasattr(value, "__slots__") and hasattr(value, "_type"):
-            yield from fields_of(value, f"{prefix}{name}.")
+            yield from fields_of(value, "%s%s." % (prefix, name))
         else:
             yield prefix + name, value
 
@@ -56,9 +56,9 @@ def first_difference(live: Sequence[Any], again: Sequence[Any]) -> Optional[Diff
     for index, (one, other) in enumerate(zip(live, again)):
         for (name, before), (_, now) in zip(fields_of(one), fields_of(other)):
             if before != now and name not in NOT_COMPARED:
-                return Difference(index, f"{name} was {before}, and is {now}")
+                return Difference(index, "%s was %s, and is %s" % (name, before, now))
     if len(live) != len(again):
-        return Difference(min(len(live), len(again)), f"there were {len(live)}, and are {len(again)}")
+        return Difference(min(len(live), len(again)), "there were %s, and are %s" % (len(live), len(again)))
     return None
 
 
@@ -114,13 +114,13 @@ class Verdict(NamedTuple):
 def judge_decisions(live: Sequence[Any], again: Sequence[Any]) -> Verdict:
     """Of the decisions of a `Pioneer`."""
     found = first_difference(live, again)
-    counts = f"{len(live)} decisions live, {len(again)} in the re-run"
+    counts = "%s decisions live, %s in the re-run" % (len(live), len(again))
     if found is None:
-        return Verdict(True, [f"{counts}: every one is the same."])
+        return Verdict(True, ["%s: every one is the same." % counts])
     if found.index >= min(len(live), len(again)):
-        return Verdict(False, [f"{counts}: the first {found.index} are the same."])
+        return Verdict(False, ["%s: the first %s are the same." % (counts, found.index)])
     stamp = live[found.index].header.stamp.to_sec() - live[0].header.stamp.to_sec()
-    return Verdict(False, [f"{counts}. They differ from number {found.index + 1} on, {stamp:.1f} s after the first: {found.what}."])
+    return Verdict(False, ["%s. They differ from number %s on, %.1f s after the first: %s." % (counts, found.index + 1, stamp, found.what)])
 
 
 def judge_velocities(topic: str, live: Sequence[Velocity], again: Sequence[Velocity], enough: float) -> Verdict:
@@ -129,10 +129,10 @@ def judge_velocities(topic: str, live: Sequence[Velocity], again: Sequence[Veloc
     units = ("m/s", "rad/s") if topic == "cmd_vel" else ("m/s left", "m/s right")
     tolerance = TOLERANCE if topic == "cmd_vel" else TOLERANCE[:1] * 2
     same = alike.share >= enough
-    sentence = f"{topic}: {len(live)} live, {len(again)} in the re-run; alike for {100 * alike.share:.1f} % of {alike.seconds:.1f} s"
-    sentence += f" (within {tolerance[0]:g} {units[0]} and {tolerance[1]:g} {units[1]})"
+    sentence = "%s: %s live, %s in the re-run; alike for %.1f %% of %.1f s" % (topic, len(live), len(again), 100 * alike.share, alike.seconds)
+    sentence += " (within %g %s and %g %s)" % (tolerance[0], units[0], tolerance[1], units[1])
     if alike.first is not None:
-        sentence += f"; different first after {alike.first:.1f} s, by at most {alike.largest[0]:.2f} {units[0]} and {alike.largest[1]:.2f} {units[1]}"
+        sentence += "; different first after %.1f s, by at most %.2f %s and %.2f %s" % (alike.first, alike.largest[0], units[0], alike.largest[1], units[1])
     return Verdict(same, [sentence + "."])
 
 
@@ -141,8 +141,8 @@ def judge_others(topic: str, live: Sequence[Any], again: Sequence[Any]) -> Verdi
     one, other = _changes(live), _changes(again)
     found = first_difference(one, other)
     if found is None:
-        return Verdict(True, [f"{topic}: the same {len(one)} in the same order." if one else f"{topic}: none."])
-    return Verdict(False, [f"{topic}: different from the {found.index + 1}. on: {found.what}."])
+        return Verdict(True, ["%s: the same %s in the same order." % (topic, len(one)) if one else "%s: none." % topic])
+    return Verdict(False, ["%s: different from the %s. on: %s." % (topic, found.index + 1, found.what)])
 
 
 def _changes(messages: Sequence[Any]) -> List[Any]:

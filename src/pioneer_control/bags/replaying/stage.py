@@ -36,7 +36,7 @@ def begin(name: str) -> None:
     name = (named or [name])[-1]
     try:
         if is_at_work("/" + name, MASTER_PATIENCE):
-            raise UsageError(f"/{name} is at work on this master already: end it first, or give this one another name with __name:=")
+            raise UsageError("/%s is at work on this master already: end it first, or give this one another name with __name:=" % name)
     except NO_ANSWER:
         raise no_master() from None
     init_node(name)
@@ -44,7 +44,7 @@ def begin(name: str) -> None:
 
 def no_master() -> UsageError:
     """What to say where none answers."""
-    return UsageError(f"there is no ROS master at {rosgraph.get_master_uri()}: start roscore, or use roslaunch pioneer_control replay.launch")
+    return UsageError("there is no ROS master at %s: start roscore, or use roslaunch pioneer_control replay.launch" % rosgraph.get_master_uri())
 
 
 def carry_out(name: str, run: Callable[[], int]) -> int:
@@ -58,7 +58,7 @@ def carry_out(name: str, run: Callable[[], int]) -> int:
         if rosgraph.is_master_online():
             raise
         reason, code = no_master(), 1   # it has ended
-    print(f"{name}: {reason}", file=sys.stderr, flush=True)
+    print("%s: %s" % (name, reason), file=sys.stderr, flush=True)
     return code
 
 
@@ -68,11 +68,11 @@ class Keeper:
     def __init__(self, path: str, now: Callable[[], genpy.Time]) -> None:
         """``now``: when what is heard was heard. Raises UsageError when there can be no such bag."""
         if os.path.exists(path):
-            raise UsageError(f"{path} is there already: name another output")
+            raise UsageError("%s is there already: name another output" % path)
         try:
             self._writer: Optional[BagWriter] = BagWriter(path)
         except OSError as error:
-            raise UsageError(f"{path} cannot be written: {error.strerror or error}") from None
+            raise UsageError("%s cannot be written: %s" % (path, error.strerror or error)) from None
         self._connections: Dict[Tuple[str, Optional[str]], int] = {}     # by topic and publisher
         self.path = path
         self.newest: Dict[str, Any] = {}
@@ -126,7 +126,7 @@ class Keeper:
 def say_what_is_kept(keeper: Keeper) -> None:
     """Of something that ended before it was done."""
     if keeper.counts:
-        say(f"What happened until it ended is in {keeper.path}")
+        say("What happened until it ended is in %s" % keeper.path)
 
 
 class Programs:
@@ -176,9 +176,9 @@ def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subproc
             raise Interrupted("ended before it was done")
         for process in needed:
             if process.poll() is not None:
-                raise NoAnswerError(f"waited for {what}, but a program that is needed for it has ended (exit code {process.poll()}); why, it says above")
+                raise NoAnswerError("waited for %s, but a program that is needed for it has ended (exit code %s); why, it says above" % (what, process.poll()))
         if time.monotonic() > end:
-            raise NoAnswerError(f"waited {patience:.0f} s in vain for {what}")
+            raise NoAnswerError("waited %.0f s in vain for %s" % (patience, what))
         time.sleep(INTERVAL)
 
 
@@ -199,7 +199,7 @@ def alive() -> List[str]:
     now = graph()
     found = [(node, topic) for topic, names in now.publishers.items() if topic.rpartition("/")[2] == "motor_state" for node in names]
     found += [(node, topic) for topic, names in now.subscribers.items() if _commands(topic) for node in names]
-    return [f"{node} ({topic})" for node, topic in sorted(dict(sorted(found)).items())]
+    return ["%s (%s)" % (node, topic) for node, topic in sorted(dict(sorted(found)).items())]
 
 
 def _commands(topic: str) -> bool:
@@ -229,10 +229,10 @@ def put_back(name: str, value: Any) -> None:
 
 def free_name(bag: str, what: str) -> str:
     """A file that is not there yet, beside a bag: RUN-redrive.bag, or RUN-redrive-2.bag, ..."""
-    beside = f"{stem(bag)}-{what}"
+    beside = "%s-%s" % (stem(bag), what)
     number, path = 1, beside + ".bag"
     while os.path.exists(path):
-        number, path = number + 1, f"{beside}-{number + 1}.bag"
+        number, path = number + 1, "%s-%s.bag" % (beside, number + 1)
     return path
 
 

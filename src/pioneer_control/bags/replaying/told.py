@@ -50,15 +50,15 @@ def read_told(files: Sequence[str], robot: str, commands: Mapping[str, type], ot
         messages.setdefault(namespace.strip("/"), {}).setdefault(name, []).append((nanoseconds * 1e-9, message))
         senders.setdefault(namespace.strip("/"), {}).setdefault(name, connection.caller)
     if reader.damage:
-        say(f"{', '.join(files)}: {reader.damage}")
+        say("%s: %s" % (", ".join(files), reader.damage))
     for topic, count in damaged.items():
-        say(f"{plural(count, 'message')} on {topic} could not be understood, and will be missing.")
+        say("%s on %s could not be understood, and will be missing." % (plural(count, "message"), topic))
     told = sorted(namespace for namespace, found in messages.items() if set(found) & set(commands))
     chosen = robot.strip("/")
     if chosen and chosen not in told or not told:
-        raise BagError(f"{files[0]}: {f'robot {chosen!r} was told nothing' if chosen else 'nobody was told anything'} in it ({', '.join(commands)})"
-                       + (f"; who was: {', '.join(told)}" if told else ""))
+        raise BagError("%s: %s in it (%s)" % (files[0], f"robot {chosen!r} was told nothing" if chosen else "nobody was told anything", ", ".join(commands))
+                       + ("; who was: %s" % ", ".join(told) if told else ""))
     if not chosen and len(told) > 1:
-        raise BagError(f"{files[0]}: {len(told)} robots were told something: {', '.join(told)}. Choose one with robot:=NAME")
+        raise BagError("%s: %s robots were told something: %s. Choose one with robot:=NAME" % (files[0], len(told), ", ".join(told)))
     chosen = chosen or told[0]
     return Told(chosen, messages[chosen], senders[chosen], (reader.begin or 0) * 1e-9)
