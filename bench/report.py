@@ -127,7 +127,7 @@ def read(reader: str, path: str) -> Dict[str, float]:
         begin = time.process_time()
         count = sum(1 for _ in rosbag.Bag(path).read_messages())
     else:
-        import pioneer_control.bags.gather  # noqa: F401  what read_run imports is not its time, as rosbag is not the loop's
+        import pioneer_control.bags.run  # noqa: F401  what read_run imports is not its time, as rosbag is not the loop's
         from pioneer_control.bags.run import read_run
 
         begin = time.process_time()

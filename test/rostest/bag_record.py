@@ -26,7 +26,7 @@ from std_srvs.srv import SetBool, Trigger
 from pioneer_control import p2os
 from pioneer_control.bags.reader import decode, read_bag
 from pioneer_control.bags.recording.description import description_of
-from pioneer_control.bags.recording.start import parts_of
+from pioneer_control.bags.recording.plan import parts_of
 from pioneer_control.p2os.recording import entries
 from pioneer_control.srv import AddFault
 from witness import PATIENCE, wait_until

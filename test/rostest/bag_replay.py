@@ -19,9 +19,9 @@ import rostest
 from std_srvs.srv import SetBool
 
 from pioneer_control.bags.reader import read_bag
-from pioneer_control.bags.recording.recorder import subscribed
-from pioneer_control.bags.replaying.replay import aside, is_command
-from pioneer_control.bags.replaying.stage import connected
+from pioneer_control.bags.recording.when_recording import subscribed
+from pioneer_control.bags.replaying.playback import aside, is_command
+from pioneer_control.bags.replaying.programs import connected
 from pioneer_control.message_values import GripCommand
 from pioneer_control.msg import Decision, GripperState
 from witness import PATIENCE, wait_until

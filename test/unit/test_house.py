@@ -30,7 +30,7 @@ ROOMS = {
     "driver": {"message_values", "standard_messages", "parameters", "ros_node", "p2os", "robots", "client", "msg"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "p2os", "robots"},
     "tutorial": {"message_values", "msg"},
-    "bags": {"message_values", "ros_node", "standard_messages", "pictures", "p2os", "robots", "msg"},      # robots: where the sonar of an old bag looks
+    "bags": {"message_values", "parameters", "ros_node", "standard_messages", "pictures", "p2os", "robots", "msg"},      # robots: where the sonar of an old bag looks
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "simulator/node.py")

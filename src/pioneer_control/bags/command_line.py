@@ -1,16 +1,51 @@
-"""Words on a command line that were meant for a launch file."""
+"""What command lines of this room have in common: yes or no, numbers in a range, and words that were meant for a launch file."""
 
+import argparse
 from typing import Iterable
 
 from ..errors import UsageError
+from ..parameters import Number
 
 
 def refuse_launch_arguments(words: Iterable[str], names: Iterable[str]) -> None:
-    """``speed:=0.5`` behind ``rosrun`` is to ROS the new name of a topic, and would silently do nothing. `names`: those of the arguments.
+    """Refuse ``speed:=0.5`` behind ``rosrun``: to ROS it is the new name of a topic, and would silently do nothing.
+
+    Args:
+        words: of the command line.
+        names: of the launch file's arguments.
 
     Raises:
-        UsageError: one of the words is that.
+        UsageError: one of the words gives one of the arguments.
     """
     for word in words:
         if word.partition(":=")[0] in names:
             raise UsageError("%s: this is how roslaunch is told; --help says how it is said here" % word)
+
+
+def yes_or_no(text: str) -> bool:
+    """The value of "true" or "false", as launch files write it.
+
+    Raises:
+        ArgumentTypeError: it is neither.
+    """
+    if text.lower() not in ("true", "false"):
+        raise argparse.ArgumentTypeError("%r is not legal: give true or false" % text)
+    return text.lower() == "true"
+
+
+def number(name: str, text: str, low: float, high: float) -> float:
+    """The value of an option of this name.
+
+    Raises:
+        UsageError: it is no number from `low` to `high`.
+    """
+    kind = Number(low, high)
+    try:
+        return kind.accept(float(text))
+    except ValueError:
+        raise UsageError("%s: %r is not legal: give %s" % (name, text, kind.legal)) from None
+
+
+def say(sentence: str) -> None:
+    """Print a sentence at once: other programs print in between."""
+    print(sentence, flush=True)

@@ -8,7 +8,7 @@ from typing import List, NamedTuple, Tuple
 
 import numpy as np
 
-from .run import Track, inverted
+from .recorded_run import Track, inverted
 
 MOVED = 0.01, np.radians(1.0)  # m, rad: who is that far from his first pose has begun to move
 STILL = 0.02, np.radians(2.0)  # m/s, rad/s: who is slower stands

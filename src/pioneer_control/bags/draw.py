@@ -12,11 +12,12 @@ from typing import List, Optional, Sequence, Tuple
 
 from ..errors import PioneerError, UsageError
 from ..pictures import check_output, write
-from .names import in_order, stem
+from .bag_names import in_order, stem
 from .pages import page, side_by_side
-from .pages.paper import DPI
+from .pages.sheet import DPI
 from .progress import Progress
-from .run import Run, read_run
+from .recorded_run import Run
+from .run import read_run
 
 
 def draw_run(run: Run, output: str, title: Optional[str] = None) -> None:

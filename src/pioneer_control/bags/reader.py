@@ -11,7 +11,7 @@ import os
 import re
 from typing import Any, Callable, Collection, Dict, FrozenSet, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
-from .records import (BETWEEN_CHUNKS, BLOCK, CHUNK, CHUNK_INFO, CONNECTION, FIELDS, FILE_HEADER, INDEX, MAGIC, MESSAGE, TIME, U32, U64, BagError, Record,
+from .records import (BETWEEN_CHUNKS, BLOCK, CHUNK, CHUNK_INFO, CONNECTION, FIELDS, FILE_HEADER, INDEX, MAGIC, MESSAGE, TIME, U32, U64, BagError, BagRecord,
                       Source, decompressed, fields_of, nanoseconds, next_record, record_at, records, source_of_bytes)
 
 LATE = 10 ** 9
@@ -19,7 +19,7 @@ LATE = 10 ** 9
 HELD = 1 << 25
 """Bytes of messages kept back at most, to put them in order."""
 OVERHEAD = 200
-"""Bytes that Python takes for each of them besides."""
+"""Bytes that Python takes for each of them on top."""
 TAIL = 1 << 24
 """Bytes at the end in which the index of a bag is, where it is not known; of 100 GB it has about as many."""
 STEP = 0.005
@@ -83,8 +83,59 @@ class _Chunk(NamedTuple):
     """the connections in it, where none of them is wanted; else empty"""
 
 
-_Waiting = Tuple[int, bool, int, Connection, bytes]
-"""A message that is not given yet: time (ns), whether it is in the part's head, its number in the file, ..."""
+Latched = Dict[Tuple[str, str], bytes]
+"""The first latched message by topic and publisher."""
+
+
+class _Waiting(NamedTuple):
+    """A message that is not given yet; sorted as they are given."""
+
+    time: int
+    """ns"""
+    in_head: bool
+    """whether it is in the head of a part"""
+    number: int
+    """in the file"""
+    connection: Connection
+    data: bytes
+
+    @property
+    def size(self) -> int:
+        """Bytes that it takes."""
+        return len(self.data) + OVERHEAD
+
+
+class _Queue:
+    """Messages that wait until no earlier one can come."""
+
+    def __init__(self) -> None:
+        self._waiting: List[_Waiting] = []
+        self._size = self._count = 0
+
+    def add(self, time: int, in_head: bool, connection: Connection, data: bytes) -> None:
+        self._count += 1
+        entry = _Waiting(time, in_head, self._count, connection, data)
+        self._waiting.append(entry)
+        self._size += entry.size
+
+    def overflow(self) -> List[_Waiting]:
+        """The earlier half where they are more than `HELD`; else none."""
+        return self._take(lambda: len(self._waiting) // 2) if self._size > HELD else []
+
+    def before(self, time: int) -> List[_Waiting]:
+        """Those that are earlier."""
+        return self._take(lambda: bisect.bisect_left(self._waiting, (time,)))
+
+    def rest(self) -> List[_Waiting]:
+        return self._take(lambda: len(self._waiting))
+
+    def _take(self, number: Callable[[], int]) -> List[_Waiting]:
+        """Take so many out of those that wait, which are sorted before they are counted."""
+        self._waiting.sort()
+        count = number()
+        taken, self._waiting = self._waiting[:count], self._waiting[count:]
+        self._size -= sum(entry.size for entry in taken)
+        return taken
 
 
 class _Head:
@@ -167,7 +218,7 @@ class _File:
         if not self.indexed:
             self._read_tail(source)
 
-    def _look_for_index(self, source: Source, head: Optional[Record]) -> None:
+    def _look_for_index(self, source: Source, head: Optional[BagRecord]) -> None:
         """Read the index, where the first record says that there is one."""
         if head is None or head.op != FILE_HEADER:
             return
@@ -235,24 +286,25 @@ class _File:
         else:
             self._places.append(_Place(begin, end, None if self.begin is None else (self.end - self.begin) / 1e9))
 
-    def _passes_over(self, source: Source, chunk: Record) -> bool:
-        """Whether nothing in a chunk is wanted. The index and the lists behind the chunk both say so: one wrong byte loses no chunk."""
+    def _passes_over(self, source: Source, chunk: BagRecord) -> bool:
+        """Whether nothing in a chunk is wanted, nor in the part's head. Index and the lists behind the chunk both say so: one wrong byte
+        loses no chunk."""
         known = self._chunks.get(chunk.position)
-        if self._head is not None and self._head.open:
+        if known is None or not known.foreign or self._head is not None and self._head.open:
             return False
-        return known is not None and bool(known.foreign) and known.foreign == _listed(source, chunk.end)
+        return known.foreign == _listed(source, chunk.end)
 
-    def messages(self, progress: Callable[[int], Any], latched: Optional[Dict[Tuple[str, str], bytes]] = None) -> Iterator[Message]:
+    def messages(self, progress: Callable[[int], Any], latched: Optional[Latched] = None) -> Iterator[Message]:
         """The wanted messages in order of time, as far as `LATE` and `HELD` allow.
 
         Args:
             progress: called now and then with the bytes read.
-            latched: of a part of a recording: by topic and publisher, the first latched message in the parts before. What the recorder
-                only repeats of them is left out, and what is new is added to them. None: this is no part.
+            latched: of a part of a recording, what was latched in the parts before. What the recorder only repeats of it is left out, and
+                what is new is added to it. None: this is no part.
         """
-        waiting: List[_Waiting] = []
+        queue = _Queue()
         self._head = None if latched is None else _Head()
-        held = count = met = listed = 0
+        met = listed = 0
         known: Optional[_Chunk] = None
         passed = False
         with open(self.path, "rb", buffering=0) as file:
@@ -262,17 +314,14 @@ class _File:
                     if known is None or known.start <= record.time <= known.end or self.begin is None:  # else a byte of it is wrong
                         self._saw(record.time)
                     wanted = self._wanted.get(record.connection)
-                    in_head = self._head is not None and wanted is not None and self._head.takes(record.time, self.connections[record.connection])
-                    if wanted:
-                        count += 1
-                        waiting.append((record.time, in_head, count, self.connections[record.connection], source.data(record)))
-                        held += record.end - record.begin + OVERHEAD
-                        if held > HELD:
-                            waiting.sort()
-                            yield from self._news(_give(waiting, len(waiting) // 2), latched)
-                            held = _held(waiting)
-                    elif wanted is None:
+                    if wanted is None:
                         self._nameless += 1
+                        continue
+                    connection = self.connections[record.connection]
+                    in_head = self._head is not None and self._head.takes(record.time, connection)
+                    if wanted:
+                        queue.add(record.time, in_head, connection, source.data(record))
+                        yield from self._news(queue.overflow(), latched)
                 elif record.op == CONNECTION:
                     self._know(record.connection, _connection(record, source.data(record)))
                 elif record.op == INDEX:
@@ -285,16 +334,12 @@ class _File:
                     if passed:
                         self._saw(known.start)
                         self._saw(known.end)
-                    earliest = (self.end or 0) - LATE if known is None else known.earliest
-                    waiting.sort()
-                    yield from self._news(_give(waiting, bisect.bisect_left(waiting, (earliest,))), latched)
-                    held = _held(waiting)
-            waiting.sort()
-            yield from self._news(_give(waiting, len(waiting)), latched)
+                    yield from self._news(queue.before((self.end or 0) - LATE if known is None else known.earliest), latched)
+            yield from self._news(queue.rest(), latched)
         self._missing += _missing(known, passed, listed, met)
         progress(self.size)
 
-    def _news(self, ready: List[_Waiting], latched: Optional[Dict[Tuple[str, str], bytes]]) -> Iterator[Message]:
+    def _news(self, ready: List[_Waiting], latched: Optional[Latched]) -> Iterator[Message]:
         """Messages without those that are only repeated."""
         for time, in_head, _, connection, data in ready:
             if in_head and self._head.repeats and _is_known(connection, data, latched):
@@ -303,7 +348,7 @@ class _File:
                 latched.setdefault((connection.topic, connection.caller), data)
             yield Message(connection.topic, connection, data, time)
 
-    def _contents(self, source: Source) -> Iterator[Tuple[Source, Record]]:
+    def _contents(self, source: Source) -> Iterator[Tuple[Source, BagRecord]]:
         """All records and where their data are, those in chunks too, but for chunks in which nothing is wanted."""
 
         def passes_over(chunk):
@@ -377,25 +422,14 @@ def _missing(chunk: Optional[_Chunk], passed: bool, listed: int, met: int) -> in
     return 0 if passed else max(0, (listed if chunk is None else chunk.count) - met)
 
 
-def _is_known(connection: Connection, data: bytes, latched: Dict[Tuple[str, str], bytes]) -> bool:
+def _is_known(connection: Connection, data: bytes, latched: Latched) -> bool:
     """Whether a publisher's first latched message was this; where the bag does not say whose it is, the first of any publisher of the topic."""
     if connection.caller:
         return latched.get((connection.topic, connection.caller)) == data
     return any(topic == connection.topic and first == data for (topic, _), first in latched.items())
 
 
-def _give(waiting: List[_Waiting], number: int) -> List[_Waiting]:
-    """Take so many out of what waits."""
-    ready = waiting[:number]
-    del waiting[:number]
-    return ready
-
-
-def _held(waiting: List[_Waiting]) -> int:
-    return sum(len(entry[-1]) + OVERHEAD for entry in waiting)
-
-
-def _connection(record: Record, data: bytes) -> Optional[Connection]:
+def _connection(record: BagRecord, data: bytes) -> Optional[Connection]:
     """The Connection of a record and its data; None if they make none."""
     fields = fields_of(data)
     if not fields or not {b"type", b"md5sum", b"message_definition"} <= set(fields):
@@ -440,7 +474,7 @@ class BagReader:
     def __iter__(self) -> Iterator[Message]:
         whole, done = sum(file.size for file in self._files), 0
         told = -whole
-        latched: Optional[Dict[Tuple[str, str], bytes]] = {} if self._several else None
+        latched: Optional[Latched] = {} if self._several else None
         for file in self._files:
             def progress(position):
                 nonlocal told

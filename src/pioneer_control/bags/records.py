@@ -64,7 +64,7 @@ class BagError(UsageError):
     """A file that cannot be read as a bag, or not as the run of a robot; the message says why and what to do."""
 
 
-class Record(NamedTuple):
+class BagRecord(NamedTuple):
     """Where a record is, in bytes from the begin of a file or of a decompressed chunk, and what its header says."""
 
     position: int
@@ -114,7 +114,7 @@ class Source:
         index = self.load(position, length)
         return self.block[index:index + length]
 
-    def data(self, record: Record) -> bytes:
+    def data(self, record: BagRecord) -> bytes:
         """The data of a record."""
         return self.get(record.begin, record.end - record.begin)
 
@@ -147,7 +147,7 @@ def nanoseconds(field: bytes) -> int:
     return seconds * 1000000000 + rest
 
 
-def record_at(source: Source, position: int) -> Optional[Record]:
+def record_at(source: Source, position: int) -> Optional[BagRecord]:
     """The record that begins at a position, whose data may end anywhere; None if there is none."""
     index = source.load(position, USUAL_LENGTH)
     usual = USUAL_MESSAGE.match(source.block, index)
@@ -155,10 +155,10 @@ def record_at(source: Source, position: int) -> Optional[Record]:
         return _unusual_record_at(source, position)
     first, second, time, length = usual.groups()
     begin = position + USUAL_LENGTH
-    return Record(position, MESSAGE, {}, U32.unpack(first or second)[0], nanoseconds(time), begin, begin + U32.unpack(length)[0])
+    return BagRecord(position, MESSAGE, {}, U32.unpack(first or second)[0], nanoseconds(time), begin, begin + U32.unpack(length)[0])
 
 
-def _unusual_record_at(source: Source, position: int) -> Optional[Record]:
+def _unusual_record_at(source: Source, position: int) -> Optional[BagRecord]:
     head = source.get(position, 4)
     if len(head) < 4:
         return None
@@ -174,7 +174,7 @@ def _unusual_record_at(source: Source, position: int) -> Optional[Record]:
     if needed is None or any(name not in fields or size not in (None, len(fields[name])) for name, size in needed.items()):
         return None
     begin = position + length + 8
-    record = Record(position, op[0], fields, U32.unpack(fields.get(b"conn", bytes(4)))[0], nanoseconds(fields.get(b"time", bytes(8))),
+    record = BagRecord(position, op[0], fields, U32.unpack(fields.get(b"conn", bytes(4)))[0], nanoseconds(fields.get(b"time", bytes(8))),
                     begin, begin + U32.unpack_from(header, length)[0])
     if record.op == CHUNK and fields[b"compression"] not in COMPRESSIONS:
         return None
@@ -199,8 +199,8 @@ def next_record(source: Source, position: int, searched: Collection[int] = FIELD
     return source.size
 
 
-def records(source: Source, position: int, passes_over: Callable[[Record], bool], damaged: Callable[[int, int], Any],
-            searched: Collection[int] = FIELDS) -> Iterator[Record]:
+def records(source: Source, position: int, passes_over: Callable[[BagRecord], bool], damaged: Callable[[int, int], Any],
+            searched: Collection[int] = FIELDS) -> Iterator[BagRecord]:
     """Every record from a position on, those in chunks that are not compressed too, but for the ones in chunks that are passed over.
 
     A record counts when another one, or the end, follows where its data end; else either its length is wrong, or what follows. Then the next record, of
@@ -230,7 +230,7 @@ def records(source: Source, position: int, passes_over: Callable[[Record], bool]
         position, record = found, record_at(source, found) if found < source.size else None
 
 
-def decompressed(source: Source, chunk: Record) -> bytes:
+def decompressed(source: Source, chunk: BagRecord) -> bytes:
     """The records in a compressed chunk, as far as they can be had, and no more than `LARGEST_CHUNK`."""
     decompress, left = _decompressor(chunk.fields[b"compression"]), LARGEST_CHUNK
     found = bytearray()

@@ -1,227 +1,226 @@
-"""What one robot did, as plain arrays: a :class:`Run`. SI units, one clock (the recorder's, s) for everything; `read_run` reads it from a bag.
+"""From the messages of a bag to a :class:`~pioneer_control.bags.recorded_run.Run`, in bounded memory however long the bag is: `read_run`.
 
-Only odometry is required; whatever else a bag has not is empty or ``None``. However long the run, a Run stays small: of paths and values those rows
-are kept that differ from the row kept before (1 cm, 1 degree, ...), and of echoes those that are new. `gather` does it.
+What is read is the table `TOPICS`; `collectors` keep what is kept of it. A topic counts by the last part of its name and the last part of
+its type, so bags with ``p2os_driver/SonarArray`` or ``p2os_msgs/SonarArray`` read as ours do. Robots are told apart by their namespace.
 """
 
-from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from ..message_values import GripStatus
+from .collectors import (CanCollector, DecisionCollector, EchoCollector, GripperCollector, LastCollector, MapCollector, OdometryCollector,
+                         ReportCollector, SilenceCollector, SpanCollector, ValueCollector, VelocityCollector, is_plausible, pressed, stalled)
+from .reader import BagError, BagReader, Connection, decode, message_class, plural, read_bag
+from .recorded_run import Run
 
-ECHO_GRID = 0.01  # m
-
-Pose = Tuple[float, float, float]  # x, y (m), heading (rad, counter-clockwise)
-
-
-class Track(NamedTuple):
-    """Where a robot was: arrays of one length; s, m, m, and rad without jumps at half a turn."""
-
-    time: np.ndarray
-    x: np.ndarray
-    y: np.ndarray
-    heading: np.ndarray
-
-    @property
-    def length(self) -> float:
-        """The way driven, in m."""
-        return float(np.hypot(np.diff(self.x), np.diff(self.y)).sum())
-
-    def pose(self, index: int) -> Pose:
-        """The pose at an index: 0 is the first, -1 the last."""
-        return float(self.x[index]), float(self.y[index]), float(self.heading[index])
-
-    def at(self, times: np.ndarray) -> "Track":
-        """The track at other times, in between by straight lines, held still before its first and after its last."""
-        times = np.asarray(times, dtype=float)
-        return Track(times, *(np.interp(times, self.time, values) for values in (self.x, self.y, self.heading)))
-
-    def seen_from(self, origin: Pose) -> "Track":
-        """The track in the frame in which its own frame lies at ``origin``."""
-        x, y = placed(origin, self.x, self.y)
-        return Track(self.time, x, y, self.heading + origin[2])
+CHANGE_OF_VOLTAGE = 0.05  # V
 
 
-class Sonar(NamedTuple):
-    """Echoes: arrays of one length; s, the sonar's number, m. A reading is there when it is new, and neither "no echo" nor 0.0, "not heard"."""
+class Topic(NamedTuple):
+    """What is read of a robot: a topic by its last name."""
 
-    time: np.ndarray
-    number: np.ndarray
-    range: np.ndarray
-
-
-class Velocities(NamedTuple):
-    """How fast a robot was or was to be: arrays of one length; s, m/s forward, rad/s counter-clockwise."""
-
-    time: np.ndarray
-    linear: np.ndarray
-    angular: np.ndarray
+    type: str
+    """last name"""
+    collector: Callable[[], Any]
+    """makes what its messages are added to: ``add(time, message)``"""
+    periodic: bool = False
+    """whether silence is a gap"""
+    shared: bool = False
+    """whether one of another namespace counts where the robot has none: a world, or a recording, of several robots"""
 
 
-class Series(NamedTuple):
-    """A value over time: arrays of one length. It holds from its time to the next one's."""
+TOPICS: Dict[str, Topic] = {
+    "pose": Topic("Odometry", OdometryCollector, True),
+    "odom": Topic("Odometry", OdometryCollector, True),      # where there is no pose
+    "ground_truth": Topic("Odometry", OdometryCollector, True),
+    "sonar": Topic("SonarArray", EchoCollector, True),
+    "gripper_state": Topic("GripperState", GripperCollector, True),
+    "cmd_vel": Topic("Twist", VelocityCollector),
+    "battery_state": Topic("BatteryState", lambda: ValueCollector("voltage", CHANGE_OF_VOLTAGE), True),
+    "battery": Topic("BatteryState", lambda: ValueCollector("voltage", CHANGE_OF_VOLTAGE), True),   # where there is no battery_state
+    "motor_state": Topic("MotorState", lambda: ValueCollector("state", 0.5), True),
+    "e_stop": Topic("Bool", lambda: ValueCollector("data", 0.5)),
+    "stall": Topic("Stall", lambda: SpanCollector(stalled), True),
+    "bumpers": Topic("Bumpers", lambda: SpanCollector(pressed), True),
+    "decision": Topic("Decision", DecisionCollector),
+    "robot_info": Topic("RobotInfo", LastCollector),
+    "cans": Topic("PoseArray", CanCollector, shared=True),
+    "map": Topic("OccupancyGrid", MapCollector, shared=True),
+    "world": Topic("String", LastCollector, shared=True),
+    "recording": Topic("String", LastCollector, shared=True),
+}
+ODOMETRY = ("pose", "odom")     # the first that is there
+KEPT = tuple(sorted({"/" + topic.type for topic in TOPICS.values() if topic.collector in (LastCollector, CanCollector)}))
+"""Types of messages that are kept whole."""
 
-    time: np.ndarray
-    value: np.ndarray
-
-
-class Span(NamedTuple):
-    """Something that lasted, from begin to end (s): "both wheels", "front 2, 3"."""
-
-    begin: float
-    end: float
-    what: str
-
-
-WARNING, ERROR = 1, 2  # levels of diagnostic_msgs
-
-
-class Happening(NamedTuple):
-    """Something of a level, WARNING or ERROR: at a time (s), who ("Link", "/pioneer/p2os"), in which words."""
-
-    time: float
-    level: int
-    who: str
-    what: str
-
-
-class Gap(NamedTuple):
-    """A topic that should not be silent was, from begin to end (s)."""
-
-    topic: str
-    begin: float
-    end: float
+Adder = Callable[[float, Any], Any]
 
 
-class Decision(NamedTuple):
-    """What a wandering program decided at a time (s), on the sonar message of a stamp (s); m/s, rad/s."""
+class CollectedRobot:
+    """What is kept of one robot."""
 
-    time: float
-    stamp: float
-    wander: int
-    seed: int
-    speed: float
-    linear: float
-    angular: float
-    reason: str
+    def __init__(self) -> None:
+        self._collectors = {name: topic.collector() for name, topic in TOPICS.items()}
+        self.silences: Dict[str, SilenceCollector] = {}    # by topic
 
-
-class GripperEvent(NamedTuple):
-    """Something the paddles did: time in s, and "picked up", "put down" or "closed on nothing"."""
-
-    time: float
-    what: str
-
-
-class Map(NamedTuple):
-    """An occupancy grid: cells (rows, columns) bottom-up, 0 free to 100 occupied, -1 unknown; m; pose of cell (0, 0)'s corner."""
-
-    cells: np.ndarray
-    resolution: float
-    origin: Pose
-
-
-_NOTHING = np.empty(0)
-
-
-class Run(NamedTuple):
-    """What one robot did, in the frame of its odometry unless said otherwise."""
-
-    path: str  # of the bag, or of its first part
-    robot: str  # namespace without slashes at its ends; empty for a robot at the root
-    model: str  # subtype, empty when no robot_info was recorded
-    world: str  # name of the simulated world, empty when none was recorded
-    footprint: np.ndarray  # (k, 2) outline in base_link, m; k = 0 when unknown
-    transducers: Dict[int, Pose]  # by sonar number, in base_link
-    odometry: Track
-    truth: Optional[Track]  # in the frame of the map
-    sonar: Sonar
-    gripper: Tuple[GripperEvent, ...]
-    cans: Tuple[np.ndarray, ...]  # each (n, 3): x, y, height lifted (m), in the frame of the map; as they came
-    map: Optional[Map]
-    commanded: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # cmd_vel
-    measured: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # the odometry's
-    battery: Series = Series(_NOTHING, _NOTHING)  # V
-    motors: Series = Series(_NOTHING, _NOTHING)  # 0 off, 1 on
-    e_stop: Series = Series(_NOTHING, _NOTHING)  # 1 while the STOP button is pressed
-    stalls: Tuple[Span, ...] = ()
-    bumps: Tuple[Span, ...] = ()
-    faults: Tuple[Happening, ...] = ()  # of this robot, of what it shares with others, and of nobody in particular
-    gaps: Tuple[Gap, ...] = ()
-    decisions: Tuple[Decision, ...] = ()  # where their reason changes
-    notes: str = ""  # how the recording describes itself (YAML)
-    damage: str = ""  # what of the bag could not be read; empty when all was
+    def __getitem__(self, name: str) -> Any:
+        return self._collectors[name]
 
     @property
-    def duration(self) -> float:
-        """Seconds from the first pose to the last."""
-        return float(self.odometry.time[-1] - self.odometry.time[0])
-
-    @property
-    def odometry_origin(self) -> Pose:
-        """Where the odometry's frame lies in the map: so that both tracks begin together. Zero without ground truth."""
-        if self.truth is None:
-            return (0.0, 0.0, 0.0)
-        # Both are taken when both are there: one may begin before the other.
-        start = np.array([max(self.truth.time[0], self.odometry.time[0])])
-        return chained(self.truth.at(start).pose(0), inverted(self.odometry.at(start).pose(0)))
-
-    def echoes(self) -> np.ndarray:
-        """Points (n, 2) in the odometry's frame that returned a ping; m. Of those in one square of 1 cm the first."""
-        fitted = np.isin(self.sonar.number, list(self.transducers))
-        if not fitted.any():
-            return np.empty((0, 2))
-        time, number, reach = (values[fitted] for values in self.sonar)
-        looks = np.array([self.transducers[n] for n in number.astype(int)])
-        robot = self.odometry.at(time)
-        hit = looks[:, 0] + reach * np.cos(looks[:, 2]), looks[:, 1] + reach * np.sin(looks[:, 2])
-        points = np.column_stack(placed((robot.x, robot.y, robot.heading), *hit))
-        _, first = np.unique(np.round(points / ECHO_GRID).astype(int), axis=0, return_index=True)
-        return points[np.sort(first)]
+    def odometry(self) -> Optional[OdometryCollector]:
+        """That of the first topic that has one; None: there is none yet."""
+        return next((self[name] for name in ODOMETRY if self[name].track is not None), None)
 
 
-def placed(pose, x, y) -> Tuple[np.ndarray, np.ndarray]:
-    """Points given in the frame of a pose, in the frame the pose is given in. All may be arrays."""
-    cosine, sine = np.cos(pose[2]), np.sin(pose[2])
-    return pose[0] + cosine * x - sine * y, pose[1] + sine * x + cosine * y
+class RunCollector:
+    """Takes every message of a bag that is wanted: of one robot, or of all as long as none is chosen."""
+
+    def __init__(self, robot: Optional[str]) -> None:
+        self.robot = robot
+        self.robots: Dict[str, CollectedRobot] = {}
+        self.reports = ReportCollector()
+        self.undecoded: Dict[str, int] = {}     # by topic
+        self._of_all = {("diagnostics", "DiagnosticArray"): self.reports.add_diagnostics, ("rosout", "Log"): self.reports.add_log}
+        self._adders: Dict[Tuple[str, str], List[Adder]] = {}     # by topic and type
+        # By connection: what takes its messages, and one message that is filled again and again, in half the time of a new one;
+        # None for those that are kept.
+        self._known: Dict[int, Tuple[List[Adder], Any]] = {}
+
+    def wants(self, connection: Connection) -> bool:
+        """Whether a connection's messages are read."""
+        return bool(self._adders_of(connection))
+
+    def _adders_of(self, connection: Connection) -> List[Adder]:
+        """What takes its messages."""
+        key = connection.topic.strip("/"), connection.type.split("/")[-1]
+        if key not in self._adders:
+            namespace, name = _split(connection.topic)
+            adders: List[Adder] = [self._of_all[key]] if key in self._of_all else []
+            if _fits(connection) and (self.robot in (None, namespace) or TOPICS[name].shared):
+                robot = self.robots.setdefault(namespace, CollectedRobot())
+                adders.append(robot[name].add)
+                if TOPICS[name].periodic:
+                    adders.append(robot.silences.setdefault(connection.topic, SilenceCollector()).add)
+            self._adders[key] = adders
+        return self._adders[key]
+
+    def add(self, connection: Connection, data: bytes, time: float) -> None:
+        """Take a message (s)."""
+        try:
+            known = self._known.get(id(connection))
+            if known is None:   # the reader keeps the connection, so its id stays its own
+                fresh = connection.type.endswith(KEPT)
+                known = self._known[id(connection)] = self._adders_of(connection), None if fresh else message_class(connection)()
+            adders, filled = known
+            message = decode(connection, data, filled)
+            for add in adders:
+                add(time, message)
+        except Exception:   # bytes of the file that are no message, numbers that are none, or a definition of a bag's own with other fields
+            self.undecoded[connection.topic] = self.undecoded.get(connection.topic, 0) + 1
+
+    def nearest(self, robot: str, name: str) -> Any:
+        """What was kept of a shared topic: the robot's own, else that of the innermost namespace around it, else any."""
+        around = sorted(self.robots, key=lambda place: (place != "" and not (robot + "/").startswith(place + "/"), -len(place)))
+        return next((self.robots[place][name] for place in around if self.robots[place][name].last is not None), self.robots[robot][name])
 
 
-def chained(first: Pose, then: Pose) -> Pose:
-    """The pose ``then``, given in the frame of ``first``, in the frame ``first`` is given in."""
-    x, y = placed(first, then[0], then[1])
-    return float(x), float(y), first[2] + then[2]
+def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None, progress: Optional[Callable[[int, int], Any]] = None) -> Run:
+    """Read the run of a robot.
 
+    Args:
+        paths: a bag, or the parts of one recording.
+        robot: its namespace; None: the only one there is.
+        progress: called now and then with the bytes done and all bytes.
 
-def inverted(pose: Pose) -> Pose:
-    """The pose of the outer frame seen from this one."""
-    x, y = placed((0.0, 0.0, -pose[2]), -pose[0], -pose[1])
-    return float(x), float(y), -pose[2]
-
-
-def gripper_events(states: Sequence[Tuple[float, int, bool]]) -> Tuple[GripperEvent, ...]:
-    """What happened, from (time, GripState.state, whether a paddle presses on something that is in a beam) in order of time."""
-    events: List[GripperEvent] = []
-    held, closed = False, None
-    for time, state, feels in states:
-        was_closed, closed = closed, state == GripStatus.CLOSED
-        if held and not feels:
-            held = False
-            events.append(GripperEvent(time, "put down"))
-        elif not held and feels and closed:
-            held = True
-            if was_closed is not None:  # else it was held before the recording began
-                events.append(GripperEvent(time, "picked up"))
-        elif closed and was_closed is False and not held:
-            events.append(GripperEvent(time, "closed on nothing"))
-    return tuple(events)
-
-
-def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None, progress: Optional[Callable[[int, int], object]] = None) -> Run:
-    """Read the run of a robot, by its namespace; ``None`` takes the only one there is.
-
-    Several paths are the parts of one recording. ``progress`` is called now and then with the bytes done and all bytes. Raises `reader.BagError`.
+    Raises:
+        BagError: it cannot be read, or has no such robot.
     """
-    from .gather import gather  # here: a Run of arrays needs nothing of it
+    paths = [paths] if isinstance(paths, str) else list(paths)
+    collector = RunCollector(None if robot is None else robot.strip("/"))
+    reader = read_bag(paths, collector.wants, progress)
+    if reader.indexed:  # it has said before it is read what is in it
+        _choose(paths, _robots(reader.connections), collector.robot, reader)
+    for _, connection, data, time in reader:
+        collector.add(connection, data, time / 1e9)
+    robots = _robots(reader.connections)
+    name = _choose(paths, robots, collector.robot, reader)
+    try:
+        return _run(paths[0], name, robots, collector, reader)
+    except BagError:
+        raise
+    except (AttributeError, TypeError, ValueError) as error:    # of what was kept as it was: only now its fields are looked at
+        raise BagError("%s has messages under names of ours whose fields are others: %s" % (paths[0], error)) from None
 
-    return gather([paths] if isinstance(paths, str) else list(paths), robot, progress)
+
+def _split(topic: str) -> Tuple[str, str]:
+    """A topic's namespace (no slashes at its ends) and last name."""
+    namespace, _, name = topic.strip("/").rpartition("/")
+    return namespace, name
+
+
+def _fits(connection: Connection) -> bool:
+    """Whether a topic is of a kind we read, by its last name and its type's last name."""
+    topic = TOPICS.get(_split(connection.topic)[1])
+    return topic is not None and topic.type == connection.type.split("/")[-1]
+
+
+def _robots(connections: Sequence[Connection]) -> List[str]:
+    """Namespaces of the robots with odometry."""
+    return sorted({_split(entry.topic)[0] for entry in connections if _split(entry.topic)[1] in ODOMETRY and _fits(entry)})
+
+
+def _choose(paths: Sequence[str], robots: Sequence[str], wanted: Optional[str], reader: BagReader) -> str:
+    """The namespace to read, of those there are.
+
+    Raises:
+        BagError: there is none, not the wanted one, or none is wanted and there are several.
+    """
+    names = ", ".join(name or "/" for name in robots)
+    if not robots:
+        there = ", ".join(sorted({"%s (%s)" % (entry.topic, entry.type) for entry in reader.connections})) or "nothing: the bag is empty"
+        raise BagError(("%s has no odometry of a robot (a topic `pose` or `odom`, nav_msgs/Odometry). It has: %s. %s"
+                        % (paths[0], there, reader.damage)).strip())
+    if wanted is not None and wanted not in robots:
+        raise BagError("%s has no robot %r; it has: %s. Choose one with --robot" % (paths[0], wanted, names))
+    if wanted is None and len(robots) > 1:
+        raise BagError("%s has %s robots: %s. Choose one with --robot" % (paths[0], len(robots), names))
+    return robots[0] if wanted is None else wanted
+
+
+def _run(path: str, name: str, robots: Sequence[str], collector: RunCollector, reader: BagReader) -> Run:
+    """What was collected of a robot."""
+    robot = collector.robots[name]
+    if robot.odometry is None or reader.end is None:
+        raise BagError(("%s has no message of the odometry of %s. %s" % (path, name or "/", reader.damage)).strip())
+    info, world, recording = robot["robot_info"].last, collector.nearest(name, "world").last, collector.nearest(name, "recording").last
+    gaps = [gap for topic, silence in sorted(robot.silences.items()) for gap in silence.gaps(topic, reader.end / 1e9)]
+    undecoded = ["%s on %s could not be understood." % (plural(count, "message"), topic)
+                 for topic, count in sorted(collector.undecoded.items())]
+    battery = robot["battery_state"].series
+    return Run(
+        path=path,
+        robot=name,
+        model=info.subtype if info else "",
+        world=world.data if world else "",
+        footprint=np.array([(p.x, p.y) for p in info.footprint.points if is_plausible(p.x, p.y)] if info else []).reshape(-1, 2),
+        transducers={number: (pose.x, pose.y, pose.theta) for number, pose in zip(info.sonar_numbers, info.sonar_poses)
+                     if is_plausible(pose.x, pose.y, pose.theta)} if info else {},
+        odometry=robot.odometry.track,
+        truth=robot["ground_truth"].track,
+        sonar=robot["sonar"].echoes,
+        gripper=robot["gripper_state"].events,
+        cans=collector.nearest(name, "cans").paths,
+        map=collector.nearest(name, "map").last,
+        commanded=robot["cmd_vel"].velocities,
+        measured=robot.odometry.velocities,
+        battery=battery if len(battery.time) else robot["battery"].series,
+        motors=robot["motor_state"].changes,
+        e_stop=robot["e_stop"].changes,
+        stalls=robot["stall"].spans,
+        bumps=robot["bumpers"].spans,
+        faults=collector.reports.of(name, robots),
+        gaps=tuple(sorted(gaps, key=lambda gap: gap.begin)),
+        decisions=robot["decision"].decisions,
+        notes=recording.data if recording else "",
+        damage=" ".join([reader.damage] * bool(reader.damage) + undecoded),
+    )

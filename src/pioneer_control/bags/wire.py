@@ -14,7 +14,7 @@ from typing import Dict, Iterator, List, Optional, Sequence
 from ..errors import PioneerError, UsageError
 from ..msg import Wire
 from ..p2os.recording import TITLE, Entry, written
-from .names import stem
+from .bag_names import stem
 from .reader import BagError, BagReader, Connection, decode, read_bag
 
 HOW_TO = ("it has no bytes of a robot's line: the driver publishes them with its parameter publish_wire (roslaunch pioneer_control pioneer.launch "
@@ -40,7 +40,7 @@ def wire_entries(reader: BagReader) -> Iterator[Entry]:
         if begin is None:
             begin = stamp
             day = datetime.datetime.fromtimestamp(begin.to_sec(), datetime.timezone.utc)
-            yield Entry(0.0, 0, False, b"", f"begins at {begin.to_sec():.6f}, {day:%Y-%m-%d %H:%M:%S} UTC")
+            yield Entry(0.0, 0, False, b"", "begins at %.6f, %s UTC" % (begin.to_sec(), day.strftime("%Y-%m-%d %H:%M:%S")))
         time = (stamp - begin).to_sec()
         if topic not in numbers:
             numbers[topic] = len(numbers) + 1

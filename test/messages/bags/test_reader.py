@@ -361,7 +361,7 @@ class TestDamage:
         """3 kB of bz2 can be 4 GB, all of them of one piece that is read."""
         monkeypatch.setattr(form, "LARGEST_CHUNK", 10_000)
         data = bz2.compress(bytes(50_000_000))
-        chunk = form.Record(0, form.CHUNK, {b"compression": b"bz2"}, 0, 0, 0, len(data))
+        chunk = form.BagRecord(0, form.CHUNK, {b"compression": b"bz2"}, 0, 0, 0, len(data))
         tracemalloc.start()
         found = form.decompressed(form.source_of_bytes(data), chunk)
         _, most = tracemalloc.get_traced_memory()
@@ -511,14 +511,14 @@ class TestMemory:
         monkeypatch.setattr(reading, "HELD", 100_000)
         path = make.unclosed(tmp_path / "run.bag.active", [("/text", String("x" * 1000), 1.0 + 1e-6 * number) for number in range(1000)], chunk=1 << 30)
         longest = 0
-        give = reading._give
+        add = reading._Queue.add
 
-        def watched(waiting, number):
+        def watched(queue, *entry):
             nonlocal longest
-            longest = max(longest, len(waiting))
-            return give(waiting, number)
+            add(queue, *entry)
+            longest = max(longest, len(queue._waiting))
 
-        monkeypatch.setattr(reading, "_give", watched)
+        monkeypatch.setattr(reading._Queue, "add", watched)
         times = [message.time for message in read_bag(path)]
         assert len(times) == 1000 and times == sorted(times) and longest < 110
 

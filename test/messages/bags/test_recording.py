@@ -20,7 +20,7 @@ from std_msgs.msg import String
 
 from pioneer_control.bags.recording import attendant, description, start
 from pioneer_control.bags.reader import decode, read_bag
-from pioneer_control.bags.recording.start import Recording, parser, recording_of
+from pioneer_control.bags.recording.plan import RecordingPlan, parser, plan_of
 from pioneer_control.bags.recording.topics import groups_to_ask_for, load_list
 from pioneer_control.bags.writer import BagWriter
 from pioneer_control.driver import requests
@@ -30,7 +30,7 @@ from pioneer_control.errors import UsageError
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 NOW = datetime.datetime(2026, 11, 21, 18, 5, 9).timetuple()
 DRAWN = "pose sonar gripper_state motor_state battery_state e_stop stall bumpers robot_info ground_truth cans map world cmd_vel decision recording"
-MADE = Recording(("a", "b"), ("/a/pose", "/b/pose", "/a/wire", "/tf"), ("/a/wire",), "/data/x", "lz4", ("", 0), 0)
+MADE = RecordingPlan(("a", "b"), ("/a/pose", "/b/pose", "/a/wire", "/tf"), ("/a/wire",), "/data/x", "lz4", ("", 0), 0)
 
 
 def node(*arguments):
@@ -40,7 +40,7 @@ def node(*arguments):
 
 
 def recording(*arguments):
-    return recording_of(parser().parse_args(shlex.split(node(*arguments).args)), NOW)
+    return plan_of(parser().parse_args(shlex.split(node(*arguments).args)), NOW)
 
 
 class TestLaunchFile:
@@ -62,7 +62,7 @@ class TestLaunchFile:
         assert shlex.split(node().launch_prefix) == ["env", "--chdir=/my lab"]
 
     def test_it_gives_what_holds_without_it(self):
-        assert recording() == recording_of(parser().parse_args([]), NOW)
+        assert recording() == plan_of(parser().parse_args([]), NOW)
 
     def test_all_that_can_be_said(self):
         made = recording("bag:=/data/my runs/x.bag", "split:=1h", "also:=wire packets", "compression:=bz2", "keep_free:=1GB")
@@ -397,14 +397,14 @@ class TestLookingBack:
         return MADE._replace(stem=str(tmp_path / "x"), split=("size", 1) if "x_0.bag" in there else ("", 0))
 
     def test_a_bag_that_was_closed(self, tmp_path):
-        severity, text = attendant.looking_back(self.made(tmp_path, "x_0.bag", "x_1.bag"), False)
+        severity, text = attendant.last_words(self.made(tmp_path, "x_0.bag", "x_1.bag"), 1)
         assert severity == "info" and text.endswith("x_1.bag is closed")
 
     def test_a_full_disk(self, tmp_path):
-        severity, text = attendant.looking_back(self.made(tmp_path, "x.bag"), True)
+        severity, text = attendant.last_words(self.made(tmp_path, "x.bag"), 0)
         assert severity == "error" and "because the disk is full" in text and "x.bag is closed and whole" in text
 
-    @pytest.mark.parametrize("full", [False, True])
-    def test_a_recorder_that_was_killed(self, tmp_path, full):
-        severity, text = attendant.looking_back(self.made(tmp_path, "x_0.bag", "x_1.bag.active"), full)
+    @pytest.mark.parametrize("free", [0, 1])
+    def test_a_recorder_that_was_killed(self, tmp_path, free):
+        severity, text = attendant.last_words(self.made(tmp_path, "x_0.bag", "x_1.bag.active"), free)
         assert severity == "error" and "was killed" in text and "x_1.bag.active" in text and "reindex" in text

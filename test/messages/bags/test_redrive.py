@@ -1,6 +1,5 @@
 """What a bag tells of a robot that was driven, and which simulated robot is made of that: bag files, no master."""
 
-import time
 from dataclasses import fields
 
 import bag_factory as make
@@ -16,7 +15,7 @@ from pioneer_control.bags.reader import BagError
 from pioneer_control.bags.recording.description import Description, text_of
 from pioneer_control.bags.replaying.redrive_schedule import LEGAL_VALID, OTHERS, VALID, VELOCITIES
 from pioneer_control.bags.replaying.rerun import SERVICES
-from pioneer_control.bags.run import Track
+from pioneer_control.bags.recorded_run import Track
 from pioneer_control.driver import requests
 from pioneer_control.driver.parameters import LIVE, DriverParameters
 from pioneer_control.errors import UsageError
@@ -44,51 +43,51 @@ def bag(tmp_path):
 
 class TestWhatTheBagTells:
     def test_what_was_told_in_its_order(self, bag):
-        recorded = redrive.read_recorded([bag])
+        recorded = redrive.read_drive([bag])
         assert [order.topic for order in recorded.told] == ["cmd_motor_state", "cmd_vel", "cmd_wheels", "gripper_control"]
         assert recorded.begin == pytest.approx(1002.0) and recorded.valid == 1.5
 
     def test_which_robot_where(self, bag):
-        recorded = redrive.read_recorded([bag])
+        recorded = redrive.read_drive([bag])
         assert (recorded.robot, recorded.model, recorded.has_gripper, recorded.world) == ("pioneer", "p3dx-sh", True, "tutorial")
         assert recorded.start == pytest.approx([2.0 + 0.2 * 0.8776, 3.0 + 0.2 * 0.4794, 0.5], abs=1e-3), "when it was told the first, not when the bag begins"
 
     def test_the_simulated_robot_is_made_of_that(self, bag):
-        parameters = redrive.simulator_parameters(redrive.read_recorded([bag]), "", "", 5)
+        parameters = redrive.simulator_parameters(redrive.read_drive([bag]), "", "", 5)
         assert parameters == dict(model="p3dx-sh", gripper=True, rear_sonar=False, models_file="", world="office", seed=5, numbers_file="",
                                   start=pytest.approx([2.175, 3.096, 0.5], abs=1e-3))
 
     def test_a_world_that_is_named_counts_more(self, bag):
-        assert redrive.simulator_parameters(redrive.read_recorded([bag]), "maze", "", 0)["world"] == "maze"
+        assert redrive.simulator_parameters(redrive.read_drive([bag]), "maze", "", 0)["world"] == "maze"
 
     def test_a_real_robots_bag_tells_neither_world_nor_place(self, tmp_path, capsys):
         told_only = [message for message in told()]
         path = make.write_bag(tmp_path / "real.bag", told_only)
-        parameters = redrive.simulator_parameters(redrive.read_recorded([path]), "", "", 0)
+        parameters = redrive.simulator_parameters(redrive.read_drive([path]), "", "", 0)
         assert parameters == dict(world="empty", seed=0, numbers_file="")
         assert "does not tell what was round the robot" in capsys.readouterr().out
 
     def test_a_world_that_is_gone(self, tmp_path, capsys):
         path = make.write_bag(tmp_path / "run.bag", [described(dict(world="/nowhere/lab.yaml"), {}), *told()])
-        assert redrive.known_world(redrive.read_recorded([path])) == "empty"
+        assert redrive.known_world(redrive.read_drive([path])) == "empty"
         assert "'/nowhere/lab.yaml' of the recording is not here" in capsys.readouterr().out
 
     def test_a_world_that_is_a_file(self, tmp_path):
         world = tmp_path / "lab.yaml"
         world.write_text("")
         path = make.write_bag(tmp_path / "run.bag", [described(dict(world=str(world)), {}), *told()])
-        assert redrive.known_world(redrive.read_recorded([path])) == str(world)
+        assert redrive.known_world(redrive.read_drive([path])) == str(world)
 
     def test_nothing_was_told(self, tmp_path):
         path = make.write_bag(tmp_path / "run.bag", make.driven(seconds=1))
         with pytest.raises(BagError, match="nobody was told anything in it"):
-            redrive.read_recorded([path])
+            redrive.read_drive([path])
 
     def test_several_robots(self, tmp_path):
         path = make.write_bag(tmp_path / "run.bag", [("/alice/cmd_vel", Twist(), 1.0), ("/bob/cmd_vel", Twist(), 1.0)])
         with pytest.raises(BagError, match="alice, bob. Choose one with robot:="):
-            redrive.read_recorded([path])
-        assert redrive.read_recorded([path], "bob").robot == "bob"
+            redrive.read_drive([path])
+        assert redrive.read_drive([path], "bob").robot == "bob"
 
 
 @pytest.mark.parametrize("strange", [TwistStamped(), String("forward"), MotorState(1)])
@@ -96,9 +95,9 @@ def test_what_is_somebody_elses_is_left_out(tmp_path, strange):
     """Under a name of ours, with other fields."""
     others = [("/pioneer/%s" % name, strange, 1001.0) for name in ("cmd_vel", "gripper_control", "robot_info", "ground_truth")]
     with pytest.raises(BagError, match="nobody was told anything"):
-        redrive.read_recorded([make.write_bag(tmp_path / "strange.bag", others)])
+        redrive.read_drive([make.write_bag(tmp_path / "strange.bag", others)])
     path = make.write_bag(tmp_path / "mixed.bag", [*others, ("/pioneer/cmd_wheels", WheelVelocities(0.1, 0.2), 1002.0)])
-    assert [order.message for order in redrive.read_recorded([path]).told] == [WheelVelocities(0.1, 0.2)]
+    assert [order.message for order in redrive.read_drive([path]).told] == [WheelVelocities(0.1, 0.2)]
 
 
 def test_a_damaged_command_is_missing_and_told(tmp_path, capsys):
@@ -106,7 +105,7 @@ def test_a_damaged_command_is_missing_and_told(tmp_path, capsys):
     with rosbag.Bag(path, "w") as bag:
         bag.write("/pioneer/cmd_vel", (Twist._type, bytes(7), Twist._md5sum, Twist), genpy.Time(1001), raw=True)
         bag.write("/pioneer/cmd_vel", make.twist(0.1), genpy.Time(1002))
-    assert [order.message for order in redrive.read_recorded([path]).told] == [make.twist(0.1)]
+    assert [order.message for order in redrive.read_drive([path]).told] == [make.twist(0.1)]
     assert "1 message on /pioneer/cmd_vel could not be understood, and will be missing" in capsys.readouterr().out
 
 
@@ -116,17 +115,18 @@ class TestWhatIsAsked:
         return redrive.Redrive(redrive.parser().parse_args([bag, *arguments]))
 
     @pytest.mark.parametrize("arguments, said", [
-        (["--into=real"], "needs the robot's port"), (["--port=/dev/ttyUSB0"], "give into:=real, too"), (["--numbers-file=/x.yaml"], "/x.yaml: no such file"),
-        (["--speed=0"], "from 0.05 to 1"), (["--speed=fast"], "speed: 'fast' is not legal"), (["--speed=nan"], "not legal"),
-        (["--into=real", "--port=x", "--speed=0.6"], "from 0.05 to 0.5")])
-    def test_a_real_robot_is_asked_for_twice_and_is_slow(self, bag, arguments, said):
+        (["--numbers-file=/x.yaml"], "/x.yaml: no such file"), (["--speed=0"], "speed: '0' is not legal: give a number from 0.05 to 1"),
+        (["--speed=fast"], "speed: 'fast' is not legal"), (["--speed=nan"], "not legal"), (["--speed=1.1"], "from 0.05 to 1")])
+    def test_what_makes_no_sense(self, bag, arguments, said):
         with pytest.raises(UsageError, match=said):
             self.given(bag, *arguments)
 
-    def test_a_real_robots_motors_are_not_switched_on_by_the_bag(self, bag):
-        motors = lambda asked: [order.message.state for order in asked._orders if order.topic == "cmd_motor_state"]    # noqa: E731
-        assert motors(self.given(bag)) == [1]
-        assert motors(self.given(bag, "--into=real", "--port=x")) == []
+    @pytest.mark.parametrize("word", ["--into=real", "--port=/dev/ttyUSB0", "--motors=true"])
+    def test_there_is_no_way_to_a_real_robot(self, word, capsys):
+        """Nothing looks where recorded velocities go."""
+        with pytest.raises(SystemExit):
+            redrive.parser().parse_args(["x.bag", word])
+        assert "unrecognized arguments: " + word in capsys.readouterr().err
 
     @pytest.mark.parametrize("name", ["", "/", "//", "a b", "a//b", "1st", "~x"])
     def test_a_name_that_is_none(self, bag, name):
@@ -134,49 +134,21 @@ class TestWhatIsAsked:
         with pytest.raises(UsageError, match="--name .* is not legal"):
             self.given(bag, "--name=%s" % name)
 
-    def test_off_is_off(self, tmp_path):
-        path = make.write_bag(tmp_path / "run.bag", [*told(), ("/pioneer/cmd_motor_state", MotorState(0), 1006.0)])
-        asked = self.given(path, "--into=real", "--port=x")
-        assert [order.message.state for order in asked._orders if order.topic == "cmd_motor_state"] == [0]
-
-    @pytest.mark.parametrize("word", ["yes", "1", ""])
-    def test_motors_is_true_or_false(self, word, capsys):
-        with pytest.raises(SystemExit):
-            redrive.parser().parse_args(["x.bag", "--motors=" + word])
-        assert "give true or false" in capsys.readouterr().err
-
 
 class TestABagThatAsksForTooMuch:
-    """Bags that were never driven, or whose driver limited what they ask for: a real robot gets its share of what the recorded one did."""
+    """Bags that were never driven, or whose driver limited what they ask for."""
 
     @staticmethod
     def asked(tmp_path, velocities, before=()):
         commands = []
         for number, (linear, angular) in enumerate(velocities):
             commands.append(("/pioneer/cmd_vel", make.twist(linear, angular), 1002.0 + 0.1 * number))
-        return TestWhatIsAsked.given(make.write_bag(tmp_path / "run.bag", [*before, *commands]), "--into=real", "--port=x", "--speed=0.3")
-
-    @pytest.mark.parametrize("linear, angular", [(1e9, 1e9), (-1e9, -1e9), (2.0, 6.0)])
-    def test_its_driver_had_limited_it(self, tmp_path, linear, angular):
-        asked = self.asked(tmp_path, [(linear, angular)], [described({}, dict(max_xspeed=0.4, max_yawspeed=1.0))])
-        assert asked._limits() == pytest.approx([0.12, 0.3])
-
-    def test_what_the_recorded_robot_said_of_it_counts_more(self, tmp_path):
-        info = make.robot_info({})
-        info.max_linear, info.max_angular = 0.2, 0.5
-        asked = self.asked(tmp_path, [(1e9, 1e9)], [described({}, dict(max_xspeed=3.0)), ("/pioneer/robot_info", info, 1001.0)])
-        assert asked._limits() == pytest.approx([0.06, 0.15])
-
-    @pytest.mark.parametrize("limit", [float("nan"), 1e9, -1.0, 0, "fast", [1]])
-    def test_a_limit_that_no_driver_takes(self, tmp_path, limit):
-        asked = self.asked(tmp_path, [(1e9, 1e9)], [described({}, dict(max_xspeed=limit, max_yawspeed=limit))])
-        assert asked._limits() == pytest.approx([0.15, 0.3 * 1.745])
+        return TestWhatIsAsked.given(make.write_bag(tmp_path / "run.bag", [*before, *commands]), "--speed=0.3")
 
     @pytest.mark.parametrize("linear, angular", [(float("nan"), 0.0), (float("inf"), 0.0), (0.1, float("nan"))])
     def test_what_is_no_number_is_not_told(self, tmp_path, linear, angular):
         asked = self.asked(tmp_path, [(linear, angular), (0.1, 0.0), (linear, angular)])
         assert {(round(order.message.linear.x, 9), order.message.angular.z) for order in asked._orders} == {(0.03, 0.0), (0.0, 0.0)}
-        assert asked._limits()[0] == pytest.approx(0.03)
 
     @pytest.mark.parametrize("timeout", [1e9, float("nan"), float("inf"), -1, 0, "long", None, [1]])
     def test_a_velocity_holds_no_longer_than_a_driver_lets_it(self, tmp_path, timeout):
@@ -192,11 +164,9 @@ class TestABagThatAsksForTooMuch:
 class TestWhatIsKnownOfTheDriver:
     """It is written twice, for bags use no driver: it must not differ."""
 
-    @pytest.mark.parametrize("name, default, legal", [
-        ("cmd_vel_timeout", VALID, LEGAL_VALID), *zip(("max_xspeed", "max_yawspeed"), redrive.LIMITS, redrive.LEGAL_LIMITS)])
-    def test_a_parameter(self, name, default, legal):
-        kind = LIVE[name].metadata["kind"]
-        assert (LIVE[name].default, (kind.low, kind.high)) == (default, legal)
+    def test_how_long_a_velocity_counts(self):
+        row = LIVE["cmd_vel_timeout"]
+        assert (row.default, (row.metadata["kind"].low, row.metadata["kind"].high)) == (VALID, LEGAL_VALID)
 
     def test_which_parameters_say_how_it_drives(self):
         same = {entry.name for entry in fields(DriverParameters) if entry.name.startswith(redrive.SAME_DRIVER)}
@@ -208,36 +178,6 @@ class TestWhatIsKnownOfTheDriver:
 
     def test_what_it_is_asked(self):
         assert SERVICES == tuple(service.name for service in requests.SERVICES)
-
-
-class TestWhatEndsItInARealRobot:
-    @pytest.fixture
-    def asked(self, bag):
-        asked = TestWhatIsAsked.given(bag, "--into=real", "--port=x")
-        asked._newest = {"motor_state": MotorState(1), "pose": None}.get
-        return asked
-
-    def test_being_held_up(self, asked):
-        """A laptop that slept, Ctrl-Z: the driver has stopped the robot meanwhile."""
-        asked._check([], time.monotonic())
-        asked._newest_pose_at -= 5.0    # news waits, too
-        with pytest.raises(UsageError, match="held up for 5.0 s.*ends here"):
-            asked._check([], time.monotonic() - 5.0)
-
-    def test_a_robot_that_says_nothing_any_more(self, asked):
-        asked._newest_pose_at -= 5.0
-        with pytest.raises(UsageError, match="has fallen silent: it ends here"):
-            asked._check([], time.monotonic())
-
-    def test_its_stop_button(self, asked):
-        asked._newest = {"motor_state": MotorState(0), "pose": None}.get
-        with pytest.raises(UsageError, match="the motors went off"):
-            asked._check([], time.monotonic())
-
-    def test_a_simulated_one_goes_on(self, bag):
-        asked = TestWhatIsAsked.given(bag)
-        asked._newest_pose_at -= 5.0
-        asked._check([], time.monotonic() - 5.0)
 
 
 class TestTrimmed:

@@ -10,7 +10,8 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Joy
 
-from pioneer_control.bags.replaying import replay, stage as replay_stage
+from pioneer_control.bags.replaying import playback, programs, replay
+from pioneer_control.bags.bag_names import bag_files
 from pioneer_control.bags.reader import BagError
 from pioneer_control.driver.requests import TOPICS
 from pioneer_control.errors import UsageError
@@ -31,67 +32,67 @@ class TestCommands:
     def test_all_that_a_driver_listens_to_goes_aside(self):
         topics = {"/%s/%s" % (robot, row.name): row.message._type for robot in ("alice", "bob") for row in TOPICS}
         wanted = {"/%s/%s:=/%s/recorded/%s" % (robot, row.name, robot, row.name) for robot in ("alice", "bob") for row in TOPICS}
-        assert len(TOPICS) >= 4 and set(replay.remappings(topics)) == wanted
+        assert len(TOPICS) >= 4 and set(playback.remappings(topics)) == wanted
 
     @pytest.mark.parametrize("row", TOPICS, ids=lambda row: row.name)
     def test_each_of_them_is_named(self, row):
-        assert row.name in replay.COMMANDS and replay.is_command(row.name, "any/Type")
+        assert row.name in playback.COMMANDS and playback.is_command(row.name, "any/Type")
 
     def test_what_a_simulator_listens_to_goes_aside(self):
-        assert replay.is_command("/robot1/stop_button", "std_msgs/Bool")
+        assert playback.is_command("/robot1/stop_button", "std_msgs/Bool")
 
     def test_what_drives_is_a_command_whatever_it_is_called(self):
-        assert replay.is_command("/base/velocity", "geometry_msgs/Twist")
-        assert replay.is_command("/base/sides", "p2os_msgs/WheelVelocities")
-        assert replay.is_command("/base/velocity", "geometry_msgs/TwistStamped")
+        assert playback.is_command("/base/velocity", "geometry_msgs/Twist")
+        assert playback.is_command("/base/sides", "p2os_msgs/WheelVelocities")
+        assert playback.is_command("/base/velocity", "geometry_msgs/TwistStamped")
 
     @pytest.mark.parametrize("topic", ["/pioneer/ptz_control", "/joy", "/move_base/goal", "/pioneer/arm/cancel", "initialpose"])
     def test_what_other_nodes_would_do_something_by_is_a_command(self, topic):
-        assert replay.is_command(topic, "any/Type")
+        assert playback.is_command(topic, "any/Type")
 
     @pytest.mark.parametrize("topic, type_name", [
         ("/pioneer/pose", "nav_msgs/Odometry"), ("/pioneer/motor_state", "pioneer_control/MotorState"), ("/tf", "tf2_msgs/TFMessage"),
         ("/pioneer/gripper_state", "pioneer_control/GripperState"), ("/pioneer/decision", "pioneer_control/Decision")])
     def test_a_report_is_none(self, topic, type_name):
-        assert not replay.is_command(topic, type_name)
+        assert not playback.is_command(topic, type_name)
 
     def test_aside(self):
-        assert replay.aside("/pioneer/cmd_vel") == "/pioneer/recorded/cmd_vel"
-        assert replay.aside("/fleet/bob/cmd_vel", "rerun") == "/fleet/bob/rerun/cmd_vel"
-        assert replay.aside("cmd_vel") == "/recorded/cmd_vel", "of a robot at the root"
+        assert playback.aside("/pioneer/cmd_vel") == "/pioneer/recorded/cmd_vel"
+        assert playback.aside("/fleet/bob/cmd_vel", "rerun") == "/fleet/bob/rerun/cmd_vel"
+        assert playback.aside("cmd_vel") == "/recorded/cmd_vel", "of a robot at the root"
 
 
 class TestPlayer:
     def test_every_command_of_every_robot_is_put_aside(self, bag):
-        command = replay.player([bag], replay.recorded_topics([bag]), ["-r", "2"])
-        assert command[:8] == ["rosrun", "rosbag", "play", "--clock", *replay.QUEUE, "-r", "2", bag]
+        command = playback.player([bag], playback.recorded_topics([bag]), ["-r", "2"])
+        assert command[:8] == ["rosrun", "rosbag", "play", "--clock", *playback.QUEUE, "-r", "2", bag]
         assert command[8:] == [
             "/alice/cmd_vel:=/alice/recorded/cmd_vel", "/base/velocity:=/base/recorded/velocity", "/bob/cmd_wheels:=/bob/recorded/cmd_wheels",
             "/cmd_motor_state:=/recorded/cmd_motor_state", "/joy:=/recorded/joy"]
 
     def test_a_clock_in_the_bag_stays_there(self, tmp_path):
         path = make.write_bag(tmp_path / "simulated.bag", [("/clock", Clock(), 1.0), ("/pose", make.odometry(0, 0, 0), 1.0)])
-        command = replay.player([path], replay.recorded_topics([path]))
-        assert command == ["rosrun", "rosbag", "play", "--clock", *replay.QUEUE, "--topics", "/pose", "--bags", path]
+        command = playback.player([path], playback.recorded_topics([path]))
+        assert command == ["rosrun", "rosbag", "play", "--clock", *playback.QUEUE, "--topics", "/pose", "--bags", path]
 
     def test_commands_in_any_part_are_put_aside(self, tmp_path, bag):
         first = make.write_bag(tmp_path / "first.bag", [("/alice/pose", make.odometry(0, 0, 0), 0.5)])
-        assert "/alice/cmd_vel:=/alice/recorded/cmd_vel" in replay.player([first, bag], replay.recorded_topics([first, bag]))
+        assert "/alice/cmd_vel:=/alice/recorded/cmd_vel" in playback.player([first, bag], playback.recorded_topics([first, bag]))
 
 
     @pytest.mark.parametrize("word", [
         "--prefix=/live", "--prefix", "--pre", "-p", "-p/live", "-qp", "__ns:=live", "/alice/cmd_vel:=/live/velocity", "alice/cmd_vel:=/x",
         "base/velocity:=/x", "/alice/pose:=/live/cmd_vel", "pose:=cmd_motor_state", "cmd_motor_state:=/x"])
     def test_no_option_brings_commands_back_elsewhere(self, bag, word, capsys):
-        topics = replay.recorded_topics([bag])
+        topics = playback.recorded_topics([bag])
         with pytest.raises(UsageError, match="is not legal here.*comes back under recorded/"):
-            replay.player([bag], topics, ["-r", "2", word, "/x"])
+            playback.player([bag], topics, ["-r", "2", word, "/x"])
         assert replay.main(["look", bag, word, "/x"]) == 2
         assert word in capsys.readouterr().err
 
     @pytest.mark.parametrize("word", ["--pause", "-l", "-q", "-s", "30", "__name:=play_bag", "__log:=/tmp/x.log", "/alice/pose:=/alice/odom", "_x:=1"])
     def test_others_do_not(self, bag, word):
-        assert word in replay.player([bag], replay.recorded_topics([bag]), [word])
+        assert word in playback.player([bag], playback.recorded_topics([bag]), [word])
 
 
 class TestFiles:
@@ -105,32 +106,32 @@ class TestFiles:
         ("run_0.bag", ["run_0.bag"]), ("my run.bag", ["my run.bag"]), ("run_2.bag run_0.bag", ["run_2.bag", "run_0.bag"]), ("odd'.bag", ["odd'.bag"]),
         ("run_*.bag", ["run_0.bag", "run_2.bag", "run_10.bag"]), ("'my run.bag' run_0.bag", ["my run.bag", "run_0.bag"])])
     def test_one_or_several(self, folder, given, files):
-        assert replay.bag_files(given) == files
+        assert bag_files(given) == files
 
     @pytest.mark.parametrize("given", ["~/run_0.bag ~/run_2.bag", "~/run_0.bag"])
     def test_a_home_is_found(self, folder, tmp_path, monkeypatch, given):
         """No shell knows it behind bag:=."""
         monkeypatch.setenv("HOME", str(tmp_path))
-        assert replay.bag_files(given) == given.replace("~", str(tmp_path)).split()
+        assert bag_files(given) == given.replace("~", str(tmp_path)).split()
 
     @pytest.mark.parametrize("given, named", [
         ("nothing.bag", "nothing.bag"), ("run_0.bag nothing.bag", "nothing.bag"), ("none_*.bag", r"none_\*.bag"), ("it's.bag", "it's.bag"),
         (" ", "no bag is named")])
     def test_one_that_is_not_there_is_named(self, folder, given, named):
         with pytest.raises(BagError, match=named):
-            replay.bag_files(given)
+            bag_files(given)
 
 
 class TestBags:
     def test_topics_and_types(self, bag):
-        assert replay.recorded_topics([bag])["/alice/cmd_vel"] == "geometry_msgs/Twist"
+        assert playback.recorded_topics([bag])["/alice/cmd_vel"] == "geometry_msgs/Twist"
 
     @pytest.mark.parametrize("content, said", [(b"no bag at all", "is not a bag"), (b"", "is empty")])
     def test_what_is_none(self, tmp_path, content, said):
         path = tmp_path / "x.bag"
         path.write_bytes(content)
         with pytest.raises(BagError, match=said):
-            replay.recorded_topics([str(path)])
+            playback.recorded_topics([str(path)])
 
     def test_a_recorder_that_was_killed(self, tmp_path, bag):
         with open(bag, "rb") as whole:
@@ -138,26 +139,26 @@ class TestBags:
         path = tmp_path / "x.bag.active"
         path.write_bytes(content.replace(b"index_pos=" + content.split(b"index_pos=")[1][:8], b"index_pos=" + bytes(8)))
         with pytest.raises(BagError, match="rosbag reindex"):
-            replay.recorded_topics([str(path)])
+            playback.recorded_topics([str(path)])
 
     def test_an_empty_one(self, tmp_path):
         with pytest.raises(BagError, match="nothing in it"):
-            replay.recorded_topics([make.write_bag(tmp_path / "empty.bag", [])])
+            playback.recorded_topics([make.write_bag(tmp_path / "empty.bag", [])])
 
     @pytest.mark.parametrize("topic", ["/pi$on/pose", "/a\x1b[31m/pose", "/a\nb", "/nul\0", "/%s", "/p\u00f6se", "1st"])
     def test_a_topic_that_ros_cannot_have(self, tmp_path, topic):
         with pytest.raises(BagError, match="is no name of a topic.*rosbag filter"):
-            replay.recorded_topics([make.write_bag(tmp_path / "odd.bag", [("/pioneer/pose", make.odometry(0, 0, 0), 1.0), (topic, Twist(), 1.0)])])
+            playback.recorded_topics([make.write_bag(tmp_path / "odd.bag", [("/pioneer/pose", make.odometry(0, 0, 0), 1.0), (topic, Twist(), 1.0)])])
 
     def test_a_directory(self, tmp_path):
         with pytest.raises(BagError, match=str(tmp_path)):
-            replay.recorded_topics([str(tmp_path)])
+            playback.recorded_topics([str(tmp_path)])
 
 
 class TestMain:
     @pytest.fixture(autouse=True)
     def nobody_else(self, monkeypatch):
-        monkeypatch.setattr(replay_stage, "alive", lambda: [])
+        monkeypatch.setattr(programs, "possible_robots", lambda: [])
 
     @pytest.mark.parametrize("words, said", [
         (["look", "/nowhere/x.bag"], "/nowhere/x.bag: no such file"), (["rewind"], "'rewind': there are look, rerun, redrive")])
@@ -180,7 +181,7 @@ class TestMain:
         monkeypatch.setattr(os, "execvp", lambda file, words: became.append(words))
         replay.main(["look", bag, "--picture=false", "-l", "__name:=play_bag"])
         (words,) = became
-        assert words[:8] == ["rosrun", "rosbag", "play", "--clock", *replay.QUEUE, "-l", "__name:=play_bag", bag]
+        assert words[:8] == ["rosrun", "rosbag", "play", "--clock", *playback.QUEUE, "-l", "__name:=play_bag", bag]
 
     def test_the_namespace_of_the_shell_is_not_the_bags(self, bag, monkeypatch):
         """A topic `cmd_vel` without a slash would be that of whoever lives there."""
@@ -202,13 +203,13 @@ class TestMain:
         monkeypatch.setattr(os, "execvp", lambda file, words: None)
         replay.main(["look", bag])
         assert capsys.readouterr().err == ""
-        monkeypatch.setattr(replay_stage, "alive", lambda: ["/alice/p2os (/alice/motor_state)"])
+        monkeypatch.setattr(programs, "possible_robots", lambda: ["/alice/p2os (/alice/motor_state)"])
         replay.main(["look", bag])
         assert "/alice/p2os (/alice/motor_state) is on this master. No command of the bag reaches it" in capsys.readouterr().err
 
     def test_no_master_is_told(self, bag, monkeypatch, capsys):
         def refuse():
             raise ConnectionRefusedError
-        monkeypatch.setattr(replay_stage, "alive", refuse)
+        monkeypatch.setattr(programs, "possible_robots", refuse)
         assert replay.main(["look", bag]) == 2
         assert "there is no ROS master at" in capsys.readouterr().err

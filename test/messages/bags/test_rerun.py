@@ -147,7 +147,7 @@ class TestARobotThatComesMeanwhile:
     @pytest.fixture
     def look_out(self, bag, monkeypatch):
         def look_out(*others):
-            monkeypatch.setattr(rerun, "alive", lambda: list(others))
+            monkeypatch.setattr(rerun, "possible_robots", lambda: list(others))
             rerun.Rerun(rerun.parser().parse_args([bag]))._look_out()
         return look_out
 

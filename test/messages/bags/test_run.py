@@ -8,7 +8,9 @@ from std_msgs.msg import Header
 
 import bag_factory as make
 from pioneer_control.bags.reader import BagError
-from pioneer_control.bags.run import Track, chained, gripper_events, inverted, placed, read_run
+from pioneer_control.bags.collectors import gripper_events
+from pioneer_control.bags.recorded_run import Track, chained, inverted, placed
+from pioneer_control.bags.run import read_run
 
 FROZEN = {  # from upstream-compatible bags: the md5 is what lets them play into our subscribers
     "SonarArray": "2984921c09aef26ad253c7629937a5bb",
@@ -88,7 +90,7 @@ class TestReading:
         assert run.odometry_origin == pytest.approx((1.0, 1.0, 0.0))
         assert run.footprint == pytest.approx(np.array(make.SQUARE))
         assert run.map.cells.shape == (122, 162) and run.map.cells[0, 0] == 100 and run.map.cells[5, 5] == 0
-        assert [cans.shape for cans in run.cans] == [(2, 3), (2, 3)]
+        assert [len(can.time) for can in run.cans] == [2, 2] and run.cans[1].x.tolist() == [5.0, 5.0]
         assert [(event.what, round(event.time)) for event in run.gripper] == [("picked up", 1005), ("put down", 1008)]
 
     def test_echoes_lie_where_the_walls_are(self, bag):

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from pioneer_control.bags.run import Decision, Gap, GripperEvent, Happening, Map, Run, Series, Sonar, Span, Track, Velocities
+from pioneer_control.bags.recorded_run import (CanPath, Echoes, GripperEvent, Map, RecordedDecision, Report, Run, Series, Span, Track,
+                                               Velocities)
 
 BEGIN = 1.8e9  # s
 SQUARE = np.array([(0.36, -0.2), (0.36, 0.2), (-0.3, 0.2), (-0.3, -0.2)])
@@ -22,7 +23,7 @@ def run(odometry=None, **fields):
     """A run of which only odometry is known, and whatever else is given."""
     given = dict(
         path="run.bag", robot="pioneer", model="p3dx-sh", world="", footprint=SQUARE, transducers={}, truth=None,
-        sonar=Sonar(*np.empty((3, 0))), gripper=(), cans=(), map=None,
+        sonar=Echoes(*np.empty((3, 0))), gripper=(), cans=(), map=None,
     )  # fmt: skip
     return Run(odometry=track(20.0) if odometry is None else odometry, **{**given, **fields})
 
@@ -46,15 +47,15 @@ def full(odometry, times=5):
     room = Map(np.pad(np.zeros((60, 60), dtype=np.int8), 2, constant_values=100), 0.1, (-2.0, -2.0, 0.0))
     return run(
         odometry, path="somewhere/a-bag-with-a-very-long-name-which-nobody-would-ever-type-by-hand.bag", world="tutorial", truth=odometry, map=room,
-        transducers={0: (0.2, 0.0, 0.0)}, sonar=Sonar(moments, np.zeros(times), np.full(times, 1.5)),
-        cans=(np.array([(1.0, 1.0, 0.0)]), np.array([(2.0, 1.0, 0.0)])),
+        transducers={0: (0.2, 0.0, 0.0)}, sonar=Echoes(moments, np.zeros(times), np.full(times, 1.5)),
+        cans=(CanPath(odometry.time[[0, -1]], np.array([1.0, 2.0]), np.ones(2), np.zeros(2)),),
         gripper=tuple(GripperEvent(time, ("picked up", "put down", "closed on nothing")[n % 3]) for n, time in enumerate(moments)),
         commanded=told, measured=told, battery=series((0, 13.0), (seconds / 2, 11.0)),
         motors=series((0, 1), (seconds / 2, 0)), e_stop=series((1, 1), (2, 0)),
         stalls=tuple(Span(time, time + 1, "both wheels") for time in moments), bumps=(Span(moments[0], moments[0] + 1, "front 2"),),
-        faults=tuple(Happening(time, 1 + n % 2, "/pioneer/p2os", chr(ord("a") + n % 26) * 9 + LONG_TEXT) for n, time in enumerate(moments))
-        + tuple(Happening(time, 1, "/pioneer/simulator", "simulated 1.0 s: fault begins: loss 0.4") for time in moments),
-        gaps=tuple(Gap("/pioneer/" + name, time, time + 1.0) for time in moments for name in ("pose", "sonar", "battery", "stall", "cans")),
-        decisions=tuple(Decision(time, 0.0, 1, 0, 0.1, 0.1, 0.0, REASONS[n % len(REASONS)]) for n, time in enumerate(moments)),
+        faults=tuple(Report(time, 1 + n % 2, "/pioneer/p2os", chr(ord("a") + n % 26) * 9 + LONG_TEXT) for n, time in enumerate(moments))
+        + tuple(Report(time, 1, "/pioneer/simulator", "simulated 1.0 s: fault begins: loss 0.4") for time in moments),
+        gaps=tuple(Span(time, time + 1.0, "/pioneer/" + name) for time in moments for name in ("pose", "sonar", "battery", "stall", "cans")),
+        decisions=tuple(RecordedDecision(time, 0.0, 1, REASONS[n % len(REASONS)]) for n, time in enumerate(moments)),
         damage="it was not closed and ends within a message after 56.8 s: its recorder was killed, or the disk was full. " * 2,
     )  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pioneer_control.bags.compare import deviation, driven, first_movement, from_its_start, standing
-from pioneer_control.bags.run import Track
+from pioneer_control.bags.recorded_run import Track
 
 
 def track(*rows):

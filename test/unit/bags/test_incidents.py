@@ -4,12 +4,12 @@ import pytest
 
 import run_factory as make
 from pioneer_control.bags.pages.incidents import incidents, made, silences
-from pioneer_control.bags.run import Gap, Happening
+from pioneer_control.bags.recorded_run import Report, Span
 
 
 def said(*faults):
     """(letter, level, times, words) of faults (time, level, who, what)."""
-    return [tuple(each) for each in incidents(make.run(faults=tuple(Happening(*fault) for fault in faults)))]
+    return [tuple(each) for each in incidents(make.run(faults=tuple(Report(*fault) for fault in faults)))]
 
 
 class TestIncidents:
@@ -36,7 +36,7 @@ class TestIncidents:
         assert len(said((1.0, 1, "Link", "slow"), (1.0, 1, "Battery", "low"))) == 2
 
     def test_letters_go_to_errors_first(self):
-        faults = [Happening(float(n), 2 if n == 3 else 1, "", "abcd"[n]) for n in range(4)]
+        faults = [Report(float(n), 2 if n == 3 else 1, "", "abcd"[n]) for n in range(4)]
         found = incidents(make.run(faults=tuple(faults)), listed=2)
         assert [(each.letter, each.words) for each in found] == [("A", "a"), ("", "b"), ("", "c"), ("B", "d")]
 
@@ -50,7 +50,7 @@ class TestIncidents:
 
 class TestMade:
     def made(self, *faults):
-        return [tuple(each) for each in made([Happening(time, 1, "/sim", "simulated 1.0 s: %s" % what) for time, what in faults], 99.0)]
+        return [tuple(each) for each in made([Report(time, 1, "/sim", "simulated 1.0 s: %s" % what) for time, what in faults], 99.0)]
 
     def test_from_begin_to_end(self):
         assert self.made((1.0, "fault begins: stall"), (4.0, "fault ends: stall")) == [(1.0, 4.0, "stall")]
@@ -69,19 +69,19 @@ class TestMade:
 
 class TestSilences:
     def test_those_at_once_are_one(self):
-        gaps = Gap("/pioneer/pose", 1.0, 4.0), Gap("/pioneer/sonar", 1.2, 4.5), Gap("/pioneer/pose", 6.0, 7.0)
+        gaps = Span(1.0, 4.0, "/pioneer/pose"), Span(1.2, 4.5, "/pioneer/sonar"), Span(6.0, 7.0, "/pioneer/pose")
         assert [tuple(each) for each in silences(gaps)] == [(1.0, 4.5, "pose, sonar"), (6.0, 7.0, "pose")]
 
     def test_one_within_another_makes_it_no_shorter(self):
-        assert [tuple(each) for each in silences([Gap("/pose", 1.0, 9.0), Gap("/sonar", 2.0, 3.0)])] == [(1.0, 9.0, "pose, sonar")]
+        assert [tuple(each) for each in silences([Span(1.0, 9.0, "/pose"), Span(2.0, 3.0, "/sonar")])] == [(1.0, 9.0, "pose, sonar")]
 
     def test_two_with_a_message_between_are_two(self):
-        assert [tuple(each) for each in silences([Gap("/pose", 1.0, 4.0), Gap("/pose", 4.0, 7.0)])] == [(1.0, 4.0, "pose"), (4.0, 7.0, "pose")]
+        assert [tuple(each) for each in silences([Span(1.0, 4.0, "/pose"), Span(4.0, 7.0, "/pose")])] == [(1.0, 4.0, "pose"), (4.0, 7.0, "pose")]
 
     def test_of_many_topics_the_first_are_named(self):
-        assert silences([Gap("/p/%s" % name, 1.0, 2.0) for name in "abcdef"])[0].what == "a, b, c and 3 more"
-        assert silences([Gap("/p/%s" % name, 1.0, 2.0) for name in "abcd"])[0].what == "a, b, c and 1 more"
-        assert silences([Gap("/%s/pose" % robot, 1.0, 2.0) for robot in "abcd"])[0].what == "pose"
+        assert silences([Span(1.0, 2.0, "/p/%s" % name) for name in "abcdef"])[0].what == "a, b, c and 3 more"
+        assert silences([Span(1.0, 2.0, "/p/%s" % name) for name in "abcd"])[0].what == "a, b, c and 1 more"
+        assert silences([Span(1.0, 2.0, "/%s/pose" % robot) for robot in "abcd"])[0].what == "pose"
 
     def test_none(self):
         assert silences([]) == ()

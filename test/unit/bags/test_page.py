@@ -8,7 +8,7 @@ import pytest
 
 import run_factory as make
 from pioneer_control.bags.pages import page, side_by_side
-from pioneer_control.bags.pages.paper import HEIGHT, RIGHT, WIDTH, Paper
+from pioneer_control.bags.pages.sheet import HEIGHT, RIGHT, WIDTH, Sheet
 from pioneer_control.errors import UsageError
 
 STILL = make.track(30.0)._replace(**{name: np.zeros(301) for name in ("x", "y", "heading")})
@@ -64,16 +64,16 @@ def test_everything_lies_on_a_sheet_and_nothing_on_each_other(name):
 
 
 def test_words_on_each_other_are_seen():
-    paper = Paper(2.0)
+    sheet = Sheet(2.0)
     for left in (1.0, 1.1, 3.0):
-        paper.text(left, 1.0, "words")
-    assert overlapping(boxes(paper.figure)[0]) == [("words", "words")]
+        sheet.text(left, 1.0, "words")
+    assert overlapping(boxes(sheet.figure)[0]) == [("words", "words")]
 
 
 def test_a_long_text_ends_in_dots_before_it_leaves_its_room():
-    paper = Paper(2.0)
-    text = paper.text(1.0, 1.0, make.LONG_TEXT, room=2.0)
-    assert paper.wide(text) <= 2.0 and text.get_text().endswith("…") and len(text.get_text()) > 20
+    sheet = Sheet(2.0)
+    text = sheet.text(1.0, 1.0, make.LONG_TEXT, room=2.0)
+    assert sheet.wide(text) <= 2.0 and text.get_text().endswith("…") and len(text.get_text()) > 20
 
 
 def test_the_head_has_the_figures_and_says_what_is_damaged():

@@ -4,7 +4,7 @@ import pathlib
 
 import pytest
 
-from pioneer_control.bags.recording.topics import Kept, groups_to_ask_for, load_list, topics_of
+from pioneer_control.bags.recording.topics import KeptTopic, groups_to_ask_for, load_list, topics_of
 from pioneer_control.errors import UsageError
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -32,8 +32,8 @@ def write(tmp_path):
 
 def test_rows(write):
     assert load_list(write(LIST)) == (
-        Kept("pose", "where it is", "reported", False), Kept("/tf", "frames", "shared", False), Kept("/map", "", "shared", False),
-        Kept("p2os/wire", "raw", "wire", True))
+        KeptTopic("pose", "where it is", "reported", False), KeptTopic("/tf", "frames", "shared", False), KeptTopic("/map", "", "shared", False),
+        KeptTopic("p2os/wire", "raw", "wire", True))
 
 
 def test_whole_names_are_those_of_each_robot_and_everybodys_once(write):

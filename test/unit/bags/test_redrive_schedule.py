@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from pioneer_control.bags.replaying.redrive_schedule import REFRESH, VALID, Order, duration, fastest, schedule, slowed
+from pioneer_control.bags.replaying.redrive_schedule import REFRESH, VALID, Order, duration, schedule, slowed
 
 
 def twist(linear, angular=0.0):
@@ -58,7 +58,7 @@ class TestIntervals:
         assert schedule(wheels + [Order(0.0, "cmd_vel", twist(strange, 0.1)), Order(0.0, "cmd_vel", twist(0.1, strange))]) == []
 
     def test_nothing_was_told(self):
-        assert schedule([]) == [] and duration([]) == 0.0 and fastest([]) == 0.0
+        assert schedule([]) == [] and duration([]) == 0.0
 
 
 class TestSlower:
@@ -119,9 +119,3 @@ class TestDeadman:
         told = [Order(0.0, "cmd_vel", twist(0.2)), Order(0.3, "cmd_wheels", SimpleNamespace(left=0.0, right=0.0))]
         assert [order.topic for order in schedule(told) if order.time >= 0.3 - 1e-9][0] == "cmd_wheels"
         assert not [order for order in schedule(told) if order.topic == "cmd_vel" and order.time > 0.3]
-
-
-def test_the_highest_speed():
-    told = driven([0.0], -0.3) + [Order(1.0, "cmd_wheels", SimpleNamespace(left=0.1, right=-0.4)), Order(2.0, "gripper_control", None)]
-    assert fastest(told) == 0.4
-    assert fastest(schedule(told, factor=0.5)) == 0.2

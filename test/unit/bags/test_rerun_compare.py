@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from pioneer_control.bags.replaying.rerun_compare import LATE, Velocity, first_difference, judge_decisions, judge_others, judge_velocities, likeness
+from pioneer_control.bags.replaying.rerun_compare import LATE, TimedVelocity, first_difference, judge_decisions, judge_others, judge_velocities, likeness
 
 
 class Part:
@@ -66,7 +66,7 @@ class TestDecisions:
 
 def driven(wave=0.0, late=0.0, count=100, faster=0.0):
     """Ten velocities a second: 2 s straight on, 2 s turning, ..."""
-    return [Velocity(5.0 + 0.1 * n + late, 0.1 + faster, 0.5 * (n // 20 % 2) + wave * math.sin(n)) for n in range(count)]
+    return [TimedVelocity(5.0 + 0.1 * n + late, 0.1 + faster, 0.5 * (n // 20 % 2) + wave * math.sin(n)) for n in range(count)]
 
 
 class TestVelocities:

@@ -4,9 +4,9 @@
 ``page``          the report of one run: all of the others on one page
 ``side_by_side``  several runs compared on one page
 ``from_above``    where the robot went, what it heard and gripped
-``strips``        what changed over time, on one axis
+``over_time``     what changed over time, on one axis
 ``incidents``     errors and warnings, alike ones together, each with a letter
 ``timeline``      how time is written
-``paper``         the sheet: sizes and places
+``sheet``         the paper: sizes and places
 ================  =================================================================================
 """

@@ -8,7 +8,7 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from ...pictures import BEYOND, BLUE, FAINT, FLOOR, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, WALL
-from ..run import Map, Run, Track, placed
+from ..recorded_run import CanPath, Map, Run, Track, placed
 from .timeline import Timeline
 
 TRUE_PATH, ODOMETRY, ECHO = BLUE, VERMILLION, SKY
@@ -30,7 +30,7 @@ BADGES = 24  # numbered on the drawing: more of them would hide it
 MARKERS = {"picked up": "^", "put down": "v", "closed on nothing": "s"}
 
 
-class View(NamedTuple):
+class TopView(NamedTuple):
     """What is to be seen of a run, in the map's frame if the true path is known, else in the odometry's; m."""
 
     run: Run
@@ -42,14 +42,14 @@ class View(NamedTuple):
     high: np.ndarray  # upper right corner
 
 
-def view_of(run: Run) -> View:
+def view_of(run: Run) -> TopView:
     """A run as it will be drawn."""
     odometry = run.odometry.seen_from(run.odometry_origin)
     path = odometry if run.truth is None else run.truth
     echoes = np.column_stack(placed(run.odometry_origin, *run.echoes().T))
     walls = run.map if run.truth is not None else None
     reach = np.hypot(*run.footprint.T).max() if len(run.footprint) else 0.3
-    return View(run, path, odometry, echoes, walls, *extent((odometry, path), echoes, walls, reach))
+    return TopView(run, path, odometry, echoes, walls, *extent((odometry, path), echoes, walls, reach))
 
 
 def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map], reach: float) -> Tuple[np.ndarray, np.ndarray]:
@@ -70,7 +70,7 @@ def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map], re
     return points.min(axis=0) - margin, points.max(axis=0) + margin
 
 
-def draw(axes, view: View, timeline: Timeline, inches: float) -> None:
+def draw(axes, view: TopView, timeline: Timeline, inches: float) -> None:
     """Draw a run on axes that are so many inches wide."""
     scale = (view.high - view.low)[0] / inches  # m in an inch
     axes.set(xlim=(view.low[0], view.high[0]), ylim=(view.low[1], view.high[1]), aspect="equal")
@@ -103,7 +103,7 @@ def draw_map(axes, walls: Map) -> None:
     axes.set(xlim=limits[0], ylim=limits[1])
 
 
-def _draw_tracks(axes, view: View, scale: float) -> None:
+def _draw_tracks(axes, view: TopView, scale: float) -> None:
     """The true path under the odometry's, with arrows that say which way."""
     if view.run.truth is not None:
         axes.plot(view.path.x, view.path.y, color=TRUE_PATH, linewidth=3.4, alpha=0.55, zorder=3, label="true path", solid_capstyle="round")
@@ -128,25 +128,25 @@ def draw_arrows(axes, path: Track, scale: float, colour: str = INK) -> None:
     axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor="white", linewidth=0.4, zorder=5))
 
 
-def _draw_cans(axes, cans: Sequence[np.ndarray], low: np.ndarray, high: np.ndarray) -> None:
+def _draw_cans(axes, cans: Sequence[CanPath], low: np.ndarray, high: np.ndarray) -> None:
     """Cans where they were first and last, as far as they are in sight, and an arrow from one to the other for those that were moved."""
     from matplotlib.patches import Circle
 
-    if not cans or not any(((low < can[:2]) & (can[:2] < high)).all() for place in (cans[0], cans[-1]) for can in place):
+    before, after = (np.array([(can.x[end], can.y[end]) for can in cans]).reshape(-1, 2) for end in (0, -1))
+    if not any(((low < place) & (place < high)).all() for place in (*before, *after)):
         return
-    before, after = cans[0], cans[-1]
     dots = dict(linestyle="none", marker="o")  # large enough to be found; in a large drawing the circles to scale are larger
-    axes.plot(*before[:, :2].T, **dots, markersize=7, markerfacecolor="none", markeredgecolor=CAN_BEFORE, label="can before", zorder=6.6)
-    axes.plot(*after[:, :2].T, **dots, markersize=4.5, color=CAN_AFTER, markeredgecolor=INK, markeredgewidth=0.5, label="can after", zorder=6)
-    for x, y, _ in after:
+    axes.plot(*before.T, **dots, markersize=7, markerfacecolor="none", markeredgecolor=CAN_BEFORE, label="can before", zorder=6.6)
+    axes.plot(*after.T, **dots, markersize=4.5, color=CAN_AFTER, markeredgecolor=INK, markeredgewidth=0.5, label="can after", zorder=6)
+    for x, y in after:
         axes.add_patch(Circle((x, y), CAN_RADIUS, facecolor=CAN_AFTER, edgecolor=INK, linewidth=0.4, zorder=6))
-    for (x, y, _), (to_x, to_y, _) in zip(before, after):
+    for (x, y), (to_x, to_y) in zip(before, after):
         if np.hypot(to_x - x, to_y - y) > 0.15:
             arrow = dict(arrowstyle="->", color=CAN_AFTER, linewidth=1.2, linestyle=":", shrinkA=6, shrinkB=5)
             axes.annotate("", (to_x, to_y), (x, y), arrowprops=arrow, zorder=5)
 
 
-def _draw_robots(axes, view: View, scale: float) -> None:
+def _draw_robots(axes, view: TopView, scale: float) -> None:
     """The robot at the start and at the end; one name for both where they would lie on each other."""
     start, end = view.path.pose(0), view.path.pose(-1)
     together = np.hypot(start[0] - end[0], start[1] - end[1]) < NAMES_APART * scale
@@ -166,13 +166,13 @@ def _draw_robot(axes, footprint: np.ndarray, pose, name: str, scale: float, writ
     axes.add_patch(Polygon(np.column_stack(placed(pose, *nose.T)), facecolor=INK, edgecolor="white", linewidth=0.6, zorder=7))
     if written:
         behind = -np.array([(9 + 2.2 * len(written)) * np.cos(pose[2]), 11 * np.sin(pose[2])])
-        axes.annotate(written, pose[:2], behind, textcoords="offset points", ha="center", va="center", fontsize=7, color=INK, zorder=8, bbox=PAPER)
+        axes.annotate(written, pose[:2], behind, textcoords="offset points", ha="center", va="center", fontsize=7, color=INK, zorder=8, bbox=LABEL_BOX)
 
 
-PAPER = dict(boxstyle="round,pad=0.12", facecolor="white", edgecolor="none", alpha=0.8)
+LABEL_BOX = dict(boxstyle="round,pad=0.12", facecolor="white", edgecolor="none", alpha=0.8)
 
 
-def _draw_gripper(axes, view: View) -> None:
+def _draw_gripper(axes, view: TopView) -> None:
     """A numbered badge where the paddles did something, or a mark where that is too often; the strip of the gripper says when."""
     tip = view.run.footprint[:, 0].max() if len(view.run.footprint) else 0.3
     if len(view.run.gripper) > BADGES:
@@ -210,5 +210,5 @@ def _draw_times(axes, path: Track, timeline: Timeline, scale: float) -> None:
         side = 8 * np.array([-np.sin(heading), np.cos(heading)])
         axes.annotate(
             timeline.write(time), (x, y), side * (1.6, 1.0), textcoords="offset points", ha="center", va="center",
-            fontsize=6.5, color=INK, zorder=8, bbox=PAPER,
+            fontsize=6.5, color=INK, zorder=8, bbox=LABEL_BOX,
         )  # fmt: skip

@@ -3,7 +3,7 @@
 import re
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
-from ..run import ERROR, WARNING, Gap, Happening, Run, Span
+from ..recorded_run import ERROR, WARNING, Report, Run, Span
 
 LISTED = 10  # kinds, on one page
 AT_ONCE = 1.0  # s
@@ -24,7 +24,7 @@ class Incident(NamedTuple):
 
 def incidents(run: Run, listed: int = LISTED) -> Tuple[Incident, ...]:
     """Warnings and errors in order of time, those that say the same as one; letters for so many of them, errors first."""
-    same: Dict[str, List[Happening]] = {}
+    same: Dict[str, List[Report]] = {}
     for fault in sorted(run.faults):
         if not MADE.fullmatch(fault.what) and not 0 < run.odometry.time[0] - fault.time < CONNECTING:
             core = NUMBER.sub("#", fault.what).partition(" (")[0]
@@ -40,7 +40,7 @@ def _says(longer: str, shorter: str) -> bool:
     return longer == shorter or longer.endswith(": " + shorter) or longer.startswith(shorter + "; ")
 
 
-def _incident(same: Sequence[Happening]) -> Incident:
+def _incident(same: Sequence[Report]) -> Incident:
     """Those that say the same, whoever said it and with whatever numbers; what two say at once (a node and its diagnostics) happened once."""
     who = same[0].who.rsplit("/", 1)[-1]
     level = ERROR if max(fault.level for fault in same) >= ERROR else WARNING
@@ -48,7 +48,7 @@ def _incident(same: Sequence[Happening]) -> Incident:
     return Incident("", level, tuple(times), "%s: %s" % (who, same[0].what) if who else same[0].what)
 
 
-def made(faults: Sequence[Happening], end: float) -> Tuple[Span, ...]:
+def made(faults: Sequence[Report], end: float) -> Tuple[Span, ...]:
     """What a simulator was asked to break, until ``end`` (s) where nobody mended it."""
     spans: List[Span] = []
     for fault in sorted(faults):
@@ -62,10 +62,10 @@ def made(faults: Sequence[Happening], end: float) -> Tuple[Span, ...]:
     return tuple(spans)
 
 
-def silences(gaps: Sequence[Gap]) -> Tuple[Span, ...]:
+def silences(gaps: Sequence[Span]) -> Tuple[Span, ...]:
     """Gaps in the data; those that overlap are one, with the names of all topics that were silent."""
     found: List[Tuple[float, float, List[str]]] = []
-    for topic, begin, end in sorted(gaps, key=lambda gap: (gap.begin, gap.end)):
+    for begin, end, topic in sorted(gaps):
         if found and begin < found[-1][1]:
             first, last, topics = found.pop()
             found.append((first, max(last, end), topics + [topic]))

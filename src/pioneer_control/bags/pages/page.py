@@ -9,11 +9,11 @@ import numpy as np
 from ...errors import UsageError
 from ...pictures import FAINT, VERMILLION, draw_frame
 from ..recording.description import description_of
-from ..run import ERROR, WARNING, Run
-from . import from_above, strips
-from .from_above import EVENT, View
+from ..recorded_run import ERROR, WARNING, Run
+from . import from_above, over_time
+from .from_above import EVENT, TopView
 from .incidents import Incident, incidents, silences
-from .paper import BODY, BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper
+from .sheet import BODY, BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Sheet
 from .timeline import Timeline, how_long
 
 GAP, AXIS = 0.28, 0.36  # inches above the map for its scale bar; below the map and below the strips for their axes
@@ -42,33 +42,33 @@ def figure(run: Run, title: Optional[str] = None):
     """The matplotlib Figure of a run."""
     view, timeline = from_above.view_of(run), timeline_of(run)
     span = view.high - view.low
-    shown = strips.curves(run)
-    lanes = len(strips.lanes(run, (), timeline))
+    shown = over_time.curves(run)
+    lanes = len(over_time.lanes(run, (), timeline))
     wrong = incidents(run, max(FULL - lanes, FEWEST))
     lines = sum(bool(each.letter) for each in wrong) + (not all(each.letter for each in wrong))
 
-    damage = Paper(1.0).lines("This recording is damaged: %s" % run.damage, RIGHT - LEFT, **DAMAGED)[:3] if run.damage else []
-    events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= strips.BADGES else 0
+    damage = Sheet(1.0).lines("This recording is damaged: %s" % run.damage, RIGHT - LEFT, **DAMAGED)[:3] if run.damage else []
+    events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= over_time.BADGES else 0
     lanes += len({each.level for each in wrong})
     lower = [each._replace(height=SQUEEZED * each.height) for each in shown]
     where, squeezed = (
-        plan(span, TOP + 0.62 + LINE * len(damage) + GAP, strips.height(each, lanes), lines, events)
+        plan(span, TOP + 0.62 + LINE * len(damage) + GAP, over_time.height(each, lanes), lines, events)
         for each in (shown, lower)
     )  # fmt: skip
     if squeezed.map[2] > where.map[2]:
         where, shown = squeezed, lower
-    rows = strips.lanes(run, wrong, timeline, RIGHT - where.strips[0])
+    rows = over_time.lanes(run, wrong, timeline, RIGHT - where.strips[0])
 
-    paper = Paper(where.height)
-    _write_head(paper, run, view, timeline, title, wrong, damage)
-    axes = paper.axes(*where.map)
+    sheet = Sheet(where.height)
+    _write_head(sheet, run, view, timeline, title, wrong, damage)
+    axes = sheet.axes(*where.map)
     from_above.draw(axes, view, timeline, where.map[2])
     draw_frame(axes, view.low[0], view.high[0])
-    _write_legend(paper, axes, run, timeline, *where.legend)
-    strips.draw(paper, *where.strips, shown, rows, timeline)
-    _write_wrong(paper, where.list, wrong, timeline)
-    paper.text(LEFT, where.height - 0.16, recorded_with(run.notes), room=RIGHT - LEFT, size=6, color=FAINT)
-    return paper.figure
+    _write_legend(sheet, axes, run, timeline, *where.legend)
+    over_time.draw(sheet, *where.strips, shown, rows, timeline)
+    _write_wrong(sheet, where.list, wrong, timeline)
+    sheet.text(LEFT, where.height - 0.16, recorded_with(run.notes), room=RIGHT - LEFT, size=6, color=FAINT)
+    return sheet.figure
 
 
 def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: int) -> Plan:
@@ -77,7 +77,7 @@ def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: 
     listed = (lines * LINE + 0.12) * bool(lines)
     if span[1] > NARROW * span[0]:
         width, height = min(WIDEST / span[0], (HEIGHT - head - AXIS - listed - BOTTOM) / span[1], LARGEST_SCALE) * span
-        left = LEFT + width + strips.NAMES - 0.15
+        left = LEFT + width + over_time.NAMES - 0.15
         legend = head + below
         end = max(head + height + AXIS, legend + legend_height(events, 2))
         return Plan(end + listed + BOTTOM, (LEFT, head, width, height), (left, legend, 2), (left, head), end)
@@ -89,7 +89,7 @@ def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: 
         legend, top = (LEFT + width + 0.15, head, 1), max(head + height + AXIS, head + legend_height(events, 1))
     else:
         legend, top = (LEFT, head + height + AXIS, 6), head + height + AXIS + legend_height(events, 6)
-    return Plan(top + below + listed + BOTTOM, (LEFT, head, width, height), legend, (strips.NAMES, top + 0.1), top + below)
+    return Plan(top + below + listed + BOTTOM, (LEFT, head, width, height), legend, (over_time.NAMES, top + 0.1), top + below)
 
 
 def legend_height(events: int, columns: int) -> float:
@@ -108,18 +108,18 @@ def timeline_of(run: Run) -> Timeline:
 
 
 def _write_head(
-    paper: Paper, run: Run, view: View, timeline: Timeline, title: Optional[str], wrong: Sequence[Incident], damage: Sequence[str]
+    sheet: Sheet, run: Run, view: TopView, timeline: Timeline, title: Optional[str], wrong: Sequence[Incident], damage: Sequence[str]
 ) -> None:
     """Title, when and from which file, figures, and in red what is damaged."""
     robot = run.robot or "robot"
     named = title or robot + (" (%s)" % run.model if run.model else "") + (" in %s" % run.world if run.world else "")
-    paper.text(LEFT, TOP + 0.1, named, room=RIGHT - LEFT - 2.4, size=15, fontweight="bold")
+    sheet.text(LEFT, TOP + 0.1, named, room=RIGHT - LEFT - 2.4, size=15, fontweight="bold")
     began = datetime.fromtimestamp(timeline.begin, timezone.utc).strftime("%Y-%m-%d %H:%M UTC") if timeline.begin > REAL else ""
-    paper.text(RIGHT, TOP + 0.02, os.path.basename(run.path), room=2.3, size=SMALL, color=FAINT, ha="right")
-    paper.text(RIGHT, TOP + 0.17, began, size=SMALL, color=FAINT, ha="right")
-    paper.text(LEFT, TOP + 0.43, "   ·   ".join(summary(run, view, wrong)), room=RIGHT - LEFT, size=BODY)
+    sheet.text(RIGHT, TOP + 0.02, os.path.basename(run.path), room=2.3, size=SMALL, color=FAINT, ha="right")
+    sheet.text(RIGHT, TOP + 0.17, began, size=SMALL, color=FAINT, ha="right")
+    sheet.text(LEFT, TOP + 0.43, "   ·   ".join(summary(run, view, wrong)), room=RIGHT - LEFT, size=BODY)
     for number, line in enumerate(damage):
-        paper.text(LEFT, TOP + 0.43 + LINE * (number + 1), line, room=RIGHT - LEFT, color=VERMILLION, **DAMAGED)
+        sheet.text(LEFT, TOP + 0.43 + LINE * (number + 1), line, room=RIGHT - LEFT, color=VERMILLION, **DAMAGED)
 
 
 def recorded_with(notes: str) -> str:
@@ -134,9 +134,9 @@ def recorded_with(notes: str) -> str:
     return "recorded with " + ", ".join(known) if known else ""
 
 
-def summary(run: Run, view: View, wrong: Sequence[Incident]) -> List[str]:
+def summary(run: Run, view: TopView, wrong: Sequence[Incident]) -> List[str]:
     """The figures of a run."""
-    parts = [how_long(run.duration), f"{view.path.length:.{1 if view.path.length < 100 else 0}f} m driven"]
+    parts = [how_long(run.duration), ("%.1f m driven" if view.path.length < 100 else "%.0f m driven") % view.path.length]
     if run.truth is not None:
         end = view.odometry.pose(-1)
         parts.append("odometry %.0f cm off at the end" % (100 * np.hypot(end[0] - view.path.x[-1], end[1] - view.path.y[-1])))
@@ -148,41 +148,41 @@ def summary(run: Run, view: View, wrong: Sequence[Incident]) -> List[str]:
     return parts
 
 
-def _write_legend(paper: Paper, axes, run: Run, timeline: Timeline, left: float, top: float, columns: int) -> None:
+def _write_legend(sheet: Sheet, axes, run: Run, timeline: Timeline, left: float, top: float, columns: int) -> None:
     """Signs of the view from above, and what the gripper's numbers mean."""
     shown = {label: handle for handle, label in zip(*axes.get_legend_handles_labels()) if not label.startswith("robot at")}
-    legend = paper.figure.legend(
-        shown.values(), shown.keys(), loc="upper left", bbox_to_anchor=paper.at(left, top), borderaxespad=0, borderpad=0, ncol=columns,
+    legend = sheet.figure.legend(
+        shown.values(), shown.keys(), loc="upper left", bbox_to_anchor=sheet.at(left, top), borderaxespad=0, borderpad=0, ncol=columns,
         frameon=False, fontsize=SMALL, handlelength=2.2, columnspacing=1.6, handletextpad=0.6,
     )  # fmt: skip
     for line in legend.get_lines():
         line.set_markersize(max(line.get_markersize(), 5))  # an echo's dot is too small to be seen alone
-    if len(run.gripper) > strips.BADGES:
+    if len(run.gripper) > over_time.BADGES:
         return
     top += -(-len(shown) // columns) * LINE + 0.1
     for number, event in enumerate(run.gripper[:EVENTS_LISTED], 1):
         row, column = divmod(number - 1, EVENTS_BESIDE[columns])
         x, y = left + 0.1 + column * (RIGHT - left) / EVENTS_BESIDE[columns], top + row * EVENT_LINE
-        _badge(paper, x, y, str(number), EVENT[event.what])
-        paper.text(x + 0.16, y, "%s at %s" % (event.what, timeline.write(event.time)), size=SMALL)
+        _badge(sheet, x, y, str(number), EVENT[event.what])
+        sheet.text(x + 0.16, y, "%s at %s" % (event.what, timeline.write(event.time)), size=SMALL)
 
 
-def _badge(paper: Paper, left: float, middle: float, words: str, colour: str) -> None:
+def _badge(sheet: Sheet, left: float, middle: float, words: str, colour: str) -> None:
     """A sign as the drawings have it, beside its explanation."""
     badge = dict(boxstyle="circle,pad=0.18", facecolor=colour, edgecolor="none")
-    paper.text(left, middle, words, size=6.5, color=strips.ink_on(colour), fontweight="bold", ha="center", bbox=badge)
+    sheet.text(left, middle, words, size=6.5, color=over_time.ink_on(colour), fontweight="bold", ha="center", bbox=badge)
 
 
-def _write_wrong(paper: Paper, top: float, wrong: Sequence[Incident], timeline: Timeline) -> None:
+def _write_wrong(sheet: Sheet, top: float, wrong: Sequence[Incident], timeline: Timeline) -> None:
     """Under the strips: what the letters mean."""
     listed = [each for each in wrong if each.letter]
     rows = [top + LINE * (number + 0.5) for number in range(len(listed) + 1)]
     times = [timeline.write(each.times[0]) + (", %s×" % len(each.times) if len(each.times) > 1 else "") for each in listed]
-    times = [paper.text(LEFT + 0.27, row, time, size=SMALL, color=FAINT) for row, time in zip(rows, times)]
-    left = LEFT + 0.27 + max((paper.wide(time) for time in times), default=0.0) + 0.12
+    times = [sheet.text(LEFT + 0.27, row, time, size=SMALL, color=FAINT) for row, time in zip(rows, times)]
+    left = LEFT + 0.27 + max((sheet.wide(time) for time in times), default=0.0) + 0.12
     for row, each in zip(rows, listed):
-        _badge(paper, LEFT + 0.1, row, each.letter, strips.SAID_COLOUR[each.level])
-        paper.text(left, row, each.words, room=RIGHT - left, size=SMALL)
+        _badge(sheet, LEFT + 0.1, row, each.letter, over_time.SAID_COLOUR[each.level])
+        sheet.text(left, row, each.words, room=RIGHT - left, size=SMALL)
     more = sum(len(each.times) for each in wrong if not each.letter)
     if more:
-        paper.text(LEFT + 0.27, rows[-1], "and %s more, without a letter" % more, size=SMALL, color=FAINT)
+        sheet.text(LEFT + 0.27, rows[-1], "and %s more, without a letter" % more, size=SMALL, color=FAINT)

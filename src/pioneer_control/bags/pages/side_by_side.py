@@ -8,11 +8,11 @@ import numpy as np
 from ...errors import UsageError
 from ...pictures import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, draw_frame
 from ..compare import Deviation, Driven, deviation, distance_between, driven, first_movement, from_its_start
-from ..names import stem
-from ..run import Map, Run, Track
-from . import from_above, strips
+from ..bag_names import stem
+from ..recorded_run import Map, Run, Track
+from . import from_above, over_time
 from .incidents import incidents
-from .paper import BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Paper
+from .sheet import BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Sheet
 from .timeline import Timeline, how_long
 
 # Colour and line style of each run; the first lies wide under the others.
@@ -31,7 +31,7 @@ AXIS, ROW = 0.36, 0.2  # inches
 LARGEST_SCALE = 2.5  # inches on paper for each metre
 FEWEST_METRES = 0.1  # of distance, shown at least
 COLUMNS = ("time", "way", "mean speed", "stops", "faults", "farthest from first", "at the end")
-ENDS = (3.35, 4.0, 4.8, 5.25, 5.7, 6.85, 7.92)  # inches from the left edge of the paper to the right end of each column
+ENDS = (3.35, 4.0, 4.8, 5.25, 5.7, 6.85, 7.92)  # inches from the left edge of the sheet to the right end of each column
 
 
 class Compared(NamedTuple):
@@ -80,29 +80,29 @@ def figure(runs: Sequence[Run], title: Optional[str] = None):
     shown = _curves(rows)
 
     head, table = 0.78, ROW * (len(rows) + 1) + 0.2
-    below = table + strips.height(shown, 0) + AXIS
+    below = table + over_time.height(shown, 0) + AXIS
     room = HEIGHT - TOP - head - AXIS - below - BOTTOM
     width, height = min((RIGHT - LEFT) / (high - low)[0], room / (high - low)[1], LARGEST_SCALE) * (high - low)
 
-    paper = Paper(TOP + head + height + AXIS + below + BOTTOM)
-    _write_head(paper, rows, title)
-    axes = paper.axes(LEFT, TOP + head, width, height)
+    sheet = Sheet(TOP + head + height + AXIS + below + BOTTOM)
+    _write_head(sheet, rows, title)
+    axes = sheet.axes(LEFT, TOP + head, width, height)
     _draw_paths(axes, laid, walls, low, high, width)
     draw_frame(axes, low[0], high[0])
-    _write_table(paper, TOP + head + height + AXIS + ROW / 2, rows)
-    strips.draw(paper, strips.NAMES, TOP + head + height + AXIS + table, shown, (), timeline, "each began to move")
-    return paper.figure
+    _write_table(sheet, TOP + head + height + AXIS + ROW / 2, rows)
+    over_time.draw(sheet, over_time.NAMES, TOP + head + height + AXIS + table, shown, (), timeline, "each began to move")
+    return sheet.figure
 
 
-def _curves(rows: Sequence[Compared]) -> List[strips.Curves]:
+def _curves(rows: Sequence[Compared]) -> List[over_time.Curves]:
     """Velocities of all, and how far each is from the first, since each began to move."""
-    measured = [(strips.measured(row.run), first_movement(row.track), look) for row, look in zip(rows, LOOKS)]
+    measured = [(over_time.measured(row.run), first_movement(row.track), look) for row, look in zip(rows, LOOKS)]
     measured = [(velocities._replace(time=velocities.time - begin), look) for velocities, begin, look in measured]
     apart = tuple((*distance_between(rows[0].track, row.track), look) for row, look in zip(rows[1:], LOOKS[1:]))
-    return strips.velocities(measured) + [strips.Curves("from first\n(m)", strips.CURVE, apart, FEWEST_METRES, True)]
+    return over_time.velocities(measured) + [over_time.Curves("from first\n(m)", over_time.CURVE, apart, FEWEST_METRES, True)]
 
 
-def _write_head(paper: Paper, rows: Sequence[Compared], title: Optional[str]) -> None:
+def _write_head(sheet: Sheet, rows: Sequence[Compared], title: Optional[str]) -> None:
     """Title, and what is compared with what."""
     models = [row.run.model for row in rows]
     same = models[0] if len(set(models)) == 1 else ""   # said once, behind the names
@@ -110,10 +110,10 @@ def _write_head(paper: Paper, rows: Sequence[Compared], title: Optional[str]) ->
     worlds = list(dict.fromkeys(row.run.world for row in rows if row.run.world))
     of = (robots[0] if len(robots) == 1 else "%s robots: %s" % (len(robots), ", ".join(robots))) + (" (%s)" % same if same else "")
     of += " in %s" % worlds[0] if len(worlds) == 1 else " in %s worlds: %s" % (len(worlds), ", ".join(worlds)) if worlds else ""
-    paper.text(LEFT, TOP + 0.1, title or "%s runs of %s" % (len(rows), of), room=RIGHT - LEFT, size=15, fontweight="bold")
+    sheet.text(LEFT, TOP + 0.1, title or "%s runs of %s" % (len(rows), of), room=RIGHT - LEFT, size=15, fontweight="bold")
     paths = "true paths" if rows[0].track is rows[0].run.truth else "paths as the robots' odometry has them"
     words = "%s, laid so that all begin together: at the same place, heading, and moment of the first movement" % paths
-    paper.text(LEFT, TOP + 0.39, words[0].upper() + words[1:], room=RIGHT - LEFT, size=SMALL)
+    sheet.text(LEFT, TOP + 0.39, words[0].upper() + words[1:], room=RIGHT - LEFT, size=SMALL)
 
 
 def _draw_paths(axes, laid: Sequence[Track], walls: Optional[Map], low: np.ndarray, high: np.ndarray, inches: float) -> None:
@@ -129,19 +129,19 @@ def _draw_paths(axes, laid: Sequence[Track], walls: Optional[Map], low: np.ndarr
     from_above.draw_arrows(axes, laid[0], (high - low)[0] / inches)
 
 
-def _write_table(paper: Paper, top: float, rows: Sequence[Compared]) -> None:
+def _write_table(sheet: Sheet, top: float, rows: Sequence[Compared]) -> None:
     """A line of figures for each run, with its line as the drawings have it."""
     from matplotlib.lines import Line2D
 
     for name, end in zip(COLUMNS, ENDS):
-        paper.text(end, top, name, size=SMALL, color=FAINT, ha="right")
+        sheet.text(end, top, name, size=SMALL, color=FAINT, ha="right")
     for row, look in zip(rows, LOOKS):
         top += ROW
-        (left, middle), (right, _) = paper.at(LEFT, top), paper.at(LEFT + 0.35, top)
-        paper.figure.add_artist(Line2D([left, right], [middle, middle], **look))
-        paper.text(LEFT + 0.45, top, row.name + " (damaged)" * bool(row.run.damage), room=ENDS[0] - LEFT - 1.1)
+        (left, middle), (right, _) = sheet.at(LEFT, top), sheet.at(LEFT + 0.35, top)
+        sheet.figure.add_artist(Line2D([left, right], [middle, middle], **look))
+        sheet.text(LEFT + 0.45, top, row.name + " (damaged)" * bool(row.run.damage), room=ENDS[0] - LEFT - 1.1)
         for words, end in zip(figures(row), ENDS):
-            paper.text(end, top, words, ha="right")
+            sheet.text(end, top, words, ha="right")
 
 
 def figures(row: Compared) -> Tuple[str, ...]:

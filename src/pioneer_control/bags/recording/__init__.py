@@ -1,11 +1,12 @@
 """Recording: ``nodes/record`` and ``launch/record.launch``.
 
-===============  ==================================================================================
-``topics``       what is kept, and why: config/record.yaml
-``start``        checks what was asked for, and becomes ``rosbag record``
-``attendant``    stands beside it: publishes the description, watches the disk
-``description``  what a recording says of itself: versions, nodes, parameters
-``disk``         for how long there is room
-``recorder``     lets a program begin when its recorder listens: ``nodes/when_recording``
-===============  ==================================================================================
+==================  ======================================================================================
+``start``           the command: checks what was asked for, and becomes ``rosbag record``
+``plan``            what is recorded and where to, and that nothing is overwritten
+``attendant``       runs beside it: publishes the description, says what is missing
+``topics``          which topics are kept, and why: config/record.yaml
+``description``     what a recording says of itself: versions, nodes, parameters
+``disk``            sizes for people, and for how long there is room
+``when_recording``  lets a program begin when its recorder listens: ``nodes/when_recording``
+==================  ======================================================================================
 """

@@ -1,6 +1,7 @@
-"""Stands beside ``rosbag record``: publishes the recording's description, watches the disk, says what is missing. Ends with the recorder."""
+"""Runs beside ``rosbag record``, and ends with it: publishes the recording's description, and says what is missing."""
 
 import os
+import shutil
 import threading
 import xmlrpc.client
 from time import monotonic
@@ -12,22 +13,24 @@ from std_msgs.msg import String
 
 from ...ros_node import NO_ANSWER, Impatient, init_node
 from .description import Description, nodes_of, now, text_of, versions
-from .disk import USUAL_RATE, DiskWatch, Notice, Sample
-from .start import PATIENCE, WHAT_TO_DO, Recording, free_space
+from .disk import USUAL_RATE, in_words, room
+from .plan import WHAT_TO_DO, LogLine, RecordingPlan
 from .topics import whole_name
 
+PATIENCE = 3.0
+"""s for an answer of the master."""
 TICK = 0.2
 """s between two looks whether the recorder is there."""
 LOOK = 3.0
-"""s between two looks at nodes, parameters and the disk."""
+"""s between two looks at nodes and parameters."""
 LONGER = 1.2
 """Each description that is published makes the next wait so much longer: a parameter that flickers fills no bag."""
 BEGIN = 5.0
 """s for which rosbag may first list all it subscribes to, so that what is said here stands below."""
 GRACE = 10.0
 """s after which it is said what nobody publishes; drivers start beside the recorder."""
-NO_CLOCK = Notice("warning", "nothing is recorded yet: this master has simulated time (/use_sim_time), perhaps of an earlier replay, and nobody tells it "
-                  "on /clock. For a robot: end this, rosparam set /use_sim_time false, and start it again")
+NO_CLOCK = LogLine("warning", "nothing is recorded yet: this master has simulated time (/use_sim_time), perhaps of an earlier replay, and "
+                   "nobody tells it on /clock. For a robot: end this, rosparam set /use_sim_time false, and start it again")
 SAY = {"info": rospy.loginfo, "warning": rospy.logwarn, "error": rospy.logerr}
 
 
@@ -35,12 +38,12 @@ class Descriptions:
     """Publishes the description whenever something in it has changed.
 
     Args:
-        recording: what it is of.
+        plan: of the recording.
         publish: takes the text.
     """
 
-    def __init__(self, recording: Recording, publish: Callable[[str], None]) -> None:
-        self._recording = {"date": now(), "robots": list(recording.robots), "file": recording.file, "topics": list(recording.topics)}
+    def __init__(self, plan: RecordingPlan, publish: Callable[[str], None]) -> None:
+        self._recording = {"date": now(), "robots": list(plan.robots), "file": plan.file, "topics": list(plan.topics)}
         self._versions = versions()
         self._publish = publish
         self._last: Any = None
@@ -48,7 +51,14 @@ class Descriptions:
         self._parts = 1
 
     def look(self, time: float, state: Sequence[Any], parameters: Dict[str, Any], parts: int = 1) -> None:
-        """`time` in s; `state`: what the master's getSystemState() returned; `parts`: so many files there are. In each it is said anew."""
+        """Publish it if it is due.
+
+        Args:
+            time: s.
+            state: what the master's getSystemState() returned.
+            parameters: of the whole parameter server.
+            parts: number of files. Each new one gets the description.
+        """
         seen = nodes_of(state), parameters
         if parts == self._parts and (seen == self._last or time < self._due):
             return
@@ -59,36 +69,45 @@ class Descriptions:
         self._wait *= LONGER
 
 
-def silent(recording: Recording, state: Sequence[Any]) -> Iterator[Notice]:
-    """What nobody publishes although it was meant to be recorded: of what the master's getSystemState() returned."""
+def silent(plan: RecordingPlan, state: Sequence[Any]) -> Iterator[LogLine]:
+    """What nobody publishes although it was meant to be recorded; `state`: what the master's getSystemState() returned."""
     published = {topic for topic, nodes in state[0] if nodes}
     robots = sorted({topic.rpartition("/")[0].strip("/") for topic in published if topic.endswith("/pose")})
     gone = []
-    for robot in recording.robots:
+    for robot in plan.robots:
         own = not robot or {topic for topic in published if topic.startswith("/%s/" % robot) and not topic.endswith("/recording")}
         if not own:
             gone.append(robot)
-            yield Notice("warning", "nothing is published under /%s: is that the robot's name, and does its driver run? " % robot
-                         + ("There are: %s" % ", ".join(robots) if robots else "There is no robot at all yet")
-                         + ". What comes later is recorded")
-    for topic in recording.asked_for:
+            there = "There are: " + ", ".join(robots) if robots else "There is no robot at all yet"
+            yield LogLine("warning", "nothing is published under /%s: is that the robot's name, and does its driver run? %s. "
+                          "What comes later is recorded" % (robot, there))
+    for topic in plan.asked_for:
         if topic not in published and not any(topic.startswith("/%s/" % robot) for robot in gone):
             how = " (set the driver's publish_wire)" if topic.endswith("/wire") else ""
-            yield Notice("warning", "nobody publishes %s, which was asked for%s" % (topic, how))
+            yield LogLine("warning", "nobody publishes %s, which was asked for%s" % (topic, how))
 
 
-def seen_by(master: Any) -> Optional[Tuple[Sequence[Any], Dict[str, Any]]]:
-    """Nodes and parameters; None when the master does not say."""
+def ask(master: Any) -> Optional[Tuple[Sequence[Any], Dict[str, Any]]]:
+    """State and parameters of the master; None when it does not answer."""
     try:
         return master.getSystemState(rospy.get_name())[2], master.getParam(rospy.get_name(), "/")[2]
     except NO_ANSWER:
         return None
 
 
-def begins(recording: Recording, goes_on: Callable[[], bool], tell: Callable[[Iterable[Notice]], None]) -> bool:
-    """Wait until there is a bag, which needs a time; whether that came before the end. `goes_on`: waits a moment, False at the end."""
+def begins(plan: RecordingPlan, goes_on: Callable[[], bool], tell: Callable[[Iterable[LogLine]], None]) -> bool:
+    """Wait until there is a bag, which needs a time.
+
+    Args:
+        plan: of the recording.
+        goes_on: waits a moment; False when the recorder has ended.
+        tell: takes what is to be said.
+
+    Returns:
+        Whether there is one before the end.
+    """
     start, told = monotonic(), False
-    while not recording.parts:
+    while not plan.parts:
         if not goes_on():
             return False
         if monotonic() < start + BEGIN:
@@ -101,64 +120,63 @@ def begins(recording: Recording, goes_on: Callable[[], bool], tell: Callable[[It
     return True
 
 
-def say(notices: Iterable[Notice]) -> None:
-    """Into the log."""
-    for severity, text in notices:
+def say(lines: Iterable[LogLine]) -> None:
+    """Log lines."""
+    for severity, text in lines:
         SAY[severity]("%s", text)
 
 
-def sample(recording: Recording) -> Sample:
-    """The disk and the recording as they are."""
-    return Sample(monotonic(), free_space(recording.folder), sum(_size(path) for path in recording.parts))
+def attend(plan: RecordingPlan, recorder: int, name: str, lines: Sequence[LogLine]) -> None:
+    """Run as a node, until the recorder ends.
 
-
-def _size(path: str) -> int:
-    try:
-        return os.path.getsize(path)
-    except OSError:     # it was just renamed
-        return 0
-
-
-def attend(recording: Recording, recorder: int, name: str, notices: Sequence[Notice]) -> None:
-    """Run as a node of this name, as a child of the recorder (its process id), until that ends. `notices` are said first."""
+    Args:
+        plan: of the recording.
+        recorder: process id of the recorder, which is the parent of this process.
+        name: of the node.
+        lines: to be said first.
+    """
     init_node(name)
     stop = threading.Event()
     rospy.on_shutdown(stop.set)
     start = monotonic()
-    if not begins(recording, lambda: os.getppid() == recorder and not stop.wait(TICK), say):
+    if not begins(plan, lambda: os.getppid() == recorder and not stop.wait(TICK), say):
         return
-    say(notices)
-    parts = ", a new part each %s %s" % (recording.split[1], "MB" if recording.split[0] == "size" else "s") if recording.split[0] else ""
-    rospy.loginfo("recording %s: %d topics into %s (%s%s)", ", ".join("/" + robot for robot in recording.robots), len(recording.topics),
-                  recording.file, recording.compression, parts)
-    disk = DiskWatch(recording.folder, recording.keep_free, USUAL_RATE[recording.compression] * len(recording.robots))
-    say([disk.first(sample(recording))])
-    publishers = [rospy.Publisher(whole_name(robot, "recording"), String, queue_size=1, latch=True) for robot in recording.robots]
-    descriptions = Descriptions(recording, lambda text: [publisher.publish(text) for publisher in publishers])
+    say([*lines, first_words(plan, shutil.disk_usage(plan.folder).free)])
+    publishers = [rospy.Publisher(whole_name(robot, "recording"), String, queue_size=1, latch=True) for robot in plan.robots]
+    descriptions = Descriptions(plan, lambda text: [publisher.publish(text) for publisher in publishers])
     master = xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=Impatient(PATIENCE))
     due, told = start, False
     while not rospy.is_shutdown() and os.getppid() == recorder:
         if monotonic() >= due:
             due = monotonic() + LOOK
-            say(disk.look(sample(recording)))
-            seen = seen_by(master)
+            seen = ask(master)
             if seen:
-                descriptions.look(monotonic(), *seen, max(1, len(recording.parts)))
+                descriptions.look(monotonic(), *seen, max(1, len(plan.parts)))
                 if not told and monotonic() > start + GRACE:
                     told = True
-                    say(silent(recording, seen[0]))
+                    say(silent(plan, seen[0]))
         stop.wait(TICK)
     if not rospy.is_shutdown():
-        say([looking_back(recording, disk.full)])
+        say([last_words(plan, shutil.disk_usage(plan.folder).free)])
 
 
-def looking_back(recording: Recording, full: bool) -> Notice:
-    """What to say when the recorder has ended and nobody told us to end too. `full`: there was no room left."""
-    there = recording.parts
+def first_words(plan: RecordingPlan, free: int) -> LogLine:
+    """What is recorded, and for how long there is room; `free`: bytes on the disk."""
+    kind, amount = plan.split
+    parts = ", a new part each %s %s" % (amount, "MB" if kind == "size" else "s") if kind else ""
+    return LogLine("info", "recording %s: %d topics into %s (%s%s). %s free: %s" % (
+        ", ".join("/" + robot for robot in plan.robots), len(plan.topics), plan.file, plan.compression, parts, in_words(free),
+        room(free, plan.keep_free, USUAL_RATE[plan.compression] * len(plan.robots))))
+
+
+def last_words(plan: RecordingPlan, free: int) -> LogLine:
+    """What to say when the recorder has ended and nobody asked this node to end too; `free`: bytes on the disk."""
+    there = plan.parts
     unfinished = [path for path in there if path.endswith(".active")]
     if unfinished:
-        return Notice("error", "the recorder was killed, or failed. %s %s" % (unfinished[-1], WHAT_TO_DO.format(file=unfinished[-1])))
+        return LogLine("error", "the recorder was killed, or failed. %s %s" % (unfinished[-1], WHAT_TO_DO % unfinished[-1]))
     last = there[-1] if there else "no bag"
-    if full:
-        return Notice("error", "the recording has ended because the disk is full: %s is closed and whole. Make room, and start another one" % last)
-    return Notice("info", "the recording has ended: %s is closed" % last)
+    if free <= plan.keep_free:
+        return LogLine("error", "the recording has ended because the disk is full: %s is closed and whole. Make room, and start another one"
+                       % last)
+    return LogLine("info", "the recording has ended: %s is closed" % last)

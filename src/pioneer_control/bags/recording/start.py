@@ -1,204 +1,28 @@
 """``record``: checks what it was told, starts the attendant, and becomes ``rosbag record``.
 
-So Ctrl-C, ``rosnode kill`` and the closing of the bag are rosbag's own; here is decided what it records, where to, and what must not happen: that
-a recording, also an unfinished one, is overwritten or ended by another.
+So Ctrl-C, ``rosnode kill`` and the closing of the bag are rosbag's own. `plan` decides what it records, and where to.
 """
 
-import argparse
 import os
-import re
+import shutil
 import signal
 import sys
-import tempfile
 import time
-from typing import Dict, List, NamedTuple, NoReturn, Sequence, Tuple
+from typing import NoReturn
 
 from ...errors import UsageError
 from ..command_line import refuse_launch_arguments
-from ..names import stem
-from .disk import GB, MB, Notice, in_words
-from .topics import NAME, load_list, topics_of
+from .plan import check_place, left_behind, parser, plan_of
 
-COMPRESSIONS = "lz4", "bz2", "none"
-UNITS: Dict[str, Tuple[str, float]] = {
-    "MB": ("size", MB), "GB": ("size", GB), "s": ("duration", 1), "min": ("duration", 60), "h": ("duration", 3600)}
-CHUNK = 64
-"""kB of messages that are compressed together, and lost when the recorder is killed: about 2 s of one robot. rosbag's own 768 make bags an eighth
-smaller, and lose up to half a minute; bench/recording.md."""
-KEEP_FREE = 256 * MB
-"""Bytes that are left on the disk: ten hours of one robot, and the computer goes on. At rosbag's own 1 GB it warns from 5 GB on."""
 PATIENCE = 3.0
 """s for an answer of the master, or of a recorder."""
-LEFT = 60.0
-"""s after the last write at which an unfinished bag is taken for one whose recorder is gone."""
-
-
-class Recording(NamedTuple):
-    """What is to be recorded, and where to. Sizes in bytes."""
-
-    robots: Tuple[str, ...]
-    topics: Tuple[str, ...]
-    """whole names"""
-    asked_for: Tuple[str, ...]
-    """those of them that somebody asked for on top of the usual ones"""
-    stem: str
-    """absolute path without .bag"""
-    compression: str
-    split: Tuple[str, int]
-    """("size", MB), ("duration", s) or ("", 0)"""
-    keep_free: int
-    """whole MB"""
-
-    @property
-    def folder(self) -> str:
-        return os.path.dirname(self.stem)
-
-    @property
-    def file(self) -> str:
-        """The bag, or its first part."""
-        return self.stem + ("_0.bag" if self.split[0] else ".bag")
-
-    @property
-    def parts(self) -> List[str]:
-        """The files that there are of it, finished or not, in their order."""
-        return parts_of(self.stem, bool(self.split[0]))
-
-    @property
-    def command(self) -> List[str]:
-        """The rosbag record that does it."""
-        how, amount = self.split
-        return ["rosrun", "rosbag", "record", "--output-name=" + self.stem, "--tcpnodelay",
-                "--min-space=%sM" % (self.keep_free // MB), "--chunksize=%s" % CHUNK,
-                *([] if self.compression == "none" else ["--" + self.compression]),
-                *(["--split", "--%s=%s" % (how, amount), "--repeat-latched"] if how else []),
-                *self.topics]
-
-
-def parser() -> argparse.ArgumentParser:
-    """Of the command line; record.launch gives all of it, empty for what nobody said."""
-    made = argparse.ArgumentParser(
-        prog="record", description="Record robots: all topics of config/record.yaml, into one bag. Ctrl-C ends it and closes the bag.")
-    add = made.add_argument
-    add("robots", nargs="*", default=["pioneer"], metavar="ROBOT", help="namespaces of the robots (pioneer)")
-    add("--bag", default="", metavar="FILE", help="the bag, or a directory for it; otherwise it is named by robots and time")
-    add("--also", default="", metavar="GROUPS", help="groups of topics that are not kept unless asked for, such as 'wire packets'")
-    add("--split", default="", metavar="AMOUNT", help="a new part each so often, such as 1h, 30min, 500MB: FILE_0.bag, FILE_1.bag, ...")
-    add("--compression", default="", help="lz4 (default), bz2 or none")
-    add("--keep-free", default="", metavar="SIZE", help="space on the disk that rosbag leaves, such as 1GB (%s)" % in_words(KEEP_FREE))
-    add("--topics", default="", metavar="FILE", help="another list than config/record.yaml")
-    return made
-
-
-def recording_of(arguments: argparse.Namespace, now: time.struct_time) -> Recording:
-    """What a command line asks for.
-
-    Raises:
-        UsageError: it makes no sense; says what would.
-    """
-    robots = tuple(dict.fromkeys(name.strip("/") for argument in arguments.robots for name in argument.replace(",", " ").split()))
-    for robot in robots:
-        if robot and not NAME.fullmatch(robot):
-            raise UsageError("%r is no name of a robot: give its namespace, like pioneer; several with spaces between them; / if it has none" % robot)
-    if not robots:
-        raise UsageError("no robot is named: give its namespace, like pioneer")
-    compression = arguments.compression or COMPRESSIONS[0]
-    if compression not in COMPRESSIONS:
-        raise UsageError("compression %r is not legal: give one of %s" % (compression, ", ".join(COMPRESSIONS)))
-    rows = load_list(arguments.topics)
-    usual = topics_of(rows, robots)
-    topics = topics_of(rows, robots, arguments.also.replace(",", " ").split())
-    kind, keep_free = amount_of("keep_free", arguments.keep_free or "%sMB" % (KEEP_FREE // MB))
-    if kind != "size":
-        raise UsageError("keep_free %r is not legal: give a size like 500MB or 1GB" % arguments.keep_free)
-    return Recording(robots, topics, tuple(topic for topic in topics if topic not in usual), stem_of(arguments.bag, robots, now), compression,
-                     split_of(arguments.split), max(1, int(keep_free / MB)) * MB)
-
-
-def amount_of(what: str, text: str) -> Tuple[str, float]:
-    """'500MB' -> ("size", bytes), '30min' -> ("duration", s)."""
-    found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([A-Za-z]+)\s*", text)
-    if not found or found.group(2) not in UNITS:
-        raise UsageError("%s %r is not legal: give a number with a unit, one of %s" % (what, text, ", ".join(UNITS)))
-    kind, unit = UNITS[found.group(2)]
-    return kind, float(found.group(1)) * unit
-
-
-def split_of(text: str) -> Tuple[str, int]:
-    """What --split says -> ("size", MB) or ("duration", s), as rosbag wants it; ("", 0) for one bag."""
-    if not text:
-        return "", 0
-    kind, amount = amount_of("split", text)
-    whole = int(amount / MB) if kind == "size" else int(amount)
-    if whole < 1:
-        raise UsageError("split %r is not legal: give at least 1MB or 1s" % text)
-    return kind, whole
-
-
-def stem_of(bag: str, robots: Sequence[str], now: time.struct_time) -> str:
-    """The absolute path of the bag without its ending: as it was said, or named by robots and time where nothing or a directory was."""
-    path = os.path.abspath(os.path.expanduser(bag)) if bag else os.getcwd()
-    if not bag or bag.endswith("/") or os.path.isdir(path):
-        names = [robot or "robot" for robot in robots]
-        who = "_".join(names) if len(names) <= 3 else "%s_and_%s_more" % (names[0], len(names) - 1)
-        return os.path.join(path, who.replace("/", "-") + time.strftime("_%Y-%m-%d-%H-%M-%S", now))
-    return stem(path)
-
-
-def check_place(recording: Recording, free: int) -> None:
-    """Nothing is there that would be lost, and something can be written. `free`: bytes on the disk.
-
-    Raises:
-        UsageError: not so; says what to do.
-    """
-    folder, name = os.path.split(recording.stem)
-    there = recording.parts
-    if there:
-        unfinished = [path for path in there if path.endswith(".active")]
-        raise UsageError("%s is there already, and stays as it is: give the new bag another name" % there[0]
-                         + (". %s is being recorded, or %s" % (unfinished[0], WHAT_TO_DO.format(file=unfinished[0])) if unfinished else ""))
-    try:
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise UsageError("cannot write %s.bag in %s: %s" % (name, folder, error.strerror)) from error
-    if free <= recording.keep_free:
-        raise UsageError("only %s are free in %s, and rosbag ends below %s: make room, "
-                         "record elsewhere (bag:=), or leave less (keep_free:=100MB)" % (in_words(free), folder, in_words(recording.keep_free)))
-
-
-WHAT_TO_DO = ("is of a recorder that was killed: all is in it but the last seconds. draw_run reads it as it is; "
-              "for rosbag: rosbag reindex '{file}', and rename it to .bag")
-
-
-def parts_of(stem: str, numbered: bool) -> List[str]:
-    """The files of a recording, finished or not, in their order; `numbered`: it was split."""
-    folder, name = os.path.split(stem)
-    pattern = re.compile(re.escape(name) + (r"_(\d+)" if numbered else "()") + r"\.bag(?:\.active)?")
-    try:
-        found = [(pattern.fullmatch(entry), entry) for entry in os.listdir(folder)]
-    except OSError:
-        return []
-    numbered = sorted((int(match.group(1) or 0), entry) for match, entry in found if match)
-    return [os.path.join(folder, entry) for _, entry in numbered]
-
-
-def left_behind(folder: str, now: float) -> List[Notice]:
-    """What to say of bags that killed recorders left there."""
-    unfinished = sorted(entry.path for entry in os.scandir(folder) if entry.name.endswith(".bag.active") and now - entry.stat().st_mtime > LEFT)
-    return [Notice("warning", "%s %s" % (path, WHAT_TO_DO.format(file=path))) for path in unfinished[-1:]]
-
-
-def free_space(folder: str) -> int:
-    """Bytes that a user may still write there; as rosbag counts them."""
-    disk = os.statvfs(folder)
-    return disk.f_bavail * disk.f_frsize
 
 
 def check_alone(node: str) -> None:
-    """Nobody of that name records already: a second one would end it.
+    """Check that no node of that name records already: this one would end it.
 
     Raises:
-        UsageError: somebody does, or there is no master.
+        UsageError: one does, or there is no master.
     """
     import rosgraph
 
@@ -220,28 +44,28 @@ def main() -> NoReturn:
     try:
         arguments = parser().parse_args(own)
         refuse_launch_arguments(mapped, vars(arguments))
-        recording = recording_of(arguments, time.localtime())
-        if not os.path.isdir(recording.folder):
-            raise UsageError("there is no directory %s: make it first (mkdir -p '%s')" % (recording.folder, recording.folder))
-        check_place(recording, free_space(recording.folder))
-        namespace = os.environ.setdefault("ROS_NAMESPACE", "/" + recording.robots[0])
+        plan = plan_of(arguments, time.localtime())
+        if not os.path.isdir(plan.folder):
+            raise UsageError("there is no directory %s: make it first (mkdir -p '%s')" % (plan.folder, plan.folder))
+        check_place(plan, shutil.disk_usage(plan.folder).free)
+        namespace = os.environ.setdefault("ROS_NAMESPACE", "/" + plan.robots[0])
         name = next((argument[len("__name:="):] for argument in mapped if argument.startswith("__name:=")), "recorder")
         # rospy reads it when it is imported. The name is the recorder's: an attendant that had it too would end that.
         sys.argv = sys.argv[:1] + [argument for argument in mapped if not argument.startswith("__")]
         check_alone("/" + ("%s/%s" % (namespace.strip("/"), name)).strip("/"))
     except UsageError as error:
         sys.exit("record: %s" % error)
-    notices = left_behind(recording.folder, time.time())
+    lines = left_behind(plan.folder, time.time())
     recorder = os.getpid()
     sys.stdout.flush()
     attentive = signal.getsignal(signal.SIGHUP) == signal.SIG_DFL
     if attentive:
-        signal.signal(signal.SIGHUP, signal.SIG_IGN)    # a closed terminal would kill rosbag before it closes its bag: the attendant tells it instead
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)    # a closed terminal would kill rosbag before it closes its bag: the attendant ends it
     if os.fork() == 0:
         if attentive:
             signal.signal(signal.SIGHUP, lambda *_: os.kill(recorder, signal.SIGINT))
         from .attendant import attend
 
-        attend(recording, recorder, name + "_notes", notices)
+        attend(plan, recorder, name + "_notes", lines)
         sys.exit(0)
-    os.execvp("rosrun", [*recording.command, "__name:=" + name, *(argument for argument in mapped if not argument.startswith("__name:="))])
+    os.execvp("rosrun", [*plan.command, "__name:=" + name, *(argument for argument in mapped if not argument.startswith("__name:="))])

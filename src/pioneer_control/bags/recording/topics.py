@@ -24,7 +24,7 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")
 """A robot's name, or a topic of it."""
 
 
-class Kept(NamedTuple):
+class KeptTopic(NamedTuple):
     """One row of the list."""
 
     topic: str
@@ -42,7 +42,7 @@ def default_list() -> str:
     return os.path.join(rospkg.RosPack().get_path("pioneer_control"), "config", "record.yaml")
 
 
-def load_list(path: Optional[str] = None) -> Tuple[Kept, ...]:
+def load_list(path: Optional[str] = None) -> Tuple[KeptTopic, ...]:
     """The rows of a list; of the package's own where no path is given.
 
     Raises:
@@ -51,20 +51,18 @@ def load_list(path: Optional[str] = None) -> Tuple[Kept, ...]:
     path = os.path.expanduser(path or default_list())
     try:
         with open(path, encoding="utf-8") as file:
-            given = yaml.safe_load(file)
+            return tuple(_rows(yaml.safe_load(file)))
+    except UsageError as error:
+        raise UsageError("%s: %s" % (path, error)) from None
     except OSError as error:
         raise UsageError("cannot read the list of topics %s: %s" % (path, error.strerror)) from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         mark = getattr(error, "problem_mark", None)
         where = ", line %s" % (mark.line + 1) if mark else ""
         raise UsageError("%s%s: %s; a row is 'topic: reason'" % (path, where, getattr(error, "problem", None) or error)) from error
-    try:
-        return tuple(_rows(given))
-    except UsageError as error:
-        raise UsageError("%s: %s" % (path, error)) from None
 
 
-def _rows(given: Any) -> Iterator[Kept]:
+def _rows(given: Any) -> Iterator[KeptTopic]:
     """The rows of what YAML had."""
     seen: List[str] = []
     for section, groups in _items("the list", given):
@@ -72,41 +70,43 @@ def _rows(given: Any) -> Iterator[Kept]:
             raise UsageError("no section is called %r; there are %s" % (section, " and ".join(SECTIONS)))
         for group, topics in _items("section %r" % section, groups):
             for topic, reason in _items("group %r" % group, topics):
-                name = topic[1:] if topic.startswith("/") else topic
-                if not NAME.fullmatch(name):
+                if not NAME.fullmatch(topic[topic.startswith("/"):]):
                     raise UsageError("%r in group %r is no name of a topic: give one like pose, p2os/wire or /tf" % (topic, group))
                 if topic in seen:
                     raise UsageError("topic %r is there twice, the second time in group %r" % (topic, group))
                 if not isinstance(reason, (str, type(None))):
                     raise UsageError("the reason of %r must be a text, not %r" % (topic, reason))
                 seen.append(topic)
-                yield Kept(topic, reason or "", group, section == ALSO)
+                yield KeptTopic(topic, reason or "", group, section == ALSO)
 
 
 def _items(what: str, given: Any) -> Iterator[Tuple[str, Any]]:
     """Keys and values of a mapping; none of nothing."""
-    if given is None:
-        return
-    if not isinstance(given, dict):
+    if not isinstance(given, (dict, type(None))):
         raise UsageError("%s is to have rows 'name: ...', not %r" % (what, given))
-    for key, value in given.items():
+    for key, value in (given or {}).items():
         if not isinstance(key, str):
             raise UsageError("%s has a row %r, which is no text: put it in quotes" % (what, key))
         yield key, value
 
 
-def groups_to_ask_for(rows: Iterable[Kept]) -> Tuple[str, ...]:
+def groups_to_ask_for(rows: Iterable[KeptTopic]) -> Tuple[str, ...]:
     """The groups that are not kept unless somebody says so."""
     return tuple(dict.fromkeys(row.group for row in rows if row.asked_for))
 
 
 def whole_name(robot: str, topic: str) -> str:
-    """Of a topic of a robot's; "" is a robot without a namespace."""
+    """The whole name of a topic of a robot; "" is a robot without a namespace."""
     return "/%s/%s" % (robot, topic) if robot else "/" + topic
 
 
-def topics_of(rows: Sequence[Kept], robots: Sequence[str], also: Sequence[str] = ()) -> Tuple[str, ...]:
-    """Whole names of all topics to record of some robots (namespaces, without slashes at the ends; "": none), with groups that were asked for.
+def topics_of(rows: Sequence[KeptTopic], robots: Sequence[str], also: Sequence[str] = ()) -> Tuple[str, ...]:
+    """Whole names of all topics to record.
+
+    Args:
+        rows: the list.
+        robots: namespaces, without slashes at the ends; "": none.
+        also: groups that were asked for.
 
     Raises:
         UsageError: there is no such group.
@@ -115,8 +115,8 @@ def topics_of(rows: Sequence[Kept], robots: Sequence[str], also: Sequence[str] =
     for group in also:
         if group not in there:
             near = difflib.get_close_matches(group, there, n=1)
-            raise UsageError("no group %r can be asked for with also%s; there are: "
-                             "%s" % (group, f": did you mean {near[0]!r}?" if near else "", ", ".join(there) or "none"))
+            raise UsageError("no group %r can be asked for with also%s; there are: %s" % (
+                group, ": did you mean %r?" % near[0] if near else "", ", ".join(there) or "none"))
     kept = [row.topic for row in rows if not row.asked_for or row.group in also]
     own = [whole_name(robot, topic) for robot in robots for topic in kept if not topic.startswith("/")]
     return tuple(dict.fromkeys(own + [topic for topic in kept if topic.startswith("/")]))

@@ -1,8 +1,8 @@
-"""When to say what, so that another robot is told what the recorded one was told: in its order, at its intervals, slower if wanted. Pure.
+"""When to say what, so that a robot is told what the recorded one was told: in the same order, at the same intervals, slower if wanted. Pure.
 
-A velocity counted for the recorded robot until the next one came, but no longer than `VALID`: then its driver stopped it. So it
-does here. Slowed down by k, velocities are k times as fast and everything lasts 1/k as long, which keeps the path; a driver would take a
-velocity that lasts so long for old, so it is said again and again, for as long as it counted and no longer.
+For the recorded robot a velocity held until the next one came, but no longer than `VALID`: then its driver stopped it. So it is here. With
+a factor k, velocities are k times as fast and everything lasts 1/k as long, which keeps the path. A driver would take a velocity that lasts
+so long for old, so it is repeated for as long as it holds, and no longer.
 """
 
 import copy
@@ -13,8 +13,8 @@ VELOCITIES = "cmd_vel", "cmd_wheels"
 OTHERS = "cmd_motor_state", "gripper_control"
 
 VALID = 0.6  # s: the driver's default for cmd_vel_timeout
-LEGAL_VALID = 0.1, 2.0  # s: what it may be
-REFRESH = 0.2  # s between two times that one velocity is said
+LEGAL_VALID = 0.1, 2.0  # s: what that may be
+REFRESH = 0.2  # s between two repetitions of a velocity
 
 
 class Order(NamedTuple):
@@ -26,9 +26,13 @@ class Order(NamedTuple):
 
 
 def schedule(told: Iterable[Order], factor: float = 1.0, valid: float = VALID, refresh: float = REFRESH) -> List[Order]:
-    """The orders to give, from time 0 on, of those that were recorded, in whatever order. ``factor`` is the k above, more than 0.
+    """The orders to give, from time 0 on. Velocities that are no numbers are left out: a driver refuses them.
 
-    Velocities that are no numbers are left out: a driver refuses them.
+    Args:
+        told: recorded orders, in whatever order.
+        factor: the k above, more than 0.
+        valid: s for which a velocity holds.
+        refresh: s between two repetitions of a velocity.
     """
     told = sorted((order for order in told if order.topic not in VELOCITIES or _is_finite(order.message)), key=lambda order: order.time)
     if not told:
@@ -46,7 +50,7 @@ def schedule(told: Iterable[Order], factor: float = 1.0, valid: float = VALID, r
 
 
 def slowed(message: Any, factor: float) -> Any:
-    """A Twist or WheelVelocities, so many times as fast."""
+    """A Twist or WheelVelocities that is so many times as fast."""
     result = copy.deepcopy(message)
     if hasattr(result, "left"):
         result.left, result.right = factor * result.left, factor * result.right
@@ -56,29 +60,19 @@ def slowed(message: Any, factor: float) -> Any:
     return result
 
 
-def fastest(orders: Iterable[Order]) -> float:
-    """The highest speed, m/s, that a robot is told; of a turn on the spot 0."""
-    return max((_speed(order.message) for order in orders if order.topic in VELOCITIES), default=0.0)
-
-
 def duration(orders: List[Order]) -> float:
     """Seconds from the first order to the last."""
     return orders[-1].time if orders else 0.0
 
 
 def _repeated(order: Order, end: float, refresh: float) -> Iterator[Order]:
-    """An order, and again until before it ends."""
-    number = 0
-    while number == 0 or order.time + number * refresh < end - 1e-9:
+    """An order, repeated until shortly before its end (s)."""
+    for number in range(max(1, math.ceil((end - 1e-9 - order.time) / refresh))):
         yield order._replace(time=order.time + number * refresh)
-        number += 1
 
 
 def _is_finite(message: Any) -> bool:
+    """Whether a Twist or WheelVelocities has numbers only."""
     if hasattr(message, "left"):
         return math.isfinite(message.left) and math.isfinite(message.right)
     return all(math.isfinite(value) for part in (message.linear, message.angular) for value in (part.x, part.y, part.z))
-
-
-def _speed(message: Any) -> float:
-    return max(abs(message.left), abs(message.right)) if hasattr(message, "left") else abs(message.linear.x)

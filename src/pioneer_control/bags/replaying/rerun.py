@@ -1,7 +1,7 @@
-"""Let a program hear the bag, and compare what it commands with what it commanded then: ``rosrun pioneer_control replay rerun FILE.bag``.
+"""Let a program hear the bag, and compare what it commands with what it commanded: ``rosrun pioneer_control replay rerun FILE.bag``.
 
-The bag is played with its own clock; the commands in it come back under ``recorded/``, what the program commands goes under ``rerun/``: neither reaches
-a robot. The program gets the parameters that it had, as far as the bag tells.
+The bag is played with its own clock. The commands in it come back under ``recorded/``; what the program commands goes under ``rerun/``.
+Neither reaches a robot. The program gets the parameters that it had, as far as the bag tells.
 """
 
 import argparse
@@ -19,23 +19,28 @@ from std_srvs.srv import SetBool
 
 from ...errors import UsageError
 from ...msg import Decision, GripperState, MotorState, WheelVelocities
+from ..bag_names import bag_files, free_name
+from ..command_line import number, say
 from ..reader import decode, read_bag
+from .playback import RERUN, absolute, aside, player, recorded_topics
+from .programs import (INTERVAL, Interrupted, Programs, connected, explain_roslaunch, graph, nodes, possible_robots, restore_parameter,
+                       run_as_node, wait_until)
+from .recorded_commands import read_commands
 from .redrive_schedule import VELOCITIES
-from .replay import RERUN, absolute, aside, bag_files, number, player, recorded_topics
-from .rerun_compare import Velocity, Verdict, judge_decisions, judge_others, judge_velocities
-from .stage import (INTERVAL, Interrupted, Keeper, Programs, alive, carry_out, connected, explain_roslaunch, free_name, graph, nodes, put_back, say,
-                    say_what_is_kept, wait_until)
-from .told import read_told
+from .rerun_compare import TimedVelocity, Verdict, judge_decisions, judge_others, judge_velocities
+from .topic_recorder import TopicRecorder
 
-KINDS = {"decision": Decision, "cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}
+KINDS = {"decision": Decision, "cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
+         "gripper_control": GripperState}
 SERVICES = "set_motors", "enable_motors", "disable_motors", "set_sonar", "reset_odometry"
-"""Of a driver: the program does not reach those of one that is alive either."""
+"""Of a driver. The program does not reach those of one that is alive either."""
 PLAYER = "/play_rerun"
+PLAYER_PATIENCE = 30.0  # s until the player is there
 LOOK_OUT = 0.3  # s between two looks for robots that have come
 SETTLED = 1.0  # s without a new topic: the program listens to all it is going to listen to
 WAITS_FOR_TIME = 5.0  # s in which it listens to the clock only: it wants to see the time go on first
 QUIET = 10.0  # s without a word from the program: it has nothing more to say
-LAST_WORD = 0.5  # s: that many decisions as there were are enough, when no other follows
+LAST_WORD = 0.5  # s without one, where it has made as many decisions as there were
 
 
 class Live(NamedTuple):
@@ -49,8 +54,17 @@ class Live(NamedTuple):
 
 
 def read_live(files: Sequence[str], robot: str, program: str) -> Live:
-    """Read it. Raises BagError as `read_told` does."""
-    told = read_told(files, robot, KINDS)
+    """Read it.
+
+    Args:
+        files: a bag, or the parts of a recording.
+        robot: its namespace; "": the only one that was told something.
+        program: gives the node's name where the bag does not say who commanded.
+
+    Raises:
+        BagError: as `read_commands` does.
+    """
+    told = read_commands(files, robot, KINDS)
     who = [told.senders[name] for name in KINDS if told.senders.get(name)]
     node = who[0] if who else "/" + os.path.splitext(os.path.basename(program))[0]
     parameters = next(filter(None, (description.parameters_of(node) for description in told.descriptions())), {})
@@ -58,7 +72,7 @@ def read_live(files: Sequence[str], robot: str, program: str) -> Live:
 
 
 def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
-    """What a program needs to decide the same again: the seed, and when each wander decided first and last, stamps in s."""
+    """Parameters by which a program decides the same again: the seed, and the stamps (s) of each wander's first and last decision."""
     stamps: Dict[int, List[float]] = {}
     for decision in decisions:
         stamps.setdefault(decision.wander, []).append(decision.header.stamp.to_sec())
@@ -69,9 +83,14 @@ def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
 
 
 def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Verdict:
-    """Everything that was commanded. Decisions say whether it is the same; where there were none, velocities and gripper do.
+    """Compare everything that was commanded. Decisions say whether it is the same; where there were none, velocities and gripper do.
 
-    Whether a program asks for the motors hangs on whether they are on already when it comes to that: told, but not judged.
+    Whether a program asks for the motors depends on whether they are on already: that is told, but does not count.
+
+    Args:
+        live: (s, message) by the topic's last name.
+        again: likewise.
+        enough: share of the time for which velocities must be alike.
     """
     sentences, same = [], []
     for name in KINDS:
@@ -81,27 +100,32 @@ def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Ver
         if name == "decision" and not before:   # recorded without them, or by another program: nothing to compare with
             sentences.append("no decisions live, %s in the re-run: what was commanded counts." % len(now))
             continue
-        if name == "decision":
-            verdict = judge_decisions([message for _, message in before], [message for _, message in now])
-        elif name in VELOCITIES:
-            verdict = judge_velocities(name, *([velocity_of(*each) for each in part] for part in (before, now)), enough)
+        if name in VELOCITIES:
+            verdict = judge_velocities(name, [velocity_of(*each) for each in before], [velocity_of(*each) for each in now], enough)
         else:
-            verdict = judge_others(name, [message for _, message in before], [message for _, message in now])
+            messages = [message for _, message in before], [message for _, message in now]
+            verdict = judge_decisions(*messages) if name == "decision" else judge_others(name, *messages)
         sentences += verdict.sentences
         same += [verdict.same] if name != "cmd_motor_state" else []
     return Verdict(same[0] if live.get("decision") else all(same), sentences)
 
 
-def velocity_of(seconds: float, message: Any) -> Velocity:
-    """Of a Twist or WheelVelocities."""
-    return Velocity(seconds, *((message.left, message.right) if hasattr(message, "left") else (message.linear.x, message.angular.z)))
+def velocity_of(seconds: float, message: Any) -> TimedVelocity:
+    """The velocity in a Twist or WheelVelocities."""
+    return TimedVelocity(seconds, *((message.left, message.right) if hasattr(message, "left") else (message.linear.x, message.angular.z)))
 
 
 class Rerun:
-    """One re-run. Call `run`."""
+    """One re-run. Call `run`.
+
+    Args:
+        given: the command line.
+
+    Raises:
+        UsageError: it makes no sense; nothing is started yet.
+    """
 
     def __init__(self, given: argparse.Namespace) -> None:
-        """Raises UsageError for what makes no sense, before anything is started."""
         if {"-l", "--loop"} & set(shlex.split(given.options)):
             raise UsageError("a program hears the bag once in a re-run: leave -l out of the options")
         self._given = given
@@ -109,76 +133,84 @@ class Rerun:
         self._files = bag_files(given.bag)
         self._topics = recorded_topics(self._files)
         self._live = read_live(self._files, given.robot, given.program)
-        self._robot = "/%s" % self._live.robot if self._live.robot else ""
+        self._robot = "/" + self._live.robot if self._live.robot else ""
         self._programs = Programs()
         self._time = genpy.Time.from_sec(self._live.begin)
         self._looked_out = 0.0
 
     def run(self) -> int:
-        """Returns the exit code: 0 it commands the same again, 1 it does not."""
-        self._look_round()
+        """Let the program hear the bag.
+
+        Returns:
+            The exit code: 0 it commands the same again, 1 it does not.
+        """
+        self._refuse_company()
         live = self._live
-        keeper = Keeper(self._given.output or free_name(self._files[0], "rerun"), lambda: self._time)
-        rospy.Subscriber("/clock", Clock, self._hear_clock, queue_size=1)  # what this node began with is everybody's time
+        recorder = TopicRecorder(self._given.output or free_name(self._files[0], "rerun"), lambda: self._time)
+        rospy.Subscriber("/clock", Clock, self._hear_clock, queue_size=1)   # this node began with the time of day, and keeps it
         for name, kind in KINDS.items():
-            keeper.hear(aside("%s/%s" % (self._robot, name), RERUN), kind, "%s/%s" % (self._robot, name))
-        time_before = rospy.get_param("/use_sim_time", None)
-        parameters_before = rospy.get_param(live.node, None)
+            recorder.record(aside("%s/%s" % (self._robot, name), RERUN), kind, "%s/%s" % (self._robot, name))
+        before = {name: rospy.get_param(name, None) for name in ("/use_sim_time", live.node)}
         try:
             rospy.set_param("/use_sim_time", True)
             rospy.set_param(live.node, dict(live.parameters, **decided([message for _, message in live.commanded.get("decision", [])])))
-            self._play(keeper)
+            self._play(recorder)
         except BaseException:
-            say_what_is_kept(keeper)
+            recorder.say_where()
             raise
         finally:
             self._programs.end_all()
-            keeper.close()
-            put_back("/use_sim_time", time_before)
-            put_back(live.node, parameters_before)
-        return self._tell(keeper)
+            recorder.close()
+            for name, value in before.items():
+                restore_parameter(name, value)
+        return self._judge(recorder)
 
     def _hear_clock(self, message: Clock) -> None:
         self._time = message.clock
 
-    def _look_round(self) -> None:
-        """No robot may be near: what the program hears must be the bag's alone. And a new node would end one of the same name."""
+    def _refuse_company(self) -> None:
+        """Refuse a robot on this master: the program must hear the bag alone. And a node of the program's name, which it would end."""
         if self._live.node in nodes():
             raise UsageError("%s is running: a program of that name was recorded, and would end it. End it first" % self._live.node)
-        others = alive()
+        others = possible_robots()
         if others:
-            raise UsageError("%s is on this master: the program could reach it, and what it reports would mix with the bag. End that first, or "
-                             "take a master of its own (export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others))
+            raise UsageError("%s is on this master: the program could reach it, and what it reports would mix with the bag. End that first, "
+                             "or take a master of its own (export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others))
 
     def _look_out(self) -> None:
-        """A robot that comes meanwhile would be told what a program says that cares for no names. Raises UsageError: it ends here."""
+        """End the re-run when a robot comes meanwhile: a program that ignores remappings would command it.
+
+        Raises:
+            UsageError: a robot has come.
+        """
         if time.monotonic() - self._looked_out < LOOK_OUT:
             return
         self._looked_out = time.monotonic()
-        others = [other for other in alive() if other.split()[0] not in (PLAYER, self._live.node)]
+        others = [other for other in possible_robots() if other.split()[0] not in (PLAYER, self._live.node)]
         if others:
             raise UsageError("%s has come to this master: the program could reach it, so the re-run ends here" % ", ".join(others))
 
-    def _play(self, keeper: Keeper) -> None:
+    def _play(self, recorder: TopicRecorder) -> None:
         """Start everything, and let the bag run when all is connected."""
         live, given = self._live, self._given
-        say("%s hears %s as %s" % (given.program, " ".join(self._files), live.node) + (" with %s." % _told(live.parameters) if live.parameters else
-            "; the bag does not tell which parameters it had, and it gets none."))
+        parameters = ", ".join("%s %s" % each for each in sorted(live.parameters.items()) if not isinstance(each[1], dict))
+        say("%s hears %s as %s%s" % (given.program, " ".join(self._files), live.node, " with %s." % parameters if live.parameters else
+                                     "; the bag does not tell which parameters it had, and it gets none."))
         command = player(self._files, self._topics, ["--pause", "--quiet", *shlex.split(given.options)])
-        bag = self._programs.start([*command, "__name:=%s" % PLAYER[1:]], quiet=True)
-        rospy.wait_for_service(PLAYER + "/pause_playback", 30.0)
+        bag = self._programs.start([*command, "__name:=" + PLAYER[1:]], quiet=True)
+        rospy.wait_for_service(PLAYER + "/pause_playback", PLAYER_PATIENCE)
         namespace, _, name = live.node.rpartition("/")
         ours = (given.package, given.program) == ("pioneer_control", "rosPioneer2.py")
         arguments = shlex.split(given.args) if given.args else [live.robot] if ours else []
         out_of_reach = ["%s/%s" % (self._robot, each) for each in (*KINDS, *SERVICES)]
         elsewhere = ["%s:=%s" % (topic, aside(topic, RERUN)) for topic in out_of_reach]
-        program = self._programs.start(["rosrun", given.package, given.program, *arguments, *elsewhere, "__name:=%s" % name], namespace or "/")
-        self._wait_for_ears(program, bag)
+        program = self._programs.start(["rosrun", given.package, given.program, *arguments, *elsewhere, "__name:=" + name], namespace or "/")
+        self._wait_for_subscribers(program, bag)
         rospy.ServiceProxy(PLAYER + "/pause_playback", SetBool)(False)
-        self._wait_for_end(bag, program, keeper)
+        self._wait_for_end(bag, program, recorder)
 
-    def _wait_for_ears(self, program: subprocess.Popen, bag: subprocess.Popen) -> None:
-        """Until the program listens to all it is going to, and is connected with the player; or until it seems to wait for the time to go on."""
+    def _wait_for_subscribers(self, program: subprocess.Popen, bag: subprocess.Popen) -> None:
+        """Wait until the program listens to all it is going to, and is connected with the player, or seems to wait for the time to go on."""
         played = {absolute(topic) for topic in self._topics}
         before: Any = None
         since = time.monotonic()
@@ -186,7 +218,7 @@ class Rerun:
         def ready() -> bool:
             nonlocal before, since
             self._look_out()
-            heard = {topic for topic, names in graph().subscribers.items() if self._live.node in names}
+            heard = {topic for topic, names in graph()[1].items() if self._live.node in names}
             if heard != before:
                 before, since = heard, time.monotonic()
             unchanged = time.monotonic() - since
@@ -196,8 +228,8 @@ class Rerun:
 
         wait_until("%s to be there" % self._given.program, ready, [program, bag])
 
-    def _wait_for_end(self, bag: subprocess.Popen, program: subprocess.Popen, keeper: Keeper) -> None:
-        """Until the bag is over and the program has said all it has to say."""
+    def _wait_for_end(self, bag: subprocess.Popen, program: subprocess.Popen, recorder: TopicRecorder) -> None:
+        """Wait until the bag is over and the program has said all it has to say."""
         while bag.poll() is None:
             if rospy.is_shutdown():
                 raise Interrupted("ended before the bag was over")
@@ -206,29 +238,25 @@ class Rerun:
         expected = len(self._live.commanded.get("decision", []))
         ended = time.monotonic()
         while program.poll() is None and not rospy.is_shutdown():
-            quiet = time.monotonic() - max(keeper.heard_at, ended)
-            if quiet > (LAST_WORD if expected and keeper.counts.get("%s/decision" % self._robot, 0) >= expected else QUIET):
+            quiet = time.monotonic() - max(recorder.heard_at, ended)
+            if quiet > (LAST_WORD if expected and recorder.counts.get(self._robot + "/decision", 0) >= expected else QUIET):
                 break
             self._look_out()
             time.sleep(INTERVAL)
         if program.poll():
             say("%s ended with exit code %s." % (self._given.program, program.poll()))
 
-    def _tell(self, keeper: Keeper) -> int:
-        """The verdict, in plain sentences."""
+    def _judge(self, recorder: TopicRecorder) -> int:
+        """Say the verdict in plain sentences; returns the exit code."""
         again: Dict[str, list] = {}
-        for topic, connection, data, nanoseconds in read_bag(keeper.path) if keeper.counts else ():
+        for topic, connection, data, nanoseconds in read_bag(recorder.path) if recorder.counts else ():
             again.setdefault(topic.rpartition("/")[2], []).append((nanoseconds * 1e-9, decode(connection, data)))
         verdict = compare(self._live.commanded, again, self._enough)
         said = "commands THE SAME on the bag as beside the robot" if verdict.same else "commands SOMETHING ELSE on the bag than beside the robot"
-        say("\n" + "\n".join([*verdict.sentences, "%s %s." % (self._given.program, said if keeper.counts else "commands NOTHING on the bag"),
-                              *["bag      %s" % keeper.path] * bool(keeper.counts)]))
+        say("\n" + "\n".join([*verdict.sentences, "%s %s." % (self._given.program, said if again else "commands NOTHING on the bag"),
+                              *["bag      %s" % recorder.path] * bool(again)]))
         explain_roslaunch()
         return 0 if verdict.same else 1
-
-
-def _told(parameters: Dict[str, Any]) -> str:
-    return ", ".join("%s %s" % (name, value) for name, value in sorted(parameters.items()) if not isinstance(value, dict))
 
 
 def parser() -> argparse.ArgumentParser:
@@ -249,5 +277,9 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run it. Returns the exit code: 0 it commands the same, 1 something else, 2 it cannot be done as asked."""
-    return carry_out("rerun", Rerun(parser().parse_args(arguments)).run)
+    """Run it.
+
+    Returns:
+        The exit code: 0 it commands the same, 1 something else, 2 it cannot be done as asked.
+    """
+    return run_as_node("rerun", Rerun(parser().parse_args(arguments)).run)

@@ -1,7 +1,7 @@
-"""Does a program command the same again? What it commanded beside the robot against what it commanded on the bag. Pure.
+"""Does a program command the same again? What it commanded beside the robot is compared with what it commands on the bag. Pure.
 
-Decisions (msg/Decision.msg) are compared exactly, in every field. Of any other program the velocities are compared as they held at each moment, with
-some tolerance: a program may be a little faster or slower than it was. Whatever else it commanded is compared by its order.
+Decisions (msg/Decision.msg) are compared exactly, in every field. Of any other program the velocities are compared as they held at each
+moment, with some tolerance: a program may be a little faster or slower than it was. Whatever else it commanded is compared by its order.
 """
 
 from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Tuple
@@ -17,7 +17,7 @@ NOT_COMPARED = {"header.seq"}
 """Fields of a decision that count what a publisher sent, not what it decided."""
 
 
-class Velocity(NamedTuple):
+class TimedVelocity(NamedTuple):
     """A velocity: when it was commanded (s), and its two numbers: m/s and rad/s of a cmd_vel, m/s of each side of a cmd_wheels."""
 
     time: float
@@ -41,6 +41,13 @@ class Likeness(NamedTuple):
     largest: Tuple[float, float]  # difference in either number
 
 
+class Verdict(NamedTuple):
+    """What a comparison came to."""
+
+    same: bool
+    sentences: List[str]
+
+
 def fields_of(message: Any, prefix: str = "") -> Iterator[Tuple[str, Any]]:
     """Names and values of a message's fields, those in its parts too."""
     for name in message.__slots__:
@@ -62,10 +69,11 @@ def first_difference(live: Sequence[Any], again: Sequence[Any]) -> Optional[Diff
     return None
 
 
-def likeness(live: Sequence[Velocity], again: Sequence[Velocity], tolerance: Tuple[float, float] = TOLERANCE, late: float = LATE) -> Likeness:
-    """How alike what held at each moment is, from the first command of either to the end of the last one.
+def likeness(live: Sequence[TimedVelocity], again: Sequence[TimedVelocity], tolerance: Tuple[float, float] = TOLERANCE,
+             late: float = LATE) -> Likeness:
+    """How alike are the velocities that hold at each moment, from the first command of either to the end of the last one?
 
-    A moment is alike when what was commanded then is met, within the tolerance, at some moment not more than ``late`` away. After
+    A moment is alike when what was commanded then is met, within the tolerance, at some moment not more than `late` s away. After
     `redrive_schedule.VALID` without a command a robot stands.
     """
     everything = [*live, *again]
@@ -73,15 +81,16 @@ def likeness(live: Sequence[Velocity], again: Sequence[Velocity], tolerance: Tup
         return Likeness(0.0, 1.0, None, (0.0, 0.0))
     begin = min(velocity.time for velocity in everything)
     moments = np.arange(-late, max(velocity.time for velocity in everything) - begin + VALID + late, STEP)
+    one, other = _held(live, begin, moments), _held(again, begin, moments)
     around = round(late / STEP)
-    apart = _apart(_held(live, begin, moments), _held(again, begin, moments), around, tolerance)
+    apart = np.maximum(_nearest(one, other, around, tolerance), _nearest(other, one, around, tolerance))
     alike = np.all(apart <= np.array(tolerance) + 1e-9, axis=1)
     first = None if alike.all() else max(0.0, float(moments[np.argmin(alike)]))
     return Likeness(float(np.ptp(moments)), float(alike.mean()), first, (float(apart[:, 0].max()), float(apart[:, 1].max())))
 
 
-def _held(velocities: Sequence[Velocity], begin: float, moments: np.ndarray) -> np.ndarray:
-    """What held at each moment, (m, 2)."""
+def _held(velocities: Sequence[TimedVelocity], begin: float, moments: np.ndarray) -> np.ndarray:
+    """Which velocity held at each moment, (m, 2)."""
     if not velocities:
         return np.zeros((len(moments), 2))
     ordered = np.array(sorted(velocities), dtype=float)
@@ -92,52 +101,42 @@ def _held(velocities: Sequence[Velocity], begin: float, moments: np.ndarray) -> 
     return held
 
 
-def _apart(one: np.ndarray, other: np.ndarray, around: int, tolerance: Tuple[float, float]) -> np.ndarray:
-    """How far the numbers of ``one`` are from the nearest of ``other`` at moments near by, and the other way round; (m, 2), the larger of the two."""
-    return np.maximum(_nearest(one, other, around, tolerance), _nearest(other, one, around, tolerance))
-
-
 def _nearest(one: np.ndarray, other: np.ndarray, around: int, tolerance: Tuple[float, float]) -> np.ndarray:
+    """How far the numbers of `one` are from the nearest of `other` at moments not more than `around` steps away; (m, 2)."""
     padded = np.pad(other, ((around, around), (0, 0)))
-    shifted = np.stack([np.abs(one - padded[start : start + len(one)]) for start in range(2 * around + 1)])
+    shifted = np.stack([np.abs(one - padded[start:start + len(one)]) for start in range(2 * around + 1)])
     best = np.argmin((shifted / np.array(tolerance)).max(axis=2), axis=0)
     return shifted[best, np.arange(len(one))]
 
 
-class Verdict(NamedTuple):
-    """What a comparison came to."""
-
-    same: bool
-    sentences: List[str]
-
-
 def judge_decisions(live: Sequence[Any], again: Sequence[Any]) -> Verdict:
-    """Of the decisions of a `Pioneer`."""
+    """Compare the decisions of a `Pioneer`."""
     found = first_difference(live, again)
     counts = "%s decisions live, %s in the re-run" % (len(live), len(again))
     if found is None:
-        return Verdict(True, ["%s: every one is the same." % counts])
+        return Verdict(True, [counts + ": every one is the same."])
     if found.index >= min(len(live), len(again)):
         return Verdict(False, ["%s: the first %s are the same." % (counts, found.index)])
     stamp = live[found.index].header.stamp.to_sec() - live[0].header.stamp.to_sec()
-    return Verdict(False, ["%s. They differ from number %s on, %.1f s after the first: %s." % (counts, found.index + 1, stamp, found.what)])
+    return Verdict(False, ["%s. They differ from number %s on, %.1f s after the first: %s."
+                           % (counts, found.index + 1, stamp, found.what)])
 
 
-def judge_velocities(topic: str, live: Sequence[Velocity], again: Sequence[Velocity], enough: float) -> Verdict:
-    """Of one topic; ``enough``: the share of the time that must be alike."""
+def judge_velocities(topic: str, live: Sequence[TimedVelocity], again: Sequence[TimedVelocity], enough: float) -> Verdict:
+    """Compare the velocities of one topic. They are the same where they are alike for this share of the time: `enough`."""
     alike = likeness(live, again)
     units = ("m/s", "rad/s") if topic == "cmd_vel" else ("m/s left", "m/s right")
     tolerance = TOLERANCE if topic == "cmd_vel" else TOLERANCE[:1] * 2
-    same = alike.share >= enough
-    sentence = "%s: %s live, %s in the re-run; alike for %.1f %% of %.1f s" % (topic, len(live), len(again), 100 * alike.share, alike.seconds)
-    sentence += " (within %g %s and %g %s)" % (tolerance[0], units[0], tolerance[1], units[1])
+    sentence = "%s: %s live, %s in the re-run; alike for %.1f %% of %.1f s (within %g %s and %g %s)" % (
+        topic, len(live), len(again), 100 * alike.share, alike.seconds, tolerance[0], units[0], tolerance[1], units[1])
     if alike.first is not None:
-        sentence += "; different first after %.1f s, by at most %.2f %s and %.2f %s" % (alike.first, alike.largest[0], units[0], alike.largest[1], units[1])
-    return Verdict(same, [sentence + "."])
+        sentence += "; different first after %.1f s, by at most %.2f %s and %.2f %s" % (
+            alike.first, alike.largest[0], units[0], alike.largest[1], units[1])
+    return Verdict(alike.share >= enough, [sentence + "."])
 
 
 def judge_others(topic: str, live: Sequence[Any], again: Sequence[Any]) -> Verdict:
-    """Of what is no velocity: the same, in the same order; how often one is repeated does not count."""
+    """Compare what is no velocity: it must be the same, in the same order; how often one is repeated does not count."""
     one, other = _changes(live), _changes(again)
     found = first_difference(one, other)
     if found is None:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import run_factory as make
-from pioneer_control.bags.pages import strips
+from pioneer_control.bags.pages import over_time
 from pioneer_control.bags.pages.incidents import incidents
-from pioneer_control.bags.run import Decision, Gap, GripperEvent, Happening, Span
+from pioneer_control.bags.recorded_run import GripperEvent, RecordedDecision, Report, Span
 from pioneer_control.bags.pages.timeline import Timeline
 
 LINE = Timeline(make.BEGIN, make.BEGIN + 20.0)
@@ -14,12 +14,12 @@ LINE = Timeline(make.BEGIN, make.BEGIN + 20.0)
 
 def rows(run, line=LINE):
     """Name to lane, with times counted from the begin."""
-    lanes = strips.lanes(run, incidents(run), line)
+    lanes = over_time.lanes(run, incidents(run), line)
     return {lane.name: lane._replace(spans=tuple((begin - make.BEGIN, end - make.BEGIN) for begin, end in lane.spans)) for lane in lanes}
 
 
 def test_nothing_known_nothing_shown():
-    assert rows(make.run()) == {} and strips.curves(make.run()) == []
+    assert rows(make.run()) == {} and over_time.curves(make.run()) == []
 
 
 def test_what_never_was_is_no_row_but_for_the_motors():
@@ -37,18 +37,18 @@ def test_the_gripper_holds_from_pick_to_put():
 
 
 def test_too_many_events_have_no_numbers():
-    many = tuple(GripperEvent(make.BEGIN + n / 10, "closed on nothing") for n in range(strips.BADGES + 1))
+    many = tuple(GripperEvent(make.BEGIN + n / 10, "closed on nothing") for n in range(over_time.BADGES + 1))
     assert "gripper" not in rows(make.run(gripper=many)) or not rows(make.run(gripper=many))["gripper"].badges
 
 
 def test_errors_and_warnings_have_rows_of_their_own():
-    found = rows(make.run(faults=(Happening(make.BEGIN + 1, 1, "", "slow"), Happening(make.BEGIN + 2, 2, "", "gone"))))
+    found = rows(make.run(faults=(Report(make.BEGIN + 1, 1, "", "slow"), Report(make.BEGIN + 2, 2, "", "gone"))))
     assert [badge.words for badge in found["warnings"].badges + found["errors"].badges] == ["A", "B"]
 
 
 def test_a_decision_holds_until_the_next_of_its_wander():
     reasons = (1, "driving: 2 m"), (3, "driving: 1 m"), (5, "turning left: x"), (8, "driving: 2 m"), (9, ""), (15, "driving: 3"), (17, "driving: 3")
-    decisions = tuple(Decision(make.BEGIN + time, 0, 1 + (time > 9), 0, 0, 0, 0, reason) for time, reason in reasons)
+    decisions = tuple(RecordedDecision(make.BEGIN + time, 0, 1 + (time > 9), reason) for time, reason in reasons)
     found = rows(make.run(decisions=decisions))
     assert found["decided: driving"].spans == ((1.0, 5.0), (8.0, 9.0), (15.0, 17.0))
     assert found["decided: turning"].spans == ((5.0, 8.0),)
@@ -56,12 +56,12 @@ def test_a_decision_holds_until_the_next_of_its_wander():
 
 
 def test_no_more_than_the_commonest_decisions():
-    assert len([name for name in rows(make.full(make.track(20.0), times=30)) if name.startswith("decided")]) == strips.DOINGS
+    assert len([name for name in rows(make.full(make.track(20.0), times=30)) if name.startswith("decided")]) == over_time.DOINGS
 
 
 class TestPacked:
     def packed(self, *spans):
-        lanes = strips.packed("made", "#000000", [Span(make.BEGIN + begin, make.BEGIN + end, what) for begin, end, what in spans], LINE, 10.0)
+        lanes = over_time.packed("made", "#000000", [Span(make.BEGIN + begin, make.BEGIN + end, what) for begin, end, what in spans], LINE, 10.0)
         return [([round(begin - make.BEGIN) for begin, _ in lane.spans], [what for _, what in lane.words]) for lane in lanes]
 
     def test_one_after_the_other_share_a_row(self):
@@ -74,18 +74,18 @@ class TestPacked:
         assert len(self.packed((1, 1.1, "a word much longer than its span"), (2, 2.1, "b"))) == 2
 
     def test_words_stay_on_the_page(self):
-        (lane,) = strips.packed("made", "#000000", [Span(LINE.end - 1, LINE.end, "as long as this")], LINE, 10.0)
+        (lane,) = over_time.packed("made", "#000000", [Span(LINE.end - 1, LINE.end, "as long as this")], LINE, 10.0)
         assert lane.words[0][0] < LINE.end - 1
 
     def test_of_very_many_the_last_have_no_words_and_are_there(self):
         found = self.packed(*[(1 + n / 10, 15, "stall") for n in range(9)])
-        assert len(found) == strips.ROWS and sum(len(begins) for begins, _ in found) == 9 and sum(len(words) for _, words in found) == strips.ROWS
+        assert len(found) == over_time.ROWS and sum(len(begins) for begins, _ in found) == 9 and sum(len(words) for _, words in found) == over_time.ROWS
 
 
 @pytest.mark.parametrize("low, high", [(-0.1, 0.1), (-0.01, 0.11), (12.5, 13.5), (10.9, 13.1), (0.0, 1e-6), (-3e4, 5.0), (-1.0, 24.0)])
 @pytest.mark.parametrize("most", [2, 3, 5])
 def test_values_on_an_axis_are_round_and_few_and_inside(low, high, most):
-    ticks = strips.value_ticks(low, high, most)
+    ticks = over_time.value_ticks(low, high, most)
     assert 1 <= len(ticks) <= most
     assert ticks.min() > low and ticks.max() < high
     assert np.allclose(ticks, [float("%.6g" % tick) for tick in ticks], atol=1e-9)
@@ -94,21 +94,21 @@ def test_values_on_an_axis_are_round_and_few_and_inside(low, high, most):
 def test_what_was_not_heard_of_is_not_drawn():
     of = make.track(20.0)
     of = type(of)(*(values[(of.time < make.BEGIN + 4.05) | (of.time > make.BEGIN + 5.95)] for values in of))
-    gaps = Gap("/pioneer/pose", make.BEGIN + 4.0, make.BEGIN + 6.0), Gap("/pioneer/sonar", make.BEGIN + 9.0, make.BEGIN + 10.0)
-    forward = strips.curves(make.run(of, measured=make.velocities(of), gaps=gaps))[0]
+    gaps = Span(make.BEGIN + 4.0, make.BEGIN + 6.0, "/pioneer/pose"), Span(make.BEGIN + 9.0, make.BEGIN + 10.0, "/pioneer/sonar")
+    forward = over_time.curves(make.run(of, measured=make.velocities(of), gaps=gaps))[0]
     ((time, value, _),) = forward.lines
     assert time[np.isnan(value)] - make.BEGIN == pytest.approx([5.0]) and (np.diff(time) >= 0).all()
 
 
 def test_a_gap_takes_nothing_else_of_a_curve_that_hardly_changes():
     battery = make.series((0, 13.0), (20, 13.0))
-    gaps = tuple(Gap("/pioneer/%s" % name, make.BEGIN + 4.0, make.BEGIN + 6.0) for name in ("battery", "battery_state"))
-    (strip,) = strips.curves(make.run(battery=battery, gaps=gaps))
+    gaps = tuple(Span(make.BEGIN + 4.0, make.BEGIN + 6.0, "/pioneer/%s" % name) for name in ("battery", "battery_state"))
+    (strip,) = over_time.curves(make.run(battery=battery, gaps=gaps))
     ((time, value, _),) = strip.lines
     assert (time - make.BEGIN).tolist() == [0.0, 4.0, 5.0, 6.0, 20.0] and np.isnan(value).tolist() == [False, False, True, False, False]
 
 
 def test_a_gap_before_the_first_value_or_after_the_last_changes_nothing():
     battery = make.series((5, 13.0), (15, 13.0))
-    gaps = Gap("/battery", make.BEGIN, make.BEGIN + 5.0), Gap("/battery", make.BEGIN + 15.0, make.BEGIN + 20.0)
-    assert len(strips.curves(make.run(battery=battery, gaps=gaps))[0].lines[0][0]) == 2
+    gaps = Span(make.BEGIN, make.BEGIN + 5.0, "/battery"), Span(make.BEGIN + 15.0, make.BEGIN + 20.0, "/battery")
+    assert len(over_time.curves(make.run(battery=battery, gaps=gaps))[0].lines[0][0]) == 2

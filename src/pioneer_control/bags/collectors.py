@@ -1,5 +1,6 @@
-"""What is kept of the messages of a bag: for each kind of thing a small class that takes its messages one by one, ``add(time, message)``, and keeps
-what is worth keeping. When that is more than `ROWS`, it becomes coarser.
+"""What is kept of the messages of a bag: for each kind of thing a small class that takes its messages one by one, ``add(time, message)``.
+
+Each keeps what is worth keeping. When that is more than `ROWS`, it becomes coarser.
 """
 
 import heapq
@@ -9,13 +10,14 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ..message_values import NO_ECHO, NOT_HEARD, heading_of
-from .run import ERROR, WARNING, Decision, Gap, Happening, Map, Series, Sonar, Span, Track, Velocities, gripper_events
+from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, heading_of
+from .recorded_run import (ERROR, WARNING, CanPath, Echoes, GripperEvent, Map, RecordedDecision, Report, Series, Span, Track,
+                           Velocities)
 
 ROWS = 1 << 16
 """Rows that one thing keeps at most."""
 TEXTS = 1000
-"""Faults, and gaps of a topic, kept at most."""
+"""Faults, cans, and gaps of a topic, kept at most."""
 FARTHEST = 1e9  # m: what is beyond, or no number, is damage
 CHANGE_OF_PLACE = (0.01, 0.01, math.radians(1.0))  # m, m, rad: less is the same place
 CHANGE_OF_SPEED = (0.002, math.radians(0.2))  # m/s, rad/s
@@ -25,7 +27,7 @@ SHORTEST_GAP = 0.5
 """... if they are so many seconds."""
 FEWEST = 10
 """Messages from which on a topic has a period."""
-ROS_LOG = ((8, ERROR), (4, WARNING))  # rosgraph_msgs/Log.level from which on it is which
+ROS_LOG = ((8, ERROR), (4, WARNING))  # least rosgraph_msgs/Log.level of each
 
 
 class Thinned:
@@ -64,42 +66,14 @@ def _every_second(rows: array, width: int) -> array:
     return array("d", np.array(rows).reshape(-1, width)[::2].reshape(-1).tobytes())
 
 
-class Odometry:
-    """Where a robot was and how fast, of nav_msgs/Odometry."""
-
-    def __init__(self) -> None:
-        self._places = Thinned(*CHANGE_OF_PLACE)
-        self._speeds = Thinned(*CHANGE_OF_SPEED)
-        self._heading = 0.0
-
-    def add(self, time: float, message: Any) -> None:
-        place, speed = message.pose.pose.position, message.twist.twist
-        heading = _heading(message.pose.pose.orientation)
-        if not are_places(place.x, place.y, heading):
-            raise ValueError("no place")
-        self._heading = heading + math.tau * round((self._heading - heading) / math.tau)    # without jumps at half a turn
-        self._places.add(time, place.x, place.y, self._heading)
-        if are_places(speed.linear.x, speed.angular.z):
-            self._speeds.add(time, speed.linear.x, speed.angular.z)
-
-    @property
-    def track(self) -> Optional[Track]:
-        columns = self._places.columns()
-        return Track(*columns) if columns.size else None
-
-    @property
-    def velocities(self) -> Velocities:
-        return Velocities(*self._speeds.columns())
-
-
-class Commands:
-    """What a robot was told to do, of geometry_msgs/Twist."""
+class VelocityCollector:
+    """Velocities of geometry_msgs/Twist: what a robot was told, or measured."""
 
     def __init__(self) -> None:
         self._speeds = Thinned(*CHANGE_OF_SPEED)
 
     def add(self, time: float, message: Any) -> None:
-        if not are_places(message.linear.x, message.angular.z):
+        if not is_plausible(message.linear.x, message.angular.z):
             raise ValueError("no velocity")
         self._speeds.add(time, message.linear.x, message.angular.z)
 
@@ -108,7 +82,31 @@ class Commands:
         return Velocities(*self._speeds.columns())
 
 
-class Values:
+class OdometryCollector(VelocityCollector):
+    """Where a robot was and how fast, of nav_msgs/Odometry."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._places = Thinned(*CHANGE_OF_PLACE)
+        self._heading = 0.0
+
+    def add(self, time: float, message: Any) -> None:
+        place, heading = message.pose.pose.position, heading_in(message.pose.pose.orientation)
+        if not is_plausible(place.x, place.y, heading):
+            raise ValueError("no place")
+        self._heading = heading + math.tau * round((self._heading - heading) / math.tau)    # without jumps at half a turn
+        self._places.add(time, place.x, place.y, self._heading)
+        speed = message.twist.twist
+        if is_plausible(speed.linear.x, speed.angular.z):
+            self._speeds.add(time, speed.linear.x, speed.angular.z)
+
+    @property
+    def track(self) -> Optional[Track]:
+        columns = self._places.columns()
+        return Track(*columns) if columns.size else None
+
+
+class ValueCollector:
     """A field of a message over time."""
 
     def __init__(self, field: str, tolerance: float) -> None:
@@ -131,7 +129,7 @@ class Values:
         return Series(time[chosen], value[chosen])
 
 
-class Echoes:
+class EchoCollector:
     """What the sonar heard, of SonarArray: a driver repeats each reading until its transducer's next turn."""
 
     def __init__(self) -> None:
@@ -155,11 +153,11 @@ class Echoes:
             self._share *= 2
 
     @property
-    def sonar(self) -> Sonar:
-        return Sonar(*np.array(self._rows).reshape(-1, 3).T)
+    def echoes(self) -> Echoes:
+        return Echoes(*np.array(self._rows).reshape(-1, 3).T)
 
 
-class Gripper:
+class GripperCollector:
     """What the paddles did, of GripperState."""
 
     def __init__(self) -> None:
@@ -171,40 +169,67 @@ class Gripper:
         self._states.add(time, grip.state, pressed and seen)    # paddles that close on nothing press on each other
 
     @property
-    def events(self):
+    def events(self) -> Tuple[GripperEvent, ...]:
         return gripper_events([(time, int(state), bool(feels)) for time, state, feels in self._states.columns().T])
 
 
-class Ends:
-    """The first message and the last."""
+def gripper_events(states: Sequence[Tuple[float, int, bool]]) -> Tuple[GripperEvent, ...]:
+    """What happened, from (time, GripState.state, whether a paddle presses on something that is in a beam) in order of time."""
+    events: List[GripperEvent] = []
+    held, closed = False, None
+    for time, state, feels in states:
+        was_closed, closed = closed, state == GripStatus.CLOSED
+        if held and not feels:
+            held = False
+            events.append(GripperEvent(time, "put down"))
+        elif not held and feels and closed:
+            held = True
+            if was_closed is not None:  # else it was held before the recording began
+                events.append(GripperEvent(time, "picked up"))
+        elif closed and was_closed is False and not held:
+            events.append(GripperEvent(time, "closed on nothing"))
+    return tuple(events)
+
+
+class CanCollector:
+    """Where each can was, of a simulated world's PoseArray: those of the first message."""
 
     def __init__(self) -> None:
-        self.first: Any = None
         self.last: Any = None
+        self._cans: List[Thinned] = []
 
     def add(self, time: float, message: Any) -> None:
-        self.first = self.first or message
+        if self.last is None:
+            self._cans = [Thinned(*CHANGE_OF_PLACE[:2], CHANGE_OF_PLACE[0]) for _ in message.poses[:TEXTS]]
         self.last = message
+        for can, pose in zip(self._cans, message.poses):
+            can.add(time, pose.position.x, pose.position.y, pose.position.z)
 
     @property
-    def both(self) -> List[Any]:
-        return [] if self.last is None else [self.first] if self.last is self.first else [self.first, self.last]
+    def paths(self) -> Tuple[CanPath, ...]:
+        return tuple(CanPath(*can.columns()) for can in self._cans)
 
 
-class Grid:
-    """The last OccupancyGrid."""
+class LastCollector:
+    """The last message."""
 
-    def __init__(self) -> None:
-        self.last: Optional[Map] = None
+    last: Any = None
+
+    def add(self, time: float, message: Any) -> None:
+        self.last = message
+
+
+class MapCollector(LastCollector):
+    """The last OccupancyGrid, as a Map."""
 
     def add(self, time: float, message: Any) -> None:
         info = message.info
-        corner = (info.origin.position.x, info.origin.position.y, _heading(info.origin.orientation))
+        corner = (info.origin.position.x, info.origin.position.y, heading_in(info.origin.orientation))
         self.last = Map(np.array(message.data, dtype=np.int8).reshape(info.height, info.width), info.resolution, corner)
 
 
-class Spans:
-    """While words of a message are not empty: they last until they change."""
+class SpanCollector:
+    """Spans of time in which words of a message are not empty: they last until the words change."""
 
     def __init__(self, words: Callable[[Any], str]) -> None:
         self._words = words
@@ -234,25 +259,20 @@ def stalled(message: Any) -> str:
 
 def pressed(message: Any) -> str:
     """Which segments of the bumpers are pressed, numbered from 1."""
-    parts = []
-    for name in ("front", "rear"):
-        segments = [str(number) for number, segment in enumerate(getattr(message, name), 1) if segment]
-        if segments:
-            parts.append("%s %s" % (name, ", ".join(segments)))
-    return "; ".join(parts)
+    parts = {name: [str(number) for number, segment in enumerate(getattr(message, name), 1) if segment] for name in ("front", "rear")}
+    return "; ".join("%s %s" % (name, ", ".join(segments)) for name, segments in parts.items() if segments)
 
 
-class Decisions:
+class DecisionCollector:
     """What a program decided: where its reason changes, and the first and the last of each wander."""
 
     def __init__(self) -> None:
-        self._kept: List[Decision] = []
-        self._last: Optional[Decision] = None
+        self._kept: List[RecordedDecision] = []
+        self._last: Optional[RecordedDecision] = None
 
     def add(self, time: float, message: Any) -> None:
         last = self._last
-        self._last = Decision(time, message.header.stamp.to_sec(), message.wander, message.seed, message.speed,
-                              message.linear, message.angular, message.reason)
+        self._last = RecordedDecision(time, message.header.stamp.to_sec(), message.wander, message.reason)
         if last is not None and last.wander != message.wander and self._kept[-1] is not last:
             self._kept.append(last)
         if last is None or (last.wander, last.reason) != (message.wander, message.reason):
@@ -261,16 +281,16 @@ class Decisions:
             self._kept = self._kept[::2]
 
     @property
-    def decisions(self) -> Tuple[Decision, ...]:
+    def decisions(self) -> Tuple[RecordedDecision, ...]:
         last = [self._last] if self._last is not None and self._kept[-1] is not self._last else []
         return tuple(self._kept + last)
 
 
-class Faults:
-    """What went wrong, of /diagnostics, where a level gets worse or turns to another one, and of /rosout: with the node that said so."""
+class ReportCollector:
+    """What went wrong: of /diagnostics, where a level gets worse or turns to another one, and of /rosout."""
 
     def __init__(self) -> None:
-        self._told: List[Tuple[str, Happening]] = []    # with the node
+        self._told: List[Tuple[str, Report]] = []    # with the node
         self._more = 0
         self._levels: Dict[str, int] = {}
         self._words: Dict[str, str] = {}
@@ -280,37 +300,36 @@ class Faults:
             level = status.level if isinstance(status.level, int) else status.level[0]  # a byte in Python 3
             if level in (WARNING, ERROR) and level != self._levels.get(status.name):
                 node, _, task = status.name.rpartition(": ")
-                self._add(node, Happening(time, level, task, status.message))
+                self._add(node, Report(time, level, task, status.message))
             self._levels[status.name] = level
 
     def add_log(self, time: float, message: Any) -> None:
         level = next((level for least, level in ROS_LOG if message.level >= least), 0)
         if level and self._words.get(message.name) != message.msg:
             self._words[message.name] = message.msg
-            self._add(message.name.strip("/"), Happening(time, level, message.name, message.msg))
+            self._add(message.name.strip("/"), Report(time, level, message.name, message.msg))
 
-    def _add(self, node: str, happening: Happening) -> None:
+    def _add(self, node: str, report: Report) -> None:
         if len(self._told) < 10 * TEXTS:
-            self._told.append((node, happening))
+            self._told.append((node, report))
         else:
             self._more += 1
 
-    def of(self, robot: str, robots: Sequence[str]) -> Tuple[Happening, ...]:
-        """Those of a robot, and those of nodes that belong to none."""
-        mine = [happening for node, happening in self._told if _owner(node, robots) in (robot, None)]
+    def of(self, robot: str, robots: Sequence[str]) -> Tuple[Report, ...]:
+        """Reports of a robot's nodes, and of nodes that belong to no robot."""
+        mine = [report for node, report in self._told if _owner(node, robots) in (robot, None)]
         if self._more:
-            mine.append(Happening(mine[-1].time if mine else 0.0, WARNING, "", "and %s more warnings and errors" % self._more))
+            mine.append(Report(mine[-1].time if mine else 0.0, WARNING, "", "and %s more warnings and errors" % self._more))
         return tuple(mine)
 
 
 def _owner(node: str, robots: Sequence[str]) -> Optional[str]:
-    """The robot in whose namespace a node is: the innermost; None if there is none. The root is nobody's when others have names."""
-    inside = [robot for robot in robots if robot and node.startswith(robot + "/")]
-    return max(inside, key=len, default=None)
+    """The innermost robot in whose namespace a node is; None: no robot. The root belongs to nobody when other robots have names."""
+    return max((robot for robot in robots if robot and node.startswith(robot + "/")), key=len, default=None)
 
 
-class Rhythm:
-    """How regularly a topic comes."""
+class SilenceCollector:
+    """How regularly a topic comes, and where it does not."""
 
     def __init__(self) -> None:
         self._last: Optional[float] = None
@@ -336,20 +355,20 @@ class Rhythm:
         keep = heapq.heappush if len(self._silences) < TEXTS else heapq.heappushpop
         keep(self._silences, (end - begin, begin, end))
 
-    def gaps(self, topic: str, end: float) -> List[Gap]:
-        """Its gaps until the recording's end."""
-        if len(self._periods) < FEWEST:
+    def gaps(self, topic: str, end: float) -> List[Span]:
+        """Gaps of this topic until the recording's end (s)."""
+        if self._last is None or len(self._periods) < FEWEST:
             return []
         self._keep(self._last, end)
         most = max(SHORTEST_GAP, SILENCE * float(np.median(np.array(self._periods))))
-        return [Gap(topic, begin, end) for length, begin, end in sorted(self._silences, key=lambda silence: silence[1]) if length > most]
+        return sorted(Span(begin, end, topic) for length, begin, end in self._silences if length > most)
 
 
-def are_places(*values: float) -> bool:
+def is_plausible(*values: float) -> bool:
     """Whether these can be m or rad, or that each second."""
     return all(-FARTHEST < value < FARTHEST for value in values)
 
 
-def _heading(q: Any) -> float:
+def heading_in(orientation: Any) -> float:
     """Heading of a quaternion message, in rad."""
-    return heading_of(q.x, q.y, q.z, q.w)
+    return heading_of(orientation.x, orientation.y, orientation.z, orientation.w)

@@ -5,7 +5,6 @@ import socket
 import subprocess
 import sys
 import time
-from types import SimpleNamespace
 from unittest.mock import Mock
 
 import genpy
@@ -13,68 +12,70 @@ import pytest
 import rosbag
 from geometry_msgs.msg import Twist
 
-from pioneer_control.bags.replaying import stage
+from pioneer_control.bags.bag_names import free_name
+from pioneer_control.bags.replaying import programs
+from pioneer_control.bags.replaying.topic_recorder import TopicRecorder
 from pioneer_control.bags.reader import decode, read_bag
 from pioneer_control.errors import NoAnswerError, UsageError
 
 
-class TestKeeper:
+class TestTopicRecorder:
     def test_what_it_is_given_is_in_the_bag_at_its_time(self, tmp_path):
-        keeper = stage.Keeper(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
+        recorder = TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
         twist = Twist()
         twist.linear.x = 0.25
-        keeper.write("/pioneer/cmd_vel", twist)
-        keeper.close()
-        keeper.write("/pioneer/cmd_vel", twist)     # too late
-        keeper.close()
-        ((topic, connection, data, nanoseconds),) = read_bag(keeper.path)
+        recorder.write("/pioneer/cmd_vel", twist)
+        recorder.close()
+        recorder.write("/pioneer/cmd_vel", twist)     # too late
+        recorder.close()
+        ((topic, connection, data, nanoseconds),) = read_bag(recorder.path)
         assert (topic, nanoseconds, decode(connection, data)) == ("/pioneer/cmd_vel", 7 * 10 ** 9, twist)
-        assert keeper.counts == {topic: 1} and keeper.newest[topic] is twist
+        assert recorder.counts == {topic: 1} and recorder.newest[topic] is twist
 
     def test_what_it_hears_keeps_its_bytes_and_its_sender(self, tmp_path):
-        keeper = stage.Keeper(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
+        recorder = TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
         senders = ["/somebody", "/another", "/somebody"]
         for number, sender in enumerate(senders):
-            message = stage.rospy.AnyMsg()
+            message = programs.rospy.AnyMsg()
             message._buff = bytes([number]) * 48
             message._connection_header = dict(
                 type=Twist._type, md5sum=Twist._md5sum, message_definition=Twist._full_text, callerid=sender, topic="/rerun/cmd_vel")
-            keeper._take(message, "/cmd_vel")
-        keeper.close()
-        kept = list(read_bag(keeper.path))
+            recorder._hear(message, "/cmd_vel")
+        recorder.close()
+        kept = list(read_bag(recorder.path))
         assert [(entry.data, entry.connection.caller) for entry in kept] == [(bytes([number]) * 48, sender) for number, sender in enumerate(senders)]
         connections = {(entry.topic, entry.connection.type, entry.connection.header["topic"]) for entry in kept}
         assert connections == {("/cmd_vel", "geometry_msgs/Twist", "/cmd_vel")}
-        with rosbag.Bag(keeper.path) as bag:
+        with rosbag.Bag(recorder.path) as bag:
             assert [topic for topic, _, _ in bag.read_messages()] == ["/cmd_vel"] * 3
 
     def test_a_bag_with_nothing_in_it_is_not_left_behind(self, tmp_path):
-        stage.Keeper(str(tmp_path / "x.bag"), lambda: genpy.Time(7)).close()
+        TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7)).close()
         assert list(tmp_path.iterdir()) == []
 
     def test_nothing_is_overwritten(self, tmp_path):
         (tmp_path / "x.bag").write_text("mine")
         with pytest.raises(UsageError, match="x.bag is there already"):
-            stage.Keeper(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
+            TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
         assert (tmp_path / "x.bag").read_text() == "mine"
 
     def test_a_place_where_there_can_be_none(self, tmp_path):
         with pytest.raises(UsageError, match="nowhere/x.bag cannot be written: No such file or directory"):
-            stage.Keeper(str(tmp_path / "nowhere" / "x.bag"), lambda: genpy.Time(7))
+            TopicRecorder(str(tmp_path / "nowhere" / "x.bag"), lambda: genpy.Time(7))
 
 
 def test_names_that_are_free(tmp_path):
     bag = str(tmp_path / "run.bag")
     names = []
     for _ in range(3):
-        names.append(stage.free_name(bag, "rerun"))
+        names.append(free_name(bag, "rerun"))
         open(names[-1], "w").close()
     assert names == [str(tmp_path / name) for name in ("run-rerun.bag", "run-rerun-2.bag", "run-rerun-3.bag")]
 
 
 KILL_THE_MASTER = """
 import os, signal, subprocess, sys, time, rosgraph
-from pioneer_control.bags.replaying import stage
+from pioneer_control.bags.replaying import programs
 
 master = subprocess.Popen(["rosmaster", "--core", "-p", sys.argv[1]])
 os.environ["ROS_MASTER_URI"] = "http://localhost:" + sys.argv[1]
@@ -83,13 +84,13 @@ while not rosgraph.is_master_online():
     time.sleep(0.05)
 
 def run():
-    assert stage.nodes() == ["/rerun"]
+    assert programs.nodes() == ["/rerun"]
     master.kill()
     master.wait()
-    stage.nodes()
+    programs.nodes()
 
 try:
-    sys.exit(stage.carry_out("rerun", run))
+    sys.exit(programs.run_as_node("rerun", run))
 finally:
     master.kill()
 """
@@ -104,42 +105,42 @@ class TestCarryOut:
         assert "Traceback" not in done.stderr and done.returncode == 1
 
     def test_what_has_other_reasons_is_not_laid_on_the_master(self, monkeypatch):
-        monkeypatch.setattr(stage, "begin", lambda name: None)
-        monkeypatch.setattr(stage.rosgraph, "is_master_online", lambda: True)
+        monkeypatch.setattr(programs, "become_node", lambda name: None)
+        monkeypatch.setattr(programs.rosgraph, "is_master_online", lambda: True)
         with pytest.raises(OSError, match="disk full"):
-            stage.carry_out("rerun", Mock(side_effect=OSError("disk full")))
+            programs.run_as_node("rerun", Mock(side_effect=OSError("disk full")))
 
-    @pytest.mark.parametrize("error, code", [(UsageError("why"), 2), (NoAnswerError("why"), 1), (stage.rospy.ROSException("why"), 1)])
+    @pytest.mark.parametrize("error, code", [(UsageError("why"), 2), (NoAnswerError("why"), 1), (programs.rospy.ROSException("why"), 1)])
     def test_errors_are_sentences(self, monkeypatch, capsys, error, code):
-        monkeypatch.setattr(stage, "begin", lambda name: None)
-        assert stage.carry_out("rerun", Mock(side_effect=error)) == code
+        monkeypatch.setattr(programs, "become_node", lambda name: None)
+        assert programs.run_as_node("rerun", Mock(side_effect=error)) == code
         assert capsys.readouterr().err == "rerun: why\n"
 
 
 class TestPrograms:
     def test_one_that_hears_ctrl_c_ends_by_itself(self):
-        programs = stage.Programs()
-        process = programs.start([sys.executable, "-c", "import time; print('x', flush=True); time.sleep(60)"], quiet=True)
+        started = programs.Programs()
+        process = started.start([sys.executable, "-c", "import time; print('x', flush=True); time.sleep(60)"], quiet=True)
         assert process.poll() is None
-        programs.end_all()
+        started.end_all()
         assert process.poll() in (1, -signal.SIGINT)
 
     def test_one_that_does_not_is_killed(self, monkeypatch, tmp_path):
-        monkeypatch.setattr(stage, "LAST_WORDS", (0.2, 0.2))
+        monkeypatch.setattr(programs, "LAST_WORDS", (0.2, 0.2))
         ready = tmp_path / "ready"
         code = "import signal, time; [signal.signal(n, signal.SIG_IGN) for n in (2, 15)]; open(%r, 'w'); time.sleep(60)" % str(ready)
-        programs = stage.Programs()
-        process = programs.start([sys.executable, "-c", code])
+        started = programs.Programs()
+        process = started.start([sys.executable, "-c", code])
         while not ready.exists():
             time.sleep(0.01)
-        programs.end_all()
+        started.end_all()
         assert process.poll() == -signal.SIGKILL
 
     def test_one_that_has_ended_tells_its_code(self):
-        programs = stage.Programs()
-        process = programs.start([sys.executable, "-c", "raise SystemExit(3)"])
+        started = programs.Programs()
+        process = started.start([sys.executable, "-c", "raise SystemExit(3)"])
         process.wait()
-        assert programs.end(process) == 3
+        assert started.end(process) == 3
 
 
 class TestAlive:
@@ -149,5 +150,5 @@ class TestAlive:
         ({"/rosout": ["/y"]}, {"/a/pose": ["/rviz"], "/a/stop_button": ["/simulator"]}, []),
         ({}, {"/a/recorded/cmd_vel": ["/x"], "/a/rerun/cmd_vel": ["/rerun"]}, [])])
     def test_who_may_be_a_robot(self, monkeypatch, publishers, subscribers, found):
-        monkeypatch.setattr(stage, "graph", lambda: SimpleNamespace(publishers=publishers, subscribers=subscribers, services={}))
-        assert stage.alive() == found
+        monkeypatch.setattr(programs, "graph", lambda: (publishers, subscribers, {}))
+        assert programs.possible_robots() == found

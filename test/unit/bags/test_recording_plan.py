@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from pioneer_control.bags.recording import start
+from pioneer_control.bags.recording import plan, start
 from pioneer_control.bags.recording.disk import GB, MB
 from pioneer_control.errors import UsageError
 
@@ -21,7 +21,7 @@ def here(tmp_path, monkeypatch):
 
 
 def recording(*words):
-    return start.recording_of(start.parser().parse_args([*words, "--topics=list.yaml"]), NOW)
+    return plan.plan_of(plan.parser().parse_args([*words, "--topics=list.yaml"]), NOW)
 
 
 def test_a_robot_by_default(here):
@@ -89,29 +89,29 @@ class TestPlace:
     def test_a_free_name_in_a_directory_with_room(self, here):
         (here / "xy.bag").write_bytes(b"")
         (here / "x_y.bag").write_bytes(b"")
-        start.check_place(recording("--bag=x"), GB)
+        plan.check_place(recording("--bag=x"), GB)
         assert sorted(os.listdir(str(here))) == ["list.yaml", "x_y.bag", "xy.bag"]
 
     @pytest.mark.parametrize("there, split", [("x.bag", ""), ("x.bag.active", ""), ("x_0.bag", "1h"), ("x_12.bag", "1h"), ("x_3.bag.active", "1h")])
     def test_what_is_there_stays(self, here, there, split):
         (here / there).write_bytes(b"precious")
-        start.check_place(recording("--bag=x", "--split=" + ("" if split else "1h")), GB)     # of that nothing would be lost
+        plan.check_place(recording("--bag=x", "--split=" + ("" if split else "1h")), GB)     # of that nothing would be lost
         with pytest.raises(UsageError, match="%s is there already, and stays as it is" % there) as caught:
-            start.check_place(recording("--bag=x", "--split=" + split), GB)
+            plan.check_place(recording("--bag=x", "--split=" + split), GB)
         assert ("is being recorded, or is of a recorder that was killed" in str(caught.value)) == there.endswith(".active")
         assert (here / there).read_bytes() == b"precious"
 
     def test_no_permission(self, here, monkeypatch):
         def refuse(dir):
             raise PermissionError(13, "Permission denied")
-        monkeypatch.setattr(start.tempfile, "TemporaryFile", refuse)
+        monkeypatch.setattr(plan.tempfile, "TemporaryFile", refuse)
         with pytest.raises(UsageError, match="cannot write x.bag in .*: Permission denied"):
-            start.check_place(recording("--bag=x"), GB)
+            plan.check_place(recording("--bag=x"), GB)
 
     def test_a_full_disk(self, here):
         with pytest.raises(UsageError, match="only 200 MB are free in .*ends below 256 MB.*keep_free"):
-            start.check_place(recording("--bag=x"), 200 * MB)
-        start.check_place(recording("--bag=x", "--keep-free=100MB"), 200 * MB)
+            plan.check_place(recording("--bag=x"), 200 * MB)
+        plan.check_place(recording("--bag=x", "--keep-free=100MB"), 200 * MB)
 
 
 def test_parts_are_in_their_order(here):
@@ -128,10 +128,10 @@ def test_what_a_killed_recorder_left_is_told_what_is_being_written_is_not(here):
     os.utime(str(here / "old.bag.active"), (1000.0, 1000.0))
     (here / "new.bag.active").write_bytes(b"")
     os.utime(str(here / "new.bag.active"), (5000.0, 5000.0))
-    ((severity, text),) = start.left_behind(str(here), 5001.0)
+    ((severity, text),) = plan.left_behind(str(here), 5001.0)
     assert severity == "warning" and "old.bag.active" in text and "rosbag reindex" in text
     (here / "old.bag.active").unlink()
-    assert start.left_behind(str(here), 5001.0) == []
+    assert plan.left_behind(str(here), 5001.0) == []
 
 
 @pytest.mark.parametrize("word", ["bag:=x.bag", "also:=wire", "keep_free:=1GB", "robots:=a"])

@@ -5,15 +5,15 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from ...pictures import BEYOND, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
-from ..run import ERROR, WARNING, Gap, Run, Series, Span, Velocities
+from ..recorded_run import ERROR, WARNING, Run, Series, Span, Velocities
 from .from_above import BADGES, EVENT
 from .incidents import Incident, made, silences
-from .paper import RIGHT, Paper, plain
+from .sheet import RIGHT, Sheet, plain
 from .timeline import Timeline, spread
 
 CURVE, BATTERY, LANE = 0.8, 0.45, 0.19  # inches high
 BETWEEN = 0.09  # inches between two strips
-NAMES = 1.15  # inches from the left edge of the paper: room for the strips' names
+NAMES = 1.15  # inches from the left edge of the sheet: room for the strips' names
 TICKS_APART = 0.65  # inches, on the axis of time
 LEAST_SPEED, LEAST_VOLTS = 0.1, 1.0  # shown at least: noise is not blown up
 BADGES_APART, VALUES_APART = 0.17, 0.12  # inches
@@ -74,10 +74,10 @@ def measured(run: Run) -> Velocities:
     return Velocities(*broken(run.measured, run.gaps, "pose", "odom"))
 
 
-def broken(lines: Sequence[np.ndarray], gaps: Sequence[Gap], *topics: str) -> List[np.ndarray]:
+def broken(lines: Sequence[np.ndarray], gaps: Sequence[Span], *topics: str) -> List[np.ndarray]:
     """Time and values over it, with nothing in each gap of topics of a name: what was not heard of is not drawn."""
     time = lines[0]
-    silent = silences([gap for gap in gaps if gap.topic.rsplit("/", 1)[-1] in topics])
+    silent = silences([gap for gap in gaps if gap.what.rsplit("/", 1)[-1] in topics])
     silent = [gap for gap in silent if len(time) and time[0] < gap.begin < gap.end < time[-1]]
     if not silent:
         return list(lines)
@@ -174,26 +174,23 @@ def _said(level: int, wrong: Sequence[Incident]) -> Lane:
     return Lane(name, SAID_COLOUR[level], "", tuple((time, time) for each in mine for time in each.times), badges)
 
 
-# --- On paper ---------------------------------------------------------------------------------------------------------
-
-
 def height(shown: Sequence[Curves], lanes: int) -> float:
     """Inches that the strips take, without the axis of time."""
     return sum(each.height + BETWEEN for each in shown) + LANE * lanes
 
 
-def draw(paper: Paper, left: float, top: float, shown: Sequence[Curves], rows: Sequence[Lane], timeline: Timeline, since: str = "the start") -> None:
-    """Draw strips under each other on a sheet , and below the last the axis of time: since what it counts."""
+def draw(sheet: Sheet, left: float, top: float, shown: Sequence[Curves], rows: Sequence[Lane], timeline: Timeline, since: str = "the start") -> None:
+    """Draw strips under each other on a sheet, and below the last the axis of time: since what it counts."""
     width = RIGHT - left
     silent = [span for lane in rows if lane.colour == SILENCE for span in lane.spans]
     drawn = []
     for each in shown:
-        axes = paper.axes(left, top, width, each.height)
+        axes = sheet.axes(left, top, width, each.height)
         draw_curves(axes, each, width)
         drawn.append(axes)
         top += each.height + BETWEEN
     if rows:
-        axes = paper.axes(left, top, width, LANE * len(rows))
+        axes = sheet.axes(left, top, width, LANE * len(rows))
         draw_lanes(axes, rows, timeline, width)
         drawn.append(axes)
     for axes in drawn:

@@ -10,10 +10,11 @@ from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool, Header, String
 
 import bag_factory as make
-from pioneer_control.bags import gather as gathering, keepers
-from pioneer_control.bags.keepers import Decisions, Echoes, Rhythm, Spans, Thinned
+from pioneer_control.bags import collectors
+from pioneer_control.bags.collectors import DecisionCollector, EchoCollector, SilenceCollector, SpanCollector, Thinned
 from pioneer_control.bags.reader import BagError
-from pioneer_control.bags.run import Gap, Span, read_run
+from pioneer_control.bags.recorded_run import Span
+from pioneer_control.bags.run import TOPICS, read_run
 
 
 @pytest.fixture
@@ -60,9 +61,9 @@ class TestEverything:
             (12.0, 1, "Motors", "the STOP button is pressed")]
 
     def test_gaps(self, eventful):
-        assert {gap.topic.rsplit("/", 1)[1] for gap in eventful.gaps} == {
+        assert {gap.what.rsplit("/", 1)[1] for gap in eventful.gaps} == {
             "pose", "sonar", "gripper_state", "battery_state", "motor_state", "stall", "bumpers"}
-        assert all(since(gap[1:]) == [6.0, 8.0] for gap in eventful.gaps)
+        assert all(since(gap[:2]) == [6.0, 8.0] for gap in eventful.gaps)
 
     def test_decisions_where_the_reason_changes(self, eventful):
         assert [(since([entry.time])[0], entry.reason[:7]) for entry in eventful.decisions] == [(0.0, "forward"), (5.0, "turning"), (20.0, "turning")]
@@ -100,7 +101,7 @@ class TestFaults:
         assert [who for _, who, _ in self.faults(run_of, *messages, robot="other")] == ["/other/p2os", "/simulator", "/pioneer2/p2os", "Link"]
 
     def test_too_many_are_counted(self, run_of, monkeypatch):
-        monkeypatch.setattr(keepers, "TEXTS", 1)
+        monkeypatch.setattr(collectors, "TEXTS", 1)
         messages = [("/rosout", make.log(Log.WARN, "/a", str(number))) for number in range(15)]
         faults = self.faults(run_of, *messages)
         assert len(faults) == 11 and faults[-1] == (1, "", "and 5 more warnings and errors")
@@ -108,10 +109,10 @@ class TestFaults:
 
 class TestGaps:
     def gaps(self, times, end, period=0.1):
-        rhythm = Rhythm()
+        silence = SilenceCollector()
         for time in times:
-            rhythm.add(time)
-        return [(round(gap.begin, 3), round(gap.end, 3)) for gap in rhythm.gaps("/x", end)]
+            silence.add(time)
+        return [(round(gap.begin, 3), round(gap.end, 3)) for gap in silence.gaps("/x", end)]
 
     REGULAR = [0.1 * step for step in range(20)]
 
@@ -239,9 +240,9 @@ class TestOtherFields:
 
     @pytest.mark.parametrize("definition", ["int32 foo\n", "\n".join("string %s" % field for field in (
         "header", "state", "data", "linear", "angular", "ranges", "voltage", "grip", "footprint", "poses", "info", "wander", "reason", "subtype", "front"))])
-    @pytest.mark.parametrize("topic", sorted(set(gathering.TOPICS) - {"pose"}))
+    @pytest.mark.parametrize("topic", sorted(set(TOPICS) - {"pose"}))
     def test_the_rest_is_read_or_it_is_one_clear_error(self, tmp_path, topic, definition):
-        strange = other(gathering.TOPICS[topic].type, definition=definition)
+        strange = other(TOPICS[topic].type, definition=definition)
         path = make.write_bag(tmp_path / "run.bag", [*make.driven(seconds=1), *(("/x/%s" % topic, strange, 1000.5 + 0.1 * n) for n in range(3))])
         try:
             run = read_run(path, "pioneer")
@@ -252,7 +253,7 @@ class TestOtherFields:
 
     @pytest.mark.parametrize("name", ["cmd_vel", "sonar", "battery_state", "decision", "stall"])
     def test_of_the_robot_itself(self, run_of, name):
-        strange = other(gathering.TOPICS[name].type)
+        strange = other(TOPICS[name].type)
         run = run_of([*(message for message in make.driven(seconds=1) if not message[0].endswith(name)), ("/pioneer/%s" % name, strange, 1000.5)])
         assert "1 message on /pioneer/%s could not be understood" % name in run.damage
 
@@ -281,8 +282,8 @@ class TestBounded:
 
     @pytest.fixture(autouse=True)
     def few(self, monkeypatch):
-        monkeypatch.setattr(keepers, "ROWS", 100)
-        monkeypatch.setattr(keepers, "TEXTS", 10)
+        monkeypatch.setattr(collectors, "ROWS", 100)
+        monkeypatch.setattr(collectors, "TEXTS", 10)
 
     def test_rows(self):
         rows = Thinned(0.1)
@@ -300,34 +301,34 @@ class TestBounded:
         assert len(kept[0]) < 10 and abs(np.interp(times, *kept) - values).max() < 0.2
 
     def test_echoes(self):
-        echoes = Echoes()
+        echoes = EchoCollector()
         for step in range(10_000):
             echoes.add(float(step), make.sonar([1.0 + step % 7 * 0.1, 2.0]))
-        assert 40 < len(echoes.sonar.time) <= 102 and echoes.sonar.time[-1] > 9000
+        assert 40 < len(echoes.echoes.time) <= 102 and echoes.echoes.time[-1] > 9000
 
     def test_spans_keep_the_longest(self):
-        spans = Spans(lambda message: "left wheel" if message.left else "")
+        spans = SpanCollector(lambda message: "left wheel" if message.left else "")
         for step in range(1000):
             spans.add(float(step), make.stall(step % 4 == 0 or 500 < step < 520, False))
         assert len(spans.spans) <= 20 and max(spans.spans, key=lambda span: span.end - span.begin)[:2] == (500.0, 521.0)
         assert list(spans.spans) == sorted(spans.spans)
 
     def test_decisions(self):
-        decisions = Decisions()
+        decisions = DecisionCollector()
         for step in range(1000):
             decisions.add(float(step), make.decision(float(step), str(step)))
         assert len(decisions.decisions) <= 101 and decisions.decisions[-1].time == 999.0
 
     def test_gaps(self):
-        rhythm = Rhythm()
+        silence = SilenceCollector()
         for step in range(1000):
-            rhythm.add(step * 0.1 + step // 50)
-        gaps = rhythm.gaps("/x", 119.9)
-        assert len(gaps) == 10 and gaps[0] == Gap("/x", *gaps[0][1:]) and all(gap.end - gap.begin == pytest.approx(1.1) for gap in gaps)
+            silence.add(step * 0.1 + step // 50)
+        gaps = silence.gaps("/x", 119.9)
+        assert len(gaps) == 10 and {gap.what for gap in gaps} == {"/x"} and all(gap.end - gap.begin == pytest.approx(1.1) for gap in gaps)
 
 
 def test_a_span_lasts_until_its_words_change():
-    spans = Spans(lambda message: str(message.data or ""))
+    spans = SpanCollector(lambda message: str(message.data or ""))
     for time, value in enumerate([False, True, True, False, True]):
         spans.add(float(time), Bool(value))
     assert spans.spans == (Span(1.0, 3.0, "True"), Span(4.0, 4.0, "True"))

@@ -18,8 +18,9 @@ def subscribed(recorder: str, state: Sequence) -> bool:
     return any(recorder in nodes for topic, nodes in subscribers if topic != "/clock")
 
 
-def wait_for(ready: Callable[[], bool], patience: float, clock=time.monotonic, sleep=time.sleep) -> bool:
-    """Ask again and again until something is ready, for at most so many seconds; whether it was."""
+def wait_for(ready: Callable[[], bool], patience: float, clock: Callable[[], float] = time.monotonic,
+             sleep: Callable[[float], None] = time.sleep) -> bool:
+    """Ask until something is ready, for at most `patience` s; returns whether it was."""
     deadline = clock() + patience
     while not ready():
         if clock() >= deadline:
@@ -29,7 +30,11 @@ def wait_for(ready: Callable[[], bool], patience: float, clock=time.monotonic, s
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Become a program once a recorder subscribes: RECORDER PROGRAM [ARGUMENT ...]. Without the recorder too, but not silently."""
+    """Become a program once a recorder subscribes, or after `PATIENCE` without it, which is said.
+
+    Args:
+        arguments: RECORDER PROGRAM [ARGUMENT ...].
+    """
     if len(arguments) < 2:
         sys.exit("usage: when_recording RECORDER PROGRAM [ARGUMENT ...]")
     import rosgraph

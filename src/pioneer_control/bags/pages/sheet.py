@@ -10,7 +10,7 @@ DPI = 160
 BODY, SMALL = 8.5, 7.5  # points
 
 
-class Paper:
+class Sheet:
     """A matplotlib Figure, as tall as it is told."""
 
     def __init__(self, height: float) -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pioneer_control.bags.recording import recorder
+from pioneer_control.bags.recording import when_recording
 
 
 @pytest.mark.parametrize(
@@ -15,7 +15,7 @@ from pioneer_control.bags.recording import recorder
     ],
 )
 def test_subscribed(subscribers, expected):
-    assert recorder.subscribed("/recorder", [[["/pioneer/pose", ["/recorder"]]], subscribers, []]) is expected
+    assert when_recording.subscribed("/recorder", [[["/pioneer/pose", ["/recorder"]]], subscribers, []]) is expected
 
 
 class Time:
@@ -32,16 +32,16 @@ class Time:
 
 def test_waits_no_longer_than_needed():
     time = Time()
-    assert recorder.wait_for(lambda: time.now >= 1.0, 5.0, time.clock, time.sleep)
-    assert time.now == pytest.approx(1.0, abs=2 * recorder.INTERVAL)
+    assert when_recording.wait_for(lambda: time.now >= 1.0, 5.0, time.clock, time.sleep)
+    assert time.now == pytest.approx(1.0, abs=2 * when_recording.INTERVAL)
 
 
 def test_gives_up():
     time = Time()
-    assert not recorder.wait_for(lambda: False, 5.0, time.clock, time.sleep)
-    assert time.now == pytest.approx(5.0, abs=2 * recorder.INTERVAL)
+    assert not when_recording.wait_for(lambda: False, 5.0, time.clock, time.sleep)
+    assert time.now == pytest.approx(5.0, abs=2 * when_recording.INTERVAL)
 
 
 def test_usage():
     with pytest.raises(SystemExit, match="usage"):
-        recorder.main(["/recorder"])
+        when_recording.main(["/recorder"])

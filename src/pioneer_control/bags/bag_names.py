@@ -1,0 +1,52 @@
+"""Names of bags: their stem, their parts in order, and those that a text on a command line means."""
+
+import glob
+import os
+import re
+import shlex
+from typing import List, Sequence
+
+from .records import BagError
+
+
+def stem(path: str) -> str:
+    """The name of a bag without its ending: .bag, or .bag.active of one that was not closed."""
+    return re.sub(r"(\.bag)?(\.active)?$", "", path)
+
+
+def in_order(parts: Sequence[str]) -> List[str]:
+    """Parts by their numbers: FILE_2.bag before FILE_10.bag, which a shell has the other way round."""
+    return sorted(parts, key=lambda path: [int(word) if word.isdigit() else word for word in re.split("([0-9]+)", path)])
+
+
+def bag_files(given: str) -> List[str]:
+    """The files that a text names: one, several between spaces, or a pattern such as ``run_*.bag``.
+
+    Raises:
+        BagError: one of them does not exist.
+    """
+    if os.path.exists(os.path.expanduser(given)):
+        return [os.path.expanduser(given)]
+    try:
+        words = shlex.split(given)
+    except ValueError:
+        words = [given]
+    files: List[str] = []
+    for word in map(os.path.expanduser, words):     # no shell does it in bag:=~/FILE.bag
+        found = [word] if os.path.exists(word) else in_order(glob.glob(word))
+        if not found:
+            raise BagError("%s: no such file%s" % (word, "" if os.path.isabs(word) else " in " + os.getcwd()))
+        files += found
+    if not files:
+        raise BagError("no bag is named: give its file, bag:=FILE.bag")
+    return files
+
+
+def free_name(bag: str, what: str) -> str:
+    """A file beside a bag that does not exist yet: RUN-redrive.bag, or RUN-redrive-2.bag, ..."""
+    beside = "%s-%s" % (stem(bag), what)
+    number, path = 1, beside + ".bag"
+    while os.path.exists(path):
+        number += 1
+        path = "%s-%s.bag" % (beside, number)
+    return path

@@ -1,0 +1,194 @@
+"""What one robot did, as plain arrays: a :class:`Run`. SI units, one clock (the recorder's, s) for everything; `run.read_run` reads it.
+
+Only odometry is required; whatever else a bag has not is empty or ``None``. However long the run, a Run stays small: of paths and values
+those rows are kept that differ from the row kept before (1 cm, 1 degree, ...), and of echoes those that are new.
+"""
+
+from typing import Dict, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+ECHO_GRID = 0.01  # m
+
+Pose = Tuple[float, float, float]  # x, y (m), heading (rad, counter-clockwise)
+
+
+class Track(NamedTuple):
+    """Where a robot was: arrays of one length; s, m, m, and rad without jumps at half a turn."""
+
+    time: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    heading: np.ndarray
+
+    @property
+    def length(self) -> float:
+        """The way driven, in m."""
+        return float(np.hypot(np.diff(self.x), np.diff(self.y)).sum())
+
+    def pose(self, index: int) -> Pose:
+        """The pose at an index: 0 is the first, -1 the last."""
+        return float(self.x[index]), float(self.y[index]), float(self.heading[index])
+
+    def at(self, times: np.ndarray) -> "Track":
+        """The track at other times: on straight lines in between, held still before its first and after its last."""
+        times = np.asarray(times, dtype=float)
+        return Track(times, *(np.interp(times, self.time, values) for values in (self.x, self.y, self.heading)))
+
+    def seen_from(self, origin: Pose) -> "Track":
+        """The track in the frame in which its own frame lies at `origin`."""
+        x, y = placed(origin, self.x, self.y)
+        return Track(self.time, x, y, self.heading + origin[2])
+
+
+class Echoes(NamedTuple):
+    """Echoes of the sonar: arrays of one length; s, the transducer's number, m. Only new readings, without those of nothing in sight."""
+
+    time: np.ndarray
+    number: np.ndarray
+    range: np.ndarray
+
+
+class Velocities(NamedTuple):
+    """How fast a robot was or was to be: arrays of one length; s, m/s forward, rad/s counter-clockwise."""
+
+    time: np.ndarray
+    linear: np.ndarray
+    angular: np.ndarray
+
+
+class Series(NamedTuple):
+    """A value over time: arrays of one length. It holds from its time to the next one's."""
+
+    time: np.ndarray
+    value: np.ndarray
+
+
+class Span(NamedTuple):
+    """Something that lasted, from begin to end (s): "both wheels", "front 2, 3"."""
+
+    begin: float
+    end: float
+    what: str
+
+
+WARNING, ERROR = 1, 2  # levels of diagnostic_msgs
+
+
+class Report(NamedTuple):
+    """A warning or an error: its time (s), its level, who reports it ("Link", "/pioneer/p2os"), and in which words."""
+
+    time: float
+    level: int
+    who: str
+    what: str
+
+
+class RecordedDecision(NamedTuple):
+    """What a wandering program decided at a time (s), on the sonar message of a stamp (s)."""
+
+    time: float
+    stamp: float
+    wander: int
+    reason: str
+
+
+class GripperEvent(NamedTuple):
+    """Something the paddles did: time in s, and "picked up", "put down" or "closed on nothing"."""
+
+    time: float
+    what: str
+
+
+class CanPath(NamedTuple):
+    """Where a can was: arrays of one length; s, m, m, and how high it was lifted (m)."""
+
+    time: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    height: np.ndarray
+
+
+class Map(NamedTuple):
+    """An occupancy grid: cells (rows, columns) bottom-up, 0 free to 100 occupied, -1 unknown; m; pose of cell (0, 0)'s corner."""
+
+    cells: np.ndarray
+    resolution: float
+    origin: Pose
+
+
+_NOTHING = np.empty(0)
+
+
+class Run(NamedTuple):
+    """What one robot did, in the frame of its odometry unless said otherwise."""
+
+    path: str  # of the bag, or of its first part
+    robot: str  # namespace without slashes at its ends; empty for a robot at the root
+    model: str  # subtype, empty when no robot_info was recorded
+    world: str  # name of the simulated world, empty when none was recorded
+    footprint: np.ndarray  # (k, 2) outline in base_link, m; k = 0 when unknown
+    transducers: Dict[int, Pose]  # by sonar number, in base_link
+    odometry: Track
+    truth: Optional[Track]  # in the frame of the map
+    sonar: Echoes
+    gripper: Tuple[GripperEvent, ...]
+    cans: Tuple[CanPath, ...]  # in the frame of the map
+    map: Optional[Map]
+    commanded: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # cmd_vel
+    measured: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # the odometry's
+    battery: Series = Series(_NOTHING, _NOTHING)  # V
+    motors: Series = Series(_NOTHING, _NOTHING)  # 0 off, 1 on
+    e_stop: Series = Series(_NOTHING, _NOTHING)  # 1 while the STOP button is pressed
+    stalls: Tuple[Span, ...] = ()
+    bumps: Tuple[Span, ...] = ()
+    faults: Tuple[Report, ...] = ()  # of this robot, of what it shares with others, and of nobody in particular
+    gaps: Tuple[Span, ...] = ()  # a topic that should not be silent was; what: its name
+    decisions: Tuple[RecordedDecision, ...] = ()  # where their reason changes
+    notes: str = ""  # how the recording describes itself (YAML)
+    damage: str = ""  # what of the bag could not be read; empty when all was
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first pose to the last."""
+        return float(self.odometry.time[-1] - self.odometry.time[0])
+
+    @property
+    def odometry_origin(self) -> Pose:
+        """Where the odometry's frame lies in the map: so that both tracks begin together. Zero without ground truth."""
+        if self.truth is None:
+            return (0.0, 0.0, 0.0)
+        # Both are taken when both are there: one may begin before the other.
+        start = np.array([max(self.truth.time[0], self.odometry.time[0])])
+        return chained(self.truth.at(start).pose(0), inverted(self.odometry.at(start).pose(0)))
+
+    def echoes(self) -> np.ndarray:
+        """Points (n, 2) in the odometry's frame that returned a ping; m. Of those in one square of 1 cm the first."""
+        fitted = np.isin(self.sonar.number, list(self.transducers))
+        if not fitted.any():
+            return np.empty((0, 2))
+        time, number, reach = (values[fitted] for values in self.sonar)
+        looks = np.array([self.transducers[n] for n in number.astype(int)])
+        robot = self.odometry.at(time)
+        hit = looks[:, 0] + reach * np.cos(looks[:, 2]), looks[:, 1] + reach * np.sin(looks[:, 2])
+        points = np.column_stack(placed((robot.x, robot.y, robot.heading), *hit))
+        _, first = np.unique(np.round(points / ECHO_GRID).astype(int), axis=0, return_index=True)
+        return points[np.sort(first)]
+
+
+def placed(pose, x, y) -> Tuple[np.ndarray, np.ndarray]:
+    """Points that are given in the frame of a pose, in the frame in which the pose is given. All may be arrays."""
+    cosine, sine = np.cos(pose[2]), np.sin(pose[2])
+    return pose[0] + cosine * x - sine * y, pose[1] + sine * x + cosine * y
+
+
+def chained(first: Pose, then: Pose) -> Pose:
+    """The pose `then`, which is given in the frame of `first`, in the frame in which `first` is given."""
+    x, y = placed(first, then[0], then[1])
+    return float(x), float(y), first[2] + then[2]
+
+
+def inverted(pose: Pose) -> Pose:
+    """The pose of the outer frame seen from this one."""
+    x, y = placed((0.0, 0.0, -pose[2]), -pose[0], -pose[1])
+    return float(x), float(y), -pose[2]

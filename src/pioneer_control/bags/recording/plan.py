@@ -1,0 +1,193 @@
+"""What is to be recorded and where to: from a command line, checked, to the ``rosbag record`` that does it.
+
+Here is decided what must not happen: that a recording, also an unfinished one, is overwritten.
+"""
+
+import argparse
+import os
+import re
+import tempfile
+import time
+from typing import Dict, List, NamedTuple, Sequence, Tuple
+
+from ...errors import UsageError
+from ..bag_names import stem
+from .disk import GB, MB, in_words
+from .topics import NAME, load_list, topics_of
+
+COMPRESSIONS = "lz4", "bz2", "none"
+UNITS: Dict[str, Tuple[str, float]] = {
+    "MB": ("size", MB), "GB": ("size", GB), "s": ("duration", 1), "min": ("duration", 60), "h": ("duration", 3600)}
+CHUNK = 64
+"""kB of messages that are compressed together, and lost when the recorder is killed: about 2 s of one robot. rosbag's own 768 make bags
+an eighth smaller, and lose up to half a minute; bench/recording.md."""
+KEEP_FREE = 256 * MB
+"""Bytes that are left on the disk: ten hours of one robot, and the computer goes on. rosbag warns from five times as much on."""
+LEFT = 60.0
+"""s after the last write until an unfinished bag counts as one whose recorder is gone."""
+WHAT_TO_DO = ("is of a recorder that was killed: all is in it but the last seconds. draw_run reads it as it is; "
+              "for rosbag: rosbag reindex '%s', and rename it to .bag")
+
+
+class LogLine(NamedTuple):
+    """A sentence for the log."""
+
+    severity: str
+    """info, warning or error"""
+    text: str
+
+
+class RecordingPlan(NamedTuple):
+    """What is to be recorded, and where to. Sizes in bytes."""
+
+    robots: Tuple[str, ...]
+    topics: Tuple[str, ...]
+    """whole names"""
+    asked_for: Tuple[str, ...]
+    """those of them that somebody asked for on top of the usual ones"""
+    stem: str
+    """absolute path without .bag"""
+    compression: str
+    split: Tuple[str, int]
+    """("size", MB), ("duration", s) or ("", 0)"""
+    keep_free: int
+    """whole MB"""
+
+    @property
+    def folder(self) -> str:
+        return os.path.dirname(self.stem)
+
+    @property
+    def file(self) -> str:
+        """The bag, or its first part."""
+        return self.stem + ("_0.bag" if self.split[0] else ".bag")
+
+    @property
+    def parts(self) -> List[str]:
+        """The files that there are of it, finished or not, in their order."""
+        return parts_of(self.stem, bool(self.split[0]))
+
+    @property
+    def command(self) -> List[str]:
+        """The rosbag record that does it."""
+        how, amount = self.split
+        return ["rosrun", "rosbag", "record", "--output-name=" + self.stem, "--tcpnodelay",
+                "--min-space=%sM" % (self.keep_free // MB), "--chunksize=%s" % CHUNK,
+                *([] if self.compression == "none" else ["--" + self.compression]),
+                *(["--split", "--%s=%s" % (how, amount), "--repeat-latched"] if how else []),
+                *self.topics]
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line. record.launch gives all of it, empty for what nobody said."""
+    made = argparse.ArgumentParser(
+        prog="record", description="Record robots: all topics of config/record.yaml, into one bag. Ctrl-C ends it and closes the bag.")
+    add = made.add_argument
+    add("robots", nargs="*", default=["pioneer"], metavar="ROBOT", help="namespaces of the robots (pioneer)")
+    add("--bag", default="", metavar="FILE", help="the bag, or a directory for it; otherwise it is named by robots and time")
+    add("--also", default="", metavar="GROUPS", help="groups of topics that are not kept unless asked for, such as 'wire packets'")
+    add("--split", default="", metavar="AMOUNT", help="a new part each so often, such as 1h, 30min, 500MB: FILE_0.bag, FILE_1.bag, ...")
+    add("--compression", default="", help="lz4 (default), bz2 or none")
+    add("--keep-free", default="", metavar="SIZE", help="space on the disk that rosbag leaves, such as 1GB (%s)" % in_words(KEEP_FREE))
+    add("--topics", default="", metavar="FILE", help="another list than config/record.yaml")
+    return made
+
+
+def plan_of(arguments: argparse.Namespace, now: time.struct_time) -> RecordingPlan:
+    """What a command line asks for.
+
+    Raises:
+        UsageError: it makes no sense; says what would.
+    """
+    robots = tuple(dict.fromkeys(name.strip("/") for argument in arguments.robots for name in argument.replace(",", " ").split()))
+    for robot in robots:
+        if robot and not NAME.fullmatch(robot):
+            raise UsageError("%r is no name of a robot: give its namespace, like pioneer; several with spaces between them; "
+                             "/ if it has none" % robot)
+    if not robots:
+        raise UsageError("no robot is named: give its namespace, like pioneer")
+    compression = arguments.compression or COMPRESSIONS[0]
+    if compression not in COMPRESSIONS:
+        raise UsageError("compression %r is not legal: give one of %s" % (compression, ", ".join(COMPRESSIONS)))
+    rows = load_list(arguments.topics)
+    usual, topics = (topics_of(rows, robots, also) for also in ((), arguments.also.replace(",", " ").split()))
+    kind, keep_free = amount_of("keep_free", arguments.keep_free or "%sMB" % (KEEP_FREE // MB))
+    if kind != "size":
+        raise UsageError("keep_free %r is not legal: give a size like 500MB or 1GB" % arguments.keep_free)
+    return RecordingPlan(
+        robots, topics, tuple(topic for topic in topics if topic not in usual), stem_of(arguments.bag, robots, now), compression,
+        split_of(arguments.split), max(1, int(keep_free / MB)) * MB)
+
+
+def amount_of(what: str, text: str) -> Tuple[str, float]:
+    """'500MB' -> ("size", bytes), '30min' -> ("duration", s)."""
+    found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([A-Za-z]+)\s*", text)
+    if not found or found.group(2) not in UNITS:
+        raise UsageError("%s %r is not legal: give a number with a unit, one of %s" % (what, text, ", ".join(UNITS)))
+    kind, unit = UNITS[found.group(2)]
+    return kind, float(found.group(1)) * unit
+
+
+def split_of(text: str) -> Tuple[str, int]:
+    """What --split says -> ("size", MB) or ("duration", s), as rosbag wants it; ("", 0) for one bag."""
+    if not text:
+        return "", 0
+    kind, amount = amount_of("split", text)
+    whole = int(amount / MB) if kind == "size" else int(amount)
+    if whole < 1:
+        raise UsageError("split %r is not legal: give at least 1MB or 1s" % text)
+    return kind, whole
+
+
+def stem_of(bag: str, robots: Sequence[str], now: time.struct_time) -> str:
+    """The absolute path of the bag without its ending: as it was given, or in the given directory, named by robots and time."""
+    path = os.path.abspath(os.path.expanduser(bag)) if bag else os.getcwd()
+    if bag and not bag.endswith("/") and not os.path.isdir(path):
+        return stem(path)
+    names = [robot or "robot" for robot in robots]
+    who = "_".join(names) if len(names) <= 3 else "%s_and_%s_more" % (names[0], len(names) - 1)
+    return os.path.join(path, who.replace("/", "-") + time.strftime("_%Y-%m-%d-%H-%M-%S", now))
+
+
+def check_place(plan: RecordingPlan, free: int) -> None:
+    """Check that nothing would be overwritten, and that something can be written.
+
+    Args:
+        plan: of the recording.
+        free: bytes on the disk.
+
+    Raises:
+        UsageError: not so; says what to do.
+    """
+    folder, name = os.path.split(plan.stem)
+    there = plan.parts
+    if there:
+        unfinished = [path for path in there if path.endswith(".active")]
+        raise UsageError("%s is there already, and stays as it is: give the new bag another name%s" % (
+            there[0], ". %s is being recorded, or %s" % (unfinished[0], WHAT_TO_DO % unfinished[0]) if unfinished else ""))
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise UsageError("cannot write %s.bag in %s: %s" % (name, folder, error.strerror)) from error
+    if free <= plan.keep_free:
+        raise UsageError("only %s are free in %s, and rosbag ends below %s: make room, record elsewhere (bag:=), or leave less "
+                         "(keep_free:=100MB)" % (in_words(free), folder, in_words(plan.keep_free)))
+
+
+def parts_of(stem: str, numbered: bool) -> List[str]:
+    """The files of a recording, finished or not, in their order; `numbered`: it was split."""
+    folder, name = os.path.split(stem)
+    pattern = re.compile(re.escape(name) + (r"_(\d+)" if numbered else "()") + r"\.bag(?:\.active)?")
+    try:
+        found = [(pattern.fullmatch(entry), entry) for entry in os.listdir(folder)]
+    except OSError:
+        return []
+    return [os.path.join(folder, entry) for _, entry in sorted((int(match.group(1) or 0), entry) for match, entry in found if match)]
+
+
+def left_behind(folder: str, now: float) -> List[LogLine]:
+    """What to say of bags that killed recorders left in a folder; `now`: s since 1970."""
+    unfinished = sorted(entry.path for entry in os.scandir(folder)
+                        if entry.name.endswith(".bag.active") and now - entry.stat().st_mtime > LEFT)
+    return [LogLine("warning", "%s %s" % (path, WHAT_TO_DO % path)) for path in unfinished[-1:]]

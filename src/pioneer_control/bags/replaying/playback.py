@@ -1,0 +1,119 @@
+"""How ``rosbag play`` brings a bag back so that none of its commands reaches anything that listens: they come back under ``recorded/``."""
+
+import re
+from typing import Dict, List, Mapping, Sequence
+
+from ...errors import UsageError
+from ..reader import BagError, read_bag
+
+RECORDED, RERUN = ASIDE = "recorded", "rerun"
+"""Under these names, below their own namespace, the commands of a bag come back, and those of a program that hears it go."""
+
+COMMANDS = {
+    "cmd_vel": "drives",
+    "cmd_wheels": "drives each side",
+    "cmd_motor_state": "switches the motors on",
+    "gripper_control": "moves the gripper",
+    "stop_button": "presses the STOP button of a simulated robot, and lets it go",
+    "ptz_control": "moves a camera",
+    "joy": "a joystick: nodes that listen to it drive",
+    "goal": "sends a navigation, or an arm, on its way",
+    "cancel": "ends that",
+    "initialpose": "tells a navigation where it is",
+}
+"""Last names of topics by which a node that is alive would do something, and what it would do."""
+
+COMMAND_TYPES = "Twist", "TwistStamped", "WheelVelocities"
+"""Last names of message types that drive, whatever their topic is called."""
+
+QUEUE = ["--queue=100000"]
+"""For rosbag play: so many messages may wait on a topic. A subscriber that is held up for a moment misses none."""
+
+REMAPPING = re.compile(r"[\w~/]+:=")
+"""Begin of a word that ROS takes from a command line."""
+
+NAME = re.compile("[A-Za-z/][A-Za-z0-9_/]*")
+"""What ROS takes for the name of a topic."""
+
+PREFIX = re.compile(r"--pr|-\w*p")
+"""Begin of rosbag play's option --prefix, and -p."""
+
+
+def is_command(topic: str, type_name: str) -> bool:
+    """Whether a node that is alive may do what comes on a topic."""
+    return topic.rpartition("/")[2] in COMMANDS or type_name.rpartition("/")[2] in COMMAND_TYPES
+
+
+def absolute(topic: str) -> str:
+    """A topic's whole name; a bag may have it without the slash."""
+    return topic if topic.startswith("/") else "/" + topic
+
+
+def aside(topic: str, folder: str = RECORDED) -> str:
+    """A topic's name where nothing alive listens: ``/pioneer/cmd_vel`` becomes ``/pioneer/recorded/cmd_vel``."""
+    namespace, _, name = absolute(topic).rpartition("/")
+    return "%s/%s/%s" % (namespace, folder, name)
+
+
+def _commands(topics: Mapping[str, str]) -> List[str]:
+    """Whole names of those of {topic: type} that command."""
+    return sorted({absolute(topic) for topic in topics if is_command(topic, topics[topic])})
+
+
+def remappings(topics: Mapping[str, str]) -> List[str]:
+    """Arguments for a player of {topic: type}, so that no command reaches what listens for it."""
+    return ["%s:=%s" % (topic, aside(topic)) for topic in _commands(topics)]
+
+
+def player(files: Sequence[str], topics: Mapping[str, str], options: Sequence[str] = ()) -> List[str]:
+    """The command that plays bags with their own clock, in order of time: one bag, or the parts of a recording.
+
+    Args:
+        topics: {topic: type} of the bags.
+        options: more for rosbag play.
+
+    Raises:
+        UsageError: an option would bring commands back elsewhere than under `RECORDED`.
+    """
+    _check_names(options, _commands(topics))
+    command = ["rosrun", "rosbag", "play", "--clock", *QUEUE, *options]
+    if "/clock" in topics:      # recorded in simulated time: two clocks would fight
+        return command + ["--topics", *sorted(set(topics) - {"/clock"}), "--bags", *files, *remappings(topics)]
+    return command + [*files, *remappings(topics)]
+
+
+def _check_names(options: Sequence[str], commands: Sequence[str]) -> None:
+    """Refuse options that give commands another name, or another topic the name of a command."""
+    for word in options:
+        source, given, target = word.partition(":=")
+        renamed = bool(REMAPPING.match(word)) and (absolute(source) in commands or is_command(target, ""))
+        if renamed or PREFIX.match(word) or source == "__ns" and given:
+            raise UsageError("%s is not legal here: what commanded comes back under %s/ in its own namespace, and nowhere else"
+                             % (word, RECORDED))
+
+
+def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
+    """{topic: type} of bags.
+
+    Raises:
+        BagError: rosbag play would not play one of them.
+    """
+    import rosbag
+
+    connections = read_bag(files, lambda connection: False).connections     # says which file is no bag at all
+    for path in files:
+        try:
+            rosbag.Bag(path, skip_index=True).close()
+        except rosbag.ROSBagUnindexedException:
+            raise BagError("%s has no index: its recorder is still running or was killed, or it was cut off. When it has ended: "
+                           "rosbag reindex %s" % (path, path)) from None
+        except (rosbag.ROSBagException, OSError, EOFError, ValueError) as error:
+            raise BagError("%s is damaged: %s. This makes what is left of it a bag again: rosbag reindex %s"
+                           % (path, error, path)) from None
+    odd = sorted({connection.topic for connection in connections if not NAME.fullmatch(connection.topic)})
+    if odd:
+        raise BagError("%s: %r is no name of a topic, and rosbag play takes none of the bag: leave it out with rosbag filter"
+                       % (" ".join(files), odd[0]))
+    if not connections:
+        raise BagError("%s: there is nothing in it" % " ".join(files))
+    return {connection.topic: connection.type for connection in connections}

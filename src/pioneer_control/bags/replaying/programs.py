@@ -1,0 +1,184 @@
+"""What a re-run and a re-drive need of ROS: a node of their own, programs that they start and end, and what the master knows."""
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import time
+from typing import Any, Callable, Dict, Iterable, List, Sequence, Tuple
+from xmlrpc.client import ServerProxy
+
+import rosgraph
+import rospy
+
+from ...errors import NoAnswerError, PioneerError, UsageError
+from ...ros_node import NO_ANSWER, init_node, is_at_work
+from ..command_line import say
+from .playback import ASIDE
+from .redrive_schedule import OTHERS, VELOCITIES
+
+PATIENCE = 30.0  # s until programs must be there; the slowest machine needs few of them
+MASTER_PATIENCE = 5.0  # s for an answer of the master
+INTERVAL = 0.05  # s between two looks
+LAST_WORDS = 10.0, 5.0  # s after Ctrl-C, and after SIGTERM, until a program is killed
+DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
+
+
+class Interrupted(PioneerError):
+    """Ctrl-C, or another end that somebody asked for."""
+
+
+def no_master() -> UsageError:
+    """What to say where no master answers."""
+    return UsageError("there is no ROS master at %s: start roscore, or use roslaunch pioneer_control replay.launch"
+                      % rosgraph.get_master_uri())
+
+
+def become_node(name: str) -> None:
+    """Become a node of this name, or of that given with ``__name:=``.
+
+    Raises:
+        UsageError: there is no master, or a node of that name is at work, which this one would end.
+    """
+    named = [word[len("__name:="):] for word in sys.argv if word.startswith("__name:=")]
+    name = (named or [name])[-1]
+    try:
+        if is_at_work("/" + name, MASTER_PATIENCE):
+            raise UsageError("/%s is at work on this master already: end it first, or give this one another name with __name:=" % name)
+    except NO_ANSWER:
+        raise no_master() from None
+    init_node(name)
+
+
+def run_as_node(name: str, run: Callable[[], int]) -> int:
+    """Become a node and run something.
+
+    Returns:
+        The exit code: that of `run`; 1 it ended before, 2 it cannot be done as asked.
+    """
+    become_node(name)
+    try:
+        return run()
+    except (PioneerError, rospy.ROSException, rospy.ServiceException) as error:
+        reason, code = error, 2 if isinstance(error, UsageError) else 1
+    except (*NO_ANSWER, rosgraph.MasterException):
+        if rosgraph.is_master_online():
+            raise
+        reason, code = no_master(), 1   # it has ended
+    print("%s: %s" % (name, reason), file=sys.stderr, flush=True)
+    return code
+
+
+class Programs:
+    """Programs that are started for a while. They end in order, however this program ends."""
+
+    def __init__(self) -> None:
+        self._running: List[subprocess.Popen] = []
+
+    def start(self, command: Sequence[str], namespace: str = "/", quiet: bool = False) -> subprocess.Popen:
+        """Start a program, with its relative names below a namespace."""
+        libc = ctypes.CDLL(None)  # here: nothing may be loaded in the child
+        process = subprocess.Popen(
+            list(command), env=dict(os.environ, ROS_NAMESPACE=namespace), stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL if quiet else None,
+            start_new_session=True,  # Ctrl-C is for this program, which ends them in their order
+            preexec_fn=lambda: libc.prctl(DIE_WITH_PARENT, signal.SIGINT))
+        self._running.append(process)
+        return process
+
+    def end(self, process: subprocess.Popen) -> int:
+        """End a program as Ctrl-C does, and harder if that does not help.
+
+        Returns:
+            Its exit code.
+        """
+        for number, patience in zip((signal.SIGINT, signal.SIGTERM), LAST_WORDS):
+            if process.poll() is None:
+                process.send_signal(number)
+                try:
+                    process.wait(patience)
+                except subprocess.TimeoutExpired:
+                    pass
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+        return process.wait()
+
+    def end_all(self) -> None:
+        """End all programs, the last one first."""
+        while self._running:
+            self.end(self._running.pop())
+
+
+def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subprocess.Popen] = (), patience: float = PATIENCE) -> None:
+    """Wait until a condition holds.
+
+    Args:
+        what: the condition in words.
+        needed: programs that must not end meanwhile.
+        patience: s.
+
+    Raises:
+        NoAnswerError: it did not come to hold, or a needed program ended.
+        Interrupted: this node ended.
+    """
+    end = time.monotonic() + patience
+    while not condition():
+        if rospy.is_shutdown():
+            raise Interrupted("ended before it was done")
+        for process in needed:
+            if process.poll() is not None:
+                raise NoAnswerError("waited for %s, but a program that is needed for it has ended (exit code %s); its last lines above say why"
+                                    % (what, process.poll()))
+        if time.monotonic() > end:
+            raise NoAnswerError("waited %.0f s in vain for %s" % (patience, what))
+        time.sleep(INTERVAL)
+
+
+def graph() -> Tuple[Dict[str, List[str]], ...]:
+    """Publishers and subscribers by topic, and servers by service, as the master knows them now."""
+    return tuple(dict(part) for part in rosgraph.Master(rospy.get_name()).getSystemState())
+
+
+def nodes() -> List[str]:
+    """All nodes there are."""
+    return sorted({node for part in graph() for names in part.values() for node in names})
+
+
+def possible_robots() -> List[str]:
+    """Nodes that may be a robot, or move one, because they report motors or listen to commands; each with a topic that shows it."""
+    publishers, subscribers, _ = graph()
+    found = [(node, topic) for topic, names in publishers.items() if topic.rpartition("/")[2] == "motor_state" for node in names]
+    found += [(node, topic) for topic, names in subscribers.items() if _commands_robot(topic) for node in names]
+    return ["%s (%s)" % (node, topic) for node, topic in sorted(dict(sorted(found)).items())]
+
+
+def _commands_robot(topic: str) -> bool:
+    """Whether a node that listens to a topic may be moved by it; commands that a replay puts aside move nobody."""
+    *_, folder, name = ["", *topic.split("/")]
+    return name in VELOCITIES + OTHERS and folder not in ASIDE
+
+
+def connected(sender: str, listener: str, topics: Iterable[str]) -> bool:
+    """Whether a node has a connection to another on each of some topics, as far as it publishes them."""
+    published = {topic for topic, names in graph()[0].items() if sender in names}
+    address = rosgraph.Master(rospy.get_name()).lookupNode(sender)
+    _, _, connections = ServerProxy(address).getBusInfo(rospy.get_name())
+    return published & set(topics) <= {entry[4] for entry in connections if entry[1] == listener and entry[2] == "o"}
+
+
+def restore_parameter(name: str, value: Any) -> None:
+    """Set a parameter to what it was before; None: it was not set."""
+    try:
+        if value is not None:
+            rospy.set_param(name, value)
+        elif rospy.has_param(name):
+            rospy.delete_param(name)
+    except (OSError, KeyError, rosgraph.MasterException):
+        pass  # the master has ended, too
+
+
+def explain_roslaunch() -> None:
+    """Say that what roslaunch prints at the end of a required node is no error, where roslaunch started this program."""
+    if any(word.startswith("__log:=") for word in sys.argv):
+        say("(roslaunch now says in red that a required process has died: it means that this is done.)\n")

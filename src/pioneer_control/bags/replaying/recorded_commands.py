@@ -1,0 +1,70 @@
+"""What a robot of a bag was told, and by which nodes: a re-run and a re-drive begin with it."""
+
+from collections import Counter
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+from std_msgs.msg import String
+
+from ...errors import UsageError
+from ..command_line import say
+from ..reader import BagError, decode, plural, read_bag
+from ..recording.description import Description, description_of
+from .playback import absolute
+
+
+class RecordedCommands(NamedTuple):
+    """What a bag has of one robot, by the last names of topics."""
+
+    robot: str  # namespace
+    messages: Dict[str, List[Tuple[float, Any]]]  # (s, message) in order of time
+    senders: Dict[str, str]  # the first node that published; empty where the bag does not say
+    begin: float  # s: first message of the bag
+
+    def descriptions(self) -> Iterator[Description]:
+        """The recording's descriptions that make sense, the newest first."""
+        for _, message in reversed(self.messages.get("recording", [])):
+            try:
+                yield description_of(message.data)
+            except UsageError:
+                continue
+
+
+def read_commands(files: Sequence[str], robot: str, commands: Mapping[str, type],
+                  others: Optional[Mapping[str, type]] = None) -> RecordedCommands:
+    """Read what a robot was told. Messages with other fields than the type that is given for their topic are left out.
+
+    Args:
+        files: a bag, or the parts of a recording.
+        robot: its namespace; "": the only one that was told something.
+        commands: {last name of a topic: message class} of what a robot is told.
+        others: likewise, of what else to read.
+
+    Raises:
+        BagError: the robot was told nothing, or "" and there are several.
+    """
+    wanted = {**commands, **(others or {}), "recording": String}
+    reader = read_bag(files, lambda connection: connection.md5sum == getattr(wanted.get(connection.topic.rpartition("/")[2]), "_md5sum", None))
+    damaged: "Counter[str]" = Counter()
+    robots: Dict[str, RecordedCommands] = {}
+    for topic, connection, data, nanoseconds in reader:
+        namespace, _, name = absolute(topic).rpartition("/")
+        found = robots.setdefault(namespace.strip("/"), RecordedCommands(namespace.strip("/"), {}, {}, 0.0))
+        try:
+            message = decode(connection, data)
+        except BagError:
+            damaged[topic] += 1
+            continue
+        found.messages.setdefault(name, []).append((nanoseconds * 1e-9, message))
+        found.senders.setdefault(name, connection.caller)
+    if reader.damage:
+        say("%s: %s" % (", ".join(files), reader.damage))
+    for topic, count in damaged.items():
+        say("%s on %s could not be understood, and will be missing." % (plural(count, "message"), topic))
+    told = sorted(name for name, found in robots.items() if set(found.messages) & set(commands))
+    chosen = robot.strip("/")
+    if chosen and chosen not in told or not told:
+        who = "robot %r was told nothing" % chosen if chosen else "nobody was told anything"
+        raise BagError("%s: %s in it (%s)%s" % (files[0], who, ", ".join(commands), "; who was: " + ", ".join(told) if told else ""))
+    if not chosen and len(told) > 1:
+        raise BagError("%s: %s robots were told something: %s. Choose one with robot:=NAME" % (files[0], len(told), ", ".join(told)))
+    return robots[chosen or told[0]]._replace(begin=(reader.begin or 0) * 1e-9)

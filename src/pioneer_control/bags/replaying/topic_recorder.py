@@ -1,0 +1,89 @@
+"""A new bag of what a re-run or a re-drive hears and says."""
+
+import io
+import os
+import threading
+import time
+from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
+
+import genpy
+import rospy
+
+from ...errors import UsageError
+from ..command_line import say
+from ..writer import BagWriter
+
+
+class TopicRecorder:
+    """Writes messages of topics, and others that it is given, into a new bag.
+
+    Args:
+        path: of the bag.
+        now: the time at which a message is written.
+
+    Attributes:
+        newest: message by topic.
+        counts: messages by topic.
+        heard_at: when the last message came; s, of the monotonic clock.
+
+    Raises:
+        UsageError: no such bag can be made.
+    """
+
+    def __init__(self, path: str, now: Callable[[], genpy.Time]) -> None:
+        if os.path.exists(path):
+            raise UsageError("%s is there already: name another output" % path)
+        try:
+            self._writer: Optional[BagWriter] = BagWriter(path)
+        except OSError as error:
+            raise UsageError("%s cannot be written: %s" % (path, error.strerror or error)) from None
+        self._connections: Dict[Tuple[str, Optional[str]], int] = {}     # by topic and publisher
+        self.path, self._now = path, now
+        self.newest: Dict[str, Any] = {}
+        self.counts: Dict[str, int] = {}
+        self.heard_at = time.monotonic()
+        self._lock = threading.Lock()
+        self._subscribers: List[rospy.Subscriber] = []
+
+    def record(self, topic: str, kind: type = rospy.AnyMsg, written_as: str = "") -> None:
+        """Write every message of a topic from now on, under another name where one is given."""
+        self._subscribers.append(rospy.Subscriber(topic, kind, self._hear, written_as or topic))
+
+    def _hear(self, message: Any, topic: str) -> None:
+        self._write(topic, message, message._connection_header)
+
+    def write(self, topic: str, message: genpy.Message) -> None:
+        """Write a message, as of now."""
+        self._write(topic, message, dict(type=message._type, md5sum=message._md5sum, message_definition=message._full_text))
+
+    def _write(self, topic: str, message: Any, header: Mapping[str, str]) -> None:
+        """Write a message that came by a connection with this header."""
+        data = io.BytesIO()
+        message.serialize(data)
+        sender = topic, header.get("callerid")
+        with self._lock:
+            if self._writer is None:
+                return
+            if sender not in self._connections:
+                self._connections[sender] = self._writer.connect(topic, dict(header, topic=topic))
+            self._writer.write(self._connections[sender], data.getvalue(), self._now().to_nsec())
+            self.newest[topic] = message
+            self.counts[topic] = self.counts.get(topic, 0) + 1
+            self.heard_at = time.monotonic()
+
+    def close(self) -> None:
+        """Close the bag, and remove it where nothing is in it. What comes later is dropped. May be called twice."""
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        self._subscribers = []
+        with self._lock:
+            writer, self._writer = self._writer, None
+            if writer is not None:
+                writer.close()
+                if not self.counts:
+                    os.remove(self.path)
+
+    def say_where(self) -> None:
+        """Say where what happened is, of something that ended before it was done."""
+        if self.counts:
+            say("What happened until it ended is in %s" % self.path)
