@@ -1,12 +1,13 @@
 """The house stands as designed: who may import whom, what an import drags in, the oldest Python, names that agree."""
 
 import ast
+import fnmatch
 import pathlib
 import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
-from typing import Iterator, List, NamedTuple, Set
+from typing import Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 import pytest
 
@@ -15,7 +16,7 @@ import pioneer_control
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "src" / "pioneer_control"
 
-# Which rooms a room may import from; every room may use errors and itself. Note the two that never meet: simulator and client.
+# Which rooms a room may import from; every room may use errors and itself. Two never meet: simulator and client.
 ROOMS = {
     "errors": set(),
     "interrupt": set(),
@@ -30,15 +31,17 @@ ROOMS = {
     "driver": {"message_values", "standard_messages", "parameters", "ros_node", "p2os", "robots", "client", "msg"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "p2os", "robots"},
     "tutorial": {"message_values", "msg"},
-    "bags": {"message_values", "parameters", "ros_node", "standard_messages", "pictures", "p2os", "robots", "msg"},      # robots: where the sonar of an old bag looks
+    # robots: where the sonar of an old bag looks
+    "bags": {"message_values", "parameters", "ros_node", "standard_messages", "pictures", "p2os", "robots", "msg"},
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "simulator/node.py")
-ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib", "rospkg", "rostest", "rostopic",
-               "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs",
-               "diagnostic_updater", "visualization_msgs"}
+ROS_MODULES = {"rospy", "tf", "tf2_ros", "dynamic_reconfigure", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib",
+               "rospkg", "rostest", "rostopic", "nav_msgs", "geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs",
+               "tf2_msgs", "rosgraph_msgs", "diagnostic_msgs", "diagnostic_updater", "visualization_msgs"}
 # Heavy or special libraries, and the only places that may use them.
-LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/", "simulator/picture"), "PIL": ("simulator/world/ros_map",), "tqdm": ("bags/",)}
+LIBRARY_PLACES = {"serial": ("client/transport",), "matplotlib": ("bags/", "simulator/picture"),
+                  "PIL": ("simulator/world/ros_map",), "tqdm": ("bags/",)}
 
 # Modules that come with packages that package.xml names: genpy with message_runtime, rosgraph and rospkg with rospy.
 PART_OF_ANOTHER = {"genpy", "rosgraph", "rospkg"}
@@ -100,9 +103,11 @@ def all_python_files() -> List[pathlib.Path]:
 
 def text_files() -> List[pathlib.Path]:
     """What the repository holds, as far as it is text."""
-    names = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], stdout=subprocess.PIPE).stdout.decode().split("\0")
-    made = {".git", "build", "runs", "__pycache__", ".hypothesis"}     # where there is no git to ask, in a tarball
-    files = [ROOT / name for name in names if name] or [path for path in ROOT.rglob("*") if not made & set(path.relative_to(ROOT).parts)]
+    listing = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], stdout=subprocess.PIPE).stdout.decode()
+    files = [ROOT / name for name in listing.split("\0") if name]
+    if not files:       # there is no git to ask: a tarball
+        made = {".git", "build", "runs", "__pycache__", ".hypothesis"}
+        files = [path for path in ROOT.rglob("*") if not made & set(path.relative_to(ROOT).parts)]
     binary = {".png", ".jpg", ".gif", ".pdf", ".bag", ".bin"}
     return [path for path in files if path.is_file() and path.suffix not in binary]
 
@@ -147,6 +152,258 @@ def test_what_is_allowed_is_no_trespass(path, text):
     assert trespasses(path, text) == []
 
 
+# --- Files ---
+
+MOST_ATTRIBUTES, MOST_METHODS = 20, 30
+"""Of one class, with those that it inherits from classes of this package."""
+
+Texts = Dict[str, str]
+"""Texts of files by their dotted names; the front of a folder (``__init__``) has the folder's."""
+
+
+def package_texts() -> Texts:
+    """Every file of the package."""
+    found = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path.read_text(encoding="utf-8")
+    return found
+
+
+def imported_files(texts: Texts) -> Dict[str, Set[str]]:
+    """Which files each file imports, wherever in it, if only for its types. A file does not import its own folder."""
+    found = {}
+    for name, text in texts.items():
+        is_folder = any(other.startswith(name + ".") for other in texts)
+        named = [module for module, _ in imports(text, name if is_folder else name.rpartition(".")[0])]
+        # "from .a import b": the file b of folder a, or something in a.
+        targets = {module if module in texts else module.rpartition(".")[0] for module in named}
+        found[name] = targets & set(texts) - {name}
+    return found
+
+
+def circle(graph: Dict[str, Set[str]]) -> List[str]:
+    """Files that import each other in a circle, in their order; empty when there is none."""
+    done: Set[str] = set()
+
+    def walk(path: List[str]) -> List[str]:
+        for following in sorted(graph[path[-1]]):
+            if following in path:
+                return path[path.index(following):] + [following]
+            found = [] if following in done else walk(path + [following])
+            if found:
+                return found
+        done.add(path[-1])
+        return []
+
+    for start in sorted(graph):
+        found = [] if start in done else walk([start])
+        if found:
+            return found
+    return []
+
+
+def classes(texts: Texts) -> List[Tuple[str, ast.ClassDef]]:
+    """Every class with the file that it is in."""
+    return [(name, node) for name, text in texts.items() for node in ast.walk(ast.parse(text))
+            if isinstance(node, ast.ClassDef)]
+
+
+def repeated_classes(texts: Texts) -> List[str]:
+    """Names that more than one class has, and where."""
+    places: Dict[str, List[str]] = {}
+    for file, node in classes(texts):
+        places.setdefault(node.name, []).append(file)
+    return ["%s in %s" % (name, ", ".join(files)) for name, files in sorted(places.items()) if len(files) > 1]
+
+
+def last_name(node: ast.expr) -> str:
+    """The last word of ``a.b.Word``, ``Word[...]`` or ``Word(...)``."""
+    while isinstance(node, (ast.Call, ast.Subscript)):
+        node = node.func if isinstance(node, ast.Call) else node.value
+    return node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
+
+
+def is_record(node: ast.ClassDef) -> bool:
+    """Whether it holds values and nothing else: a NamedTuple, an enumeration, a frozen dataclass."""
+    frozen = any(isinstance(each, ast.Call) and last_name(each) == "dataclass" and
+                 any(word.arg == "frozen" and getattr(word.value, "value", None) is True for word in each.keywords)
+                 for each in node.decorator_list)
+    bases = {last_name(base) for base in node.bases}
+    return frozen or bool(bases & {"NamedTuple", "Enum", "IntEnum", "Flag", "IntFlag"})
+
+
+def attributes_of(node: ast.ClassDef) -> Set[str]:
+    """What is assigned in the body of a class, or to ``self`` in one of its methods."""
+    def names(target: ast.expr) -> Iterator[str]:
+        if isinstance(target, (ast.Tuple, ast.List, ast.Starred)):
+            for each in getattr(target, "elts", None) or [target.value]:
+                yield from names(each)
+        elif isinstance(target, ast.Attribute) and getattr(target.value, "id", "") == "self":
+            yield target.attr
+        elif isinstance(target, ast.Name) and target in body_targets:
+            yield target.id
+
+    def targets(statement: ast.AST) -> List[ast.expr]:
+        if isinstance(statement, ast.Assign):
+            return statement.targets
+        return [statement.target] if isinstance(statement, (ast.AnnAssign, ast.AugAssign, ast.For)) else []
+
+    body_targets = [each for statement in node.body for target in targets(statement) for each in ast.walk(target)]
+    found = {name for statement in ast.walk(node) for target in targets(statement) for name in names(target)}
+    return found - {"__slots__"}
+
+
+def methods_of(node: ast.ClassDef) -> Set[str]:
+    """Names of its methods and properties."""
+    return {each.name for each in node.body if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef))}
+
+
+def large_classes(texts: Texts) -> List[str]:
+    """Classes that hold too much, and how much. What they inherit from classes of this package counts as theirs."""
+    known = {node.name: node for _, node in classes(texts)}
+
+    def with_bases(node: ast.ClassDef) -> List[ast.ClassDef]:
+        bases = {last_name(base) for base in node.bases} & set(known) - {node.name}
+        return [node] + [each for base in bases for each in with_bases(known[base])]
+
+    found = []
+    for file, node in classes(texts):
+        family = with_bases(node)
+        attributes = len(set().union(*map(attributes_of, family)))
+        methods = len(set().union(*map(methods_of, family)))
+        if not any(map(is_record, family)) and (attributes > MOST_ATTRIBUTES or methods > MOST_METHODS):
+            found.append("%s.%s: %d attributes, %d methods" % (file, node.name, attributes, methods))
+    return found
+
+
+def undocumented(texts: Texts) -> List[str]:
+    """What is public and has no docstring: files, classes, functions, methods. A method's may be its base class's."""
+    known = {node.name: node for _, node in classes(texts)}
+
+    def told_by_a_base(owner: ast.AST, name: str) -> bool:
+        bases = [known[last_name(base)] for base in getattr(owner, "bases", ()) if last_name(base) in known]
+        return any(told_by_a_base(base, name) or
+                   any(getattr(each, "name", "") == name and ast.get_docstring(each) for each in base.body)
+                   for base in bases if base is not owner)
+
+    def visit(node: ast.AST, name: str, owner: Optional[ast.AST] = None) -> Iterator[str]:
+        if ast.get_docstring(node) is None and not told_by_a_base(owner, getattr(node, "name", "")):
+            yield name
+        for child in node.body if isinstance(node, (ast.Module, ast.ClassDef)) else ():
+            if isinstance(child, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)) and child.name[0] != "_":
+                # The setter of a property is told by the property; an overload by what it overloads.
+                if not {"setter", "overload"} & {last_name(each) for each in child.decorator_list}:
+                    yield from visit(child, "%s.%s" % (name, child.name), node)
+
+    return [name for module, text in texts.items() for name in visit(ast.parse(text), module)]
+
+
+def untrue_fronts(texts: Texts) -> List[str]:
+    """Files and folders that the front of their folder does not name, and what a front lists that is not there."""
+    found = []
+    for folder, text in texts.items():
+        present = {name[len(folder) + 1:] for name in texts if name.startswith(folder + ".")}
+        present = {name for name in present if "." not in name and name != "__main__"}
+        if present:
+            front = ast.get_docstring(ast.parse(text)) or ""
+            named = re.findall(r"`{1,2}([a-z_0-9*]+)(?:\.py|/)?`{1,2}", front)
+            found += ["%s does not name %s" % (folder, name) for name in sorted(present)
+                      if not any(fnmatch.fnmatchcase(name, pattern) for pattern in named)]
+            listed = re.findall(r"^``([a-z_0-9*]+)(?:\.py|/)?``", front, re.MULTILINE)
+            found += ["%s lists %s, which is not there" % (folder, pattern) for pattern in listed
+                      if not fnmatch.filter(present | {"__main__"}, pattern)]
+    return found
+
+
+FILES = package_texts()
+
+
+def test_no_files_import_each_other_in_a_circle():
+    assert circle(imported_files(FILES)) == []
+
+
+@pytest.mark.parametrize("there, back", [
+    ("from .b import f", "from .a import g"),
+    ("from . import b", "import p.a"),
+    ("import p.b", "def late():\n    from p import a"),
+    ("from .b import f", "if TYPE_CHECKING:\n    from .a import A"),
+    ("from . import c", "from .a import g"),        # c is of the front, which imports b
+])
+def test_a_circle_of_files_is_seen(there, back):
+    texts = {"p": "from .b import c", "p.a": there, "p.b": back}
+    found = circle(imported_files(texts))
+    assert found[0] == found[-1] and {"p.a", "p.b"} <= set(found)
+
+
+def test_files_that_import_one_way_are_no_circle():
+    texts = {"p": "from .a import A\nfrom .b import B", "p.a": "from .b import B\nimport os", "p.b": "from p.c import d",
+             "p.c": ""}
+    assert circle(imported_files(texts)) == []
+
+
+def test_a_class_name_used_twice_is_seen():
+    texts = {"p.a": "class A: pass", "p.b": "def f():\n    class A: pass", "p.c": "class B: pass"}
+    assert repeated_classes(texts) == ["A in p.a, p.b"]
+
+
+def class_text(attributes=0, methods=1, head="class A:"):
+    lines = ["    def m%d(self): pass" % number for number in range(methods - 1)] + ["    def __init__(self):"]
+    lines += ["        self.a%d = self.b%d, self.c = 1, 2" % (number, number) for number in range(attributes - 1)]
+    return "\n".join([head] + lines + ["        pass"])
+
+
+@pytest.mark.parametrize("text, figures", [
+    (class_text(attributes=12), "23 attributes, 1 methods"),
+    (class_text(methods=31), "0 attributes, 31 methods"),
+    ("class A:\n" + "".join("    a%d: int = 1\n" % number for number in range(21)), "21 attributes, 0 methods"),
+    (class_text(methods=16, head="class B:") + "\n" + class_text(methods=30, head="class A(B):").replace("m", "n"),
+     "0 attributes, 45 methods"),
+])
+def test_a_class_that_holds_too_much_is_seen(text, figures):
+    assert large_classes({"p.a": text}) == ["p.a.A: " + figures]
+
+
+@pytest.mark.parametrize("head", ["class A(NamedTuple):", "@dataclass(frozen=True)\nclass A:", "class A(enum.Enum):"])
+def test_a_record_may_hold_much(head):
+    text = head + "\n" + "".join("    a%d: int = 1\n" % number for number in range(30))
+    assert large_classes({"p.a": text}) == []
+    for record, other in (("True", "False"), ("NamedTuple", "Thing"), ("Enum", "Thing")):
+        text = text.replace(record, other)
+    assert large_classes({"p.a": text}) != []
+
+
+def test_what_is_public_without_a_docstring_is_seen():
+    text = """
+class A:
+    def f(self): pass
+    def _g(self): pass
+    @f.setter
+    def f(self, value): pass
+class _B: pass
+def h():
+    def i(): pass
+"""
+    assert undocumented({"p.a": text}) == ["p.a", "p.a.A", "p.a.A.f", "p.a.h"]
+
+
+def test_a_method_may_leave_its_docstring_to_a_base_class_that_has_one():
+    base = '"""File."""\nclass Base:\n    """Class."""\n    def f(self):\n        """Method."""\n'
+    derived = '"""File."""\nclass A(Base):\n    """Class."""\n    def f(self): pass\n    def g(self): pass\n'
+    assert undocumented({"p.a": base, "p.b": derived}) == ["p.b.A.g"]
+    assert undocumented({"p.a": base.replace('        """Method."""', "        pass"), "p.b": derived}) == [
+        "p.a.Base.f", "p.b.A.f", "p.b.A.g"]
+
+
+def test_a_front_that_is_not_true_is_seen():
+    front = '"""A room. Open ``a`` first.\n\n``gone``  what went\n``many_*``  some\n"""'
+    texts = {"p": front, "p.a": "", "p.hidden": "", "p.many_b": "", "p.__main__": "", "p.a.deeper": ""}
+    assert untrue_fronts(texts) == [
+        "p does not name hidden", "p lists gone, which is not there", "p.a does not name deeper"]
+
+
+# --- What else holds ---
+
 def loaded_by(module: str) -> Set[str]:
     """The top-level modules in memory after importing one, in a Python of its own."""
     code = "import sys, %s; print(*{name.split('.')[0] for name in sys.modules})" % module
@@ -181,7 +438,7 @@ def test_later_syntax_is_seen():
 
 @pytest.mark.parametrize("path", sorted((ROOT / "nodes").glob("*")), ids=lambda path: path.name)
 def test_nodes_are_thin(path):
-    """A node imports and calls; what it does lives in the package. The tutorial's two are the lesson itself, to be read in a minute."""
+    """A node imports and calls; what it does lives in the package. The tutorial's two are the lesson itself."""
     if path.is_file():
         assert len(path.read_text().splitlines()) <= (80 if path.name.startswith("rosPioneer") else 20)
 
@@ -194,10 +451,11 @@ def test_versions_agree():
 
 
 def test_package_xml_names_what_the_code_imports():
-    """Whatever ROS package or library the sources import, package.xml says so; and it names no messages that nobody imports."""
+    """Whatever ROS package or library the sources import, package.xml says so; and each message package is imported."""
     manifest = ElementTree.parse(ROOT / "package.xml").getroot()
     named = {element.text for element in manifest if element.tag.endswith("depend")}
-    keys = {"numpy": "python3-numpy", "serial": "python3-serial", "yaml": "python3-yaml", "matplotlib": "python3-matplotlib", "PIL": "python3-pil", "tqdm": "python3-tqdm"}
+    keys = {"numpy": "python3-numpy", "serial": "python3-serial", "yaml": "python3-yaml", "PIL": "python3-pil",
+            "matplotlib": "python3-matplotlib", "tqdm": "python3-tqdm"}
     keys.update({module: module for module in ROS_MODULES})
     used = {module.partition(".")[0] for path in package_files()
             for module, _ in imports(path.read_text(encoding="utf-8"), "pioneer_control.x")}
