@@ -19,8 +19,8 @@ from free_space import gap_open, room
 from random_worlds import random_world
 from simulated_robot import CYCLE, Setup, SimulatedRobot
 
-from pioneer_control.tutorial.snapshot import Command, Snapshot
-from pioneer_control.tutorial.wander import Memory, wander
+from pioneer_control.tutorial.snapshot import Snapshot
+from pioneer_control.tutorial.wander import Memory, Move, wander
 
 SPEED = 0.1  # m/s, the tutorial's
 FORWARD = 0.02  # m/s: faster is "moving forward"
@@ -41,11 +41,11 @@ SETUPS: Dict[str, Setup] = {
 }
 
 
-def our_rule(seed: int) -> Callable[[Snapshot], Command]:
+def our_rule(seed: int) -> Callable[[Snapshot], Move]:
     """The package's wander."""
     memory = Memory(seed=seed, speed=SPEED)
 
-    def decide(snapshot: Snapshot) -> Command:
+    def decide(snapshot: Snapshot) -> Move:
         nonlocal memory
         command, memory = wander(snapshot, memory)
         return command
@@ -53,16 +53,16 @@ def our_rule(seed: int) -> Callable[[Snapshot], Command]:
     return decide
 
 
-def original_rule(seed: int) -> Callable[[Snapshot], Command]:
+def original_rule(seed: int) -> Callable[[Snapshot], Move]:
     """The tutorial's wander as it was in 2012, with nothing mended but what would end it with an exception.
 
     It commands once a second; "turn back" is never reached; with nothing open beyond 2 m the last command stays. Its choice of
     sonars by number is kept; unlike the original it does accept robots without sixteen of them.
     """
-    last = Command(0.0, 0.0, "nothing said yet")
+    last = Move(0.0, 0.0, "nothing said yet")
     next_time = 0.0
 
-    def decide(snapshot: Snapshot) -> Command:
+    def decide(snapshot: Snapshot) -> Move:
         nonlocal last, next_time
         if snapshot.time < next_time or not any(snapshot.ranges):
             return last
@@ -71,9 +71,9 @@ def original_rule(seed: int) -> Callable[[Snapshot], Command]:
         if farthest > 2:
             sonar = snapshot.ranges.index(farthest)
             if sonar in (3, 4):
-                last = Command(SPEED, 0.0, "forward")
+                last = Move(SPEED, 0.0, "forward")
             else:
-                last = Command(0.0, 0.1 if sonar < 3 else -0.1, "turn")
+                last = Move(0.0, 0.1 if sonar < 3 else -0.1, "turn")
         return last
 
     return decide

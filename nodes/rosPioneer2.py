@@ -3,21 +3,19 @@
 
     rosrun pioneer_control rosPioneer2.py [NAMESPACE] [_duration:=20] [_speed:=0.1] [_seed:=1] [_stop_at_can:=true]
 
-NAMESPACE is the robot's, pioneer if not given; duration [s] of each wander; speed [m/s]; the same seed makes the same choices; with
-stop_at_can a wander ends early when something stands between the paddles. To decide again on what a bag holds, it is told as begin_at
-and end_at the stamps [s] of the first and the last message on decision of each wander, as lists.
+NAMESPACE is the robot's, pioneer if not given. The table Parameters, below, has what may be set with _NAME:=VALUE.
 """
 
 import sys
 from dataclasses import dataclass
 from typing import Optional, Tuple
 
-import pioneer_control.interrupt  # noqa: F401: Ctrl-C is no error from here on
+import pioneer_control.interrupt  # noqa: F401  # from here on Ctrl-C is no error
 import rospy
 
 from pioneer_control.errors import ParameterError, PioneerError
-from pioneer_control.parameters import Number, Numbers, Switch, Whole, check, parameter
-from pioneer_control.ros_node import init_node, sleep
+from pioneer_control.parameters import Number, Numbers, Switch, Text, Whole, check, parameter
+from pioneer_control.ros_node import init_node, name_for, sleep
 from pioneer_control.tutorial.pioneer import Pioneer
 
 STAMPS = Numbers(None, 0.0, 2.0 ** 32)
@@ -29,26 +27,37 @@ class Parameters:
     speed: float = parameter(0.1, Number(0.01, 0.5), "speed of the wander", "m/s")
     seed: Optional[int] = parameter(None, Whole(), "of what chance decides; None: the clock's")
     stop_at_can: bool = parameter(True, Switch(), "whether what stands between the paddles ends a wander")
-    begin_at: Tuple[float, ...] = parameter((), STAMPS, "for a re-run: a wander decides on nothing before its stamp", "s")
-    end_at: Tuple[float, ...] = parameter((), STAMPS, "for a re-run: a wander decides on nothing after its stamp, and no can ends it", "s")
+    model: str = parameter("", Text(empty=True), "of the robot, where the driver does not tell it on robot_info")
+    gripper: bool = parameter(False, Switch(), "with model: is a gripper fitted?")
+    begin_at: Tuple[float, ...] = parameter((), STAMPS, "for a re-run: stamp of the first decision of each wander", "s")
+    end_at: Tuple[float, ...] = parameter((), STAMPS, "for a re-run: stamp of the last one; no can ends a wander", "s")
 
 
-def run(namespace):
-    given, _ = check(Parameters, rospy.get_param("~", {}))
-    with Pioneer(namespace, speed=given.speed, seed=given.seed, begin_at=given.begin_at, end_at=given.end_at) as robot:
-        for _ in range(2):
-            robot.wander(given.duration, stop_at_can=given.stop_at_can)
-            robot.stop()
-            sleep(2)
-            robot.pick()
-            sleep(2)
+def run(robot, given):
+    """Wander, pick, wander, pick. What is still held is put down elsewhere before the next can is looked for."""
+    picked = 0
+    for _ in range(2):
+        if robot.holding:
+            robot.wander(given.duration / 4)
+            robot.put_down()
+        robot.wander(given.duration, stop_at_can=given.stop_at_can)
+        robot.stop()
+        sleep(2)
+        picked += not robot.holding and robot.pick()
+        sleep(2)
+    held = "its wheels stalled %d times" % robot.stalls if robot.stalls else "nothing held it on its way"
+    rospy.loginfo("the end: %.1f m driven, %d of 2 picks got something, %s", robot.driven, picked, held)
 
 
 def main():
-    init_node("rosPioneer2")
-    arguments = rospy.myargv()[1:]
+    namespace = (rospy.myargv()[1:] or ["pioneer"])[0]
+    init_node(name_for("rosPioneer2", namespace))
     try:
-        run(arguments[0] if arguments else "pioneer")
+        given, _ = check(Parameters, rospy.get_param("~", {}))
+        with Pioneer(
+                namespace, speed=given.speed, seed=given.seed, model=given.model, gripper=given.gripper,
+                begin_at=given.begin_at, end_at=given.end_at) as robot:
+            run(robot, given)
     except ParameterError as error:
         rospy.logerr("%s (What an earlier start was given stays until: rosparam delete %s)", error, rospy.get_name())
         return 1

@@ -8,12 +8,13 @@ import logging
 import logging.handlers
 import os
 import queue
+import re
 import signal
 import sys
 import threading
 import types
 import xmlrpc.client
-from typing import Any, Iterator, Optional
+from typing import Any, Dict, Iterator, List, Optional
 
 import rosgraph
 import rospy
@@ -169,6 +170,25 @@ def is_offered(service: str, timeout: float) -> Optional[bool]:
     except NO_ANSWER:
         return None
     return code == 1
+
+
+def listeners(timeout: float) -> Dict[str, List[str]]:
+    """The nodes that listen to each topic, as the master knows; none when it does not say within ``timeout`` s."""
+    try:
+        with xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=Impatient(timeout)) as master:
+            _, _, (_, subscribers, _) = master.getSystemState(rospy.get_caller_id())
+    except NO_ANSWER:
+        return {}
+    return dict(subscribers)
+
+
+def name_for(program: str, robot: str) -> str:
+    """A name for a node of one robot: programs of several robots run on one master, and two of one robot do not.
+
+    ROS ends a node when another takes its name. So the program that is started last has the robot.
+    """
+    robot = re.sub(r"\W", "_", robot.strip("/"))
+    return program if robot == "pioneer" else "%s_%s" % (program, robot)
 
 
 def is_at_work(node: str, timeout: float) -> bool:

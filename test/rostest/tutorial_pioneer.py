@@ -3,9 +3,12 @@
 
 import math
 import os
+import signal
+import subprocess
 import sys
 import unittest
 
+import rosnode
 import rospy
 import rostest
 from geometry_msgs.msg import PoseArray, Twist
@@ -19,7 +22,7 @@ from pioneer_control.msg import GripperState, MotorState  # noqa: E402
 from pioneer_control.tutorial.pick import Outcome  # noqa: E402
 from pioneer_control.tutorial.pioneer import Pioneer, WanderEnd  # noqa: E402
 from pioneer_control.tutorial.snapshot import Grip, Lift, Pose  # noqa: E402
-from witness import Witness  # noqa: E402
+from witness import PATIENCE, Witness, wait_until  # noqa: E402
 
 ROBOTS = "pioneer", "lonely", "handless"
 TOPICS = {"pioneer/cans": PoseArray}
@@ -74,7 +77,7 @@ class TestPioneer(unittest.TestCase):
         self.assertTrue(all(isinstance(each, bool) for each in robot.grip[2:]))
         self.assertLess(robot.snapshot().age, 5.0)
 
-    def test_3_it_wanders_to_the_can_picks_it_and_puts_it_down_before_it_picks_again(self):
+    def test_3_it_wanders_to_the_can_picks_it_keeps_it_puts_it_down_and_leaves_it(self):
         """Rows 15, 24, 26; the world has a can straight ahead of the start."""
         with self.pioneer() as robot:
             self.assertIs(robot.wander(60.0), WanderEnd.AT_CAN)
@@ -83,10 +86,16 @@ class TestPioneer(unittest.TestCase):
             self.assertTrue(robot.pick())
             self.witness.wait("a can is up", self.cans_up)
             self.assertIs(robot.gripper_raise(), Outcome.ALREADY_THERE)
-            self.assertTrue(robot.pick())
+            self.assertTrue(robot.pick(), "it is held already, and stays so")
             self.assertEqual(len(self.cans_up()), 1)
             self.assertIs(robot.wander(2.0), WanderEnd.TIME_UP)
             self.assertEqual(len(self.cans_up()), 1)
+            self.assertTrue(robot.put_down())
+            self.witness.wait("no can is up", lambda: not self.cans_up())
+            place = self.witness.seen["pioneer/cans"][-1].poses
+            self.assertIs(robot.wander(6.0, stop_at_can=True), WanderEnd.TIME_UP)
+            self.assertFalse(robot.grip.outer, "the can stands elsewhere now")
+            self.assertEqual(self.witness.seen["pioneer/cans"][-1].poses, place, "no can was moved")
 
     def test_4_a_pick_of_nothing_says_so(self):
         """Row 26."""
@@ -122,6 +131,25 @@ class TestPioneer(unittest.TestCase):
         robot.close()
         with self.assertRaises(rospy.ROSInterruptException):
             robot.drive(0.1, 0.0)
+
+    def test_7b_programs_of_several_robots_run_side_by_side_each_with_its_own(self):
+        """Both nodes, and two of the second: none takes another's name, and each commands the robot that it was given."""
+        told = {name: len(self.witness.seen[name + "/cmd_vel"]) for name in ROBOTS}
+        arguments = (("rosPioneer1.py", "lonely"), ("rosPioneer2.py", "lonely"), ("rosPioneer2.py", "handless"))
+        programs = []
+        for node, robot in arguments:
+            programs.append(subprocess.Popen(["rosrun", "pioneer_control", node, robot], stdout=subprocess.DEVNULL))
+            self.addCleanup(programs[-1].wait)
+            self.addCleanup(programs[-1].kill)
+        names = {"/rosPioneer1_lonely", "/rosPioneer2_lonely", "/rosPioneer2_handless"}
+        wait_until("all three run", lambda: names <= set(rosnode.get_node_names()))
+        for robot in ("lonely", "handless"):
+            self.witness.wait(robot + " is told", lambda: len(self.witness.seen[robot + "/cmd_vel"]) > told[robot])
+        self.assertEqual([program.poll() for program in programs], [None] * 3, "one ended another")
+        for program in programs:
+            program.send_signal(signal.SIGINT)
+            program.wait(PATIENCE)
+        self.assertEqual(len(self.witness.seen["pioneer/cmd_vel"]), told["pioneer"])
 
     def test_8_numbers_that_make_no_sense_are_refused(self):
         robot = self.pioneer("handless")

@@ -30,7 +30,8 @@ ROOMS = {
     "client": {"p2os", "robots"},
     "driver": {"message_values", "standard_messages", "parameters", "ros_node", "p2os", "robots", "client", "msg"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "p2os", "robots"},
-    "tutorial": {"message_values", "msg"},
+    # robots: the outline, where a driver does not tell it
+    "tutorial": {"message_values", "ros_node", "robots", "msg"},
     # robots: where the sonar of an old bag looks
     "bags": {"message_values", "parameters", "ros_node", "standard_messages", "pictures", "p2os", "robots", "msg"},
 }

@@ -19,7 +19,7 @@ class Outline:
     shorter than the true distance, so the answers err to the safe side.
     """
 
-    def __init__(self, footprint: Sequence[Point]):
+    def __init__(self, footprint: Iterable[Point]):
         """Take the corners of the footprint (x, y) [m], in any order."""
         hull = convex_hull(footprint)
         self.edges = tuple(_edge(a, b) for a, b in zip(hull, hull[1:] + hull[:1]))
@@ -64,8 +64,8 @@ class Outline:
     def circle_straight(self, points: Iterable[Point], margin: float, limit: float) -> float:
         """How far the body can go straight ahead and still turn on the spot all the way [m], at most `limit`.
 
-        Its turning circle, wider by `margin`, goes until it touches. What is within that margin already hinders only where
-        the bare circle would touch it.
+        Its turning circle, wider by `margin`, goes until it touches. What is within that margin already hinders only
+        where the bare circle would touch it.
         """
         free = limit
         for x, y in points:

@@ -6,8 +6,8 @@ An echo is taken to lie on the axis of its cone. Spread over the whole arc it wo
 import math
 from typing import Dict, List, NamedTuple, Tuple
 
-from pioneer_control.tutorial.clearance import Point
-from pioneer_control.tutorial.snapshot import Snapshot
+from .clearance import Point
+from .snapshot import Snapshot
 
 NEAREST = 0.10  #: a sonar measures nothing below [m]; a transducer that was not heard reads as an obstacle there
 NEAR = 1.0  #: echoes up to here are remembered [m]
@@ -17,14 +17,21 @@ CELL = 0.08  #: two echoes in one square of this side are one [m]
 
 
 class Refuting(NamedTuple):
-    """When a sonar refutes an echo: it looks along it, and what it hears is farther. The nearest in a cone is what a sonar hears."""
+    """When a sonar refutes an echo: it looks along it, and what it hears is farther.
 
-    tangent: float  #: how far from the axis at most: sideways per metre of distance; the cone's edge is at 0.22
+    What a sonar hears is the nearest thing in its cone.
+    """
+
+    tangent: float  #: how far from the axis at most, in metres aside per metre along; the cone's edge is at 0.22
     farther: float  #: by how much at least [m]
 
 
+Beam = Tuple[float, float, float, float, float]
+"""A sonar: x, y [m], cosine and sine of where it looks, and what it hears [m]."""
+
 STEADY = Refuting(math.tan(math.radians(10)), 0.05)
-TURNING = Refuting(math.tan(math.radians(6)), 0.15)  #: a range may be a third of a second old, and the sonar looks elsewhere now
+#: While the robot turns: a range may be a third of a second old, and the sonar looks elsewhere now.
+TURNING = Refuting(math.tan(math.radians(6)), 0.15)
 
 
 class Echo(NamedTuple):
@@ -36,19 +43,25 @@ class Echo(NamedTuple):
 
 
 def remember(echoes: Tuple[Echo, ...], snapshot: Snapshot, turning: bool) -> Tuple[Tuple[Echo, ...], List[Point]]:
-    """The echoes to remember after a snapshot, and all that is known around the robot [m], in the robot's frame."""
+    """What to remember after a snapshot.
+
+    Returns:
+        The echoes to remember, and all points (x, y) [m] that are known around the robot, in the robot's frame.
+    """
     pose = snapshot.pose
     cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
     refuting = TURNING if turning else STEADY
     kept: Dict[Tuple[int, int], Echo] = {}
     around: List[Point] = []
     robot = snapshot.robot
-    beams = [(each.x, each.y, *axis, snapshot.ranges[each.number]) for each, axis in zip(robot.transducers, robot.axes)]
+    beams = [
+        (each.x, each.y, *axis, snapshot.ranges[each.number]) for each, axis in zip(robot.transducers, robot.axes)]
     far = [beam for beam in beams if beam[4] > 0.3]
     for echo in echoes:
         dx, dy = echo.x - pose.x, echo.y - pose.y
         x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
-        if snapshot.time - echo.time < REMEMBERED and x * x + y * y < FORGOTTEN_BEYOND ** 2 and not _refuted(x, y, far, refuting):
+        lasts = snapshot.time - echo.time < REMEMBERED and x * x + y * y < FORGOTTEN_BEYOND ** 2
+        if lasts and not _refuted(x, y, far, refuting):
             kept[round(echo.x / CELL), round(echo.y / CELL)] = echo
             around.append((x, y))
     for bx, by, ahead, aside, heard in beams:
@@ -61,10 +74,11 @@ def remember(echoes: Tuple[Echo, ...], snapshot: Snapshot, turning: bool) -> Tup
     return tuple(kept.values()), around
 
 
-def _refuted(x: float, y: float, beams, refuting: Refuting) -> bool:
+def _refuted(x: float, y: float, beams: List[Beam], refuting: Refuting) -> bool:
     """Does a sonar look along a point and hear nothing there?"""
     for bx, by, ahead, aside, heard in beams:
         along = (x - bx) * ahead + (y - by) * aside
-        if 0 < along < heard - refuting.farther and abs((y - by) * ahead - (x - bx) * aside) < along * refuting.tangent:
+        off_axis = abs((y - by) * ahead - (x - bx) * aside)
+        if 0 < along < heard - refuting.farther and off_axis < along * refuting.tangent:
             return True
     return False

@@ -3,8 +3,8 @@
 from enum import Enum
 from typing import Callable, NamedTuple, Optional
 
-from pioneer_control.message_values import GripCommand, GripStatus, LiftCommand, LiftStatus
-from pioneer_control.tutorial.snapshot import Grip, Lift
+from ..message_values import GripCommand, GripStatus, LiftCommand, LiftStatus
+from .snapshot import Grip, Lift
 
 DOWN, UP = 0.1, 0.9  # of the lift's position, 0.0 to 1.0: beyond these it counts as there
 
@@ -58,7 +58,9 @@ def holds(grip: Optional[Grip]) -> bool:
 
     All three are needed: contacts alone show while something is only pushed, beams alone when nothing is connected.
     """
-    return grip is not None and is_closed(grip) and grip.left and grip.right and (grip.inner or grip.outer)
+    if grip is None or not is_closed(grip):
+        return False
+    return grip.left and grip.right and (grip.inner or grip.outer)
 
 
 LOWER = Step("lower", GripCommand.STOP, LiftCommand.DOWN, lambda grip, lift: is_down(lift))
@@ -69,9 +71,12 @@ PICK = (LOWER, OPEN, CLOSE, RAISE)
 
 
 def judge(step: Step, grip: Optional[Grip], lift: Optional[Lift], commanded: bool) -> Optional[Outcome]:
-    """How a step has ended as far as the gripper reports, None while it goes on.
+    """How a step has ended as far as the gripper reports; None while it goes on.
 
-    `commanded` is False before the step's command was given: what shows then was so before.
+    Args:
+        step: the step that is judged.
+        grip, lift: the newest reports; None without a gripper.
+        commanded: False before the step's command was given. What the gripper reports then was so before.
     """
     if grip is None or lift is None:
         return None if commanded else Outcome.NO_GRIPPER

@@ -3,6 +3,7 @@
 import queue
 import threading
 import time
+from typing import Any, Optional, Tuple
 
 END_TIMEOUT = 1.0  #: s that `Sender.end` waits at most
 REPEATS, REPEAT_AFTER = 5, 0.05  #: the last stop: how often, and s between
@@ -11,24 +12,34 @@ REPEATS, REPEAT_AFTER = 5, 0.05  #: the last stop: how often, and s between
 class Sender:
     """Publishes what it is given, in order, and at its end a stop, if what was sent before was a movement.
 
-    rospy runs shutdown hooks in the signal handler, on top of whatever the main thread was just doing. Had that been publishing,
-    the hook would wait for ever for locks which the interrupted call holds. Here the main thread never publishes, and giving
-    a message takes no lock: a SimpleQueue may be used in a signal handler (Python's documentation of `queue`).
+    rospy runs shutdown hooks in the signal handler, in the midst of whatever the main thread was just doing. Had that
+    been publishing, the hook would wait for ever for locks that the interrupted call holds. Here the main thread never
+    publishes, and giving a message takes no lock.
+
+    Source: Python's documentation of `queue` (a SimpleQueue may be used in a signal handler).
     """
 
-    def __init__(self, velocity, stop):
-        """`velocity`: the publisher of movements. `stop`: its message for standing still."""
+    def __init__(self, velocity: Any, stop: Any):
+        """Begin with nothing to publish.
+
+        Args:
+            velocity: the publisher of movements.
+            stop: its message for standing still.
+        """
         self._velocity, self._stop = velocity, stop
-        self._messages = queue.SimpleQueue()
+        self._messages: "queue.SimpleQueue[Optional[Tuple[Any, Any]]]" = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="sender", daemon=True)
         self._thread.start()
 
-    def send(self, publisher, message) -> None:
+    def send(self, publisher: Any, message: Any) -> None:
         """Publish a message soon. After `end` it is dropped."""
         self._messages.put((publisher, message))
 
     def end(self) -> None:
-        """Publish what was given until now, then the stop, and nothing any more. Any thread and signal handler may call it, again too."""
+        """Publish what was given until now, then the stop, and nothing any more.
+
+        Any thread and any signal handler may call it, more than once too.
+        """
         self._messages.put(None)
         self._thread.join(END_TIMEOUT)
 

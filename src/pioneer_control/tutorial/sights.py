@@ -1,15 +1,18 @@
-"""Sonar messages and poses find each other again: a robot sends both of one moment with one stamp, but on two connections.
+"""Joins what the robot reports of one moment: sonar, pose and stall have one stamp, but come on three connections.
 
-What comes out depends on the messages and their order on each topic, never on which topic was faster: the same from a bag as from the robot.
+What comes out depends on the messages and their order on each topic, never on which topic was faster.
+So it is the same from a bag as from the robot.
 """
 
 from collections import deque
 from typing import Any, Deque, Iterator, NamedTuple, Optional, Tuple
 
-from pioneer_control.tutorial.snapshot import Pose
+from .snapshot import Pose
 
-JUMP_BACK = 1_000_000_000  #: ns; a stamp so much before the one before it begins another time: a bag was begun again
-KEPT = 6000  #: messages of a topic that wait for the other, at most: ten minutes; then the oldest are dropped
+#: ns; a stamp that is so much before the one before it begins another time: a bag was begun again.
+JUMP_BACK = 1_000_000_000
+SPEAKS = 10_000_000_000  #: ns; who told of stalls so shortly before will do so again
+KEPT = 6000  #: messages of a topic that wait for the others, at most: ten minutes; then the oldest are dropped
 
 
 class Sight(NamedTuple):
@@ -19,6 +22,7 @@ class Sight(NamedTuple):
     pose_age: float  #: s, by how much the pose is older: 0 where that of the same stamp has come
     pose: Pose
     ranges: Tuple[float, ...]  #: [m], by number
+    stalled: bool = False
 
     @property
     def time(self) -> float:
@@ -34,61 +38,82 @@ class _Stamped(NamedTuple):
     value: Any
 
     def is_after(self, other: "_Stamped") -> bool:
-        """Was it measured after a message of the other topic? One topic may have jumped back already, and the other not yet."""
+        """Was it measured after a message of another topic? That topic may have jumped back already, or not yet."""
         if abs(self.stamp - other.stamp) < JUMP_BACK:
             return self.stamp > other.stamp
         return (self.jumps, self.stamp) > (other.jumps, other.stamp)
 
 
 class _Topic:
-    """The messages of one topic that wait, oldest first, and the newest that came."""
+    """The messages of one topic that wait, oldest first; the newest that came; the last that was taken."""
 
     def __init__(self) -> None:
         self.waiting: Deque[_Stamped] = deque(maxlen=KEPT)
         self.newest: Optional[_Stamped] = None
+        self.taken: Optional[_Stamped] = None
 
     def add(self, stamp: int, value: Any) -> None:
         last = self.newest or _Stamped(stamp, 0, None)
         self.newest = _Stamped(stamp, last.jumps + (stamp < last.stamp - JUMP_BACK), value)
         self.waiting.append(self.newest)
 
+    def take_until(self, other: _Stamped) -> bool:
+        """Take the messages up to the stamp of another topic's. False while that of the same stamp may still come."""
+        while self.waiting and not self.waiting[0].is_after(other):
+            self.taken = self.waiting.popleft()
+            if self.taken.stamp == other.stamp:
+                return True
+        return bool(self.waiting)
+
 
 class Sights:
-    """Makes a `Sight` of every sonar message, in their order, as soon as its pose has come, or a later one: then the last before it serves.
+    """Makes a `Sight` of every sonar message, in their order, as soon as its pose has come, or a later one.
 
-    Messages without stamps (of some old bags): a pose has the time of its arrival, a sonar message the stamp of the newest pose.
-    Sonar messages from before the first pose are dropped.
+    Without a pose of the same stamp the last before it serves. Sonar messages from before the first pose are dropped.
+    A robot that has told of stalls does so with each packet, so a sonar message waits for its stall too.
+    Messages without stamps are in some old bags. A pose then has the time of its arrival, a sonar message the stamp of
+    the newest pose.
     """
 
     def __init__(self) -> None:
-        self._sonar, self._poses = _Topic(), _Topic()
-        self._pose: Optional[_Stamped] = None  #: the last one that was taken
+        self._sonar, self._poses, self._stalls = _Topic(), _Topic(), _Topic()
+        self._posed: Deque[Tuple[_Stamped, Sight]] = deque()  #: those that have their pose, and wait for their stall
 
     def hear_pose(self, stamp: int, pose: Pose, now: int) -> Iterator[Sight]:
-        """A message on ``pose``, its stamp [ns] or 0 for none, and the time of its arrival [ns]. Yields what is seen by it."""
+        """Take a message on ``pose``: its stamp [ns] or 0 for none, and the time of its arrival [ns].
+
+        Yields:
+            What this message completes.
+        """
         self._poses.add(stamp or now, pose)
         return self._seen()
 
     def hear_sonar(self, stamp: int, ranges: Tuple[float, ...]) -> Iterator[Sight]:
-        """A message on ``sonar``, its stamp [ns] or 0 for none. Yields what is seen by it."""
+        """Take a message on ``sonar``: its stamp [ns] or 0 for none, and its ranges [m]. Yields what it completes."""
         newest = self._poses.newest
-        if stamp or newest:
-            self._sonar.add(stamp or newest.stamp, ranges)
+        stamp = stamp or (newest.stamp if newest else 0)
+        if stamp:
+            self._sonar.add(stamp, ranges)
+        return self._seen()
+
+    def hear_stall(self, stamp: int, stalled: bool) -> Iterator[Sight]:
+        """Take a message on ``stall``: its stamp [ns], and whether a wheel is stalled. Yields what it completes."""
+        if stamp:
+            self._stalls.add(stamp, stalled)
         return self._seen()
 
     def _seen(self) -> Iterator[Sight]:
-        while self._sonar.waiting and self._take_poses_until(self._sonar.waiting[0]):
-            sonar, pose = self._sonar.waiting.popleft(), self._pose
+        while self._sonar.waiting and self._poses.take_until(self._sonar.waiting[0]):
+            sonar, pose = self._sonar.waiting.popleft(), self._poses.taken
             if pose is not None and pose.stamp < sonar.stamp + JUMP_BACK:
-                yield Sight(sonar.stamp, max(0, sonar.stamp - pose.stamp) * 1e-9, pose.value, sonar.value)
+                age = max(0, sonar.stamp - pose.stamp) * 1e-9
+                self._posed.append((sonar, Sight(sonar.stamp, age, pose.value, sonar.value)))
+        while self._posed and (self._stalls.take_until(self._posed[0][0]) or not self._tells_of_stalls()):
+            sonar, sight = self._posed.popleft()
+            stall = self._stalls.taken
+            stalled = stall is not None and abs(stall.stamp - sonar.stamp) < JUMP_BACK and stall.value
+            yield sight._replace(stalled=stalled)
 
-    def _take_poses_until(self, sonar: _Stamped) -> bool:
-        """Up to the pose of a sonar message. False while that may still come."""
-        poses = self._poses.waiting
-        while poses:
-            if poses[0].is_after(sonar):
-                return True
-            self._pose = poses.popleft()
-            if self._pose.stamp == sonar.stamp:
-                return True
-        return False
+    def _tells_of_stalls(self) -> bool:
+        stall, sonar = self._stalls.newest, self._sonar.newest
+        return stall is not None and sonar is not None and sonar.stamp < stall.stamp + SPEAKS

@@ -6,10 +6,11 @@ Everything is in metres, radians and seconds; x is forward, y left, headings cou
 
 import math
 from functools import cached_property
-from typing import NamedTuple, Optional, Tuple
+from typing import Iterable, NamedTuple, Optional, Tuple
 
-from pioneer_control.errors import NoAnswerError
-from pioneer_control.tutorial.clearance import Outline
+from ..errors import NoAnswerError
+from ..robots import RobotModel, Transducer
+from .clearance import Outline, Point
 
 #: Half the opening of a transducer's cone [rad]: an echo comes from anywhere within it.
 HALF_CONE = math.radians(12.5)
@@ -32,17 +33,8 @@ class Pose(NamedTuple):
     heading: float
 
 
-class Transducer(NamedTuple):
-    """One sonar: its number, where it sits [m] and where it looks [rad], in the robot's frame (base_link)."""
-
-    number: int
-    x: float
-    y: float
-    heading: float
-
-
 class Grip(NamedTuple):
-    """The paddles as reported: state and dir are :class:`~pioneer_control.message_values.GripStatus` and -1, 0, 1."""
+    """The paddles as reported: state is a :class:`~pioneer_control.message_values.GripStatus`, dir is -1, 0 or 1."""
 
     state: int
     dir: int
@@ -53,7 +45,10 @@ class Grip(NamedTuple):
 
 
 class Lift(NamedTuple):
-    """The lift as reported: :class:`~pioneer_control.message_values.LiftStatus`, -1 0 1, and 0.0 (down) to 1.0 (up)."""
+    """The lift as reported.
+
+    State is a :class:`~pioneer_control.message_values.LiftStatus`, dir is -1, 0 or 1, position 0.0 (down) to 1.0 (up).
+    """
 
     state: int
     dir: int
@@ -63,14 +58,24 @@ class Lift(NamedTuple):
 class RobotShape:
     """What a robot is to its wander: where its sonars look, and how much room its body takes."""
 
-    def __init__(self, transducers, footprint):
-        """Take transducers and the footprint, a polygon of (x, y) [m] around the whole robot, paddles included."""
-        self.transducers: Tuple[Transducer, ...] = tuple(Transducer(*each) for each in transducers)
+    def __init__(self, transducers: Iterable[Transducer], footprint: Iterable[Point]):
+        """Take the sonars and the footprint.
+
+        Args:
+            transducers: the sonars that are fitted.
+            footprint: corners (x, y) [m] of a polygon around the whole robot, paddles included.
+        """
+        self.transducers = tuple(Transducer(*each) for each in transducers)
         self.outline = Outline(footprint)
+
+    @classmethod
+    def of_model(cls, model: RobotModel) -> "RobotShape":
+        """The shape of a model. A gripper that it can carry is part of it: with too large an outline nothing is hit."""
+        return cls(model.sonar, model.outline(model.can_carry_gripper))
 
     @cached_property
     def sonar_count(self) -> int:
-        """How long a tuple of ranges must be to be indexed by every transducer's number."""
+        """How many ranges there must be, so that every transducer's number is the index of one."""
         return 1 + max((each.number for each in self.transducers), default=-1)
 
     @cached_property
@@ -98,7 +103,7 @@ class RobotShape:
 
     @cached_property
     def sees_behind(self) -> bool:
-        """The same of the strip straight behind it."""
+        """Do sonars look at all of the strip straight behind the body, LOOK away, but for gaps of BLIND_GAP?"""
         return self._sees(-1, self.outline.rear + LOOK)
 
     def _sees(self, direction: int, distance: float) -> bool:
@@ -112,7 +117,10 @@ class RobotShape:
 
 
 def _seen(transducer: Transducer, direction: int, distance: float) -> Optional[Tuple[float, float]]:
-    """What a cone covers of the line `distance` ahead (`direction` 1) or behind (-1), from y to y [m]; None if it does not reach it."""
+    """What a cone covers of a line across the robot's way, from y to y [m]; None if it does not reach that line.
+
+    The line is `distance` [m] ahead (`direction` 1) or behind (-1).
+    """
     depth = distance - direction * transducer.x
     off = math.remainder(transducer.heading - (0.0 if direction > 0 else math.pi), 2 * math.pi)
     if depth <= 0 or abs(off) + HALF_CONE >= math.pi / 2:
@@ -131,10 +139,11 @@ class Snapshot(NamedTuple):
     robot: RobotShape
     grip: Optional[Grip] = None  #: None without a gripper
     lift: Optional[Lift] = None
+    stalled: bool = False  #: a wheel is driven and does not turn
 
 
 class Heard(NamedTuple):
-    """The last of everything the robot told, each None before its first. Replaced as a whole, so it never changes under a reader."""
+    """The newest of everything the robot told, each None before its first. Replaced as a whole: it never changes."""
 
     pose: Optional[Pose] = None
     pose_time: float = 0.0  #: of arrival [s], monotonic
@@ -143,24 +152,26 @@ class Heard(NamedTuple):
     grip: Optional[Grip] = None
     lift: Optional[Lift] = None
     motors: Optional[bool] = None
+    stop_button: Optional[bool] = None  #: is it pressed? Not every driver tells
+    stalled: bool = False
     robot: Optional[RobotShape] = None
     has_gripper: bool = False
+    driven: float = 0.0  #: m since the program began, by the wheels
+    stalls: int = 0  #: how often the wheels stalled since the program began
+    silence: float = 0.0  #: s, the longest between two poses since the motors were on
 
     def age(self, now: float) -> float:
         """How old the oldest of pose and ranges is at time `now` [s] of the clock of their arrivals."""
         return now - min(self.pose_time, self.ranges_time)
 
     def snapshot(self, time: float, age: float) -> Snapshot:
-        """What is known, as of `time` [s] and `age` [s] old. Raises NoAnswerError before pose, sonar and the robot's shape have been told."""
+        """What is known, as of `time` [s] and `age` [s] old.
+
+        Raises:
+            NoAnswerError: the robot has not told its pose, its sonar ranges and its shape yet.
+        """
         if self.pose is None or self.ranges is None or self.robot is None:
-            raise NoAnswerError("nothing to decide on: the robot has not told its pose, its sonar ranges and its shape yet")
+            raise NoAnswerError(
+                "nothing to decide on: the robot has not told its pose, its sonar ranges and its shape yet")
         ranges = self.ranges + (0.0,) * (self.robot.sonar_count - len(self.ranges))
-        return Snapshot(time, age, self.pose, ranges, self.robot, self.grip, self.lift)
-
-
-class Command(NamedTuple):
-    """What the robot shall do until the next decision, and why, for people."""
-
-    linear: float  #: m/s, forward positive
-    angular: float  #: rad/s, left positive
-    reason: str
+        return Snapshot(time, age, self.pose, ranges, self.robot, self.grip, self.lift, self.stalled)

@@ -1,7 +1,8 @@
-"""The tutorial's wander as a pure function: one snapshot and what was remembered in, one command and what to remember out.
+"""The tutorial's wander as a pure function: a snapshot and a memory go in, a move and a memory come out.
 
-The rule is the tutorial's. Of the six sonars in front the farthest counts: when it is one of the middle two the robot
-drives, else it turns towards it, and when none sees OPEN it turns back. What makes it safe and lets it get somewhere:
+The rule is the tutorial's. Of the six sonars in front the farthest counts. If it is one of the middle two, the robot
+drives. If it is another, the robot turns towards it. If none sees OPEN, it turns back. These rules make it safe and let
+it get somewhere:
 
 - A tie goes to the middle: in the open all six see the same, and the robot would turn for ever.
 - It drives only as far as its outline fits between the echoes, and starts only where it fits with some to spare.
@@ -9,6 +10,9 @@ drives, else it turns towards it, and when none sees OPEN it turns back. What ma
 - When it has turned enough and nothing was open, it takes the best way it saw.
 - It remembers near echoes for a while (`echoes`): the cones leave gaps.
 - It backs off only where sonars look and see that nothing is there.
+- When its wheels stall it stops, until they have been free for a while. Then it backs off and goes another way: what
+  held it stands where no sonar sees it.
+- It leaves in the same way what it has put down.
 
 Nothing in here knows ROS, threads or clocks; chance comes from the seed in the memory.
 """
@@ -19,9 +23,10 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import List, NamedTuple, Optional, Tuple
 
-from pioneer_control.tutorial.clearance import Point
-from pioneer_control.tutorial.echoes import Echo, remember
-from pioneer_control.tutorial.snapshot import Command, Pose, Snapshot, Transducer
+from ..robots import Transducer
+from .clearance import Point
+from .echoes import Echo, remember
+from .snapshot import Pose, Snapshot
 
 SPEED = 0.1  #: m/s, the tutorial's
 TURN_RATE = 0.4  #: rad/s
@@ -44,12 +49,14 @@ ELBOW_ROOM = 0.12  #: m beyond its turning circle that the robot likes to have o
 STEER_AHEAD = 0.35  #: m ahead of that circle to where it looks for them
 STEER_GAIN = 0.6  #: rad/s per metre of difference between the sides
 STEER_LIMIT = 0.12  #: rad/s
-WEAVE_RATE = 0.2  #: rad/s; a robot whose sonars leave a gap straight ahead weaves, so that nothing stays in it
+WEAVE_RATE = 0.2  #: rad/s; a robot whose sonars leave a gap straight ahead weaves, so that nothing stays in the gap
 WEAVE_PERIOD = 4.0  #: s
 
 BACK_SPEED = 0.7  #: of the speed
-BACK_TIME = 3.0  #: s at most
+BACK_WAY = 0.21  #: m at most
 BACK_CLEAR = 0.20  #: m to see behind before, 0.05 less while backing off
+FREE_FOR = 1.0  #: s that the wheels must have been free before a robot that stalled moves again
+AVOIDED = 1.2  #: rad to each side of what it leaves: it does not drive there
 
 CIRCLE_MARGIN = 0.05  #: m around the turning circle, to drive where the robot can turn round
 STEADY = 0.15  #: rad/s; faster is turning
@@ -57,12 +64,20 @@ ROLLING = 0.03  #: m/s; faster has not come to rest yet
 AT_HEADING = 0.1  #: rad
 
 
-class Margin(NamedTuple):
-    """What the robot leaves between its outline and echoes [m], at its sides and when it turns, and how fast it turns [rad/s]."""
+class Move(NamedTuple):
+    """What the robot shall do until the next decision, and why, for people."""
 
-    side: float
-    turn: float
-    rate: float
+    linear: float  #: m/s, forward positive
+    angular: float  #: rad/s, left positive
+    reason: str  #: what it does, then a colon, then why
+
+
+class Margin(NamedTuple):
+    """How much room the robot leaves between its outline and echoes, and how fast it turns then."""
+
+    side: float  #: m, beside it while it drives
+    turn: float  #: m, while it turns
+    rate: float  #: rad/s
 
 
 WIDE = Margin(side=0.08, turn=0.03, rate=TURN_RATE)
@@ -84,6 +99,8 @@ class Going(Enum):
     DRIVING = "driving"
     TURNING = "turning"
     BACKING = "backing off"
+    HELD = "held: the wheels stall"
+    LEAVING = "leaving what it has put down"
 
 
 class Way(NamedTuple):
@@ -95,14 +112,18 @@ class Way(NamedTuple):
 
 @dataclass(frozen=True)
 class Memory:
-    """What one decision hands to the next. A new wander begins with ``Memory(seed, speed)``."""
+    """What one decision hands to the next. A new wander begins with ``Memory(seed, speed)``.
+
+    To leave what was put down it begins with ``Memory(seed, speed, going=Going.LEAVING)``.
+    """
 
     seed: int = 0
     speed: float = SPEED  #: m/s
     going: Going = Going.LOOKING
-    since: float = 0.0  #: s, when backing off began
+    since: float = 0.0  #: s, when backing off began; the last time that the wheels stalled
     short: float = SHORT  #: m, drive on until the middle sees less
     side: int = 1  #: of the turn: 1 left, -1 right
+    avoided: Optional[float] = None  #: rad, the heading to what it leaves, until it drives elsewhere
     why: str = "turning {side}: to look round"  #: the reason of the turn, for people
     turned: float = 0.0  #: rad, since the turn began
     enough: float = 2 * math.pi  #: rad, to have looked around
@@ -130,13 +151,21 @@ class View(NamedTuple):
     rolling: bool
 
 
-def wander(snapshot: Snapshot, memory: Memory) -> Tuple[Command, Memory]:
-    """Decide once: the command to give now, and what to hand to the next decision."""
+def wander(snapshot: Snapshot, memory: Memory) -> Tuple[Move, Memory]:
+    """Decide once.
+
+    Returns:
+        What to do now, and what to hand to the next decision.
+    """
     if snapshot.age > STALE:
         return no_news(snapshot.age), memory
     if not snapshot.robot.front:
-        return Command(0.0, 0.0, "stopped: this robot has no sonar that looks ahead"), memory
+        return Move(0.0, 0.0, "stopped: this robot has no sonar that looks ahead"), memory
     view, memory = _look(snapshot, memory)
+    if snapshot.stalled or memory.going is Going.HELD:
+        return _stand_while_held(view, memory)
+    if memory.going is Going.LEAVING:
+        return _leave(view, memory)
     if memory.going is Going.BACKING:
         return _back_off(view, memory)
     if _open(view, memory):
@@ -148,9 +177,15 @@ def wander(snapshot: Snapshot, memory: Memory) -> Tuple[Command, Memory]:
     return _turn(view, memory)
 
 
-def no_news(age: float) -> Command:
-    """To stand, for what is known is `age` [s] old."""
-    return Command(0.0, 0.0, "stopped: no news from the robot for %.1f s" % age)
+def can_leave(snapshot: Snapshot) -> bool:
+    """Is there room behind the robot to leave what it puts down, and do its sonars look there?"""
+    view, _ = _look(snapshot, Memory())
+    return snapshot.robot.sees_behind and _behind(view) > BACK_CLEAR + BACK_WAY
+
+
+def no_news(age: float) -> Move:
+    """To stand, because what is known is `age` [s] old."""
+    return Move(0.0, 0.0, "stopped: no news from the robot for %.1f s" % age)
 
 
 def _look(snapshot: Snapshot, memory: Memory) -> Tuple[View, Memory]:
@@ -165,29 +200,32 @@ def _look(snapshot: Snapshot, memory: Memory) -> Tuple[View, Memory]:
     circle = outline.circle_straight(points, CIRCLE_MARGIN, FARTHEST)
     way = min(ahead, circle) if memory.room is Room.TO_TURN_ROUND else ahead
     view = View(
-        snapshot, points, farthest, ranges[farthest.number], max(ranges[number] for number in robot.middle), ahead, circle, way,
-        rolling=math.hypot(pose.x - before.x, pose.y - before.y) > ROLLING * passed,
-    )
+        snapshot, points, farthest, sees=ranges[farthest.number], middle=max(ranges[number] for number in robot.middle),
+        ahead=ahead, circle=circle, way=way,
+        rolling=math.hypot(pose.x - before.x, pose.y - before.y) > ROLLING * passed)
     return view, replace(memory, pose=pose, time=snapshot.time, echoes=echoes, turned=memory.turned + turned)
 
 
 def _open(view: View, memory: Memory) -> bool:
     """The tutorial's forward rule: the farthest sonar is a middle one and sees OPEN, and the robot fits."""
     in_the_middle = view.farthest.number in view.snapshot.robot.middle
-    return in_the_middle and view.sees >= OPEN and view.way >= _stop_distance(memory.speed) + TO_SPARE
+    fits = view.way >= _stop_distance(memory.speed) + TO_SPARE
+    return in_the_middle and view.sees >= OPEN and fits and not _is_avoided(view, memory)
 
 
 def _goes_on(view: View, memory: Memory) -> bool:
-    return view.middle >= memory.short and view.ahead > _stop_distance(memory.speed) and view.way > _braking(memory.speed)
+    fits = view.ahead > _stop_distance(memory.speed) and view.way > _braking(memory.speed)
+    return fits and view.middle >= memory.short
 
 
-def _drive(view: View, memory: Memory) -> Tuple[Command, Memory]:
+def _drive(view: View, memory: Memory) -> Tuple[Move, Memory]:
     """Forward, slower where the way gets short, and a little away from what is near at one side."""
     left_over = (view.ahead - _stop_distance(memory.speed)) / SLOW
     linear = memory.speed * min(1.0, max(SLOWEST, left_over))
     room = Room.TO_TURN_ROUND if view.circle > _braking(memory.speed) else memory.room
-    memory = replace(memory, going=Going.DRIVING, best=None, goal=None, backed=False, room=room)
-    return Command(linear, _steer(view, memory), "driving: %.1f m clear ahead" % view.ahead), memory
+    memory = replace(memory, going=Going.DRIVING, best=None, goal=None, backed=False, avoided=None, room=room)
+    clear = min(view.ahead, view.middle)
+    return Move(linear, _steer(view, memory), "driving: %.1f m clear ahead" % clear), memory
 
 
 def _steer(view: View, memory: Memory) -> float:
@@ -206,32 +244,35 @@ def _steer(view: View, memory: Memory) -> float:
 
 
 def _begin_turn(view: View, memory: Memory) -> Memory:
-    """Towards the farthest sonar; to a side that chance chooses when none is open, or the middle is but does not let the robot through."""
+    """Turn towards the farthest sonar. Chance chooses the side if none sees OPEN, or if the way ahead is too narrow."""
     chance = random.Random(memory.seed)
     side = chance.choice((1, -1))
-    if view.sees < OPEN:
-        why = "turning back, {side}: nothing ahead is open"
+    if _is_avoided(view, memory):
+        why = "turning {side}: away from what stands ahead"
+    elif view.sees < OPEN:
+        why = "turning back, {side}: no sonar ahead sees %g m" % OPEN
     elif view.farthest.number in view.snapshot.robot.middle:
         why = "turning {side}: the way ahead is too narrow"
     else:
         side = 1 if view.farthest.heading > 0 else -1
         why = "turning {side}: sonar %d sees %.1f m" % (view.farthest.number, view.sees)
+    enough = 2 * math.pi * chance.uniform(1.0, 1.5)
     return replace(
-        memory, going=Going.TURNING, side=side, why=why, turned=0.0, enough=2 * math.pi * chance.uniform(1.0, 1.5), blocked=0,
-        best=None, goal=None, seed=chance.getrandbits(32),
-    )
+        memory, going=Going.TURNING, side=side, why=why, turned=0.0, enough=enough, blocked=0, best=None, goal=None,
+        seed=chance.getrandbits(32))
 
 
-def _turn(view: View, memory: Memory) -> Tuple[Command, Memory]:
-    """Keep to the side of the turn; after enough of it, or when both sides are blocked, go the best way that was seen."""
+def _turn(view: View, memory: Memory) -> Tuple[Move, Memory]:
+    """Keep to the side of the turn. After enough of it, or with both sides blocked, go the best way that was seen."""
     if view.rolling:
-        return Command(0.0, 0.0, "halting: to turn"), memory
-    clear = min(view.way, view.middle)
-    if memory.best is None or clear > memory.best.clear:
-        memory = replace(memory, best=Way(clear, view.snapshot.pose.heading))
+        return Move(0.0, 0.0, "halting: to turn"), memory
+    clear, best = 0.0 if _is_avoided(view, memory) else min(view.way, view.middle), memory.best
+    if best is None or clear > best.clear:
+        best = Way(clear, view.snapshot.pose.heading)
+    memory = replace(memory, best=best)
     if memory.goal is None and (memory.turned > memory.enough or memory.blocked > 1):
-        why = "turning {side}: back to the best way seen, %.1f m" % memory.best.clear
-        memory = replace(memory, goal=memory.best, why=why, blocked=0)
+        why = "turning {side}: back to the best way seen, %.1f m" % best.clear
+        memory = replace(memory, goal=best, why=why, blocked=0)
     if memory.goal is not None:
         off = _difference(memory.goal.heading, view.snapshot.pose.heading)
         if abs(off) < AT_HEADING:
@@ -242,33 +283,73 @@ def _turn(view: View, memory: Memory) -> Tuple[Command, Memory]:
         for margin in (WIDE, NARROW) if memory.room is Room.TO_SQUEEZE else (WIDE,):
             if _can_turn(view, margin, memory.side):
                 why = memory.why.format(side="left" if memory.side > 0 else "right")
-                return Command(0.0, memory.side * margin.rate, why), memory
+                return Move(0.0, memory.side * margin.rate, why), memory
         memory = replace(memory, side=-memory.side, blocked=memory.blocked + 1)
     return _take_best_way(view, memory)
 
 
-def _take_best_way(view: View, memory: Memory) -> Tuple[Command, Memory]:
-    """The robot looks along the best way it knows, or cannot turn to it: go, make room, or make itself thin."""
-    if view.ahead > _stop_distance(memory.speed) + 0.05:
+def _take_best_way(view: View, memory: Memory) -> Tuple[Move, Memory]:
+    """The robot looks along the best way it knows, or cannot turn to it: drive, back off, or demand less room."""
+    if view.ahead > _stop_distance(memory.speed) + 0.05 and not _is_avoided(view, memory):
         room = Room.TO_PASS if memory.room is Room.TO_TURN_ROUND else memory.room
         return _drive(view, replace(memory, short=min(SHORT, view.middle / 2), room=room))
-    snapshot, robot = view.snapshot, view.snapshot.robot
-    if not memory.backed and robot.sees_behind and robot.outline.straight(view.points, WIDE.side, 1.0, -1) > BACK_CLEAR:
-        return _back_off(view, replace(memory, going=Going.BACKING, since=snapshot.time, backed=True))
+    if _can_back_off(view, memory):
+        return _begin_to_back_off(view, memory)
     memory = replace(memory, going=Going.LOOKING, backed=False)
-    not_heard = [each.number for each in robot.transducers if not snapshot.ranges[each.number]]
+    ranges = view.snapshot.ranges
+    not_heard = [each.number for each in view.snapshot.robot.transducers if not ranges[each.number]]
     if not_heard:
-        return Command(0.0, 0.0, "waiting: sonar %d is not heard" % not_heard[0]), memory
-    room = Room.TO_TURN_ROUND if memory.room is Room.TO_SQUEEZE else Room.TO_SQUEEZE
-    return Command(0.0, 0.0, "waiting: no way out seen yet"), replace(memory, room=room)
+        return Move(0.0, 0.0, "waiting: sonar %d is not heard" % not_heard[0]), memory
+    squeezes = memory.room is Room.TO_SQUEEZE
+    memory = replace(memory, room=Room.TO_TURN_ROUND if squeezes else Room.TO_SQUEEZE)
+    return Move(0.0, 0.0, "waiting: no way out seen yet"), memory
 
 
-def _back_off(view: View, memory: Memory) -> Tuple[Command, Memory]:
+def _behind(view: View) -> float:
+    """How far the way behind is clear, as far as sonars look there [m], at most 1."""
+    return view.snapshot.robot.outline.straight(view.points, WIDE.side, 1.0, -1)
+
+
+def _can_back_off(view: View, memory: Memory) -> bool:
+    return not memory.backed and view.snapshot.robot.sees_behind and _behind(view) > BACK_CLEAR
+
+
+def _begin_to_back_off(view: View, memory: Memory) -> Tuple[Move, Memory]:
+    return _back_off(view, replace(memory, going=Going.BACKING, since=view.snapshot.time, backed=True))
+
+
+def _back_off(view: View, memory: Memory) -> Tuple[Move, Memory]:
     """Straight back, while sonars look there and see that it is clear."""
-    behind = view.snapshot.robot.outline.straight(view.points, WIDE.side, 1.0, -1)
-    if behind > BACK_CLEAR - 0.05 and view.snapshot.time - memory.since < BACK_TIME:
-        return Command(-BACK_SPEED * memory.speed, 0.0, "backing off: no room to turn, %.1f m clear behind" % behind), memory
-    return Command(0.0, 0.0, "halting: to look again"), replace(memory, going=Going.LOOKING)
+    speed, behind = BACK_SPEED * memory.speed, _behind(view)
+    if behind > BACK_CLEAR - 0.05 and view.snapshot.time - memory.since < BACK_WAY / speed:
+        return Move(-speed, 0.0, "backing off: %.1f m clear behind" % behind), memory
+    return Move(0.0, 0.0, "halting: to look again"), replace(memory, going=Going.LOOKING)
+
+
+def _stand_while_held(view: View, memory: Memory) -> Tuple[Move, Memory]:
+    """Stand until the wheels have been free for a while, then leave what held them: no sonar sees it."""
+    now = view.snapshot.time
+    if view.snapshot.stalled or memory.going is not Going.HELD:
+        backed = memory.backed or memory.going is Going.BACKING
+        memory = replace(memory, going=Going.HELD, since=now, backed=backed)
+    if now - memory.since < FREE_FOR:
+        return Move(0.0, 0.0, "stopped: the wheels stall, something holds the robot"), memory
+    memory = replace(memory, avoided=view.snapshot.pose.heading)
+    if _can_back_off(view, memory):
+        return _begin_to_back_off(view, memory)
+    return Move(0.0, 0.0, "halting: to look for another way"), replace(memory, going=Going.LOOKING)
+
+
+def _leave(view: View, memory: Memory) -> Tuple[Move, Memory]:
+    """Back away from what stands between the paddles. A robot that turned at once would take it along."""
+    if not _can_back_off(view, memory):
+        return Move(0.0, 0.0, "waiting: for room behind, to leave what was put down"), memory
+    return _begin_to_back_off(view, replace(memory, avoided=view.snapshot.pose.heading))
+
+
+def _is_avoided(view: View, memory: Memory) -> bool:
+    """Does the robot look towards what it leaves?"""
+    return memory.avoided is not None and abs(_difference(view.snapshot.pose.heading, memory.avoided)) < AVOIDED
 
 
 def _can_turn(view: View, margin: Margin, side: int) -> bool:

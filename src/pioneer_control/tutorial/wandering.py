@@ -7,12 +7,13 @@ import math
 from enum import Enum
 from typing import Optional
 
-from pioneer_control.tutorial.pick import holds
-from pioneer_control.tutorial.sights import JUMP_BACK, Sight
-from pioneer_control.tutorial.snapshot import Command, Heard
-from pioneer_control.tutorial.wander import Memory, wander
+from .pick import holds
+from .sights import JUMP_BACK, Sight
+from .snapshot import Heard
+from .wander import Going, Memory, Move, wander
 
-MOVES_ON = 50_000_000  #: ns at least, when time does: while it stands, stamps still differ by how old each packet was
+#: ns; time has moved on when a stamp has by so much. While time stands, stamps still differ by how old each packet was.
+MOVES_ON = 50_000_000
 SAME = 1e-4  #: s; stamps that differ by less are one: a number in a text may have lost digits
 
 
@@ -24,17 +25,27 @@ class WanderEnd(Enum):
 
 
 class Wandering:
-    """Decides on each `Sight` in turn, until `end` says why it is over.
-
-    The beams of the gripper have no stamps. So for a re-run `begin_at` and `end_at` [s] tell the stamps of the first and the last message that were
-    decided on; then no beam ends the wander.
-    """
+    """Decides on each `Sight` in turn, until `end` says why it is over."""
 
     def __init__(
-            self, seed: int, speed: float, duration: float, *, stop_at_can: bool = True, begin_at: float = -math.inf, end_at: float = math.inf):
-        """`speed` in m/s, `duration` in s from the first message on."""
+            self, seed: int, speed: float, duration: float, *, stop_at_can: bool = True, leaving: bool = False,
+            begin_at: float = -math.inf, end_at: float = math.inf):
+        """Begin a wander.
+
+        The beams of the gripper have no stamps, so a re-run cannot know when one ended a wander. It is told instead.
+
+        Args:
+            seed: of what chance decides.
+            speed: m/s.
+            duration: s, from the first message on.
+            stop_at_can: what stands between the paddles ends the wander.
+            leaving: something was put down before, and is left first.
+            begin_at: for a re-run, the stamp [s] of the first message that was decided on.
+            end_at: for a re-run, the stamp [s] of the last one. Then no beam ends the wander.
+        """
         self.seed, self.speed = seed, speed
-        self.memory = Memory(seed=seed, speed=speed)
+        self._begin = Memory(seed, speed, going=Going.LEAVING if leaving else Going.LOOKING)
+        self.memory = self._begin
         self.end: Optional[WanderEnd] = None
         self.newest = 0  #: stamp [ns], give or take MOVES_ON; as long as it stays, time stands still
         self._duration, self._begin_at, self._end_at = duration, begin_at, end_at
@@ -46,24 +57,25 @@ class Wandering:
         """Has `begin_at` not come yet?"""
         return self._first is None and self._begin_at > -math.inf
 
-    def decide(self, sight: Sight, heard: Heard) -> Optional[Command]:
-        """The command for now; None before the begin and from the end on. A jump back in time begins afresh."""
+    def decide(self, sight: Sight, heard: Heard) -> Optional[Move]:
+        """What to do now; None before the begin and from the end on. A jump back in time begins afresh."""
         jumped = sight.stamp < self.newest - JUMP_BACK
         if jumped or sight.stamp >= self.newest + MOVES_ON:
             self.newest = sight.stamp
         if self._first is None and sight.time < self._begin_at - SAME:
             return None
         if self._first is None or jumped:
-            self._first, self.memory = sight.time, Memory(seed=self.seed, speed=self.speed)
-        self.end = self._ended(sight.time, heard)
+            self._first, self.memory = sight.time, self._begin
+        self.end = self._ended(sight.time, self._first + self._duration, heard)
         if self.end is not None:
             return None
-        here = heard._replace(pose=sight.pose, ranges=sight.ranges)
-        command, self.memory = wander(here.snapshot(sight.time, sight.pose_age), self.memory)
-        return command
+        here = heard._replace(pose=sight.pose, ranges=sight.ranges, stalled=sight.stalled)
+        move, self.memory = wander(here.snapshot(sight.time, sight.pose_age), self.memory)
+        return move
 
-    def _ended(self, time: float, heard: Heard) -> Optional[WanderEnd]:
-        if time >= self._first + self._duration:
+    def _ended(self, time: float, until: float, heard: Heard) -> Optional[WanderEnd]:
+        if time >= until:
             return WanderEnd.TIME_UP
-        between_paddles = self._stop_at_can and heard.grip and heard.grip.outer and not holds(heard.grip)
+        left = self.memory.going not in (Going.LEAVING, Going.BACKING)
+        between_paddles = self._stop_at_can and left and heard.grip and heard.grip.outer and not holds(heard.grip)
         return WanderEnd.AT_CAN if between_paddles or time > self._end_at + SAME else None

@@ -1,5 +1,7 @@
 """Sonar messages find the poses of the same stamp, whichever topic is faster, whatever gets lost."""
 
+import itertools
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -16,9 +18,10 @@ def pose_of(number):
 
 
 def seen(events):
-    """What is seen by events, ("pose" or "sonar", stamp [tenths of a second after FIRST, or None]): (stamp, pose's number, sonar's number).
+    """What is seen by events, ("pose" or "sonar", stamp [tenths of a second after FIRST, or None]).
 
-    A message's number is that of its place on its topic."""
+    Each as (stamp, pose's number, sonar's number). A message's number is that of its place on its topic.
+    """
     sights, counts, found = Sights(), {"pose": 0, "sonar": 0}, []
     for place, (topic, stamp) in enumerate(events):
         number, nanoseconds = counts[topic], 0 if stamp is None else FIRST + round(stamp * SECOND / 10)
@@ -110,8 +113,43 @@ def test_after_a_jump_back_no_pose_of_before_serves():
 
 def test_a_jump_back_that_one_topic_does_not_show_ends_nothing():
     """Of a bag of a second that is played over and over: its sonar begins later."""
-    times = [("pose", 0), ("pose", 11), ("sonar", 2), ("sonar", 11), ("pose", 0), ("sonar", 2), ("pose", 11), ("sonar", 11)]
+    times = [
+        ("pose", 0), ("pose", 11), ("sonar", 2), ("sonar", 11), ("pose", 0), ("sonar", 2), ("pose", 11), ("sonar", 11)]
     assert len(seen(times * 5)) > 10
+
+
+def stalls_seen(events):
+    """Of ("pose", "sonar", "stall" or "free", tenth of a second): (tenth of a sonar message, is the robot stalled then?)."""
+    sights, found = Sights(), []
+    for topic, tenth in events:
+        stamp = FIRST + round(tenth * SECOND / 10)
+        if topic in ("stall", "free"):
+            new = sights.hear_stall(stamp, topic == "stall")
+        else:
+            new = sights.hear_pose(stamp, pose_of(0), 0) if topic == "pose" else sights.hear_sonar(stamp, (5.0,))
+        found += [((sight.stamp - FIRST) * 10 / SECOND, sight.stalled) for sight in new]
+    return found
+
+
+def test_a_stall_belongs_to_the_sonar_message_of_its_stamp():
+    """Whichever of the three comes last."""
+    for order in itertools.permutations([("pose", 2), ("sonar", 2), ("stall", 2)]):
+        assert stalls_seen([("free", 1), *order, ("free", 3), ("pose", 3), ("sonar", 3)]) == [(2, True), (3, False)]
+
+
+def test_a_robot_that_tells_of_stalls_is_waited_for():
+    assert stalls_seen([("free", 1), ("pose", 2), ("sonar", 2)]) == []
+    assert stalls_seen([("free", 1), ("pose", 2), ("sonar", 2), ("stall", 3)]) == [(2, False)], "the one of its stamp was lost"
+
+
+def test_a_driver_that_tells_of_no_stalls_is_not():
+    assert stalls_seen([("pose", 1), ("sonar", 1), ("pose", 2), ("sonar", 2)]) == [(1, False), (2, False)]
+
+
+def test_nor_is_one_that_has_told_of_none_for_long():
+    events = [("stall", 1)] + [event for tenth in range(2, 130) for event in (("pose", tenth), ("sonar", tenth))]
+    found = stalls_seen(events)
+    assert len(found) == 128 and not any(stalled for tenth, stalled in found if tenth > 11)
 
 
 def test_without_stamps_it_is_the_newest_pose_and_its_arrival():
@@ -124,7 +162,8 @@ def test_it_keeps_no_more_than_it_is_told_to():
     assert list(sights.hear_pose(1, pose_of(0), 0)) == []
     for number in range(KEPT + 5):
         assert list(sights.hear_sonar(number + 2, ())) == []
-    assert [sight.stamp for sight in sights.hear_pose(KEPT + 100, pose_of(1), 0)] == list(range(7, KEPT + 7)), "the oldest are dropped"
+    seen_stamps = [sight.stamp for sight in sights.hear_pose(KEPT + 100, pose_of(1), 0)]
+    assert seen_stamps == list(range(7, KEPT + 7)), "the oldest are dropped"
 
 
 STEPS = st.lists(st.sampled_from([-3 * JUMP_BACK, 0, SECOND // 10, SECOND // 10, SECOND // 10, SECOND]), min_size=1, max_size=30)
@@ -132,18 +171,24 @@ STEPS = st.lists(st.sampled_from([-3 * JUMP_BACK, 0, SECOND // 10, SECOND // 10,
 
 @given(STEPS, st.data())
 def test_which_topic_is_faster_changes_nothing(steps, data):
-    """Any messages, some lost, delivered in any interleaving that keeps the order of each topic: as if one came straight after the other."""
+    """Any messages, some lost, in any interleaving that keeps the order of each topic: as if each came right after the other."""
     stamps = [FIRST + sum(steps[:count]) for count in range(len(steps))]
     lost = data.draw(st.sets(st.tuples(st.sampled_from(["pose", "sonar"]), st.integers(1, len(steps)))))
-    topics = {topic: [stamp for number, stamp in enumerate(stamps) if (topic, number) not in lost] for topic in ("pose", "sonar")}
-    topics = {topic: messages + [stamps[-1] + 100 * SECOND] for topic, messages in topics.items()}     # so that nothing waits at the end
+    topics = {
+        topic: [stamp for number, stamp in enumerate(stamps) if (topic, number) not in lost] for topic in ("pose", "sonar")}
+    last = stamps[-1] + 100 * SECOND     # so that nothing waits at the end
+    topics = {topic: messages + [last] for topic, messages in topics.items()}
 
     def deliver(order):
-        sights, waiting, found = Sights(), {topic: list(messages) for topic, messages in topics.items()}, []
+        sights, found = Sights(), []
+        waiting = {topic: list(messages) for topic, messages in topics.items()}
         for topic in order:
             stamp = waiting[topic].pop(0)
             count = float(len(waiting[topic]))
-            found += sights.hear_pose(stamp, Pose(count, 0, 0), 0) if topic == "pose" else sights.hear_sonar(stamp, (count,))
+            if topic == "pose":
+                found += sights.hear_pose(stamp, Pose(count, 0, 0), 0)
+            else:
+                found += sights.hear_sonar(stamp, (count,))
         return found
 
     in_turn = [topic for topic, messages in topics.items() for _ in messages]

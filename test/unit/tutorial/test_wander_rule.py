@@ -6,7 +6,8 @@ from dataclasses import replace
 import pytest
 
 from pioneer_control.tutorial.echoes import REMEMBERED, Echo
-from pioneer_control.tutorial.wander import OPEN, SHORT, STALE, TIE, TURN_RATE, Going, Memory, Room, Way, wander
+from pioneer_control.tutorial.wander import (
+    AVOIDED, OPEN, SHORT, STALE, TIE, TURN_RATE, Going, Memory, Room, Way, can_leave, wander)
 from robots_and_snapshots import beside, shape, snapshot
 
 FULL = shape("p3dx-sh", gripper=True)
@@ -55,8 +56,14 @@ def test_turn_back_when_nothing_ahead_is_open():
     """Row 20: the original kept its last command, and drove into the wall."""
     command, memory = decide({number: 0.9 for number in range(1, 7)}, DRIVING)
     assert command.linear == 0.0 and abs(command.angular) == pytest.approx(TURN_RATE)
-    assert command.reason.startswith("turning back")
+    assert command.reason.startswith("turning back") and command.reason.endswith("no sonar ahead sees 2 m")
     assert memory.going is Going.TURNING
+
+
+def test_what_it_calls_clear_is_not_more_than_its_sonars_see():
+    """Just after "no sonar ahead sees 2 m" it said that 5.0 m were clear: what stands beside the way was not counted."""
+    assert decide({3: 2.1, 4: 2.1}, everything_else=1.0)[0].reason == "driving: 2.1 m clear ahead"
+    assert decide({3: 0.8, 4: 2.1}, DRIVING, everything_else=1.0)[0].reason < "driving: 1.0"
 
 
 def test_no_turning_back_while_something_is_open():
@@ -245,10 +252,99 @@ def test_it_never_reverses_where_no_sonar_looks(robot):
     assert all(command.linear >= 0 for command in commands)
 
 
-def test_backing_off_ends_in_time():
-    backing = Memory(going=Going.BACKING, since=100.0)
-    assert decide(NEAR_AHEAD, backing, time=102.9)[0].linear < 0
-    assert decide(NEAR_AHEAD, backing, time=103.1)[0].linear == 0
+@pytest.mark.parametrize("speed, duration", [(0.1, 3.0), (0.3, 1.0)])
+def test_backing_off_ends_after_the_same_way_at_any_speed(speed, duration):
+    backing = Memory(going=Going.BACKING, since=100.0, speed=speed)
+    assert decide(NEAR_AHEAD, backing, time=100 + duration - 0.1)[0].linear == pytest.approx(-0.7 * speed)
+    assert decide(NEAR_AHEAD, backing, time=100 + duration + 0.1)[0].linear == 0
+
+
+# Held by something that no sonar sees
+
+HELD_REASON = "stopped: the wheels stall, something holds the robot"
+
+
+def moves(memory, until, robot=FULL, stalled=lambda time: False, ranges=None, **more):
+    """What it does from 100 s on, ten times a second. It turns as it is told."""
+    heading, made = 0.0, []
+    for tenth in range(round((until - 100) * 10)):
+        time = 100 + tenth / 10
+        move, memory = decide(ranges or {}, memory, robot, time=time, pose=(0.0, 0.0, heading), stalled=stalled(time), **more)
+        made.append((time, heading, move))
+        heading += move.angular / 10
+    return made, memory
+
+
+def test_a_stall_stops_the_robot_at_once_and_is_said():
+    move, memory = decide({}, DRIVING, stalled=True)
+    assert move == (0.0, 0.0, HELD_REASON)
+    assert memory.going is Going.HELD
+
+
+def test_it_stands_until_the_wheels_have_been_free_for_a_while():
+    made, _ = moves(DRIVING, 109, stalled=lambda time: 101 <= time < 107)
+    assert {move for time, _, move in made if 101 <= time < 107.8} == {(0.0, 0.0, HELD_REASON)}
+    assert made[0][2].linear > 0 and made[-1][2].linear < 0
+
+
+def test_then_it_backs_off_and_drives_another_way():
+    made, memory = moves(DRIVING, 125, stalled=lambda time: time < 101)
+    kinds = [move.reason.partition(":")[0].split()[0] for _, _, move in made]
+    assert [kind for number, kind in enumerate(kinds) if kinds[number - 1] != kind] == [
+        "stopped", "backing", "halting", "turning", "driving"]
+    first_heading = next(heading for _, heading, move in made if move.linear > 0)
+    assert abs(first_heading) > AVOIDED
+    assert memory.avoided is None, "once it drives elsewhere it may go anywhere"
+
+
+@pytest.mark.parametrize("robot, ranges", [(NO_REAR, {}), (FULL, {11: 0.2, 12: 0.2})])
+def test_it_backs_off_only_where_it_sees_that_nothing_is_there(robot, ranges):
+    made, _ = moves(DRIVING, 125, robot, stalled=lambda time: time < 101, ranges=ranges)
+    assert all(move.linear >= 0 for _, _, move in made)
+    assert all(abs(heading) > AVOIDED for _, heading, move in made if move.linear > 0)
+    assert made[-1][2].linear > 0, "it finds another way all the same"
+
+
+def test_what_holds_it_while_it_backs_off_is_not_pushed_again():
+    made, _ = moves(DRIVING, 125, stalled=lambda time: time < 101 or 103 < time < 104)
+    assert any(move.linear < 0 for time, _, move in made if time < 103)
+    assert all(move.linear >= 0 for time, _, move in made if time > 103)
+
+
+def test_held_while_it_turns_it_stops_too():
+    turning = Memory(going=Going.TURNING, side=1)
+    assert decide(NEAR_AHEAD, turning)[0].angular > 0
+    assert decide(NEAR_AHEAD, turning, stalled=True)[0] == (0.0, 0.0, HELD_REASON)
+
+
+def test_nothing_leads_back_to_what_held_it():
+    """In a dead end, where the only way that is open is the one it came against."""
+    dead_end = {number: 0.22 for number in (0, 1, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)}
+    made, _ = moves(DRIVING, 140, stalled=lambda time: time < 101, ranges=dead_end)
+    assert all(abs(math.remainder(heading, 2 * math.pi)) > AVOIDED for _, heading, move in made if move.linear > 0)
+
+
+# Leaving what was put down
+
+LEAVING = Memory(going=Going.LEAVING)
+
+
+def test_it_backs_away_from_what_it_put_down_and_goes_another_way():
+    made, _ = moves(LEAVING, 125)
+    assert all(move.linear < 0 and move.angular == 0 for time, _, move in made if time < 102.9)
+    assert abs(next(heading for _, heading, move in made if move.linear > 0)) > AVOIDED
+
+
+@pytest.mark.parametrize("robot, ranges", [(NO_REAR, {}), (FULL, {11: 0.2, 12: 0.2})])
+def test_it_takes_nothing_along_where_it_cannot_back_away(robot, ranges):
+    made, _ = moves(LEAVING, 110, robot, ranges=ranges)
+    assert {move for _, _, move in made} == {(0.0, 0.0, "waiting: for room behind, to leave what was put down")}
+
+
+def test_whether_it_could_leave_is_known_before():
+    assert can_leave(snapshot({}, FULL))
+    assert not can_leave(snapshot({}, NO_REAR))
+    assert not can_leave(snapshot({11: 0.4, 12: 0.4}, FULL))
 
 
 # Memory

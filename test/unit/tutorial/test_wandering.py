@@ -46,6 +46,15 @@ def test_what_stands_between_the_paddles_ends_it_unless_it_is_held_or_nobody_min
     assert decisions(wandering(stop_at_can=False), [0, 1], AT_CAN) == ([0, 1], None)
 
 
+def test_it_first_leaves_what_was_put_down():
+    """Which stands between the paddles until the robot has backed away."""
+    wander = wandering(9.0, leaving=True)
+    moves = [wander.decide(sight(tenth), AT_CAN) for tenth in range(30)]
+    assert {move.linear for move in moves} == {-0.7 * 0.1} and wander.end is None
+    assert decisions(wander, range(30, 40)) == (list(range(30, 40)), None)
+    assert wander.decide(sight(41), AT_CAN) is None and wander.end is WanderEnd.AT_CAN
+
+
 def test_a_re_run_decides_from_the_first_to_the_last_message_that_it_is_told():
     begin, end = sight(3).time, sight(6).time
     wander = wandering(begin_at=begin + 4e-5, end_at=end - 4e-5)
@@ -97,6 +106,10 @@ def test_what_is_decided_depends_on_the_seed():
 
     assert {turns(seed) for seed in range(8)} == {-1, 1}
     assert [turns(7) for _ in range(3)] == [turns(7)] * 3
+
+
+def test_a_stall_is_decided_on():
+    assert wandering().decide(sight(0)._replace(stalled=True), HEARD).reason.startswith("stopped: the wheels stall")
 
 
 @pytest.mark.parametrize("speed", [0.05, 0.1])

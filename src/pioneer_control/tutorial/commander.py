@@ -1,0 +1,84 @@
+"""What a program tells its robot, on the robot's topics."""
+
+import time
+from typing import Callable, List
+
+import genpy
+import rospy
+from geometry_msgs.msg import Twist
+
+from ..message_values import GripCommand, LiftCommand
+from ..msg import Decision, GripperState, MotorState
+from ..ros_node import listeners
+from .reports import MOTORS_ON
+from .sender import Sender
+
+ASK_AGAIN = 0.1  #: s between two questions to the master
+
+
+class Commander:
+    """Publishes what the robot shall do. After `end` it raises ROSInterruptException instead."""
+
+    def __init__(self, name: Callable[[str], str]):
+        """Advertise the topics. `name` makes the name of one."""
+        self._velocity = rospy.Publisher(name("cmd_vel"), Twist, queue_size=1)
+        self._motors = rospy.Publisher(name("cmd_motor_state"), MotorState, queue_size=1)
+        self._gripper = rospy.Publisher(name("gripper_control"), GripperState, queue_size=2)
+        self._decisions = rospy.Publisher(name("decision"), Decision, queue_size=0)  # 0: none is ever dropped
+        self._sender = Sender(self._velocity, Twist())
+        self._driving = self._ended = False
+
+    def drive(self, linear: float, angular: float) -> None:
+        """Command a velocity [m/s, rad/s]."""
+        twist = Twist()
+        twist.linear.x, twist.angular.z = linear, angular
+        self._driving = True
+        self._send(self._velocity, twist)
+
+    def stop(self) -> None:
+        """Command the robot to stand. Does nothing unless this program drives."""
+        if self._driving:
+            self._sender.send(self._velocity, Twist())
+            self._driving = False
+
+    def enable_motors(self) -> None:
+        """Ask for the motors."""
+        self._send(self._motors, MotorState(state=MOTORS_ON))
+
+    def move_gripper(self, grip: GripCommand, lift: LiftCommand) -> None:
+        """Command the paddles and the lift."""
+        message = GripperState()
+        message.grip.state, message.lift.state = grip, lift
+        self._send(self._gripper, message)
+
+    def tell(self, decision: Decision) -> None:
+        """Publish what was decided."""
+        self._send(self._decisions, decision)
+
+    def end(self) -> None:
+        """Command the robot to stand, and command nothing any more."""
+        self._ended = True
+        self._sender.end()
+
+    def unheard(self) -> List[str]:
+        """The topics on which a driver must listen, and nobody does."""
+        needed = self._velocity, self._motors
+        return ["listener on %s" % each.resolved_name for each in needed if not each.get_num_connections()]
+
+    def wait_for_listeners(self, timeout: float) -> None:
+        """Wait until all that listen, by what the master knows, are connected, at most `timeout` seconds.
+
+        A recorder that is not connected yet would miss the first messages. A program that was killed never connects.
+        """
+        ours = self._velocity, self._motors, self._gripper, self._decisions
+        end = time.monotonic() + timeout
+        while time.monotonic() < end:
+            known = listeners(end - time.monotonic())
+            if all(each.get_num_connections() >= len(known.get(each.resolved_name, ())) for each in ours):
+                return
+            time.sleep(ASK_AGAIN)
+
+    def _send(self, publisher: rospy.Publisher, message: genpy.Message) -> None:
+        if self._ended or rospy.is_shutdown():
+            raise rospy.ROSInterruptException("this program is ending and drives the robot no more")
+        self._sender.send(publisher, message)
