@@ -145,7 +145,6 @@ class Rig:
         self._commands_due = 0.0
         self._odometry: Optional[Odometry] = None
         self._past = Counts()
-        self._attempt = 0
         self._connect_at = 0.0
         self._connect()
 
@@ -271,8 +270,6 @@ class Rig:
             if type(event) is not Motion:       # its state follows, and says it again
                 self._tell(event)
         if session.phase is Phase.FINISHED:
-            if session.identity is not None:
-                self._attempt = 0
             self._past, self._odometry, self.session = self.counts, session.odometry, None
             if session.error is not None:
                 self._try_again_after(session.error)
@@ -307,8 +304,7 @@ class Rig:
         self.session.start(self.now)
 
     def _try_again_after(self, error: PioneerError) -> None:
-        pause = BACK_OFF[min(self._attempt, len(BACK_OFF) - 1)] if isinstance(error, LinkError) else math.inf
-        self._attempt += 1
+        pause = BACK_OFF if isinstance(error, LinkError) else math.inf
         self._connect_at = self.now + pause
         self._tell(LinkDown(error, pause))
 

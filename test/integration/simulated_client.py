@@ -2,6 +2,7 @@
 
 import pioneer_control.client.robot as robot_module
 from pioneer_control.client import Robot
+from pioneer_control.client.robot import BACK_OFF
 from pioneer_control.client.state import RobotState
 from pioneer_control.errors import LinkLostError, PortError
 from pioneer_control.robots import find_model
@@ -10,7 +11,6 @@ from pioneer_control.simulator.world import load_world
 from pioneer_control.simulator.line.uart import as_heard
 
 STEP = 0.005
-BACK_OFF = 0.2      # s between two tries to open a port
 LIMIT = 60.0        # simulated s that nothing takes
 
 
@@ -32,7 +32,7 @@ class Life:
         self._script, self._resume_at = script(self), 0.0
         monkeypatch.setattr(robot_module, "monotonic", lambda: self.now)
         monkeypatch.setattr(robot_module, "open_transport", self._open)
-        monkeypatch.setattr(robot_module, "BACK_OFF", (0.0,))       # a wait in real time; _open() makes up for it
+        monkeypatch.setattr(robot_module, "BACK_OFF", 0.0)       # a wait in real time; _open() makes up for it
         self.robot = Robot(url, reconnect=True, on_state=self._tell, on_event=self._tell, **settings)
         self.robot._run()       # what its I/O thread does, in this one
 

@@ -129,7 +129,7 @@ SENTENCES = [
     ("after %g s without a packet the first thing sent is a stop", DEFAULT_WATCHDOG * session.WATCHDOG_MARGIN),
     ("2 s after the last packet, by its own watchdog", DEFAULT_WATCHDOG == 2.0),
     ("beyond %d waiting other commands", LONGEST_QUEUE),
-    ("after %g, %g, %g, and then every %g s", BACK_OFF),
+    ("tries again %g s after each attempt", BACK_OFF),
     ("each reason every %d s at most", notices.PERIOD),
     ("a warning every %d s", notices.PERIOD),
     ("else %g V (%g V)", (notices.LOW_BATTERY_12_V, 2 * notices.LOW_BATTERY_12_V)),

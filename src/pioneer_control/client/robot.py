@@ -21,7 +21,7 @@ from .state import Motion, RobotState
 from .transport import Transport, open_transport, tap
 from .tuning import Tuning
 
-BACK_OFF = (0.2, 0.5, 1.0, 2.0)     # s before the next attempt to connect; the last one again and again
+BACK_OFF = 0.2                      # s before the next attempt to connect
 CLOSE_TIMEOUT = 0.9                 # s that close() waits for the I/O thread
 HOST_BAUD_BREAKS = 2                # times in a row that the link may break while its speed changes: once may be chance
 HELD_UP = 0.1                       # s by which the guard may be later than an I/O thread that is not held up
@@ -423,21 +423,17 @@ class Robot:
 
     def _run(self) -> None:
         try:
-            attempt = 0
             while not self._closing:
-                was_ready = self._connect()
+                self._connect()
                 error = self._error
                 if self._closing or error is None:
                     break
                 final = not self._reconnect or not isinstance(error, LinkError)
-                attempt = 0 if was_ready else attempt
-                pause = BACK_OFF[min(attempt, len(BACK_OFF) - 1)]
-                attempt += 1
-                self._tell([LinkDown(error, -1.0 if final else pause)])
+                self._tell([LinkDown(error, -1.0 if final else BACK_OFF)])
                 if final:
                     break
                 with self._lock:
-                    self._changed.wait_for(lambda: self._closing, pause)
+                    self._changed.wait_for(lambda: self._closing, BACK_OFF)
         finally:
             if sys.exc_info()[1] is not None:
                 self._error = sys.exc_info()[1]
@@ -446,13 +442,13 @@ class Robot:
                 self._alert.notify()
                 self._changed.notify_all()
 
-    def _connect(self) -> bool:
-        """One connection, from open to close. Whether the robot was ready in it; why it ended is in ``_error``."""
+    def _connect(self) -> None:
+        """One connection, from open to close; why it ended is in ``_error``."""
         try:
             transport = open_transport(self.url, self._baud)
         except PioneerError as error:
             self._error = error
-            return False
+            return
         if self._on_wire is not None:
             tap(transport, self._on_wire)
         rates: Tuple[int, ...] = ()
@@ -474,7 +470,6 @@ class Robot:
             transport.close()
         self._tell(said)
         self._error = session.error or self._error
-        return session.identity is not None
 
     def _judge_host_baud(self, session: Session) -> List[Event]:
         """Whether the next session may change its speed too; what there is to say if not."""

@@ -117,7 +117,7 @@ class Session:
         self._events: List[Told] = []
         self._line = Line(self._do, rates[0] if rates else None, STOP)
         self.host_baud = HostBaud(self._line, url, settings.host_baud, self._clock)
-        self._handshake = Handshake(self._line, url, rates, self._clock)
+        self._handshake = Handshake(self._line, url, rates, self._clock, again=odometry is not None)
         self._decoder = p2os.FrameDecoder()
         self._unread: Iterator[Motion] = iter(())   # what was heard and is not read yet
         self._now = -math.inf

@@ -13,6 +13,7 @@ import rospy
 
 import pioneer_control.driver.node as node_module
 from pioneer_control.client import Robot
+from pioneer_control.client.robot import BACK_OFF
 from pioneer_control.driver.parameters import check_parameters
 from pioneer_control.errors import LinkLostError, PortError
 from pioneer_control.p2os import FrameDecoder, decode_command, encode_frame
@@ -23,7 +24,6 @@ from pioneer_control.simulator.world import load_world
 from robot_reports import received
 
 STEP = 0.005
-BACK_OFF = 0.2      # s between two tries to open a port
 START = 1000.0      # s: when the clocks begin, ROS's too
 FOREVER = 60.0      # s: no script is that long
 
@@ -151,7 +151,7 @@ class Bottle:
         quiet = types.SimpleNamespace(**dict.fromkeys(("start", "stop", "state", "event", "identity"), lambda *_: None))
         monkeypatch.setattr(node_module, "Diagnostics", lambda *_, **__: quiet, raising=False)      # a thread of its own, in real time
         monkeypatch.setattr("pioneer_control.client.robot.open_transport", self.open)
-        monkeypatch.setattr("pioneer_control.client.robot.BACK_OFF", (0.0,))     # a wait in real time; open() makes up for it
+        monkeypatch.setattr("pioneer_control.client.robot.BACK_OFF", 0.0)     # a wait in real time; open() makes up for it
         monkeypatch.setattr(Robot, "start", lambda robot: robot)
         monkeypatch.setattr(Robot, "wait_until_ended", lambda robot, timeout=None: robot._run())    # what its I/O thread does, in this one
 

@@ -10,7 +10,7 @@ from pioneer_control import p2os
 from pioneer_control.client import Robot, handshake
 from pioneer_control.client.events import BaudFound, Ready
 from pioneer_control.client.handshake import (
-    CLOSES, CLOSES_IF_HEARD, DRAIN, LISTEN, QUIET, RATES, SYNC_TIMEOUT, SYNC_TRIES, TCP_TRIES, TCP_TRIES_WITH_SYNC1)
+    CLOSES, CLOSES_IF_HEARD, DRAIN, LISTEN, QUIET, RATES, SYNC_TIMEOUT, SYNC_TRIES, TCP_TRIES, TCP_TRY_WITH_SYNC1)
 from pioneer_control.client.line import GAP
 from pioneer_control.client.session import BEFORE_OPEN, CONFIG_TIMEOUT, Phase, Session
 from pioneer_control.client.settings import Settings
@@ -66,7 +66,7 @@ def test_on_tcp_a_silent_robot_hears_no_close_at_any_try():
     robot.deaf = lambda heard: True
     bench = Bench(robot)
     bench.run_until(lambda: bench.finished)
-    assert robot.names() == ["PULSE"] * (TCP_TRIES - TCP_TRIES_WITH_SYNC1) + ["PULSE", "OPEN"] * TCP_TRIES_WITH_SYNC1
+    assert robot.names() == ["PULSE"] * (TCP_TRY_WITH_SYNC1 + 1) + ["OPEN"] + ["PULSE"] * (TCP_TRIES - TCP_TRY_WITH_SYNC1 - 1)
     assert len(robot.heard) < 10, "the vendor's simulator hangs up after ten packets"
 
 
@@ -251,7 +251,7 @@ def test_on_serial_no_sync_is_the_first_that_a_robot_hears_whose_cable_is_put_ba
         bench.session.start(bench.now)
     else:
         robot.deaf = robot.mute = lambda packet: True
-        bench.run(0.6)          # the first try is over
+        bench.run(0.4)          # the first try is under way
     robot.heard.clear()
     bench.run_until(lambda: "PULSE" in robot.names())
     at = robot.names().index("PULSE")
@@ -363,10 +363,10 @@ def test_a_robot_left_open_at_any_speed_is_found_and_never_revived(baud):
 
 CLOSED = DRAIN + QUIET
 LONGEST_CYCLE = 0.255
-SILENT = LISTEN + SYNC_TRIES * SYNC_TIMEOUT + (SYNC_TRIES - 1) * CLOSED     # at a speed at which nothing is heard
+SILENT = LISTEN + SYNC_TRIES * SYNC_TIMEOUT                                 # at a speed at which nothing is heard
 NOISY = LISTEN + CLOSED                                                     # ... at which a streaming robot sounds like noise
-RAISED = LONGEST_CYCLE + SYNC_TRIES * (CLOSED + SYNC_TIMEOUT)               # ... at which a robot obeys CLOSE, and is gone
-NOBODY_ON_TCP = LISTEN + (TCP_TRIES + TCP_TRIES_WITH_SYNC1) * SYNC_TIMEOUT
+RAISED = LONGEST_CYCLE + CLOSED + SYNC_TRIES * SYNC_TIMEOUT                 # ... at which a robot obeys CLOSE, and is gone
+NOBODY_ON_TCP = LISTEN + (TCP_TRIES + 1) * SYNC_TIMEOUT
 OPENED = BEFORE_OPEN + CONFIG_TIMEOUT
 WRONG = len(RATES) - 1
 BOUNDS = {
