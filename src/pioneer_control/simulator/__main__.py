@@ -40,7 +40,7 @@ def main(arguments: Optional[List[str]] = None) -> int:
             seed=options.seed, faults=faults_of(options), record=options.record, say=say,
         )
     except PioneerError as error:
-        print(f"simulator: {error}", file=sys.stderr)
+        print("simulator: %s" % error, file=sys.stderr)
         return 2 if isinstance(error, ValueError) else 1
     try:
         print(welcome(server))
@@ -66,8 +66,8 @@ def played_robot(options: argparse.Namespace) -> PlayedRobot:
     """The robot of a record. Raises UsageError for a record that makes no sense, and for faults that only a simulated robot can have."""
     for fault in faults_of(options):
         if not (KINDS[fault.kind].on_line or fault.kind == "cable"):
-            raise ParameterError(f"fault '{fault}': a played robot only says what the record has; its line can have faults")
-    return PlayedRobot(read_record(options.play), options.robot, lambda time, sentence: say(f"{time:.3f} s of the record: {sentence}"))
+            raise ParameterError("fault '%s': a played robot only says what the record has; its line can have faults" % str(fault))
+    return PlayedRobot(read_record(options.play), options.robot, lambda time, sentence: say("%.3f s of the record: %s" % (time, sentence)))
 
 
 def compare_with(options: argparse.Namespace) -> int:
@@ -81,7 +81,7 @@ def compare_with(options: argparse.Namespace) -> int:
             recording.put(*entry)
         recording.close()
     except PioneerError as error:
-        print(f"simulator: {error}", file=sys.stderr)
+        print("simulator: %s" % error, file=sys.stderr)
         return 2
     found = compare(recorded, made, [robot.model for robot in simulation.robots])
     print(*found, sep="\n")
@@ -98,16 +98,16 @@ def welcome(server: Server) -> str:
     robots = server.simulation.robots
     if isinstance(robots[0], PlayedRobot):
         places = [place for place in (server.url, server.pty_link) if place is not None]
-        return "\n".join([f"A robot that says what {robots[0].name} of the record said. Connect to it at", *(f"    {place}" for place in places)])
+        return "\n".join(["A robot that says what %s of the record said. Connect to it at" % robots[0].name, *("    %s" % place for place in places)])
     first, world = robots[0].model.subtype, robots[0].world
-    lines = [f"World file, skipped: {skipped}" for skipped in world.skipped]
+    lines = ["World file, skipped: %s" % skipped for skipped in world.skipped]
     if len(robots) == 1:
-        lines += [f"A simulated {first} stands in the world {world.name!r}. Connect to it at"]
+        lines += ["A simulated %s stands in the world %r. Connect to it at" % (first, world.name)]
     else:
-        lines += [f"{len(robots)} simulated {first} stand in the world {world.name!r}. Connect to them at"]
+        lines += ["%s simulated %s stand in the world %r. Connect to them at" % (len(robots), first, world.name)]
     for berth in server.berths:
         places = [place for place in (berth.url, berth.pty_link) if place is not None]
-        lines += [f"    {place}" for place in places] if len(robots) == 1 else ["    " + "  ".join([berth.firmware.name, *places])]
+        lines += ["    %s" % place for place in places] if len(robots) == 1 else ["    " + "  ".join([berth.firmware.name, *places])]
     return "\n".join(lines)
 
 
@@ -125,7 +125,7 @@ def allow_many_files() -> None:
 def count(text: str) -> int:
     """A number of robots."""
     if not text.isdigit() or not 1 <= int(text) <= MOST_ROBOTS:
-        raise argparse.ArgumentTypeError(f"{text!r} is not legal: give a whole number from 1 to {MOST_ROBOTS}")
+        raise argparse.ArgumentTypeError("%r is not legal: give a whole number from 1 to %s" % (text, MOST_ROBOTS))
     return int(text)
 
 
@@ -135,20 +135,20 @@ def parser() -> argparse.ArgumentParser:
         prog="python3 -m pioneer_control.simulator", description="Simulated Pioneers that speak P2OS.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="\n".join([
-            f"worlds: {', '.join(known_worlds())}", "", *textwrap.wrap(f"models: {', '.join(load_models())}", 79, break_on_hyphens=False), "",
+            "worlds: %s" % ", ".join(known_worlds()), "", *textwrap.wrap("models: %s" % ", ".join(load_models()), 79, break_on_hyphens=False), "",
             "faults, written as KIND [VALUE] [way to-robot|from-robot] [robot N] [from S] [to S], S in simulated seconds:",
-            *(f"  {name + (' ' + unit if unit else ''):17} {meaning}" for name, _, unit, meaning in rows())]),
+            *("  %-17s %s" % (name + (" " + unit if unit else ""), meaning) for name, _, unit, meaning in rows())]),
     )
     add = result.add_argument
     add("--model", default="p3dx-sh", help="robot model, by its subtype: see below (default: %(default)s)")
     add("--world", default="tutorial", help="name of a world, or path of a world file or a map: see below (default: %(default)s)")
     add("--robots", type=count, default=1, metavar="N", help="so many of them (default: %(default)s)")
     add("--tcp", metavar="PORT", help="TCP port of the first robot, the next ones for the others; 0 for any free ones; for this machine only unless "
-        f"HOST:PORT is given, such as 0.0.0.0:8101 (default: {STANDARD_PORT}, unless --pty is given)")
+        "HOST:PORT is given, such as 0.0.0.0:8101 (default: %s, unless --pty is given)" % STANDARD_PORT)
     add("--pty", metavar="LINK", help="make a pseudo-terminal, and this link to it; of several robots LINK1, LINK2, ...")
     add("--seed", type=int, default=0, help="of all that is left to chance (default: %(default)s)")
     add("--speed", type=float, default=1.0, metavar="X",
-        help=f"simulated seconds in a real one, {SPEEDS[0]:g} to {SPEEDS[1]:g} (default: %(default)s)")
+        help="simulated seconds in a real one, %g to %g (default: %%(default)s)" % SPEEDS)
     add("--record", metavar="FILE", help="write there what goes over the lines; python3 -m pioneer_control.p2os --record FILE explains it")
     played = result.add_mutually_exclusive_group()
     played.add_argument("--play", metavar="FILE", help="no simulated robot, but the one in this record: it says again what it said; see docs/wire.md")

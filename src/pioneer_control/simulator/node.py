@@ -142,7 +142,7 @@ class Node:
         self._epoch = time.time()
         several = parameters.robots > 1
         self._faces = [
-            Face(robot, f"robot{number}/" if several else "", parameters, server.lock) for number, robot in enumerate(server.simulation.robots, 1)]
+            Face(robot, "robot%s/" % number if several else "", parameters, server.lock) for number, robot in enumerate(server.simulation.robots, 1)]
         self._cans = rospy.Publisher("cans", PoseArray, queue_size=1, latch=True)
         self._markers = rospy.Publisher("markers", MarkerArray, queue_size=1)
         self._latched = []
@@ -204,9 +204,9 @@ class Node:
                 self._server.simulation.faults.add(fault, self._server.simulation.time_us)
         except ParameterError as error:
             return AddFaultResponse(False, str(error))
-        begins = f"in {fault.start:g} s" if fault.start else "now"
-        ends = "until it is cleared" if math.isinf(fault.end) else f"for {fault.end - fault.start:g} s"
-        return AddFaultResponse(True, f"{fault}: {begins}, {ends}")
+        begins = "in %g s" % fault.start if fault.start else "now"
+        ends = "until it is cleared" if math.isinf(fault.end) else "for %g s" % (fault.end - fault.start)
+        return AddFaultResponse(True, "%s: %s, %s" % (fault, begins, ends))
 
     def _list_faults(self, request) -> TriggerResponse:
         with self._server.lock:
@@ -215,7 +215,7 @@ class Node:
     def _clear_faults(self, request) -> TriggerResponse:
         with self._server.lock:
             ended = self._server.simulation.faults.clear(self._server.simulation.time_us)
-        return TriggerResponse(True, f"{ended} ended")
+        return TriggerResponse(True, "%s ended" % ended)
 
 
 def can_places(robots: List[Firmware]) -> CanPlaces:

@@ -66,5 +66,5 @@ def check_parameters(given: Mapping[str, Any]) -> SimulatorParameters:
     parameters, unknown = check(SimulatorParameters, given)
     if unknown:
         known = ", ~".join(entry.name for entry in fields(SimulatorParameters))
-        raise ParameterError(f"unknown parameter ~{', ~'.join(unknown)}: there are ~{known}")
+        raise ParameterError("unknown parameter ~%s: there are ~%s" % (", ~".join(unknown), known))
     return parameters

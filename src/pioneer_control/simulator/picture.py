@@ -140,7 +140,7 @@ def _draw_starts(axes, world: World) -> None:
     for number, pose in enumerate(world.starts, 1):
         arrow = Polygon(_arrow(pose, _size(axes)), facecolor=START, edgecolor="white", linewidth=0.6, zorder=6)
         axes.add_patch(arrow)
-        _label(axes, pose, f"start {number}" if len(world.starts) > 1 else "start", START, 15.0)
+        _label(axes, pose, "start %s" % number if len(world.starts) > 1 else "start", START, 15.0)
 
 
 def _draw_docks(axes, world: World) -> None:
@@ -185,9 +185,9 @@ def _write_texts(page, axes, world: World, title: Optional[str]) -> None:
     """Name and size above."""
     width, height = page.get_size_inches()
     low_x, low_y, high_x, high_y = world.bounds
-    parts = [f"{high_x - low_x:.3g} × {high_y - low_y:.3g} m"] if len(world.walls) or len(world.posts) else ["nothing, as far as anybody drives"]
+    parts = ["%.3g × %.3g m" % (high_x - low_x, high_y - low_y)] if len(world.walls) or len(world.posts) else ["nothing, as far as anybody drives"]
     counts = ((len(world.walls), "walls"), (len(world.posts), "posts"), (len(world.cans), "cans"))
-    parts += [f"{count} {what if count > 1 else what[:-1]}" for count, what in counts if count]
+    parts += ["%s %s" % (count, what if count > 1 else what[:-1]) for count, what in counts if count]
     page.text(0.55 / width, 1 - 0.22 / height, title or world.name, fontsize=15, fontweight="bold", color=INK, va="center")
     page.text(0.55 / width, 1 - 0.47 / height, "  ·  ".join(parts), fontsize=9.5, color=INK, va="center")
     if axes.get_legend_handles_labels()[0]:
@@ -197,7 +197,7 @@ def _write_texts(page, axes, world: World, title: Optional[str]) -> None:
 def main(arguments: Optional[List[str]] = None) -> int:
     """Draw a world; 0 when the picture is written, 2 when there is nothing to draw."""
     parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.simulator.picture", description="Draw a world of the simulated robot.",
-                                     epilog=f"Worlds: {', '.join(known_worlds())}.")
+                                     epilog="Worlds: %s." % ", ".join(known_worlds()))
     parser.add_argument("world", help="name of a world, or path of a world file (.yaml, .map)")
     parser.add_argument("-o", "--output", metavar="FILE", help="the picture (default: world-NAME.png)")
     parser.add_argument("--robots", type=int, metavar="N", default=0, help="draw so many robots where they start")
@@ -206,13 +206,13 @@ def main(arguments: Optional[List[str]] = None) -> int:
     try:
         world, model = load_world(options.world), find_model(options.model)
         places = standing_places(world, model, options.robots) if options.robots else []
-        output = options.output or f"world-{world.name}.png"    # NAME.png may be the image of a map NAME.yaml
+        output = options.output or "world-%s.png" % world.name    # NAME.png may be the image of a map NAME.yaml
         draw_world(world, output, [(model.outline(model.can_carry_gripper), pose) for pose in places])
     except PioneerError as error:
-        print(f"picture: {error}", file=sys.stderr)
+        print("picture: %s" % error, file=sys.stderr)
         return 2
     for skipped in world.skipped:
-        print(f"skipped: {skipped}")
+        print("skipped: %s" % skipped)
     print(output)
     return 0
 

@@ -84,7 +84,7 @@ class Simulation:
     def _next_start(self) -> Pose:
         starts = self.world.starts
         if len(self.robots) >= len(starts):
-            raise ParameterError(f"the world {self.world.name!r} has {len(starts)} starts: say where robot {len(self.robots) + 1} is to stand")
+            raise ParameterError("the world %r has %s starts: say where robot %s is to stand" % (self.world.name, len(starts), len(self.robots) + 1))
         return starts[len(self.robots)]
 
 
@@ -98,6 +98,6 @@ def simulate(world: World, model: RobotModel, count: int, name: Optional[str], s
     """
     simulation = Simulation(world)
     for number, pose in enumerate(standing_places(world, model, count)):
-        called = name if name and count == 1 else f"{name or 'sim'}_{number + 1:04d}"
+        called = name if name and count == 1 else "%s_%04d" % (name or "sim", number + 1)
         simulation.add(model, pose, name=called, seed=seed + number, **options)
     return simulation

@@ -213,7 +213,7 @@ def request(kind, what, families):
     """A handler that asks for packets of a kind: 0 stops them, 1 sends one, more sends them with every SIP."""
     def ask(robot, how):
         robot.request(kind, how)
-    ask.__doc__ = f"0 no {what}, 1 one with the next SIP, more: one with every SIP."
+    ask.__doc__ = "0 no %s, 1 one with the next SIP, more: one with every SIP." % what
     return Handler(int, ask, families)
 
 
@@ -250,7 +250,7 @@ def aux_write(port):
     """A handler that passes bytes on to what hangs at an auxiliary port."""
     def write(robot, data):
         robot.hardware.aux[port - 1].write(data)
-    write.__doc__ = f"Bytes to the device at AUX{port} (none, unless a program hangs one there: `robot.hardware.aux[{port - 1}].device`)."
+    write.__doc__ = "Bytes to the device at AUX%s (none, unless a program hangs one there: `robot.hardware.aux[%s].device`)." % (port, port - 1)
     return Handler(bytes, write, ARCOS if port == 3 else NOT_PSOS)
 
 
@@ -259,7 +259,7 @@ def aux_read(port):
     def read(robot, count):
         if count >= 0:
             robot.hardware.aux[port - 1].want(count)
-    read.__doc__ = f"So many bytes (197 at most) of the device at AUX{port} in one packet behind the SIP, once they are there; 0 flushes."
+    read.__doc__ = "So many bytes (197 at most) of the device at AUX%s in one packet behind the SIP, once they are there; 0 flushes." % port
     return Handler(int, read, ARCOS if port == 3 else NOT_PSOS)
 
 
@@ -267,7 +267,7 @@ def aux_baud(port):
     """A handler that keeps the speed of an auxiliary port."""
     def keep(robot, code):
         if 0 <= code < len(BAUD_RATES):
-            robot.hardware.settings[f"aux{port}_baud"] = code
+            robot.hardware.settings["aux%s_baud" % port] = code
     keep.__doc__ = "Shown in CONFIGpac, until the session ends; the devices hear at any speed."
     return Handler(int, keep, ARCOS if port == 3 else NOT_PSOS)
 
@@ -477,7 +477,7 @@ def documented() -> List[List[str]]:
     for command in sorted(COMMANDS.values()):
         handler = HANDLERS.get(command.name)
         if handler is None:
-            rows.append([str(command.number), command.name, *("-" for _ in COLUMNS), f"ignored: {IGNORED[command.name]}"])
+            rows.append([str(command.number), command.name, *("-" for _ in COLUMNS), "ignored: %s" % IGNORED[command.name]])
         else:
             known = ["yes" if handler.known_to(family) else "-" for family in COLUMNS]
             only = "MARCOS only: " if "yes" not in known else ""

@@ -76,7 +76,7 @@ class Firmware:
         if noise is None:
             noise = self.numbers.sonar.noise
         if noise < 0.0:
-            raise ParameterError(f"noise is {noise:g}, wanted metres from 0 up")
+            raise ParameterError("noise is %g, wanted metres from 0 up" % noise)
         self.model = model.with_arrays(front=True, rear=rear_sonar)
         self.world = world
         self.name = name

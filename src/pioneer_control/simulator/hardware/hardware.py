@@ -56,7 +56,7 @@ class Hardware:
 
     def __init__(self, model: RobotModel, world, pose: Pose, gripper: bool, numbers: RobotNumbers, noise: float, seed: int):
         if gripper and not model.can_carry_gripper:
-            raise ParameterError(f"the model {model.subtype} cannot carry a gripper: leave it out or choose another model")
+            raise ParameterError("the model %s cannot carry a gripper: leave it out or choose another model" % model.subtype)
         self.model = model
         self.world = world
         self._numbers = numbers
@@ -65,8 +65,8 @@ class Hardware:
         if self.body.touches(model.outline(gripper)):
             x, y, _ = pose
             raise ParameterError(
-                f"the {model.subtype} would stand in a wall, a post or another robot at x {x:g}, y {y:g} of the world {world.name!r}:"
-                " choose another world, place or model")
+                "the %s would stand in a wall, a post or another robot at x %g, y %g of the world %r:"
+                " choose another world, place or model" % (model.subtype, x, y, world.name))
         self.gripper: Optional[ParallelGripper] = None
         if gripper:
             self.gripper = ParallelGripper(model.gripper, numbers.gripper, world, model.length_front, self._block)

@@ -168,7 +168,7 @@ def load_numbers(override_file: Optional[str] = None) -> RobotNumbers:
     if override_file is not None:
         for section, entries in _read(override_file).items():
             if section not in values:
-                raise ParameterError(f"{override_file}: no section {section!r}; there are {', '.join(values)}")
+                raise ParameterError("%s: no section %r; there are %s" % (override_file, section, ", ".join(values)))
             for name, value in entries.items():
                 values[section][name] = _checked(override_file, section, name, value, values[section])
     values["gripper"]["fitted_by_default"] = tuple(values["gripper"]["fitted_by_default"])
@@ -184,23 +184,23 @@ def standard_numbers() -> RobotNumbers:
 def _read(path: str) -> Dict[str, Dict[str, Any]]:
     values = read_values(path)
     if not isinstance(values, dict) or not all(isinstance(entries, dict) for entries in values.values()):
-        raise ParameterError(f"{path}: expected sections of 'name: value', as in {OWN_FILE}")
+        raise ParameterError("%s: expected sections of 'name: value', as in %s" % (path, OWN_FILE))
     return values
 
 
 def _checked(path: str, section: str, name: str, value: Any, known: Dict[str, Any]) -> Any:
     if name not in known:
-        raise ParameterError(f"{path}: no number {section}.{name}; there are {', '.join(known)}")
+        raise ParameterError("%s: no number %s.%s; there are %s" % (path, section, name, ", ".join(known)))
     own = known[name]
     wanted = (int, float) if isinstance(own, float) else (type(own),)
     if not isinstance(value, wanted) or isinstance(value, bool) != isinstance(own, bool):
-        raise ParameterError(f"{path}: {section}.{name} is {value!r}, wanted something like {own!r}")
+        raise ParameterError("%s: %s.%s is %r, wanted something like %r" % (path, section, name, value, own))
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        least, most = LEGAL.get(f"{section}.{name}", (None, None))
+        least, most = LEGAL.get("%s.%s" % (section, name), (None, None))
         if least is not None and not least <= value <= most:
-            raise ParameterError(f"{path}: {section}.{name} is {value!r}, legal: from {least:g} to {most:g}")
+            raise ParameterError("%s: %s.%s is %r, legal: from %g to %g" % (path, section, name, value, least, most))
         if least is None and not 0 < value < float("inf"):
-            raise ParameterError(f"{path}: {section}.{name} is {value!r}, wanted a positive number")
+            raise ParameterError("%s: %s.%s is %r, wanted a positive number" % (path, section, name, value))
     if name == "host_baud" and value not in BAUD_RATES:
-        raise ParameterError(f"{path}: {section}.{name} is {value!r}, legal: {', '.join(map(str, BAUD_RATES))}")
+        raise ParameterError("%s: %s.%s is %r, legal: %s" % (path, section, name, value, ", ".join(map(str, BAUD_RATES))))
     return value

@@ -25,7 +25,7 @@ class WheelErrors:
         self._rad_per_metre = rad_per_metre
         self._really_rad_per_metre = rad_per_metre / (1.0 + numbers.wider_apart)
         self._slip, self._noise = numbers.slip, numbers.noise
-        self._random = random.Random(f"wheels {seed}")
+        self._random = random.Random("wheels %s" % seed)
         self._none = not any((numbers.larger, numbers.right_larger, numbers.wider_apart, numbers.slip, numbers.noise))
 
     def moved(self, distance: float, turn: float) -> Tuple[float, float]:

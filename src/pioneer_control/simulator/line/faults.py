@@ -37,7 +37,7 @@ class Plant:
 
     def __init__(self, firmware, seed: str):
         self.firmware = firmware
-        self.wires = {way: OneWay(f"{seed} {way}") for way in WAYS}
+        self.wires = {way: OneWay("%s %s" % (seed, way)) for way in WAYS}
         self.powered = True
         """Whether the robot is switched on."""
         self.on_cable: Callable[[bool], None] = lambda unplugged: None
@@ -142,8 +142,8 @@ class Fault(NamedTuple):
 
     def __str__(self) -> str:
         """Its words, without the times."""
-        words = [self.kind] + ([] if self.value is None else [f"{self.value:g}"])
-        return " ".join(words + [f"way {self.way}"] * bool(self.way) + [f"robot {self.robot}"] * bool(self.robot))
+        words = [self.kind] + ([] if self.value is None else ["%g" % self.value])
+        return " ".join(words + ["way %s" % self.way] * bool(self.way) + ["robot %s" % self.robot] * bool(self.robot))
 
 
 def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
@@ -152,40 +152,41 @@ def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
     :raises ParameterError: names what makes no sense in it, and what is legal.
     """
     def fail(problem: str) -> ParameterError:
-        return ParameterError(f"fault {str(words)!r}: {problem}")
+        return ParameterError("fault %r: %s" % (str(words), problem))
 
     given = _split(words, fail) if isinstance(words, str) else words
     if not isinstance(given, Mapping) or not given:
         raise fail("write a kind, perhaps its value, and 'way', 'robot', 'from' and 'to' with theirs: loss 0.1 from 10 to 20")
     unknown = [key for key in given if key not in KEYS]
     if unknown:
-        raise fail(f"it has no {unknown[0]!r}; there are {', '.join(KEYS)}")
+        raise fail("it has no %r; there are %s" % (unknown[0], ", ".join(KEYS)))
     kind = KINDS.get(str(given.get("fault")))
     if kind is None:
         near = difflib.get_close_matches(str(given.get("fault")).lower(), KINDS, n=1)
-        raise fail(f"no kind {given.get('fault')!r}; {f'did you mean {near[0]!r}? ' if near else ''}there are {', '.join(KINDS)}")
+        meant = "did you mean %r? " % near[0] if near else ""
+        raise fail("no kind %r; %sthere are %s" % (given.get("fault"), meant, ", ".join(KINDS)))
     checks = {"robot": Whole(1, 100000), "from": Number(0.0, 1e9), "to": Number(0.0, 1e9)}
     if kind.value is not None:
         checks["value"] = kind.value
     elif "value" in given:
-        raise fail(f"{kind.name} takes no value, and {given['value']!r} is one")
+        raise fail("%s takes no value, and %r is one" % (kind.name, given["value"]))
     accepted = {}
     for key, check in checks.items():
         if key in given:
             try:
                 accepted[key] = check.accept(given[key])
             except ValueError:
-                unit = f" ({kind.unit})" if key == "value" else ""
-                raise fail(f"{key} {given[key]!r} is not legal: give {check.legal}{unit}") from None
+                unit = " (%s)" % kind.unit if key == "value" else ""
+                raise fail("%s %r is not legal: give %s%s" % (key, given[key], check.legal, unit)) from None
     if kind.value is not None and "value" not in given:
-        raise fail(f"{kind.name} needs a value: {kind.value.legal} ({kind.unit})")
+        raise fail("%s needs a value: %s (%s)" % (kind.name, kind.value.legal, kind.unit))
     way = given.get("way")
     if way is not None and (way not in WAYS or not kind.on_line):
-        raise fail(f"way {way!r} is not legal: " + (f"give {' or '.join(WAYS)}" if kind.on_line else f"{kind.name} has no way"))
+        raise fail("way %r is not legal: " % way + ("give %s" % " or ".join(WAYS) if kind.on_line else "%s has no way" % kind.name))
     start = accepted.get("from", 0.0)
     end = accepted.get("to", start + kind.lasts)
     if end <= start:
-        raise fail(f"to {end:g} is not after from {start:g}")
+        raise fail("to %g is not after from %g" % (end, start))
     return Fault(kind.name, accepted.get("value"), way, accepted.get("robot"), start, end)
 
 
@@ -196,13 +197,13 @@ def load_faults(path: str) -> List[Fault]:
     """
     listed = read_values(path)
     if not isinstance(listed, list):
-        raise ParameterError(f"{path}: expected a list of faults, such as '- loss 0.1 from 10 to 20'")
+        raise ParameterError("%s: expected a list of faults, such as '- loss 0.1 from 10 to 20'" % path)
     faults = []
     for number, words in enumerate(listed, 1):
         try:
             faults.append(fault_of(words))
         except ParameterError as error:
-            raise ParameterError(f"{path}, entry {number}: {error}") from error
+            raise ParameterError("%s, entry %s: %s" % (path, number, error)) from error
     return faults
 
 
@@ -235,7 +236,7 @@ class Faults:
     def told(self, now_us: int) -> List[str]:
         """In words, those that are on, and behind them those that are to come, and when."""
         to_come = [(str(timed.fault), (timed.start_us - now_us) / 1e6) for timed in self._waiting]
-        return [str(fault) for fault in self.on] + [f"{words}, in {wait:.1f} s" if wait > 0.0 else words for words, wait in to_come]
+        return [str(fault) for fault in self.on] + ["%s, in %.1f s" % (words, wait) if wait > 0.0 else words for words, wait in to_come]
 
     def add(self, fault: Fault, now_us: int = 0) -> None:
         """One more; its times count from `now_us`.
@@ -243,7 +244,7 @@ class Faults:
         :raises ParameterError: there is no such robot.
         """
         if fault.robot is not None and fault.robot > len(self._plants):
-            raise ParameterError(f"fault '{fault}': there is no robot {fault.robot}; there are 1 to {len(self._plants)}")
+            raise ParameterError("fault '%s': there is no robot %s; there are 1 to %s" % (fault, fault.robot, len(self._plants)))
         end_us = math.inf if math.isinf(fault.end) else now_us + round(fault.end * 1e6)
         self._waiting.append(_Timed(fault, now_us + round(fault.start * 1e6), end_us))
         self._waiting.sort(key=lambda timed: timed.start_us)
@@ -267,14 +268,14 @@ class Faults:
         while self._waiting and self._waiting[0].start_us <= now_us:
             timed = self._waiting.pop(0)
             self._on.append(timed)
-            self._say(now_us / 1e6, f"fault begins: {timed.fault}")
+            self._say(now_us / 1e6, "fault begins: %s" % str(timed.fault))
             self._act(timed.fault)
         self._end([timed for timed in self._on if timed.end_us <= now_us], now_us)
 
     def _end(self, ended: List[_Timed], now_us: int) -> None:
         for timed in ended:
             self._on.remove(timed)
-            self._say(now_us / 1e6, f"fault ends: {timed.fault}")
+            self._say(now_us / 1e6, "fault ends: %s" % str(timed.fault))
             self._act(timed.fault)
 
     def _act(self, fault: Fault) -> None:
@@ -299,7 +300,7 @@ def _split(text: str, fail: Callable[[str], ParameterError]) -> Dict[str, Any]:
     while words:
         key = words.pop(0)
         if key in given or key in KEYS and not words:
-            raise fail(f"{key!r} is there twice" if key in given else f"{key!r} needs a value behind it")
+            raise fail("%r is there twice" % key if key in given else "%r needs a value behind it" % key)
         given[key] = _number(words.pop(0)) if words else None
     return given
 

@@ -19,7 +19,7 @@ class LineRecorder:
             try:
                 self._file = open(path, "w", buffering=1, encoding="utf-8")
             except OSError as error:
-                raise ParameterError(f"cannot record to {path}: {error.strerror}") from error
+                raise ParameterError("cannot record to %s: %s" % (path, error.strerror)) from error
             self._file.write(TITLE + "\n")
 
     def put(self, time: float, robot: int, to_robot: bool, data: bytes, note: str = "") -> None:

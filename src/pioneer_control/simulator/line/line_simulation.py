@@ -56,7 +56,7 @@ class LineSimulation:
         self.robots: List[Firmware] = simulation.robots if isinstance(simulation, Simulation) else [simulation]
         if not self.robots:
             raise ParameterError("there is no robot in the simulation: add one first")
-        self.plants = [Plant(robot, f"{seed} {number}") for number, robot in enumerate(self.robots)]
+        self.plants = [Plant(robot, "%s %s" % (seed, number)) for number, robot in enumerate(self.robots)]
         self.faults = Faults(self.plants, say)
         self.time_us = simulation.time_us
         self.ended: List[int] = []

@@ -26,7 +26,7 @@ PTY_UNREAD_LIMIT = 1024
 BACKLOG = 4
 CHUNK = 4096
 ISPEED, OSPEED = 4, 5
-BAUD_RATE_OF = {getattr(termios, f"B{baud}"): baud for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400)}
+BAUD_RATE_OF = {getattr(termios, "B%s" % baud): baud for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400)}
 """Speeds (baud) that a terminal can have, by the number that stands for them; a client that sets another one is not disturbed."""
 
 
@@ -44,7 +44,7 @@ class TcpLine:
     def __init__(self, address: Union[int, str]):
         self._listener = _listener(*host_and_port(address))
         self.host, self.port = self._listener.getsockname()
-        self.url = f"socket://{self.host}:{self.port}"
+        self.url = "socket://%s:%s" % (self.host, self.port)
         self.baud: Optional[int] = None
         """Has no effect here."""
         self.client_baud: Optional[int] = None
@@ -258,7 +258,7 @@ class PtyLine:
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
         settings = termios.tcgetattr(self._slave)
-        settings[ISPEED] = settings[OSPEED] = getattr(termios, f"B{self.baud}")
+        settings[ISPEED] = settings[OSPEED] = getattr(termios, "B%s" % self.baud)
         termios.tcsetattr(self._slave, termios.TCSANOW, settings)
         os.set_blocking(self._master, False)
         self.device = os.ttyname(self._slave)
@@ -268,7 +268,7 @@ class PtyLine:
             os.symlink(self.device, self.link)
         except OSError as error:
             self._close_files()
-            raise PortError(f"cannot make the link {self.link}: {error.strerror}; choose another path") from error
+            raise PortError("cannot make the link %s: %s; choose another path" % (self.link, error.strerror)) from error
         self._plugged = True
 
     def _check_link(self) -> None:
@@ -277,10 +277,10 @@ class PtyLine:
         except FileNotFoundError:
             return
         except OSError as error:
-            raise PortError(f"cannot make the link {self.link}: {error.strerror}; choose another path") from error
+            raise PortError("cannot make the link %s: %s; choose another path" % (self.link, error.strerror)) from error
         target = os.readlink(self.link) if stat.S_ISLNK(mode) else None
         if target is None or not (target.startswith("/dev/pts/") or not os.path.exists(self.link)):
-            raise PortError(f"{self.link} exists and is not the link of a simulated robot: remove it or choose another path")
+            raise PortError("%s exists and is not the link of a simulated robot: remove it or choose another path" % self.link)
 
     def _close_files(self) -> None:
         os.close(self._master)
@@ -297,7 +297,7 @@ def host_and_port(address: Union[int, str]) -> Tuple[str, int]:
     """
     host, _, port = str(address).rpartition(":")
     if not port.isdigit() or int(port) > 65535:
-        raise PortError(f"{address!r} is no TCP port: wanted 0 to 65535 (0 takes any free one), or host:port")
+        raise PortError("%r is no TCP port: wanted 0 to 65535 (0 takes any free one), or host:port" % address)
     return host or "127.0.0.1", int(port)
 
 
@@ -317,7 +317,7 @@ def _listener(host: str, port: int) -> socket.socket:
 
 def _why_not(host: str, port: int, error: OSError) -> str:
     if error.errno == errno.EADDRINUSE:
-        return f"TCP port {port} is in use, perhaps by another simulator: stop that one, or choose another port (0 takes any free one)"
+        return "TCP port %s is in use, perhaps by another simulator: stop that one, or choose another port (0 takes any free one)" % port
     if error.errno == errno.EACCES:
-        return f"TCP port {port} may not be opened by this user: choose one above 1023"
-    return f"cannot open TCP port {port} of {host}: {error.strerror or error}"
+        return "TCP port %s may not be opened by this user: choose one above 1023" % port
+    return "cannot open TCP port %s of %s: %s" % (port, host, error.strerror or error)

@@ -101,7 +101,7 @@ class Server:
         seed: int = 0, faults: Sequence[Fault] = (), record: Optional[str] = None, say: Callable[[str], None] = lambda sentence: None,
     ):
         if not SPEEDS[0] <= speed <= SPEEDS[1]:
-            raise ParameterError(f"speed {speed!r} is not legal: give a number from {SPEEDS[0]:g} to {SPEEDS[1]:g}")
+            raise ParameterError("speed %r is not legal: give a number from %g to %g" % (speed, *SPEEDS))
         if tcp is None and pty is None:
             tcp = STANDARD_PORT
         self.lock = threading.RLock()
@@ -183,8 +183,8 @@ class Server:
         host, port = host_and_port(tcp) if tcp is not None else ("", 0)
         several = len(self.simulation.robots) > 1
         for number, robot in enumerate(self.simulation.robots):
-            address = None if tcp is None else f"{host}:{port + number if port else 0}"
-            yield number, robot, address, f"{pty}{number + 1}" if pty is not None and several else pty
+            address = None if tcp is None else "%s:%s" % (host, port + number if port else 0)
+            yield number, robot, address, "%s%s" % (pty, number + 1) if pty is not None and several else pty
 
     # -- its thread
 
@@ -278,7 +278,7 @@ class Server:
 
     def _tell(self, time: float, sentence: str) -> None:
         self._recording.note(time, sentence)
-        self._say(f"{time:.3f} s: {sentence}")
+        self._say("%.3f s: %s" % (time, sentence))
 
     def _close(self) -> None:
         for berth in self.berths:

@@ -47,10 +47,10 @@ class Comparison(NamedTuple):
 
     def __str__(self) -> str:
         if self.same:
-            return f"robot {self.robot}: {self.recorded} packets, and the simulated robot says the same, byte by byte"
-        apart = f"poses at most {self.apart:.3f} m and {math.degrees(self.turned_apart):.1f} degrees apart, {self.apart_at_end:.3f} m at the end"
-        return (f"robot {self.robot}: {self.recorded} packets in the record, {self.simulated} of the simulated robot; {apart}\n"
-                f"  the first that differ: {self.first}")
+            return "robot %s: %s packets, and the simulated robot says the same, byte by byte" % (self.robot, self.recorded)
+        apart = "poses at most %.3f m and %.1f degrees apart, %.3f m at the end" % (self.apart, math.degrees(self.turned_apart), self.apart_at_end)
+        return ("robot %s: %s packets in the record, %s of the simulated robot; %s\n"
+                "  the first that differ: %s" % (self.robot, self.recorded, self.simulated, apart, self.first))
 
 
 def play_client(entries: Iterable[Entry], lines: LineSimulation) -> List[Entry]:
@@ -69,7 +69,7 @@ def play_client(entries: Iterable[Entry], lines: LineSimulation) -> List[Entry]:
         if entry.note:
             continue
         if entry.robot > len(lines.robots):
-            raise UsageError(f"the record has a robot {entry.robot}: let there be as many simulated ones")
+            raise UsageError("the record has a robot %s: let there be as many simulated ones" % entry.robot)
         time_us = max(lines.time_us, round(entry.time * 1e6))
         run_to(time_us)
         if entry.to_robot:
@@ -106,13 +106,13 @@ def _first(then: List[Packet], now: List[Packet]) -> str:
     for before, after in zip(then, now):
         if before.value != after.value:
             if type(before.value) is not type(after.value):
-                return f"at {before.time:.3f} s {_kind(before)}, simulated at {after.time:.3f} s {_kind(after)}"
-            fields = [f"{name} {value}, simulated {vars(after.value)[name]}" for name, value in vars(before.value).items()
+                return "at %.3f s %s, simulated at %.3f s %s" % (before.time, _kind(before), after.time, _kind(after))
+            fields = ["%s %s, simulated %s" % (name, value, vars(after.value)[name]) for name, value in vars(before.value).items()
                       if value != vars(after.value)[name]]
-            return f"{_kind(before)} at {before.time:.3f} s: {'; '.join(fields)}"
+            return "%s at %.3f s: %s" % (_kind(before), before.time, "; ".join(fields))
     for rest, whose in ((then[len(now):], "the record"), (now[len(then):], "the simulated robot")):
         if rest:
-            return f"{_kind(rest[0])} at {rest[0].time:.3f} s, only of {whose}"
+            return "%s at %.3f s, only of %s" % (_kind(rest[0]), rest[0].time, whose)
     return ""
 
 

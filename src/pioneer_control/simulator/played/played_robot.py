@@ -54,7 +54,7 @@ class PlayedRobot:
         if not any(step.stage == OPEN for step in self.steps):
             raise UsageError("no connection begins in the record of robot %d: no client could connect to it. Recorder first, then the driver" % robot)
         self._last = max(at for at, step in enumerate(self.steps) if step.data)
-        self.name = f"robot {robot}"
+        self.name = "robot %s" % robot
         self.time_us = 0
         self.baud = HOST_BAUD
         """The speed a terminal needs for not garbling it."""
@@ -200,13 +200,13 @@ class PlayedRobot:
         self._counts[_name(frame)] -= 1
         if self._expected is not None and (not self._expected or self._expected.pop(0) != frame):
             self._expected = None
-            self._tell(f"here the client sends {_told(frame)}, and that of the record did not")
+            self._tell("here the client sends %s, and that of the record did not" % _told(frame))
 
     def _tell_counts(self) -> None:
         """At the end of a connection: which commands were not as often sent as in the record."""
-        counts = [f"{name} {-count:+d}" for name, count in sorted(self._counts.items()) if count]
+        counts = ["%s %+d" % (name, -count) for name, count in sorted(self._counts.items()) if count]
         if counts:
-            self._tell(f"in this connection the client sent, against that of the record: {', '.join(counts)}")
+            self._tell("in this connection the client sent, against that of the record: %s" % ", ".join(counts))
         self._counts.clear()
 
     def _tell(self, sentence: str) -> None:
@@ -242,7 +242,7 @@ def steps_of(entries: Iterable[Entry], robot: int) -> List[RecordedStep]:
         if not entry.to_robot:
             steps.append(RecordedStep(time_us, entry.data, None))
     if not any(step.data for step in steps):
-        raise UsageError(f"the record has nothing that a robot {robot} said")
+        raise UsageError("the record has nothing that a robot %s said" % robot)
     return steps
 
 
@@ -266,4 +266,4 @@ def _name(frame: Frame) -> str:
 
 def _told(frame: Frame) -> str:
     value = p2os.decode_command(frame).value
-    return _name(frame) if value is None else f"{_name(frame)} {value}"
+    return _name(frame) if value is None else "%s %s" % (_name(frame), value)

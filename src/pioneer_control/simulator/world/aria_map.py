@@ -68,7 +68,7 @@ class _AriaMap:
         lines = text.split("\n")
         self._line = 1
         if lines[0].strip() != FIRST_LINE:
-            self.fail(f"the first line of an ARIA map must be {FIRST_LINE}, not {lines[0].strip()[:40]!r}")
+            self.fail("the first line of an ARIA map must be %s, not %r" % (FIRST_LINE, lines[0].strip()[:40]))
         take = _AriaMap._header
         for self._line, line in enumerate(lines[1:], 2):
             line = line.strip()
@@ -76,17 +76,17 @@ class _AriaMap:
                 take = SECTIONS[line.rstrip(":")]
             elif line:
                 take(self, line)
-        skipped = [f"{kind}, {len(at)} from line {at[0]}" if len(at) > 1 else f"{kind}, line {at[0]}" for kind, at in self._skipped.items()]
+        skipped = ["%s, %s from line %s" % (kind, len(at), at[0]) if len(at) > 1 else "%s, line %s" % (kind, at[0]) for kind, at in self._skipped.items()]
         if self._points and self._walls:
-            skipped.append(f"{len(self._points)} points: lines alone make the walls")
+            skipped.append("%s points: lines alone make the walls" % len(self._points))
         walls = (self._walls or self._walls_of_points()) + self._boxes
         if not self._starts:
             self._starts = [self._find_start(walls)]
-            skipped.append(f"no RobotHome in the map: {begin_at(self._starts[0])}")
+            skipped.append("no RobotHome in the map: %s" % begin_at(self._starts[0]))
         return World(self._path.stem, walls, starts=self._starts, docks=self._docks, goals=self._goals, skipped=skipped)
 
     def fail(self, message: str) -> NoReturn:
-        raise WorldError(f"world file {self._path}, line {self._line}: {message}")
+        raise WorldError("world file %s, line %s: %s" % (self._path, self._line, message))
 
     def skip(self, kind: str) -> None:
         self._skipped.setdefault(kind, []).append(self._line)
@@ -99,7 +99,7 @@ class _AriaMap:
         except ValueError:
             values = []
         if len(values) != count or not all(map(math.isfinite, values)):
-            self.fail(f"expected {legal}, not {text!r}")
+            self.fail("expected %s, not %r" % (legal, text))
         return values
 
     # -- lines of a file, by the section they are in
@@ -107,16 +107,16 @@ class _AriaMap:
     def _header(self, line: str) -> None:
         key, colon, value = line.partition(":")
         if not colon:
-            self.fail(f"expected 'Key: value', LINES or DATA, not {line[:60]!r}")
+            self.fail("expected 'Key: value', LINES or DATA, not %r" % line[:60])
         if key == "Cairn":
             self._cairn(value.strip())
         elif key == "Resolution":
             (resolution,) = self.numbers(value, 1, "Resolution: mm, one number above 0")
             if resolution <= 0.0:
-                self.fail(f"Resolution must be above 0 mm, not {resolution:g}")
+                self.fail("Resolution must be above 0 mm, not %g" % resolution)
             self._resolution = resolution / 1000.0
         elif key not in QUIET_KEYS:
-            self.skip(f"{key}:")
+            self.skip("%s:" % key)
 
     def _wall(self, line: str) -> None:
         x1, y1, x2, y2 = self.numbers(line, 4, "four numbers, x1 y1 x2 y2 (mm), under LINES")
@@ -139,8 +139,8 @@ class _AriaMap:
             return
         match = CAIRN.fullmatch(text)
         if not match:
-            self.fail(f"expected {CAIRN_FORM}, not 'Cairn: {text}'")
-        x, y, theta = self.numbers(" ".join(match.group(2, 3, 4)), 3, f"x y theta (mm, degrees) in {CAIRN_FORM}")
+            self.fail("expected %s, not 'Cairn: %s'" % (CAIRN_FORM, text))
+        x, y, theta = self.numbers(" ".join(match.group(2, 3, 4)), 3, "x y theta (mm, degrees) in %s" % CAIRN_FORM)
         known[0](self, (x / 1000.0, y / 1000.0, math.radians(theta)), match.group(6), match.group(7))
 
     def _start(self, pose: Pose, name: str, rest: str) -> None:
@@ -150,9 +150,9 @@ class _AriaMap:
         self._docks.append(pose)
 
     def _goal(self, pose: Pose, name: str, rest: str) -> None:
-        name = name or f"goal {len(self._goals) + 1}"
+        name = name or "goal %s" % (len(self._goals) + 1)
         if name in self._goals:
-            self.skip(f"another goal named {name!r}")
+            self.skip("another goal named %r" % name)
         else:
             self._goals[name] = pose
 
@@ -165,9 +165,9 @@ class _AriaMap:
         self._boxes.append(turned((x1, y1), pose[2]) + turned((x2, y2), pose[2]))
 
     def _extent(self, rest: str, kind: str) -> List[float]:
-        x1, y1, x2, y2 = self.numbers(rest, 4, f"x1 y1 x2 y2 (mm) at the end of a {kind}")
+        x1, y1, x2, y2 = self.numbers(rest, 4, "x1 y1 x2 y2 (mm) at the end of a %s" % kind)
         if (x1, y1) == (x2, y2):
-            self.fail(f"a {kind} from {x1:g} {y1:g} to itself; its corners must differ")
+            self.fail("a %s from %g %g to itself; its corners must differ" % (kind, x1, y1))
         return [value / 1000.0 for value in (x1, y1, x2, y2)]
 
     # -- what the file leaves open
@@ -180,8 +180,8 @@ class _AriaMap:
         low = np.floor(points.min(axis=0) / side)
         columns, rows = (np.floor(points.max(axis=0) / side) - low + 1).tolist()
         if max(columns, rows) > MOST_CELLS:
-            raise WorldError(f"world file {self._path}: its points lie {columns * side:g} m by {rows * side:g} m apart; with Resolution"
-                             f" {self._resolution * 1000:g} mm at most {MOST_CELLS * side:g} m are legal")
+            raise WorldError("world file %s: its points lie %g m by %g m apart; with Resolution"
+                             " %g mm at most %g m are legal" % (self._path, columns * side, rows * side, self._resolution * 1000, MOST_CELLS * side))
         cells = np.zeros((int(rows), int(columns)), dtype=bool)
         at_column, at_row = (np.floor(points / side) - low).astype(int).T
         cells[at_row, at_column] = True

@@ -45,7 +45,7 @@ class Ear:
 
     def __init__(self, world, half_width: float, maximum: float, slant: float):
         if not 0.0 < half_width <= math.pi / 4.0:
-            raise UsageError(f"half_width {half_width!r} rad: a sonar cone's must be above 0 and at most pi / 4")
+            raise UsageError("half_width %r rad: a sonar cone's must be above 0 and at most pi / 4" % half_width)
         self._world, self._maximum, self._slant = world, maximum, slant
         borders = [2.0 * math.pi / SECTORS * key for key in range(SECTORS)]
         self._rights = np.array([unit(border - half_width) for border in borders])

@@ -42,9 +42,9 @@ class _MapReader(NodeReader):
         needs = {"image": self.image, "resolution": self.positive, "origin": self.pose, "occupied_thresh": self.share,
                  "free_thresh": self.share, "negate": self.zero_or_one}
         values = self.mapping(root, "a map", needs, may={"mode": self.mode}, skip=lambda key: skipped.append(
-            f"line {key.start_mark.line + 1}: {key.value!r}, which means nothing here"))
+            "line %s: %r, which means nothing here" % (key.start_mark.line + 1, key.value)))
         if values["free_thresh"] >= values["occupied_thresh"]:
-            self.fail(root, f"free_thresh {values['free_thresh']:g} must be below occupied_thresh {values['occupied_thresh']:g}")
+            self.fail(root, "free_thresh %g must be below occupied_thresh %g" % (values["free_thresh"], values["occupied_thresh"]))
         occupancy = _occupancy(values["image"], bool(values["negate"]), values.get("mode") == "raw")[::-1]
         side, (x, y, heading) = values["resolution"], values["origin"]
         free = occupancy < values["free_thresh"]
@@ -59,7 +59,7 @@ class _MapReader(NodeReader):
 
         walls = place(borders(occupancy > values["occupied_thresh"]), (0.0, 0.0), side).tolist()
         beginning = (*placed(start[0] * side, start[1] * side), 0.0)
-        skipped.append(f"no start in a map of this kind: {begin_at(beginning)}")
+        skipped.append("no start in a map of this kind: %s" % begin_at(beginning))
         return World(
             name=self.path.stem,
             walls=[placed(x1, y1) + placed(x2, y2) for x1, y1, x2, y2 in walls],
@@ -75,14 +75,14 @@ class _MapReader(NodeReader):
         try:
             with Image.open(path) as image:
                 if image.format not in FORMATS:
-                    self.fail(node, f"image {path} is a {image.format}; it must be a PGM or a PNG")
+                    self.fail(node, "image %s is a %s; it must be a PGM or a PNG" % (path, image.format))
                 if image.mode.startswith("I"):  # 16 bits
                     return np.asarray(image, dtype=float) / 257.0
                 pixels = np.asarray(image.convert("RGBA"), dtype=float)
         except WorldError:
             raise
         except Exception as error:  # of a broken file Pillow raises whatever its decoder came upon
-            self.fail(node, f"image {path} cannot be read: {getattr(error, 'strerror', None) or error}")
+            self.fail(node, "image %s cannot be read: %s" % (path, getattr(error, "strerror", None) or error))
         return np.where(pixels[:, :, 3] > 0, (pixels[:, :, 0] + pixels[:, :, 1] + pixels[:, :, 2]) / 3.0, math.nan)
 
     def pose(self, node: yaml.Node) -> Pose:
@@ -96,20 +96,20 @@ class _MapReader(NodeReader):
         """A number from 0 to 1."""
         value = self.number(node)
         if not 0.0 <= value <= 1.0:
-            self.fail(node, f"a threshold must be from 0 to 1, not {value:g}")
+            self.fail(node, "a threshold must be from 0 to 1, not %g" % value)
         return value
 
     def zero_or_one(self, node: yaml.Node) -> int:
         """Zero or one."""
         value = self.number(node)
         if value not in (0, 1):
-            self.fail(node, f"negate must be 0 or 1, not {value:g}")
+            self.fail(node, "negate must be 0 or 1, not %g" % value)
         return int(value)
 
     def mode(self, node: yaml.Node) -> str:
         """How values of the image are meant."""
         if node.value not in MODES:
-            self.fail(node, f"mode must be one of {', '.join(MODES)}, not {node.value!r}")
+            self.fail(node, "mode must be one of %s, not %r" % (", ".join(MODES), node.value))
         return node.value
 
 

@@ -45,5 +45,5 @@ def standing_places(world: World, model: RobotModel, count: int) -> List[Pose]:
     apart.sort(key=lambda place: (hypot(place[0] - x0, place[1] - y0), place))
     poses = starts + [(x, y, heading) for x, y in apart]
     if len(poses) < count:
-        raise ParameterError(f"the world {world.name!r} has room for {len(poses)} robots of the model {model.subtype}, not for {count}")
+        raise ParameterError("the world %r has room for %s robots of the model %s, not for %s" % (world.name, len(poses), model.subtype, count))
     return poses[:count]

@@ -46,7 +46,7 @@ class Can:
 
 def begin_at(start: Pose) -> str:
     """How it is said where robots begin, when a file does not say it."""
-    return f"robots begin at x {start[0]:.2f}, y {start[1]:.2f}"
+    return "robots begin at x %.2f, y %.2f" % start[:2]
 
 
 class World:
@@ -82,14 +82,14 @@ class World:
         self.goals = dict(zip(goals or {}, _poses(name, "goal", list((goals or {}).values()))))
         self.skipped = tuple(skipped)
         if not self.starts:
-            raise WorldError(f"world {name}: no start; a robot has to stand somewhere")
+            raise WorldError("world %s: no start; a robot has to stand somewhere" % name)
         for number, (x1, y1, x2, y2) in enumerate(self.walls.tolist(), 1):
             if (x1, y1) == (x2, y2):
-                raise WorldError(f"world {name}: wall {number} at ({x1:g}, {y1:g}) has no length")
+                raise WorldError("world %s: wall %s at (%g, %g) has no length" % (name, number, x1, y1))
         for kind, radii in (("post", self.posts[:, 2]), ("can", [can.radius for can in self.cans])):
             for number, radius in enumerate(radii, 1):
                 if not radius > 0.0:
-                    raise WorldError(f"world {name}: {kind} {number} has radius {radius:g}; must be above 0")
+                    raise WorldError("world %s: %s %s has radius %g; must be above 0" % (name, kind, number, radius))
         self._solids = Solids(self.walls, self.posts)
         self._finder = Finder(self._solids)
         self._ears: Dict[Tuple[float, float, float], Ear] = {}
@@ -102,7 +102,7 @@ class World:
         self.bounds = (*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist())
 
     def __repr__(self) -> str:
-        return f"World({self.name!r}, {len(self.walls)} walls, {len(self.posts)} posts, {len(self.cans)} cans)"
+        return "World(%r, %s walls, %s posts, %s cans)" % (self.name, len(self.walls), len(self.posts), len(self.cans))
 
     def with_start(self, start: Pose) -> "World":
         """The same world, in which the first robot stands at `start` and the others at its own starts. It takes over the cans."""
@@ -210,6 +210,6 @@ def _table(name: str, kind: str, rows: Sequence[Sequence[float]], width: int) ->
     table = np.array(rows, dtype=float).reshape(-1, width)
     wrong = np.flatnonzero(~np.isfinite(table).all(axis=1))
     if len(wrong):
-        raise WorldError(f"world {name}: {kind} {wrong[0] + 1} has a number that is not finite")
+        raise WorldError("world %s: %s %s has a number that is not finite" % (name, kind, wrong[0] + 1))
     table.setflags(write=False)
     return table

@@ -31,7 +31,7 @@ class _WorldReader(NodeReader):
 
     def world(self, root: Optional[yaml.Node]) -> World:
         if root is None:
-            raise WorldError(f"world file {self.path} is empty; it needs at least 'starts'")
+            raise WorldError("world file %s is empty; it needs at least 'starts'" % self.path)
         sections = self.mapping(root, "a world", needs={"starts": self.starts}, may={
             "description": self.text, "map": self.map, "walls": self.walls, "boxes": self.boxes, "posts": self.posts, "cans": self.cans,
             "docks": self.docks, "goals": self.goals,
@@ -55,7 +55,7 @@ class _WorldReader(NodeReader):
             corners = wall["corners_m"] + (wall["corners_m"][:1] if wall.get("closed") else [])
             for first, second in zip(corners, corners[1:]):
                 if first == second:
-                    self.fail(entry, f"a wall from {list(first)} to itself; corners that follow each other must differ")
+                    self.fail(entry, "a wall from %s to itself; corners that follow each other must differ" % list(first))
                 segments.append(first + second)
         return segments
 
@@ -84,7 +84,7 @@ class _WorldReader(NodeReader):
     def poses(self, node: yaml.Node, what: str, **more: Callable) -> List[Dict[str, Any]]:
         """Entries with a `pose`, each with its node and with what else it `needs`."""
         needs = {**more, "position_m": self.point, "heading_deg": self.number}
-        entries = [{"node": entry, **self.mapping(entry, what, needs)} for entry in self.items(node, f"{what.split()[1]}s")]
+        entries = [{"node": entry, **self.mapping(entry, what, needs)} for entry in self.items(node, "%ss" % what.split()[1])]
         return [{**entry, "pose": entry["position_m"] + (math.radians(entry["heading_deg"]),)} for entry in entries]
 
     def starts(self, node: yaml.Node) -> List[Pose]:
@@ -100,7 +100,7 @@ class _WorldReader(NodeReader):
         goals: Dict[str, Pose] = {}
         for goal in self.poses(node, "a goal", name=self.text):
             if goal["name"] in goals:
-                self.fail(goal["node"], f"there are two goals named {goal['name']!r}; names must differ")
+                self.fail(goal["node"], "there are two goals named %r; names must differ" % goal["name"])
             goals[goal["name"]] = goal["pose"]
         return goals
 
@@ -108,7 +108,7 @@ class _WorldReader(NodeReader):
         try:
             return self._load_map(self.path.parent / self.text(node))
         except WorldError as error:
-            self.fail(node, f"map: {error}")
+            self.fail(node, "map: %s" % error)
 
     def corners(self, node: yaml.Node) -> List[Point]:
         corners = [self.point(entry) for entry in self.items(node, "corners_m")]
@@ -119,5 +119,5 @@ class _WorldReader(NodeReader):
     def can_height(self, node: yaml.Node) -> float:
         value = self.positive(node)
         if value >= SONAR_PLANE:
-            self.fail(node, f"a can must be lower than the sonar, {SONAR_PLANE} m, not {value:g}; a post is what the sonar sees")
+            self.fail(node, "a can must be lower than the sonar, %s m, not %g; a post is what the sonar sees" % (SONAR_PLANE, value))
         return value

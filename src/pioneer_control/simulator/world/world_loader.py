@@ -67,7 +67,7 @@ def _load_map(path: Path) -> World:
     """The map that a world names."""
     world = _read(path)
     if world is None:
-        raise WorldError(f"{path} is neither an ARIA map (first line {FIRST_LINE}) nor one of map_server (YAML with the key image)")
+        raise WorldError("%s is neither an ARIA map (first line %s) nor one of map_server (YAML with the key image)" % (path, FIRST_LINE))
     return world
 
 
@@ -77,18 +77,18 @@ def _text(path: Path) -> str:
         return path.read_text(encoding="utf-8", errors="replace" if path.suffix == ".map" else "strict")
     except (OSError, UnicodeDecodeError) as error:
         hint = "; of a picture, give the YAML file beside it" if path.suffix in PICTURES else ""
-        raise WorldError(f"world file {path} cannot be read: {getattr(error, 'strerror', None) or error}{hint}") from error
+        raise WorldError("world file %s cannot be read: %s%s" % (path, getattr(error, "strerror", None) or error, hint)) from error
 
 
 def _find(name_or_path: Union[str, Path]) -> Path:
     name = str(name_or_path)
     if "/" in name or name.endswith(ENDINGS + PICTURES):
         if not Path(name).is_file():
-            what = "is a directory" if Path(name).is_dir() else "does not exist" if Path(name).is_absolute() else f"does not exist below {Path.cwd()}"
-            raise WorldError(f"world file {name} {what}; worlds known by name: {', '.join(known_worlds())}")
+            what = "is a directory" if Path(name).is_dir() else "does not exist" if Path(name).is_absolute() else "does not exist below %s" % Path.cwd()
+            raise WorldError("world file %s %s; worlds known by name: %s" % (name, what, ", ".join(known_worlds())))
         return Path(name)
     if name not in known_worlds():
         near = difflib.get_close_matches(name, known_worlds(), n=1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
-        raise WorldError(f"no world named {name!r}; {hint}known: {', '.join(known_worlds())}; or give the path of a file (.yaml, .map)")
-    return GALLERY / f"{name}.yaml"
+        hint = "did you mean %r? " % near[0] if near else ""
+        raise WorldError("no world named %r; %sknown: %s; or give the path of a file (.yaml, .map)" % (name, hint, ", ".join(known_worlds())))
+    return GALLERY / ("%s.yaml" % name)

@@ -20,9 +20,9 @@ def read_values(path: str) -> Any:
         with open(path, encoding="utf-8") as stream:
             return yaml.safe_load(stream)
     except OSError as error:
-        raise ParameterError(f"cannot read {path}: {error.strerror}") from error
+        raise ParameterError("cannot read %s: %s" % (path, error.strerror)) from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ParameterError(f"{path} does not parse: {' '.join(str(error).split())}") from error
+        raise ParameterError("%s does not parse: %s" % (path, " ".join(str(error).split()))) from error
 
 
 def compose(path: Path, text: str) -> Optional[yaml.Node]:
@@ -31,8 +31,8 @@ def compose(path: Path, text: str) -> Optional[yaml.Node]:
         return yaml.compose(text, Loader=yaml.SafeLoader)
     except yaml.YAMLError as error:
         mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None)
-        line = f", line {mark.line + 1}" if mark else ""
-        raise WorldError(f"world file {path}{line}: not YAML: {problem or ' '.join(str(error).split())}") from error
+        line = ", line %s" % (mark.line + 1) if mark else ""
+        raise WorldError("world file %s%s: not YAML: %s" % (path, line, problem or " ".join(str(error).split()))) from error
 
 
 class NodeReader:
@@ -46,7 +46,7 @@ class NodeReader:
 
     def fail(self, node: yaml.Node, message: str) -> NoReturn:
         """Refuse the file, at the line of a node."""
-        raise WorldError(f"world file {self.path}, line {node.start_mark.line + 1}: {message}")
+        raise WorldError("world file %s, line %s: %s" % (self.path, node.start_mark.line + 1, message))
 
     def mapping(
         self, node: yaml.Node, what: str, needs: Dict[str, Callable], may: Optional[Dict[str, Callable]] = None,
@@ -58,31 +58,31 @@ class NodeReader:
         """
         legal = {**needs, **(may or {})}
         if not isinstance(node, yaml.MappingNode):
-            self.fail(node, f"{what} must be a mapping with the keys {', '.join(legal)}")
+            self.fail(node, "%s must be a mapping with the keys %s" % (what, ", ".join(legal)))
         values: Dict[str, Any] = {}
         for key_node, value_node in node.value:
             key = key_node.value
             if not isinstance(key_node, yaml.ScalarNode):
-                self.fail(key_node, f"keys must be plain words; known: {', '.join(legal)}")
+                self.fail(key_node, "keys must be plain words; known: %s" % ", ".join(legal))
             if key not in legal and skip:
                 skip(key_node)
                 continue
             if key not in legal:
                 near = difflib.get_close_matches(key, legal, n=1)
-                hint = f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(legal)}"
-                self.fail(key_node, f"{what} has no {key!r}{hint}")
+                hint = "; did you mean %r?" % near[0] if near else "; known: %s" % ", ".join(legal)
+                self.fail(key_node, "%s has no %r%s" % (what, key, hint))
             if key in values:
-                self.fail(key_node, f"{what} has {key!r} twice")
+                self.fail(key_node, "%s has %r twice" % (what, key))
             values[key] = legal[key](value_node)
         missing = [key for key in needs if key not in values]
         if missing:
-            self.fail(node, f"{what} needs {' and '.join(missing)}")
+            self.fail(node, "%s needs %s" % (what, " and ".join(missing)))
         return values
 
     def items(self, node: yaml.Node, what: str) -> List[yaml.Node]:
         """The entries of a list."""
         if not isinstance(node, yaml.SequenceNode):
-            self.fail(node, f"{what} must be a list")
+            self.fail(node, "%s must be a list" % what)
         return node.value
 
     def point(self, node: yaml.Node) -> Point:
@@ -105,14 +105,14 @@ class NodeReader:
             value = math.nan
         if not math.isfinite(value):
             given = repr(node.value) if isinstance(node, yaml.ScalarNode) else "a list or mapping"
-            self.fail(node, f"a finite number is needed here, not {given}")
+            self.fail(node, "a finite number is needed here, not %s" % given)
         return value
 
     def positive(self, node: yaml.Node) -> float:
         """A number above 0."""
         value = self.number(node)
         if value <= 0.0:
-            self.fail(node, f"must be above 0, not {value:g}")
+            self.fail(node, "must be above 0, not %g" % value)
         return value
 
     def boolean(self, node: yaml.Node) -> bool:
