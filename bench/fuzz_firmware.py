@@ -94,7 +94,7 @@ class Subject:
         must(not self.decoder.waiting and not counts.discarded_bytes and not counts.bad_checksums, "said something that is no packet: %s" % (counts,))
         hardware = self.robot.hardware
         must(not hardware.body.touches(hardware.model.outline(self.robot.gripper is not None)), "stands in a wall")
-        must(len(self.robot._decoder._held) < 260, "holds %d bytes" % len(self.robot._decoder._held))
+        must(len(self.robot.decoder._held) < 260, "holds %d bytes" % len(self.robot.decoder._held))
         must(self.robot.session in FirmwareState, "is in no state of a session")
         self.open()
 

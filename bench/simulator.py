@@ -173,7 +173,7 @@ for robot in many.robots:
 with Server(many, tcp=0) as server:
     print(*(berth.url.rpartition(":")[2] for berth in server.berths), flush=True)
     for _ in sys.stdin:
-        print(time.process_time(), many.time_us * 1e-6, bench.memory(), flush=True)
+        print(time.process_time(), many.clock.now_us * 1e-6, bench.memory(), flush=True)
 """
 
 

@@ -190,7 +190,7 @@ def flicker(life, befall, seconds):
 
 
 def motors_bit(firmware, on):
-    firmware.hardware.motors_enabled = on
+    firmware.hardware.motors.enabled = on
 
 
 def stop_bit(firmware, on):

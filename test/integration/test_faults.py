@@ -493,12 +493,12 @@ def robot_switches_motors_on_by_itself(rig):
     rig.firmware.press_stop_button(True)
     rig.run(0.5)
     rig.firmware.press_stop_button(False)
-    rig.firmware.hardware.enable_motors()
+    rig.firmware.hardware.motors.enable()
 
 
 def coasts(rig):
     rig.commanding = None
-    rig.firmware.hardware.linear.limits.fall = 0.01
+    rig.firmware.hardware.drives.linear.limits.fall = 0.01
     rig.run(5.0)
 
 

@@ -357,8 +357,8 @@ def test_each_robot_has_its_own_lines(three, tmp_path):
         with pytest.raises(PortError, match="in use"):
             Server(robot(), tcp=int(three.berths[2].url.rpartition(":")[2]))
         computers[2].send("CLOSE")
-        until(lambda: three.berths[2].firmware.session is FirmwareState.WAITING, "end of its session alone")
-        assert [berth.firmware.session for berth in three.berths[:2]] == [FirmwareState.OPEN] * 2
+        until(lambda: three.berths[2].robot.session is FirmwareState.WAITING, "end of its session alone")
+        assert [berth.robot.session for berth in three.berths[:2]] == [FirmwareState.OPEN] * 2
 
 
 def test_several_robots_have_ports_that_follow_each_other():
@@ -431,18 +431,18 @@ def test_a_pulled_cable_hangs_up_and_nobody_is_let_in_until_it_is_back(line):
     with connect(server) as computer:
         computer.open()
         with server.lock:
-            server.simulation.faults.add(fault_of("cable to 0.5"), server.simulation.time_us)
+            server.simulation.faults.add(fault_of("cable to 0.5"), server.simulation.clock.now_us)
         with pytest.raises((OSError, serial.SerialException)):
             until(lambda: computer.listen() is None, "hung up on")
     try:
         with connect(server):
-            assert not server.simulation.plants[0].unplugged, "let in"      # on a slow machine it is back already
+            assert not server.simulation.links[0].unplugged, "let in"      # on a slow machine it is back already
     except (OSError, serial.SerialException):
         pass
 
     def back():
         with server.lock:
-            return not server.simulation.plants[0].unplugged
+            return not server.simulation.links[0].unplugged
 
     until(back, "cable back")
     assert server.firmware.session is FirmwareState.OPEN

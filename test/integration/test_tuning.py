@@ -127,7 +127,7 @@ def test_what_is_set_at_run_time_has_its_effect_at_once_and_is_gone_after_close(
     run.session.close(run.now)
     run.until(lambda: run.session.phase.value == "finished")
     hardware = run.firmware.hardware
-    assert (hardware.settings["ticks_per_mm"], hardware.linear.limits.rise) == (128, pytest.approx(0.3))
+    assert (hardware.wheels.ticks_per_mm, hardware.drives.linear.limits.rise) == (128, pytest.approx(0.3))
 
 
 def test_what_is_beyond_the_robots_top_is_reported_as_not_taken():

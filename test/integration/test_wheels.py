@@ -11,7 +11,7 @@ from simulated_time import Rig
 
 def wheels(rig):
     """Speeds of the left and right wheels (m/s)."""
-    return rig.firmware.hardware.wheel_speeds
+    return rig.firmware.hardware.drives.wheel_speeds
 
 
 @pytest.mark.parametrize("subtype", ["p3dx-sh", "p3at-sh", "amigo-sh", "pion1m"])

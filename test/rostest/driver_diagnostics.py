@@ -87,7 +87,7 @@ class DriverDiagnostics(unittest.TestCase):
         battery = firmware.hardware.battery
 
         def stall(stalled):
-            firmware.hardware.left_stalled = stalled
+            firmware.hardware.stall.left = stalled
 
         for harm, mend, task, level, words in (
             (lambda: firmware.press_stop_button(True), lambda: firmware.press_stop_button(False), "Motors", WARN, "the STOP button is pressed"),
@@ -122,11 +122,11 @@ class DriverDiagnostics(unittest.TestCase):
         self.witness.wait("ten questions or more are answered", lambda: re.match("[0-9] of [0-9]{2}", unanswered()))
         self.expect(WELL)
         with server.lock:
-            server.simulation.faults.add(fault_of("loss 0.5 way to-robot"), server.simulation.time_us)
+            server.simulation.faults.add(fault_of("loss 0.5 way to-robot"), server.simulation.clock.now_us)
         self.witness.wait("it is named", lambda: re.search("[1-9][0-9]* of [0-9]+ questions .* not answered", self.newest("left")["Link"].message))
         self.expect(dict(WELL, Link=WARN))
         with server.lock:
-            server.simulation.faults.clear(server.simulation.time_us)
+            server.simulation.faults.clear(server.simulation.clock.now_us)
         self.expect(WELL)
         self.assertRegex(unanswered(), "^[1-9][0-9]* of [0-9]{2}")
 

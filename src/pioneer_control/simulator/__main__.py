@@ -64,9 +64,6 @@ def simulation_of(options: argparse.Namespace) -> Simulation:
 
 def played_robot(options: argparse.Namespace) -> PlayedRobot:
     """The robot of a record. Raises UsageError for a record that makes no sense, and for faults that only a simulated robot can have."""
-    for fault in faults_of(options):
-        if not (KINDS[fault.kind].on_line or fault.kind == "cable"):
-            raise ParameterError("fault '%s': a played robot only says what the record has; its line can have faults" % str(fault))
     return PlayedRobot(read_record(options.play), options.robot, lambda time, sentence: say("%.3f s of the record: %s" % (time, sentence)))
 
 
@@ -107,7 +104,7 @@ def welcome(server: Server) -> str:
         lines += ["%s simulated %s stand in the world %r. Connect to them at" % (len(robots), first, world.name)]
     for berth in server.berths:
         places = [place for place in (berth.url, berth.pty_link) if place is not None]
-        lines += ["    %s" % place for place in places] if len(robots) == 1 else ["    " + "  ".join([berth.firmware.name, *places])]
+        lines += ["    %s" % place for place in places] if len(robots) == 1 else ["    " + "  ".join([berth.robot.name, *places])]
     return "\n".join(lines)
 
 

@@ -81,7 +81,7 @@ def main() -> int:
             rospy.loginfo("world file, skipped: %s", skipped)
         for berth in server.berths:
             places = " and ".join(place for place in (berth.url, berth.pty_link) if place)
-            rospy.loginfo("a simulated %s stands in the world %s, at %s", berth.firmware.model.subtype, simulation.world.name, places)
+            rospy.loginfo("a simulated %s stands in the world %s, at %s", parameters.model, simulation.world.name, places)
         if server.open_to_others:
             rospy.logwarn("every machine that reaches this one can drive the simulated robots: the protocol knows no password")
         return Node(server, parameters).run()
@@ -114,7 +114,7 @@ class Face:
     def publish(self, now: rospy.Time) -> None:
         """Say where it is."""
         with self._lock:
-            pose, velocity, (x, y, heading) = self._firmware.true_pose, self._firmware.velocity, self._firmware.odometry_origin
+            pose, velocity, (x, y, heading) = self._firmware.true_pose, self._firmware.velocity, self._firmware.hardware.odometry.origin
         truth = Odometry()
         truth.header.stamp, truth.header.frame_id = now, self._map_frame
         truth.child_frame_id = self._base_frame
@@ -201,7 +201,7 @@ class Node:
         try:
             fault = fault_of(request.fault)
             with self._server.lock:
-                self._server.simulation.faults.add(fault, self._server.simulation.time_us)
+                self._server.simulation.faults.add(fault, self._server.simulation.clock.now_us)
         except ParameterError as error:
             return AddFaultResponse(False, str(error))
         begins = "in %g s" % fault.start if fault.start else "now"
@@ -210,11 +210,11 @@ class Node:
 
     def _list_faults(self, request) -> TriggerResponse:
         with self._server.lock:
-            return TriggerResponse(True, "; ".join(self._server.simulation.faults.told(self._server.simulation.time_us)) or "none")
+            return TriggerResponse(True, "; ".join(self._server.simulation.faults.told(self._server.simulation.clock.now_us)) or "none")
 
     def _clear_faults(self, request) -> TriggerResponse:
         with self._server.lock:
-            ended = self._server.simulation.faults.clear(self._server.simulation.time_us)
+            ended = self._server.simulation.faults.clear(self._server.simulation.clock.now_us)
         return TriggerResponse(True, "%s ended" % ended)
 
 

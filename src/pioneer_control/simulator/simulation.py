@@ -1,7 +1,7 @@
 """One world with any number of robots in one simulated time: they see each other with their sonar and bump into each other.
 
 >>> from pioneer_control.robots import find_model
->>> from pioneer_control.simulator.world.world_loader import load_world
+>>> from pioneer_control.simulator.world import load_world
 >>> simulation = Simulation(load_world("office"))
 >>> first = simulation.add(find_model("p3dx-sh"))
 >>> second = simulation.add(find_model("amigo-sh"), pose=(2.0, 3.0, 0.0))
@@ -12,13 +12,13 @@
 No thread, clock or socket is in here: the same bytes at the same simulated times give the same answers however the time is split.
 """
 
-import math
 from typing import List, Optional
 
 from ..errors import ParameterError
 from ..robots import RobotModel
-from .world.crowd import Crowd
+from .clock import NEVER_US, Clock
 from .firmware.firmware import Firmware
+from .world.crowd import Crowd
 from .world.geometry import Pose
 from .world.start_poses import standing_places
 from .world.world import World
@@ -36,10 +36,9 @@ class Simulation:
     def __init__(self, world: World):
         self.world = world
         world.crowd = Crowd()
+        self.clock = Clock()
         self.robots: List[Firmware] = []
-        self.time_us = 0
-        self.next_step_us = math.inf
-        self._remainder_us = 0.0
+        self.next_step_us = NEVER_US
 
     def add(self, model: RobotModel, pose: Optional[Pose] = None, **options) -> Firmware:
         """One robot more, switched on now.
@@ -51,7 +50,7 @@ class Simulation:
         """
         if pose is None:
             pose = self._next_start()
-        robot = Firmware(model, self.world, pose, time_us=self.time_us, **options)
+        robot = Firmware(model, self.world, pose, clock=self.clock, **options)
         self.world.crowd.enter(robot.hardware.body)
         self.robots.append(robot)
         self.next_step_us = min(self.next_step_us, robot.next_step_us)
@@ -63,23 +62,18 @@ class Simulation:
         :param seconds: from 0 up; microseconds count, fractions of them are carried over to the next call.
         :returns: what each robot sent meanwhile, in the order of `robots`.
         """
-        exact_us = seconds * 1e6 + self._remainder_us
-        whole_us = round(exact_us)
-        self._remainder_us = exact_us - whole_us
-        self.run_to(self.time_us + whole_us)
+        self.run_to(self.clock.after(seconds))
         return [robot.take_sent() for robot in self.robots]
 
     def run_to(self, end_us: int) -> None:
         """Let simulated time pass for all until `end_us`; what they send meanwhile is kept for their `take_sent`."""
-        robots = self.robots
         while self.next_step_us <= end_us:  # all take the step of one moment before any takes that of the next
-            for robot in robots:
-                robot.run_to(self.next_step_us)
-            self.next_step_us = min([robot.next_step_us for robot in robots])
-        self.time_us = end_us
-        for robot in robots:
-            if robot.time_us != end_us:
-                robot.run_to(end_us)
+            now_us = self.clock.now_us = self.next_step_us
+            for robot in self.robots:
+                if robot.next_step_us <= now_us:
+                    robot.step()
+            self.next_step_us = min([robot.next_step_us for robot in self.robots])
+        self.clock.now_us = end_us
 
     def _next_start(self) -> Pose:
         starts = self.world.starts

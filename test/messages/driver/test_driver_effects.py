@@ -54,7 +54,10 @@ class Run(Bottle):
                 yield 0.1
             yield REST
         hardware = self.firmware.hardware       # it forgets all that at CLOSE
-        self.settings = dict(hardware.settings, bump_stall=(hardware.bump_stall_front, hardware.bump_stall_rear))
+        wheels, bumpers = hardware.wheels, hardware.bumpers
+        self.settings = dict(
+            self.firmware.settings, rev_count=wheels.rev_count, ticks_per_mm=wheels.ticks_per_mm,
+            bump_stall=(bumpers.front_stalls, bumpers.rear_stalls))
         self.bauds = self.line.baud, self.firmware.baud
 
     # What can be seen in it

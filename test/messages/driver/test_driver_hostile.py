@@ -117,7 +117,7 @@ def test_another_robot_at_the_cable_is_described_anew(run, gripper):
 
 
 @pytest.mark.parametrize("befall", [
-    lambda firmware, on: setattr(firmware.hardware, "motors_enabled", on), lambda firmware, on: firmware.press_stop_button(on)], ids=["motors", "STOP"])
+    lambda firmware, on: setattr(firmware.hardware.motors, "enabled", on), lambda firmware, on: firmware.press_stop_button(on)], ids=["motors", "STOP"])
 def test_flags_that_flicker_do_not_flood_the_log(run, befall):
     def script(bottle):
         bottle.send("cmd_motor_state", MotorState(1))

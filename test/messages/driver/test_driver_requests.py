@@ -455,7 +455,7 @@ def test_back_at_the_robots_own_it_has_that_again(run):
         yield 2.0
         bottle.call("~set_parameters", encode({"rot_kp": -1}))
         yield 2.0
-        bottle.kept = bottle.firmware.hardware.settings["rotation_kp"]
+        bottle.kept = bottle.firmware.settings["rotation_kp"]
 
     bottle = run(script)
     assert bottle.kept == 40 and bottle.says("~rot_kp 55 -> 40")
@@ -468,7 +468,7 @@ def test_a_change_without_a_link_holds_for_the_next_one(run):
         bottle.call("~set_parameters", encode({"max_xspeed": 0.25, "rot_kp": 55}))
         bottle.plug_in()
         yield 5.0
-        bottle.kept = bottle.firmware.hardware.settings["rotation_kp"]
+        bottle.kept = bottle.firmware.settings["rotation_kp"]
 
     bottle = run(script)
     assert bottle.messages("robot_info")[-1].max_linear == 0.25 and bottle.kept == 55

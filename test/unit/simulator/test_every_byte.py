@@ -75,13 +75,13 @@ def whims(draw):
         lambda robot: robot.receive(command(47, number(2))),
         lambda robot: robot.receive(command(draw.choice((82, 85, 88, 93)), number(1, 20000))),
         lambda robot: robot.receive(command(250, draw.choice((0, 0, 113, 125)))),
-        lambda robot: setattr(robot.hardware, "stop_button", draw.random() < 0.2),
-        lambda robot: setattr(robot.hardware, "held", draw.random() < 0.2),
-        lambda robot: setattr(robot.hardware, "charger", draw.random() < 0.5),
-        lambda robot: setattr(robot.hardware, "dead_transducers", {number(16)}),
-        lambda robot: setattr(robot.hardware, "gripper_stuck", draw.random() < 0.3),
+        lambda robot: robot.hardware.motors.press_stop_button(draw.random() < 0.2),
+        lambda robot: setattr(robot.hardware.stall, "held", draw.random() < 0.2),
+        lambda robot: setattr(robot.hardware.charger, "plugged_in", draw.random() < 0.5),
+        lambda robot: setattr(robot.hardware.sonar, "dead", {number(16)}),
+        lambda robot: robot.hardware.jam_gripper(draw.random() < 0.3),
         lambda robot: setattr(robot.hardware, "joystick", JoystickState(draw.random() < 0.3, draw.random() < 0.5, *(number(1024) for _ in range(3)))),
-        lambda robot: robot.hardware.analog_volts.__setitem__(number(8), draw.uniform(0.0, 5.0)),
+        lambda robot: robot.hardware.ports.analog_volts.__setitem__(number(8), draw.uniform(0.0, 5.0)),
         lambda robot: setattr(robot.hardware.battery, "voltage", draw.uniform(11.2, 13.0) * robot.hardware.battery.scale),
     ]
 
@@ -95,26 +95,26 @@ def true_sip(robot):
     """What the SIP of this moment must say, from the robot's parts."""
     hardware, model, battery, gripper = robot.hardware, robot.model, robot.hardware.battery, robot.gripper
     turn = model.angle_units_per_rev
-    x, y, heading = hardware.odometry
-    goal = heading + (hardware.angular.remaining or 0.0)
+    x, y, heading = hardware.odometry.pose
+    goal = heading + (hardware.drives.angular.remaining or 0.0)
     linear, angular = robot.velocity
     difference = angular / model.diff_rad_per_mm
-    front, rear = hardware.bumper_bits()
-    stalled = hardware.stop_button and hardware.stop_button_stalls
+    front, rear = hardware.bumpers.bits()
+    stalled = hardware.motors.stop_button and hardware.motors.stop_button_stalls
     north = (90.0 - math.degrees(robot.true_pose[2])) % 360.0
     joystick = hardware.joystick is not None and hardware.joystick.button_1
     firing = [array in hardware.sonar.firing for array in range(4)]
-    flags = [robot.motors_enabled] + firing + [hardware.stop_button, stalled, False, False, joystick, battery.charging]
+    flags = [robot.motors_enabled] + firing + [hardware.motors.stop_button, stalled, False, False, joystick, battery.charging]
     return dict(
         x=units(x * 1000.0, model.dist_mm_per_unit) % 0x8000, y=units(y * 1000.0, model.dist_mm_per_unit) % 0x8000,
         th=(units(heading, 2.0 * math.pi / turn) + turn // 2) % turn - turn // 2,
         control=(units(goal, 2.0 * math.pi / turn) + turn // 2) % turn - turn // 2,
         lvel=units(linear * 1000.0 - difference, model.vel_mm_s_per_unit), rvel=units(linear * 1000.0 + difference, model.vel_mm_s_per_unit),
-        battery=round(battery.voltage / battery.scale * 10.0), stall_low=(hardware.left_stalled or stalled) + 2 * rear,
-        stall_high=(hardware.right_stalled or stalled) + 2 * front, flags=sum(bit << place for place, bit in enumerate(flags)),
-        compass=(round(north / 2.0) or 180) if hardware.compass_on else 0, port=hardware.analog_port,
-        analog=round(hardware.analog_volts[hardware.analog_port] * 51.0), grip=true_grip(gripper), digin=true_digin(robot),
-        digout=hardware.digital_out,
+        battery=round(battery.voltage / battery.scale * 10.0), stall_low=(hardware.stall.left or stalled) + 2 * rear,
+        stall_high=(hardware.stall.right or stalled) + 2 * front, flags=sum(bit << place for place, bit in enumerate(flags)),
+        compass=(round(north / 2.0) or 180) if hardware.compass.on else 0, port=hardware.ports.analog_port,
+        analog=round(hardware.ports.analog_volts[hardware.ports.analog_port] * 51.0), grip=true_grip(gripper), digin=true_digin(robot),
+        digout=hardware.ports.digital_out,
         battery_x10=round(battery.voltage * 10.0), charge_state=battery.charge_state, rotvel=round(math.degrees(angular) * 10.0),
         fault=8 if battery.voltage / battery.scale < 11.5 else 0,
     )
@@ -124,10 +124,10 @@ def true_grip(gripper):
     """GRIP_STATE, section 6.2."""
     if gripper is None:
         return 0
-    paddles, lift = gripper.paddle_motion, gripper.lift_motion
+    paddles, lift = gripper.paddle_motion, gripper.lift.motion
     bits = [
         paddles > 0 or gripper.is_open and not paddles, paddles < 0 or gripper.is_closed and not paddles, paddles != 0, gripper.paddles_jammed,
-        lift > 0 or gripper.is_up and not lift, lift < 0 or gripper.is_down and not lift, lift != 0, gripper.lift_jammed]
+        lift > 0 or gripper.lift.is_up and not lift, lift < 0 or gripper.lift.is_down and not lift, lift != 0, gripper.lift.jammed]
     return sum(bool(bit) << place for place, bit in enumerate(bits))
 
 
@@ -173,7 +173,7 @@ def check_sonar(readings, robot):
         along = [(ROOM - sign * place) / abs(slope or 1e-9) for place, slope in
                  ((place_x, math.cos(heading + direction)), (place_y, math.sin(heading + direction))) for sign in (math.copysign(1.0, slope),)]
         assert 0.0999 <= far <= 5.0003
-        if clearance > 0.0 and number not in robot.hardware.dead_transducers | DEAD:        # some stand out of the body, into a wall it touches
+        if clearance > 0.0 and number not in robot.hardware.sonar.dead | DEAD:        # some stand out of the body, into a wall it touches
             assert min(clearance, 5.0) - moved <= far <= max(0.1, min(min(along), 5.0)) + moved, (number, far, clearance, along)
 
 
@@ -183,19 +183,19 @@ def check(packet, robot):
     if packet.id in (0x32, 0x33):
         check_sip(packet, robot)
     elif packet.id == 0x90:
-        assert (values["left"], values["right"]) == robot.hardware.wheel_ticks
+        assert (values["left"], values["right"]) == robot.hardware.wheels.ticks
     elif packet.id == 0xE0 and robot.gripper is None:
         assert set(values.values()) == {0}
     elif packet.id == 0xE0:
-        switches = true_digin(robot) & 0x3F | (robot.gripper.lift_motion != 0) << 6 | (robot.gripper.paddle_motion != 0) << 7
+        switches = true_digin(robot) & 0x3F | (robot.gripper.lift.motion != 0) << 6 | (robot.gripper.paddle_motion != 0) << 7
         state = switches if robot.model.firmware_family in ("PSOS", "P2OS", "AmigOS") else true_grip(robot.gripper)
         assert (values["has_gripper"], values["state"], values["grasp_time"]) == (1, state, round(robot.gripper.grasp_time * 50.0))
     elif packet.id == 0xF0:
-        front, rear = hardware.bumper_bits()
-        assert values["inputs"] == (true_digin(robot), 255 - front, 255 - rear, 255) and values["outputs"] == (hardware.digital_out,)
+        front, rear = hardware.bumpers.bits()
+        assert values["inputs"] == (true_digin(robot), 255 - front, 255 - rear, 255) and values["outputs"] == (hardware.ports.digital_out,)
         older = robot.model.firmware_family in ("PSOS", "P2OS", "AmigOS", "AROS")
         ports, full = (range(1, 6), 2047) if older else (range(8), 1023)
-        assert values["analog"][:len(ports)] == tuple(round(hardware.analog_volts[port] / 5.0 * full) for port in ports)
+        assert values["analog"][:len(ports)] == tuple(round(hardware.ports.analog_volts[port] / 5.0 * full) for port in ports)
         assert len(values["analog"]) == len(ports) + (not older)
     elif packet.id == 0xFA:
         share = max(0.0, min(1.0, (hardware.battery.voltage / hardware.battery.scale - 11.0) / 2.0))
@@ -216,7 +216,7 @@ def check(packet, robot):
 def check_config(values, robot):
     """CONFIGpac against the model, the limits and what is fitted."""
     hardware, model = robot.hardware, robot.model
-    linear, angular = hardware.linear.limits, hardware.angular.limits
+    linear, angular = hardware.drives.linear.limits, hardware.drives.angular.limits
     truth = dict(
         type="Pioneer", subtype=model.subtype, serial="0001", four_mots=0, rot_vel_top=round(math.degrees(angular.top)),
         trans_vel_top=round(linear.top * 1000), rot_acc_top=300, trans_acc_top=2000, pwm_max=500, name="sim_0001", sip_cycle=100, host_baud=0,
@@ -224,8 +224,8 @@ def check_config(values, robot):
         rot_vel_max=round(math.degrees(angular.limit)), trans_vel_max=round(linear.limit * 1000), rot_acc=round(math.degrees(angular.rise)),
         rot_decel=round(math.degrees(angular.fall)), trans_acc=round(linear.rise * 1000), trans_decel=round(linear.fall * 1000),
         front_bumps=model.front_bumpers, rear_bumps=model.rear_bumpers, charger=2 if model.subtype == "powerbot-sh" else 1,
-        sonar_cycle=hardware.sonar.cycle_us // 1000, auto_baud=2, has_gyro=hardware.gyro_kind, ticks_mm=hardware.settings["ticks_per_mm"],
-        rev_count=hardware.settings["rev_count"], rot_kp=hardware.settings["rotation_kp"], trans_kp=hardware.settings["translation_kp"],
+        sonar_cycle=hardware.sonar.cycle_us // 1000, auto_baud=2, has_gyro=hardware.gyro.kind, ticks_mm=hardware.wheels.ticks_per_mm,
+        rev_count=hardware.wheels.rev_count, rot_kp=robot.settings["rotation_kp"], trans_kp=robot.settings["translation_kp"],
         shutdown_volts=110, version="2.9")
     for name in truth.keys() & values.keys():
         assert values[name] == truth[name], name
@@ -245,7 +245,7 @@ def live(robot, seconds, seed, look):
         stream += sent
         if step % 3 == 0:
             DEAD.clear()
-            DEAD.update(robot.hardware.dead_transducers)
+            DEAD.update(robot.hardware.sonar.dead)
             draw.choice(doings)(robot)
         if step % 50 == 0:
             robot.receive(command(0))

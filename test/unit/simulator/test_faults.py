@@ -6,7 +6,9 @@ import pytest
 
 from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model
-from pioneer_control.simulator.line.faults import KINDS, WAYS, Fault, Faults, Plant, fault_of, load_faults, rows
+from pioneer_control.simulator.clock import NEVER_US
+from pioneer_control.simulator.line.faults import KINDS, Fault, Faults, fault_of, load_faults, rows
+from pioneer_control.simulator.line.robot_link import WAYS, RobotLink
 from pioneer_control.simulator.firmware import Firmware, FirmwareState
 from pioneer_control.simulator.world import World
 
@@ -74,16 +76,16 @@ class Scene:
     """Two robots and what is said of their faults."""
 
     def __init__(self):
-        self.plants = [Plant(Firmware(find_model("p3dx-sh"), World("hall")), str(number)) for number in range(2)]
+        self.links = [RobotLink(Firmware(find_model("p3dx-sh"), World("hall")), str(number)) for number in range(2)]
         self.said = []
-        self.faults = Faults(self.plants, lambda time, sentence: self.said.append((time, sentence)))
+        self.faults = Faults(self.links, lambda time, sentence: self.said.append((time, sentence)))
 
     def add(self, words, now=0.0):
         self.faults.add(fault_of(words), round(now * 1e6))
         self.faults.step(round(now * 1e6))
 
     def wires(self, name):
-        return [getattr(plant.wires[way], name) for plant in self.plants for way in WAYS]
+        return [getattr(link.wires[way].errors, name) for link in self.links for way in WAYS]
 
 
 def test_faults_that_are_on_and_those_to_come_are_told():
@@ -104,7 +106,7 @@ def test_a_fault_begins_and_ends_and_is_named_both_times():
     scene.faults.step(10000000)
     assert scene.faults.next_us == 20000000 and scene.wires("loss") == [0.1] * 4 and scene.faults.on == [fault_of("loss 0.1 from 10 to 20")]
     scene.faults.step(20000000)
-    assert scene.faults.next_us == math.inf and scene.wires("loss") == [0.0] * 4
+    assert scene.faults.next_us == NEVER_US and scene.wires("loss") == [0.0] * 4
     assert scene.said == [(10.0, "fault begins: loss 0.1"), (20.0, "fault ends: loss 0.1")]
 
 
@@ -135,7 +137,7 @@ def test_times_that_no_float_hits_are_hit(start, end):
     scene.add("cable from %r to %r" % (start, end))
     for _ in range(2):
         scene.faults.step(scene.faults.next_us)
-    assert scene.faults.next_us == math.inf and len(scene.said) == 2
+    assert scene.faults.next_us == NEVER_US and len(scene.said) == 2
 
 
 def test_clear_ends_what_is_on_and_what_would_come():
@@ -143,7 +145,7 @@ def test_clear_ends_what_is_on_and_what_would_come():
     for words in ("loss 0.1", "loss 0.2 from 50", "flips 0.1"):
         scene.add(words)
     assert scene.faults.clear(1000000, "loss") == 2 and scene.wires("loss") == [0.0] * 4 and scene.wires("flips") == [0.1] * 4
-    assert scene.faults.clear(1000000) == 1 and scene.faults.next_us == math.inf and scene.faults.clear(1000000) == 0
+    assert scene.faults.clear(1000000) == 1 and scene.faults.next_us == NEVER_US and scene.faults.clear(1000000) == 0
 
 
 def test_a_robot_that_is_not_there():
@@ -151,26 +153,22 @@ def test_a_robot_that_is_not_there():
         Scene().add("cable robot 3")
 
 
-def hardware(name):
-    return lambda plant: getattr(plant.firmware.hardware, name)
-
-
 # What each kind changes: how it is seen, before, while it is on, after.
 EFFECTS = {
-    "loss 0.1": (lambda plant: plant.wires["to-robot"].loss, 0.0, 0.1),
-    "flips 0.1": (lambda plant: plant.wires["to-robot"].flips, 0.0, 0.1),
-    "splits 0.1": (lambda plant: plant.wires["from-robot"].splits, 0.0, 0.1),
-    "delay 0.1": (lambda plant: plant.wires["to-robot"].delay, 0.0, 0.1),
-    "silence": (lambda plant: plant.wires["to-robot"].silence, False, True),
-    "cable": (lambda plant: plant.unplugged, False, True),
-    "power": (lambda plant: plant.powered, True, False),
-    "stop_button": (hardware("stop_button"), False, True),
-    "stall": (hardware("held"), False, True),
-    "battery 11.2": (lambda plant: round(plant.firmware.hardware.battery.voltage, 6), 13.0, 11.2),
-    "transducer 3": (hardware("dead_transducers"), set(), {3}),
-    "gyro 90": (hardware("gyro_drift"), 0.0, math.pi / 2),
-    "gripper": (hardware("gripper_stuck"), False, True),
-    "charger": (hardware("charger"), False, True),
+    "loss 0.1": (lambda link: link.wires["to-robot"].errors.loss, 0.0, 0.1),
+    "flips 0.1": (lambda link: link.wires["to-robot"].errors.flips, 0.0, 0.1),
+    "splits 0.1": (lambda link: link.wires["from-robot"].errors.splits, 0.0, 0.1),
+    "delay 0.1": (lambda link: link.wires["to-robot"].errors.delay, 0.0, 0.1),
+    "silence": (lambda link: link.wires["to-robot"].errors.silence, False, True),
+    "cable": (lambda link: link.unplugged, False, True),
+    "power": (lambda link: link.powered, True, False),
+    "stop_button": (lambda link: link.hardware.motors.stop_button, False, True),
+    "stall": (lambda link: link.hardware.stall.held, False, True),
+    "battery 11.2": (lambda link: round(link.firmware.hardware.battery.voltage, 6), 13.0, 11.2),
+    "transducer 3": (lambda link: link.hardware.sonar.dead, set(), {3}),
+    "gyro 90": (lambda link: link.hardware.gyro.drift, 0.0, math.pi / 2),
+    "gripper": (lambda link: link.hardware.gripper.stuck, False, True),
+    "charger": (lambda link: link.hardware.charger.plugged_in, False, True),
 }
 
 
@@ -182,25 +180,25 @@ def test_every_kind_has_a_row_here():
 def test_every_kind_does_what_it_says_to_the_robot_it_is_for(words):
     seen, normal, faulty = EFFECTS[words]
     scene = Scene()
-    assert [seen(plant) for plant in scene.plants] == [normal, normal]
+    assert [seen(link) for link in scene.links] == [normal, normal]
     scene.add(words + " robot 2 to 1")
-    assert [seen(plant) for plant in scene.plants] == [normal, faulty]
+    assert [seen(link) for link in scene.links] == [normal, faulty]
     scene.faults.step(1000000)
-    assert [seen(plant) for plant in scene.plants] == [normal, normal]
+    assert [seen(link) for link in scene.links] == [normal, normal]
 
 
 def test_two_dead_transducers_are_two():
     scene = Scene()
     scene.add("transducer 3")
     scene.add("transducer 5 robot 1 to 9")
-    assert [plant.firmware.hardware.dead_transducers for plant in scene.plants] == [{3, 5}, {3}]
+    assert [link.firmware.hardware.sonar.dead for link in scene.links] == [{3, 5}, {3}]
     scene.faults.step(9000000)
-    assert scene.plants[0].firmware.hardware.dead_transducers == {3}
+    assert scene.links[0].firmware.hardware.sonar.dead == {3}
 
 
 def test_power_off_ends_the_session():
     scene = Scene()
-    robot = scene.plants[0].firmware
+    robot = scene.links[0].firmware
     for number in (0, 1, 2, 1):
         robot.receive(bytes((0xFA, 0xFB, 3, number, 0, number)))
     assert robot.session is FirmwareState.OPEN

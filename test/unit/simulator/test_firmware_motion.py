@@ -192,7 +192,7 @@ def test_seto_makes_the_pose_exactly_zero_and_leaves_the_robot_where_it_is():
     where = bench.robot.true_pose
     bench.send("SETO").wait(0.1)
     assert (bench.sip.x_counts, bench.sip.y_counts, bench.sip.heading_units) == (0, 0, 0)
-    assert bench.robot.true_pose == where == bench.robot.odometry_origin and bench.robot.internal_counts == (0, 0)
+    assert bench.robot.true_pose == where == bench.robot.hardware.odometry.origin and bench.robot.internal_counts == (0, 0)
 
 
 def test_seto_as_p2os_sends_it():
@@ -216,7 +216,7 @@ def test_counts_wrap_at_15_bits_both_ways(model):
             x, y = bench.robot.internal_counts
             assert (bench.sip.x_counts, bench.sip.y_counts) == (x & 0x7FFF, y & 0x7FFF)
             wraps += bool(before) and abs(bench.sip.x_counts - before[0].x_counts) > 0x4000
-        assert x == pytest.approx(bench.robot.hardware.odometry[0] / per_count, abs=0.51)
+        assert x == pytest.approx(bench.robot.hardware.odometry.pose[0] / per_count, abs=0.51)
     assert wraps >= 2
 
 

@@ -120,7 +120,7 @@ def test_noise_on_the_line_is_counted_and_the_robot_still_drives():
     bench.robot.receive(bytes.fromhex("FAFB060B3BC800D33A") + bytes.fromhex("00FA12FA") + p2os.encode_command("VEL", 200))
     bench.wait(1.0)
     assert bench.sip.left_velocity_units == 200
-    assert bench.robot.line_counts.bad_checksums == 1 and bench.robot.line_counts.discarded_bytes > 0
+    assert bench.robot.decoder.counts.bad_checksums == 1 and bench.robot.decoder.counts.discarded_bytes > 0
 
 
 def test_it_obeys_the_good_half_of_what_comes():
@@ -132,7 +132,7 @@ def test_it_obeys_the_good_half_of_what_comes():
         bench.robot.receive(bytes(packet))
         bench.send("VEL", 200).wait(0.05)
     assert bench.robot.velocity[0] == 0.2
-    assert bench.robot.command_counts.obeyed == 301 and bench.robot.line_counts.bad_checksums >= 300
+    assert bench.robot.command_counts.obeyed == 301 and bench.robot.decoder.counts.bad_checksums >= 300
 
 
 def test_config_tells_what_is_fitted_and_allowed():
@@ -207,7 +207,7 @@ def test_every_model_opens_and_streams(name):
 def test_every_model_at_its_fastest_fits_the_wire(name):
     bench = Bench(name).open().send("SETV", 9999).send("SETRV", 9999).send("SETA", 9999).send("SETRA", 9999)
     bench.send("VEL", 9999).send("RVEL", -9999).wait(1.9)
-    linear, angular = bench.robot.hardware.linear, bench.robot.hardware.angular
+    linear, angular = bench.robot.hardware.drives.linear, bench.robot.hardware.drives.angular
     assert (linear.speed, angular.speed) == (linear.limits.top, -angular.limits.top)
     difference = angular.limits.top / bench.model.diff_rad_per_mm
     assert bench.sip.left_velocity_units == round((linear.limits.top * 1000 + difference) / bench.model.vel_mm_s_per_unit)
@@ -256,7 +256,7 @@ def test_fractions_of_microseconds_add_up():
     bench = Bench().open()
     for _ in range(300):
         bench.wait(1 / 30)
-    assert bench.robot.time_us == 10 * 10 ** 6 and len(bench.sips) == 100
+    assert bench.robot.clock.now_us == 10 * 10 ** 6 and len(bench.sips) == 100
 
 
 # -- fuzz
@@ -267,7 +267,7 @@ def test_random_bytes_never_upset_it():
     for _ in range(400):
         bench.robot.receive(bytes(draw.randrange(256) for _ in range(draw.randrange(60))))
         bench.wait(draw.choice([0.0, 0.01, 0.13]))
-    assert bench.robot.line_counts.discarded_bytes > 0
+    assert bench.robot.decoder.counts.discarded_bytes > 0
 
 
 def test_random_commands_never_upset_it():

@@ -59,13 +59,13 @@ def test_more_ticks_of_a_mm_make_longer_metres():
 
 def test_a_greater_count_of_a_turn_makes_wider_turns():
     bench = Bench().open().send("REVCOUNT", 24855).send("RVEL", 30).wait(2.0, alive=True).send("RVEL", 0).wait(2.0, alive=True)
-    counted = bench.robot.hardware.odometry[2]
+    counted = bench.robot.hardware.odometry.pose[2]
     assert counted == pytest.approx(math.radians(60), abs=0.05) and bench.robot.true_pose[2] == pytest.approx(1.5 * counted, abs=1e-6)
 
 
 def test_a_robot_as_it_comes_counts_what_it_drives():
     bench = Bench().open().send("VEL", 200).send("RVEL", 20).wait(5.0, alive=True)
-    assert bench.robot.hardware.odometry == pytest.approx(bench.robot.true_pose, abs=1e-9)
+    assert bench.robot.hardware.odometry.pose == pytest.approx(bench.robot.true_pose, abs=1e-9)
 
 
 # Which firmware knows a setting
@@ -74,12 +74,12 @@ def test_a_robot_as_it_comes_counts_what_it_drives():
 def test_ticks_of_a_mm_are_for_arcos(subtype, known):
     bench = Bench(subtype).open().send("TICKSMM", 132)
     assert shown(bench, "ticks_per_mm") == known and bench.robot.command_counts.unknown == (known is None)
-    assert bench.robot.hardware.settings["ticks_per_mm"] == known or known is None
+    assert bench.robot.hardware.wheels.ticks_per_mm == known or known is None
 
 
 def test_a_pioneer_1_knows_no_ramps():
     bench = Bench("pion1m").open().send("SETA", 500).send("SETRA", 50).send("ROTKP", 1).send("BUMPSTALL", 0)
-    assert bench.robot.command_counts.unknown == 4 and bench.robot.hardware.linear.limits.rise == 0.3
+    assert bench.robot.command_counts.unknown == 4 and bench.robot.hardware.drives.linear.limits.rise == 0.3
 
 
 def test_the_table_of_old_firmware_names_commands_and_families_that_there_are():

@@ -9,7 +9,7 @@ import pytest
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.hardware.gripper import ParallelGripper
 from pioneer_control.simulator.hardware import load_numbers
-from pioneer_control.simulator.hardware.pushing import Block
+from pioneer_control.simulator.world.geometry import Block
 from pioneer_control.simulator.world import Can, World
 
 MODEL = find_model("p3dx-sh")
@@ -29,7 +29,7 @@ class Rig:
             GRIPPER, dataclasses.replace(load_numbers().gripper, **numbers), self.world, MODEL.length_front, BODY)
         self.pose = (0.0, 0.0, 0.0)
         if low:
-            self.do(lambda gripper: gripper.lift_to(0.0))
+            self.do(lambda gripper: gripper.lift.move_to(0.0))
 
     def do(self, *actions, seconds=6.0):
         """Tell the gripper something and wait."""
@@ -61,16 +61,16 @@ def opened(gripper):
 
 
 def up(gripper):
-    gripper.lift_to(1.0)
+    gripper.lift.move_to(1.0)
 
 
 def down(gripper):
-    gripper.lift_to(0.0)
+    gripper.lift.move_to(0.0)
 
 
 def test_at_power_on_open_and_up():
     gripper = Rig(low=False).gripper
-    assert gripper.is_open and gripper.is_up and not gripper.is_closed and not gripper.is_low
+    assert gripper.is_open and gripper.lift.is_up and not gripper.is_closed and not gripper.is_low
 
 
 def test_it_takes_its_time():
@@ -81,9 +81,9 @@ def test_it_takes_its_time():
     rig.do(seconds=rig.gripper.grasp_time)
     assert rig.gripper.is_closed and rig.gripper.paddle_motion == 0 and rig.gripper.held_can is None
     rig.do(up, seconds=3.4)
-    assert rig.gripper.lift_motion > 0
+    assert rig.gripper.lift.motion > 0
     rig.do(seconds=0.2)
-    assert rig.gripper.is_up and rig.gripper.height == GRIPPER.lift_height
+    assert rig.gripper.lift.is_up and rig.gripper.height == GRIPPER.lift_height
 
 
 @pytest.mark.parametrize("x, y", [(0.05, 0.0), (0.034, 0.06), (0.08, -0.07), (0.099, 0.03)])
@@ -100,7 +100,7 @@ def test_wherever_it_stands_between_the_paddles_it_is_held(seed):
     draw = random.Random(seed)
     x, y = draw.uniform(0.0335, GRIPPER.paddle_length), draw.uniform(-1, 1) * (GRIPPER.opening / 2 - 0.034)
     rig = Rig((x, y)).do(close, seconds=3.0).do(up)
-    assert rig.gripper.held_can is rig.can and rig.gripper.is_closed and rig.gripper.is_up
+    assert rig.gripper.held_can is rig.can and rig.gripper.is_closed and rig.gripper.lift.is_up
     assert any(rig.gripper.beams_broken(rig.pose))
 
 
@@ -123,7 +123,7 @@ def test_paddles_that_meet_press_on_each_other_until_they_part():
     rig.do(seconds=0.12)
     assert rig.gripper.contacts == PRESSED and rig.gripper.paddle_motion < 0
     rig.do(seconds=1.0).do(close, lambda gripper: gripper.stop(), up)
-    assert rig.gripper.is_up and rig.gripper.contacts == PRESSED and rig.gripper.paddle_motion == 0
+    assert rig.gripper.lift.is_up and rig.gripper.contacts == PRESSED and rig.gripper.paddle_motion == 0
     rig.do(opened, seconds=0.0)
     assert rig.gripper.contacts == PRESSED
     rig.do(seconds=DT)
@@ -170,7 +170,7 @@ def test_raised_paddles_close_above_a_can():
 
 def test_closed_paddles_lowered_on_a_can_knock_it_aside():
     rig = Rig((0.05, 0.005), low=False).do(close).do(down)
-    assert rig.gripper.is_down and rig.gripper.held_can is None
+    assert rig.gripper.lift.is_down and rig.gripper.held_can is None
     assert not any(rig.gripper.beams_broken(rig.pose))
     for block in rig.gripper.blocks_for(rig.can.radius):
         assert block.push(rig.can.x, rig.can.y, rig.can.radius) is None
@@ -263,15 +263,15 @@ def test_only_objects_of_the_right_width_are_held(radius, held):
 
 
 def test_carry_moves_the_lift_relative_and_stops_at_the_ends():
-    rig = Rig().do(lambda gripper: gripper.lift_by(1.0))
+    rig = Rig().do(lambda gripper: gripper.lift.move_for(1.0))
     assert rig.gripper.height == pytest.approx(0.02)
-    assert rig.do(lambda gripper: gripper.lift_by(-0.5)).gripper.height == pytest.approx(0.01)
-    assert rig.do(lambda gripper: gripper.lift_by(99.0)).gripper.is_up
+    assert rig.do(lambda gripper: gripper.lift.move_for(-0.5)).gripper.height == pytest.approx(0.01)
+    assert rig.do(lambda gripper: gripper.lift.move_for(99.0)).gripper.lift.is_up
 
 
 def test_lift_stop_leaves_it_in_between():
-    rig = Rig().do(up, seconds=1.0).do(lambda gripper: gripper.lift_stop())
-    assert not rig.gripper.is_up and not rig.gripper.is_down and rig.gripper.lift_motion == 0
+    rig = Rig().do(up, seconds=1.0).do(lambda gripper: gripper.lift.stop())
+    assert not rig.gripper.lift.is_up and not rig.gripper.lift.is_down and rig.gripper.lift.motion == 0
 
 
 def test_whatever_it_is_told_it_holds_only_cans_between_its_paddles():
@@ -284,5 +284,5 @@ def test_whatever_it_is_told_it_holds_only_cans_between_its_paddles():
                 x, y = can.x - PALM, can.y
                 assert 0.0 < x <= GRIPPER.paddle_length and abs(y) + can.radius <= rig.gripper.opening / 2 + 2e-3
             assert (bool(rig.gripper.held) or rig.gripper.opening == 0.0) == (rig.gripper.contacts == PRESSED)
-            if rig.gripper.contacts == PRESSED and (rig.gripper.is_up or rig.gripper.is_down):
+            if rig.gripper.contacts == PRESSED and (rig.gripper.lift.is_up or rig.gripper.lift.is_down):
                 assert bool(rig.gripper.held) == any(rig.gripper.beams_broken(rig.pose)), "contacts and a beam: held"

@@ -13,7 +13,7 @@ from pioneer_control.simulator.world import World
 def test_a_power_cycle_forgets_all_but_where_things_are():
     bench = Bench(pose=(1.0, 2.0, 0.0)).open().send("DIGOUT", 0xFF, 0x05).send("SETV", 300).send("ENCODER", 2).send("VEL", 200).wait(1.5)
     bench.robot.hardware.battery.voltage = 12.0
-    bench.robot.hardware.power_cycle()
+    bench.robot.power_cycle()
     where, said = bench.robot.true_pose, len(bench.raw)
     bench.wait(0.5).sync(0).wait(0.4)
     assert len(bench.raw) == said and bench.robot.session is FirmwareState.WAITING    # deaf while it boots: that SYNC0 is lost
@@ -26,43 +26,43 @@ def test_a_power_cycle_forgets_all_but_where_things_are():
 
 def test_held_wheels_stall_and_count_nothing():
     bench = Bench().open().send("VEL", 300).wait(1.9)
-    bench.robot.hardware.held = True
+    bench.robot.hardware.stall.held = True
     x = bench.robot.true_pose[0]
     bench.send("PULSE").wait(1.0)
     assert bench.robot.true_pose[0] == x and bench.robot.contacts == 0
     assert any(sip.left_stall_bits & sip.right_stall_bits & StallBits.STALLED for sip in bench.sips[-6:])
-    bench.robot.hardware.held = False
+    bench.robot.hardware.stall.held = False
     bench.send("PULSE").wait(1.9)
     assert bench.robot.true_pose[0] > x + 0.2 and not bench.sip.left_stall_bits & StallBits.STALLED
 
 
 def test_a_dead_transducer_reads_no_echo():
     bench = Bench(world=World("wall", walls=[(1.0, -9.0, 1.0, 9.0)])).open()
-    bench.robot.hardware.dead_transducers = {3}
+    bench.robot.hardware.sonar.dead = {3}
     bench.wait(0.9)
     ranges = {reading.number: reading.range_units for sip in bench.sips for reading in sip.sonar}
     assert ranges[3] == 5000 and ranges[4] < 1000
-    bench.robot.hardware.dead_transducers.clear()
+    bench.robot.hardware.sonar.dead.clear()
     bench.wait(0.9)
     assert {reading.number: reading.range_units for sip in bench.sips for reading in sip.sonar}[3] == ranges[4]
 
 
 def test_a_stuck_gripper_gives_up_and_shows_errors_until_it_is_told_again():
     bench = Bench().open()
-    bench.robot.hardware.gripper_stuck = True
+    bench.robot.hardware.jam_gripper(True)
     bench.send("GRIPPER", int(GripperCommand.CLOSE)).send("GRIPPER", int(GripperCommand.LIFT_DOWN)).wait(1.0)
     assert bench.sip.grip_state & (GripState.MOVING | GripState.LIFT_MOVING) == GripState.MOVING | GripState.LIFT_MOVING
     bench.wait(4.0, alive=True)
     assert bench.sip.grip_state == GripState.OPEN | GripState.ERROR | GripState.LIFT_UP | GripState.LIFT_ERROR
-    bench.robot.hardware.gripper_stuck = False
+    bench.robot.hardware.jam_gripper(False)
     bench.send("GRIPPER", int(GripperCommand.CLOSE)).send("GRIPPER", int(GripperCommand.LIFT_DOWN)).wait(5.0, alive=True)
     assert bench.sip.grip_state == GripState.CLOSED | GripState.LIFT_DOWN
 
 
 def test_without_gripper_nothing_sticks():
     bench = Bench(gripper=False)
-    bench.robot.hardware.gripper_stuck = True
-    assert not bench.robot.hardware.gripper_stuck
+    bench.robot.hardware.jam_gripper(True)
+    assert bench.robot.hardware.gripper is None and bench.open().wait(0.2).sip.grip_state == 0
 
 
 @pytest.mark.parametrize("model, voltage, byte, real", [("p3dx-sh", 11.2, 112, 112), ("patrolbot-sh", 23.0, 115, 230)])
@@ -77,30 +77,30 @@ def test_a_charger_that_is_plugged_in():
     bench = Bench().open()
     bench.robot.hardware.battery.voltage = 12.75
     assert bench.wait(0.1).sip.charge_state == ChargeState.NOT_CHARGING
-    bench.robot.hardware.charger = True
+    bench.robot.hardware.charger.plugged_in = True
     sip = bench.wait(0.1).sip
     assert sip.charge_state == ChargeState.BULK and sip.flags & Flags.CHARGER_POWER
     assert bench.wait(120.0).sip.charge_state == ChargeState.OVERCHARGE
     assert bench.wait(240.0).sip.charge_state == ChargeState.FLOAT and bench.sip.battery_x10_dv == 130
-    bench.robot.hardware.charger = False
+    bench.robot.hardware.charger.plugged_in = False
     assert not bench.wait(0.1).sip.flags & Flags.CHARGER_POWER
 
 
 def test_the_motors_button_toggles():
     bench = Bench().open(motors=False)
-    bench.robot.hardware.press_motors_button()
+    bench.robot.hardware.motors.press_motors_button()
     assert bench.wait(0.1).sip.flags & Flags.MOTORS_ENABLED
-    bench.robot.hardware.press_motors_button()
+    bench.robot.hardware.motors.press_motors_button()
     assert not bench.wait(0.1).sip.flags & Flags.MOTORS_ENABLED
-    bench.robot.hardware.stop_button = True
-    bench.robot.hardware.press_motors_button()
+    bench.robot.hardware.motors.press_stop_button(True)
+    bench.robot.hardware.motors.press_motors_button()
     assert not bench.wait(0.1).sip.flags & Flags.MOTORS_ENABLED
 
 
 @pytest.mark.parametrize("model, motors", [("p2dx", True), ("p3dx", False), ("p3dx-sh", False)])
 def test_the_stop_button_of_old_firmware_takes_no_motors_until_told_to(model, motors):
     bench = Bench(model).open().wait(0.1)
-    bench.robot.hardware.stop_button = True
+    bench.robot.hardware.motors.press_stop_button(True)
     bench.wait(0.1)
     assert bool(bench.sip.flags & Flags.MOTORS_ENABLED) == motors and bench.sip.flags & Flags.STOP_BUTTON
     assert bool(bench.sip.flags & Flags.E_STALL) != motors

@@ -75,7 +75,7 @@ def test_a_slow_line_leaves_out_what_it_has_no_time_for_but_never_a_sip():
     lines.send(0, p2os.encode_command("CONFIG"), 9600)
     after = sips(lines.advance(10.0))
     assert before in (99, 100, 101) and len(after) >= 99
-    assert lines.plants[0].wires["from-robot"].backlog_us(lines.time_us) < 300000
+    assert lines.links[0].wires["from-robot"].backlog_us(lines.clock.now_us) < 300000
 
 
 def test_the_same_however_the_time_is_split():

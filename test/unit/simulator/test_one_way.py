@@ -5,6 +5,7 @@ import random
 import pytest
 
 from pioneer_control import p2os
+from pioneer_control.simulator.clock import NEVER_US
 from pioneer_control.simulator.line.one_way import FIFO, SPLIT_PAUSE_US, Ruler, OneWay
 
 PULSE = bytes.fromhex("FAFB03000000")
@@ -14,7 +15,7 @@ SIP = bytes.fromhex("FAFB2833D204C8FF0002BE00D20080000200020700000203DC050498082
 def wire(seed="0", **faults):
     result = OneWay(seed)
     for name, value in faults.items():
-        setattr(result, name, value)
+        result.errors = result.errors._replace(**{name: value})
     return result
 
 
@@ -33,7 +34,7 @@ def test_over_tcp_bytes_take_no_time():
     line = wire()
     line.send(SIP, 5)
     assert line.next_us == 5 and line.arrived(5) == [(5, None, SIP)]
-    assert line.next_us is None and line.arrived(10 ** 9) == [] and line.backlog_us(5) == 0
+    assert line.next_us == NEVER_US and line.arrived(10 ** 9) == [] and line.backlog_us(5) == 0
 
 
 @pytest.mark.parametrize("baud, sip_us", [(9600, 44791), (115200, 3730)])
@@ -90,7 +91,7 @@ def test_splits_cut_a_packet_in_two_with_a_pause_between():
 def test_delay_holds_back_and_keeps_the_order():
     line = wire(delay=0.5)
     line.send(PULSE, 0)
-    line.delay = 0.0
+    line.errors = line.errors._replace(delay=0.0)
     line.send(SIP, 10)
     assert line.arrived(499999) == [] and all_bytes(line.arrived(500000)) == PULSE + SIP
 
@@ -99,7 +100,7 @@ def test_silence():
     line = wire(silence=True)
     line.send(PULSE, 0)
     assert line.arrived(10) == []
-    line.silence = False
+    line.errors = line.errors._replace(silence=False)
     line.send(SIP, 20)
     assert all_bytes(line.arrived(20)) == SIP
 
@@ -108,7 +109,7 @@ def test_clear():
     line = wire()
     line.send(SIP, 0, 9600)
     line.clear()
-    assert line.next_us is None and line.backlog_us(0) == 0
+    assert line.next_us == NEVER_US and line.backlog_us(0) == 0
 
 
 def test_the_same_bytes_meet_the_same_luck_in_whatever_pieces():

@@ -374,7 +374,7 @@ def test_inputs(model, analog):
     client = Client(model, gripper=False if model == "p3dx-sh" else None).connect()
     values = client.ask(command(40, 1), 0xF0).values
     assert values["inputs"] == (255, 255, 255, 255) and len(values["analog"]) == analog
-    client.robot.hardware.analog_volts[2] = 2.5
+    client.robot.hardware.ports.analog_volts[2] = 2.5
     client.say(command(35, 2)).wait(0.2)
     assert (client.sip["port"], client.sip["analog"]) == (2, 128)
 
@@ -449,7 +449,7 @@ def test_strings_of_any_length(length):
     text = b"abcdefghi"[:length]
     client.say(command(42, text), command(43, max(1, length))).wait(0.3)
     assert [packet["bytes"] for packet in client.of(0xB0)] == ([text.upper()] if length else [])
-    assert client.say(command(15, text)).wait(0.2).sip and client.robot.line_counts.bad_checksums == 0
+    assert client.say(command(15, text)).wait(0.2).sip and client.robot.decoder.counts.bad_checksums == 0
 
 
 def test_a_string_with_an_uncounted_nul_and_packets_in_pieces():
@@ -579,7 +579,7 @@ def test_a_gyro_for_the_client_sums_to_the_turn_and_drifts_when_faulty():
     assert [len(packet["readings"]) for packet in packets[2:]] == [4] * (len(packets) - 2)
     assert turned_by(sum((packet["readings"] for packet in packets), [])) == pytest.approx(90, rel=0.02)
     assert client.heard[-2].id == 0x98 and client.heard[-1].id in SIPS                   # it comes before the SIP
-    client.robot.hardware.gyro_drift = math.radians(2.0)
+    client.robot.hardware.gyro.drift = math.radians(2.0)
     before = len(packets)
     client.wait(10.0, [PULSE])
     assert turned_by(sum((packet["readings"] for packet in client.of(0x98)[before:]), [])) == pytest.approx(20, rel=0.02)
@@ -591,10 +591,10 @@ def test_a_gyro_for_the_client_sums_to_the_turn_and_drifts_when_faulty():
 @pytest.mark.parametrize("mode, standing, turning", [(0, 0.0, 0.0), (1, 0.0, 1.0), (2, 1.0, 1.0)])
 def test_a_gyro_in_the_robot_makes_its_heading(mode, standing, turning):
     client = fitted(gyro=dict(kind=2)).say(command(58, mode))
-    client.robot.hardware.gyro_drift = math.radians(2.0)
+    client.robot.hardware.gyro.drift = math.radians(2.0)
 
     def error():
-        return math.degrees(client.robot.hardware.odometry[2] - client.robot.true_pose[2])
+        return math.degrees(client.robot.hardware.odometry.pose[2] - client.robot.true_pose[2])
     client.wait(5.0, [PULSE])
     assert error() == pytest.approx(10.0 * standing, abs=0.2)
     before = error()

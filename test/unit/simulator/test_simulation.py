@@ -115,7 +115,7 @@ def test_the_same_bytes_however_time_is_split(slices):
 
 def test_time_passes_without_robots():
     simulation = Simulation(World("nobody"))
-    assert simulation.advance(1.0) == [] and simulation.time_us == 1000000
+    assert simulation.advance(1.0) == [] and simulation.clock.now_us == 1000000
 
 
 def test_a_can_between_two_robots_is_jammed():

@@ -8,7 +8,7 @@ import pytest
 from robot_on_bench import Bench
 
 from pioneer_control.simulator.hardware import standard_numbers
-from pioneer_control.simulator.hardware.wheel_errors import WheelErrors
+from pioneer_control.simulator.hardware.wheels import WheelErrors
 
 RAD_PER_METRE = 5.0     # wheels 0.4 m apart
 
@@ -81,19 +81,19 @@ def driven(command, value, seconds, **options):
 def test_a_robot_that_counts_three_metres(options, x, heading_deg, within_deg):
     bench = driven("MOVE", 3000, 12, **options)
     true_x, _, heading = bench.robot.true_pose
-    assert bench.robot.hardware.odometry == pytest.approx((3.0, 0.0, 0.0), abs=1e-6)
+    assert bench.robot.hardware.odometry.pose == pytest.approx((3.0, 0.0, 0.0), abs=1e-6)
     assert true_x == pytest.approx(x, abs=0.01) and math.degrees(heading) == pytest.approx(heading_deg, abs=within_deg)
 
 
 @pytest.mark.parametrize("options, turned_deg", [({}, 180.0), ({"wider_apart": 0.05}, 171.4), ({"wider_apart": -0.05}, 189.5), ({"larger": 0.02}, 183.6)])
 def test_a_robot_that_counts_half_a_turn(options, turned_deg):
     bench = driven("DHEAD", 180, 8, **options)
-    assert math.degrees(bench.robot.hardware.odometry[2]) == pytest.approx(180.0, abs=0.1)
+    assert math.degrees(bench.robot.hardware.odometry.pose[2]) == pytest.approx(180.0, abs=0.1)
     assert math.degrees(bench.robot.true_pose[2]) == pytest.approx(turned_deg, abs=0.3)
 
 
 def test_the_encoders_count_what_the_wheels_rolled():
-    assert driven("MOVE", 1000, 8, larger=0.1, slip=0.3).robot.hardware.wheel_ticks == driven("MOVE", 1000, 8).robot.hardware.wheel_ticks
+    assert driven("MOVE", 1000, 8, larger=0.1, slip=0.3).robot.hardware.wheels.ticks == driven("MOVE", 1000, 8).robot.hardware.wheels.ticks
 
 
 def test_a_client_can_calibrate_it_away():
@@ -106,5 +106,5 @@ def test_a_gyro_feels_the_true_turn():
     """A robot that makes its heading with a gyro knows how far it really turned, however far apart its wheels are."""
     fused = dataclasses.replace(numbers(wider_apart=0.1), gyro=dataclasses.replace(standard_numbers().gyro, kind=2))
     bench = Bench(numbers=fused, gripper=False).open().send("DHEAD", 90).wait(6, alive=True)
-    assert bench.robot.hardware.odometry[2] == pytest.approx(bench.robot.true_pose[2], abs=1e-9)
-    assert bench.robot.hardware.odometry[2] < math.radians(90.0)
+    assert bench.robot.hardware.odometry.pose[2] == pytest.approx(bench.robot.true_pose[2], abs=1e-9)
+    assert bench.robot.hardware.odometry.pose[2] < math.radians(90.0)

@@ -1,17 +1,27 @@
 """What each client command does to the robot: one row each, by its name in the protocol's table (`HANDLERS`, `IGNORED`).
 
-A handler gets the firmware and the command's value. Numbers arrive in the units of the wire (mm, mm/s, deg, deg/s) and
-leave in SI. ``docs/simulator-commands.md`` shows the same rows to people; `documented` makes them.
+A handler gets the robot and the command's value. Numbers arrive in the units of the wire (mm, mm/s, deg, deg/s) and leave in SI.
+``docs/simulator-commands.md`` shows the same rows to people; `documented` makes them.
 """
 
 import math
-from typing import Callable, Dict, List, NamedTuple, Optional
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Protocol
 
-from ...p2os import BAUD_RATES, COMMANDS, GripperCommand, two_bytes
+from ...p2os import BAUD_RATES, COMMANDS, GripperCommand, ReceivedCommand, two_bytes
+from ...robots import RobotModel
+from ..clock import Clock
+from ..hardware.accessories import GYRO_OF_CLIENT
+from ..hardware.gripper import ParallelGripper
+from ..hardware.hardware import Hardware
+from ..hardware.robot_numbers import RobotNumbers
+from . import reports
+from .reports import GRIPPER_UNIT
 
-GRIPPER_UNIT = 0.02
-"""Seconds in one unit of the gripper's times on the wire (protocol 6.1)."""
-
+SETTINGS = dict(
+    rotation_kp=40, rotation_kv=20, rotation_ki=0, translation_kp=40, translation_kv=30, translation_ki=0, drift_factor=0,
+    gyro_cw=0, gyro_ccw=0, aux1_baud=0, aux2_baud=0, aux3_baud=0, sounds_on=1,
+)
+"""What a client may set besides what the hardware obeys, as at power-on, by its name in CONFIGpac."""
 
 LETTERS = {family: frozenset(letters) for family, letters in dict(
     PSOS="S", P2OS="P", AmigOS="G", AROS="A", ARCOS="C", AmigoSH="C", uARCS="CU", MARCOS="CM",
@@ -25,11 +35,44 @@ def is_one_of(family: str, letters: str) -> bool:
     return not LETTERS[family].isdisjoint(letters)
 
 
+class CommandedRobot(Protocol):
+    """A robot, as the handlers see it.
+
+    Attributes:
+        settings: what a client may set and CONFIGpac shows, by its name there.
+        baud: speed of its serial line.
+    """
+
+    name: str
+    model: RobotModel
+    numbers: RobotNumbers
+    hardware: Hardware
+    clock: Clock
+    settings: Dict[str, int]
+    baud: int
+
+    @property
+    def previous(self) -> Optional[ReceivedCommand]:
+        """The command before this one, in this session."""
+
+    def close_session(self) -> None:
+        """End the session."""
+
+    def restart(self) -> None:
+        """End the session as a fresh start of the controller does, and say so."""
+
+    def request(self, kind: str, how: int) -> None:
+        """Send packets of a kind with the SIP: 0 no more of them, 1 with the next one, more with every one."""
+
+    def send(self, packet: object) -> None:
+        """Send a packet at once."""
+
+
 class Handler(NamedTuple):
-    """A row: the type that the value must have (None: whatever comes is ignored), what to do with it, and who knows the command."""
+    """A row: the type that the value must have (None: the value is ignored), what to do with it, and who knows the command."""
 
     value: Optional[type]
-    act: Callable
+    act: Callable[[Any, Any], None]
     families: str = ALL
 
     def known_to(self, family: str) -> bool:
@@ -39,272 +82,276 @@ class Handler(NamedTuple):
 
 # -- session
 
-def pulse(robot, _):
+def pulse(robot: CommandedRobot, _: Any) -> None:
     """Feeds the watchdog, as every packet does; a robot that it stopped takes up its old set points."""
 
 
-def open_again(robot, _):
+def open_again(robot: CommandedRobot, _: Any) -> None:
     """Begins a session after SYNC0, SYNC1, SYNC2: motors off, sonar on, pose 0, a SIP every 100 ms. Inside a session: nothing."""
 
 
-def close(robot, _):
+def close(robot: CommandedRobot, _: Any) -> None:
     """Ends the session: motors and sonar off, no more packets, parameters as at power-on; the next client is welcome at once."""
     robot.close_session()
 
 
-def reset(robot, _):
+def reset(robot: CommandedRobot, _: Any) -> None:
     """Ends the session as a fresh start of the controller, and says so with 0xFF."""
     robot.restart()
 
 
-def host_baud(robot, code):
+def host_baud(robot: CommandedRobot, code: int) -> None:
     """Another speed of the line (a pseudo-terminal garbles what comes at the old one), until the session ends."""
     if 0 <= code < len(BAUD_RATES):
-        robot.change_baud(BAUD_RATES[code])
+        robot.baud = BAUD_RATES[code]
 
 
 # -- motion; with the motors off nothing of it is remembered either
 
-def enable(robot, on):
+def may_drive(robot: CommandedRobot) -> bool:
+    """Whether the motors are on. If so, what VEL2 told the wheels ends."""
+    if robot.hardware.motors.enabled:
+        robot.hardware.drives.cancel_wheels()
+    return robot.hardware.motors.enabled
+
+
+def enable(robot: CommandedRobot, on: int) -> None:
     """Motor power on, unless the STOP button or an empty battery forbids it, or off."""
     if on:
-        robot.hardware.enable_motors()
+        robot.hardware.motors.enable()
     else:
-        robot.hardware.disable_motors()
+        robot.hardware.motors.disable()
 
 
-def velocity(robot, mm_s):
+def velocity(robot: CommandedRobot, mm_s: int) -> None:
     """Translate at this speed (mm/s), within SETV, with the ramps of SETA; forgotten while the motors are off, as all motion commands."""
-    if robot.can_drive():
-        robot.leave_wheel_mode()
-        robot.hardware.linear.set_speed(mm_s / 1000.0)
+    if may_drive(robot):
+        robot.hardware.drives.linear.set_speed(mm_s / 1000.0)
 
 
-def rotation(robot, deg_s):
+def rotation(robot: CommandedRobot, deg_s: int) -> None:
     """Rotate at this speed (deg/s), within SETRV, with the ramps of SETRA."""
-    if robot.can_drive():
-        robot.leave_wheel_mode()
-        robot.hardware.angular.set_speed(math.radians(deg_s))
+    if may_drive(robot):
+        robot.hardware.drives.angular.set_speed(math.radians(deg_s))
 
 
-def wheels(robot, value):
+def wheels(robot: CommandedRobot, value: int) -> None:
     """Left wheel in the high byte, right in the low one, in the model's VEL2 unit. ARCOS makes translation and rotation of it, with their limits;
     before, each wheel has its own speed, and only SETA counts."""
-    if robot.can_drive():
-        left, right = (units * robot.hardware.model.vel2_mm_s_per_unit / 1000.0 for units in two_bytes(value))
-        robot.hardware.turn_wheels(left, right)
-        robot.wheel_mode = True
+    if robot.hardware.motors.enabled:
+        left, right = (units * robot.model.vel2_mm_s_per_unit / 1000.0 for units in two_bytes(value))
+        robot.hardware.drives.turn_wheels(left, right)
 
 
-def move(robot, mm):
+def move(robot: CommandedRobot, mm: int) -> None:
     """Translate this far (mm; negative: backward) at SETV, with the ramps of SETA, and stop there."""
-    if robot.can_drive():
-        robot.leave_wheel_mode()
-        robot.hardware.linear.set_distance(mm / 1000.0)
+    if may_drive(robot):
+        robot.hardware.drives.linear.set_distance(mm / 1000.0)
 
 
-def head(robot, deg):
+def head(robot: CommandedRobot, deg: int) -> None:
     """Turn to this heading (deg) of the robot's own frame, the shortest way."""
-    _turn_by(robot, math.radians(deg) - robot.hardware.odometry[2], shortest=True)
+    _turn_by(robot, math.remainder(math.radians(deg) - robot.hardware.odometry.pose[2], 2.0 * math.pi))
 
 
-def turn(robot, deg):
+def turn(robot: CommandedRobot, deg: int) -> None:
     """Turn by this angle (deg) from the present heading."""
-    _turn_by(robot, math.radians(deg), shortest=False)
+    _turn_by(robot, math.radians(deg))
 
 
-def turn_goal(robot, deg):
+def turn_goal(robot: CommandedRobot, deg: int) -> None:
     """Turn by this angle (deg) from the heading it is turning to."""
     hardware = robot.hardware
-    _turn_by(robot, hardware.heading_goal - hardware.odometry[2] + math.radians(deg), shortest=False)
+    _turn_by(robot, hardware.heading_goal - hardware.odometry.pose[2] + math.radians(deg))
 
 
-def _turn_by(robot, angle, shortest):
-    if robot.can_drive():
-        robot.leave_wheel_mode()
-        robot.hardware.angular.set_distance(math.remainder(angle, 2.0 * math.pi) if shortest else angle)
+def _turn_by(robot: CommandedRobot, angle: float) -> None:
+    if may_drive(robot):
+        robot.hardware.drives.angular.set_distance(angle)
 
 
-def stop(robot, _):
+def stop(robot: CommandedRobot, _: Any) -> None:
     """Ramp down; the motors stay on."""
-    robot.leave_wheel_mode()
-    robot.hardware.linear.set_speed(0.0)
-    robot.hardware.angular.set_speed(0.0)
+    robot.hardware.drives.cancel_wheels()
+    robot.hardware.drives.set_speeds(0.0, 0.0)
 
 
-def emergency_stop(robot, _):
+def emergency_stop(robot: CommandedRobot, _: Any) -> None:
     """Stop as fast as the drives can, until the next motion command."""
-    robot.leave_wheel_mode()
-    robot.hardware.linear.emergency_stop()
-    robot.hardware.angular.emergency_stop()
+    robot.hardware.drives.cancel_wheels()
+    robot.hardware.drives.emergency_stop()
 
 
-def set_origin(robot, _):
+def set_origin(robot: CommandedRobot, _: Any) -> None:
     """The robot's own pose becomes 0, 0, 0."""
     robot.hardware.reset_odometry()
 
 
-def set_linear_limit(robot, mm_s):
+def set_linear_limit(robot: CommandedRobot, mm_s: int) -> None:
     """Speed limit (mm/s) of later commands."""
-    robot.hardware.linear.limits.set_limit(mm_s / 1000.0)
+    robot.hardware.drives.linear.limits.set_limit(mm_s / 1000.0)
 
 
-def set_angular_limit(robot, deg_s):
+def set_angular_limit(robot: CommandedRobot, deg_s: int) -> None:
     """Speed limit (deg/s) of later commands."""
-    robot.hardware.angular.limits.set_limit(math.radians(deg_s))
+    robot.hardware.drives.angular.limits.set_limit(math.radians(deg_s))
 
 
-def set_turning_limit(robot, deg_s):
+def set_turning_limit(robot: CommandedRobot, deg_s: int) -> None:
     """Speed limit (deg/s) of later turns counter-clockwise, or when negative clockwise. Sources give it two numbers, both are obeyed."""
-    robot.hardware.angular.limits.set_limit_towards(math.radians(deg_s))
+    robot.hardware.drives.angular.limits.set_limit_towards(math.radians(deg_s))
 
 
-def set_linear_rate(robot, mm_s2):
+def set_linear_rate(robot: CommandedRobot, mm_s2: int) -> None:
     """Acceleration, or when negative deceleration (mm/s^2)."""
-    robot.hardware.linear.limits.set_rate(mm_s2 / 1000.0)
+    robot.hardware.drives.linear.limits.set_rate(mm_s2 / 1000.0)
 
 
-def set_angular_rate(robot, deg_s2):
+def set_angular_rate(robot: CommandedRobot, deg_s2: int) -> None:
     """Acceleration, or when negative deceleration (deg/s^2)."""
-    robot.hardware.angular.limits.set_rate(math.radians(deg_s2))
+    robot.hardware.drives.angular.limits.set_rate(math.radians(deg_s2))
 
 
 # -- sonar, inputs, outputs
 
-def sonar(robot, value):
+def sonar(robot: CommandedRobot, value: int) -> None:
     """Bit 0: on or off; bits 1 to 4: which of arrays 1 to 4, as FLAGS numbers them (AROS and later; our reading), none set: all."""
     arrays = [array for array in range(4) if value >> array + 1 & 1]
     single = is_one_of(robot.model.firmware_family, LATER) and value > 0
-    robot.hardware.sonar.switch(bool(value & 1), robot.time_us, arrays if single and arrays else None)
+    robot.hardware.sonar.switch(bool(value & 1), robot.clock.now_us, arrays if single and arrays else None)
 
 
-def polling(robot, numbers):
+def polling(robot: CommandedRobot, numbers: bytes) -> None:
     """A new firing sequence of the arrays that it names (numbers count from 1, repeats allowed, 16 for an array); empty: sonar off,
     sequences kept."""
-    robot.hardware.sonar.set_sequence([number - 1 for number in numbers if 1 <= number <= 32], robot.time_us)
+    robot.hardware.sonar.set_sequence([number - 1 for number in numbers if 1 <= number <= 32], robot.clock.now_us)
 
 
-def sonar_cycle(robot, milliseconds):
+def sonar_cycle(robot: CommandedRobot, milliseconds: int) -> None:
     """Time of a firing, 2 to 120 ms, in every array."""
     if 2 <= milliseconds <= 120:
         robot.hardware.sonar.cycle_us = milliseconds * 1000
 
 
-def digital_out(robot, value):
+def digital_out(robot: CommandedRobot, value: int) -> None:
     """Mask of the outputs to change in the high byte, their new states in the low one."""
     mask, states = (byte & 0xFF for byte in two_bytes(value))
-    robot.hardware.digital_out = (robot.hardware.digital_out & ~mask | states & mask) & 0xFF
+    ports = robot.hardware.ports
+    ports.digital_out = (ports.digital_out & ~mask | states & mask) & 0xFF
 
 
-def analog_select(robot, port):
+def analog_select(robot: CommandedRobot, port: int) -> None:
     """The analog port that the SIP shows: 1 to 5, on ARCOS 0 to 7."""
     if port in (range(8) if is_one_of(robot.model.firmware_family, ARCOS) else range(1, 6)):
-        robot.hardware.analog_port = port
+        robot.hardware.ports.analog_port = port
 
 
 # -- requests
 
-def config(robot, _):
+def config(robot: CommandedRobot, _: Any) -> None:
     """Send CONFIGpac, at once."""
-    robot.send_config()
+    robot.send(reports.config(robot.hardware, robot.name, robot.numbers, robot.settings))
 
 
-def request(kind, what, families):
+def request(kind: str, what: str, families: str) -> Handler:
     """A handler that asks for packets of a kind: 0 stops them, 1 sends one, more sends them with every SIP."""
-    def ask(robot, how):
+    def ask(robot: CommandedRobot, how: int) -> None:
         robot.request(kind, how)
     ask.__doc__ = "0 no %s, 1 one with the next SIP, more: one with every SIP." % what
     return Handler(int, ask, families)
 
 
-def gyro(robot, how):
+def gyro(robot: CommandedRobot, how: int) -> None:
     """Gyro read by the client (HasGyro 1): 1 sends GYROpac before every SIP, 0 ends that. Gyro in the robot (2): the heading is made of
     0 the encoders, 1 both, 2 the gyro alone. Without a gyro: nothing."""
-    if robot.hardware.gyro_kind == 1:
-        robot.request_gyro(how > 0)
+    if robot.hardware.gyro.kind == GYRO_OF_CLIENT:
+        robot.request("gyro", 2 if how > 0 else 0)
+        robot.hardware.gyro.take_readings()
     elif 0 <= how <= 2:
-        robot.hardware.gyro_mode = how
+        robot.hardware.gyro.mode = how
 
 
-def compass(robot, how):
+def compass(robot: CommandedRobot, how: int) -> None:
     """Where a compass is fitted: 0 off, 1 shown in the SIP, 2 one TCM2pac, 3 one with every SIP, 6 one and then as 1, 7 as after power-on.
     4 and 5 calibrate, which changes nothing here."""
-    if robot.hardware.has_compass and 0 <= how <= 7:
-        robot.hardware.compass_on = how != 0
+    if robot.hardware.compass.fitted and 0 <= how <= 7:
+        robot.hardware.compass.on = how != 0
         robot.request("compass", {2: 1, 3: 2, 6: 1}.get(how, 0))
 
 
-def playlist(robot, number):
+def playlist(robot: CommandedRobot, number: int) -> None:
     """Send PLAYLIST: AmigOS its sounds, all for 0; the others 25 zero bytes."""
-    robot.send_playlist(number)
+    for packet in reports.playlist(robot.model.firmware_family, number, robot.settings["sounds_on"]):
+        robot.send(packet)
 
 
-def arm_info(robot, _):
+def arm_info(robot: CommandedRobot, _: Any) -> None:
     """Send ARMINFOpac: no arm."""
-    robot.send_arm_info()
+    robot.send(reports.NO_ARM_INFO)
 
 
 # -- auxiliary serial ports
 
-def aux_write(port):
+def aux_write(port: int) -> Handler:
     """A handler that passes bytes on to what hangs at an auxiliary port."""
-    def write(robot, data):
+    def write(robot: CommandedRobot, data: bytes) -> None:
         robot.hardware.aux[port - 1].write(data)
-    write.__doc__ = "Bytes to the device at AUX%s (none, unless a program hangs one there: `robot.hardware.aux[%s].device`)." % (port, port - 1)
+    write.__doc__ = "Bytes to the device at AUX%d (none, unless a program hangs one there: `robot.hardware.aux[%d].device`)." % (
+        port, port - 1)
     return Handler(bytes, write, ARCOS if port == 3 else NOT_PSOS)
 
 
-def aux_read(port):
+def aux_read(port: int) -> Handler:
     """A handler that asks for bytes of what hangs at an auxiliary port."""
-    def read(robot, count):
+    def read(robot: CommandedRobot, count: int) -> None:
         if count >= 0:
             robot.hardware.aux[port - 1].want(count)
     read.__doc__ = "So many bytes (197 at most) of the device at AUX%s in one packet behind the SIP, once they are there; 0 flushes." % port
     return Handler(int, read, ARCOS if port == 3 else NOT_PSOS)
 
 
-def aux_baud(port):
+def aux_baud(port: int) -> Handler:
     """A handler that keeps the speed of an auxiliary port."""
-    def keep(robot, code):
+    def keep(robot: CommandedRobot, code: int) -> None:
         if 0 <= code < len(BAUD_RATES):
-            robot.hardware.settings["aux%s_baud" % port] = code
+            robot.settings["aux%d_baud" % port] = code
     keep.__doc__ = "Shown in CONFIGpac, until the session ends; the devices hear at any speed."
     return Handler(int, keep, ARCOS if port == 3 else NOT_PSOS)
 
 
 # -- docking, sounds, joystick
 
-def dock(robot, how):
+def dock(robot: CommandedRobot, how: int) -> None:
     """0 off; 1, 2: takes power where it stands in a dock of the world; 2 also stops then."""
-    robot.hardware.docking = how in (1, 2)
-    robot.hardware.stops_when_docked = how == 2
+    robot.hardware.charger.asks_dock = how in (1, 2)
+    robot.hardware.charger.stops_in_dock = how == 2
 
 
-def charge(robot, on):
+def charge(robot: CommandedRobot, on: int) -> None:
     """1: takes power where it stands in a dock of the world, 0: no longer."""
-    robot.hardware.docking = bool(on)
+    robot.hardware.charger.asks_dock = bool(on)
 
 
-def sounds(robot, on):
+def sounds(robot: CommandedRobot, on: int) -> None:
     """Shown in PLAYLIST; nobody hears anything."""
-    robot.hardware.sounds_on = bool(on)
+    robot.settings["sounds_on"] = int(on != 0)
 
 
-def joystick_drive(robot, on):
+def joystick_drive(robot: CommandedRobot, on: int) -> None:
     """Whether a joystick that is plugged in (`robot.hardware.joystick`) drives while its first button is pressed."""
-    robot.hardware.joystick_drives = bool(on)
+    robot.hardware.allow_joystick(bool(on))
 
 
 # -- gripper
 
-def gripper(robot, number):
+def gripper(robot: CommandedRobot, number: int) -> None:
     """One of the sub-commands 1 to 8 and 15 at once; 16 and 17 wait for their GRIPPERVAL. Without a gripper: nothing."""
     fitted = robot.hardware.gripper
     if fitted is not None and number in GRIPPER_ACTIONS:
         GRIPPER_ACTIONS[number](fitted)
 
 
-def gripper_value(robot, units):
+def gripper_value(robot: CommandedRobot, units: int) -> None:
     """Right behind GRIPPER 16: the grasp time, 1 to 100; behind 17: how far the lift goes, -255 to 255; anywhere else nothing."""
     fitted = robot.hardware.gripper
     before = robot.previous
@@ -313,62 +360,59 @@ def gripper_value(robot, units):
     if before.value == GripperCommand.PRESSURE and 1 <= units <= 100:
         fitted.grasp_time = units * GRIPPER_UNIT
     elif before.value == GripperCommand.CARRY and 1 <= abs(units) <= 255:
-        fitted.lift_by(units * GRIPPER_UNIT)
-
-
-def _up(fitted):
-    fitted.lift_to(fitted.shape.lift_height)
-
-
-def _down(fitted):
-    fitted.lift_to(0.0)
-
-
-def _together(*actions):
-    def act(fitted):
-        for action in actions:
-            action(fitted)
-    return act
+        fitted.lift.move_for(units * GRIPPER_UNIT)
 
 
 # -- safety and tuning
 
-def bump_stall(robot, which):
+def bump_stall(robot: CommandedRobot, which: int) -> None:
     """Which bumpers stop the wheels at once: bit 0 the front ones, bit 1 the rear ones; at first both."""
-    robot.hardware.bump_stall_front = bool(which & 1)
-    robot.hardware.bump_stall_rear = bool(which & 2)
+    robot.hardware.bumpers.front_stalls = bool(which & 1)
+    robot.hardware.bumpers.rear_stalls = bool(which & 2)
 
 
-def setting(name, families, lowest=0, does="Shown in CONFIGpac, until the session ends; it drives no differently."):
+def rev_count(robot: CommandedRobot, count: int) -> None:
+    """Encoder count of a turn: a greater one makes wider turns of the same angle told."""
+    if count >= 1:
+        robot.hardware.wheels.rev_count = count
+
+
+def ticks_per_mm(robot: CommandedRobot, ticks: int) -> None:
+    """Encoder ticks of a mm: more make longer metres of the same distance told."""
+    if ticks >= 1:
+        robot.hardware.wheels.ticks_per_mm = ticks
+
+
+def setting(name: str, families: str, lowest: int = 0) -> Handler:
     """A handler that keeps a number under its name in CONFIGpac, unless it is too low to mean anything."""
-    def keep(robot, number):
+    def keep(robot: CommandedRobot, number: int) -> None:
         if number >= lowest:
-            robot.hardware.settings[name] = number
-    keep.__doc__ = does
+            robot.settings[name] = number
+    keep.__doc__ = "Shown in CONFIGpac, until the session ends; it drives no differently."
     return Handler(int, keep, families)
 
 
-def e_stall(robot, on):
+def e_stall(robot: CommandedRobot, on: int) -> None:
     """Whether the STOP button takes the power from the motors: at first it does, before AROS it does not."""
-    robot.hardware.set_stop_button_stalls(bool(on))
+    robot.hardware.motors.set_stop_button_stalls(bool(on))
 
 
-def battery_test(robot, decivolts):
+def battery_test(robot: CommandedRobot, decivolts: int) -> None:
     """Pretend a battery voltage (0.1 V), 0 for the real one."""
     if decivolts >= 0:
         robot.hardware.battery.pretend(decivolts / 10.0)
 
 
-GRIPPER_ACTIONS = {
-    GripperCommand.OPEN: lambda fitted: fitted.open(),
-    GripperCommand.CLOSE: lambda fitted: fitted.close(),
-    GripperCommand.STOP: lambda fitted: fitted.stop(),
-    GripperCommand.LIFT_UP: _up,
-    GripperCommand.LIFT_DOWN: _down,
-    GripperCommand.LIFT_STOP: lambda fitted: fitted.lift_stop(),
-    GripperCommand.STORE: _together(lambda fitted: fitted.close(), _up),
-    GripperCommand.DEPLOY: _together(lambda fitted: fitted.open(), _down),
-    GripperCommand.HALT: _together(lambda fitted: fitted.stop(), lambda fitted: fitted.lift_stop()),
+GRIPPER_ACTIONS: Dict[int, Callable[[ParallelGripper], None]] = {
+    GripperCommand.OPEN: ParallelGripper.open,
+    GripperCommand.CLOSE: ParallelGripper.close,
+    GripperCommand.STOP: ParallelGripper.stop,
+    GripperCommand.LIFT_UP: lambda fitted: fitted.lift.raise_fully(),
+    GripperCommand.LIFT_DOWN: lambda fitted: fitted.lift.lower_fully(),
+    GripperCommand.LIFT_STOP: lambda fitted: fitted.lift.stop(),
+    GripperCommand.STORE: ParallelGripper.store,
+    GripperCommand.DEPLOY: ParallelGripper.deploy,
+    GripperCommand.HALT: ParallelGripper.halt,
 }
 
 HANDLERS: Dict[str, Handler] = {
@@ -436,8 +480,8 @@ HANDLERS: Dict[str, Handler] = {
     "TRANSKP": setting("translation_kp", NOT_PSOS),
     "TRANSKV": setting("translation_kv", NOT_PSOS),
     "TRANSKI": setting("translation_ki", NOT_PSOS),
-    "REVCOUNT": setting("rev_count", NOT_PSOS, lowest=1, does="Encoder count of a turn: a greater one makes wider turns of the same angle told."),
-    "TICKSMM": setting("ticks_per_mm", ARCOS, lowest=1, does="Encoder ticks of a mm: more make longer metres of the same distance told."),
+    "REVCOUNT": Handler(int, rev_count, NOT_PSOS),
+    "TICKSMM": Handler(int, ticks_per_mm, ARCOS),
     "DRIFTFACTOR": setting("drift_factor", ARCOS, lowest=-0x7FFF),
     "ARM_INFO": Handler(None, arm_info, NOT_PSOS),
     "ARM_STATUS": request("arm", "ARMpac (no arm)", NOT_PSOS),
@@ -481,5 +525,5 @@ def documented() -> List[List[str]]:
         else:
             known = ["yes" if handler.known_to(family) else "-" for family in COLUMNS]
             only = "MARCOS only: " if "yes" not in known else ""
-            rows.append([str(command.number), command.name, *known, only + " ".join(handler.act.__doc__.split())])
+            rows.append([str(command.number), command.name, *known, only + " ".join((handler.act.__doc__ or "").split())])
     return rows

@@ -1,31 +1,31 @@
 """The robot's side of P2OS, without I/O: bytes of a client go in, simulated time passes, bytes of the robot come out.
 
 >>> from pioneer_control.robots import find_model
->>> from pioneer_control.simulator.world.world_loader import load_world
+>>> from pioneer_control.simulator.world import load_world
 >>> robot = Firmware(find_model("p3dx-sh"), load_world("empty"))
 >>> robot.receive(bytes.fromhex("FAFB03000000"))    # SYNC0
 >>> robot.advance(0.1).hex()
 'fafb03000000'
 
-No thread, clock or socket is in here: the same bytes at the same simulated times, with the same seed, give the same
+No thread, clock of the computer or socket is in here: the same bytes at the same simulated times, with the same seed, give the same
 answer however the time is split.
 """
 
-import math
 from enum import Enum
-from typing import Dict, List, NamedTuple, Optional, Set, Tuple
+from typing import Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Set, Tuple
 
 from ... import p2os
 from ...errors import ParameterError
 from ...p2os import SYNC0, SYNC2, Frame, FrameDecoder, ReceivedCommand
 from ...robots import RobotModel
-from . import reports
-from ..world.geometry import Pose
+from ..clock import NEVER_US, Clock
 from ..hardware.gripper import ParallelGripper
-from .commands import HANDLERS
 from ..hardware.hardware import Hardware
 from ..hardware.robot_numbers import RobotNumbers, standard_numbers
+from ..world.geometry import Pose
 from ..world.world import World
+from . import reports
+from .commands import HANDLERS, SETTINGS
 
 PARTIAL_TIMEOUT_US = round(p2os.PARTIAL_TIMEOUT * 1e6)
 
@@ -46,20 +46,66 @@ class CommandCounts(NamedTuple):
     senseless: int = 0
 
 
+class OpenSession:
+    """What is known of a client while its session is open.
+
+    Attributes:
+        last_command_us: when its last command came.
+        next_sip_us: when the next SIP is due.
+        previous: its command before the present one.
+        requests: kinds of packets that it asked for; the value says whether they come with every SIP, not with the next one only.
+    """
+
+    def __init__(self, now_us: int, next_sip_us: int):
+        self.last_command_us = now_us
+        self.next_sip_us = next_sip_us
+        self.previous: Optional[ReceivedCommand] = None
+        self.requests: Dict[str, bool] = {}
+
+    def packets(self, hardware: Hardware) -> Iterator[object]:
+        """The SIP that is due, and the packets that go out before and behind it."""
+        yield from self._requested(reports.BEFORE_SIP, hardware)
+        yield reports.sip(hardware)
+        yield from self._requested(reports.BEHIND_SIP, hardware)
+        for port, aux in enumerate(hardware.aux, 1):
+            data = aux.take()
+            if data is not None:
+                yield p2os.SerialAux(port, data)
+
+    def _requested(self, kinds: Mapping[str, Callable[[Hardware], object]], hardware: Hardware) -> Iterator[object]:
+        """Those of some kinds of packets that the client asked for. What it asked for once is forgotten then."""
+        for kind in [kind for kind in kinds if kind in self.requests]:
+            yield kinds[kind](hardware)
+            if not self.requests[kind]:
+                del self.requests[kind]
+
+
 class Firmware:
     """A simulated robot, as its serial line shows it.
 
-    :param model: which robot (`RobotModel`).
-    :param world: the `World` it stands in.
-    :param pose: where it stands (x, y, heading; map frame); the first start of the world if None.
-    :param gripper: whether it has one; None: if ``robot.yaml`` fits one to this model.
-    :param rear_sonar: whether the rear array is fitted.
-    :param name: which it tells at SYNC2.
-    :param seed: of the noise.
-    :param noise: every sonar range is off by up to this much (m); None: as ``robot.yaml`` says.
-    :param numbers: other numbers than those of ``robot.yaml``.
-    :param time_us: simulated time at which it is switched on, for a robot among others (see `Simulation`).
-    :raises ParameterError: a gripper on a model that cannot carry one, a place in a wall, or a negative noise.
+    Args:
+        model: which robot.
+        world: the world it stands in.
+        pose: where it stands (x, y, heading: m, rad; map frame); the first start of the world if None.
+        gripper: whether it has one; None: if ``robot.yaml`` fits one to this model.
+        rear_sonar: whether the rear array is fitted.
+        name: which it tells at SYNC2.
+        seed: of the noise.
+        noise: every sonar range is off by up to this much (m); None: as ``robot.yaml`` says.
+        numbers: other numbers than those of ``robot.yaml``.
+        clock: the time of the simulation it is in, for a robot among others (see `Simulation`).
+
+    Attributes:
+        hardware: its devices.
+        settings: what a client may set and CONFIGpac shows.
+        baud: present speed of its serial line.
+        closed_sessions: so many sessions have ended.
+        next_step_us: when it takes its next step.
+        decoder: of what the line brings; it has the counts since power-on.
+        unknown_commands: names of commands that came and that its firmware does not know.
+
+    Raises:
+        ParameterError: a gripper on a model that cannot carry one, a place in a wall, or a negative noise.
     """
 
     line_takes_time = True
@@ -68,7 +114,7 @@ class Firmware:
     def __init__(
         self, model: RobotModel, world: World, pose: Optional[Pose] = None, *, gripper: Optional[bool] = None,
         rear_sonar: bool = True, name: str = "sim_0001", seed: int = 0, noise: Optional[float] = None,
-        numbers: Optional[RobotNumbers] = None, time_us: int = 0,
+        numbers: Optional[RobotNumbers] = None, clock: Optional[Clock] = None,
     ):
         self.numbers = numbers or standard_numbers()
         if gripper is None:
@@ -82,62 +128,72 @@ class Firmware:
         self.name = name
         start = world.starts[0] if pose is None else pose
         self.hardware = Hardware(self.model, world, start, gripper, self.numbers, noise, seed)
-        self.hardware.on_power_up = self._boot
-        self.session = FirmwareState.WAITING
-        self.time_us = time_us
-        self.previous: Optional[ReceivedCommand] = None
-        self.wheel_mode = False
-        self.closed_sessions = 0
+        self.clock = clock or Clock()
+        self.settings = dict(SETTINGS)
         self.baud = self.numbers.session.host_baud
-        """Present speed of its serial line."""
-        self._booted_us = 0
-        self._remainder_us = 0.0
-        self.next_step_us = time_us + self.numbers.physics.step_us
-        self._next_sip_us = time_us
-        self._next_sync = SYNC0
-        self._decoder = FrameDecoder()
-        self._last_byte_us = time_us
-        self._last_command_us = time_us
-        self._requests: Dict[str, bool] = {}
-        self._counts = [0, 0, 0]
+        self.closed_sessions = 0
+        self.next_step_us = self.clock.now_us + self.numbers.physics.step_us
         self.unknown_commands: Set[str] = set()
-        """Names of commands that came and that its firmware does not know."""
+        self._booted_us = 0
+        self._next_sync: Optional[int] = SYNC0      # None: it waits for OPEN
+        self._open: Optional[OpenSession] = None
+        self.decoder = FrameDecoder()
+        self._last_byte_us = self.clock.now_us
+        self._counts = CommandCounts()
         self._sent: List[bytes] = []
 
     # -- the line and the clock
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the client, in any pieces, at the present simulated time. Answers come out of `advance`."""
-        if self.time_us < self._booted_us:
+        if self.clock.now_us < self._booted_us:
             return
-        self._last_byte_us = self.time_us
-        for frame in self._decoder.feed(data):
+        self._last_byte_us = self.clock.now_us
+        for frame in self.decoder.feed(data):
             self._take(frame)
 
     def advance(self, dt: float) -> bytes:
-        """Let `dt` seconds of simulated time pass.
+        """Let `dt` seconds of simulated time pass, for a robot that is alone.
 
-        :param dt: seconds, from 0 up; microseconds count, fractions of them are carried over to the next call.
-        :returns: everything the robot sent meanwhile, answers to what it received before included.
+        Args:
+            dt: seconds, from 0 up; microseconds count, fractions of them are carried over to the next call.
+
+        Returns:
+            Everything the robot sent meanwhile, answers to what it received before included.
         """
-        exact_us = dt * 1e6 + self._remainder_us
-        whole_us = round(exact_us)
-        self._remainder_us = exact_us - whole_us
-        self.run_to(self.time_us + whole_us)
+        self.run_to(self.clock.after(dt))
         return self.take_sent()
+
+    @property
+    def robots(self) -> List["Firmware"]:
+        """Itself: a robot that is alone in its world is a simulation of one."""
+        return [self]
 
     def run_to(self, end_us: int) -> None:
         """Let simulated time pass until `end_us`; what the robot sends meanwhile is kept for `take_sent`."""
         while self.next_step_us <= end_us:
-            self.time_us = self.next_step_us
-            self.next_step_us += self.numbers.physics.step_us
-            self._step()
-        self.time_us = end_us
+            self.clock.now_us = self.next_step_us
+            self.step()
+        self.clock.now_us = end_us
+
+    def step(self) -> None:
+        """Take the step that is due now."""
+        now_us = self.clock.now_us
+        self.next_step_us += self.numbers.physics.step_us
+        if now_us - self._last_byte_us >= PARTIAL_TIMEOUT_US and self.decoder.waiting:
+            for frame in self.decoder.drop_partial():
+                self._take(frame)
+        self.hardware.step(now_us, self.watchdog_expired)
+        session = self._open
+        if session is not None and now_us >= session.next_sip_us:
+            session.next_sip_us += self.numbers.session.sip_cycle_ms * 1000
+            for packet in session.packets(self.hardware):
+                self.send(packet)
 
     @property
-    def next_sip_us(self) -> float:
+    def next_sip_us(self) -> int:
         """When it next sends by itself; never without a session."""
-        return self._next_sip_us if self.session is FirmwareState.OPEN else math.inf
+        return NEVER_US if self._open is None else self._open.next_sip_us
 
     def take_sent(self) -> bytes:
         """Everything the robot sent since the last call."""
@@ -146,31 +202,24 @@ class Firmware:
         sent, self._sent = b"".join(self._sent), []
         return sent
 
-    def _step(self) -> None:
-        if self.time_us - self._last_byte_us >= PARTIAL_TIMEOUT_US and self._decoder.waiting:
-            for frame in self._decoder.drop_partial():
-                self._take(frame)
-        self.hardware.step(self.time_us, self.watchdog_expired)
-        if self.time_us >= self._next_sip_us and self.session is FirmwareState.OPEN:
-            self._next_sip_us += self.numbers.session.sip_cycle_ms * 1000
-            self._send_sips()
-
     # -- what tests, benches and nodes may look at
+
+    @property
+    def session(self) -> FirmwareState:
+        """How far a client has come."""
+        if self._open is not None:
+            return FirmwareState.OPEN
+        return FirmwareState.SYNCED if self._next_sync is None else FirmwareState.WAITING
 
     @property
     def time(self) -> float:
         """Simulated seconds: of the `Simulation` it is in, else since power-on."""
-        return self.time_us * 1e-6
+        return self.clock.seconds
 
     @property
     def true_pose(self) -> Pose:
         """Where the robot stands (x, y, heading; map frame; the heading is not wrapped)."""
         return self.hardware.body.pose
-
-    @property
-    def odometry_origin(self) -> Pose:
-        """The true pose (map frame) at which the robot's own pose was 0, 0, 0: OPEN and SETO make it the present one."""
-        return self.hardware.origin
 
     @property
     def internal_counts(self) -> Tuple[int, int]:
@@ -180,12 +229,12 @@ class Firmware:
     @property
     def velocity(self) -> Tuple[float, float]:
         """Present translation (m/s) and rotation (rad/s)."""
-        return self.hardware.linear.speed, self.hardware.angular.speed
+        return self.hardware.drives.linear.speed, self.hardware.drives.angular.speed
 
     @property
     def motors_enabled(self) -> bool:
         """Whether the motors have power."""
-        return self.hardware.motors_enabled
+        return self.hardware.motors.enabled
 
     @property
     def contacts(self) -> int:
@@ -200,58 +249,56 @@ class Firmware:
     @property
     def command_counts(self) -> CommandCounts:
         """Commands since power-on: obeyed, unknown, without a value that makes sense."""
-        return CommandCounts(*self._counts)
+        return self._counts
 
     @property
-    def line_counts(self) -> p2os.DecoderCounts:
-        """What the line brought since power-on."""
-        return self._decoder.counts
+    def previous(self) -> Optional[ReceivedCommand]:
+        """The command before the present one, in this session."""
+        return self._open and self._open.previous
 
     @property
     def watchdog_expired(self) -> bool:
         """Whether an open session has been silent for so long that the drives stand until the next command."""
-        silence_us = self.time_us - self._last_command_us
-        return silence_us > self.numbers.session.watchdog_ms * 1000 and self.session is FirmwareState.OPEN
+        if self._open is None:
+            return False
+        return self.clock.now_us - self._open.last_command_us > self.numbers.session.watchdog_ms * 1000
 
     def press_stop_button(self, pressed: bool) -> None:
         """Press the STOP button on the robot, or let it go."""
-        self.hardware.stop_button = pressed
+        self.hardware.motors.press_stop_button(pressed)
 
     # -- session
 
     def _take(self, frame: Frame) -> None:
         command = p2os.decode_command(frame)
-        if self.session is FirmwareState.WAITING:
-            self._synchronise(frame)
-        elif self.session is FirmwareState.SYNCED:
-            if command.name == "OPEN":
-                self._open_session()
-            elif command.name == "CLOSE":
-                self.close_session()
-        else:
-            self._last_command_us = self.time_us
+        if self._open is not None:
+            self._open.last_command_us = self.clock.now_us
             self._obey(command)
-            self.previous = command
+            if self._open is not None:
+                self._open.previous = command
+        elif self._next_sync is not None:
+            self._synchronise(frame.id, self._next_sync)
+        elif command.name == "OPEN":
+            self._begin_session()
+        elif command.name == "CLOSE":
+            self.close_session()
 
-    def _synchronise(self, frame: Frame) -> None:
+    def _synchronise(self, number: int, expected: int) -> None:
         """One step of the SYNC sequence; anything out of order starts it again."""
-        if frame.id != self._next_sync:
-            self._next_sync = SYNC0
-        if frame.id != self._next_sync:
+        if number != expected:
+            self._next_sync = expected = SYNC0
+        if number != expected:
             return
-        if frame.id == SYNC2:
-            self._next_sync = SYNC0
-            self.session = FirmwareState.SYNCED
-            self._send(p2os.SyncReply(self.name, "Pioneer", self.model.subtype))
+        if number == SYNC2:
+            self._next_sync = None
+            self.send(p2os.SyncReply(self.name, "Pioneer", self.model.subtype))
         else:
-            self._next_sync += 1
-            self._send(p2os.SyncEcho(frame.id))
+            self._next_sync = number + 1
+            self.send(p2os.SyncEcho(number))
 
-    def _open_session(self) -> None:
-        self.session = FirmwareState.OPEN
-        self._last_command_us = self.time_us
+    def _begin_session(self) -> None:
         last_step_us = self.next_step_us - self.numbers.physics.step_us
-        self._next_sip_us = last_step_us + self.numbers.session.sip_cycle_ms * 1000
+        self._open = OpenSession(self.clock.now_us, last_step_us + self.numbers.session.sip_cycle_ms * 1000)
         self.hardware.reset_odometry()
         self.hardware.sonar.switch(True, last_step_us)
 
@@ -259,119 +306,57 @@ class Firmware:
         """End the session: motors and sonar off, parameters as at power-on, waiting for SYNC0."""
         self._forget_session()
         self.closed_sessions += 1
-        self.hardware.disable_motors()
-        self.hardware.sonar.switch(False, self.time_us)
+        self.hardware.motors.disable()
+        self.hardware.sonar.switch(False, self.clock.now_us)
         self.hardware.reset_parameters()
 
     def _forget_session(self) -> None:
-        self.session = FirmwareState.WAITING
-        self.previous = None
-        self.wheel_mode = False
-        self.baud = self.numbers.session.host_baud
-        self._requests.clear()
-
-    def _boot(self) -> None:
-        """The power came back: nothing of the session is left, and for a moment it hears and says nothing."""
-        self._forget_session()
+        self._open = None
         self._next_sync = SYNC0
-        self._sent.clear()
-        self._decoder.drop_partial()
-        self._booted_us = self.time_us + round(self.numbers.session.boot_time * 1e6)
+        self.baud = self.numbers.session.host_baud
+        self.settings = dict(SETTINGS)
 
     def restart(self) -> None:
         """What the RESET command does: end the session as a fresh start of the controller would, and say so."""
         self.close_session()
         self.hardware.restart()
-        self._send(p2os.Reset(0xFF, b""))
+        self.send(p2os.Reset(0xFF, b""))
+
+    def power_cycle(self) -> None:
+        """Off and on again: nothing of the session is left, and for a moment it hears and says nothing."""
+        self.hardware.restart()
+        self._forget_session()
+        self._sent.clear()
+        self.decoder.drop_partial()
+        self._booted_us = self.clock.now_us + round(self.numbers.session.boot_time * 1e6)
 
     # -- commands
 
     def _obey(self, command: ReceivedCommand) -> None:
         handler = HANDLERS.get(command.name)
+        obeyed, unknown, senseless = self._counts
         if handler is None or not handler.known_to(self.model.firmware_family):
-            self._counts[1] += 1
+            unknown += 1
             self.unknown_commands.add(command.name)
         elif handler.value is not None and not isinstance(command.value, handler.value):
-            self._counts[2] += 1
+            senseless += 1
         else:
-            self._counts[0] += 1
+            obeyed += 1
             handler.act(self, command.value)
-
-    def change_baud(self, baud: int) -> None:
-        """The serial line has another speed from now on, until the session ends."""
-        self.baud = baud
-
-    def can_drive(self) -> bool:
-        """Whether a motion command is obeyed now; with the motors off it is forgotten."""
-        return self.hardware.motors_enabled
-
-    def leave_wheel_mode(self) -> None:
-        """A motion command after VEL2 cancels both of its speeds."""
-        if self.wheel_mode:
-            self.wheel_mode = False
-            self.hardware.leave_wheels()
-            self.hardware.linear.set_speed(0.0)
-            self.hardware.angular.set_speed(0.0)
+        self._counts = CommandCounts(obeyed, unknown, senseless)
 
     def request(self, kind: str, how: int) -> None:
-        """Send packets of a kind behind the SIP: 0 no more of them, 1 with the next one, more with every one."""
+        """Send packets of a kind with the SIP: 0 no more of them, 1 with the next one, more with every one."""
+        if self._open is None:
+            return
         if how <= 0:
-            self._requests.pop(kind, None)
+            self._open.requests.pop(kind, None)
         else:
-            self._requests[kind] = how > 1
-
-    def request_gyro(self, on: bool) -> None:
-        """Send what the gyro reads from now on before every SIP, or no more."""
-        self.request("gyro", 2 if on else 0)
-        self.hardware.gyro.take_readings()
-
-    def send_playlist(self, number: int) -> None:
-        """Answer with the stored sounds, at once."""
-        for packet in reports.playlist(self.hardware, number):
-            self._send(packet)
-
-    def send_arm_info(self) -> None:
-        """Answer with ARMINFOpac, at once."""
-        self._send(reports.NO_ARM_INFO)
-
-    def send_config(self) -> None:
-        """Answer with CONFIGpac, at once."""
-        self._send(reports.config(self.hardware, self.name, self.numbers))
+            self._open.requests[kind] = how > 1
 
     # -- what it sends
 
-    def _send_sips(self) -> None:
-        if not self._requests:
-            self._send(reports.sip(self.hardware))
-        else:
-            self._send_requested(BEFORE_SIP)
-            self._send(reports.sip(self.hardware))
-            self._send_requested(BEHIND_SIP)
-        for port, aux in enumerate(self.hardware.aux, 1):
-            data = aux.take()
-            if data is not None:
-                self._send(p2os.SerialAux(port, data))
-
-    def _send_requested(self, packets) -> None:
-        for kind in [kind for kind in packets if kind in self._requests]:
-            self._send(packets[kind](self))
-            if not self._requests[kind]:
-                del self._requests[kind]
-
-    def _send(self, packet) -> None:
+    def send(self, packet: object) -> None:
+        """Send a packet, behind all others."""
         self._sent.append(p2os.encode_packet(packet, self.model.grip_state_first))
 
-
-BEFORE_SIP = {
-    "gyro": lambda robot: reports.gyro(robot.hardware),
-    "joystick": lambda robot: reports.joystick(robot.hardware),
-}
-BEHIND_SIP = {
-    "encoder": lambda robot: reports.encoder(robot.hardware),
-    "gripper": lambda robot: reports.gripper(robot.hardware),
-    "io": lambda robot: reports.io(robot.hardware),
-    "battery": lambda robot: reports.battery_info(robot.hardware),
-    "compass": lambda robot: reports.tcm2(robot.hardware, robot.numbers),
-    "arm": lambda robot: reports.NO_ARM,
-}
-"""The packets that a client can ask for, in the order in which they go out with a SIP."""

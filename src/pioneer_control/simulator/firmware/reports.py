@@ -3,17 +3,21 @@
 import dataclasses
 import itertools
 import math
-from typing import Tuple
+from typing import Any, Callable, Dict, List, Mapping, Tuple
 
 from ... import p2os
 from ...p2os import DigitalIn, FaultFlags, Flags, GripperSwitches, GripState
 from ...p2os.fields import made
-from ..hardware.accessories import SOUNDS, JoystickState, compass_degrees
-from .commands import GRIPPER_UNIT
+from ..hardware.accessories import JoystickState
 from ..hardware.hardware import Hardware
-from ..world.trigonometry import cos, sin
 from ..hardware.robot_numbers import RobotNumbers
+from ..world.trigonometry import cos, sin
 
+GRIPPER_UNIT = 0.02
+"""Seconds in one unit of the gripper's times on the wire.
+
+Source: protocol sheet 6.1.
+"""
 MOST_READINGS = 50
 """Sonar readings in one SIP, so that its byte count stays below 200."""
 
@@ -48,6 +52,8 @@ OLDER_ANALOG = frozenset(["PSOS", "P2OS", "AmigOS", "AROS"])
 BATTERY_DIVIDER = 4.0
 """By what the voltage of a 12 V battery is divided before it comes to the last analog input (the manuals do not say)."""
 PLAYLIST_ID = 0xD0
+SOUNDS: List[Tuple[str, int]] = [("~greetings", 0), ("hello", 8000), ("goodbye", 6400)]
+"""Stored sounds of an AmigoBot: name and length in bytes; a leading ~ marks a group."""
 FLOATING = 0xFF
 """Inputs with nothing connected."""
 UNCONNECTED = int(DigitalIn.INPUT_6 | DigitalIn.INPUT_7)
@@ -58,41 +64,41 @@ def sip(hardware: Hardware) -> p2os.Sip:
     """The standard SIP, with the sonar readings since the last one."""
     model = hardware.model
     x, y = counts(hardware)
-    left, right = hardware.wheel_speeds
-    front_bumpers, rear_bumpers = hardware.bumper_bits()
-    stalled = hardware.e_stalled
+    left, right = hardware.drives.wheel_speeds
+    front_bumpers, rear_bumpers = hardware.bumpers.bits()
+    stalled = hardware.motors.e_stalled
     values = dict(
-        type_id=p2os.MOVING if hardware.moving else p2os.STOPPED,
+        type_id=p2os.MOVING if hardware.drives.moving else p2os.STOPPED,
         x_counts=x & 0x7FFF,
         y_counts=y & 0x7FFF,
-        heading_units=heading_units(hardware, hardware.odometry[2]),
+        heading_units=heading_units(hardware, hardware.odometry.pose[2]),
         left_velocity_units=round(left * 1000.0 / model.vel_mm_s_per_unit),
         right_velocity_units=round(right * 1000.0 / model.vel_mm_s_per_unit),
         battery_dv=min(255, round(hardware.battery.voltage_12v * 10.0)),
-        left_stall_bits=(hardware.left_stalled or stalled) | rear_bumpers << 1,
-        right_stall_bits=(hardware.right_stalled or stalled) | front_bumpers << 1,
+        left_stall_bits=(hardware.stall.left or stalled) | rear_bumpers << 1,
+        right_stall_bits=(hardware.stall.right or stalled) | front_bumpers << 1,
         control_units=heading_units(hardware, hardware.heading_goal),
         flags=_flags(hardware),
         compass=_compass(hardware),
         sonar=_sonar(hardware),
         grip_state=grip_state(hardware),
-        analog_port=hardware.analog_port,
-        analog=round(_volts(hardware, hardware.analog_port) * 255.0 / 5.0),
+        analog_port=hardware.ports.analog_port,
+        analog=round(hardware.ports.volts(hardware.ports.analog_port) * 255.0 / 5.0),
         digital_in=digital_in(hardware),
-        digital_out=hardware.digital_out,
+        digital_out=hardware.ports.digital_out,
     )
     end = SIP_ENDS.get(model.firmware_family)
     if end != "digital_out":
         values.update(battery_x10_dv=min(0xFFFF, round(hardware.battery.voltage * 10.0)), charge_state=hardware.battery.charge_state)
         if end != "charge_state":
-            rotation = round(math.degrees(hardware.angular.speed) * 10.0)
+            rotation = round(math.degrees(hardware.drives.angular.speed) * 10.0)
             values.update(rotation_velocity_ddeg_s=rotation, fault_flags=UNDERVOLTAGE if hardware.battery.is_low else 0)
     return made(p2os.Sip, values)
 
 
 def counts(hardware: Hardware) -> Tuple[int, int]:
     """Odometry x and y in counts of the wire, before they wrap."""
-    x, y, _ = hardware.odometry
+    x, y, _ = hardware.odometry.pose
     per_metre = 1000.0 / hardware.model.dist_mm_per_unit
     return round(x * per_metre), round(y * per_metre)
 
@@ -112,8 +118,9 @@ def _sonar(hardware: Hardware) -> Tuple[p2os.SonarReading, ...]:
 def _flags(hardware: Hardware) -> int:
     arrays = hardware.sonar.firing
     fires = 0 in arrays, 1 in arrays, 2 in arrays, 3 in arrays
+    motors = hardware.motors
     button = hardware.joystick is not None and hardware.joystick.button_1
-    return _bits(FLAGS, (hardware.motors_enabled,) + fires + (hardware.stop_button, hardware.e_stalled, hardware.battery.charging, button))
+    return _bits(FLAGS, (motors.enabled,) + fires + (motors.stop_button, motors.e_stalled, hardware.battery.charging, button))
 
 
 def grip_state(hardware: Hardware) -> int:
@@ -122,16 +129,17 @@ def grip_state(hardware: Hardware) -> int:
     if gripper is None:
         return 0
     outward, inward = gripper.paddle_motion > 0, gripper.paddle_motion < 0
-    rising, sinking = gripper.lift_motion > 0, gripper.lift_motion < 0
+    lift = gripper.lift
+    rising, sinking = lift.motion > 0, lift.motion < 0
     return _bits(GRIP_STATE, (
         outward or gripper.is_open and not inward,
         inward or gripper.is_closed and not outward,
         outward or inward,
         gripper.paddles_jammed,
-        rising or gripper.is_up and not sinking,
-        sinking or gripper.is_down and not rising,
+        rising or lift.is_up and not sinking,
+        sinking or lift.is_down and not rising,
         rising or sinking,
-        gripper.lift_jammed,
+        lift.jammed,
     ))
 
 
@@ -142,7 +150,7 @@ def digital_in(hardware: Hardware) -> int:
         return FLOATING
     inner, outer = gripper.beams_broken(hardware.body.pose)
     left, right = gripper.contacts
-    between = not gripper.is_up and not gripper.is_down
+    between = not gripper.lift.is_up and not gripper.lift.is_down
     return UNCONNECTED | _bits(
         DIGITAL_IN, (not gripper.is_open, between, outer, inner, not left, not right))
 
@@ -162,43 +170,38 @@ def gripper(hardware: Hardware) -> p2os.Gripper:
     else:
         state = digital_in(hardware) & ~UNCONNECTED
         state |= int(GripperSwitches.PADDLES_MOVING) if fitted.paddle_motion else 0
-        state |= int(GripperSwitches.LIFT_MOVING) if fitted.lift_motion else 0
+        state |= int(GripperSwitches.LIFT_MOVING) if fitted.lift.motion else 0
     return p2os.Gripper(has_gripper=1, state=state, grasp_time_units=min(255, round(fitted.grasp_time / GRIPPER_UNIT)))
 
 
 def encoder(hardware: Hardware) -> p2os.Encoder:
     """ENCODERpac: ticks of both wheels since power-on, as 32-bit numbers."""
-    return p2os.Encoder(*((ticks + 2 ** 31) % 2 ** 32 - 2 ** 31 for ticks in hardware.wheel_ticks))
+    return p2os.Encoder(*((ticks + 2 ** 31) % 2 ** 32 - 2 ** 31 for ticks in hardware.wheels.ticks))
 
 
 def io(hardware: Hardware) -> p2os.IO:
     """IOpac: user inputs, bumpers and infrared as electrical levels (idle high), outputs, analog inputs."""
-    front, rear = hardware.bumper_bits()
+    front, rear = hardware.bumpers.bits()
     inputs = (digital_in(hardware), ~front & 0xFF, ~rear & 0xFF, 0xFF)
     family = hardware.model.firmware_family
     if family in OLDER_ANALOG:
-        analog = [round(_volts(hardware, port) / 5.0 * 2047.0) for port in range(1, 6)]
+        analog = [round(hardware.ports.volts(port) / 5.0 * 2047.0) for port in range(1, 6)]
     else:
-        analog = [round(_volts(hardware, port) / 5.0 * 1023.0) for port in range(8)]
+        analog = [round(hardware.ports.volts(port) / 5.0 * 1023.0) for port in range(8)]
         analog.append(min(1023, round(hardware.battery.voltage_12v / BATTERY_DIVIDER / 5.0 * 1023.0)))
-    return p2os.IO(digital_in=inputs, digital_out=(hardware.digital_out,), analog=tuple(analog))
-
-
-def _volts(hardware: Hardware, port: int) -> float:
-    return max(0.0, min(5.0, hardware.analog_volts[port]))
+    return p2os.IO(digital_in=inputs, digital_out=(hardware.ports.digital_out,), analog=tuple(analog))
 
 
 def _compass(hardware: Hardware) -> int:
     """COMPASS: 2 degrees each, 1 to 180 so that no reading looks like none; 0 without one, or switched off."""
-    if not hardware.has_compass or not hardware.compass_on:
+    if not hardware.compass.fitted or not hardware.compass.on:
         return 0
-    return round(compass_degrees(hardware.body.pose[2]) / 2.0) or 180
+    return round(hardware.compass.degrees(hardware.body.pose[2]) / 2.0) or 180
 
 
 def gyro(hardware: Hardware) -> p2os.Gyro:
     """GYROpac: the readings since the last one."""
-    readings = hardware.gyro.take_readings() if hardware.gyro is not None else ()
-    return p2os.Gyro(tuple(p2os.GyroReading(*reading) for reading in readings))
+    return p2os.Gyro(tuple(p2os.GyroReading(*reading) for reading in hardware.gyro.take_readings()))
 
 
 def joystick(hardware: Hardware) -> p2os.Joystick:
@@ -207,10 +210,10 @@ def joystick(hardware: Hardware) -> p2os.Joystick:
     return p2os.Joystick(int(stick.button_1), int(stick.button_2), *(max(0, min(1023, axis)) for axis in (stick.x, stick.y, stick.throttle)))
 
 
-def tcm2(hardware: Hardware, numbers: RobotNumbers) -> p2os.TCM2:
+def tcm2(hardware: Hardware) -> p2os.TCM2:
     """TCM2pac: a module that stands level in an undisturbed field."""
-    degrees = compass_degrees(hardware.body.pose[2])
-    angle, field = math.radians(degrees), numbers.compass
+    degrees = hardware.compass.degrees(hardware.body.pose[2])
+    angle, field = math.radians(degrees), hardware.compass.numbers
     return p2os.TCM2(
         heading_ddeg=round(degrees * 10.0) % 3600, pitch_ddeg=0, roll_ddeg=0,
         magnetic_x_hundredths=round(field.horizontal_field * cos(angle) * 100.0),
@@ -220,17 +223,18 @@ def tcm2(hardware: Hardware, numbers: RobotNumbers) -> p2os.TCM2:
     )
 
 
-def playlist(hardware: Hardware, number: int) -> list:
+def playlist(family: str, number: int, sounds_on: int) -> List[Any]:
     """Answer to PLAYLIST: the stored sounds of an AmigoBot, all of them for 0; the others have none, and say so with zeros."""
-    if hardware.model.firmware_family != "AmigOS":
+    if family != "AmigOS":
         return [p2os.UnknownPacket(PLAYLIST_ID, bytes(25))]
     asked = range(1, len(SOUNDS) + 1) if number == 0 else [number] if 1 <= number <= len(SOUNDS) else []
-    packets, offset = [], 0
+    packets: List[Any] = []
+    offset = 0
     for sound in range(1, len(SOUNDS) + 1):
         name, length = SOUNDS[sound - 1]
         if sound in asked:
             first = len(SOUNDS) if number == 0 and not packets else sound
-            packets.append(p2os.Playlist(first, int(hardware.sounds_on), name, offset, length))
+            packets.append(p2os.Playlist(first, sounds_on, name, offset, length))
         offset += length
     return packets
 
@@ -246,9 +250,9 @@ def battery_info(hardware: Hardware) -> p2os.BatteryInfo:
     return p2os.BatteryInfo((p2os.Battery(0, 0, 0, percent, percent),))
 
 
-def config(hardware: Hardware, name: str, numbers: RobotNumbers) -> p2os.Config:
+def config(hardware: Hardware, name: str, numbers: RobotNumbers, settings: Dict[str, int]) -> p2os.Config:
     """CONFIGpac, as far as the firmware of this family fills it."""
-    model, drive, linear, angular = hardware.model, numbers.drive, hardware.linear.limits, hardware.angular.limits
+    model, drive, linear, angular = hardware.model, numbers.drive, hardware.drives.linear.limits, hardware.drives.angular.limits
     front = model.with_arrays(front=False, rear=True) != model
     rear = model.with_arrays(front=True, rear=False) != model
     values = dict(
@@ -267,21 +271,26 @@ def config(hardware: Hardware, name: str, numbers: RobotNumbers) -> p2os.Config:
         translation_acceleration_mm_s2=_millimetres(linear.rise),
         translation_deceleration_mm_s2=_millimetres(linear.fall),
         front_bumpers=model.front_bumpers, rear_bumpers=model.rear_bumpers, charger=charger(hardware),
-        sonar_cycle_ms=hardware.sonar.cycle_us // 1000, autobaud=numbers.session.autobaud, has_gyro=hardware.gyro_kind,
+        sonar_cycle_ms=hardware.sonar.cycle_us // 1000, autobaud=numbers.session.autobaud, has_gyro=hardware.gyro.kind,
         shutdown_dv=round(numbers.battery.shutdown * 10.0), firmware_version=numbers.session.firmware_version,
         kinematics_delay_ms=0, lateral_velocity_top_mm_s=0, lateral_acceleration_top_mm_s2=0,
         lateral_velocity_max_mm_s=0, lateral_acceleration_mm_s2=0, lateral_deceleration_mm_s2=0, charge_threshold=0,
-        **hardware.settings,
+        rev_count=hardware.wheels.rev_count, ticks_per_mm=hardware.wheels.ticks_per_mm, **settings,
     )
-    end = CONFIG_ENDS.get(model.firmware_family)
-    if end is not None:
-        values = {name: values[name] for name in CONFIG_FIELDS[:CONFIG_FIELDS.index(end) + 1]}
-    return p2os.Config(**values)
+    end = CONFIG_ENDS.get(model.firmware_family, "charge_threshold")
+    return p2os.Config(**{field: values[field] for field in CONFIG_FIELDS[:CONFIG_FIELDS.index(end) + 1]})
+
+
+BEFORE_SIP: Mapping[str, Callable[[Hardware], object]] = {"gyro": gyro, "joystick": joystick}
+BEHIND_SIP: Mapping[str, Callable[[Hardware], object]] = {
+    "encoder": encoder, "gripper": gripper, "io": io, "battery": battery_info, "compass": tcm2, "arm": lambda hardware: NO_ARM,
+}
+"""The packets that a client can ask for, in the order in which they go out with a SIP."""
 
 
 def charger(hardware: Hardware) -> int:
     """CONFIGpac Charger: fitted where the world has docks; 1 is the one of P3 and PeopleBot, 2 that of the PowerBot."""
-    if not hardware.world.docks:
+    if not hardware.charger.docks:
         return 0
     return 2 if hardware.model.subtype.lower().startswith("powerbot") else 1
 

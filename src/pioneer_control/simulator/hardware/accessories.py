@@ -1,4 +1,4 @@
-"""What can be fitted to a robot beside drives, sonar and gripper: gyro, compass, joystick, and devices on its auxiliary serial ports.
+"""What can be fitted to a robot beside drives, sonar and gripper: gyro, compass, joystick, user inputs and outputs, serial ports.
 
 Knows no packets; numbers are raw readings where the wire carries raw readings.
 """
@@ -8,11 +8,24 @@ import math
 from dataclasses import dataclass
 from typing import Callable, Deque, List, Optional, Tuple
 
+from .drives import Drives
+from .robot_numbers import CompassNumbers, GyroNumbers, JoystickNumbers
+
 GYRO_PERIOD_US = 25000
-"""Time of one reading of the gyro (protocol 5.6)."""
+"""Time of one reading of the gyro.
+
+Source: protocol sheet 5.6.
+"""
 GYRO_KEPT = 40
 """Readings kept for a client, one second of them."""
 GYRO_GREATEST = 1023
+NO_GYRO, GYRO_OF_CLIENT, GYRO_OF_ROBOT = 0, 1, 2
+"""Kinds of gyro, as CONFIGpac has them: none, read by the client, read by the robot itself."""
+ENCODERS_ONLY, FUSED, GYRO_ONLY = 0, 1, 2
+"""What the heading of a robot that reads its gyro itself is made of.
+
+Source: protocol sheet 3.2, GYRO.
+"""
 AUX_MOST = 197
 """Bytes of one SERAUXpac."""
 AUX_KEPT = 4096
@@ -20,22 +33,51 @@ AUX_KEPT = 4096
 
 
 class RateGyro:
-    """A gyro whose raw readings the client gets: one for every 25 ms, smaller than the centre while the robot turns counter-clockwise.
+    """The gyro of a robot, if it has one.
 
-    What rounding leaves over goes into the next reading, so that their sum is the angle turned.
+    One that the client reads gives it a raw reading every 25 ms, smaller than the centre while the robot turns counter-clockwise. What
+    rounding leaves over goes into the next reading, so that the sum of the readings is the angle turned.
 
-    :param numbers: of ``robot.yaml`` (`GyroNumbers`).
+    Attributes:
+        kind: `NO_GYRO`, `GYRO_OF_CLIENT` or `GYRO_OF_ROBOT`.
+        mode: `ENCODERS_ONLY`, `FUSED` or `GYRO_ONLY`, for a gyro of the robot.
+        drift: how much faster (rad/s, + counter-clockwise) it turns than the robot does.
     """
 
-    def __init__(self, numbers):
+    def __init__(self, numbers: GyroNumbers):
         self._numbers = numbers
+        self.kind = numbers.kind
+        self.drift = 0.0
         self._unit = math.radians(5.0 / 1023.0 * 300.0 / 2.5 * numbers.scaler)
         self._readings: Deque[int] = collections.deque(maxlen=GYRO_KEPT)
         self._angle = self._told = self._left_over = 0.0
         self._next_us = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Take the mode of power-on."""
+        self.mode = FUSED
+
+    def set_drift(self, drift: float) -> None:
+        """Let it drift (rad/s, + counter-clockwise)."""
+        self.drift = drift
+
+    def heading_change(self, by_wheels: float, really: float, dt: float) -> float:
+        """The turn (rad) of a step of `dt` seconds as the robot adds it up: by its wheels, or by a gyro that it reads itself."""
+        if self.kind == GYRO_OF_ROBOT and self.mode != ENCODERS_ONLY:
+            return really + self.drift * dt
+        return by_wheels
+
+    @property
+    def turns_alone(self) -> bool:
+        """Whether its drift turns the heading of a robot that stands."""
+        return self.drift != 0.0 and self.kind == GYRO_OF_ROBOT and self.mode == GYRO_ONLY
 
     def step(self, now_us: int, step_us: int, turned: float) -> None:
         """A step that ended at `now_us`, in which the robot turned by `turned` (rad)."""
+        if self.kind != GYRO_OF_CLIENT:
+            return
+        turned += self.drift * (step_us * 1e-6)
         before, self._angle = self._angle, self._angle + turned
         if self._next_us <= now_us - step_us:
             self._next_us = now_us - step_us + GYRO_PERIOD_US
@@ -59,9 +101,36 @@ class RateGyro:
         return readings
 
 
+class Compass:
+    """A compass, if one is fitted, in an undisturbed field.
+
+    Attributes:
+        on: it is switched on.
+    """
+
+    def __init__(self, numbers: CompassNumbers):
+        self.numbers = numbers
+        self.reset()
+
+    def reset(self) -> None:
+        """Switch it on, as at power-on."""
+        self.on = True
+
+    @property
+    def fitted(self) -> bool:
+        """Whether there is one."""
+        return self.numbers.fitted
+
+    @staticmethod
+    def degrees(heading: float) -> float:
+        """Degrees clockwise from north, above 0 up to 360, of a heading (rad, map frame). North is where y grows."""
+        degrees = (90.0 - math.degrees(heading)) % 360.0
+        return degrees or 360.0
+
+
 @dataclass
 class JoystickState:
-    """A joystick plugged into the robot: what its hands do with it. Axes 0 to 1023, 512 in the middle; x grows to the right, y forward."""
+    """A joystick that is plugged into the robot. Axes go from 0 to 1023, 512 in the middle; x grows to the right, y forward."""
 
     button_1: bool = False
     button_2: bool = False
@@ -78,6 +147,55 @@ class JoystickState:
     def leftward(self) -> float:
         """How far it is pushed to the left, -1 to 1."""
         return (512 - self.x) / 512.0
+
+
+class JoystickDrive:
+    """Driving by joystick: while its first button is pressed; let go, the robot stops.
+
+    Attributes:
+        allowed: the client allows it.
+    """
+
+    def __init__(self, numbers: JoystickNumbers, drives: Drives):
+        self._numbers, self._drives = numbers, drives
+        self.reset()
+
+    def reset(self) -> None:
+        """Allow nothing, as at power-on."""
+        self.allowed = self._drove = False
+
+    def step(self, joystick: Optional[JoystickState], motors_enabled: bool) -> None:
+        """Tell the drives what the joystick says now."""
+        if joystick is not None and joystick.button_1 and self.allowed and motors_enabled:
+            self._drives.set_speeds(
+                joystick.forward * self._numbers.linear_mm_s / 1000.0, joystick.leftward * math.radians(self._numbers.angular_deg_s))
+            self._drove = True
+        elif self._drove:
+            self._drives.set_speeds(0.0, 0.0)
+            self._drove = False
+
+
+class UserPorts:
+    """Analog inputs and digital outputs for devices of the user.
+
+    Attributes:
+        analog_volts: what is on the analog inputs, 0 to 5 V each.
+        analog_port: which of them the SIP shows.
+        digital_out: states of the outputs, bit by bit.
+    """
+
+    def __init__(self) -> None:
+        self.analog_volts: List[float] = [0.0] * 8
+        self.digital_out = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Show the port of power-on."""
+        self.analog_port = 5
+
+    def volts(self, port: int) -> float:
+        """What an analog input reads (V)."""
+        return max(0.0, min(5.0, self.analog_volts[port]))
 
 
 class AuxPort:
@@ -116,13 +234,3 @@ class AuxPort:
     def reset(self) -> None:
         """As at power-on."""
         self._waiting, self._wanted = b"", 0
-
-
-def compass_degrees(heading: float) -> float:
-    """Degrees clockwise from north, above 0 up to 360, of a heading (rad, map frame): north is where y grows."""
-    degrees = (90.0 - math.degrees(heading)) % 360.0
-    return degrees or 360.0
-
-
-SOUNDS: List[Tuple[str, int]] = [("~greetings", 0), ("hello", 8000), ("goodbye", 6400)]
-"""Stored sounds of an AmigoBot: name and length in bytes; a leading ~ marks a group."""

@@ -5,10 +5,12 @@ Metres and radians in the map frame; knows neither motors nor packets.
 
 from typing import List, Optional, Sequence, Tuple
 
-from ..world.poses import along_arc, placed, relative
-from ..world.trigonometry import Heading, hypot
-from ..world.geometry import Point, Pose, outlines_meet
 from ..world.echoes import Candidate, outline_candidates
+from ..world.geometry import Block, Point, Pose, outlines_meet
+from ..world.poses import along_arc, placed, relative
+from ..world.pushing import make_way
+from ..world.trigonometry import Heading, hypot
+from ..world.world import World
 
 SKINS = (0.5, 0.1, 0.02)
 """How much larger than itself (m) the body is taken to be when asking how far it can go before the next question."""
@@ -32,7 +34,7 @@ class Body:
     :param hull: what of it is so tall that sonar sees it; all if None.
     """
 
-    def __init__(self, world, outline: Sequence[Point], pose: Pose, hull: Optional[Sequence[Point]] = None):
+    def __init__(self, world: World, outline: Sequence[Point], pose: Pose, hull: Optional[Sequence[Point]] = None):
         self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
         self.contacts = 0
         self.blocked = False
@@ -40,8 +42,8 @@ class Body:
         self._heading = Heading()
         self._outline, self._hull = tuple(outline), tuple(hull or outline)
         xs, ys = zip(*self._hull)
-        self.box = min(xs), max(xs), min(ys), max(ys)
-        """The rectangle that it is to a can: least and greatest x and y (m, base_link)."""
+        self.box = Block(min(xs), max(xs), min(ys), max(ys))
+        """The rectangle that it is to a can (base_link)."""
         self._outlines = [(box_round(outline, skin), skin) for skin in SKINS] + [(tuple(outline), 0.0)]
         self.reach = max(hypot(x, y) for x, y in outline)
         self._free = 0.0
@@ -86,6 +88,10 @@ class Body:
         self._free = 0.0
         self.blocked = False
         self._world.crowd.moved(self)
+
+    def make_way(self, pose: Pose) -> bool:
+        """Push cans aside for the body at `pose`; False when one is jammed, and nothing was moved."""
+        return make_way(self._world, pose, lambda radius: (self.box,), (), self.box.reach)
 
     @property
     def outline(self) -> List[Point]:

@@ -7,39 +7,109 @@ import math
 from typing import List, Optional, Sequence, Tuple
 
 from ...robots import GripperShape
+from ..world.geometry import Block, Point, Pose
 from ..world.poses import compose, relative
+from ..world.pushing import cans_near, make_way
 from ..world.trigonometry import hypot
-from ..world.geometry import Pose
-from .pushing import Block, cans_near, make_way
-from ..world.world import Can
+from ..world.world import Can, World
+from .robot_numbers import GripperNumbers
 
 TOLERANCE = 1e-4
 """A paddle this near (m) to a can presses on it."""
 
 
+class Lift:
+    """The lift that carries the paddles.
+
+    Attributes:
+        height: of the paddles (m above the lowest).
+        motion: 1 up, -1 down, 0 none.
+        jammed: it was told to move and could not.
+    """
+
+    def __init__(self, shape: GripperShape, up: bool):
+        self._shape = shape
+        self.height = shape.lift_height if up else 0.0
+        self.motion = 0
+        self.jammed = False
+        self._goal = self.height
+
+    @property
+    def is_up(self) -> bool:
+        """Whether it is at its top."""
+        return self.height >= self._shape.lift_height
+
+    @property
+    def is_down(self) -> bool:
+        """Whether it is at its bottom."""
+        return self.height <= 0.0
+
+    def raise_fully(self) -> None:
+        """Go to the top."""
+        self.move_to(self._shape.lift_height)
+
+    def lower_fully(self) -> None:
+        """Go to the bottom."""
+        self.move_to(0.0)
+
+    def move_to(self, height: float) -> None:
+        """Raise or lower the paddles to `height` (m above the lowest), clipped to the travel of the lift."""
+        self._goal = max(0.0, min(self._shape.lift_height, height))
+        self.motion = (self._goal > self.height) - (self._goal < self.height)
+        self.jammed = False
+
+    def move_for(self, seconds: float) -> None:
+        """Raise the paddles (lower them, when negative) for this long, from where they are."""
+        self.move_to(self.height + seconds * self._shape.lift_speed)
+
+    def stop(self) -> None:
+        """Stop where it is."""
+        self._goal = self.height
+        self.motion = 0
+
+    def step(self, dt: float) -> None:
+        """Move on for `dt` seconds."""
+        way = self._shape.lift_speed * dt
+        if abs(self._goal - self.height) <= way:
+            self.height, self.motion = self._goal, 0
+        else:
+            self.height += way * self.motion
+
+    def jam_at(self, height: float) -> None:
+        """Give up at a height: something is in the way."""
+        self.height, self.motion, self.jammed = height, 0, True
+
+
 class ParallelGripper:
     """The gripper on the front of a robot's body.
 
-    :param shape: its measures.
-    :param numbers: the rest (`GripperNumbers`).
-    :param world: whose cans it meets.
-    :param front: where the body ends and the gripper begins (m ahead of base_link).
-    :param body: the rectangle of the body behind it, which pushes cans too.
+    Args:
+        shape: its measures.
+        numbers: the rest.
+        world: whose cans it meets.
+        front: where the body ends and the gripper begins (m ahead of base_link).
+        body: the rectangle of the body behind it, which pushes cans too.
+
+    Attributes:
+        lift: carries the paddles.
+        opening: between the paddles (m).
+        grasp_time: for so long (s) the motor runs on after the paddles have met what they press on.
+        paddle_motion: 1 outward, -1 inward, 0 none.
+        paddles_jammed: the paddles were told to move and could not.
+        stuck: something keeps paddles and lift from moving.
+        held: the cans it holds.
     """
 
-    def __init__(self, shape: GripperShape, numbers, world, front: float, body: Block):
+    def __init__(self, shape: GripperShape, numbers: GripperNumbers, world: World, front: float, body: Block):
         self.shape = shape
+        self.lift = Lift(shape, numbers.lift_up_at_power_on)
         self.opening = shape.opening if numbers.open_at_power_on else 0.0
-        self.height = shape.lift_height if numbers.lift_up_at_power_on else 0.0
         self.grasp_time = shape.grasp_time
         self.paddle_motion = 0
-        self.lift_motion = 0
-        self.lift_jammed = False
         self.paddles_jammed = False
         self.stuck = False
-        """Whether something keeps paddles and lift from moving."""
         self.held: List[Can] = []
-        self._held_at: List[Tuple[float, float]] = []
+        self._held_at: List[Point] = []
         self._felt = False, False
         self._world = world
         self._palm = front + shape.paddle_start
@@ -48,7 +118,6 @@ class ParallelGripper:
         self._jam_time = numbers.jam_time
         self._body = body
         self._mount = Block(front, self._palm, -shape.width / 2.0, shape.width / 2.0)
-        self._lift_goal = self.height
         self._pressing_s = 0.0
         self._stuck_for = 0.0
 
@@ -71,22 +140,27 @@ class ParallelGripper:
         self.paddle_motion = 0
         self._felt = False, False
 
-    def lift_to(self, height: float) -> None:
-        """Raise or lower the paddles to `height` (m above the lowest), clipped to the travel of the lift."""
-        self._lift_goal = max(0.0, min(self.shape.lift_height, height))
-        self.lift_motion = (self._lift_goal > self.height) - (self._lift_goal < self.height)
-        self.lift_jammed = False
+    def halt(self) -> None:
+        """Stop paddles and lift."""
+        self.stop()
+        self.lift.stop()
 
-    def lift_by(self, seconds: float) -> None:
-        """Raise the paddles (lower them, when negative) for this long, relative to where they are."""
-        self.lift_to(self.height + seconds * self.shape.lift_speed)
+    def store(self) -> None:
+        """Close the paddles and raise the lift."""
+        self.close()
+        self.lift.raise_fully()
 
-    def lift_stop(self) -> None:
-        """Stop the lift where it is."""
-        self._lift_goal = self.height
-        self.lift_motion = 0
+    def deploy(self) -> None:
+        """Open the paddles and lower the lift."""
+        self.open()
+        self.lift.lower_fully()
 
     # -- what it is
+
+    @property
+    def height(self) -> float:
+        """How high (m) the paddles and what they hold are lifted."""
+        return self.lift.height
 
     @property
     def held_can(self) -> Optional[Can]:
@@ -114,19 +188,9 @@ class ParallelGripper:
         return (True, True) if self.is_closed else self._felt
 
     @property
-    def is_up(self) -> bool:
-        """Whether the lift is at its top."""
-        return self.height >= self.shape.lift_height
-
-    @property
-    def is_down(self) -> bool:
-        """Whether the lift is at its bottom."""
-        return self.height <= 0.0
-
-    @property
     def is_low(self) -> bool:
         """Whether the paddles are low enough to meet what stands on the floor."""
-        return self.height <= self._reach_height
+        return self.lift.height <= self._reach_height
 
     def beams_broken(self, pose: Pose) -> Tuple[bool, bool]:
         """Whether something is in the inner and in the outer beam, for a robot at `pose`."""
@@ -170,17 +234,17 @@ class ParallelGripper:
             self._close_further(dt, pose)
         elif self.paddle_motion > 0:
             self._open_further(dt, pose)
-        if self.lift_motion:
+        if self.lift.motion:
             self._lift_further(dt, pose)
 
     def _strain(self, dt: float) -> None:
         """Try to move what is stuck, for a while; then give up and show an error."""
-        self._stuck_for = self._stuck_for + dt if self.paddle_motion or self.lift_motion else 0.0
+        self._stuck_for = self._stuck_for + dt if self.paddle_motion or self.lift.motion else 0.0
         if self._stuck_for >= self._jam_time - 1e-9:
             self.paddles_jammed |= self.paddle_motion != 0
-            self.lift_jammed |= self.lift_motion != 0
+            self.lift.jammed |= self.lift.motion != 0
             self.paddle_motion = 0
-            self.lift_stop()
+            self.lift.stop()
 
     def make_way(self, pose: Pose) -> bool:
         """Push cans aside for a robot that goes to `pose`; False when one is jammed, and nothing was moved."""
@@ -192,7 +256,7 @@ class ParallelGripper:
         for can, (x, y) in zip(self.held, self._held_at):
             can.x, can.y, _ = compose(pose, (self._palm + x, y, 0.0))
 
-    def _from_palm(self, can, pose: Pose) -> Tuple[float, float]:
+    def _from_palm(self, can: Can, pose: Pose) -> Point:
         x, y, _ = relative(pose, (can.x, can.y, 0.0))
         return x - self._palm, y
 
@@ -257,11 +321,7 @@ class ParallelGripper:
             self.paddle_motion = 0
 
     def _lift_further(self, dt: float, pose: Pose) -> None:
-        before = self.height
-        way = self.shape.lift_speed * dt
-        if abs(self._lift_goal - before) <= way:
-            self.height, self.lift_motion = self._lift_goal, 0
-        else:
-            self.height = before + way * self.lift_motion
+        before = self.lift.height
+        self.lift.step(dt)
         if not self.make_way(pose):
-            self.height, self.lift_motion, self.lift_jammed = before, 0, True
+            self.lift.jam_at(before)

@@ -6,7 +6,7 @@ Arrays of eight fire in step, one transducer each per cycle, in the order of the
 import functools
 import math
 import random
-from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Dict, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from ...robots import ARRAY_SIZE, Transducer
 from ..world.trigonometry import Heading, unit
@@ -86,6 +86,10 @@ class Sonar:
         for array in {number // ARRAY_SIZE for number in numbers} & set(self._sequences):
             named = [number for number in numbers if number // ARRAY_SIZE == array]
             self._sequences[array] = [number for number in named if number in self._mounts][:LONGEST_SEQUENCE]
+
+    def deafen(self, numbers: Iterable[int]) -> None:
+        """Let these transducers (numbers from 0), and no others, hear nothing."""
+        self.dead = set(numbers)
 
     def step(self, now_us: int, pose: Pose) -> None:
         """Fire what is due at `now_us`, from a robot at `pose` (map frame)."""

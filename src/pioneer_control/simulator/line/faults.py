@@ -20,87 +20,37 @@ from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Seq
 
 from ...errors import ParameterError
 from ...parameters import Number, Whole
-from .one_way import OneWay
+from ..clock import NEVER_US
 from ..world.yaml_nodes import read_values
+from .one_way import LineErrors
+from .robot_link import WAYS, RobotLink
 
-TO_ROBOT, FROM_ROBOT = WAYS = ("to-robot", "from-robot")
 KEYS = ("fault", "value", "way", "robot", "from", "to")
 """Words of a fault; the first two stand without a word of their own where it is written as text."""
 
 
-class Plant:
-    """What faults act on: one robot with its line.
-
-    :param firmware: the robot (`Firmware`).
-    :param seed: of the luck on its line.
-    """
-
-    def __init__(self, firmware, seed: str):
-        self.firmware = firmware
-        self.wires = {way: OneWay("%s %s" % (seed, way)) for way in WAYS}
-        self.powered = True
-        """Whether the robot is switched on."""
-        self.on_cable: Callable[[bool], None] = lambda unplugged: None
-        """Told when the cable is pulled out (True) or put back."""
-        self._unplugged = False
-        self._voltage: Optional[float] = None
-
-    @property
-    def unplugged(self) -> bool:
-        """Whether the cable is pulled out."""
-        return self._unplugged
-
-    @unplugged.setter
-    def unplugged(self, unplugged: bool) -> None:
-        if unplugged != self._unplugged:
-            self._unplugged = unplugged
-            self._clear()
-            self.on_cable(unplugged)
-
-    def set_power(self, on: bool) -> None:
-        """Switch the robot on or off."""
-        if on != self.powered:
-            self.powered = on
-            self.firmware.hardware.power_cycle()
-            self._clear()
-
-    def set_voltage(self, voltage: Optional[float]) -> None:
-        """Put a battery of this voltage in, or its own back."""
-        battery = self.firmware.hardware.battery
-        if self._voltage is None:
-            self._voltage = battery.voltage
-        battery.voltage = self._voltage if voltage is None else voltage
-        if voltage is None:
-            self._voltage = None
-
-    def _clear(self) -> None:
-        for wire in self.wires.values():
-            wire.clear()
-
-
 class Kind(NamedTuple):
-    """A kind of fault: `act` is given what it acts on and the values of all faults of this kind that are on, newest last."""
+    """A kind of fault."""
 
     name: str
-    value: Any
-    """What it takes, a kind of value of `parameters`; None when it takes none."""
+    value: Union[None, Number, Whole]
+    """What it takes; None when it takes none."""
     unit: str
     meaning: str
-    act: Callable[[Any, List[Any]], None]
-    on_line: bool = False
-    """Whether it acts on a `OneWay`, and so may be on one way only."""
+    act: Optional[Callable[[RobotLink, List[Any]], None]] = None
+    """Lets a robot have the faults of this kind that are on: their values, newest last. None: a fault of the line, see `LineErrors`."""
     lasts: float = math.inf
     """Seconds until it ends when that is not said."""
 
+    @property
+    def on_line(self) -> bool:
+        """Whether it is a fault of the line, and so may be on one way only."""
+        return self.act is None
 
-def _newest(name: str, rest: Any) -> Callable[[Any, List[Any]], None]:
-    """Sets an attribute of a wire or of a `Plant` to the newest value, or to `rest` when none is on."""
-    return lambda target, values: setattr(target, name, values[-1] if values else rest)
-
-
-def _hardware(name: str, of: Callable[[List[Any]], Any]) -> Callable[[Plant, List[Any]], None]:
-    """Sets an attribute of the robot's hardware to what a function makes of the values."""
-    return lambda plant, values: setattr(plant.firmware.hardware, name, of(values))
+    @property
+    def needs_simulated_robot(self) -> bool:
+        """Whether a played robot cannot have it."""
+        return not self.on_line and self.name != "cable"
 
 
 def _radians_together(degrees: List[float]) -> float:
@@ -111,22 +61,26 @@ def _radians_together(degrees: List[float]) -> float:
 SHARE = Number(0.0, 1.0)
 
 KINDS: Dict[str, Kind] = {kind.name: kind for kind in (
-    Kind("loss", SHARE, "share", "so many of the packets never arrive", _newest("loss", 0.0), on_line=True),
-    Kind("flips", SHARE, "share", "so many of the bytes arrive with one bit wrong", _newest("flips", 0.0), on_line=True),
-    Kind("splits", SHARE, "share", "so many of the packets arrive in two pieces, 50 ms apart", _newest("splits", 0.0), on_line=True),
-    Kind("delay", Number(0.0, 60.0), "s", "everything arrives that much later", _newest("delay", 0.0), on_line=True),
-    Kind("silence", None, "", "nothing arrives, and nobody is told", _newest("silence", False), on_line=True),
-    Kind("cable", None, "", "pulled out: the client is hung up on, and finds no port, until it is put back", _newest("unplugged", False)),
+    Kind("loss", SHARE, "share", "so many of the packets never arrive"),
+    Kind("flips", SHARE, "share", "so many of the bytes arrive with one bit wrong"),
+    Kind("splits", SHARE, "share", "so many of the packets arrive in two pieces, 50 ms apart"),
+    Kind("delay", Number(0.0, 60.0), "s", "everything arrives that much later"),
+    Kind("silence", None, "", "nothing arrives, and nobody is told"),
+    Kind("cable", None, "", "pulled out: the client is hung up on, and finds no port, until it is put back",
+         lambda link, values: link.unplug(bool(values))),
     Kind("power", None, "", "off, and on again at the end; after 1 s if that is not said",
-         lambda plant, values: plant.set_power(not values), lasts=1.0),
-    Kind("stop_button", None, "", "the STOP button is pressed", _hardware("stop_button", bool)),
-    Kind("stall", None, "", "something holds the wheels", _hardware("held", bool)),
+         lambda link, values: link.set_power(not values), lasts=1.0),
+    Kind("stop_button", None, "", "the STOP button is pressed",
+         lambda link, values: link.hardware.motors.press_stop_button(bool(values))),
+    Kind("stall", None, "", "something holds the wheels", lambda link, values: link.hardware.stall.hold(bool(values))),
     Kind("battery", Number(0.0, 40.0), "V", "another battery, of this voltage, which falls from there; its own is back at the end",
-         lambda plant, values: plant.set_voltage(values[-1] if values else None)),
-    Kind("transducer", Whole(0, 31), "number", "this sonar transducer is dead: it hears nothing", _hardware("dead_transducers", set)),
-    Kind("gyro", Number(-360.0, 360.0), "deg/s", "the gyro drifts, + counter-clockwise", _hardware("gyro_drift", _radians_together)),
-    Kind("gripper", None, "", "stuck: neither paddles nor lift move", _hardware("gripper_stuck", bool)),
-    Kind("charger", None, "", "no fault: somebody plugs a charger in", _hardware("charger", bool)),
+         lambda link, values: link.set_voltage(values[-1] if values else None)),
+    Kind("transducer", Whole(0, 31), "number", "this sonar transducer is dead: it hears nothing",
+         lambda link, values: link.hardware.sonar.deafen(values)),
+    Kind("gyro", Number(-360.0, 360.0), "deg/s", "the gyro drifts, + counter-clockwise",
+         lambda link, values: link.hardware.gyro.set_drift(_radians_together(values))),
+    Kind("gripper", None, "", "stuck: neither paddles nor lift move", lambda link, values: link.hardware.jam_gripper(bool(values))),
+    Kind("charger", None, "", "no fault: somebody plugs a charger in", lambda link, values: link.hardware.charger.plug(bool(values))),
 )}
 
 
@@ -212,18 +166,19 @@ class _Timed(NamedTuple):
 
     fault: Fault
     start_us: int
-    end_us: float
+    end_us: int
 
 
 class Faults:
     """The faults of some robots, and which of them are on.
 
-    :param plants: what they act on.
-    :param say: told when one begins and ends: simulated seconds, and a sentence.
+    Args:
+        links: the robots, each with its line.
+        say: told when a fault begins and ends: simulated seconds, and a sentence.
     """
 
-    def __init__(self, plants: Sequence[Plant], say: Callable[[float, str], None] = lambda time, sentence: None):
-        self._plants = plants
+    def __init__(self, links: Sequence[RobotLink], say: Callable[[float, str], None] = lambda time, sentence: None):
+        self._links = links
         self._say = say
         self._waiting: List[_Timed] = []
         self._on: List[_Timed] = []
@@ -241,11 +196,14 @@ class Faults:
     def add(self, fault: Fault, now_us: int = 0) -> None:
         """One more; its times count from `now_us`.
 
-        :raises ParameterError: there is no such robot.
+        Raises:
+            ParameterError: there is no such robot, or it is a played one that cannot have this fault.
         """
-        if fault.robot is not None and fault.robot > len(self._plants):
-            raise ParameterError("fault '%s': there is no robot %s; there are 1 to %s" % (fault, fault.robot, len(self._plants)))
-        end_us = math.inf if math.isinf(fault.end) else now_us + round(fault.end * 1e6)
+        if fault.robot is not None and fault.robot > len(self._links):
+            raise ParameterError("fault '%s': there is no robot %d; there are 1 to %d" % (fault, fault.robot, len(self._links)))
+        if KINDS[fault.kind].needs_simulated_robot and any(link.firmware is None for link in self._links):
+            raise ParameterError("fault '%s': a played robot only says what the record has; its line can have faults" % str(fault))
+        end_us = NEVER_US if math.isinf(fault.end) else now_us + round(fault.end * 1e6)
         self._waiting.append(_Timed(fault, now_us + round(fault.start * 1e6), end_us))
         self._waiting.sort(key=lambda timed: timed.start_us)
 
@@ -257,10 +215,10 @@ class Faults:
         return before - len(self._waiting) - len(self._on)
 
     @property
-    def next_us(self) -> float:
-        """When the next one begins or ends; infinity when none will."""
+    def next_us(self) -> int:
+        """When the next one begins or ends."""
         if not (self._waiting or self._on):
-            return math.inf
+            return NEVER_US
         return min([timed.start_us for timed in self._waiting[:1]] + [timed.end_us for timed in self._on])
 
     def step(self, now_us: int) -> None:
@@ -279,16 +237,19 @@ class Faults:
             self._act(timed.fault)
 
     def _act(self, fault: Fault) -> None:
-        """Let everything be as those that are on of this kind will have it, where this one acted."""
-        kind = KINDS[fault.kind]
-        for number, plant in enumerate(self._plants, 1):
+        """Let its robot and line have those faults of its kind that are on now."""
+        act = KINDS[fault.kind].act
+        for number, link in enumerate(self._links, 1):
             if fault.robot not in (None, number):
                 continue
             same = [each for each in self.on if each.kind == fault.kind and each.robot in (None, number)]
-            for way in WAYS if kind.on_line else (None,):
-                if fault.way in (None, way):
-                    values = [True if each.value is None else each.value for each in same if each.way in (None, way)]
-                    kind.act(plant.wires[way] if kind.on_line else plant, values)
+            if act is not None:
+                act(link, [True if each.value is None else each.value for each in same])
+                continue
+            for way in [way for way in WAYS if fault.way in (None, way)]:
+                values = [True if each.value is None else each.value for each in same if each.way in (None, way)]
+                newest = values[-1] if values else getattr(LineErrors(), fault.kind)
+                link.wires[way].errors = link.wires[way].errors._replace(**{fault.kind: newest})
 
 
 def _split(text: str, fail: Callable[[str], ParameterError]) -> Dict[str, Any]:

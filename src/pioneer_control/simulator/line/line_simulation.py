@@ -14,14 +14,14 @@ and the same luck. `Server` runs one in real time.
 """
 
 import heapq
-import math
-from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 
 from ...errors import ParameterError
 from ...p2os.framing import SMALLEST_COUNT
-from .faults import FROM_ROBOT, TO_ROBOT, Fault, Faults, Plant
-from ..firmware.firmware import Firmware, FirmwareState
-from ..simulation import Simulation
+from ..clock import NEVER_US
+from ..firmware.firmware import FirmwareState
+from .faults import Fault, Faults
+from .robot_link import FROM_ROBOT, TO_ROBOT, RobotLink, RobotsInTime
 
 LONGEST_REST_US = 100000
 """So long a robot that tells its client nothing is left alone."""
@@ -41,26 +41,35 @@ class Arrival(NamedTuple):
 class LineSimulation:
     """Robots with their lines.
 
-    :param simulation: them (`Simulation`, to which no robot is added from now on), or one that is alone in its world (`Firmware`).
-    :param seed: of the luck on the lines.
-    :param faults: which come; more may be added to `faults` at any time.
-    :param say: told of each fault when it begins and ends: simulated seconds, and a sentence.
-    :raises ParameterError: a fault of a robot that is not there, or no robot at all.
+    Args:
+        simulation: the robots: a `Simulation`, to which no robot is added from now on, or one robot that is alone in its world.
+        seed: of the luck on the lines.
+        faults: which come; more may be added to `faults` at any time.
+        say: told of each fault when it begins and ends: simulated seconds, and a sentence.
+
+    Attributes:
+        robots: all robots, in the order of their numbers.
+        clock: their time.
+        links: each robot with its line.
+        faults: of the robots and their lines.
+        ended: numbers (from 0) of robots whose session a CLOSE has ended; the reader of this list empties it.
+
+    Raises:
+        ParameterError: a fault of a robot that is not there, or no robot at all.
     """
 
     def __init__(
-        self, simulation: Union[Simulation, Firmware], seed: int = 0, faults: Sequence[Fault] = (),
+        self, simulation: RobotsInTime, seed: int = 0, faults: Sequence[Fault] = (),
         say: Callable[[float, str], None] = lambda time, sentence: None,
     ):
         self._simulation = simulation
-        self.robots: List[Firmware] = simulation.robots if isinstance(simulation, Simulation) else [simulation]
+        self.robots = simulation.robots
         if not self.robots:
             raise ParameterError("there is no robot in the simulation: add one first")
-        self.plants = [Plant(robot, "%s %s" % (seed, number)) for number, robot in enumerate(self.robots)]
-        self.faults = Faults(self.plants, say)
-        self.time_us = simulation.time_us
+        self.clock = simulation.clock
+        self.links = [RobotLink(robot, "%s %s" % (seed, number)) for number, robot in enumerate(self.robots)]
+        self.faults = Faults(self.links, say)
         self.ended: List[int] = []
-        """Robots whose session has been ended by CLOSE; whoever cares takes them out."""
         self._serial = [False] * len(self.robots)
         self._due: List[Tuple[int, int, str]] = []
         self._out: List[Arrival] = []
@@ -72,17 +81,17 @@ class LineSimulation:
     @property
     def time(self) -> float:
         """Simulated seconds."""
-        return self.time_us / 1e6
+        return self.clock.seconds
 
     @property
-    def next_us(self) -> float:
+    def next_us(self) -> int:
         """When something happens next that needs no client."""
-        return min(self._step_us, self._due[0][0] if self._due else math.inf, self.faults.next_us)
+        return min(self._step_us, self._due[0][0] if self._due else NEVER_US, self.faults.next_us)
 
     @property
-    def news_us(self) -> float:
-        """When a client may next be told something, if none says anything: until then nobody sees whether steps are taken in time or at once."""
-        return min(self._news_us, self._due[0][0] if self._due else math.inf, self.faults.next_us)
+    def news_us(self) -> int:
+        """When a client may next be told something, if none says anything. Until then steps may be put off, and nobody sees it."""
+        return min(self._news_us, self._due[0][0] if self._due else NEVER_US, self.faults.next_us)
 
     def send(self, robot: int, data: bytes, baud: Optional[int] = None) -> None:
         """What a client of a robot (from 0) writes now, at this line speed; None: over TCP, which takes no time.
@@ -94,28 +103,29 @@ class LineSimulation:
 
     def advance(self, seconds: float) -> List[Arrival]:
         """Let simulated time pass. Returns what came to clients meanwhile, oldest first."""
-        return self.run_to(self.time_us + round(seconds * 1e6))
+        return self.run_to(self.clock.after(seconds))
 
     def run_to(self, end_us: int) -> List[Arrival]:
         """Let simulated time pass until `end_us`, as `advance` does."""
+        clock = self.clock
         while self.next_us <= end_us:
-            self.time_us = max(self.time_us, self.next_us)
-            self.faults.step(self.time_us)
-            if self._step_us <= self.time_us:
+            clock.now_us = max(clock.now_us, self.next_us)
+            self.faults.step(clock.now_us)
+            if self._step_us <= clock.now_us:
                 self._step()
-            while self._due and self._due[0][0] <= self.time_us:
+            while self._due and self._due[0][0] <= clock.now_us:
                 _, robot, way = heapq.heappop(self._due)
                 self._take(robot, way)
-        self.time_us = max(self.time_us, end_us)
+        clock.now_us = max(clock.now_us, end_us)
         arrived, self._out = self._out, []
         return arrived
 
     def backlog(self, robot: int) -> float:
         """How long (s) the line to a robot is busy with what it has been sent."""
-        return self.plants[robot].wires[TO_ROBOT].backlog_us(self.time_us) * 1e-6
+        return self.links[robot].wires[TO_ROBOT].backlog_us(self.clock.now_us) * 1e-6
 
-    def _next_news(self) -> float:
-        return min([robot.next_sip_us for robot in self.robots] + [self.time_us + LONGEST_REST_US])
+    def _next_news(self) -> int:
+        return min([robot.next_sip_us for robot in self.robots] + [self.clock.now_us + LONGEST_REST_US])
 
     def _step(self) -> None:
         """One step of the physics of all robots, and what they sent at its end."""
@@ -129,30 +139,30 @@ class LineSimulation:
 
     def _put(self, robot: int, way: str, data: bytes, baud: Optional[int]) -> None:
         """Bytes begin their way over a wire that is there."""
-        plant = self.plants[robot]
-        if plant.unplugged or not plant.powered:
+        link = self.links[robot]
+        if link.unplugged or not link.powered:
             return
-        wire = plant.wires[way]
-        waited = wire.next_us is not None
-        wire.send(data, self.time_us, baud)
+        wire = link.wires[way]
+        waited = wire.next_us != NEVER_US
+        wire.send(data, self.clock.now_us, baud)
         if not waited:
             self._take(robot, way)
 
     def _take(self, robot: int, way: str) -> None:
         """Hand over what has come out of a wire, and look at it again when more will."""
-        wire = self.plants[robot].wires[way]
-        for piece in wire.arrived(self.time_us):
+        wire = self.links[robot].wires[way]
+        for burst in wire.arrived(self.clock.now_us):
             if way == TO_ROBOT:
-                self._hear(robot, piece.data)
+                self._hear(robot, burst.data)
             else:
-                self._out.append(Arrival(robot, self.time_us, piece.baud, piece.data))
-        if wire.next_us is not None:
+                self._out.append(Arrival(robot, self.clock.now_us, burst.baud, burst.data))
+        if wire.next_us != NEVER_US:
             heapq.heappush(self._due, (wire.next_us, robot, way))
 
     def _hear(self, robot: int, data: bytes) -> None:
         """Bytes come to the robot, between two steps of its physics."""
+        self._simulation.run_to(self.clock.now_us)
         firmware = self.robots[robot]
-        firmware.run_to(self.time_us)
         closed = firmware.closed_sessions
         firmware.receive(data)
         if firmware.closed_sessions != closed and firmware.session is FirmwareState.WAITING:
@@ -167,9 +177,9 @@ class LineSimulation:
         if not self._serial[robot]:
             self._put(robot, FROM_ROBOT, data, None)
             return
-        wire, baud = self.plants[robot].wires[FROM_ROBOT], self.robots[robot].baud
+        wire, baud = self.links[robot].wires[FROM_ROBOT], self.robots[robot].baud
         while data:
             length = data[2] + SMALLEST_COUNT
-            if wire.backlog_us(self.time_us) < LONGEST_WAIT_US:
+            if wire.backlog_us(self.clock.now_us) < LONGEST_WAIT_US:
                 self._put(robot, FROM_ROBOT, data[:length], baud)
             data = data[length:]

@@ -6,18 +6,19 @@ socket://127.0.0.1:41873
 """
 
 import contextlib
+import functools
 import selectors
 import threading
 import time
 from typing import Any, Callable, List, Optional, Sequence, Set, Tuple, Union
 
 from ...errors import LinkError, ParameterError
-from .faults import Fault
 from ..firmware.firmware import Firmware, FirmwareState
-from .lines import Line, PtyLine, TcpLine, host_and_port
+from .faults import Fault
 from .line_recorder import LineRecorder
-from ..simulation import Simulation
 from .line_simulation import Arrival, LineSimulation
+from .lines import Line, PtyLine, TcpLine, host_and_port
+from .robot_link import RobotOnLine, RobotsInTime
 
 STANDARD_PORT = 8101
 """The TCP port on which a Pioneer's clients expect a simulator (protocol 2.1)."""
@@ -35,14 +36,15 @@ class Berth:
     """Where the clients of one robot connect.
 
     Attributes:
-        firmware: the robot.
+        number: of the robot (from 0).
+        robot: the robot.
         url: of its TCP port, None without one.
         pty_link: path of the link to its pseudo-terminal, None without one.
     """
 
-    def __init__(self, number: int, firmware: Firmware, tcp: Union[int, str, None], pty: Optional[str]):
+    def __init__(self, number: int, robot: RobotOnLine, tcp: Union[int, str, None], pty: Optional[str]):
         self.number = number
-        self.firmware = firmware
+        self.robot = robot
         self.url: Optional[str] = None
         self.pty_link = pty
         self.lines: List[Line] = []
@@ -54,7 +56,7 @@ class Berth:
             self.url = line.url
         if pty is not None:
             try:
-                self.lines.append(PtyLine(pty, firmware.baud))
+                self.lines.append(PtyLine(pty, robot.baud))
             except LinkError:
                 self.close()
                 raise
@@ -62,7 +64,7 @@ class Berth:
     def busy_elsewhere(self, line: Line, now: float) -> bool:
         """Whether a client on another line is in the middle of a session."""
         elsewhere = self.line is not None and self.line is not line
-        return elsewhere and self.firmware.session is not FirmwareState.WAITING and now - self.heard < PATIENCE
+        return elsewhere and self.robot.session is not FirmwareState.WAITING and now - self.heard < PATIENCE
 
     def plug(self, in_: bool) -> None:
         """Pull the cables of all lines out, or put them back."""
@@ -97,7 +99,7 @@ class Server:
     """
 
     def __init__(
-        self, robots: Union[Firmware, Simulation], tcp: Union[int, str, None] = None, pty: Optional[str] = None, *, speed: float = 1.0,
+        self, robots: RobotsInTime, tcp: Union[int, str, None] = None, pty: Optional[str] = None, *, speed: float = 1.0,
         seed: int = 0, faults: Sequence[Fault] = (), record: Optional[str] = None, say: Callable[[str], None] = lambda sentence: None,
     ):
         if not SPEEDS[0] <= speed <= SPEEDS[1]:
@@ -125,15 +127,17 @@ class Server:
         except (LinkError, ParameterError):
             self._close()
             raise
-        for berth, plant in zip(self.berths, self.simulation.plants):
-            plant.on_cable = lambda unplugged, berth=berth: self._plug(berth, not unplugged)
+        for berth, link in zip(self.berths, self.simulation.links):
+            link.on_cable = functools.partial(self._plug, berth)
             for line in berth.lines:
                 self._watch(berth, line)
 
     @property
     def firmware(self) -> Firmware:
-        """The first robot."""
-        return self.simulation.robots[0]
+        """The first robot, where it is a simulated one."""
+        firmware = self.simulation.links[0].firmware
+        assert firmware is not None, "the robot of a record has no firmware"
+        return firmware
 
     @property
     def url(self) -> Optional[str]:
@@ -190,7 +194,7 @@ class Server:
 
     def _run(self) -> None:
         last = time.monotonic()
-        target_us = float(self.simulation.time_us)
+        target_us = float(self.simulation.clock.now_us)
         try:
             while not self._stopping.is_set():
                 until_us = self.simulation.next_us if self.watched else self.simulation.news_us
@@ -213,13 +217,13 @@ class Server:
             self._write(berth, line, b"")
         if not events & selectors.EVENT_READ:
             return
-        line.baud = berth.firmware.baud
+        line.baud = berth.robot.baud
         data = line.read(berth.busy_elsewhere(line, now))
         if data:
             berth.line, berth.heard = line, now
             self._recording.put(self.simulation.time, berth.number + 1, True, data)
             self.simulation.send(berth.number, data, line.client_baud)
-            self._deliver(self.simulation.run_to(self.simulation.time_us))    # before another client takes the place of this one
+            self._deliver(self.simulation.run_to(self.simulation.clock.now_us))    # before another client takes the place of this one
             if line.client_baud and self.simulation.backlog(berth.number) > LONGEST_BACKLOG:
                 for file in line.files():
                     self._unwatch(file)
@@ -236,7 +240,7 @@ class Server:
         for arrival in arrivals:
             berth = self.berths[arrival.robot]
             if berth.line is not None:
-                berth.line.baud = arrival.baud or berth.firmware.baud
+                berth.line.baud = arrival.baud or berth.robot.baud
                 self._recording.put(arrival.time_us * 1e-6, arrival.robot + 1, False, arrival.data)
                 self._write(berth, berth.line, arrival.data)
         while self.simulation.ended:
@@ -258,8 +262,8 @@ class Server:
             self._selector.register(file, selectors.EVENT_READ, (berth, line))
 
         def welcomed(file: Any) -> None:
-            if berth.firmware.session is not FirmwareState.WAITING:
-                berth.firmware.close_session()
+            if berth.robot.session is not FirmwareState.WAITING:
+                berth.robot.close_session()
 
         line.opened, line.closing, line.welcomed = opened, self._unwatch, welcomed
         for file in line.files():
@@ -269,10 +273,10 @@ class Server:
         with contextlib.suppress(KeyError):     # a line that is held up is not watched
             self._selector.unregister(file)
 
-    def _plug(self, berth: Berth, in_: bool) -> None:
+    def _plug(self, berth: Berth, unplugged: bool) -> None:
         self._held_up = [each for each in self._held_up if each[0] is not berth]
         try:
-            berth.plug(in_)
+            berth.plug(not unplugged)
         except LinkError as error:
             self._tell(self.simulation.time, str(error))
 

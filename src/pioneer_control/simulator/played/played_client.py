@@ -70,7 +70,7 @@ def play_client(entries: Iterable[Entry], lines: LineSimulation) -> List[Entry]:
             continue
         if entry.robot > len(lines.robots):
             raise UsageError("the record has a robot %s: let there be as many simulated ones" % entry.robot)
-        time_us = max(lines.time_us, round(entry.time * 1e6))
+        time_us = max(lines.clock.now_us, round(entry.time * 1e6))
         run_to(time_us)
         if entry.to_robot:
             made.append(entry)

@@ -15,6 +15,7 @@ from ... import p2os
 from ...errors import UsageError
 from ...p2os import SYNC0, SYNC2, Frame, FrameDecoder
 from ...p2os.recording import Entry
+from ..clock import NEVER_US, Clock
 from ..firmware.firmware import FirmwareState
 
 OPEN = 3
@@ -55,7 +56,7 @@ class PlayedRobot:
             raise UsageError("no connection begins in the record of robot %d: no client could connect to it. Recorder first, then the driver" % robot)
         self._last = max(at for at, step in enumerate(self.steps) if step.data)
         self.name = "robot %s" % robot
-        self.time_us = 0
+        self.clock = Clock()
         self.baud = HOST_BAUD
         """The speed a terminal needs for not garbling it."""
         self.session = FirmwareState.OPEN if self.steps[0].data else FirmwareState.WAITING
@@ -79,19 +80,24 @@ class PlayedRobot:
     # -- as of a Firmware
 
     @property
-    def next_sip_us(self) -> float:
+    def robots(self) -> List["PlayedRobot"]:
+        """Itself: it is alone."""
+        return [self]
+
+    @property
+    def next_sip_us(self) -> int:
         """When it next says something by itself; never while it waits for the client."""
         for at in range(self._at, len(self.steps)):
             if self.steps[at].stage is not None:
                 break
             if self.steps[at].data:
                 return self.steps[at].time_us + self._lag_us
-        return math.inf
+        return NEVER_US
 
     @property
-    def next_step_us(self) -> float:
+    def next_step_us(self) -> int:
         """When there is something to do next."""
-        return min(self.next_sip_us, self.time_us + STEP_US)
+        return min(self.next_sip_us, self.clock.now_us + STEP_US)
 
     def run_to(self, end_us: int) -> None:
         """Let time pass until `end_us`; what was said then meanwhile is kept for `take_sent`."""
@@ -101,7 +107,7 @@ class PlayedRobot:
                 break
             self._sent.append(step.data)
             self._at += 1
-        self.time_us = end_us
+        self.clock.now_us = end_us
         if self.over and not self._over_told:
             self._over_told = True
             self._tell("the record is over: the robot says nothing more")
@@ -113,7 +119,7 @@ class PlayedRobot:
 
     def advance(self, dt: float) -> bytes:
         """Let `dt` s pass, and return what it said meanwhile."""
-        self.run_to(self.time_us + round(dt * 1e6))
+        self.run_to(self.clock.after(dt))
         return self.take_sent()
 
     def receive(self, data: bytes) -> None:
@@ -124,7 +130,7 @@ class PlayedRobot:
                 self._compare(frame)
             elif frame.id in IDS:
                 self._connect(frame.id)
-        self.run_to(self.time_us)
+        self.run_to(self.clock.now_us)
 
     def close_session(self) -> None:
         """The client ended its session, or another one has come: go on behind the record's own end of it."""
@@ -144,7 +150,7 @@ class PlayedRobot:
         """Play on from a step, or from behind the one before it, now."""
         self._at = at
         passed = self.steps[max(0, at - 1)]
-        self._lag_us = self.time_us - passed.time_us
+        self._lag_us = self.clock.now_us - passed.time_us
 
     def _is_close(self, at: int) -> bool:
         frame = self.steps[at].frame
@@ -210,7 +216,7 @@ class PlayedRobot:
         self._counts.clear()
 
     def _tell(self, sentence: str) -> None:
-        self._say((self.time_us - self._lag_us) * 1e-6, sentence)
+        self._say((self.clock.now_us - self._lag_us) * 1e-6, sentence)
 
 
 def steps_of(entries: Iterable[Entry], robot: int) -> List[RecordedStep]:

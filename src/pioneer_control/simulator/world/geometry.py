@@ -5,7 +5,7 @@ Lengths are metres, angles radians, all coordinates in the map frame. Arrays see
 """
 
 import math
-from typing import Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from .trigonometry import hypot
 Point = Tuple[float, float]
 Pose = Tuple[float, float, float]
 """x, y, heading (counter-clockwise from x)."""
+TOUCH = 1e-5
+"""Overlaps smaller than this (m) are contacts, not overlaps."""
 
 
 class Solids:
@@ -149,6 +151,39 @@ class Finder:
             points += [(owner, x + right, y + up) for right in steps for up in steps]
         columns = np.array(points).reshape(-1, 3).T
         return columns[0].astype(int), columns[1], columns[2]
+
+
+class Block(NamedTuple):
+    """A rectangle of the robot that pushes cans: bounds in base_link (m)."""
+
+    low_x: float
+    high_x: float
+    low_y: float
+    high_y: float
+
+    @property
+    def reach(self) -> float:
+        """How far (m) its farthest corner is from the robot's middle."""
+        return hypot(max(-self.low_x, self.high_x), max(-self.low_y, self.high_y))
+
+    def push(self, x: float, y: float, radius: float) -> Optional[Point]:
+        """Where a disc in base_link goes that overlaps this block, or None when it does not overlap."""
+        near_x = max(self.low_x, min(self.high_x, x))
+        near_y = max(self.low_y, min(self.high_y, y))
+        away_x, away_y = x - near_x, y - near_y
+        distance = math.sqrt(away_x * away_x + away_y * away_y)
+        if distance > radius - TOUCH:
+            return None
+        if distance > 0.0:
+            scale = radius / distance
+            return near_x + away_x * scale, near_y + away_y * scale
+        ways_out = (
+            (self.high_x - x, (self.high_x + radius, y)),
+            (self.high_y - y, (x, self.high_y + radius)),
+            (y - self.low_y, (x, self.low_y - radius)),
+            (x - self.low_x, (self.low_x - radius, y)),
+        )
+        return min(ways_out, key=lambda way: way[0])[1]
 
 
 def outlines_meet(first: Sequence[Point], second: Sequence[Point]) -> bool:

@@ -4,16 +4,14 @@ Blocks are rectangles along the axes of the robot's own frame (m, base_link); ca
 """
 
 import math
-from typing import Callable, List, NamedTuple, Optional, Sequence, Set
+from typing import Callable, List, Optional, Sequence, Set
 
-from ..world.trigonometry import hypot, unit
-from ..world.geometry import Point, Pose
-from ..world.world import Can
+from .geometry import TOUCH, Block, Point, Pose
+from .trigonometry import hypot, unit
+from .world import Can, World
 
 ROUNDS = 200
 """How often all pushes are gone through before a can counts as jammed: sliding out of a narrow wedge takes many small pushes."""
-TOUCH = 1e-5
-"""Overlaps smaller than this (m) are contacts, not overlaps."""
 PUSHED_FAR = 2.0
 """Other robots farther away (m) than this are not reached by any can that a robot pushes."""
 STILL = 1e-7
@@ -22,47 +20,16 @@ PROBE = 1e-3
 """How far apart (m) the clearance of a wall is probed to find which way leads away from it."""
 
 
-class Block(NamedTuple):
-    """A rectangle of the robot that pushes cans: bounds in base_link (m)."""
-
-    low_x: float
-    high_x: float
-    low_y: float
-    high_y: float
-
-    @property
-    def reach(self) -> float:
-        """How far (m) its farthest corner is from the robot's middle."""
-        return hypot(max(-self.low_x, self.high_x), max(-self.low_y, self.high_y))
-
-    def push(self, x: float, y: float, radius: float) -> Optional[Point]:
-        """Where a disc in base_link goes that overlaps this block, or None when it does not overlap."""
-        near_x = max(self.low_x, min(self.high_x, x))
-        near_y = max(self.low_y, min(self.high_y, y))
-        away_x, away_y = x - near_x, y - near_y
-        distance = math.sqrt(away_x * away_x + away_y * away_y)
-        if distance > radius - TOUCH:
-            return None
-        if distance > 0.0:
-            scale = radius / distance
-            return near_x + away_x * scale, near_y + away_y * scale
-        ways_out = (
-            (self.high_x - x, (self.high_x + radius, y)),
-            (self.high_y - y, (x, self.high_y + radius)),
-            (y - self.low_y, (x, self.low_y - radius)),
-            (x - self.low_x, (self.low_x - radius, y)),
-        )
-        return min(ways_out, key=lambda way: way[0])[1]
-
-
-def cans_near(world, pose: Pose, reach: float) -> List[Can]:
+def cans_near(world: World, pose: Pose, reach: float) -> List[Can]:
     """The cans standing so near a robot that something `reach` from its middle could meet them."""
     x, y, _ = pose
     beside = [can for can in world.cans if -reach - can.radius < can.x - x < reach + can.radius]
     return [can for can in beside if can.held_by is None and hypot(can.x - x, can.y - y) < reach + can.radius]
 
 
-def make_way(world, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], held: Sequence[Can], reach: float) -> bool:
+def make_way(
+    world: World, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], held: Sequence[Can], reach: float,
+) -> bool:
     """Push cans out of the way of a robot at `pose`, and whatever they push out of theirs.
 
     :param blocks_for: the blocks that a can of a given radius meets.
@@ -75,7 +42,7 @@ def make_way(world, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], 
         return True
     robot = _Robot(pose, blocks_for, held)
     others = [body for body in world.crowd.near(pose[0], pose[1], PUSHED_FAR) if body.pose != pose]
-    standing_by = [_Robot(body.pose, lambda radius, box=Block(*body.box): (box,), ()) for body in others]
+    standing_by = [_Robot(body.pose, _always(body.box), ()) for body in others]
     standing = [can for can in world.cans if can.held_by is None]
     pending = [key for key, can in enumerate(standing) if any(can is other for other in near)]
     places = [(can.x, can.y) for can in standing]
@@ -101,6 +68,10 @@ def make_way(world, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], 
             return False
         history.append(list(places))
     return False
+
+
+def _always(box: Block) -> Callable[[float], Sequence[Block]]:
+    return lambda radius: (box,)
 
 
 def _same(before: List[Point], now: List[Point]) -> bool:
@@ -131,7 +102,7 @@ def _pushed_off(x: float, y: float, from_x: float, from_y: float, reach: float) 
     return from_x + away_x * reach / distance, from_y + away_y * reach / distance
 
 
-def _off_walls(world, place: Point, radius: float) -> Optional[Point]:
+def _off_walls(world: World, place: Point, radius: float) -> Optional[Point]:
     """Where a can goes that overlaps a wall: the way that the clearance grows; None when it overlaps none."""
     x, y = place
     square = ((x - radius, y - radius), (x + radius, y - radius), (x + radius, y + radius), (x - radius, y + radius))
@@ -157,7 +128,7 @@ def _off_robots(robots: Sequence["_Robot"], place: Point, radius: float) -> Opti
 class _Robot:
     """The robot at one pose, as an obstacle to cans."""
 
-    def __init__(self, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], held: Sequence):
+    def __init__(self, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], held: Sequence[Can]):
         self._pose, self._blocks_for = pose, blocks_for
         self._cosine, self._sine = unit(pose[2])
         self._held = [(can.x, can.y, can.radius) for can in held]
