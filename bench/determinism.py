@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Everything that four robots in the office send in an hour, as one hash: the same on every computer, in every process, however time is split.
+"""Everything that four robots in the office send in an hour, as one hash:
+the same on every computer, in every process, however time is split.
 
     python3 bench/determinism.py                        # an hour of simulated time: half a minute
     PYTHONHASHSEED=7 python3 bench/determinism.py --split 7
 
-They drive, turn, bump into walls and each other, push and grip cans, and are asked for every packet there is, as one seed draws it.
-test/unit/simulator/test_determinism.py holds a short run to a hash; bench/simulator.md has that of an hour.
+They drive, turn, bump into walls and each other, push and grip cans, and are asked for every packet there is, as one
+seed draws it. test/unit/simulator/test_determinism.py holds a short run to a hash;
+bench/simulator.md has that of an hour.
 """
 
 import argparse
@@ -26,10 +28,14 @@ from pioneer_control.simulator.simulation import Simulation  # noqa: E402
 MODELS = ("p3dx-sh", "p3at-sh", "amigo-sh", "p2dx")
 OPEN = b"".join([p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("ENABLE", 1)])
 COMMANDS = (    # and least and greatest of each value; those that drive come more often
-    ("VEL", (-200, 500)), ("VEL", (100, 400)), ("RVEL", (-90, 90)), ("RVEL", (-30, 30)), ("VEL2", (-10, 25), (-10, 25)), ("MOVE", (-800, 1500)),
-    ("DHEAD", (-180, 180)), ("HEAD", (0, 359)), ("SETV", (100, 800)), ("SETRV", (20, 150)), ("SETA", (100, 900)), ("SETRA", (30, 200)),
-    ("GRIPPER", (1, 6)), ("GRIPPER", (1, 11)), ("DIGOUT", (0, 255), (0, 255)), ("ADSEL", (0, 7)), ("ENCODER", (0, 2)), ("IOREQUEST", (0, 2)),
-    ("GRIPREQUEST", (0, 2)), ("BATTERYINFO", (0, 2)), ("SONARCYCLE", (20, 60)), ("CONFIG",), ("STOP",), ("E_STOP",), ("SETO",), ("ENABLE", (1, 1)),
+    ("VEL", (-200, 500)), ("VEL", (100, 400)), ("RVEL", (-90, 90)), ("RVEL", (-30, 30)), ("VEL2", (-10, 25), (-10, 25)),
+    ("MOVE", (-800, 1500)),
+    ("DHEAD", (-180, 180)), ("HEAD", (0, 359)), ("SETV", (100, 800)), ("SETRV", (20, 150)), ("SETA", (100, 900)),
+    ("SETRA", (30, 200)),
+    ("GRIPPER", (1, 6)), ("GRIPPER", (1, 11)), ("DIGOUT", (0, 255), (0, 255)), ("ADSEL", (0, 7)), ("ENCODER", (0, 2)),
+    ("IOREQUEST", (0, 2)),
+    ("GRIPREQUEST", (0, 2)), ("BATTERYINFO", (0, 2)), ("SONARCYCLE", (20, 60)), ("CONFIG",), ("STOP",), ("E_STOP",),
+    ("SETO",), ("ENABLE", (1, 1)),
 )
 
 
@@ -49,7 +55,9 @@ def command(rng: random.Random) -> bytes:
 
 
 def everything_sent(minutes: float, parts: int = 1, seed: int = 4) -> Tuple[str, List[int]]:
-    """The hash of all that the robots send, and how often each ran into something; each tenth of a second passes in so many parts."""
+    """The hash of all that the robots send, and how often each ran into something;
+    each tenth of a second passes in so many parts.
+    """
     simulation, rng, total = robots_in_the_office(), random.Random(seed), hashlib.sha256()
     for _ in range(round(minutes * 600)):
         for robot in simulation.robots:
@@ -71,7 +79,7 @@ def main() -> None:
     options = parser.parse_args()
     begin = time.process_time()
     digest, contacts = everything_sent(options.minutes, options.split)
-    print(f"{digest}  {options.minutes:g} minutes, contacts {contacts}, {time.process_time() - begin:.1f} s")
+    print("%s  %g minutes, contacts %s, %.1f s" % (digest, options.minutes, contacts, time.process_time() - begin))
 
 
 if __name__ == "__main__":

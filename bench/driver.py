@@ -1,16 +1,19 @@
 #!/usr/bin/python3
-"""How fast the driver is and what it costs, side by side with the least a rospy node can do on the same bytes: the floor, bench/relay_node.py.
+"""How fast the driver is and what it costs, side by side with the least a rospy node can do on the same bytes:
+the floor, bench/relay_node.py.
 
     ./pioneer shell /usr/bin/python3 bench/driver.py            # four minutes; writes bench/driver.md
     ./pioneer shell /usr/bin/python3 bench/driver.py --quick    # one minute; writes nothing
 
-`floor` publishes one topic; `floor3`, a second floor for what publishing costs, the three that are subscribed here of the driver: pose, sonar, tf.
-Each node has a robot of its own (bench/scripted_robot.py, a pty) and the same commander and subscriber, in this process; a ROS master is started
-for the run. They take turns: SIPs and commands of one go out a third of a cycle after those of another, so that all meet the same machine in
-the same state. Commands drift slowly against the SIPs, and so meet every phase of the cycle.
+`floor` publishes one topic; `floor3`, a second floor for what publishing costs, the three that are subscribed here of
+the driver: pose, sonar, tf. Each node has a robot of its own (bench/scripted_robot.py, a pty) and the same commander
+and subscriber, in this process; a ROS master is started for the run. They take turns: SIPs and commands of one go out a
+third of a cycle after those of another, so that all meet the same machine in the same state.
+Commands drift slowly against the SIPs, and so meet every phase of the cycle.
 
-A time begins right before the write of a SIP or the publish() of a command, and ends when the subscriber's callback is called or the robot has
-read the last byte of RVEL. On a machine that does other work too, all figures are upper bounds; the ratios to the floor say more. A real line of
+A time begins right before the write of a SIP or the publish() of a command, and ends when the subscriber's callback is
+called or the robot has read the last byte of RVEL. On a machine that does other work too, all figures are upper bounds;
+the ratios to the floor say more. A real line of
 9600 baud adds 1.04 ms for each byte, and so about 0.3 s to the start.
 
 Exit status 1 when a limit is exceeded.
@@ -126,7 +129,8 @@ def master():
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     os.environ.update(ROS_MASTER_URI="http://127.0.0.1:%d" % port, ROS_HOSTNAME="localhost")
-    process = subprocess.Popen(["rosmaster", "--core", "-p", str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(["rosmaster", "--core", "-p", str(port)], stdout=subprocess.DEVNULL,
+                               stderr=subprocess.DEVNULL)
     try:
         while not rosgraph.is_master_online():
             time.sleep(0.05)
@@ -170,7 +174,8 @@ class Commander:
     What this process is late by more than a cycle is not made up for, as with rospy.Rate: it sends no bunches.
     """
 
-    def __init__(self, publishers: Dict[str, rospy.Publisher], rate: float, speeds: Sequence[int] = range(SLOWEST, FASTEST + 1)) -> None:
+    def __init__(self, publishers: Dict[str, rospy.Publisher], rate: float,
+                 speeds: Sequence[int] = range(SLOWEST, FASTEST + 1)) -> None:
         self.sent: Dict[str, List[Tuple[float, int]]] = {name: [] for name in publishers}     # time, mm/s
         self._publishers, self._speeds = publishers, speeds
         self._period = 1 / rate / DRIFT / len(publishers)
@@ -204,13 +209,15 @@ class Bench:
     """The robots, and what a user of their nodes has."""
 
     def __init__(self) -> None:
-        self.robots = {name: ScriptedRobot(turn / len(NODES), is_open=name != "ours") for turn, name in enumerate(NODES)}
+        self.robots = {name: ScriptedRobot(turn / len(NODES), is_open=name != "ours")
+                       for turn, name in enumerate(NODES)}
 
     def connect(self) -> None:
         """Join the graph; the robots must have been started before, for they are forks of this process."""
         rospy.init_node("bench", disable_signals=True)
         self.poses = {name: Poses(name) for name in NODES}
-        self.publishers = {name: rospy.Publisher("/%s/cmd_vel" % name, Twist, queue_size=10, tcp_nodelay=True) for name in NODES}
+        self.publishers = {name: rospy.Publisher("/%s/cmd_vel" % name, Twist, queue_size=10, tcp_nodelay=True)
+                           for name in NODES}
         for topic in ("/ours/sonar", "/floor3/sonar", "/tf"):
             rospy.Subscriber(topic, rospy.AnyMsg, lambda message: None)
 
@@ -257,7 +264,8 @@ def drive(bench: Bench, seconds: float) -> Dict[Tuple[str, Phase], Drive]:
         after = {name: (monotonic(), node.cpu(), node.rss()) for name, node in nodes.items()}
         time.sleep(0.1)
         for name, robot in bench.robots.items():
-            heard, record = bench.poses[name].heard[:], robot.record()      # in this order: each has its SIP in the record
+            # in this order: each has its SIP in the record
+            heard, record = bench.poses[name].heard[:], robot.record()
             wall, cpu, growth = (new - old for new, old in zip(after[name], before[name]))
             commands, arrived = command_latencies(commander.sent[name], record)
             found[name, phase] = Drive(pose_latencies(heard, record), commands, arrived,
@@ -268,7 +276,9 @@ def drive(bench: Bench, seconds: float) -> Dict[Tuple[str, Phase], Drive]:
 
 
 def pose_latencies(heard: List[Tuple[int, float]], record: Record) -> List[float]:
-    """ms from each SIP to its Odometry. Both are counted, but not from the same number on: no Odometry comes before its SIP.
+    """ms from each SIP to its Odometry.
+
+    Both are counted, but not from the same number on: no Odometry comes before its SIP.
 
     Found anew for each second: a SIP that a node did not take would else make all that follow seem late by one.
     """
@@ -292,7 +302,8 @@ def command_latencies(sent: List[Tuple[float, int]], record: Record) -> Tuple[Li
                 written.append((now, speed))
     times, at = [], 0
     for published, speed in sent:
-        found = next((index for index in range(at, len(written)) if written[index][1] == speed and written[index][0] > published), None)
+        found = next((index for index in range(at, len(written)) if written[index][1] == speed and
+                      written[index][0] > published), None)
         if found is not None and written[found][0] < published + 1.0:
             times.append((written[found][0] - published) * 1000)
             at = found + 1
@@ -300,7 +311,9 @@ def command_latencies(sent: List[Tuple[float, int]], record: Record) -> Tuple[Li
 
 
 def start_times(bench: Bench, times: int) -> Dict[str, List[float]]:
-    """s from the start of a process to its first Odometry: the floor; ours, robot waiting; ours, robot left open by a killed driver."""
+    """s from the start of a process to its first Odometry: the floor; ours, robot waiting;
+    ours, robot left open by a killed driver.
+    """
     found: Dict[str, List[float]] = {"floor": [], "waiting": [], "left open": []}
     for _ in range(times):
         print("start", flush=True)
@@ -320,7 +333,9 @@ def start_times(bench: Bench, times: int) -> Dict[str, List[float]]:
 
 
 def ends(bench: Bench, how: int, times: int) -> Tuple[List[float], List[float]]:
-    """Of a driver that gets a signal while driving: ms to a zero velocity on the wire, s to its clean exit (infinite if not clean)."""
+    """Of a driver that gets a signal while driving: ms to a zero velocity on the wire,
+    s to its clean exit (infinite if not clean).
+    """
     zeros, exits = [], []
     for _ in range(times):
         print(signal.Signals(how).name, flush=True)
@@ -334,7 +349,8 @@ def ends(bench: Bench, how: int, times: int) -> Tuple[List[float], List[float]]:
             exits.append(monotonic() - asked if status == 0 else math.inf)
         record = bench.robots["ours"].record()
         commands = heard_after(asked, record)
-        zeros.append(next(((now - asked) * 1000 for now, name, value in commands if name == "STOP" or (name, value) == ("VEL", 0)), math.inf))
+        zeros.append(next(((now - asked) * 1000 for now, name, value in commands if name == "STOP" or
+                           (name, value) == ("VEL", 0)), math.inf))
         if [name for _, name, _ in commands][-1:] != ["CLOSE"]:
             exits[-1] = math.inf
     return zeros, exits
@@ -343,7 +359,8 @@ def ends(bench: Bench, how: int, times: int) -> Tuple[List[float], List[float]]:
 def heard_after(then: float, record: Record) -> List[Tuple[float, str, Optional[int]]]:
     """The commands a robot got after a time: when, name, value."""
     decoder = p2os.FrameDecoder()
-    commands = [(now, command.name, command.value) for now, data in record.heard for command in map(p2os.decode_command, decoder.feed(data))]
+    commands = [(now, command.name, command.value) for now, data in record.heard
+                for command in map(p2os.decode_command, decoder.feed(data))]
     return [command for command in commands if command[0] > then]
 
 
@@ -369,11 +386,13 @@ def median(values: Sequence[float]) -> float:
     return share(values, 50)
 
 
-def rows(drives: Dict[Tuple[str, Phase], Drive], starts: Dict[str, List[float]], signals: Dict[str, Tuple[List[float], List[float]]]) -> List[Row]:
+def rows(drives: Dict[Tuple[str, Phase], Drive], starts: Dict[str, List[float]],
+         signals: Dict[str, Tuple[List[float], List[float]]]) -> List[Row]:
     """The limits and what became of them."""
     def compared(what: str, phase: Phase, figure: Callable[[Drive], float], form: str, factor: float) -> Row:
         floor, ours = figure(drives["floor", phase]), figure(drives["ours", phase])
-        return Row(what, "%g x floor" % factor, form % floor, (form + " (%.2f x)") % (ours, ours / floor), ours <= factor * floor)
+        return Row(what, "%g x floor" % factor, form % floor, (form + " (%.2f x)") % (ours, ours / floor),
+                   ours <= factor * floor)
 
     def within(what: str, limit: float, form: str, ours: float, floor: str = "") -> Row:
         return Row(what, form % limit, floor, form % ours, ours <= limit)
@@ -382,13 +401,16 @@ def rows(drives: Dict[Tuple[str, Phase], Drive], starts: Dict[str, List[float]],
     for phase in (SLOW, FAST):
         what = "SIP to Odometry, %.0f ms cycle: " % (phase.cycle * 1000)
         found += [compared(what + "median", phase, lambda each: median(each.pose), "%.2f ms", 1.15),
-                  within(what + "p99", 5.0, "%.2f ms", share(drives["ours", phase].pose, 99), "%.2f ms" % share(drives["floor", phase].pose, 99))]
+                  within(what + "p99", 5.0, "%.2f ms", share(drives["ours", phase].pose, 99),
+                         "%.2f ms" % share(drives["floor", phase].pose, 99))]
     for phase in (SLOW, MANY):
         what = "cmd_vel to wire, %g Hz: " % phase.rate
         arrived = {name: 100 * drives[name, phase].arrived for name in NODES}
         found += [compared(what + "median", phase, lambda each: median(each.command), "%.2f ms", 1.5),
-                  Row(what + "commands that arrive", "100 %", "%.1f %%" % arrived["floor"], "%.1f %%" % arrived["ours"], arrived["ours"] == 100)]
-    found += [within("process start to first pose, robot waiting: worst", 1.0, "%.2f s", max(starts["waiting"]), "%.2f s" % max(starts["floor"])),
+                  Row(what + "commands that arrive", "100 %", "%.1f %%" % arrived["floor"], "%.1f %%" % arrived["ours"],
+                      arrived["ours"] == 100)]
+    found += [within("process start to first pose, robot waiting: worst", 1.0, "%.2f s", max(starts["waiting"]),
+                     "%.2f s" % max(starts["floor"])),
               within("the same, robot left open by a killed driver: worst", 2.0, "%.2f s", max(starts["left open"]))]
     for name, (zeros, exits) in signals.items():
         found += [within("%s while driving to zero velocity on the wire: worst" % name, 50.0, "%.0f ms", max(zeros)),
@@ -397,7 +419,8 @@ def rows(drives: Dict[Tuple[str, Phase], Drive], starts: Dict[str, List[float]],
     growth = sum(drives["ours", phase].usage.growth for phase in PHASES)
     return found + [
         compared("CPU a minute, 10 Hz, pose, sonar, tf subscribed", SLOW, lambda each: each.usage.cpu, "%.2f s", 2.0),
-        Row("the same against three topics, for comparison", "-", "%.2f s" % cpu[0], "%.2f s (%.2f x)" % (cpu[1], cpu[1] / cpu[0]), True),
+        Row("the same against three topics, for comparison", "-", "%.2f s" % cpu[0],
+            "%.2f s (%.2f x)" % (cpu[1], cpu[1] / cpu[0]), True),
         compared("memory", MANY, lambda each: each.usage.rss, "%.1f MiB", 1.3),
         Row("growth of memory over all phases", "none (below 0.5 MiB)", "", "%.2f MiB" % growth, growth < 0.5),
     ]
@@ -408,18 +431,22 @@ def report(limits: List[Row], drives: Dict[Tuple[str, Phase], Drive], starts: Di
     """The text of bench/driver.md."""
     lines = [
         "# What `bench/driver.py` measured", "",
-        "Written by the program. Python %s, %d cores, load average %.1f before the start; %.0f s in each phase of driving, SIPs of %d bytes. The"
+        "Written by the program. Python %s, %d cores, load average %.1f before the start; %.0f s in each phase of "
+        "driving, SIPs of %d bytes. The"
         % (platform.python_version(), os.cpu_count() or 1, load, seconds, SIP_LENGTH),
-        "floor is `bench/relay_node.py`, measured at the same time. On a machine that does other work too, figures are upper bounds.", "",
+        "floor is `bench/relay_node.py`, measured at the same time. On a machine that does other work too, figures "
+        "are upper bounds.", "",
         "| what | limit | floor | ours | |", "|---|---|---|---|---|",
-        *("| %s | %s | %s | %s | %s |" % (row[:4] + ("**exceeded**" if not row.kept else "" if row.limit == "-" else "kept",)) for row in limits), "",
+        *("| %s | %s | %s | %s | %s |" % (row[:4] + (
+            "**exceeded**" if not row.kept else "" if row.limit == "-" else "kept",)) for row in limits), "",
         "| ms | node | n | median | p95 | p99 | worst |", "|---|---|---|---|---|---|---|",
     ]
     for what, of in (("SIP to Odometry", lambda each: each.pose), ("cmd_vel to wire", lambda each: each.command)):
         for phase in PHASES:
             for name in NODES:
                 values = of(drives[name, phase])
-                figures = len(values), median(values), share(values, 95), share(values, 99), max(values, default=math.nan)
+                figures = (len(values), median(values), share(values, 95), share(values, 99),
+                           max(values, default=math.nan))
                 lines.append("| %s; %s | %s | %d | %.2f | %.2f | %.2f | %.2f |" % (what, phase, name, *figures))
     lines += ["", "| driving | node | CPU, s a minute | memory, MiB | growth, MiB |", "|---|---|---|---|---|"]
     for phase in PHASES:
@@ -429,14 +456,16 @@ def report(limits: List[Row], drives: Dict[Tuple[str, Phase], Drive], starts: Di
     once = [("start to first pose, %s (s)" % name, "%.2f", values) for name, values in starts.items()]
     for name, (zeros, exits) in signals.items():
         once += [("%s to zero velocity (ms)" % name, "%.1f", zeros), ("%s to exit (s)" % name, "%.2f", exits)]
-    lines += ["| %s | %d | %s | %s |" % (what, len(values), form % median(values), form % max(values)) for what, form, values in once]
+    lines += ["| %s | %d | %s | %s |" % (what, len(values), form % median(values), form % max(values))
+              for what, form, values in once]
     return "\n".join(lines) + "\n"
 
 
 def main() -> int:
     """Measure, print, and write the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="10 s of each phase, each start and end twice; writes no file")
+    parser.add_argument("--quick", action="store_true",
+                        help="10 s of each phase, each start and end twice; writes no file")
     quick = parser.parse_args().quick
     seconds, times, load = (10.0, 2, os.getloadavg()[0]) if quick else (60.0, 5, os.getloadavg()[0])
     with master():

@@ -1,12 +1,13 @@
 #!/usr/bin/python3
-"""What each fault of the simulated robot, and each error of its wheels and sonar, does to a run: two pages of small pictures.
+"""What each fault of the simulated robot, and each error of its wheels and sonar, does to a run:
+two pages of small pictures.
 
     python3 bench/fault_effects.py                      # writes docs/images/faults.png and docs/images/options.png
     python3 bench/fault_effects.py --seed 3 -o /tmp     # other luck, another folder
 
-A plain client drives a round through a room by the robot's own odometry, in simulated time: once undisturbed, and once with the fault.
-It insists: after a silence it synchronises again, and whenever the robot says that its motors are off it asks for them. (That is what
-shows a fault's effect; no driver for a real robot should.)
+A plain client drives a round through a room by the robot's own odometry, in simulated time: once undisturbed, and once
+with the fault. It insists: after a silence it synchronises again, and whenever the robot says that its motors are off
+it asks for them. (That is what shows a fault's effect; no driver for a real robot should.)
 """
 
 import argparse
@@ -46,13 +47,17 @@ TICK = 5.0  # s between two marks beside a path
 SETTLE, GRASP, LIFT = 1.0, 4.0, 5.0  # s that a client who picks stands, and gives the paddles and the lift
 
 FAULTS = (
-    "loss 0.4 from 2", "flips 0.02 from 2", "splits 0.8 from 2", "delay 0.5 from 2", "silence from 8 to 14", "cable from 8 to 14", "power from 8 to 10",
-    "stop_button from 8 to 13", "stall from 8 to 13", "battery 10.8 from 14 to 20", "transducer 3", "gyro 0.5", "gripper", "charger from 2",
+    "loss 0.4 from 2", "flips 0.02 from 2", "splits 0.8 from 2", "delay 0.5 from 2", "silence from 8 to 14",
+    "cable from 8 to 14", "power from 8 to 10",
+    "stop_button from 8 to 13", "stall from 8 to 13", "battery 10.8 from 14 to 20", "transducer 3", "gyro 0.5",
+    "gripper", "charger from 2",
 )
 """One of each kind, in the order of the page."""
 OPTIONS = (
-    ("wheels", dict(larger=0.04)), ("wheels", dict(right_larger=0.006)), ("wheels", dict(wider_apart=0.05)), ("wheels", dict(slip=0.1)),
-    ("wheels", dict(noise=0.01)), ("sonar", dict(cone_deg=8)), ("sonar", dict(maximum=2.0)), ("sonar", dict(specular_deg=8)),
+    ("wheels", dict(larger=0.04)), ("wheels", dict(right_larger=0.006)), ("wheels", dict(wider_apart=0.05)),
+    ("wheels", dict(slip=0.1)),
+    ("wheels", dict(noise=0.01)), ("sonar", dict(cone_deg=8)), ("sonar", dict(maximum=2.0)),
+    ("sonar", dict(specular_deg=8)),
     ("sonar", dict(noise=0.1)),
 )
 """One of each number of `robot.yaml` that makes wheels or sonar err."""
@@ -118,10 +123,12 @@ class Insistent:
         return out
 
     def _take(self, sip: p2os.Sip) -> None:
-        x, y = (p2os.wrapped(count, p2os.COUNT_RANGE) * MODEL.dist_mm_per_unit / 1000.0 for count in (sip.x_counts, sip.y_counts))
+        x, y = (p2os.wrapped(count, p2os.COUNT_RANGE) * MODEL.dist_mm_per_unit / 1000.0
+                for count in (sip.x_counts, sip.y_counts))
         origin_x, origin_y, heading = self._origin
         self.pose = (
-            origin_x + x * math.cos(heading) - y * math.sin(heading), origin_y + x * math.sin(heading) + y * math.cos(heading),
+            origin_x + x * math.cos(heading) - y * math.sin(heading),
+            origin_y + x * math.sin(heading) + y * math.cos(heading),
             heading + sip.heading_units * MODEL.angle_rad_per_unit)
         self.believed.append(self.pose[:2])
         self._motors_on = bool(sip.flags & Flags.MOTORS_ENABLED)
@@ -141,7 +148,8 @@ class Insistent:
                 self.arrived = now
         speed, turn = 0, 0
         if self._corners and now >= self._standing_until:
-            bearing = math.remainder(math.atan2(self._corners[0][1] - y, self._corners[0][0] - x) - heading, 2.0 * math.pi)
+            bearing = math.remainder(math.atan2(self._corners[0][1] - y, self._corners[0][0] - x) - heading,
+                                     2.0 * math.pi)
             speed = round(SPEED * max(0.0, math.cos(bearing)) ** 4)
             turn = round(max(-MOST_TURN, min(MOST_TURN, math.degrees(2.0 * bearing))))
         out = p2os.encode_command("VEL", speed) + p2os.encode_command("RVEL", turn)
@@ -163,12 +171,14 @@ def run(fault: Optional[str], numbers: RobotNumbers, seed: int, picks: bool) -> 
     while lines.time < LONGEST and (client.arrived is None or lines.time < client.arrived + 3.0):
         out = client.tick(data, lines.time)
         track.append(firmware.true_pose)
-        echoes += [_echo(number, distance, track[-1]) for number, distance in client.heard if number in MOUNTS and distance < numbers.sonar.maximum]
+        echoes += [_echo(number, distance, track[-1]) for number, distance in client.heard if number in MOUNTS and
+                   distance < numbers.sonar.maximum]
         if out:
             lines.send(0, out)
         data = b"".join(arrival.data for arrival in lines.advance(PERIOD))
     cans = firmware.world.cans
-    return Run(np.array(track), np.array(client.believed), np.array(echoes).reshape(-1, 2), (cans[0].x, cans[0].y) if cans else (0.0, 0.0),
+    return Run(np.array(track), np.array(client.believed), np.array(echoes).reshape(-1, 2),
+               (cans[0].x, cans[0].y) if cans else (0.0, 0.0),
                client.arrived, firmware.hardware.battery.voltage)
 
 
@@ -176,7 +186,8 @@ def _echo(number: int, distance: float, pose: Tuple[float, float, float]) -> Tup
     """Where the echo of a transducer seems to come from."""
     mounted = MOUNTS[number]
     x, y = mounted.x + distance * math.cos(mounted.heading), mounted.y + distance * math.sin(mounted.heading)
-    return pose[0] + x * math.cos(pose[2]) - y * math.sin(pose[2]), pose[1] + x * math.sin(pose[2]) + y * math.cos(pose[2])
+    return pose[0] + x * math.cos(pose[2]) - y * math.sin(pose[2]), pose[1] + x * math.sin(pose[2]) + y * math.cos(
+        pose[2])
 
 
 class Panel(NamedTuple):
@@ -201,7 +212,8 @@ def fault_panels(seed: int) -> List[Panel]:
         key = picks, kind == "gyro"
         if key not in plain:
             plain[key] = run(None, numbers, seed, picks)
-        panels.append(Panel(fault, plain[key], run(fault, numbers, seed, picks), kind == "transducer", picks, kind == "charger"))
+        panels.append(Panel(fault, plain[key], run(fault, numbers, seed, picks), kind == "transducer", picks,
+                            kind == "charger"))
     return panels
 
 
@@ -213,7 +225,8 @@ def option_panels(seed: int) -> List[Panel]:
     for section, values in OPTIONS:
         numbers = dataclasses.replace(own, **{section: dataclasses.replace(getattr(own, section), **values)})
         (name, value), = values.items()
-        panels.append(Panel(f"{section}.{name} {value:g}", plain, run(None, numbers, seed, False), section == "sonar"))
+        panels.append(Panel("%s.%s %g" % (section, name, value), plain, run(None, numbers, seed, False),
+                            section == "sonar"))
     return panels
 
 
@@ -224,16 +237,17 @@ def effect(panel: Panel) -> str:
     if other.arrived is None:
         words.append("never round")
     elif abs(other.arrived - plain.arrived) >= 0.25:
-        words.append(f"round after {other.arrived:.0f} s, else {plain.arrived:.0f} s")
+        words.append("round after %.0f s, else %.0f s" % (other.arrived, plain.arrived))
     aside = max(np.hypot(*(plain.track[:, :2] - place).T).min() for place in other.track[:, :2])
     if aside >= 0.03:
-        words.append(f"up to {100 * aside:.0f} cm off the path")
+        words.append("up to %.0f cm off the path" % (100 * aside))
     if panel.sonar:
         words.append("{} echoes, {:.0f} cm off walls; else {}, {:.0f} cm".format(*_heard(other), *_heard(plain)))
     if panel.picks:
-        words.append("can {:.1f} m from where it should be".format(math.hypot(other.can[0] - plain.can[0], other.can[1] - plain.can[1])))
+        words.append("can {:.1f} m from where it should be".format(
+            math.hypot(other.can[0] - plain.can[0], other.can[1] - plain.can[1])))
     if panel.voltage:
-        words.append(f"{other.voltage:.2f} V at the end, else {plain.voltage:.2f} V")
+        words.append("%.2f V at the end, else %.2f V" % (other.voltage, plain.voltage))
     return ", ".join(words) or "no effect on the path"
 
 
@@ -252,14 +266,18 @@ def draw(panels: List[Panel], columns: int, title: str, output: str) -> None:
     page = Figure(figsize=(3.3 * columns, 3.25 * rows + 0.9), facecolor="white")
     FigureCanvasAgg(page)
     for number, panel in enumerate(panels):
-        axes = page.add_axes([(number % columns + 0.03) / columns, (0.1 + 3.25 * (rows - 1 - number // columns)) / (3.25 * rows + 0.9),
+        axes = page.add_axes([(number % columns + 0.03) / columns,
+                              (0.1 + 3.25 * (rows - 1 - number // columns)) / (3.25 * rows + 0.9),
                               0.94 / columns, 2.6 / (3.25 * rows + 0.9)])
         _draw_panel(axes, panel)
     height = 3.25 * rows + 0.9
     page.text(0.1 / (3.3 * columns), 1 - 0.27 / height, title, fontsize=15, fontweight="bold", color=INK, va="center")
-    for label, colour, at in (("undisturbed", DOCK, 0.1), ("with it", ROBOT, 1.35), ("where it believed to be", FAINT, 2.3)):
-        page.text(at / (3.3 * columns), 1 - 0.58 / height, label, fontsize=10, color=colour, va="center", fontweight="bold")
-    page.text(4.5 / (3.3 * columns), 1 - 0.58 / height, f"a dot every {TICK:g} s; robot drawn where it ends", fontsize=10, color=INK, va="center")
+    for label, colour, at in (("undisturbed", DOCK, 0.1), ("with it", ROBOT, 1.35),
+                              ("where it believed to be", FAINT, 2.3)):
+        page.text(at / (3.3 * columns), 1 - 0.58 / height, label, fontsize=10, color=colour, va="center",
+                  fontweight="bold")
+    page.text(4.5 / (3.3 * columns), 1 - 0.58 / height, "a dot every %g s; robot drawn where it ends" % TICK,
+              fontsize=10, color=INK, va="center")
     page.savefig(output, dpi=75)
     with Image.open(output) as picture:
         small = picture.convert("RGB").quantize(64)
@@ -277,7 +295,8 @@ def _draw_panel(axes, panel: Panel) -> None:
     axes.plot(*panel.plain.track[:, :2].T, color=DOCK, linewidth=4.0, alpha=0.45, zorder=3.5, solid_capstyle="round")
     axes.plot(*panel.other.odometry.T, color=FAINT, linewidth=1.2, linestyle=(0, (4, 2)), zorder=4)
     axes.plot(*panel.other.track[:, :2].T, color=ROBOT, linewidth=1.5, zorder=5)
-    axes.plot(*panel.other.track[:: round(TICK / PERIOD), :2].T, "o", color="white", markeredgecolor=ROBOT, markersize=4, zorder=6)
+    axes.plot(*panel.other.track[:: round(TICK / PERIOD), :2].T, "o", color="white", markeredgecolor=ROBOT,
+              markersize=4, zorder=6)
     draw_robot(axes, MODEL.outline(True), tuple(panel.other.track[-1]))
     if panel.picks:
         for run_, colour in ((panel.plain, DOCK), (panel.other, ROBOT)):
@@ -289,19 +308,20 @@ def _draw_panel(axes, panel: Panel) -> None:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=1, help="of all luck (default: %(default)s)")
-    parser.add_argument("-o", "--output", default=IMAGES, metavar="FOLDER", help="where the pictures go (default: docs/images)")
+    parser.add_argument("-o", "--output", default=IMAGES, metavar="FOLDER",
+                        help="where the pictures go (default: docs/images)")
     options = parser.parse_args()
     missing = set(KINDS) - {fault.split()[0] for fault in FAULTS}
     if missing:
-        print(f"no picture for {', '.join(sorted(missing))}", file=sys.stderr)
+        print("no picture for %s" % ", ".join(sorted(missing)), file=sys.stderr)
         return 1
     for name, panels, columns, title in (
         ("faults", fault_panels(options.seed), 5, "What each fault does to a run"),
         ("options", option_panels(options.seed), 3, "What errors of wheels and sonar do to a run"),
     ):
         for panel in panels:
-            print(f"{panel.title:28s} {effect(panel)}")
-        draw(panels, columns, title, os.path.join(options.output, f"{name}.png"))
+            print("%28s %s" % (panel.title, effect(panel)))
+        draw(panels, columns, title, os.path.join(options.output, "%s.png" % name))
     return 0
 
 

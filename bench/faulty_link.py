@@ -1,8 +1,10 @@
-"""A client's session and a simulated robot in one simulated time, a line between them that can be spoilt, and what must hold whatever happens to it.
+"""A client's session and a simulated robot in one simulated time, a line between them that can be spoilt,
+and what must hold whatever happens to it.
 
-No thread, no clock, no ROS: a `Rig` lives as fast as the machine allows, and the same seed gives the same run. Commands are given by a user who
-goes on or falls silent; a `Judge` looks at the wire, the robot and the states in every step and keeps a list of what was wrong; `Diagnosis` keeps
-what the driver's diagnostics would say. Used by soak.py and by test/integration/test_faults.py.
+No thread, no clock, no ROS: a `Rig` lives as fast as the machine allows, and the same seed gives the same run. Commands
+are given by a user who goes on or falls silent; a `Judge` looks at the wire, the robot and the states in every step and
+keeps a list of what was wrong; `Diagnosis` keeps what the driver's diagnostics would say.
+Used by soak.py and by test/integration/test_faults.py.
 """
 
 import math
@@ -126,7 +128,8 @@ class Rig:
         settings: of the session.
     """
 
-    def __init__(self, firmware: Optional[Firmware] = None, baud: Optional[Tuple[int, int]] = None, seed: int = 0, **settings: Any) -> None:
+    def __init__(self, firmware: Optional[Firmware] = None, baud: Optional[Tuple[int, int]] = None, seed: int = 0,
+                 **settings: Any) -> None:
         self.chance = random.Random(seed)
         self.firmware = firmware or Firmware(find_model("p3dx-sh"), World("floor"), (0.0, 0.0, 0.0), seed=seed)
         self.to_robot, self.to_client = Way(self.chance), Way(self.chance)
@@ -228,7 +231,8 @@ class Rig:
         while not condition():
             if self.now - start >= limit:
                 phase = self.session and self.session.phase
-                raise AssertionError("not within %g s; session is %s, events %s" % (limit, phase, list(self.events)[-5:]))
+                raise AssertionError("not within %g s; session is %s, events %s" %
+                                     (limit, phase, list(self.events)[-5:]))
             self.step()
         return self.now - start
 
@@ -298,7 +302,8 @@ class Rig:
             self._try_again_after(PortError("rig: no such port"))
             return
         given = self.to_robot.baud
-        rates = () if given is None else (given,) + tuple(rate for rate in (9600, 38400, 19200, 115200, 57600) if rate != given)
+        rates = () if given is None else (given,) + tuple(rate for rate in (9600, 38400, 19200, 115200, 57600)
+                                                          if rate != given)
         self.session = Session("rig", rates, self._settings, self._odometry)
         self.to_client.clear()
         self.session.start(self.now)
@@ -388,7 +393,8 @@ class Judge:
         self._may_be_on = False
         self._were_on = False
         self._true_pose = rig.firmware.true_pose
-        self._covered: Deque[Tuple[float, float]] = deque([(0.0, 0.0)] * LONGEST_GAP, maxlen=LONGEST_GAP)     # in the last steps
+        # in the last steps
+        self._covered: Deque[Tuple[float, float]] = deque([(0.0, 0.0)] * LONGEST_GAP, maxlen=LONGEST_GAP)
         self._pose: Optional[Tuple[float, float, float]] = None
         self._pose_at = 0.0
 
@@ -432,7 +438,8 @@ class Judge:
             if command.name in self._on_wire:
                 self._on_wire[command.name] = command.value
                 self._fastest[command.name] = max(abs(command.value), self._fastest[command.name])
-                if command.value and (now > self._commanded_at + COMMAND_TIMEOUT + REACTION or self._commanded_at < self._void_at):
+                is_old = now > self._commanded_at + COMMAND_TIMEOUT + REACTION
+                if command.value and (is_old or self._commanded_at < self._void_at):
                     self.wrong("a velocity that nobody wants any more", "%s %s" % (command.name, command.value))
             elif command.name == "STOP":
                 self._on_wire = {"VEL": 0, "RVEL": 0}
@@ -466,7 +473,8 @@ class Judge:
         moving = rig.firmware.velocity != (0.0, 0.0)
         if not moving and not any(self._on_wire.values()):
             self._fastest = {"VEL": 0, "RVEL": 0}
-        if moving and now > min(self._stand_by + WATCHDOG * self.lossy, self._heard_at + WATCHDOG) + self._rest_time() + SETTLED:
+        to_stand = min(self._stand_by + WATCHDOG * self.lossy, self._heard_at + WATCHDOG)
+        if moving and now > to_stand + self._rest_time() + SETTLED:
             self.wrong("it moves", str(rig.firmware.velocity))
         on = rig.firmware.motors_enabled
         if on and not self._were_on and not self._may_be_on:

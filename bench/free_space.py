@@ -35,8 +35,9 @@ def room(world: World, x: float, y: float, clearance: float = 0.5) -> float:
 def gap_open(world: World, x: float, y: float, width: float = 1.0, reach: float = 1.5, body: float = 0.14) -> bool:
     """Whether a way out, everywhere wider than `width` (below 2 m), begins at a spot.
 
-    The robot may stand close to a wall: the way may begin up to `body` + `width` / 2 from its middle. What is beyond a wall
-    is farther, since its own middle is at least `body` this side of the wall and the middle of the way half the width beyond.
+    The robot may stand close to a wall: the way may begin up to `body` + `width` / 2 from its middle. What is beyond a
+    wall is farther, since its own middle is at least `body` this side of the wall and the middle of the way half the
+    width beyond.
 
     :param reach: how far from the spot the way has to lead.
     :param body: half the width of the robot; as it stands, of the narrowest there is.

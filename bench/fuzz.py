@@ -1,13 +1,14 @@
 #!/usr/bin/python3
-"""A coverage-guided search for inputs that break the decoder or the session: no ROS, no clock, nothing but this file and the package.
+"""A coverage-guided search for inputs that break the decoder or the session:
+no ROS, no clock, nothing but this file and the package.
 
     python3 bench/fuzz.py                               # a minute on both
     python3 bench/fuzz.py --seconds 300 --only session
 
-An input is a string of bytes. Its changed copies are tried; one that makes lines follow each other that never did before is kept, and changed in
-turn. It begins with the golden packets of the protocol. For the decoder an input is what comes from the line; for the session it is a script: what
-comes from the line, what the user does, and how time passes. Exit status 1 when something was found: then its bytes are printed, and belong into
-a test.
+An input is a string of bytes. Its changed copies are tried; one that makes lines follow each other that never did
+before is kept, and changed in turn. It begins with the golden packets of the protocol. For the decoder an input is what
+comes from the line; for the session it is a script: what comes from the line, what the user does, and how time passes.
+Exit status 1 when something was found: then its bytes are printed, and belong into a test.
 """
 
 import argparse
@@ -66,7 +67,8 @@ def try_decoder(data: bytes) -> None:
     must(frames == p2os.FrameDecoder().feed(data[1:]), "pieces say something else than the whole")
     frames += decoder.drop_partial()
     must(not decoder.waiting, "holds bytes of a frame that was given up")
-    must(sum(len(frame.data) + 6 for frame in frames) + decoder.counts.discarded_bytes == len(data[1:]), "bytes are not accounted for")
+    must(sum(len(frame.data) + 6 for frame in frames) + decoder.counts.discarded_bytes == len(data[1:]),
+         "bytes are not accounted for")
     for frame in frames:
         p2os.decode_command(frame)
         for grip_state_first in (True, False):
@@ -75,7 +77,8 @@ def try_decoder(data: bytes) -> None:
                 again = p2os.encode_packet(packet, grip_state_first)
             except EncodingError:       # longer than anybody may send
                 continue
-            must(p2os.decode_packet(p2os.Frame(again[3], again[4:-2]), grip_state_first) == packet, "another packet after a round trip")
+            must(p2os.decode_packet(p2os.Frame(again[3], again[4:-2]), grip_state_first) == packet,
+                 "another packet after a round trip")
     list(explain(data[1:]))
 
 
@@ -132,7 +135,8 @@ class Script:
             for frame in p2os.FrameDecoder().feed(action):
                 command = p2os.decode_command(frame)
                 if command.name in ("VEL", "RVEL", "VEL2") and command.value:
-                    must(self.now <= self.commanded_at + TIMEOUT + REACTION, "%s %s, which nobody wants any more" % (command.name, command.value))
+                    must(self.now <= self.commanded_at + TIMEOUT + REACTION,
+                         "%s %s, which nobody wants any more" % (command.name, command.value))
                 if command.name == "ENABLE" and command.value:
                     must(self.motors_asked, "motors switched on by itself")
         session.take_events()
@@ -146,13 +150,16 @@ class Script:
 def sip(**changes: Any) -> bytes:
     """A SIP of a p3dx-sh with nothing going on in it."""
     fields = dict(
-        type_id=p2os.STOPPED, x_counts=0, y_counts=0, heading_units=0, left_velocity_units=0, right_velocity_units=0, battery_dv=128,
-        left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0), control_units=0, flags=p2os.Flags(0), compass=0, sonar=())
+        type_id=p2os.STOPPED, x_counts=0, y_counts=0, heading_units=0, left_velocity_units=0, right_velocity_units=0,
+        battery_dv=128,
+        left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0), control_units=0, flags=p2os.Flags(0),
+        compass=0, sonar=())
     return p2os.encode_packet(p2os.Sip(**{**fields, **changes}))
 
 
 MOTORS_ON_SIP = sip(flags=p2os.Flags.MOTORS_ENABLED)
-HANDSHAKE = [p2os.encode_frame(0), p2os.encode_frame(1), p2os.encode_packet(p2os.SyncReply("fuzz", "Pioneer", "p3dx-sh")), sip()]
+HANDSHAKE = [p2os.encode_frame(0), p2os.encode_frame(1),
+             p2os.encode_packet(p2os.SyncReply("fuzz", "Pioneer", "p3dx-sh")), sip()]
 
 
 def to_ready(script: Script) -> None:
@@ -209,7 +216,8 @@ def try_session(data: bytes) -> None:
         must(not script.session.take_actions(), "says something after its end")
 
 
-PIECES = [bytes.fromhex(example["bytes"]) for example in yaml.safe_load(open(GOLDEN))["examples"]] + HANDSHAKE + [MOTORS_ON_SIP]
+PIECES = ([bytes.fromhex(example["bytes"]) for example in yaml.safe_load(open(GOLDEN))["examples"]] +
+          HANDSHAKE + [MOTORS_ON_SIP])
 TARGETS: Dict[str, Callable[[bytes], None]] = {"decoder": try_decoder, "session": try_session}
 
 
@@ -315,7 +323,8 @@ def what_breaks(target: Callable[[bytes], None], data: bytes) -> str:
         while trace.tb_next is not None:
             trace = trace.tb_next
         code = trace.tb_frame.f_code
-        return "%s in %s, line %d: %s" % (type(error).__name__, os.path.basename(code.co_filename), trace.tb_lineno, error)
+        return "%s in %s, line %d: %s" % (type(error).__name__, os.path.basename(code.co_filename), trace.tb_lineno,
+                                          error)
     return ""
 
 
@@ -338,7 +347,8 @@ def shortened(target: Callable[[bytes], None], finding: Finding) -> Finding:
 def search(name: str, seconds: float, seed: int, say: Callable[[str], None] = print) -> List[Finding]:
     """Look for so long; a finding for each place where something broke."""
     target, chance, arcs = TARGETS[name], random.Random(seed), Arcs()
-    corpus = [b"\x00" + piece for piece in PIECES] + [b"\x01\x06" + bytes([number]) + b"\x07\x0a" for number in range(len(PIECES))]
+    corpus = [b"\x00" + piece for piece in PIECES] + [b"\x01\x06" + bytes([number]) + b"\x07\x0a"
+                                                      for number in range(len(PIECES))]
     corpus += [b"\x01\x0c\x01\x06" + bytes([len(PIECES) - 1]) + b"\x0a\xa0\x07\x50", b"\x00"]
     findings: Dict[str, Finding] = {}
     start = told = time.monotonic()
@@ -371,7 +381,8 @@ def search(name: str, seconds: float, seed: int, say: Callable[[str], None] = pr
 def main() -> int:
     """Search as the command line says."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=60.0, help="of searching, shared by the targets (default: %(default)s)")
+    parser.add_argument("--seconds", type=float, default=60.0,
+                        help="of searching, shared by the targets (default: %(default)s)")
     parser.add_argument("--only", choices=sorted(TARGETS), help="search in this one only")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()

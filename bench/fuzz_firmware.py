@@ -1,13 +1,14 @@
 #!/usr/bin/python3
 """Random bytes and random commands for the simulated robot: no ROS, no clock, nothing but this file and the package.
 
-    python3 bench/fuzz_firmware.py                                       # a million strings, a hundred thousand commands
+    python3 bench/fuzz_firmware.py              # a million strings, a hundred thousand commands
     python3 bench/fuzz_firmware.py --strings 20000 --commands 2000 --seed 7
 
-Robots of every family of firmware take turns. Strings are noise, pieces of packets, packets with a wrong bit, and packets of random data; commands
-are those of the protocol with any legal value and numbers nobody knows with any argument. Simulated time passes between them. Again and again it is
-asked whether the robot still answers: CLOSE, the SYNC sequence, OPEN, and SIPs every 100 ms; whether all that it said were whole packets; and whether
-it stands in no wall. Exit status 1 when something was found: then the seed and the number of the string say how to get there again.
+Robots of every family of firmware take turns. Strings are noise, pieces of packets, packets with a wrong bit, and
+packets of random data; commands are those of the protocol with any legal value and numbers nobody knows with any
+argument. Simulated time passes between them. Again and again it is asked whether the robot still answers: CLOSE, the
+SYNC sequence, OPEN, and SIPs every 100 ms; whether all that it said were whole packets; and whether it stands in no
+wall. Exit status 1 when something was found: then the seed and the number of the string say how to get there again.
 """
 
 import argparse
@@ -27,9 +28,11 @@ from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware, FirmwareState
 from pioneer_control.simulator.world import Can, World
 
-MODELS = ("p3dx-sh", "peoplebot-sh", "p3at-sh", "amigo-sh", "p3dx", "p2dx", "amigo", "pion1m", "powerbot-sh", "seekur", "pioneer-lx")
+MODELS = ("p3dx-sh", "peoplebot-sh", "p3at-sh", "amigo-sh", "p3dx", "p2dx", "amigo", "pion1m", "powerbot-sh", "seekur",
+          "pioneer-lx")
 LOOK_EVERY = 500            # strings or commands between two questions whether it still answers
-MOST_GROWTH_KB = 3000       # of memory, in the second half: until then worlds remember what is near each place that a robot came to
+# of memory, in the second half: until then worlds remember what is near each place that a robot came to
+MOST_GROWTH_KB = 3000
 
 
 class Wrong(Exception):
@@ -79,7 +82,8 @@ class Subject:
     def open(self) -> None:
         """Open a session whatever went before: it must answer each step."""
         self.wait(0.2)      # half a packet is forgotten
-        self.robot.receive(2 * p2os.encode_frame(2))    # the first may have been the SYNC2 that it waited for: then it is silent until CLOSE
+        # the first may have been the SYNC2 that it waited for: then it is silent until CLOSE
+        self.robot.receive(2 * p2os.encode_frame(2))
         self.wait(0.02)
         for number in (0, 1, 2):
             self.robot.receive(p2os.encode_frame(number))
@@ -91,7 +95,8 @@ class Subject:
     def look(self) -> None:
         """Whether it still is what it was."""
         counts = self.decoder.counts
-        must(not self.decoder.waiting and not counts.discarded_bytes and not counts.bad_checksums, "said something that is no packet: %s" % (counts,))
+        must(not self.decoder.waiting and not counts.discarded_bytes and not counts.bad_checksums,
+             "said something that is no packet: %s" % (counts,))
         hardware = self.robot.hardware
         must(not hardware.body.touches(hardware.model.outline(self.robot.gripper is not None)), "stands in a wall")
         must(len(self.robot.decoder._held) < 260, "holds %d bytes" % len(self.robot.decoder._held))
@@ -120,7 +125,8 @@ def any_command(draw: random.Random) -> bytes:
     """A command of the protocol with a legal value, often an extreme one; now and then a number that nobody knows."""
     if draw.random() < 0.1:
         value = draw.choice((0, 1, 0x7FFF, 0xFFFF, draw.randrange(0x10000)))
-        data = draw.choice((b"", b"\x3B" + struct.pack("<H", value), b"\x1B" + struct.pack("<H", value), b"\x2B\x03abc", b"\x2B\xFFab"))
+        data = draw.choice((b"", b"\x3B" + struct.pack("<H", value), b"\x1B" + struct.pack("<H", value), b"\x2B\x03abc",
+                            b"\x2B\xFFab"))
         return p2os.encode_frame(draw.randrange(256), data)
     command = draw.choice(ALL)
     if command.argument is Argument.NONE or command.optional and draw.random() < 0.5:
@@ -129,7 +135,8 @@ def any_command(draw: random.Random) -> bytes:
         length = draw.randint(command.low, command.high)
         return p2os.encode_command(command.name, bytes(draw.randrange(256) for _ in range(length)))
     if command.argument is Argument.TWO_BYTES:
-        return p2os.encode_command(command.name, *(draw.randint(low, high) for low, high in zip(command.low, command.high)))
+        return p2os.encode_command(command.name,
+                                   *(draw.randint(low, high) for low, high in zip(command.low, command.high)))
     low, high = command.low, command.high
     small = draw.randint(max(low, -400), min(high, 400))
     return p2os.encode_command(command.name, draw.choice((low, high, small, small, small, draw.randint(low, high))))
@@ -144,7 +151,8 @@ def resident_kb() -> int:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") // 1024
 
 
-def throw(make: Callable[[random.Random], bytes], number: int, seed: int, longest: float, look_every: int = LOOK_EVERY) -> Counts:
+def throw(make: Callable[[random.Random], bytes], number: int, seed: int, longest: float,
+          look_every: int = LOOK_EVERY) -> Counts:
     """Throw so many of a kind at robots of each model in turn, with up to `longest` simulated s between them."""
     draw = random.Random(seed)
     subjects = [Subject(name, seed) for name in MODELS]
@@ -161,12 +169,14 @@ def throw(make: Callable[[random.Random], bytes], number: int, seed: int, longes
                 subject.wait(0.2)
                 subject.look()
         except Exception as error:      # whatever it is: that is what we look for
-            raise Wrong("%s, seed %d, number %d: %s: %s" % (subject.robot.model.subtype, seed, count, type(error).__name__, error)) from error
+            raise Wrong("%s, seed %d, number %d: %s: %s" % (subject.robot.model.subtype, seed, count,
+                                                            type(error).__name__, error)) from error
         if count in (number // 10, number // 2):
             held.append(resident_kb())
     robots = [subject.robot for subject in subjects]
     return Counts(
-        number, time.monotonic() - begin, sum(robot.time for robot in robots), sum(subject.packets for subject in subjects),
+        number, time.monotonic() - begin, sum(robot.time for robot in robots),
+        sum(subject.packets for subject in subjects),
         sum(robot.command_counts.obeyed for robot in robots), held[1] - held[0], resident_kb() - held[1])
 
 
@@ -183,12 +193,15 @@ def main() -> int:
     for name, (make, longest) in KINDS.items():
         try:
             counts = throw(make, getattr(options, name), options.seed, longest)
-            must(counts.late_growth_kb < MOST_GROWTH_KB, "memory grew by %d KB in the second half" % counts.late_growth_kb)
+            must(counts.late_growth_kb < MOST_GROWTH_KB,
+                 "memory grew by %d KB in the second half" % counts.late_growth_kb)
         except Wrong as wrong:
             print("%s: FOUND %s" % (name, wrong))
             return 1
-        print("%s: %d in %.0f s (%.0f per s), %.0f s simulated, %d packets, %d obeyed, memory %+d KB from a tenth to the half, %+d KB then" % (
-            name, counts.inputs, counts.seconds, counts.inputs / counts.seconds, counts.simulated, counts.packets, counts.obeyed, *counts[-2:]))
+        print("%s: %d in %.0f s (%.0f per s), %.0f s simulated, %d packets, %d obeyed, "
+              "memory %+d KB from a tenth to the half, %+d KB then" % (
+                  name, counts.inputs, counts.seconds, counts.inputs / counts.seconds, counts.simulated,
+                  counts.packets, counts.obeyed, *counts[-2:]))
     return 0
 
 

@@ -10,8 +10,8 @@ Measured on a shared two-core virtual machine, Python 3.11, SIP of 43 bytes, bes
     find frame      1.4 us
     hostile line    0.6 us a byte
 
-A robot sends ten SIPs a second and a byte takes 87 us at 115200 baud, so a client never notices. A simulation of a million
-packets spends a minute on them.
+A robot sends ten SIPs a second and a byte takes 87 us at 115200 baud, so a client never notices. A simulation of a
+million packets spends a minute on them.
 """
 
 import pathlib
@@ -23,8 +23,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "src"))
 
 from pioneer_control import p2os  # noqa: E402
 
-SIP = bytes.fromhex("FA FB 28 33 D2 04 C8 FF 00 02 BE 00 D2 00 80 00 02 00 02 07 00 00 02 03 DC 05 04 98 08 21 05 00 F0 "
-                    "00 80 00 00 20 00 00 00 26 0D")
+SIP = bytes.fromhex("FA FB 28 33 D2 04 C8 FF 00 02 BE 00 D2 00 80 00 02 00 02 07 00 00 02 03 DC 05 04 98 08 21 05 00 "
+                    "F0 00 80 00 00 20 00 00 00 26 0D")
 HEAD, READING, TAIL = struct.Struct("<HHhhhBBBhHBB"), struct.Struct("<BH"), struct.Struct("<BBBBBHBhH")
 
 
@@ -55,10 +55,10 @@ def main():
     for name, ours, theirs in [("decode", lambda: p2os.decode_packet(frame), lambda: by_hand(frame.data)),
                                ("encode", lambda: p2os.encode_packet(packet), lambda: hand_packed(values))]:
         mine, hand = microseconds(ours), microseconds(theirs)
-        print(f"{name} SIP    {mine:5.1f} us, by hand {hand:4.1f} us, ratio {mine / hand:.0f}")
-    print(f"find frame    {microseconds(lambda: decoder.feed(SIP)):5.1f} us")
+        print("%s SIP    %5.1f us, by hand %4.1f us, ratio %.0f" % (name, mine, hand, mine / hand))
+    print("find frame    %5.1f us" % (microseconds(lambda: decoder.feed(SIP))))
     hostile = b"\xFA\xFB\xFF" * 300
-    print(f"hostile line  {microseconds(lambda: decoder.feed(hostile), 100) / len(hostile):5.1f} us a byte")
+    print("hostile line  %5.1f us a byte" % (microseconds(lambda: decoder.feed(hostile), 100) / len(hostile)))
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""How surely a can is picked, and whether "held" is ever said of nothing: a simulated gripper, through the protocol, without ROS.
+"""How surely a can is picked, and whether "held" is ever said of nothing:
+a simulated gripper, through the protocol, without ROS.
 
     python3 bench/picking.py            # 50 seeds; each draws where the can stands, once for each case
 
-The steps of a pick and what they make of the gripper's reports are those of the package (`tutorial.pick`). The truth is the simulated
-gripper's own. Exit status 1 when a can between the paddles was not picked, or something was said falsely.
+The steps of a pick and what they make of the gripper's reports are those of the package (`tutorial.pick`). The truth is
+the simulated gripper's own. Exit status 1 when a can between the paddles was not picked, or something was said falsely.
 """
 
 import argparse
@@ -77,7 +78,9 @@ def do(robot: SimulatedRobot, step: Step) -> Outcome:
 
 
 class Picked(NamedTuple):
-    """One pick: was a can between the paddles when they began to close, is one held and lifted, was it said that one is?"""
+    """One pick: was a can between the paddles when they began to close, is one held and lifted,
+    was it said that one is?
+    """
 
     between: bool
     held: bool
@@ -99,9 +102,13 @@ def pick(robot: SimulatedRobot) -> Picked:
 
 
 def stands_between(robot: SimulatedRobot) -> bool:
-    """Is a can wholly between the paddles' faces, its middle behind their tips? Robot at the origin of its line, heading 0."""
+    """Is a can wholly between the paddles' faces, its middle behind their tips?
+
+    Robot at the origin of its line, heading 0.
+    """
     x, y, _ = robot.firmware.true_pose
-    return any(0 < can.x - x - PALM <= LENGTH and abs(can.y - y) + can.radius <= OPENING / 2 for can in robot.firmware.world.cans)
+    return any(0 < can.x - x - PALM <= LENGTH and abs(can.y - y) + can.radius <= OPENING / 2
+               for can in robot.firmware.world.cans)
 
 
 def drive_up(robot: SimulatedRobot) -> None:
@@ -162,7 +169,8 @@ def report(results: Dict[str, List[Picked]]) -> str:
     for name, picks in results.items():
         lines.append("%-22s%8d%14d%16d%8d%12d%14d%12d" % (
             name, len(picks), sum(each.between for each in picks), sum(each.between and each.held for each in picks),
-            sum(each.held for each in picks), sum(each.said for each in picks), sum(each.said != each.held for each in picks),
+            sum(each.held for each in picks), sum(each.said for each in picks),
+            sum(each.said != each.held for each in picks),
             sum(each.timed_out for each in picks)))
     return "\n".join(lines)
 

@@ -1,7 +1,7 @@
 """Worlds drawn from a seed: hard but fair floors for benchmarks and tests.
 
-Every world is closed and turned by an angle of its own, so that nothing lies along the axes. It has one start, where any of the
-robots has room to turn and from where there is room to go.
+Every world is closed and turned by an angle of its own, so that nothing lies along the axes. It has one start, where
+any of the robots has room to turn and from where there is room to go.
 """
 
 import math
@@ -36,10 +36,11 @@ def random_world(seed: int, kind: Optional[str] = None) -> World:
     """
     kind = sorted(KINDS)[seed % len(KINDS)] if kind is None else kind
     if kind not in KINDS:
-        raise WorldError(f"no kind of random world is called {kind!r}; known: {', '.join(sorted(KINDS))}")
+        raise WorldError("no kind of random world is called %r; known: %s" % (kind, ", ".join(sorted(KINDS))))
     rng = random.Random(seed)
     while True:
-        world = _turned(KINDS[kind](rng), rng.uniform(-math.pi, math.pi), rng.uniform(-math.pi, math.pi), f"{kind}-{seed}")
+        world = _turned(KINDS[kind](rng), rng.uniform(-math.pi, math.pi), rng.uniform(-math.pi, math.pi),
+                        "%s-%s" % (kind, seed))
         x, y, _ = world.starts[0]
         if world.clearance(x, y) >= START_CLEARANCE and room(world, x, y) >= START_ROOM:
             return world
@@ -75,7 +76,9 @@ def corridors(rng: random.Random) -> Floor:
 
 
 def _spanning_doors(rng: random.Random, columns: int, rows: int) -> set:
-    """Doors between neighbouring cells, as pairs in growing order, that join all cells: a walk that backs up when it is stuck."""
+    """Doors between neighbouring cells, as pairs in growing order, that join all cells:
+    a walk that backs up when it is stuck.
+    """
     walk, seen, doors = [(0, 0)], {(0, 0)}, set()
     while walk:
         column, row = walk[-1]
@@ -150,7 +153,8 @@ def poles(rng: random.Random) -> Floor:
     start = _away_from_walls(rng, width, depth)
     posts = []
     for _ in range(rng.randint(10, 24)):
-        posts.append((rng.uniform(0.2, width - 0.2), rng.uniform(0.2, depth - 0.2), rng.choice((0.025, 0.025, 0.05, 0.15))))
+        posts.append((rng.uniform(0.2, width - 0.2), rng.uniform(0.2, depth - 0.2),
+                      rng.choice((0.025, 0.025, 0.05, 0.15))))
     for _ in range(rng.randint(0, 2)):
         x, y = rng.uniform(1.0, width - 1.0), rng.uniform(1.0, depth - 1.0)
         angle, gap = rng.uniform(-math.pi, math.pi), rng.uniform(0.3, 1.2)

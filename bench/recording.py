@@ -1,12 +1,14 @@
 #!/usr/bin/python3
-"""What recording a robot costs: processor time of the recorder and of the driver beside it, and the size of the bag, by what is recorded and how.
+"""What recording a robot costs: processor time of the recorder and of the driver beside it, and the size of the bag,
+by what is recorded and how.
 
     ./pioneer shell /usr/bin/python3 bench/recording.py            # ten minutes; writes bench/recording.md
     ./pioneer shell /usr/bin/python3 bench/recording.py --quick    # two minutes; writes nothing
 
-A simulated robot drives circles, told so ten times a second; a ROS master of its own. One recorder after the other records it, each twice, the
-second time in the opposite order. What all are compared with is in the same run: `rosbag record -a`, everything and uncompressed. Processor time
-(of user and kernel) is what the processes themselves took; another load on the machine makes it somewhat larger, for all alike.
+A simulated robot drives circles, told so ten times a second; a ROS master of its own. One recorder after the other
+records it, each twice, the second time in the opposite order. What all are compared with is in the same run: `rosbag
+record -a`, everything and uncompressed. Processor time (of user and kernel) is what the processes themselves took;
+another load on the machine makes it somewhat larger, for all alike.
 """
 
 import argparse
@@ -131,7 +133,8 @@ def master() -> Iterator[None]:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     os.environ.update(ROS_MASTER_URI="http://127.0.0.1:%d" % port, ROS_HOSTNAME="localhost")
-    with running("rosmaster", "--core", "-p", str(port)):     # where SIGINT is ignored, as in the background, it ends with force
+    # where SIGINT is ignored, as in the background, it ends with force
+    with running("rosmaster", "--core", "-p", str(port)):
         until("a master", rosgraph.is_master_online)
         with running("rosrun", "rosout", "rosout"):
             yield
@@ -150,8 +153,10 @@ def robot(folder: str, wire: bool) -> Iterator[int]:
         while not ended.wait(0.1):
             publisher.publish(twist)
 
-    simulator = sys.executable, os.path.join(NODES, "p2os_simulator"), namespace, "__name:=simulator", "_pty:=" + line, "_world:=tutorial"
-    driver = sys.executable, os.path.join(NODES, "p2os_driver"), namespace, "__name:=p2os", "_port:=" + line, "_publish_wire:=%s" % str(wire).lower()
+    simulator = sys.executable, os.path.join(
+        NODES, "p2os_simulator"), namespace, "__name:=simulator", "_pty:=" + line, "_world:=tutorial"
+    driver = sys.executable, os.path.join(
+        NODES, "p2os_driver"), namespace, "__name:=p2os", "_port:=" + line, "_publish_wire:=%s" % str(wire).lower()
     with running(*simulator), running(*driver) as process:
         publisher = rospy.Publisher("/%s/cmd_vel" % ROBOT, Twist, queue_size=1)
         rospy.wait_for_service("/%s/set_motors" % ROBOT, PATIENCE)
@@ -167,7 +172,8 @@ def robot(folder: str, wire: bool) -> Iterator[int]:
 
 
 def growth(path: str, seconds: float) -> float:
-    """MB an hour that a file grows, between the first and the last time it was seen to grow within so many seconds: it grows by whole chunks, which
+    """MB an hour that a file grows, between the first and the last time it was seen to grow within so many seconds:
+    it grows by whole chunks, which
     must be small for that."""
     seen: List[Tuple[float, int]] = []
     end = monotonic() + seconds
@@ -198,12 +204,15 @@ def measure(way: Way, folder: str, driver: int, seconds: float) -> Cost:
 
 
 def chunks(folder: str) -> Dict[int, Tuple[float, float]]:
-    """By kB of a chunk: MB an hour, of two bags of different lengths, so that what is there once does not count; s that are lost by kill -9."""
+    """By kB of a chunk: MB an hour, of two bags of different lengths, so that what is there once does not count;
+    s that are lost by kill -9.
+    """
     with contextlib.ExitStack() as long:
         with contextlib.ExitStack() as short:
             def start(stack: contextlib.ExitStack, name: str, size: int) -> subprocess.Popen:
                 command = plain("--lz4", "--tcpnodelay", "--chunksize=%d" % size, *EVERYDAY)
-                return stack.enter_context(running(*command, os.path.join(folder, "%s_%d.bag" % (name, size)), "__name:=%s_%d" % (name, size)))
+                return stack.enter_context(running(*command, os.path.join(folder, "%s_%d.bag" % (name, size)),
+                                                   "__name:=%s_%d" % (name, size)))
 
             killed = {size: start(long, "killed", size) for size in CHUNKS}
             for size in CHUNKS:
@@ -214,10 +223,12 @@ def chunks(folder: str) -> Dict[int, Tuple[float, float]]:
         for process in killed.values():
             process.kill()
         end = time.time()
-    sizes = {size: [os.path.getsize(os.path.join(folder, "%s_%d.bag" % (name, size))) for name in ("short", "long")] for size in CHUNKS}
+    sizes = {size: [os.path.getsize(os.path.join(folder, "%s_%d.bag" % (name, size))) for name in ("short", "long")]
+             for size in CHUNKS}
     left = {size: read_bag(os.path.join(folder, "killed_%d.bag.active" % size)) for size in CHUNKS}
     last = {size: max((message.time for message in messages), default=0) for size, messages in left.items()}
-    return {size: ((sizes[size][1] - sizes[size][0]) / MB / (LONG - SHORT) * 3600, end - last[size] / 1e9) for size in CHUNKS}
+    return {size: ((sizes[size][1] - sizes[size][0]) / MB / (LONG - SHORT) * 3600, end - last[size] / 1e9)
+            for size in CHUNKS}
 
 
 def report(costs: Dict[Way, Cost], chunked: Dict[int, Tuple[float, float]], seconds: float, load: float) -> str:
@@ -225,11 +236,15 @@ def report(costs: Dict[Way, Cost], chunked: Dict[int, Tuple[float, float]], seco
     reference = costs[REFERENCE]
     lines = [
         "# What `bench/recording.py` measured", "",
-        "Written by the program. Python %s, %d cores, load average %.1f before the start; %.0f s of each. A simulated p3dx-sh drives circles, with"
+        "Written by the program. Python %s, %d cores, load average %.1f before the start; %.0f s of each. A simulated "
+        "p3dx-sh drives circles, with"
         % (platform.python_version(), os.cpu_count() or 1, load, seconds),
-        "ten packets and ten commands a second; everyday is what `record.launch` keeps, [config/record.yaml](../config/record.yaml). Ratios are to",
-        "`rosbag record -a` of the same run. The attendant publishes the recording's description and watches the disk.", "",
-        "| recorded | bag, MB an hour | | recorder, s of CPU a minute | | attendant, s a minute | driver, s a minute | more than with no recorder |",
+        "ten packets and ten commands a second; everyday is what `record.launch` keeps, "
+        "[config/record.yaml](../config/record.yaml). Ratios are to",
+        "`rosbag record -a` of the same run. The attendant publishes the recording's description and watches the disk.",
+        "",
+        "| recorded | bag, MB an hour | | recorder, s of CPU a minute | | attendant, s a minute | driver, s a minute "
+        "| more than with no recorder |",
         "|---|---|---|---|---|---|---|---|"]
     for way in WAYS:
         cost, alone = costs[way], costs[NOBODY_WIRE if way.wire else NOBODY]
@@ -238,10 +253,13 @@ def report(costs: Dict[Way, Cost], chunked: Dict[int, Tuple[float, float]], seco
         else:
             lines.append("| %s | %.1f | %.2f x | %.2f | %.2f x | %s | %.2f | %+.2f |" % (
                 way.name, cost.size, cost.size / reference.size, cost.recorder, cost.recorder / reference.recorder,
-                "%.2f" % cost.attendant if sys.executable in way.command else "", cost.driver, cost.driver - alone.driver))
+                "%.2f" % cost.attendant if sys.executable in way.command else "", cost.driver,
+                cost.driver - alone.driver))
     if chunked:
-        lines += ["", "| everyday, lz4, in chunks of | bag, MB an hour | lost at the end by `kill -9`, this time |", "|---|---|---|"]
-        lines += ["| %d kB%s | %.1f | %.1f s |" % (size, "" if size == CHUNKS[0] else ", rosbag's own", *chunked[size]) for size in CHUNKS]
+        lines += ["", "| everyday, lz4, in chunks of | bag, MB an hour | lost at the end by `kill -9`, this time |",
+                  "|---|---|---|"]
+        lines += ["| %d kB%s | %.1f | %.1f s |" % (size, "" if size == CHUNKS[0] else ", rosbag's own", *chunked[size])
+                  for size in CHUNKS]
     return "\n".join(lines) + "\n"
 
 

@@ -1,10 +1,12 @@
 #!/usr/bin/python3
-"""The floor that bench/driver.py measures the driver against: a rospy node that only relays bytes, as little as one can do. Never drive with it.
+"""The floor that bench/driver.py measures the driver against: a rospy node that only relays bytes,
+as little as one can do. Never drive with it.
 
     python3 bench/relay_node.py PORT [three]
 
-One fixed Odometry on `pose` for each SIP_LENGTH bytes read, VEL and RVEL for each `cmd_vel`; nothing is parsed, checked, clamped or timed out.
-With `three` also a fixed SonarArray on `sonar` and a fixed transform on `/tf`, as whoever listens to these makes the driver publish them.
+One fixed Odometry on `pose` for each SIP_LENGTH bytes read, VEL and RVEL for each `cmd_vel`; nothing is parsed,
+checked, clamped or timed out. With `three` also a fixed SonarArray on `sonar` and a fixed transform on `/tf`,
+as whoever listens to these makes the driver publish them.
 """
 
 import os
@@ -28,8 +30,10 @@ def main():
     rospy.init_node("relay")
     messages = {"pose": Odometry()}
     if "three" in sys.argv:
-        messages.update({"/tf": TFMessage([TransformStamped()]), "sonar": SonarArray(ranges_count=16, ranges=[1.0] * 16)})
-    topics = [(rospy.Publisher(name, type(message), queue_size=10, tcp_nodelay=True), message) for name, message in messages.items()]
+        messages.update({"/tf": TFMessage([TransformStamped()]),
+                         "sonar": SonarArray(ranges_count=16, ranges=[1.0] * 16)})
+    topics = [(rospy.Publisher(name, type(message), queue_size=10, tcp_nodelay=True), message)
+              for name, message in messages.items()]
 
     def write(twist):
         """A whole number of mm/s forward, 0 to 999, and no turn."""

@@ -1,13 +1,16 @@
 #!/usr/bin/python3
-"""What it costs to read a run from a bag: time and memory per GB, side by side with a bare loop over rosbag.Bag(path).read_messages().
+"""What it costs to read a run from a bag: time and memory per GB,
+side by side with a bare loop over rosbag.Bag(path).read_messages().
 
     ./pioneer shell /usr/bin/python3 bench/report.py            # ten minutes; writes bench/report.md
     ./pioneer shell /usr/bin/python3 bench/report.py --quick    # a minute, small bags; writes nothing
-    ./pioneer shell /usr/bin/python3 bench/report.py --huge 10  # once, a bag of so many GB with images (--no-images: without), read_run alone
+    ./pioneer shell /usr/bin/python3 bench/report.py --huge 10  # once,
+    a bag of so many GB with images (--no-images: without), read_run alone
 
-The bags are made, read, and removed: one of what record.launch keeps of a robot that drives all the time, and one with camera images in it. Each reading
-is a process of its own, the two kinds by turns; its time is the processor's, its memory the most it ever held (getrusage). A file that was just written
-lies in memory, so disks do not count. Exit status 1 when memory grows with the size of the bag, or read_run takes longer than the bare loop.
+The bags are made, read, and removed: one of what record.launch keeps of a robot that drives all the time, and one with
+camera images in it. Each reading is a process of its own, the two kinds by turns; its time is the processor's, its
+memory the most it ever held (getrusage). A file that was just written lies in memory, so disks do not count.
+Exit status 1 when memory grows with the size of the bag, or read_run takes longer than the bare loop.
 """
 
 import argparse
@@ -71,11 +74,15 @@ def steps() -> Iterator[Dict[str, Any]]:
     transform.header.frame_id = "odom"
     tasks = ("Link", "Battery", "Motors", "Stall", "Bumpers", "Temperature")
     health = DiagnosticArray(status=[
-        DiagnosticStatus(name="pioneer/p2os: %s" % task, message="as it should be", values=[KeyValue("Value", "12.3")] * 5) for task in tasks])
+        DiagnosticStatus(name="pioneer/p2os: %s" % task, message="as it should be",
+                         values=[KeyValue("Value", "12.3")] * 5) for task in tasks])
     still = {
-        "/tf": TFMessage([transform] * 2), "/pioneer/joint_states": JointState(name=["left", "right"], position=[0.0, 0.0], velocity=[0.0, 0.0]),
-        "/pioneer/battery_state": msg.BatteryState(voltage=12.5), "/pioneer/motor_state": msg.MotorState(state=1), "/pioneer/stall": msg.Stall(),
-        "/pioneer/bumpers": msg.Bumpers(front=[False] * 5, rear=[False] * 5), "/pioneer/gripper_state": msg.GripperState(),
+        "/tf": TFMessage([transform] * 2), "/pioneer/joint_states": JointState(
+            name=["left", "right"], position=[0.0, 0.0], velocity=[0.0, 0.0]),
+        "/pioneer/battery_state": msg.BatteryState(voltage=12.5), "/pioneer/motor_state": msg.MotorState(state=1),
+        "/pioneer/stall": msg.Stall(),
+        "/pioneer/bumpers": msg.Bumpers(front=[False] * 5, rear=[False] * 5),
+        "/pioneer/gripper_state": msg.GripperState(),
         "/pioneer/dio": msg.DIO(count=16), "/pioneer/aio": msg.AIO(voltages_count=1, voltages=[0.0])}
     step = 0
     while True:
@@ -85,7 +92,8 @@ def steps() -> Iterator[Dict[str, Any]]:
         pose.pose.pose.orientation.z, pose.pose.pose.orientation.w = math.sin(heading / 2), math.cos(heading / 2)
         pose.twist.twist.linear.x = SPEED + chance.uniform(-0.01, 0.01)
         ranges = [round(chance.uniform(0.3, 6.0), 3) for _ in range(16)]
-        moment = {"/pioneer/pose": pose, "/pioneer/ground_truth": pose, "/pioneer/sonar": msg.SonarArray(ranges_count=16, ranges=ranges), **still}
+        moment = {"/pioneer/pose": pose, "/pioneer/ground_truth": pose,
+                  "/pioneer/sonar": msg.SonarArray(ranges_count=16, ranges=ranges), **still}
         command = Twist()
         command.linear.x, command.angular.z = SPEED, chance.uniform(-0.3, 0.3)
         moment["/pioneer/cmd_vel"] = command
@@ -106,9 +114,11 @@ def write(path: str, case: Case, size: int) -> float:
             if topic == "/camera/image_raw" and not case.images:
                 continue
             if topic not in connections:
-                header = dict(topic=topic, type=message._type, md5sum=message._md5sum, message_definition=message._full_text)
+                header = dict(topic=topic, type=message._type, md5sum=message._md5sum,
+                              message_definition=message._full_text)
                 connections[topic] = writer.connect(topic, header)
-            if topic not in bytes_of or topic in ("/pioneer/pose", "/pioneer/ground_truth", "/pioneer/sonar", "/pioneer/cmd_vel"):
+            often = "/pioneer/pose", "/pioneer/ground_truth", "/pioneer/sonar", "/pioneer/cmd_vel"
+            if topic not in bytes_of or topic in often:
                 buffer = BytesIO()
                 message.serialize(buffer)
                 bytes_of[topic] = buffer.getvalue()
@@ -127,19 +137,21 @@ def read(reader: str, path: str) -> Dict[str, float]:
         begin = time.process_time()
         count = sum(1 for _ in rosbag.Bag(path).read_messages())
     else:
-        import pioneer_control.bags.run  # noqa: F401  what read_run imports is not its time, as rosbag is not the loop's
+        import pioneer_control.bags.run  # noqa: F401  # what read_run imports is not its time
         from pioneer_control.bags.run import read_run
 
         begin = time.process_time()
         run = read_run(path)
         count = len(run.odometry.time)
         assert not run.damage, run.damage
-    return dict(seconds=time.process_time() - begin, memory=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, count=count)
+    return dict(seconds=time.process_time() - begin, memory=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+                count=count)
 
 
 def measured(reader: str, path: str) -> Dict[str, float]:
     """The same from outside."""
-    done = subprocess.run([sys.executable, os.path.abspath(__file__), "--read", reader, path], stdout=subprocess.PIPE, check=True)
+    done = subprocess.run([sys.executable, os.path.abspath(__file__), "--read", reader, path], stdout=subprocess.PIPE,
+                          check=True)
     return json.loads(done.stdout.decode())
 
 
@@ -164,12 +176,14 @@ def compare(case: Case, size: int, folder: str, repeats: int) -> Tuple[str, floa
     ratios = [run / bare for run, bare in zip(per_gb["run"], per_gb["bare"])]
     memory = {reader: statistics.median(result["memory"] for result in results[reader]) for reader in READERS}
     row = ("| %s | %s | %.0f | %.1f | %s | %s | %s "
-           "| %.0f | %.0f |" % (case.name, size, kept, seconds / 60, spread(per_gb["bare"]), spread(per_gb["run"]), spread(ratios, "%.2f"), memory["bare"], memory["run"]))
+           "| %.0f | %.0f |" % (case.name, size, kept, seconds / 60, spread(per_gb["bare"]), spread(per_gb["run"]),
+                                spread(ratios, "%.2f"), memory["bare"], memory["run"]))
     return row, memory["run"], statistics.median(ratios)
 
 
-HEADING = """| bag | MB of messages | MB of file | min | bare loop, s per GB | read_run, s per GB | ratio | bare loop, peak MB | read_run, peak MB |
-|---|---|---|---|---|---|---|---|---|"""
+HEADING = ("| bag | MB of messages | MB of file | min | bare loop, s per GB | read_run, s per GB | ratio "
+           "| bare loop, peak MB | read_run, peak MB |\n"
+           "|---|---|---|---|---|---|---|---|---|")
 
 
 def huge(size: int, case: Case, folder: str) -> int:
@@ -177,13 +191,15 @@ def huge(size: int, case: Case, folder: str) -> int:
     path = os.path.join(folder, "run.bag")
     begin = time.monotonic()
     minutes = write(path, case, size * 1000) / 60
-    print("%s, %.2f GB, %.1f min: written in %.0f s" % (case.name, os.path.getsize(path) / 1e9, minutes, time.monotonic() - begin), flush=True)
+    print("%s, %.2f GB, %.1f min: written in %.0f s" % (case.name, os.path.getsize(path) / 1e9, minutes,
+                                                        time.monotonic() - begin), flush=True)
     try:
         begin = time.monotonic()
         result = measured("run", path)
     finally:
         os.remove(path)
-    print("read_run: %.1f s of the processor, %.1f s, peak %.0f MB, %s poses" % (result["seconds"], time.monotonic() - begin, result["memory"], result["count"]))
+    print("read_run: %.1f s of the processor, %.1f s, peak %.0f MB, %s poses" %
+          (result["seconds"], time.monotonic() - begin, result["memory"], result["count"]))
     return 0
 
 

@@ -1,4 +1,6 @@
-"""A simulated robot as the benches use it: connected, open, enabled, seen and driven through its packets, without ROS."""
+"""A simulated robot as the benches use it: connected, open, enabled, seen and driven through its packets,
+without ROS.
+"""
 
 import math
 import os
@@ -68,7 +70,8 @@ class SimulatedRobot:
 
     def _reported(self, reading: GripperReading) -> Tuple[Grip, Lift]:
         """The gripper as gripper_state would tell of it."""
-        paddles = GripStatus.OPEN if reading.paddles_open else GripStatus.CLOSED if reading.paddles_closed else GripStatus.BETWEEN
+        paddles = (GripStatus.OPEN if reading.paddles_open else
+                   GripStatus.CLOSED if reading.paddles_closed else GripStatus.BETWEEN)
         state = GripStatus.MOVING if reading.paddles_moving else paddles
         grip = Grip(state, 0, reading.inner_beam, reading.outer_beam, reading.left_contact, reading.right_contact)
         at_an_end = reading.lift_up or reading.lift_down

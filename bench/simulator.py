@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""What simulated robots cost: alone in each world, many in one world, in small and large worlds, and served over TCP with clients attached.
+"""What simulated robots cost: alone in each world, many in one world, in small and large worlds,
+and served over TCP with clients attached.
 
     python3 bench/simulator.py                       # everything, six minutes; prints the tables of bench/simulator.md
     python3 bench/simulator.py alone --seconds 20    # one part, shorter: alone, crowd, worlds, served
 
-All robots drive and turn away from what their front sonar hears, 16 transducers firing; each gets two commands every tenth of a second.
-Figures are time of the processor, not of a clock: the median of several runs, and the least and greatest of them.
+All robots drive and turn away from what their front sonar hears, 16 transducers firing; each gets two commands every
+tenth of a second. Figures are time of the processor, not of a clock:
+the median of several runs, and the least and greatest of them.
 """
 
 import argparse
@@ -88,9 +90,10 @@ def floor(count: int, rng: random.Random, spacing: float = 2.0) -> World:
     side = spacing * math.sqrt(count)
     walls = [(0.0, 0.0, side, 0.0), (side, 0.0, side, side), (side, side, 0.0, side), (0.0, side, 0.0, 0.0)]
     while len(walls) < count:
-        x, y, angle, length = rng.uniform(0, side), rng.uniform(0, side), rng.uniform(-math.pi, math.pi), rng.uniform(1.0, 2.0)
+        x, y, angle, length = rng.uniform(0, side), rng.uniform(0, side), rng.uniform(-math.pi,
+                                                                                      math.pi), rng.uniform(1.0, 2.0)
         walls.append((x, y, x + length * math.cos(angle), y + length * math.sin(angle)))
-    return World(f"{count} walls", walls)
+    return World("%s walls" % count, walls)
 
 
 def herd(world: World, count: int, rng: random.Random, **options) -> Herd:
@@ -108,7 +111,8 @@ def herd(world: World, count: int, rng: random.Random, **options) -> Herd:
 
 def spread(values: Sequence[float], form: str) -> str:
     """The median, and the least and greatest."""
-    return f"{statistics.median(values):{form}} ({min(values):{form}} to {max(values):{form}})"
+    return "%s (%s to %s)" % tuple(format(value, form)
+                                   for value in (statistics.median(values), min(values), max(values)))
 
 
 def table(*head: str) -> None:
@@ -130,21 +134,23 @@ def alone(seconds: float, runs: int) -> None:
         one = Herd(robots)
         one.drive(10.0)
         spent = [one.drive(seconds) for _ in range(runs)]
-        row(name, spread([seconds / each for each in spent], ".0f"), spread([each * 60.0 / seconds for each in spent], ".3f"), str(robot.contacts))
+        row(name, spread([seconds / each for each in spent], ".0f"),
+            spread([each * 60.0 / seconds for each in spent], ".3f"), str(robot.contacts))
 
 
 def crowd(seconds: float, runs: int) -> None:
     """One to five hundred robots in the same world."""
-    table("robots", "processor ms for a robot and simulated second", "processor seconds for a robot and minute", "vendor's", "robots per core")
+    table("robots", "processor ms for a robot and simulated second", "processor seconds for a robot and minute",
+          "vendor's", "robots per core")
     for count in CROWDS:
         rng = random.Random(1)
         many = herd(floor(CROWDED_WALLS, rng), count, rng)
         share = seconds * max(0.02, 1.0 / count) if count > 10 else seconds
         many.drive(5.0)
         each = [many.drive(share) / share / count for _ in range(runs)]
-        vendor = f"{VENDOR[count]:.2f}" if count in VENDOR else ""
+        vendor = "%.2f" % (VENDOR[count]) if count in VENDOR else ""
         row(str(count), spread([one * 1e3 for one in each], ".2f"), spread([one * 60.0 for one in each], ".3f"), vendor,
-            f"{1.0 / statistics.median(each):.0f}")
+            "%.0f" % (1.0 / statistics.median(each)))
 
 
 def worlds(seconds: float, runs: int) -> None:
@@ -156,7 +162,7 @@ def worlds(seconds: float, runs: int) -> None:
         made = time.process_time() - begin
         few = herd(world, 3, random.Random(3), gripper=False)
         few.drive(5.0)
-        row(str(count), spread([few.drive(seconds) / seconds / 3 * 1e3 for _ in range(runs)], ".2f"), f"{made:.2f}")
+        row(str(count), spread([few.drive(seconds) / seconds / 3 * 1e3 for _ in range(runs)], ".2f"), "%.2f" % made)
 
 
 # -- served: robots in a process of their own
@@ -199,18 +205,21 @@ class Client:
 
 def served(seconds: float, runs: int) -> None:
     """Robots in real time, each with a client that answers every SIP."""
-    table("robots", "processor ms for a robot and second, all of the server's", "robots per core", "of real time", "SIPs of those due", "memory (MB)")
+    table("robots", "processor ms for a robot and second, all of the server's", "robots per core", "of real time",
+          "SIPs of those due", "memory (MB)")
     for count in CROWDS:
         path = [str(pathlib.Path(__file__).parent), sys.path[0]]
-        with subprocess.Popen([sys.executable, "-c", SERVER.format(path=path, count=count)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        with subprocess.Popen([sys.executable, "-c", SERVER.format(path=path, count=count)], stdin=subprocess.PIPE,
+                              stdout=subprocess.PIPE,
                               universal_newlines=True) as server:
             clients = [Client(int(port)) for port in server.stdout.readline().split()]
             figures = [_served_run(server, clients, seconds) for _ in range(runs + 1)][1:]      # the first one warms up
             server.stdin.close()
         spent, lived, heard, used = zip(*figures)
         each = [one / passed / count for one, passed in zip(spent, lived)]
-        row(str(count), spread([one * 1e3 for one in each], ".2f"), f"{1.0 / statistics.median(each):.0f}", spread([one / seconds for one in lived], ".3f"),
-            spread([one / (seconds * 10 * count) for one in heard], ".3f"), f"{max(used):.0f}")
+        row(str(count), spread([one * 1e3 for one in each], ".2f"), "%.0f" % (1.0 / statistics.median(each)),
+            spread([one / seconds for one in lived], ".3f"),
+            spread([one / (seconds * 10 * count) for one in heard], ".3f"), "%.0f" % (max(used)))
 
 
 def _served_run(server: subprocess.Popen, clients: List[Client], seconds: float):
@@ -242,7 +251,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, help="simulated seconds of a run")
     parser.add_argument("--runs", type=int, help="how many runs of each")
     options = parser.parse_args()
-    print(f"Python {sys.version.split()[0]}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    print("Python %s, %s cores, load %.1f" % (sys.version.split()[0], os.cpu_count(), os.getloadavg()[0]))
     for name in options.parts or PARTS:
         measure, seconds, runs = PARTS[name]
         measure(options.seconds or seconds, options.runs or runs)

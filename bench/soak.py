@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 """A day of mixed driving with faults all the time: does anything grow, does anything go wrong?
 
-    python3 bench/soak.py                       # 24 simulated hours, a session and a simulated robot, as fast as they go
+    python3 bench/soak.py               # 24 simulated hours, a session and a simulated robot, as fast as they go
     python3 bench/soak.py --hours 1 --seed 7
-    python3 bench/soak.py --real 60             # 60 real minutes: both nodes, a master of their own, a line that is spoilt and cut
+    python3 bench/soak.py --real 60     # 60 real minutes: both nodes, a master of their own, a bad line that is cut
 
-A line per simulated hour (or real minute) shows what was done and what the process holds. Exit status 1 when something was wrong, or memory,
-threads or file descriptors grew after the first tenth. bench/soak.md has what was measured.
+A line per simulated hour (or real minute) shows what was done and what the process holds. Exit status 1 when something
+was wrong, or memory, threads or file descriptors grew after the first tenth. bench/soak.md has what was measured.
 """
 
 import argparse
@@ -83,7 +83,8 @@ def press(rig: Rig) -> None:
 
 
 FAULTS: Dict[str, Callable[[Rig], None]] = {
-    "1 % lost": lose(0.01), "20 % lost": lose(0.2), "50 % lost": lose(0.5), "spoilt": spoil, "silence": silence, "late": late, "pulled": pull,
+    "1 % lost": lose(0.01), "20 % lost": lose(0.2), "50 % lost": lose(0.5), "spoilt": spoil, "silence": silence,
+    "late": late, "pulled": pull,
     "restart": lambda rig: rig.firmware.restart(), "power cycle": lambda rig: rig.firmware.close_session(),
     "killed": lambda rig: rig.kill(rig.chance.uniform(0.0, 5.0)), "STOP button": press,
 }
@@ -126,7 +127,8 @@ class Day:
         rig, chance = self.rig, self.chance
         if rig.ready and rig.state is not None and not rig.state.motors_enabled:
             rig.request_motors(True)
-        rig.commanding = chance.choice((None, Velocity(0.0, 0.0), *[Velocity(chance.uniform(-0.5, 0.5), chance.uniform(-1.0, 1.0))] * 4))
+        rig.commanding = chance.choice((None, Velocity(0.0, 0.0),
+                                        *[Velocity(chance.uniform(-0.5, 0.5), chance.uniform(-1.0, 1.0))] * 4))
         rig.commands_per_step = chance.choice((1.5, 10, 10, 10, 100)) * STEP
         rig.run(chance.choice((0.2, 1.0, 3.0, 8.0)))
 
@@ -148,7 +150,8 @@ def soak(hours: float, seed: int, baud: Optional[int]) -> int:
     day, start, memory, objects = Day(seed, baud), time.monotonic(), [], []
     slices = max(10, round(hours))
     print("%6s %7s %9s %8s %9s %7s %9s %9s %9s %8s %8s %7s" % (
-        "hour", "real s", "states", "faults", "km", "turns", "bad sums", "stray B", "unread", "RSS kB", "objects", "wrong"))
+        "hour", "real s", "states", "faults", "km", "turns", "bad sums", "stray B", "unread", "RSS kB", "objects",
+        "wrong"))
     for number in range(slices):
         day.live(hours / slices)
         gc.collect()
@@ -156,8 +159,10 @@ def soak(hours: float, seed: int, baud: Optional[int]) -> int:
         objects.append(len(gc.get_objects()))
         counts, judge = day.rig.counts, day.rig.judge
         print("%6.1f %7.0f %9d %8d %9.2f %7d %9d %9d %9d %8d %8d %7d" % (
-            day.rig.now / 3600, time.monotonic() - start, day.rig.states, sum(day.faults.values()), judge.distance / 1000,
-            judge.turned / 6.2832, counts.bad_checksums, counts.discarded_bytes, counts.unreadable, memory[-1], objects[-1],
+            day.rig.now / 3600, time.monotonic() - start, day.rig.states, sum(day.faults.values()),
+            judge.distance / 1000,
+            judge.turned / 6.2832, counts.bad_checksums, counts.discarded_bytes, counts.unreadable, memory[-1],
+            objects[-1],
             len(judge.wrongs)), flush=True)
     print("faults: %s" % ", ".join("%d %s" % (count, name) for name, count in day.faults.items()))
     for wrong in day.rig.judge.wrongs:
@@ -178,7 +183,8 @@ class Node(NamedTuple):
     def holds(self) -> Dict[str, int]:
         """Memory, threads, file descriptors."""
         folder = "/proc/%d" % self.process.pid
-        return {"kB": resident_kb(self.process.pid), "threads": len(os.listdir(folder + "/task")), "files": len(os.listdir(folder + "/fd"))}
+        return {"kB": resident_kb(self.process.pid), "threads": len(os.listdir(folder + "/task")),
+                "files": len(os.listdir(folder + "/fd"))}
 
 
 @contextlib.contextmanager
@@ -216,15 +222,18 @@ def soak_real(minutes: float, seed: int) -> int:
     sys.path.insert(0, os.path.join(HERE, "..", "test", "integration"))
     from client_lines import SpoiltLine
     master, port = free_port(), free_port()
-    os.environ.update(ROS_MASTER_URI="http://127.0.0.1:%d" % master, ROS_HOSTNAME="127.0.0.1", ROS_HOME=tempfile.mkdtemp(prefix="pioneer-soak"))
+    os.environ.update(ROS_MASTER_URI="http://127.0.0.1:%d" % master, ROS_HOSTNAME="127.0.0.1",
+                      ROS_HOME=tempfile.mkdtemp(prefix="pioneer-soak"))
     with contextlib.ExitStack() as stack:
         stack.enter_context(running("master", "roscore", "-p", str(master)))
         wait_for(master)
-        robot = running("simulator", "/usr/bin/python3", node_program("p2os_simulator"), "__ns:=soak", "_world:=empty", "_tcp:=%d" % port)
+        robot = running("simulator", "/usr/bin/python3", node_program("p2os_simulator"), "__ns:=soak", "_world:=empty",
+                        "_tcp:=%d" % port)
         nodes = [stack.enter_context(robot)]
         wait_for(port)
         line = stack.enter_context(SpoiltLine(port, seed=seed))
-        nodes.append(stack.enter_context(running("driver", "/usr/bin/python3", node_program("p2os_driver"), "__ns:=soak", "_port:=%s" % line.url)))
+        nodes.append(stack.enter_context(running("driver", "/usr/bin/python3", node_program("p2os_driver"),
+                                                 "__ns:=soak", "_port:=%s" % line.url)))
         return watch(nodes, line, minutes, random.Random(seed))
 
 
@@ -241,7 +250,8 @@ def watch(nodes: List[Node], line, minutes: float, chance: random.Random) -> int
     motors = rospy.ServiceProxy("/soak/set_motors", SetBool)
     rospy.wait_for_service("/soak/set_motors")
     start, cuts, table = time.monotonic(), 0, {node.name: [] for node in nodes}
-    print("%6s %7s %7s %5s   %s" % ("minute", "poses", "spoilt", "cuts", "   ".join("%s: kB, threads, files" % node.name for node in nodes)))
+    print("%6s %7s %7s %5s   %s" % ("minute", "poses", "spoilt", "cuts",
+                                    "   ".join("%s: kB, threads, files" % node.name for node in nodes)))
     ended = threading.Event()
     while time.monotonic() - start < 60 * minutes:
         twist = Twist()

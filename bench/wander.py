@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 """How safe the wander is, and how far it gets: simulated robots in drawn worlds, through the protocol, without ROS.
 
-    python3 bench/wander.py                        # 200 worlds x 10 simulated minutes x 4 robots, our rule and the original one
+    python3 bench/wander.py         # 200 worlds x 10 simulated minutes x 4 robots, our rule and the original one
     python3 bench/wander.py --seeds 0-9 --minutes 2 --rule ours
 
-Each robot is a `Firmware`: its standard packets are decoded and put together as the driver does, one decision is taken per
-packet, and its command reaches the robot 80 ms later. Contacts are those of the body's true outline with walls and posts.
-What the columns mean is printed below the table. bench/wander.md has what was measured, and on which seeds.
+Each robot is a `Firmware`: its standard packets are decoded and put together as the driver does, one decision is taken
+per packet, and its command reaches the robot 80 ms later. Contacts are those of the body's true outline with walls and
+posts. What the columns mean is printed below the table. bench/wander.md has what was measured, and on which seeds.
 """
 
 import argparse
@@ -56,8 +56,8 @@ def our_rule(seed: int) -> Callable[[Snapshot], Move]:
 def original_rule(seed: int) -> Callable[[Snapshot], Move]:
     """The tutorial's wander as it was in 2012, with nothing mended but what would end it with an exception.
 
-    It commands once a second; "turn back" is never reached; with nothing open beyond 2 m the last command stays. Its choice of
-    sonars by number is kept; unlike the original it does accept robots without sixteen of them.
+    It commands once a second; "turn back" is never reached; with nothing open beyond 2 m the last command stays. Its
+    choice of sonars by number is kept; unlike the original it does accept robots without sixteen of them.
     """
     last = Move(0.0, 0.0, "nothing said yet")
     next_time = 0.0
@@ -114,7 +114,8 @@ def drive(setup: str, rule: str, seed: int, minutes: float) -> Run:
         if first_contact is None and robot.firmware.contacts:
             first_contact = (robot.firmware.time, command.reason, path[-1])
     return Run(
-        setup, rule, seed, world.name, robot.firmware.contacts, length(path), forward / (len(path) - 1), stuck_minutes(world, path),
+        setup, rule, seed, world.name, robot.firmware.contacts, length(path), forward / (len(path) - 1),
+        stuck_minutes(world, path),
         room(world, *path[0][:2]) > ROOM, covered(path), first_contact,
     )
 
@@ -139,7 +140,8 @@ def stuck_minutes(world, path) -> int:
 def covered(path, cell: float = 0.1) -> float:
     """Area [m^2] of the floor within SWATH of the path, in cells of 0.1 m."""
     reach = math.ceil(SWATH / cell)
-    near = [(i, j) for i in range(-reach, reach + 1) for j in range(-reach, reach + 1) if math.hypot(i, j) * cell <= SWATH]
+    near = [(i, j) for i in range(-reach, reach + 1) for j in range(-reach, reach + 1)
+            if math.hypot(i, j) * cell <= SWATH]
     visited = {(round(x / cell), round(y / cell)) for x, y, _ in path}
     return len({(x + i, y + j) for x, y in visited for i, j in near}) * cell * cell
 
@@ -148,7 +150,8 @@ HEADINGS = ("contacts", "in worlds", "median m", "worst m", "forward %", "short"
 LEGEND = """
 contacts   collisions of the body's true outline with walls or posts, and in how many worlds
 median m, worst m   distance driven;  forward %%   share of the time at more than %(forward)g m/s ahead
-short      worlds with room (more than %(room)g m across at 0.5 m clearance) in which it drove less than %(enough)g m per minute
+short      worlds with room (more than %(room)g m across at 0.5 m clearance)
+           in which it drove less than %(enough)g m per minute
 stuck min  minutes within %(spot)g m of one spot from which a way wider than %(gap)g m leads out
 area m2    floor within %(swath)g m of the path (mean)""" % dict(
     forward=FORWARD, room=ROOM, enough=ENOUGH, spot=SPOT, gap=GAP, swath=SWATH)
@@ -158,7 +161,8 @@ def summary(runs: List[Run], minutes: float) -> Tuple:
     """The figures of one row, in the order of HEADINGS."""
     distances = sorted(run.distance for run in runs)
     return (
-        sum(run.contacts for run in runs), sum(run.contacts > 0 for run in runs), distances[len(distances) // 2], distances[0],
+        sum(run.contacts for run in runs), sum(run.contacts > 0 for run in runs), distances[len(distances) // 2],
+        distances[0],
         100 * sum(run.forward for run in runs) / len(runs), sum(too_short(run, minutes) for run in runs),
         sum(run.stuck_minutes for run in runs), sum(run.area for run in runs) / len(runs),
     )
@@ -182,7 +186,8 @@ def report(runs: List[Run], minutes: float) -> str:
         for rule in RULES:
             mine = [run for run in runs if (run.setup, run.rule) == (setup, rule)]
             if mine:
-                figures = ["%11d" % each if isinstance(each, int) else "%11.1f" % each for each in summary(mine, minutes)]
+                figures = ["%11d" % each if isinstance(each, int) else "%11.1f" % each
+                           for each in summary(mine, minutes)]
                 lines.append("%-33s %-9s" % (setup, rule) + "".join(figures))
     return "\n".join(lines)
 
@@ -191,15 +196,18 @@ def main() -> int:
     """Run what the command line says; exit status 1 when our rule misses what is wanted of it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="200-399", help="first-last (default: %(default)s)")
-    parser.add_argument("--minutes", type=float, default=10.0, help="simulated minutes per world (default: %(default)s)")
+    parser.add_argument("--minutes", type=float, default=10.0,
+                        help="simulated minutes per world (default: %(default)s)")
     parser.add_argument("--rule", choices=["ours", "original", "both"], default="both")
     parser.add_argument("--robots", default="", help="only setups whose name starts so, several by ';'")
     parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args()
     first, last = (int(each) for each in options.seeds.split("-"))
     rules = list(RULES) if options.rule == "both" else [options.rule]
-    setups = [name for name in SETUPS if any(name == each or name.startswith(each) for each in options.robots.split(";"))]
-    jobs = [(setup, rule, seed, options.minutes) for setup in setups for rule in rules for seed in range(first, last + 1)]
+    setups = [name
+              for name in SETUPS if any(name == each or name.startswith(each) for each in options.robots.split(";"))]
+    jobs = [(setup, rule, seed, options.minutes) for setup in setups for rule in rules
+            for seed in range(first, last + 1)]
     runs: List[Run] = []
     with Pool(options.processes) as pool:
         for run in pool.imap_unordered(_drive, jobs):

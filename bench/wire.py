@@ -1,10 +1,12 @@
 #!/usr/bin/python3
-"""What it costs to publish every byte of the line (parameter publish_wire of the driver), side by side with a driver that does not.
+"""What it costs to publish every byte of the line (parameter publish_wire of the driver),
+side by side with a driver that does not.
 
     ./pioneer shell /usr/bin/python3 bench/wire.py      # a minute and a half; prints the table of bench/wire.md
 
-Three drivers, each with a robot of its own, take turns as in bench/driver.py: `off`, `on` with nobody who listens to wire, and `heard`, whose wire
-this process takes. Each has a subscriber of pose and of sonar. Processor time is that of all threads of a driver's process.
+Three drivers, each with a robot of its own, take turns as in bench/driver.py: `off`, `on` with nobody who listens to
+wire, and `heard`, whose wire this process takes. Each has a subscriber of pose and of sonar.
+Processor time is that of all threads of a driver's process.
 """
 
 import glob
@@ -14,7 +16,8 @@ import time
 from typing import Dict, List, NamedTuple
 
 import rospy
-from driver import (ENOUGH, FAST, MANY, NODES, PATIENCE, SLOW, Commander, Node, Phase, Poses, ScriptedRobot, command_latencies, master, median,
+from driver import (ENOUGH, FAST, MANY, NODES, PATIENCE, SLOW, Commander, Node, Phase, Poses, ScriptedRobot,
+                    command_latencies, master, median,
                     pose_latencies)
 from geometry_msgs.msg import Twist
 from std_srvs.srv import SetBool
@@ -48,7 +51,8 @@ def measure() -> Dict[str, Dict[Phase, Cost]]:
     robots = {name: ScriptedRobot(turn / len(PUBLISHES), is_open=False) for turn, name in enumerate(PUBLISHES)}
     rospy.init_node("bench", disable_signals=True)
     poses = {name: Poses(name) for name in PUBLISHES}
-    publishers = {name: rospy.Publisher("/%s/cmd_vel" % name, Twist, queue_size=1, tcp_nodelay=True) for name in PUBLISHES}
+    publishers = {name: rospy.Publisher("/%s/cmd_vel" % name, Twist, queue_size=1, tcp_nodelay=True)
+                  for name in PUBLISHES}
     for topic in ["/%s/sonar" % name for name in PUBLISHES] + ["/heard/wire"]:
         rospy.Subscriber(topic, rospy.AnyMsg, lambda message: None)
     nodes = {}
@@ -75,7 +79,8 @@ def measure() -> Dict[str, Dict[Phase, Cost]]:
         for name, robot in robots.items():
             record = robot.record()
             commands, _ = command_latencies(commander.sent[name], record)
-            found[name][phase] = Cost(pose_latencies(poses[name].heard, record), commands, (after[name] - before[name]) / wall * 60)
+            found[name][phase] = Cost(pose_latencies(poses[name].heard, record), commands,
+                                      (after[name] - before[name]) / wall * 60)
     for node in nodes.values():
         node.end(signal.SIGINT)
     return found
@@ -91,7 +96,9 @@ def main() -> int:
                            ("cmd_vel to the line, median", lambda cost: median(cost.command), "%.2f ms")):
         for phase in (SLOW, FAST, MANY):
             off, *others = (of(found[name][phase]) for name in PUBLISHES)
-            print("| %s; %s | %s | %s |" % (what, phase, form % off, " | ".join((form + " (%.2f x)") % (other, other / off) for other in others)))
+            print("| %s; %s | %s | %s |" % (what, phase, form % off,
+                                            " | ".join((form + " (%.2f x)") % (other, other / off)
+                                                       for other in others)))
     return 0
 
 

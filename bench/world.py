@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""What one look of the sonar, one contact test and one clearance cost in small and large worlds: `python3 bench/world.py`.
+"""What one look of the sonar, one contact test and one clearance cost in small and large worlds:
+`python3 bench/world.py`.
 
-A look is five transducers of one robot, as a SIP brings. Large worlds are as dense as an office, one wall of 1 to 2 m for each
-square metre. Robots stand at random places; each first looks once, which finds its neighbourhood, and that is listed apart.
+A look is five transducers of one robot, as a SIP brings. Large worlds are as dense as an office, one wall of 1 to 2 m
+for each square metre. Robots stand at random places; each first looks once, which finds its neighbourhood,
+and that is listed apart.
 
 Measured on two cores that others were using too (Python 3.11, numpy 1.24), in microseconds:
 
@@ -33,9 +35,10 @@ def plain(count, rng):
     """A square floor with one wall a square metre."""
     side, walls = math.sqrt(count), []
     for _ in range(count):
-        x, y, angle, length = rng.uniform(0, side), rng.uniform(0, side), rng.uniform(-math.pi, math.pi), rng.uniform(1.0, 2.0)
+        x, y, angle, length = rng.uniform(0, side), rng.uniform(0, side), rng.uniform(-math.pi,
+                                                                                      math.pi), rng.uniform(1.0, 2.0)
         walls.append((x, y, x + length * math.cos(angle), y + length * math.sin(angle)))
-    return World(f"{count} walls", walls)
+    return World("%s walls" % count, walls)
 
 
 def microseconds(function, arguments):
@@ -58,9 +61,11 @@ def measure(world, model, rng):
     looks, outlines = [], []
     for x, y, heading in places:
         cosine, sine = math.cos(heading), math.sin(heading)
-        sensors = [(x + s.x * cosine - s.y * sine, y + s.x * sine + s.y * cosine, heading + s.heading) for s in model.sonar[1:6]]
+        sensors = [(x + s.x * cosine - s.y * sine, y + s.x * sine + s.y * cosine, heading + s.heading)
+                   for s in model.sonar[1:6]]
         looks.append((*zip(*sensors), HALF_WIDTH, MAXIMUM))
-        outlines.append(([(x + px * cosine - py * sine, y + px * sine + py * cosine) for px, py in model.outline(gripper=True)],))
+        outlines.append(([(x + px * cosine - py * sine, y + px * sine + py * cosine)
+                          for px, py in model.outline(gripper=True)],))
     begin = time.perf_counter()
     for look in looks:
         world.echoes(*look)
@@ -72,10 +77,10 @@ def measure(world, model, rng):
 def main():
     rng, model = random.Random(1), find_model("p3dx-sh")
     worlds = [load_world("tutorial"), load_world("office")] + [plain(count, rng) for count in (10, 1000, 100000)]
-    print(f"{'world':15}{'walls':>8}{'posts':>7}{'first look':>13}{'look':>8}{'contact':>10}{'clearance':>12}")
+    print("%-15s%8s%7s%13s%8s%10s%12s" % ("world", "walls", "posts", "first look", "look", "contact", "clearance"))
     for world in worlds:
         row = "{:13.0f}{:8.0f}{:10.1f}{:12.1f}".format(*measure(world, model, rng))
-        print(f"{world.name:15}{len(world.walls):8d}{len(world.posts):7d}{row}")
+        print("%-15s%8d%7d%s" % (world.name, len(world.walls), len(world.posts), row))
 
 
 if __name__ == "__main__":

@@ -63,7 +63,8 @@ def pytest_suite(kind: str, results: pathlib.Path, workers: int) -> Suite:
     """The tests of one folder, by pytest."""
     report = results / kind / "pytest" / "pytest.xml"
     return Suite(kind, "pytest", [
-        sys.executable, "-m", "pytest", "-q", "--no-header", "--continue-on-collection-errors", "-p", "no:cacheprovider",
+        sys.executable, "-m", "pytest", "-q", "--no-header", "--continue-on-collection-errors", "-p",
+        "no:cacheprovider",
         "-n", str(workers), "--timeout", str(TEST_LIMIT), "--junit-xml=%s" % report, "test/" + kind])
 
 

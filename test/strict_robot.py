@@ -1,15 +1,18 @@
-"""A robot with the strictest handshake there is: the vendor's simulator, as it was measured on the wire (protocol sheet 13).
+"""A robot with the strictest handshake there is: the vendor's simulator,
+as it was measured on the wire (protocol sheet 13).
 
 Before a session *every* packet is a step of the handshake:
 
 * SYNC0, SYNC1, SYNC2 in this order connect. SYNC0 may be repeated.
-* CLOSE is SYNC2, byte for byte. Sent first, it opens the session: the robot tells its name and streams SIPs. The next CLOSE makes it hang up.
-* Any other packet sent first (STOP, ENABLE 0, VEL 0, ...) gets an echo of three bytes, and the handshake is dead: no answer until the robot hangs up
-  at SYNC2.
+* CLOSE is SYNC2, byte for byte. Sent first, it opens the session: the robot tells its name and streams SIPs.
+  The next CLOSE makes it hang up.
+* Any other packet sent first (STOP, ENABLE 0, VEL 0, ...) gets an echo of three bytes, and the handshake is dead:
+  no answer until the robot hangs up at SYNC2.
 * Ten packets or 10 s without a session, and the robot hangs up.
 
-To hang up means: close the connection on TCP, wait for SYNC0 again on a pseudo-terminal. ``StrictRobot`` is sans-I/O; ``StrictServer`` puts it on
-TCP or on a pseudo-terminal in real time. Nothing in here comes from the simulator of the package; packets are those of ``p2os``.
+To hang up means: close the connection on TCP, wait for SYNC0 again on a pseudo-terminal. ``StrictRobot`` is sans-I/O;
+``StrictServer`` puts it on TCP or on a pseudo-terminal in real time.
+Nothing in here comes from the simulator of the package; packets are those of ``p2os``.
 """
 
 import os
@@ -31,8 +34,10 @@ CONFIG = p2os.encode_packet(p2os.Config("Pioneer", "p3dx-sh", "SIM", 0, 9999, 99
 def sip(x_mm=0.0, motors=False, speed_mm_s=0):
     """A SIP of a robot on the x axis, with no sonar reading in it."""
     return p2os.Sip(
-        type_id=p2os.STOPPED, x_counts=round(x_mm) % p2os.COUNT_RANGE, y_counts=0, heading_units=0, left_velocity_units=speed_mm_s,
-        right_velocity_units=speed_mm_s, battery_dv=130, left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0), control_units=0,
+        type_id=p2os.STOPPED, x_counts=round(x_mm) % p2os.COUNT_RANGE, y_counts=0, heading_units=0,
+        left_velocity_units=speed_mm_s,
+        right_velocity_units=speed_mm_s, battery_dv=130, left_stall_bits=p2os.StallBits(0),
+        right_stall_bits=p2os.StallBits(0), control_units=0,
         flags=p2os.Flags.SONAR_1 | (p2os.Flags.MOTORS_ENABLED if motors else p2os.Flags(0)), compass=0, sonar=())
 
 
@@ -151,7 +156,8 @@ class StrictServer:
         self.pty = pty
         self.port = port
         self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._serve_pty if pty else self._serve_tcp, name="strict robot", daemon=True)
+        self._thread = threading.Thread(target=self._serve_pty if pty else self._serve_tcp, name="strict robot",
+                                        daemon=True)
 
     @property
     def url(self):

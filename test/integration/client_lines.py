@@ -9,7 +9,9 @@ import tty
 
 
 class SpoiltLine:
-    """A TCP relay to ``port``: spoils a share of the pieces that pass either way, and drops its connections on request."""
+    """A TCP relay to ``port``: spoils a share of the pieces that pass either way,
+    and drops its connections on request.
+    """
 
     def __init__(self, port, spoil=0.0, seed=1):
         self.spoil = spoil

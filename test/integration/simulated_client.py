@@ -1,4 +1,6 @@
-"""The whole client, `Robot` with its back-off, and a simulated robot, in one thread and in simulated time: a serial line or a TCP connection that can be broken."""
+"""The whole client, `Robot` with its back-off, and a simulated robot, in one thread and in simulated time:
+a serial line or a TCP connection that can be broken.
+"""
 
 import pioneer_control.client.robot as robot_module
 from pioneer_control.client import Robot
@@ -17,9 +19,9 @@ LIMIT = 60.0        # simulated s that nothing takes
 class Life:
     """A client and a robot, and what befalls them.
 
-    ``script`` is a generator function of this life. It begins with the client, yields the seconds to wait next, and acts in between; at its end the
-    client is closed. All that they say is in ``states`` and ``events``, and in its order in ``told``; ``plugged`` is False while the port is gone, ``carries`` while its
-    cable ends in the air.
+    ``script`` is a generator function of this life. It begins with the client, yields the seconds to wait next, and
+    acts in between; at its end the client is closed. All that they say is in ``states`` and ``events``, and in its
+    order in ``told``; ``plugged`` is False while the port is gone, ``carries`` while its cable ends in the air.
     """
 
     def __init__(self, monkeypatch, script, firmware=None, url="/dev/robot", on_write=lambda data: None, **settings):

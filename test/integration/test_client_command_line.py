@@ -1,4 +1,6 @@
-"""``python3 -m pioneer_control.client PORT`` as a person runs it: what it prints, how it ends, and that nothing ever moves."""
+"""``python3 -m pioneer_control.client PORT`` as a person runs it:
+what it prints, how it ends, and that nothing ever moves.
+"""
 
 import os
 import signal
@@ -37,7 +39,8 @@ class Recorder(Firmware):
 
 
 def run(*arguments):
-    return subprocess.run(COMMAND + list(arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=LIMIT)
+    return subprocess.run(COMMAND + list(arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          universal_newlines=True, timeout=LIMIT)
 
 
 def firmware(**options):
@@ -52,7 +55,8 @@ def server(tmp_path):
 
 def rows(text):
     words = "STOP button"       # all other names are one
-    return dict((words, line[len(words):].strip()) if line.startswith(words) else line.split(None, 1) for line in text.splitlines())
+    return dict((words, line[len(words):].strip()) if line.startswith(words) else line.split(None, 1)
+                for line in text.splitlines())
 
 
 @pytest.mark.parametrize("line", ["tcp", "pty"])
@@ -61,9 +65,12 @@ def test_the_report(server, line):
     result = run(port)
     assert (result.returncode, result.stderr) == (0, "")
     report = rows(result.stdout)
-    assert report["name"] == "rosie" and report["model"].startswith("p3dx-sh") and report["firmware"].startswith("ARCOS 2.9")
-    assert report["battery"] == "13.0 V (alarm at 11.5 V)" and report["motors"] == "off" and report["STOP button"] == "released"
-    assert report["limits"].startswith("0.75 m/s, 100 deg/s") and report["gripper"] == "paddles open, lift up, beams clear"
+    assert (report["name"] == "rosie" and report["model"].startswith("p3dx-sh") and
+            report["firmware"].startswith("ARCOS 2.9"))
+    assert (report["battery"] == "13.0 V (alarm at 11.5 V)" and report["motors"] == "off" and
+            report["STOP button"] == "released")
+    assert (report["limits"].startswith("0.75 m/s, 100 deg/s") and
+            report["gripper"] == "paddles open, lift up, beams clear")
     assert report["sonar"].startswith("on; m: 0:- 1:-") and "15:-" in report["sonar"] and "?" not in report["sonar"]
     assert report["link"].endswith("0 bad checksums, 0 bytes discarded")
 
@@ -95,7 +102,8 @@ def test_an_unknown_subtype_is_printed_with_what_to_do(server):
 
 
 @pytest.mark.parametrize("port, message", [
-    ("/dev/nonesuch", "no such port"), ("socket://localhost:1", "connection refused"), ("http://robot", "cannot understand")])
+    ("/dev/nonesuch", "no such port"), ("socket://localhost:1", "connection refused"),
+    ("http://robot", "cannot understand")])
 def test_ports_that_do_not_open(port, message):
     result = run(port)
     assert result.returncode == 1 and message in result.stderr and len(result.stderr.splitlines()) == 1
@@ -127,7 +135,8 @@ def test_a_signal_ends_it_politely(server, number, code):
     def receive(data):
         take(data)
         if server.firmware.session is FirmwareState.OPEN:
-            server.firmware.advance = lambda dt: b""    # it never gets the state it waits for, and so cannot end before the signal
+            # it never gets the state it waits for, and so cannot end before the signal
+            server.firmware.advance = lambda dt: b""
             opened.set()
 
     server.firmware.receive = receive

@@ -15,7 +15,8 @@ from pioneer_control.simulator.world import load_world
 from simulated_client import STEP, Life
 
 OWN, FAST = 9600, 115200
-FOUND = 7.0 + 2.0       # s in which a robot at any speed is found, after a try that was on its way already (client/handshake.py)
+# s in which a robot at any speed is found, after a try that was on its way already (client/handshake.py)
+FOUND = 7.0 + 2.0
 HOSTBAUD = p2os.encode_command("HOSTBAUD", p2os.BAUD_RATES.index(FAST))
 
 
@@ -58,7 +59,8 @@ def test_a_line_that_breaks_while_its_speed_changes(monkeypatch, pull, seconds, 
     life = Life(monkeypatch, script, host_baud=FAST, on_write=written.append)
     assert life.firmware.session is FirmwareState.WAITING and life.firmware.baud == OWN
     given_up = [event for event in life.of(LinkDown) if "not tried again" in str(event.error)]
-    assert [speed.baud for speed in life.of(LineSpeed)][-1:] == ([] if given_up else [FAST]), "what breaks once breaks by chance"
+    assert [speed.baud for speed in life.of(LineSpeed)][-1:] == ([] if given_up
+                                                                 else [FAST]), "what breaks once breaks by chance"
     assert not given_up or pull is pull_the_plug and seconds > 1
 
 
@@ -79,7 +81,8 @@ def test_a_line_that_breaks_each_time_its_speed_changes_is_left_at_its_own_and_t
     life = None
     Life(monkeypatch, script, host_baud=FAST, on_write=break_it)
     assert len(life.of(LinkDown)) >= 2 and life.line.baud == OWN
-    assert life.of(LineSpeed) == [LineSpeed(OWN, "the link broke 2 times when its line was to change to 115200 baud; not tried again")]
+    assert life.of(LineSpeed) == [
+        LineSpeed(OWN, "the link broke 2 times when its line was to change to 115200 baud; not tried again")]
     assert [type(event) for event in life.events].index(Ready) > 0
 
 
@@ -122,7 +125,8 @@ def test_a_controller_that_restarts_while_it_is_told_its_settings(monkeypatch, r
         seen = len(life.of(Tuned))
         yield from life.until(lambda: len(life.of(Tuned)) > seen)
         config = life.robot.identity.config
-        life.has = config.translation_acceleration_mm_s2, config.translation_deceleration_mm_s2, config.rotation_kp, config.translation_ki
+        life.has = (config.translation_acceleration_mm_s2, config.translation_deceleration_mm_s2, config.rotation_kp,
+                    config.translation_ki)
 
     life = Life(monkeypatch, script, tuning=TUNING)
     assert life.has == (400, 350, 55, 3)
@@ -133,7 +137,8 @@ def test_a_controller_that_restarts_while_it_is_told_its_settings(monkeypatch, r
 
 # Another robot at the same cable
 
-@pytest.mark.parametrize("first, second", [("p3dx-sh", "amigo-sh"), ("amigo-sh", "p3dx-sh"), ("p3at-sh", "pion1m"), ("pion1m", "peoplebot-sh")])
+@pytest.mark.parametrize("first, second", [("p3dx-sh", "amigo-sh"), ("amigo-sh", "p3dx-sh"), ("p3at-sh", "pion1m"),
+                                           ("pion1m", "peoplebot-sh")])
 def test_another_model_after_a_reconnect_is_all_of_it_another(monkeypatch, first, second):
     def script(life):
         yield from life.until(lambda: life.robot.ready)
@@ -164,7 +169,8 @@ def test_another_model_after_a_reconnect_is_all_of_it_another(monkeypatch, first
     life = Life(monkeypatch, script, robot(first))
     assert life.far.x > 0.1 and life.identity.model.subtype == second
     assert len(life.last.sonar) == life.firmware.model.sonar_count
-    assert life.last.x == pytest.approx(0.0, abs=1e-9) or find_model(first).dist_mm_per_unit == find_model(second).dist_mm_per_unit
+    assert (life.last.x == pytest.approx(0.0, abs=1e-9) or
+            find_model(first).dist_mm_per_unit == find_model(second).dist_mm_per_unit)
     assert not life.last.motors_enabled and not life.last.moving
     assert 0.1 < life.fastest <= life.identity.max_linear + 1e-6
 

@@ -1,4 +1,6 @@
-"""How long it takes from the moment a line is good again until the next pose: a session with the real pauses between attempts, in simulated time."""
+"""How long it takes from the moment a line is good again until the next pose:
+a session with the real pauses between attempts, in simulated time.
+"""
 
 import sys
 from pathlib import Path
@@ -10,7 +12,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 from faulty_link import Rig, Velocity, lost
 
 LIMIT = 2.0         # s
-BOOT = 1.0          # s that the simulated robot does not hear after it is switched on; counted, but for a line that is slow itself
+# s that the simulated robot does not hear after it is switched on; counted, but for a line that is slow itself
+BOOT = 1.0
 SEEDS = range(8)
 LASTED = 20.0       # s
 
@@ -52,7 +55,8 @@ def switched_off_with_its_bridge(rig):
 
 
 @pytest.mark.parametrize("baud", [None, 9600, 115200])
-@pytest.mark.parametrize("befall", [two_bits_flipped, two_bits_flipped_to_the_client, cable_pulled_from_the_computer, cable_pulled_from_the_robot,
+@pytest.mark.parametrize("befall", [two_bits_flipped, two_bits_flipped_to_the_client, cable_pulled_from_the_computer,
+                                    cable_pulled_from_the_robot,
                                     switched_off, switched_off_with_its_bridge])
 def test_the_next_pose_comes_soon_after_the_fault(befall, baud):
     times = []

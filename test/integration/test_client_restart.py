@@ -1,4 +1,6 @@
-"""A driver is killed while the robot drives, and started again on a line that loses packets: what does the robot do until it is closed?"""
+"""A driver is killed while the robot drives, and started again on a line that loses packets:
+what does the robot do until it is closed?
+"""
 
 import sys
 from pathlib import Path
@@ -19,7 +21,8 @@ STARTS = 40
 NEVER = 0.0          # m
 WATCHED = 3.5       # s after which the robot's watchdog has stopped it; it is open, and remembers its set points
 
-OLDEST_FIRST = [next(subtype for subtype, model in sorted(load_models().items()) if model.firmware_family == family) for family in FAMILIES]
+OLDEST_FIRST = [next(subtype for subtype, model in sorted(load_models().items()) if model.firmware_family == family)
+                for family in FAMILIES]
 
 
 @pytest.mark.parametrize("baud", [None, 9600])
@@ -48,7 +51,8 @@ def moves_after_a_restart(seed, share, baud):
     rig.to_robot.fault = rig.to_client.fault = lambda packet: (packet,) if rig.chance.random() >= share else ()
     rig.kill(WATCHED)
     rig.run(WATCHED)
-    assert rig.firmware.session is FirmwareState.OPEN and rig.firmware.motors_enabled and rig.firmware.velocity == (0.0, 0.0)
+    assert (rig.firmware.session is FirmwareState.OPEN and rig.firmware.motors_enabled and
+            rig.firmware.velocity == (0.0, 0.0))
     before = rig.judge.distance
     rig.run_until(lambda: rig.firmware.session is FirmwareState.WAITING)
     rig.run(0.5)
@@ -56,10 +60,13 @@ def moves_after_a_restart(seed, share, baud):
 
 
 @pytest.mark.parametrize("baud, share, may_stir, farthest", [
-    (9600, 0.01, 0, NEVER), (9600, 0.2, 0, NEVER), (9600, 0.5, 2, 0.01), (None, 0.01, 0, NEVER), (None, 0.2, 2, 0.02), (None, 0.5, 8, 0.06)])
+    (9600, 0.01, 0, NEVER), (9600, 0.2, 0, NEVER), (9600, 0.5, 2, 0.01), (None, 0.01, 0, NEVER), (None, 0.2, 2, 0.02),
+    (None, 0.5, 8, 0.06)])
 def test_a_robot_left_open_does_not_stir_at_a_restart(baud, share, may_stir, farthest):
-    """On a serial line, at 50 %, one start of thousands cannot be helped: no packet tells of the robot, no CLOSE reaches it, and the SYNC0 behind
-    them does. TCP itself loses nothing. Behind a radio that does, SYNC0 is the first packet to a robot that was not heard.
+    """On a serial line, at 50 %, one start of thousands cannot be helped:
+    no packet tells of the robot, no CLOSE reaches it, and the SYNC0 behind
+    them does. TCP itself loses nothing. Behind a radio that does, SYNC0 is the first packet to a robot that was not
+    heard.
     """
     moved = [moves_after_a_restart(seed, share, baud) for seed in range(STARTS)]
     assert sum(distance > 1e-6 for distance in moved) <= may_stir and max(moved) <= farthest + 1e-6, moved

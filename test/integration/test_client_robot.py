@@ -12,7 +12,8 @@ import pytest
 
 from pioneer_control import p2os
 from pioneer_control.client import LinkDown, Motion, PacketReceived, Ready, Robot, RobotState
-from pioneer_control.errors import LinkLostError, NoAnswerError, NotConfirmedError, PortError, RefusedError, UnknownModelError, UsageError
+from pioneer_control.errors import (
+    LinkLostError, NoAnswerError, NotConfirmedError, PortError, RefusedError, UnknownModelError, UsageError)
 from pioneer_control.p2os import GripperCommand, encode_command
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware, FirmwareState
@@ -60,7 +61,8 @@ def waiting(server):
 
 def test_connect_drive_stop_and_leave(server, url):
     with Robot(url) as robot:
-        assert (robot.identity.subtype, robot.identity.name, robot.identity.has_gripper) == ("p3dx-sh", "sim_0001", True)
+        assert (robot.identity.subtype, robot.identity.name,
+                robot.identity.has_gripper) == ("p3dx-sh", "sim_0001", True)
         assert not robot.state.motors_enabled and robot.state.gripper is not None
         robot.enable_motors()
         assert robot.state.motors_enabled
@@ -171,7 +173,9 @@ def test_a_listener_that_hangs_holds_up_no_dead_man(server, listens, goes_on):
 
 
 def test_a_shorter_time_out_holds_at_once_also_while_a_listener_hangs(server, listens, monkeypatch):
-    """The guard sleeps until something is due, or as long as a velocity is good: that may have become less since it fell asleep."""
+    """The guard sleeps until something is due, or as long as a velocity is good:
+    that may have become less since it fell asleep.
+    """
     monkeypatch.setattr("pioneer_control.client.session.SILENCE", 10 * LIMIT)
     hang, hanging, told, take = threading.Event(), threading.Event(), [], server.firmware.receive
 
@@ -208,7 +212,9 @@ def test_a_session_that_is_closed_during_a_hang_goes_on_to_its_end(server, liste
 
 
 def test_the_guard_sleeps_no_longer_than_a_velocity_is_good(server):
-    """Nothing is due for 2 s of a robot that stands; but one that is told to drive just now, and then hangs, must stop in time."""
+    """Nothing is due for 2 s of a robot that stands; but one that is told to drive just now, and then hangs,
+    must stop in time.
+    """
     pauses = []
     with Robot(server.url, command_timeout=0.3, pulse=0) as robot:
         wait = robot._alert.wait
@@ -371,7 +377,8 @@ def test_sonar_gripper_outputs_and_odometry_reset(server):
 
 
 @pytest.mark.parametrize("command, value", [
-    (0, None), (99, None), ("open", None), (GripperCommand.OPEN, 5), (16, None), (16, 0), (16, 101), (17, 0), (17, -256)])
+    (0, None), (99, None), ("open", None), (GripperCommand.OPEN, 5), (16, None), (16, 0), (16, 101), (17, 0),
+    (17, -256)])
 def test_gripper_commands_that_mean_nothing_are_refused(server, command, value):
     with pytest.raises(UsageError, match="gripper command"):
         Robot(server.url).gripper(command, value)
@@ -389,7 +396,8 @@ def test_pressure_and_carry_bring_their_value(server):
 def test_packets_besides_the_sip_are_asked_for_again_after_a_reconnect_and_end_with_the_session(server):
     got = []
     with SpoiltLine(port_of(server)) as line:
-        robot = Robot(line.url, reconnect=True, on_event=lambda event: isinstance(event, PacketReceived) and got.append(type(event.packet)))
+        robot = Robot(line.url, reconnect=True, on_event=lambda event: isinstance(event, PacketReceived) and
+                      got.append(type(event.packet)))
         robot.request_data("io")
         with robot:
             robot.request_data("encoder")
@@ -403,7 +411,8 @@ def test_packets_besides_the_sip_are_asked_for_again_after_a_reconnect_and_end_w
             with pytest.raises(UsageError, match="'sonar'; legal: io, gyro"):
                 robot.request_data("sonar")
     got.clear()
-    with Robot(server.url, on_event=lambda event: isinstance(event, PacketReceived) and got.append(type(event.packet))) as robot:
+    with Robot(server.url, on_event=lambda event: isinstance(event, PacketReceived) and
+               got.append(type(event.packet))) as robot:
         robot.wait_for_state()
         robot.wait_for_state()
         assert got == []
@@ -509,7 +518,9 @@ def test_a_write_that_fails_is_told_and_ends_the_link(server, by):
 
 
 def test_a_line_that_is_found_dead_just_before_it_is_read_is_connected_again(server):
-    """A command writes to a line that takes nothing, which takes its time; the I/O thread comes back from a listener meanwhile."""
+    """A command writes to a line that takes nothing, which takes its time;
+    the I/O thread comes back from a listener meanwhile.
+    """
     listening, found = threading.Event(), threading.Event()
 
     def refuse(data):
@@ -610,10 +621,12 @@ def test_threads_and_descriptors_are_given_back(server):
 
     with Robot(server.url):
         pass
-    until(lambda: not [thread for thread in threading.enumerate() if thread.name.startswith("pioneer ")], "no thread left")
+    until(lambda: not [thread for thread in threading.enumerate() if thread.name.startswith("pioneer ")],
+          "no thread left")
     before = descriptors()
     for _ in range(3):
         with Robot(server.pty_link):
             pass
-    until(lambda: not [thread for thread in threading.enumerate() if thread.name.startswith("pioneer ")], "no thread left")
+    until(lambda: not [thread for thread in threading.enumerate() if thread.name.startswith("pioneer ")],
+          "no thread left")
     assert descriptors() == before

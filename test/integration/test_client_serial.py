@@ -1,4 +1,6 @@
-"""Robot against the simulated robot over a serial line that has a speed, and a port that is another one after a while."""
+"""Robot against the simulated robot over a serial line that has a speed,
+and a port that is another one after a while.
+"""
 
 import contextlib
 import dataclasses
@@ -43,7 +45,9 @@ def server(tmp_path):
 
 @pytest.fixture
 def patience(monkeypatch):
-    """More time for the two ends to change than a robot needs: a slow machine may take as long to read what came before."""
+    """More time for the two ends to change than a robot needs: a slow machine may take as long to read what came
+    before.
+    """
     monkeypatch.setattr(host_baud, "SETTLE", 0.3)
     monkeypatch.setattr(host_baud, "ANSWER", 3.0)
     monkeypatch.setattr(host_baud, "TRIES", 1)
@@ -97,7 +101,8 @@ def test_a_line_that_does_not_carry_host_baud_is_given_up_and_the_robot_found_ag
     with server.lock:
         server.firmware.restart()       # somebody switches it off and on
     robot.wait_until_ready(LIMIT)
-    assert server.firmware.baud == 9600 and not [event for event in heard.events if isinstance(event, LineSpeed)], "not tried again"
+    assert (server.firmware.baud == 9600 and
+            not [event for event in heard.events if isinstance(event, LineSpeed)]), "not tried again"
     robot.close()
 
 

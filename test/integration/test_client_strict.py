@@ -32,7 +32,8 @@ def switched_on(request, tmp_path):
     before = []
 
     def switch_on():
-        server = StrictServer(pty=str(tmp_path / "robot")) if request.param == "pty" else StrictServer(port=before[-1].port if before else 0)
+        server = StrictServer(pty=str(tmp_path / "robot")) if request.param == "pty" else StrictServer(
+            port=before[-1].port if before else 0)
         before.append(server)
         return server
 
@@ -71,7 +72,8 @@ def test_it_is_connected_several_times_in_a_row(switched_on):
 
 def test_what_is_on_that_port(switched_on):
     with switched_on() as server:
-        report = subprocess.check_output([sys.executable, "-m", "pioneer_control.client", server.url], universal_newlines=True, timeout=LIMIT)
+        report = subprocess.check_output([sys.executable, "-m", "pioneer_control.client", server.url],
+                                         universal_newlines=True, timeout=LIMIT)
         assert "MobileSim" in report and not server.robot.echoes
         until(lambda: not server.robot.open, "closed")
 
@@ -139,7 +141,8 @@ def test_a_robot_that_was_deaf_at_first_is_found_by_a_later_try(switched_on):
             robot.close()
 
 
-@pytest.mark.parametrize("first", ["FAFB03020002", "FAFB031D001D", "FAFB06043B0000043B", "FAFB060B3B00000B3B", "FAFB03000000"])
+@pytest.mark.parametrize("first",
+                         ["FAFB03020002", "FAFB031D001D", "FAFB06043B0000043B", "FAFB060B3B00000B3B", "FAFB03000000"])
 def test_the_strict_robot_is_as_strict_as_measured(first):
     """Protocol sheet 13, row by row; so that a client which speaks too early cannot pass."""
     robot = StrictRobot()

@@ -1,9 +1,10 @@
-"""The fault matrix: a client's session drives a simulated robot over a line that is spoilt in every way there is, in simulated time.
+"""The fault matrix: a client's session drives a simulated robot over a line that is spoilt in every way there is,
+in simulated time.
 
-A row of FAULTS says what goes wrong, for how long, which task of the driver's diagnostics names it, how badly and in what words, and whether the
-link ends. Each is run twice: the user goes on commanding through the fault, or falls silent when it begins. What must hold in every step of every row
-is the Judge's in bench/faulty_link.py; what must hold before, between and afterwards is in test_the_matrix(): there no other task may name anything,
-and in the end all are OK.
+A row of FAULTS says what goes wrong, for how long, which task of the driver's diagnostics names it, how badly and in
+what words, and whether the link ends. Each is run twice: the user goes on commanding through the fault, or falls silent
+when it begins. What must hold in every step of every row is the Judge's in bench/faulty_link.py; what must hold before,
+between and afterwards is in test_the_matrix(): there no other task may name anything, and in the end all are OK.
 """
 
 import itertools
@@ -25,7 +26,8 @@ from pioneer_control.client.events import BaudFound, CommandTimedOut, LinkDown, 
 from pioneer_control.driver.fault_flags import Level
 
 DRIVE = Velocity(0.3, 0.2)
-RECOVERY = 12.0         # s after the end of any fault until the robot is ready again: a try at every line speed, and a pause before it
+# s after the end of any fault until the robot is ready again: a try at every line speed, and a pause before it
+RECOVERY = 12.0
 BAUD_BOUND = 8.0        # s within which a robot at any line speed is ready
 
 
@@ -67,7 +69,8 @@ def flipped_bits(packet):
 
 def junk_everywhere(packet):
     """Bytes between the bytes, such as begin, end or look like a packet."""
-    for junk in (b"\x00", b"\xFA", b"\xFA\xFB", b"\xFA\xFB\xFF", b"\xFA\xFB\x02", p2os.encode_frame(0x32, b"short"), bytes(range(240, 256)) * 3):
+    for junk in (b"\x00", b"\xFA", b"\xFA\xFB", b"\xFA\xFB\xFF", b"\xFA\xFB\x02", p2os.encode_frame(0x32, b"short"),
+                 bytes(range(240, 256)) * 3):
         for at in range(len(packet) + 1):
             yield (packet[:at] + junk + packet[at:],)
 
@@ -227,7 +230,9 @@ def flood_of_commands(rig):
 # How diagnostics name it
 
 class Told(NamedTuple):
-    """What a task must say, in message or values, while the fault lasts; with ``driving`` only if the user goes on commanding."""
+    """What a task must say, in message or values, while the fault lasts;
+    with ``driving`` only if the user goes on commanding.
+    """
 
     task: str
     level: Level
@@ -250,17 +255,20 @@ NO_PORT = PULLED + link(Level.ERROR, "no link: .*no such port")
 TAKEN = (Told("Motors", Level.WARN, "took its motors away"),)
 DEAF = (Told("Motors", Level.WARN, "has not moved for 2 s: does it hear?", driving=True),)
 UNANSWERED = "[1-9][0-9]* of [0-9]+ questions within 4 s were not answered"
-FEW_UNHEARD = link(Level.OK, "without an answer: [1-9]", driving=True)      # one that stands is asked nothing (client.link_check)
+# one that stands is asked nothing (client.link_check)
+FEW_UNHEARD = link(Level.OK, "without an answer: [1-9]", driving=True)
 SOME_UNHEARD = link(Level.WARN, UNANSWERED, driving=True)
 UNHEARD = link(Level.WARN, UNANSWERED)
 HARMLESS = ()
 
 
-ROUNDED, COASTED, DROVE_ON = 0.002, 0.05, 0.75      # m: nothing; while it came to rest; for 2 s besides, until it was told to stop or its watchdog did
+# m: nothing; while it came to rest; for 2 s besides, until it was told to stop or its watchdog did
+ROUNDED, COASTED, DROVE_ON = 0.002, 0.05, 0.75
 
 
 class Row(NamedTuple):
-    """A fault: what befalls the rig, for how many s, what diagnostics say, the line speed (None: TCP), whether the link is lost, and of how much of
+    """A fault: what befalls the rig, for how many s, what diagnostics say, the line speed (None: TCP),
+    whether the link is lost, and of how much of
     the robot's way (m) its pose may know nothing then: how far it got unheard before it was closed, or after.
     """
 
@@ -273,14 +281,17 @@ class Row(NamedTuple):
 
 
 def is_closed_first(way, seconds):
-    """Whether a robot that was not heard for so long takes a CLOSE before a SIP of it is heard again: always if it hears, by chance if it does not."""
+    """Whether a robot that was not heard for so long takes a CLOSE before a SIP of it is heard again:
+    always if it hears, by chance if it does not.
+    """
     return way is on_the_way_back or seconds < 60.0
 
 
 FAULTS = {
     "none": Row(nothing, 5.0, HARMLESS),
     "none, at 9600 baud": Row(nothing, 5.0, HARMLESS, baud=9600),
-    "junk at every position of a SIP": Row(forms(junk_everywhere), 1.0, DAMAGED + STRAY + link(Level.WARN, "nobody understands: [1-9]")),
+    "junk at every position of a SIP": Row(forms(junk_everywhere), 1.0,
+                                           DAMAGED + STRAY + link(Level.WARN, "nobody understands: [1-9]")),
     "every bit of a SIP flipped": Row(forms(flipped_bits), 1.0, DAMAGED + STRAY),
     "bad checksums": Row(forms(wrong_checksums), 1.0, DAMAGED + STRAY),
     "truncated at every position": Row(forms(truncated), 1.0, STRAY),
@@ -289,25 +300,33 @@ FAULTS = {
     "ten packets glued": Row(just_after_a_report(late(on_the_way_back(lambda: glue(10)), 1.0)), 20.0, HARMLESS),
     "all SIPs are noise": Row(on_the_way_back(lambda: noise), 10.0, SILENT, ends_link=True, unheard=DROVE_ON),
     "all commands are noise": Row(on_the_way_there(lambda: noise), 10.0, DEAF + UNHEARD),
-    **{"%g %% of the packets %s lost" % (100 * share, name): Row(way(lambda share=share: lose(share)), 100.0 if share < 0.1 else 30.0, told)
+    **{"%g %% of the packets %s lost" % (100 * share, name): Row(
+        way(lambda share=share: lose(share)), 100.0 if share < 0.1 else 30.0, told)
        for share, unheard, seen in ((0.01, FEW_UNHEARD, LOST), (0.2, SOME_UNHEARD, FEWER), (0.5, SOME_UNHEARD, FEWER))
        for way, name, told in (
-           (on_the_way_there, "to the robot", unheard), (on_the_way_back, "to the client", seen), (both_ways, "either way", seen))},
-    **{"%g s of silence %s" % (seconds, name): Row(way(lambda: lost), seconds, told, ends_link=told is SILENT,
-                                                    unheard=DROVE_ON if told is SILENT and is_closed_first(way, seconds) else ROUNDED)
+           (on_the_way_there, "to the robot", unheard), (on_the_way_back, "to the client", seen),
+           (both_ways, "either way", seen))},
+    **{"%g s of silence %s" % (seconds, name): Row(
+        way(lambda: lost), seconds, told, ends_link=told is SILENT,
+        unheard=DROVE_ON if told is SILENT and is_closed_first(way, seconds) else ROUNDED)
        for seconds, to_it, from_it in ((0.5, UNHEARD, FEWER), (3.0, UNHEARD, SILENT), (60.0, DEAF + UNHEARD, SILENT))
        for way, name, told in (
-           (on_the_way_there, "to the robot", to_it), (on_the_way_back, "to the client", from_it), (both_ways, "either way", from_it))},
+           (on_the_way_there, "to the robot", to_it), (on_the_way_back, "to the client", from_it),
+           (both_ways, "either way", from_it))},
     "late by 0.3 s either way": Row(late(delayed(0.3), 0.3), 10.0, FEWER),     # none for 0.3 s, at the beginning
     "cable pulled and put back at once": Row(cable_pulled, 0.1, PULLED, ends_link=True, unheard=COASTED),
     "cable pulled and put back": Row(cable_pulled, 5.0, NO_PORT, ends_link=True),     # it stands by then
     "cable pulled and put back, serial": Row(cable_pulled, 5.0, NO_PORT, baud=9600, ends_link=True),
-    "controller restarts": Row(controller_restarts, 1.0, link(Level.ERROR, "no link: .*restarted"), ends_link=True, unheard=COASTED),
+    "controller restarts": Row(controller_restarts, 1.0, link(Level.ERROR, "no link: .*restarted"), ends_link=True,
+                               unheard=COASTED),
     "power cycled without a notice": Row(power_cycled, 3.0, SILENT, ends_link=True, unheard=COASTED),
-    "STOP button pressed and released": Row(stop_button, 3.0, (Told("Motors", Level.WARN, "the STOP button is pressed"),) + TAKEN),
+    "STOP button pressed and released": Row(stop_button, 3.0,
+                                            (Told("Motors", Level.WARN, "the STOP button is pressed"),) + TAKEN),
     "STOP button tapped between two SIPs": Row(stop_button, 0.05, TAKEN),
-    "driven against a wall": Row(driven_against_a_wall, 5.0, (Told("Stall", Level.WARN, "wheels are stalled", driving=True),)),
-    "battery low": Row(low_battery(11.4), 3.0, (Told("Battery", Level.WARN, "11.4 V, the alarm level is 11.5 V; charge it"),)),
+    "driven against a wall": Row(driven_against_a_wall, 5.0,
+                                 (Told("Stall", Level.WARN, "wheels are stalled", driving=True),)),
+    "battery low": Row(
+        low_battery(11.4), 3.0, (Told("Battery", Level.WARN, "11.4 V, the alarm level is 11.5 V; charge it"),)),
     "battery empty": Row(low_battery(10.9), 3.0, (Told("Battery", Level.ERROR, "nearly empty: 10.9 V"),) + TAKEN),
     "1000 velocities per second": Row(flood_of_commands, 10.0, HARMLESS),
     "1000 velocities per second at 9600 baud": Row(flood_of_commands, 10.0, HARMLESS, baud=9600),
@@ -319,7 +338,8 @@ def complaints(row, said, goes_on):
     missing = [told for told in row.told if (goes_on or not told.driving) and not any(
         (one.task, one.level) == told[:2] and re.search(told.words, one.message + "; " + one.values) for one in said)]
     worst = {told.task: told.level for told in row.told}
-    wrong = [one for one in said if not (row.ends_link if one.level == Level.STALE else one.level <= worst.get(one.task, Level.OK))]
+    wrong = [one for one in said
+             if not (row.ends_link if one.level == Level.STALE else one.level <= worst.get(one.task, Level.OK))]
     return ["not named: %s" % (told,) for told in missing] + ["named, but not there: %s" % (one,) for one in wrong]
 
 
@@ -355,7 +375,8 @@ def test_the_matrix(name, goes_on):
     rig.run_until(lambda: rig.ready, RECOVERY)
     rig.run(1.0)
     rig.commanding = None
-    rig.run_until(lambda: at_rest(rig) and rig.state is not None, COMMAND_TIMEOUT + REACTION + 1.0 + WATCHDOG * row.ends_link)
+    rig.run_until(lambda: at_rest(rig) and rig.state is not None,
+                  COMMAND_TIMEOUT + REACTION + 1.0 + WATCHDOG * row.ends_link)
     assert bool(rig.heard(LinkDown)) == row.ends_link
     assert rig.heard(CommandTimedOut) or row.ends_link or rig.heard(MotionCleared)
     rig.judge.lossy = False
@@ -381,7 +402,8 @@ def test_the_matrix(name, goes_on):
     ("1 % of the packets to the client lost", ("Link", Level.OK, "", "got lost: 0"), "not named"),
     ("none", ("Battery", Level.WARN, "battery low", ""), "named, but not there"),
     ("none", ("Stall", Level.STALE, "no link", ""), "named, but not there"),
-    ("battery low", ("Battery", Level.ERROR, "11.4 V, the alarm level is 11.5 V; charge it", ""), "named, but not there"),
+    ("battery low", ("Battery", Level.ERROR, "11.4 V, the alarm level is 11.5 V; charge it", ""),
+     "named, but not there"),
 ])
 def test_a_fault_that_is_not_named_is_seen_and_so_is_a_false_alarm(row, said, complaint):
     assert any(text.startswith(complaint) for text in complaints(FAULTS[row], {Said(*said)}, goes_on=True))
@@ -400,7 +422,9 @@ def test_half_of_all_packets_lost_in_ten_other_ways(seed):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_what_revives_a_robot_after_a_silence_is_a_stop_whatever_is_lost(seed):
-    """Every stop was lost, and the first packets that come through again, some lost, find a robot that remembers its set points."""
+    """Every stop was lost, and the first packets that come through again, some lost,
+    find a robot that remembers its set points.
+    """
     rig = driving(Rig(seed=seed))
     rig.judge.lossy = True
     rig.to_robot.fault = lost
@@ -415,9 +439,12 @@ def test_what_revives_a_robot_after_a_silence_is_a_stop_whatever_is_lost(seed):
 
 @pytest.mark.parametrize("baud, farthest", [(9600, 0.0), (None, 0.015)])
 def test_a_line_that_comes_back_at_any_moment_revives_nothing(baud, farthest):
-    """The robot is still open and remembers its set points. On a serial line no packet of the handshake but CLOSE may be the first that it hears.
+    """The robot is still open and remembers its set points.
 
-    On TCP (a bridge whose other cable was out) a SYNC0 may be, and the SIP that answers it brings CLOSE at once. ``farthest`` is in m and rad.
+    On a serial line no packet of the handshake but CLOSE may be the first that it hears.
+
+    On TCP (a bridge whose other cable was out) a SYNC0 may be, and the SIP that answers it brings CLOSE at once.
+    ``farthest`` is in m and rad.
     """
     rig = driving(Rig(baud=baud and (baud, baud)))
     rig.judge.lossy = True
@@ -536,6 +563,7 @@ def test_the_judge_sees(misdeed, said):
 def test_every_spoilt_form_is_one():
     """None of them is what was sent, but for the pieces of a split one; and there are as many as their names say."""
     sip = next(packets_in(p2os.encode_frame(p2os.STOPPED, bytes(range(60)))))
-    for forms_of, count in ((flipped_bits, 8 * len(sip)), (junk_everywhere, 7 * (len(sip) + 1)), (truncated, 3 * (len(sip) - 1)), (split, len(sip))):
+    for forms_of, count in ((flipped_bits, 8 * len(sip)), (junk_everywhere, 7 * (len(sip) + 1)),
+                            (truncated, 3 * (len(sip) - 1)), (split, len(sip))):
         made = [b"".join(pieces) for pieces in forms_of(sip)]
         assert len(made) == count and (forms_of is split) == (sip in made)

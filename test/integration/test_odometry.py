@@ -1,4 +1,6 @@
-"""The client's odometry against what the simulated robot counted itself: equal to the last count, whatever wraps and whatever is lost."""
+"""The client's odometry against what the simulated robot counted itself:
+equal to the last count, whatever wraps and whatever is lost.
+"""
 
 import math
 import random

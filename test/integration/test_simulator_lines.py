@@ -125,7 +125,8 @@ def test_a_session_in_real_time(line):
 
 
 def test_a_terminal_at_another_speed_carries_only_noise(tmp_path):
-    with Server(robot(), pty=str(tmp_path / "robot")) as server, serial.Serial(server.pty_link, 19200, timeout=0.05) as port:
+    with Server(robot(), pty=str(tmp_path / "robot")) as server, serial.Serial(server.pty_link, 19200,
+                                                                               timeout=0.05) as port:
         computer = Computer(lambda: port.read(max(1, port.in_waiting)), port.write)
         for _ in range(10):
             computer.write(p2os.encode_frame(0))
@@ -141,7 +142,8 @@ def test_a_terminal_at_another_speed_carries_only_noise(tmp_path):
 
 
 def test_hostbaud_changes_the_speed_until_the_end_of_the_session(tmp_path):
-    with Server(robot(), pty=str(tmp_path / "robot")) as server, serial.Serial(server.pty_link, 9600, timeout=0.05) as port:
+    with Server(robot(), pty=str(tmp_path / "robot")) as server, serial.Serial(server.pty_link, 9600,
+                                                                               timeout=0.05) as port:
         computer = Computer(lambda: port.read(max(1, port.in_waiting)), port.write)
         computer.open()
         computer.send("CONFIG", 1)
@@ -181,7 +183,8 @@ def test_a_rude_client_leaves_the_robot_open_until_the_next_one_closes_it(line):
     until(lambda: server.firmware.watchdog_expired and server.firmware.velocity[0] == 0.0, "stop by the watchdog")
     assert server.firmware.session is FirmwareState.OPEN and server.firmware.motors_enabled
     with connect(server) as computer:
-        computer.send("CLOSE")   # not PULSE: any other packet would let it drive on; over TCP the connection alone has done it
+        # not PULSE: any other packet would let it drive on; over TCP the connection alone has done it
+        computer.send("CLOSE")
         until(lambda: server.firmware.session is FirmwareState.WAITING, "end of the session")
         assert not server.firmware.motors_enabled
         until(lambda: computer.listen() is None or server.firmware.velocity[0] == 0.0, "standstill")
@@ -189,7 +192,9 @@ def test_a_rude_client_leaves_the_robot_open_until_the_next_one_closes_it(line):
 
 
 def test_twenty_clients_in_a_row_over_tcp_rude_and_polite():
-    """Whatever the last one left behind, a robot that drives included, a new one is answered as the first was; one that has said CLOSE may hold its socket."""
+    """Whatever the last one left behind, a robot that drives included, a new one is answered as the first was;
+    one that has said CLOSE may hold its socket.
+    """
     with Server(robot(), tcp=0, speed=10.0) as server, contextlib.ExitStack() as held:
         for count in range(20):
             line = held.enter_context(contextlib.closing(dial(server)))
@@ -284,7 +289,8 @@ def test_old_news_is_not_kept_in_a_terminal(tmp_path):
         for packet in packets_of(60):
             before = line.unread
             line.write(packet)
-            until(lambda: line.unread in (before + len(packet), len(packet)), "the packet, brought across by the kernel")
+            until(lambda: line.unread in (before + len(packet), len(packet)),
+                  "the packet, brought across by the kernel")
             forgotten += line.unread < before
             assert line.unread <= PTY_UNREAD_LIMIT + len(packet)
         assert forgotten > 20
@@ -345,7 +351,8 @@ def three(tmp_path):
 def test_each_robot_has_its_own_lines(three, tmp_path):
     assert [berth.pty_link for berth in three.berths] == [str(tmp_path / ("robot%d" % number)) for number in (1, 2, 3)]
     with contextlib.ExitStack() as stack:
-        computers = [stack.enter_context(connect(berth)) for berth, connect in zip(three.berths, (tcp_computer, pty_computer, tcp_computer))]
+        computers = [stack.enter_context(connect(berth))
+                     for berth, connect in zip(three.berths, (tcp_computer, pty_computer, tcp_computer))]
         for number, computer in enumerate(computers, 1):
             computer.open()
             reply, = [packet for packet in computer.packets if isinstance(packet, p2os.SyncReply)]
@@ -368,7 +375,8 @@ def test_several_robots_have_ports_that_follow_each_other():
     for _ in range(2):
         simulation.add(find_model("amigo-sh"))
     with Server(simulation, tcp="127.0.0.1:%d" % port) as server:
-        assert [berth.url for berth in server.berths] == ["socket://127.0.0.1:%d" % (port + number) for number in (0, 1)]
+        assert [berth.url for berth in server.berths] == ["socket://127.0.0.1:%d" % (port + number)
+                                                          for number in (0, 1)]
         assert not server.open_to_others
 
 
@@ -381,15 +389,18 @@ def test_other_machines_only_when_asked():
 
 def test_a_terminal_takes_the_time_of_a_serial_line(tmp_path):
     """A SIP is on the line for some 45 ms at 9600 baud, so it never comes in one piece."""
-    with Server(robot(), pty=str(tmp_path / "robot"), record=str(tmp_path / "wire.txt")) as server, pty_computer(server) as computer:
+    with Server(robot(), pty=str(tmp_path / "robot"),
+                record=str(tmp_path / "wire.txt")) as server, pty_computer(server) as computer:
         computer.open()
         computer.expect(p2os.Sip, 5)
     pieces = [entry for entry in entries((tmp_path / "wire.txt").read_text().splitlines()) if not entry.to_robot]
     assert max(len(entry.data) for entry in pieces[20:]) <= 16 * 3
-    starts = [number for number, entry in enumerate(pieces) if entry.data[:2] == b"\xFA\xFB" and entry.data[3] in (0x32, 0x33)]
+    starts = [number for number, entry in enumerate(pieces) if entry.data[:2] == b"\xFA\xFB" and
+              entry.data[3] in (0x32, 0x33)]
     for start, following in zip(starts[:3], starts[1:]):
         sip = pieces[start:following]
-        assert sip[-1].time - sip[0].time == pytest.approx(sum(len(entry.data) for entry in sip[1:]) * 10 / 9600, abs=0.002)
+        assert sip[-1].time - sip[0].time == pytest.approx(sum(len(entry.data) for entry in sip[1:]) * 10 / 9600,
+                                                           abs=0.002)
 
 
 def test_what_is_written_too_fast_waits_in_the_terminal_and_nothing_is_lost(tmp_path):
@@ -454,7 +465,8 @@ def test_a_pulled_cable_hangs_up_and_nobody_is_let_in_until_it_is_back(line):
 
 def test_faults_are_named_and_what_went_over_the_line_is_recorded(tmp_path):
     said, path = [], tmp_path / "wire.txt"
-    with Server(robot(), tcp=0, faults=[fault_of("loss 1 way from-robot from 0.1 to 1")], say=said.append, record=str(path)) as server:
+    with Server(robot(), tcp=0, faults=[fault_of("loss 1 way from-robot from 0.1 to 1")], say=said.append,
+                record=str(path)) as server:
         with tcp_computer(server) as computer:
             for number in (0, 1, 2, 1):
                 computer.write(p2os.encode_frame(number))
@@ -463,7 +475,8 @@ def test_faults_are_named_and_what_went_over_the_line_is_recorded(tmp_path):
     assert said == ["0.100 s: fault begins: loss 1 way from-robot", "1.000 s: fault ends: loss 1 way from-robot"]
     recorded = list(entries(path.read_text().splitlines()))
     assert [entry.note for entry in recorded if entry.note] == [text.partition(": ")[2] for text in said]
-    assert b"".join(entry.data for entry in recorded if entry.to_robot).startswith(b"".join(map(p2os.encode_frame, (0, 1, 2, 1))))
+    assert b"".join(entry.data for entry in recorded if entry.to_robot).startswith(
+        b"".join(map(p2os.encode_frame, (0, 1, 2, 1))))
     assert not [entry for entry in recorded if not entry.to_robot and 0.1 < entry.time < 1.0]
     assert [entry for entry in recorded if not entry.to_robot and entry.time > 1.0]
 
@@ -511,7 +524,7 @@ def test_a_link_that_somebody_else_took_over_is_left_to_him(tmp_path):
 def test_a_port_in_use_says_what_to_do(tmp_path):
     with Server(robot(), tcp=0) as server:
         port = int(server.url.rpartition(":")[2])
-        with pytest.raises(PortError, match=f"TCP port {port} is in use.*choose another port"):
+        with pytest.raises(PortError, match="TCP port %s is in use.*choose another port" % port):
             Server(robot(), tcp=port, pty=str(tmp_path / "robot"))
     assert not os.path.lexists(str(tmp_path / "robot"))
     with Server(robot(), tcp=port):
@@ -586,16 +599,21 @@ def test_mistakes_are_told_in_one_line(arguments, code, message):
 
 
 def test_a_fleet_on_the_command_line(tmp_path):
-    """Everything at once: robots, faults by word and by file, a record, time ten times as fast, and the record explained."""
+    """Everything at once: robots, faults by word and by file, a record, time ten times as fast,
+    and the record explained.
+    """
     faults, record = tmp_path / "faults.yaml", tmp_path / "wire.txt"
     faults.write_text("- {fault: stop_button, robot: 2, from: 0.2}")
-    with program("--robots", "3", "--tcp", "0", "--pty", str(tmp_path / "robot"), "--speed", "10", "--seed", "4", "--fault", "gyro 1 from 0.1 to 0.3",
+    with program("--robots", "3", "--tcp", "0", "--pty", str(tmp_path / "robot"), "--speed", "10", "--seed", "4",
+                 "--fault", "gyro 1 from 0.1 to 0.3",
                  "--faults", str(faults), "--record", str(record)) as process:
         said = [process.stdout.readline().strip() for _ in range(8)]
-        assert said[0] == "3 simulated p3dx-sh stand in the world 'tutorial'. Connect to them at" and said[4] == "Ctrl-C ends it."
+        assert (said[0] == "3 simulated p3dx-sh stand in the world 'tutorial'. Connect to them at" and
+                said[4] == "Ctrl-C ends it.")
         names, urls, links = zip(*(line.split() for line in said[1:4]))
         assert names == ("sim_0001", "sim_0002", "sim_0003") and links[2] == str(tmp_path / "robot3")
-        assert said[5:] == ["0.100 s: fault begins: gyro 1", "0.200 s: fault begins: stop_button robot 2", "0.300 s: fault ends: gyro 1"]
+        assert said[5:] == ["0.100 s: fault begins: gyro 1", "0.200 s: fault begins: stop_button robot 2",
+                            "0.300 s: fault ends: gyro 1"]
         host, _, port = urls[1][len("socket://"):].rpartition(":")
         with contextlib.closing(socket.create_connection((host, int(port)), timeout=LIMIT)) as line:
             computer = over_tcp(line)
@@ -603,8 +621,10 @@ def test_a_fleet_on_the_command_line(tmp_path):
             assert computer.expect(p2os.Sip).flags & p2os.Flags.STOP_BUTTON
         process.send_signal(signal.SIGINT)
         assert process.wait(LIMIT) == 0 and process.stderr.read() == ""
-    told = subprocess.run([sys.executable, "-m", "pioneer_control.p2os", "--record", str(record)], stdout=subprocess.PIPE, check=True).stdout.decode()
-    assert "robot 2 <- OPEN" in told and "robot 2 -> SyncReply: name 'sim_0002'" in told and "fault begins: stop_button robot 2" in told
+    told = subprocess.run([sys.executable, "-m", "pioneer_control.p2os", "--record", str(record)],
+                          stdout=subprocess.PIPE, check=True).stdout.decode()
+    assert ("robot 2 <- OPEN" in told and "robot 2 -> SyncReply: name 'sim_0002'" in told and
+            "fault begins: stop_button robot 2" in told)
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "x", "2001"])

@@ -13,7 +13,10 @@ NEAR = 700      # mm
 
 
 class TheirClient:
-    """Drives ahead until its front sonar sees something near, then stands. Call it every 100 ms: what it read goes in, what it writes comes out."""
+    """Drives ahead until its front sonar sees something near, then stands.
+
+    Call it every 100 ms: what it read goes in, what it writes comes out.
+    """
 
     def __init__(self):
         self.ranges = {}

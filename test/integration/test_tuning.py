@@ -1,4 +1,6 @@
-"""Every setting of the robot has an effect on the simulated one: each is tried on a robot as it comes and on one that was told."""
+"""Every setting of the robot has an effect on the simulated one: each is tried on a robot as it comes and on one that
+was told.
+"""
 
 import math
 import queue
@@ -51,7 +53,9 @@ def seconds_to_stop_turning(rig):
 
 
 def gives_up_at_a_touch(rig):
-    """Whether it stalls as soon as it touches a wall, and not only when it has pressed against that for half a second."""
+    """Whether it stalls as soon as it touches a wall, and not only when it has pressed against that for half a
+    second.
+    """
     rig.until(lambda: rig.firmware.hardware.body.blocked, rig.velocity(0.3, 0.0))
     return rig.until(lambda: rig.state.left_stall, rig.velocity(0.3, 0.0)) < 0.3
 
@@ -138,13 +142,15 @@ def test_what_is_beyond_the_robots_top_is_reported_as_not_taken():
     assert run.session.identity.config.translation_acceleration_mm_s2 == 2000
 
 
-@pytest.mark.parametrize("subtype", sorted({model.firmware_family: name for name, model in sorted(load_models().items())}.values()))
+@pytest.mark.parametrize(
+    "subtype", sorted({model.firmware_family: name for name, model in sorted(load_models().items())}.values()))
 def test_each_family_of_firmware_takes_what_it_knows_and_no_other_hears_of_it(subtype):
     told = {name: value for name, (value, *_) in EFFECTS.items()}
     run = Rig(subtype, tuning=Tuning(**told))
     run.until(lambda: run.of(Tuned))
     for change in run.of(Tuned)[0].changes:
-        assert change.new == pytest.approx(change.wanted) or change.name == "bump_stall" or "firmware does not know" in change.problem, str(change)
+        assert (change.new == pytest.approx(change.wanted) or change.name == "bump_stall" or
+                "firmware does not know" in change.problem), str(change)
     assert not run.firmware.unknown_commands & {row.command for row in ROWS.values()}
 
 
@@ -167,4 +173,5 @@ def test_a_robot_in_real_time_is_tuned_on_every_connect():
             assert heard.get(timeout=LIMIT) == {"ticks_mm": (128, 132, ""), "rev_count": (16570, 16600, "")}
             assert robot.link.reconnects == 1
             robot.enable_motors()
-            keep_commanding(robot, lambda: robot.set_wheel_velocities(0.1, 0.2), lambda state: state.linear >= 0.1 and state.angular >= 0.2)
+            keep_commanding(robot, lambda: robot.set_wheel_velocities(0.1, 0.2),
+                            lambda state: state.linear >= 0.1 and state.angular >= 0.2)

@@ -1,4 +1,6 @@
-"""The wander in drawn worlds, through the protocol, as bench/wander.py measures it: ten worlds, two simulated minutes each."""
+"""The wander in drawn worlds, through the protocol, as bench/wander.py measures it:
+ten worlds, two simulated minutes each.
+"""
 
 import sys
 from pathlib import Path

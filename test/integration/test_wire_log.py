@@ -1,7 +1,8 @@
-"""A record of a line, test/data/day.wire, played: as the robot into the client, which tells what it told then; as the client into the simulated robot.
+"""A record of a line, test/data/day.wire, played: as the robot into the client, which tells what it told then;
+as the client into the simulated robot.
 
-The run connects, fetches a can, drives backwards into a wall, meets lost and damaged packets and a power cycle, and connects again; `wire_log` made
-it.
+The run connects, fetches a can, drives backwards into a wall, meets lost and damaged packets and a power cycle, and
+connects again; `wire_log` made it.
 """
 
 import math
@@ -43,7 +44,8 @@ def said_instead(old, new):
 def told(monkeypatch, record, script):
     """What the client tells of a played robot, and what the robot says of the client."""
     differences = []
-    life = Life(monkeypatch, script, PlayedRobot(record, say=lambda time, sentence: differences.append(sentence)), url="socket://robot:1")
+    life = Life(monkeypatch, script, PlayedRobot(record, say=lambda time, sentence: differences.append(sentence)),
+                url="socket://robot:1")
     return list(map(wire_log.line_of, life.told)), differences
 
 
@@ -55,7 +57,8 @@ def waits(life):
 
 def test_the_record_is_what_its_test_needs():
     entries = [entry for entry in RECORD if entry.data]
-    heard, said = ([frame for entry in entries if entry.to_robot is way for frame in FrameDecoder().feed(entry.data)] for way in (True, False))
+    heard, said = ([frame for entry in entries if entry.to_robot is way for frame in FrameDecoder().feed(entry.data)]
+                   for way in (True, False))
     names = {decode_command(frame).name for frame in heard}
     assert {"VEL", "RVEL", "ENABLE", "GRIPPER", "STOP", "CLOSE"} <= names and len(said) > 150
     pressed = [line.split()[6] for line in THEN if " " in line and not line.startswith("Link")]
@@ -75,7 +78,8 @@ def test_so_it_does_when_nobody_commands_anything_and_the_difference_is_said(mon
     now, differences = told(monkeypatch, RECORD, waits)
     assert now[:len(THEN)] == THEN      # it looks on a little longer
     assert differences[0].startswith("here the client sends STOP, and that of the record")
-    assert "in this connection the client sent, against that of the record: " in differences[1] and " VEL -" in differences[1]
+    assert ("in this connection the client sent, against that of the record: " in differences[1] and
+            " VEL -" in differences[1])
 
 
 def test_the_pose_goes_on_after_the_power_cycle(monkeypatch):
@@ -86,7 +90,8 @@ def test_the_pose_goes_on_after_the_power_cycle(monkeypatch):
 
 
 def test_the_example_in_the_document_is_code_that_is_tested():
-    with open(wire_log.DATA.parents[1] / "docs" / "wire.md", encoding="utf-8") as document, open(__file__, encoding="utf-8") as source:
+    with open(wire_log.DATA.parents[1] / "docs" / "wire.md",
+              encoding="utf-8") as document, open(__file__, encoding="utf-8") as source:
         example, = re.findall(r"^```python\n(.*?)^```", document.read(), re.MULTILINE | re.DOTALL)
         assert example in source.read()
 
@@ -107,7 +112,8 @@ def test_a_command_that_is_another_is_noticed(monkeypatch):
 
 @pytest.mark.parametrize("value, is_named", [(1, False), (2, True)])
 def test_questions_are_no_difference_and_a_wish_for_encoders_is_one(monkeypatch, value, is_named):
-    _, differences = told(monkeypatch, said_instead(encode_command("GRIPPER", 5), encode_command("ENCODER", value)), wire_log.script)
+    _, differences = told(monkeypatch, said_instead(encode_command("GRIPPER", 5), encode_command("ENCODER", value)),
+                          wire_log.script)
     assert "here the client sends GRIPPER 5, and that of the record did not" in differences
     assert any("ENCODER -" in sentence for sentence in differences) is is_named
 
@@ -139,7 +145,8 @@ def answers_to(record, lines):
 
 def test_the_simulated_robot_says_the_same_byte_by_byte():
     found = answers_to(RECORD, wire_log.on_its_line())
-    assert found.same and found.first == "" and (found.apart, found.turned_apart) == (0.0, 0.0) and found.recorded == found.simulated > 150
+    assert (found.same and found.first == "" and (found.apart, found.turned_apart) == (0.0, 0.0) and
+            found.recorded == found.simulated > 150)
     assert str(found).endswith("the same, byte by byte")
 
 
@@ -149,19 +156,22 @@ def test_with_other_luck_on_the_line_it_obeys_to_nearly_the_same_path():
 
 
 def test_a_command_that_is_lost_leads_elsewhere():
-    record = [entry for entry in RECORD if not (entry.to_robot and entry.time > 10.0 and encode_command("VEL", 250) in entry.data)]
+    record = [entry for entry in RECORD
+              if not (entry.to_robot and entry.time > 10.0 and encode_command("VEL", 250) in entry.data)]
     assert answers_to(record, wire_log.on_its_line()).apart > 0.5
 
 
 @pytest.mark.parametrize("record", [
-    said_instead(encode_command("VEL", -400), encode_command("VEL", -390)), said_instead(encode_command("GRIPPER", 2), encode_command("GRIPPER", 1)),
+    said_instead(encode_command("VEL", -400), encode_command("VEL", -390)),
+    said_instead(encode_command("GRIPPER", 2), encode_command("GRIPPER", 1)),
     RECORD[:-40]])
 def test_what_the_client_says_otherwise_is_noticed(record):
     assert not answers_to(record, wire_log.on_its_line()).same
 
 
 def test_the_command_line(tmp_path, capsys):
-    arguments = ["--client", str(wire_log.RECORD), "--model", "peoplebot-sh", "--gripper", "--no-rear-sonar", "--world", "cans", "--seed", "5"]
+    arguments = ["--client", str(wire_log.RECORD), "--model", "peoplebot-sh", "--gripper", "--no-rear-sonar", "--world",
+                 "cans", "--seed", "5"]
     faults = [word for fault in wire_log.FAULTS for word in ("--fault", fault)]
     copy = tmp_path / "copy.wire"
     assert main([*arguments, *faults, "--record", str(copy)]) == 0

@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""The run whose line is kept in test/data/day.wire: what a program did, and what its client told it. As a program it makes run and files again.
+"""The run whose line is kept in test/data/day.wire: what a program did, and what its client told it.
+
+As a program it makes run and files again.
 
     PYTHONPATH=src python3 test/integration/wire_log.py     # half a minute, in real time over TCP
 """
@@ -39,13 +41,18 @@ def line_of(said):
     if not isinstance(said, RobotState):
         return type(said).__name__ + (" " + type(said.error).__name__ if isinstance(said, LinkDown) else "")
     gripper = "".join(str(int(value)) for value in vars(said.gripper).values())
-    pressed = "".join(str(int(value)) for value in (said.motors_enabled, said.left_stall, said.right_stall, *said.front_bumpers, *said.rear_bumpers))
+    pressed = "".join(str(int(value)) for value in (said.motors_enabled, said.left_stall, said.right_stall,
+                                                    *said.front_bumpers, *said.rear_bumpers))
     ranges = " ".join("-" if each is None else "%g" % each.range for each in said.sonar)
-    return f"{said.x!r} {said.y!r} {said.heading!r} {said.linear!r} {said.angular!r} {said.battery_voltage!r} {pressed} {gripper} {ranges}"
+    return "%r %r %r %r %r %r %s %s %s" % (said.x, said.y, said.heading, said.linear, said.angular,
+                                           said.battery_voltage, pressed, gripper, ranges)
 
 
 def script(life):
-    """What the program does: a generator that yields the seconds to wait. `life` has the client's ``robot``, its ``states`` and ``events``."""
+    """What the program does: a generator that yields the seconds to wait.
+
+    `life` has the client's ``robot``, its ``states`` and ``events``.
+    """
     robot = life.robot
 
     def drive(linear, angular, condition):
@@ -70,7 +77,8 @@ def script(life):
     yield from motors_on()
     yield from grip(GripperCommand.LIFT_DOWN, lambda gripper: gripper.lift_down)
     yield from drive(0.3, 0.0, lambda state: state.gripper.inner_beam)
-    yield from grip(GripperCommand.CLOSE, lambda gripper: gripper.left_contact and gripper.right_contact and gripper.inner_beam)
+    yield from grip(GripperCommand.CLOSE, lambda gripper: gripper.left_contact and gripper.right_contact and
+                    gripper.inner_beam)
     yield from grip(GripperCommand.LIFT_UP, lambda gripper: gripper.lift_up)
     yield from drive(-0.4, 0.0, lambda state: any(state.rear_bumpers))
     while not any(type(event) is LinkDown for event in life.events):
@@ -114,10 +122,12 @@ class Live:
 
 def main():
     """Make the files."""
-    with Server(simulation(), tcp=0, seed=SEED, faults=[fault_of(words) for words in FAULTS], record=str(RECORD), say=print) as server:
+    with Server(simulation(), tcp=0, seed=SEED, faults=[fault_of(words) for words in FAULTS], record=str(RECORD),
+                say=print) as server:
         told = Live(server.url).told
     TOLD.write_text("\n".join(told) + "\n", encoding="utf-8")
-    print(len(told), "told;", RECORD.stat().st_size, "bytes;", [line for line in told if " " not in line or line.startswith("Link")])
+    print(len(told), "told;", RECORD.stat().st_size, "bytes;",
+          [line for line in told if " " not in line or line.startswith("Link")])
     return 0
 
 

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""A bag played beside a live robot moves it only where the driver was told to accept that, and not even that one by replay.launch.
+"""A bag played beside a live robot moves it only where the driver was told to accept that,
+and not even that one by replay.launch.
 
 The two robots get the same commands from the same bag: that the trusting one drives shows that they were sent.
 """
@@ -41,9 +42,11 @@ class Witness:
         self.paddles = {robot: [] for robot in ROBOTS}
         self.said = []
         for robot in ROBOTS:
-            rospy.Subscriber(f"/{robot}/ground_truth", Odometry, self.see_place, robot)
-            rospy.Subscriber(f"/{robot}/motor_state", MotorState, lambda m, r=robot: self.keep(self.motors[r], m.state))
-            rospy.Subscriber(f"/{robot}/gripper_state", GripperState, lambda m, r=robot: self.keep(self.paddles[r], m.grip.state))
+            rospy.Subscriber("/%s/ground_truth" % robot, Odometry, self.see_place, robot)
+            rospy.Subscriber("/%s/motor_state" % robot, MotorState,
+                             lambda m, r=robot: self.keep(self.motors[r], m.state))
+            rospy.Subscriber("/%s/gripper_state" % robot, GripperState,
+                             lambda m, r=robot: self.keep(self.paddles[r], m.grip.state))
         rospy.Subscriber("/rosout", Log, lambda m: self.keep(self.said, (m.name, m.msg)))
 
     def keep(self, where, value):
@@ -62,21 +65,23 @@ class Witness:
     def wait(self, what, condition):
         """Until a condition holds; AssertionError that says what did not happen."""
         with self.changed:
-            assert self.changed.wait_for(condition, PATIENCE), f"not within {PATIENCE:.0f} s: {what}"
+            assert self.changed.wait_for(condition, PATIENCE), "not within %.0f s: %s" % (PATIENCE, what)
 
 
 def commands():
-    """What a recorder keeps of a robot that was driven, in either way, for both robots: motors on, forward, paddles closed."""
+    """What a recorder keeps of a robot that was driven, in either way, for both robots:
+    motors on, forward, paddles closed.
+    """
     for robot in ROBOTS:
-        yield f"/{robot}/cmd_motor_state", MotorState(1), 10.0
+        yield "/%s/cmd_motor_state" % robot, MotorState(1), 10.0
         for step in range(20):
             twist = Twist()
             twist.linear.x = 0.3
-            yield f"/{robot}/cmd_vel", twist, 10.5 + 0.1 * step
-            yield f"/{robot}/cmd_wheels", WheelVelocities(0.3, 0.3), 10.55 + 0.1 * step
+            yield "/%s/cmd_vel" % robot, twist, 10.5 + 0.1 * step
+            yield "/%s/cmd_wheels" % robot, WheelVelocities(0.3, 0.3), 10.55 + 0.1 * step
         close = GripperState()
         close.grip.state = GRIP_CLOSE
-        yield f"/{robot}/gripper_control", close, 11.0
+        yield "/%s/gripper_control" % robot, close, 11.0
 
 
 class BesideRobot(unittest.TestCase):
@@ -86,10 +91,11 @@ class BesideRobot(unittest.TestCase):
         self.witness = Witness()
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
-        motors = [f"/{robot}/cmd_motor_state" for robot in ROBOTS]
+        motors = ["/%s/cmd_motor_state" % robot for robot in ROBOTS]
         self.bag = make.write_bag(os.path.join(self.folder.name, "commands.bag"), commands(), latched=motors)
         for robot in ROBOTS:
-            self.witness.wait(f"{robot} is there", lambda r=robot: r in self.witness.places and self.witness.motors[r])
+            self.witness.wait("%s is there" % robot, lambda r=robot: r in self.witness.places and
+                              self.witness.motors[r])
 
     def play(self, *arguments):
         command = ["rosbag", "play", "--quiet", "--wait-for-subscribers", self.bag, *arguments]
@@ -98,7 +104,7 @@ class BesideRobot(unittest.TestCase):
     def heard_from(self, robot):
         """A motor_state that is younger than now: whatever was sent before has had its effect."""
         count = len(self.witness.motors[robot]) + 5
-        self.witness.wait(f"{robot} goes on reporting", lambda: len(self.witness.motors[robot]) >= count)
+        self.witness.wait("%s goes on reporting" % robot, lambda: len(self.witness.motors[robot]) >= count)
 
     def assert_untouched(self, robot):
         self.heard_from(robot)
@@ -115,7 +121,8 @@ class BesideRobot(unittest.TestCase):
         self.assertEqual(set(self.witness.motors["careful"]), {0})
         says_so = lambda name, text: name == "/careful/p2os" and "accept_replay" in text  # noqa: E731
         self.witness.wait("careful says why", lambda: any(says_so(*entry) for entry in self.witness.said))
-        self.assertFalse([text for name, text in self.witness.said if name == "/trusting/p2os" and "accept_replay" in text])
+        self.assertFalse([text for name, text in self.witness.said if name == "/trusting/p2os" and
+                          "accept_replay" in text])
 
     def test_2_motors_that_are_on_do_not_obey_either(self):
         """Somebody has the motors of the careful robot on when the bag is played."""
@@ -137,14 +144,15 @@ class BesideRobot(unittest.TestCase):
 
     def launch(self, *arguments):
         """replay.launch with its arguments."""
-        return subprocess.Popen(["roslaunch", "pioneer_control", "replay.launch", f"bag:={self.bag}", *arguments], stdin=subprocess.DEVNULL)
+        return subprocess.Popen(["roslaunch", "pioneer_control", "replay.launch", "bag:=%s" % self.bag, *arguments],
+                                stdin=subprocess.DEVNULL)
 
     def motors_on(self):
         """Of both robots, when they stand: whatever reached them would move them."""
         for robot in ROBOTS:
-            self.witness.wait(f"{robot} stands", lambda r=robot: self.witness.speed[r] == 0.0)
-            rospy.ServiceProxy(f"/{robot}/set_motors", SetBool)(True)
-            self.witness.wait(f"motors of {robot} are on", lambda r=robot: self.witness.motors[r][-1] == 1)
+            self.witness.wait("%s stands" % robot, lambda r=robot: self.witness.speed[r] == 0.0)
+            rospy.ServiceProxy("/%s/set_motors" % robot, SetBool)(True)
+            self.witness.wait("motors of %s are on" % robot, lambda r=robot: self.witness.motors[r][-1] == 1)
 
     def assert_neither_moved(self, way):
         self.assert_untouched("careful")
@@ -154,11 +162,14 @@ class BesideRobot(unittest.TestCase):
     def test_4_looking_moves_nobody(self):
         """Again and again: commands are said, aside."""
         self.motors_on()
-        way, said = self.witness.way["trusting"], {name: [] for name in ("cmd_vel", "cmd_wheels", "cmd_motor_state", "gripper_control")}
+        way, said = self.witness.way["trusting"], {name: [] for name in ("cmd_vel", "cmd_wheels", "cmd_motor_state",
+                                                                         "gripper_control")}
         for name, kept in said.items():
-            rospy.Subscriber(f"/trusting/recorded/{name}", rospy.AnyMsg, lambda m, kept=kept: self.witness.keep(kept, m))
+            rospy.Subscriber("/trusting/recorded/%s" % name, rospy.AnyMsg,
+                             lambda m, kept=kept: self.witness.keep(kept, m))
         looking = self.launch("options:=-l -r 4 --quiet")
-        self.witness.wait("the bag goes round", lambda: len(said["cmd_vel"]) > 50 and all(len(each) > 2 for each in said.values()))
+        self.witness.wait("the bag goes round", lambda: len(said["cmd_vel"]) > 50 and
+                          all(len(each) > 2 for each in said.values()))
         looking.send_signal(signal.SIGINT)
         looking.wait(PATIENCE)
         self.assert_neither_moved(way)
@@ -169,10 +180,13 @@ class BesideRobot(unittest.TestCase):
         self.motors_on()
         way = self.witness.way["trusting"]
         command = ["rosrun", "pioneer_control", "replay", "rerun", self.bag]
-        done = subprocess.run([*command, "--robot=trusting"], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, timeout=PATIENCE)
+        done = subprocess.run([*command, "--robot=trusting"], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                              timeout=PATIENCE)
         self.assertEqual(done.returncode, 2)
-        self.assertIn("/careful/p2os (/careful/motor_state), /trusting/p2os (/trusting/motor_state) is on this master", done.stderr.decode())
-        self.assertIn("Choose one with robot:=NAME", subprocess.run(command, stderr=subprocess.PIPE, timeout=PATIENCE).stderr.decode())
+        self.assertIn("/careful/p2os (/careful/motor_state), /trusting/p2os (/trusting/motor_state) is on this master",
+                      done.stderr.decode())
+        self.assertIn("Choose one with robot:=NAME",
+                      subprocess.run(command, stderr=subprocess.PIPE, timeout=PATIENCE).stderr.decode())
         self.assert_neither_moved(way)
 
     def test_6_a_redrive_moves_its_own_robot_only(self):

@@ -24,12 +24,14 @@ from pioneer_control.robots import find_model  # noqa: E402
 
 PATIENCE = 30.0  # s
 
-VALUES = [name for name in old_messages.VALUES if name not in ("GripState", "LiftState")]  # parts of GripperState, on no topic of their own
+# parts of GripperState, on no topic of their own
+VALUES = [name for name in old_messages.VALUES if name not in ("GripState", "LiftState")]
 
 
 def play(bag):
     """rosbag play, to its end."""
-    subprocess.run(["rosbag", "play", "--quiet", "--wait-for-subscribers", bag], check=True, timeout=PATIENCE, stdin=subprocess.DEVNULL)
+    subprocess.run(["rosbag", "play", "--quiet", "--wait-for-subscribers", bag], check=True, timeout=PATIENCE,
+                   stdin=subprocess.DEVNULL)
 
 
 class OldTypes(unittest.TestCase):
@@ -44,10 +46,11 @@ class OldTypes(unittest.TestCase):
             if set(received) == set(VALUES):
                 all_received.set()
 
-        subscribers = [rospy.Subscriber(f"{package}/{name}", getattr(msg, name), receive, name) for name in VALUES]
+        subscribers = [rospy.Subscriber("%s/%s" % (package, name), getattr(msg, name), receive, name)
+                       for name in VALUES]
         with tempfile.TemporaryDirectory() as folder:
             entries = [
-                (f"/{package}/{name}", old_messages.old_message(name, package), 10.0 + 0.01 * index)
+                ("/%s/%s" % (package, name), old_messages.old_message(name, package), 10.0 + 0.01 * index)
                 for index, name in enumerate(VALUES)
             ]
             play(make.write_bag(os.path.join(folder, "old.bag"), entries))
@@ -73,20 +76,25 @@ class OldTypes(unittest.TestCase):
         self.check("p2os_msgs")
 
     def test_converted(self):
-        """Programs that know nothing of this package hear a bag of p2os that was converted, and tf knows where the sonar looks."""
+        """Programs that know nothing of this package hear a bag of p2os that was converted,
+        and tf knows where the sonar looks.
+        """
         received, all_received = {}, threading.Event()
-        types = {"robot_info": msg.RobotInfo, "sonar_ranges": Range, "sonar_points": PointCloud2, "sonar_scan": LaserScan, "battery": BatteryState}
+        types = {"robot_info": msg.RobotInfo, "sonar_ranges": Range, "sonar_points": PointCloud2,
+                 "sonar_scan": LaserScan, "battery": BatteryState}
 
         def receive(message, name):
             received[name] = message
             if set(received) == set(types):
                 all_received.set()
 
-        subscribers = [rospy.Subscriber(f"converted/{name}", message, receive, name) for name, message in types.items()]
+        subscribers = [rospy.Subscriber("converted/%s" % name, message, receive, name)
+                       for name, message in types.items()]
         listener = tf.TransformListener()
         with tempfile.TemporaryDirectory() as folder:
             ranges = make.sonar([5.0, 5.0, 5.0, 1.5], "p2os_msgs")
-            entries = [("/converted/sonar", ranges, 10.0), ("/converted/battery_state", old_messages.old_message("BatteryState", "p2os_msgs"), 10.1)]
+            entries = [("/converted/sonar", ranges, 10.0),
+                       ("/converted/battery_state", old_messages.old_message("BatteryState", "p2os_msgs"), 10.1)]
             new = os.path.join(folder, "new.bag")
             wanted = convert.Options(tuple(convert.CONVERSIONS), find_model("p3dx-sh"), replace=True)
             convert.convert(make.write_bag(os.path.join(folder, "old.bag"), entries), new, wanted)
@@ -94,9 +102,11 @@ class OldTypes(unittest.TestCase):
         self.assertTrue(all_received.wait(PATIENCE), received)
         self.assertEqual((received["sonar_ranges"].header.frame_id, received["sonar_ranges"].range), ("sonar_3", 1.5))
         self.assertEqual((received["sonar_points"].width, received["battery"].voltage), (1, 12.5))
-        self.assertEqual([round(reading, 2) for reading in received["sonar_scan"].ranges if math.isfinite(reading)], [1.67])
+        self.assertEqual([round(reading, 2) for reading in received["sonar_scan"].ranges if math.isfinite(reading)],
+                         [1.67])
         listener.waitForTransform("base_link", "sonar_3", rospy.Time(0), rospy.Duration(PATIENCE))
-        self.assertEqual([round(value, 3) for value in listener.lookupTransform("base_link", "sonar_3", rospy.Time(0))[0]], [0.166, 0.027, 0.17])
+        self.assertEqual([round(value, 3) for value in listener.lookupTransform(
+            "base_link", "sonar_3", rospy.Time(0))[0]], [0.166, 0.027, 0.17])
         for subscriber in subscribers:
             subscriber.unregister()
 

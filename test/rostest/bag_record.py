@@ -1,8 +1,10 @@
 #!/usr/bin/python3
-"""Every message that was published is in the bag: counted by sequence numbers, by a second subscriber, and by what went over the robots' lines.
+"""Every message that was published is in the bag: counted by sequence numbers, by a second subscriber,
+and by what went over the robots' lines.
 
-The robots' cables are pulled while recorders and a witness connect, so that all of them hear from the same packet on; their drivers end before the
-recorders do. One recorder writes parts, with both robots in them and one that nobody has; another one is killed.
+The robots' cables are pulled while recorders and a witness connect, so that all of them hear from the same packet on;
+their drivers end before the recorders do. One recorder writes parts, with both robots in them and one that nobody has;
+another one is killed.
 """
 
 import collections
@@ -32,7 +34,8 @@ from pioneer_control.srv import AddFault
 from witness import PATIENCE, wait_until
 
 ROBOTS = "robot1", "robot2"
-OF_EVERY_PACKET = "pose", "joint_states", "motor_state", "battery_state", "battery", "stall", "gripper_state", "dio", "aio"
+OF_EVERY_PACKET = ("pose", "joint_states", "motor_state", "battery_state", "battery", "stall", "gripper_state", "dio",
+                   "aio")
 NUMBERED = "pose", "sonar", "joint_states", "battery_state", "battery", "stall", "ground_truth"
 """Topics whose messages have a header, with a number that the publisher counts."""
 LATCHED = "robot_info", "recording", "e_stop", "p2os/parameter_updates"
@@ -54,7 +57,9 @@ def within(part, whole):
 
 
 def way(places):
-    """The places from the last before the first change to the first after the last one; empty where nothing ever changes."""
+    """The places from the last before the first change to the first after the last one;
+    empty where nothing ever changes.
+    """
     changes = [number for number, (one, other) in enumerate(zip(places, places[1:])) if one != other]
     return places[changes[0]:changes[-1] + 2] if changes else []
 
@@ -91,7 +96,8 @@ class Checks(unittest.TestCase):
     def test_a_report_that_is_missing_changes_the_way(self):
         whole = [0, 0, 0, 1, 2, 2, 3, 3, 3]
         self.assertEqual(way(whole), [0, 1, 2, 2, 3])
-        self.assertEqual(steps(way(whole)), steps(way([10 * place for place in whole[1:-1]])), "what is missing outside, and the unit, do not matter")
+        self.assertEqual(steps(way(whole)), steps(way([10 * place for place in whole[1:-1]])),
+                         "what is missing outside, and the unit, do not matter")
         for number in range(3, 6):
             self.assertNotEqual(steps(way(whole)), steps(way(whole[:number] + whole[number + 1:])))
         self.assertEqual(way([1, 1]), [])
@@ -109,7 +115,7 @@ class Witness:
 
     def pose(self, robot):
         """The newest."""
-        return Odometry().deserialize(self.heard[f"/{robot}/pose"][-1])
+        return Odometry().deserialize(self.heard["/%s/pose" % robot][-1])
 
     def forget(self):
         for kept in self.heard.values():
@@ -133,7 +139,7 @@ class Record(unittest.TestCase):
         cls.addClassCleanup(folder.cleanup)
         cls.folder = folder.name
         cls.stem, cls.killed = os.path.join(folder.name, "parts"), os.path.join(folder.name, "killed")
-        cls.witness = Witness([f"/{robot}/{name}" for robot in ROBOTS for name in OF_EVERY_PACKET])
+        cls.witness = Witness(["/%s/%s" % (robot, name) for robot in ROBOTS for name in OF_EVERY_PACKET])
         wait_until("both robots are there, and heard", lambda: all(cls.witness.heard.values()))
         cls.record()
         cls.parts = parts_of(cls.stem, True)
@@ -147,14 +153,16 @@ class Record(unittest.TestCase):
         """A recorder in a terminal of its own."""
         log = open(os.path.join(cls.folder, name + ".log"), "w")
         cls.addClassCleanup(log.close)
-        process = subprocess.Popen(arguments, cwd=cls.folder, env=dict(os.environ, PWD=cls.folder), stdout=log, stderr=log, start_new_session=True)
+        process = subprocess.Popen(arguments, cwd=cls.folder, env=dict(os.environ, PWD=cls.folder), stdout=log,
+                                   stderr=log, start_new_session=True)
         cls.addClassCleanup(lambda: process.poll() is None and os.killpg(process.pid, signal.SIGKILL))
         return process
 
     @classmethod
     def refused(cls, *arguments):
         """What a recorder says that does not begin."""
-        return subprocess.run(["rosrun", "pioneer_control", "record", *arguments], cwd=cls.folder, stderr=subprocess.PIPE, universal_newlines=True)
+        return subprocess.run(["rosrun", "pioneer_control", "record", *arguments], cwd=cls.folder,
+                              stderr=subprocess.PIPE, universal_newlines=True)
 
     @classmethod
     def record(cls):
@@ -163,23 +171,27 @@ class Record(unittest.TestCase):
         cls.addClassCleanup(os.remove, rospy.get_param("/simulator/record"))
         cls.pull_cables()
         cls.witness.forget()
-        parts = cls.start("parts", "roslaunch", "pioneer_control", "record.launch", "robots:=robot1, robot2 nobody", "bag:=parts", "split:=6s")
-        killed = cls.start("killed", "rosrun", "pioneer_control", "record", "robot1", "--bag=killed.bag", "__name:=killed")
+        parts = cls.start("parts", "roslaunch", "pioneer_control", "record.launch", "robots:=robot1, robot2 nobody",
+                          "bag:=parts", "split:=6s")
+        killed = cls.start("killed", "rosrun", "pioneer_control", "record", "robot1", "--bag=killed.bag",
+                           "__name:=killed")
         recorders = "/robot1/recorder", "/robot1/killed"
         for robot in ROBOTS:
             for name in OF_EVERY_PACKET:
                 wanted = set(recorders if robot == "robot1" else recorders[:1]) | {"/bag_record"}
-                wait_until(f"all hear {robot}'s {name}", lambda: wanted <= destinations(f"/{robot}/p2os", f"/{robot}/{name}"))
+                wait_until("all hear %s's %s" % (robot, name),
+                           lambda: wanted <= destinations("/%s/p2os" % robot, "/%s/%s" % (robot, name)))
         cls.second = cls.refused("robot1")
         assert rospy.ServiceProxy("/simulator/clear_faults", Trigger)().success
-        wait_until("the robots are back", lambda: all(cls.witness.heard[f"/{robot}/pose"] for robot in ROBOTS))
+        wait_until("the robots are back", lambda: all(cls.witness.heard["/%s/pose" % robot] for robot in ROBOTS))
         cls.drive(0.3)
         cls.kill(killed)
         cls.drive(0.1)
         wait_until("it is said that nobody is there", lambda: "nothing is published under /nobody" in cls.log("parts"))
         cls.pull_cables()
-        rosnode.kill_nodes([f"/{robot}/p2os" for robot in ROBOTS])
-        wait_until("the drivers are gone", lambda: not any(subscriber.get_num_connections() for subscriber in cls.witness.subscribers))
+        rosnode.kill_nodes(["/%s/p2os" % robot for robot in ROBOTS])
+        wait_until("the drivers are gone",
+                   lambda: not any(subscriber.get_num_connections() for subscriber in cls.witness.subscribers))
         os.killpg(parts.pid, signal.SIGINT)
         parts.wait(PATIENCE)
 
@@ -204,7 +216,7 @@ class Record(unittest.TestCase):
     def drive(cls, distance):
         """Both robots on curves, from rest to rest."""
         ended = threading.Event()
-        publishers = [rospy.Publisher(f"/{robot}/cmd_vel", Twist, queue_size=1) for robot in ROBOTS]
+        publishers = [rospy.Publisher("/%s/cmd_vel" % robot, Twist, queue_size=1) for robot in ROBOTS]
 
         def command():
             while not ended.wait(0.1):
@@ -215,13 +227,14 @@ class Record(unittest.TestCase):
 
         start = {robot: cls.witness.pose(robot).pose.pose.position.x for robot in ROBOTS}
         for robot in ROBOTS:
-            switch_on = rospy.ServiceProxy(f"/{robot}/set_motors", SetBool)
-            wait_until(f"{robot}'s motors are on", lambda: switch_on(True).success)
+            switch_on = rospy.ServiceProxy("/%s/set_motors" % robot, SetBool)
+            wait_until("%s's motors are on" % robot, lambda: switch_on(True).success)
         thread = threading.Thread(target=command)
         thread.start()
         try:
             wait_until("both have driven",
-                       lambda: all(abs(cls.witness.pose(robot).pose.pose.position.x - x) > distance for robot, x in start.items()))
+                       lambda: all(abs(cls.witness.pose(robot).pose.pose.position.x - x) > distance
+                                   for robot, x in start.items()))
         finally:
             ended.set()
             thread.join()
@@ -243,11 +256,12 @@ class Record(unittest.TestCase):
 
         Not of topics that latch: there the publisher counts what each new subscriber gets, too.
         """
-        numbered = {f"/{robot}/{name}" for robot in ROBOTS for name in NUMBERED} | {"/diagnostics"}
+        numbered = {"/%s/%s" % (robot, name) for robot in ROBOTS for name in NUMBERED} | {"/diagnostics"}
         numbers = collections.defaultdict(list)
         for message in messages:
             if message.topic in numbered:
-                numbers[message.topic, message.connection.caller].append(decode(message.connection, message.data).header.seq)
+                numbers[message.topic, message.connection.caller].append(
+                    decode(message.connection, message.data).header.seq)
         self.assertLessEqual(numbered, {topic for topic, _ in numbers})
         return [(*key, *hole) for key, found in numbers.items() for hole in holes(found)]
 
@@ -265,7 +279,8 @@ class Record(unittest.TestCase):
 
     def ways(self, messages, number):
         """The way of a robot by a list of messages, and by what went over its line."""
-        poses = [decode(message.connection, message.data).pose.pose for message in messages if message.topic == f"/robot{number}/pose"]
+        poses = [decode(message.connection, message.data).pose.pose
+                 for message in messages if message.topic == "/robot%s/pose" % number]
         with open(rospy.get_param("/simulator/record")) as file:
             sent = way(list(sips_on_the_wire(file, number)))
         return way([(pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w) for pose in poses]), sent
@@ -276,8 +291,8 @@ class Record(unittest.TestCase):
     def test_the_bag_has_what_a_second_subscriber_heard_byte_by_byte(self):
         self.assertEqual(self.differing(self.messages), [])
         for robot in ROBOTS:
-            counts = {name: len(self.by_topic[f"/{robot}/{name}"]) for name in OF_EVERY_PACKET}
-            self.assertEqual(len(set(counts.values())), 1, f"each packet has a message on each topic: {counts}")
+            counts = {name: len(self.by_topic["/%s/%s" % (robot, name)]) for name in OF_EVERY_PACKET}
+            self.assertEqual(len(set(counts.values())), 1, "each packet has a message on each topic: %s" % counts)
 
     def test_the_bag_has_a_message_for_each_packet_on_the_line(self):
         for number, robot in enumerate(ROBOTS, 1):
@@ -286,10 +301,12 @@ class Record(unittest.TestCase):
             self.assertEqual(len(recorded), len(sent))
             self.assertEqual(steps(recorded), steps(sent))
             transforms = [decode(message.connection, message.data).transforms[0] for message in self.by_topic["/tf"]]
-            stamps = [decode(message.connection, message.data).header.stamp for message in self.by_topic[f"/{robot}/pose"]]
-            self.assertEqual([transform.header.stamp for transform in transforms if transform.child_frame_id == robot + "/base_link"], stamps)
-            print(f"{robot}: {len(sent)} packets on the line and {len(recorded)} poses in the bag from its first movement to its last; "
-                  f"{len(stamps)} poses in all, in {len(self.parts)} parts")
+            stamps = [decode(message.connection, message.data).header.stamp
+                      for message in self.by_topic["/%s/pose" % robot]]
+            self.assertEqual([transform.header.stamp for transform in transforms
+                              if transform.child_frame_id == robot + "/base_link"], stamps)
+            print("%s: %s packets on the line and %s poses in the bag from its first movement to its last; %s poses "
+                  "in all, in %s parts" % (robot, len(sent), len(recorded), len(stamps), len(self.parts)))
 
     def test_a_message_that_is_missing_is_found_by_each_of_these(self):
         moving = self.by_topic["/robot1/pose"]
@@ -302,16 +319,20 @@ class Record(unittest.TestCase):
 
     def test_each_part_has_what_is_latched(self):
         self.assertGreater(len(self.parts), 1)
-        self.assertEqual([os.path.basename(path) for path in self.parts], [f"parts_{number}.bag" for number in range(len(self.parts))])
+        self.assertEqual([os.path.basename(path) for path in self.parts],
+                         ["parts_%s.bag" % number for number in range(len(self.parts))])
         for path in self.parts:
             there = {message.topic for message in read_bag(path)}
-            self.assertLessEqual({f"/{robot}/{name}" for robot in ROBOTS for name in LATCHED} | {"/tf_static", "/map", "/world"}, there)
-        self.assertEqual([message.topic for message in self.messages if not message.connection.caller], [], "read together they have what was published")
+            self.assertLessEqual({"/%s/%s" % (robot, name) for robot in ROBOTS for name in LATCHED} |
+                                 {"/tf_static", "/map", "/world"}, there)
+        self.assertEqual([message.topic for message in self.messages if not message.connection.caller], [],
+                         "read together they have what was published")
         self.assertEqual(self.not_once(self.messages), [], "and as often")
         self.assertEqual(self.not_once(self.messages + self.by_topic["/map"]), ["/map"], "a second delivery is found")
 
     def test_it_says_of_itself_who_was_there(self):
-        made = [description_of(decode(message.connection, message.data).data) for message in self.by_topic["/robot2/recording"]]
+        made = [description_of(decode(message.connection, message.data).data)
+                for message in self.by_topic["/robot2/recording"]]
         self.assertEqual({tuple(each.recording["robots"]) for each in made}, {("robot1", "robot2", "nobody")})
         told = {node for each in made for node in each.nodes}
         self.assertLessEqual({"/robot1/p2os", "/robot2/p2os", "/simulator", "/robot1/recorder"}, told)
@@ -342,11 +363,13 @@ class Record(unittest.TestCase):
             self.assertEqual(file.read(), before)
 
     def test_a_closed_terminal_closes_the_bag(self):
-        recorder = self.start("closed", "rosrun", "pioneer_control", "record", "robot1", "--bag=closed", "__name:=closed")
+        recorder = self.start("closed", "rosrun", "pioneer_control", "record", "robot1", "--bag=closed",
+                              "__name:=closed")
         wait_until("it records", lambda: "topics into" in self.log("closed"))
         os.killpg(recorder.pid, signal.SIGHUP)
         self.assertEqual(recorder.wait(PATIENCE), 0)
-        self.assertEqual([os.path.basename(path) for path in parts_of(os.path.join(self.folder, "closed"), False)], ["closed.bag"])
+        self.assertEqual([os.path.basename(path) for path in parts_of(os.path.join(self.folder, "closed"), False)],
+                         ["closed.bag"])
 
     def test_a_second_recorder_of_the_same_name_does_not_end_the_first(self):
         self.assertEqual(self.second.returncode, 1)

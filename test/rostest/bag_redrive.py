@@ -32,7 +32,9 @@ RADIUS = 0.3  # m: of the arc that ends it
 
 
 def told():
-    """(topic, message, s): straight on, then to the left by the wheels; and where the robot was, as if it had no inertia."""
+    """(topic, message, s): straight on, then to the left by the wheels;
+    and where the robot was, as if it had no inertia.
+    """
     begin, x, y, heading = 100.0, *START
     yield "/pioneer/robot_info", make.robot_info({}), begin
     yield "/pioneer/world", String("no such world"), begin
@@ -104,7 +106,8 @@ class Redrive(unittest.TestCase):
         self.assertEqual(process.returncode, 1, said)
         self.assertIn("the robot was stopped", said)
         witness.wait("it was told to stop", lambda: witness.last("/redrive/cmd_vel").linear.x == 0.0)
-        self.assertGreater(len(read_run(os.path.join(self.folder.name, "stopped.bag"), "redrive").commanded.time), 0, "what happened is kept")
+        self.assertGreater(len(read_run(os.path.join(self.folder.name, "stopped.bag"), "redrive").commanded.time), 0,
+                           "what happened is kept")
         self.assertEqual([node for node in rosnode.get_node_names() if node.startswith("/redrive")], [])
 
 

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""A recorded wander, played back with no robot, is to the last bit what was recorded, and a Pioneer that hears it decides the same again.
+"""A recorded wander, played back with no robot, is to the last bit what was recorded,
+and a Pioneer that hears it decides the same again.
 
 One run is recorded with launch/record.launch and serves all tests; then the robot ends.
 """
@@ -32,7 +33,9 @@ WANDER = 6  # s
 SEED, SPEED = 7, 0.3
 FAST = "-r 4"
 RENUMBERED = {"/rosout": 4}
-"""Bytes at the begin of messages that rosbag play writes anew: header.seq of the one topic on which the player says something itself."""
+"""Bytes at the begin of messages that rosbag play writes anew: header.seq of the one topic on which the player says
+something itself.
+"""
 
 
 def end(process):
@@ -42,18 +45,22 @@ def end(process):
 
 
 def record(bag):
-    """A seeded wander, recorded from its first message to after its last; how many decisions were heard beside the recorder."""
+    """A seeded wander, recorded from its first message to after its last;
+    how many decisions were heard beside the recorder.
+    """
     told, ended = [], threading.Event()
     subscribers = [
         rospy.Subscriber("/pioneer/decision", Decision, told.append),
-        rospy.Subscriber("/pioneer/gripper_control", GripperState, lambda m: m.grip.state == GripCommand.CLOSE and ended.set())]
-    recorder = subprocess.Popen(["roslaunch", "pioneer_control", "record.launch", f"bag:={bag}"], stdout=subprocess.DEVNULL)
+        rospy.Subscriber("/pioneer/gripper_control", GripperState,
+                         lambda m: m.grip.state == GripCommand.CLOSE and ended.set())]
+    recorder = subprocess.Popen(["roslaunch", "pioneer_control", "record.launch", "bag:=%s" % bag],
+                                stdout=subprocess.DEVNULL)
     program = None
     try:
         master = rosgraph.Master(rospy.get_name())
         wait_until("the recorder listens", lambda: subscribed("/pioneer/recorder", master.getSystemState()))
         for name, value in (("duration", WANDER), ("seed", SEED), ("speed", SPEED), ("stop_at_can", False)):
-            rospy.set_param(f"/rosPioneer2/{name}", value)
+            rospy.set_param("/rosPioneer2/%s" % name, value)
         program = subprocess.Popen(["rosrun", "pioneer_control", "rosPioneer2.py"])
         assert ended.wait(PATIENCE), "the wander does not end"  # the pick after it closes the paddles
     finally:
@@ -86,8 +93,10 @@ class Replay(unittest.TestCase):
         expected = defaultdict(list)
         for topic, connection, data, _ in read_bag(self.bag):
             expected[aside(topic) if is_command(topic, connection.type) else topic].append(data)
-        self.assertLessEqual({"/pioneer/recorded/cmd_vel", "/pioneer/recorded/cmd_motor_state", "/pioneer/recorded/gripper_control", "/pioneer/pose",
-                              "/pioneer/sonar", "/pioneer/robot_info", "/pioneer/map", "/pioneer/decision", "/tf", "/rosout"}, set(expected))
+        self.assertLessEqual({"/pioneer/recorded/cmd_vel", "/pioneer/recorded/cmd_motor_state",
+                              "/pioneer/recorded/gripper_control", "/pioneer/pose",
+                              "/pioneer/sonar", "/pioneer/robot_info", "/pioneer/map", "/pioneer/decision", "/tf",
+                              "/rosout"}, set(expected))
         heard = defaultdict(list)
         count = threading.Semaphore(0)
 
@@ -96,23 +105,29 @@ class Replay(unittest.TestCase):
                 heard[topic].append(message._buff)
                 count.release()
 
-        listening = [*expected, *(f"/pioneer/{name}" for name in ("cmd_vel", "cmd_wheels", "cmd_motor_state", "gripper_control"))]
+        listening = [*expected,
+                     *("/pioneer/%s" % name
+                       for name in ("cmd_vel", "cmd_wheels", "cmd_motor_state", "gripper_control"))]
         subscribers = [rospy.Subscriber(topic, rospy.AnyMsg, hear, topic) for topic in listening]
-        player = subprocess.Popen(["roslaunch", "pioneer_control", "replay.launch", f"bag:={self.bag}", f"options:={FAST} --pause --quiet"],
+        player = subprocess.Popen(["roslaunch", "pioneer_control", "replay.launch", "bag:=%s" % self.bag,
+                                   "options:=%s --pause --quiet" % FAST],
                                   stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
         rospy.wait_for_service(PLAYER + "/pause_playback", PATIENCE)
         wait_until("all is connected", lambda: connected(PLAYER, rospy.get_name(), expected))
         rospy.ServiceProxy(PLAYER + "/pause_playback", SetBool)(False)
         for _ in range(sum(map(len, expected.values()))):
-            self.assertTrue(count.acquire(timeout=PATIENCE), {topic: (len(expected[topic]), len(heard[topic])) for topic in expected})
+            self.assertTrue(count.acquire(timeout=PATIENCE),
+                            {topic: (len(expected[topic]), len(heard[topic])) for topic in expected})
         player.wait(PATIENCE)
         rospy.delete_param("/use_sim_time")
         for subscriber in subscribers:
             subscriber.unregister()
-        self.assertEqual({topic: len(data) for topic, data in heard.items()}, {topic: len(data) for topic, data in expected.items()})
+        self.assertEqual({topic: len(data) for topic, data in heard.items()},
+                         {topic: len(data) for topic, data in expected.items()})
         for topic, data in expected.items():
             cut = RENUMBERED.get(topic, 0)
-            self.assertTrue([each[cut:] for each in heard[topic]] == [each[cut:] for each in data], f"{topic} is not what was recorded")
+            self.assertTrue([each[cut:] for each in heard[topic]] == [each[cut:] for each in data],
+                            "%s is not what was recorded" % topic)
 
     def test_2_all_that_was_decided_is_in_the_bag(self):
         recorded = sum(1 for _ in read_bag(self.bag, ["/pioneer/decision"]))
@@ -121,13 +136,14 @@ class Replay(unittest.TestCase):
 
     def rerun(self, *arguments):
         """What the re-run says, and its exit code."""
-        command = ["rosrun", "pioneer_control", "replay", "rerun", self.bag, f"--options={FAST}", *arguments]
+        command = ["rosrun", "pioneer_control", "replay", "rerun", self.bag, "--options=%s" % FAST, *arguments]
         done = subprocess.run(command, timeout=3 * PATIENCE, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
         return done.stdout.decode(), done.returncode
 
     def test_3_a_pioneer_decides_the_same_again(self):
         said, code = self.rerun()
-        self.assertIn(f"{self.decisions} decisions live, {self.decisions} in the re-run: every one is the same.", said)
+        self.assertIn("%s decisions live, %s in the re-run: every one is the same." % (self.decisions, self.decisions),
+                      said)
         self.assertIn("commands THE SAME", said)
         self.assertEqual(code, 0)
         self.assertEqual(sum(1 for _ in read_bag(self.bag[:-4] + "-rerun.bag", ["/pioneer/decision"])), self.decisions)
@@ -136,7 +152,7 @@ class Replay(unittest.TestCase):
 
     def test_4_another_seed_is_seen(self):
         said, code = self.rerun("--args=pioneer _seed:=8", "--output=" + self.bag[:-4] + "-other.bag")
-        self.assertIn(f"{self.decisions} decisions live", said)
+        self.assertIn("%s decisions live" % self.decisions, said)
         self.assertIn("They differ from number 1 on", said)
         self.assertIn("seed was 7, and is 8", said)
         self.assertIn("commands SOMETHING ELSE", said)

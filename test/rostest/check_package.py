@@ -47,16 +47,21 @@ class MessageCheck(unittest.TestCase):
         """Why numbers have their names in Python: the check above sees even this."""
         text = (PACKAGE / "msg" / "MotorState.msg").read_text()
         same = genpy.dynamic.generate_dynamic("pioneer_control/MotorState", text)["pioneer_control/MotorState"]
-        other = genpy.dynamic.generate_dynamic("pioneer_control/MotorState", "int32 ON=1\n" + text)["pioneer_control/MotorState"]
+        other = genpy.dynamic.generate_dynamic("pioneer_control/MotorState",
+                                               "int32 ON=1\n" + text)["pioneer_control/MotorState"]
         self.assertEqual(same._md5sum, FROZEN_MD5["MotorState"])
         self.assertNotEqual(other._md5sum, FROZEN_MD5["MotorState"])
 
 
 def complaints(path):
-    """What speaks against a launch file: it does not load, or a node is missing or of a package that package.xml does not name."""
-    required = [arg.get("name") for arg in ElementTree.parse(path).iter("arg") if not {"default", "value"} & set(arg.keys())]
+    """What speaks against a launch file: it does not load, or a node is missing or of a package that package.xml does
+    not name.
+    """
+    required = [arg.get("name") for arg in ElementTree.parse(path).iter("arg")
+                if not {"default", "value"} & set(arg.keys())]
     try:
-        config = roslaunch.config.load_config_default([(str(path), [name + ":=/given" for name in required])], None, verbose=False)
+        config = roslaunch.config.load_config_default([(str(path), [name + ":=/given" for name in required])], None,
+                                                      verbose=False)
     except roslaunch.core.RLException as error:
         return [str(error)]
     manifest = ElementTree.parse(PACKAGE / "package.xml").getroot()
@@ -89,7 +94,8 @@ class LaunchCheck(unittest.TestCase):
         """It has a value without quotes and elements that nobody closes."""
         with self.assertRaises(ElementTree.ParseError):
             self.complaints_about(
-                '<launch><group ns="pioneer"><param name="pulse" value=1.0><node name="p2os" pkg="p2os_driver" type="p2os"></group></launch>')
+                '<launch><group ns="pioneer"><param name="pulse" value=1.0><node name="p2os" pkg="p2os_driver" '
+                'type="p2os"></group></launch>')
 
     def test_what_does_not_load_is_seen(self):
         self.assertEqual(len(self.complaints_about('<launch><param name="pulse" value="$(arg nobody)"/></launch>')), 1)

@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""Diagnostics of real drivers: each fault is named while it lasts and gone afterwards, and the aggregator knows every name, for two robots."""
+"""Diagnostics of real drivers: each fault is named while it lasts and gone afterwards,
+and the aggregator knows every name, for two robots.
+"""
 
 import os
 import re
@@ -54,7 +56,8 @@ class DriverDiagnostics(unittest.TestCase):
         """{task: status} as the driver of a robot said last."""
         prefix = robot + "/p2os: "
         for message in reversed(self.witness.seen["/diagnostics"]):
-            statuses = {status.name[len(prefix):]: status for status in message.status if status.name.startswith(prefix)}
+            statuses = {status.name[len(prefix):]: status for status in message.status
+                        if status.name.startswith(prefix)}
             if len(statuses) == len(TASKS):     # else one of those that diagnostic_updater sends while a node starts
                 return statuses
         return {}
@@ -69,11 +72,13 @@ class DriverDiagnostics(unittest.TestCase):
         return {status.name: status.level for status in self.witness.seen["/diagnostics_agg"][-1].status}
 
     def test_01_levels_are_those_of_the_message(self):
-        self.assertEqual([DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE], list(Level))
+        self.assertEqual([DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE],
+                         list(Level))
 
     def test_02_all_is_well_of_two_robots_under_their_names(self):
         for robot in self.servers:
-            self.assertEqual({status.hardware_id for status in self.expect(WELL, robot).values()}, {robot.replace("/", "_")})
+            self.assertEqual({status.hardware_id for status in self.expect(WELL, robot).values()},
+                             {robot.replace("/", "_")})
 
     def test_03_the_aggregator_knows_exactly_what_the_drivers_say(self):
         """By robot; nothing is missing, and nothing is left over for its group Other."""
@@ -90,10 +95,13 @@ class DriverDiagnostics(unittest.TestCase):
             firmware.hardware.stall.left = stalled
 
         for harm, mend, task, level, words in (
-            (lambda: firmware.press_stop_button(True), lambda: firmware.press_stop_button(False), "Motors", WARN, "the STOP button is pressed"),
+            (lambda: firmware.press_stop_button(True), lambda: firmware.press_stop_button(False), "Motors", WARN,
+             "the STOP button is pressed"),
             (lambda: stall(True), lambda: stall(False), "Stall", WARN, "the left wheel is stalled"),
-            (lambda: battery.pretend(11.2), lambda: battery.pretend(0.0), "Battery", WARN, "11.2 V, the alarm level is 11.5 V; charge it"),
-            (lambda: battery.pretend(10.8), lambda: battery.pretend(0.0), "Battery", ERROR, "battery nearly empty: 10.8 V"),
+            (lambda: battery.pretend(11.2), lambda: battery.pretend(0.0), "Battery", WARN,
+             "11.2 V, the alarm level is 11.5 V; charge it"),
+            (lambda: battery.pretend(10.8), lambda: battery.pretend(0.0), "Battery", ERROR,
+             "battery nearly empty: 10.8 V"),
         ):
             with lock:
                 harm()
@@ -117,13 +125,15 @@ class DriverDiagnostics(unittest.TestCase):
 
         def unanswered():
             link = self.newest("left").get("Link")
-            return "" if link is None else {value.key: value.value for value in link.values}["Questions without an answer"]
+            return "" if link is None else {value.key: value.value
+                                            for value in link.values}["Questions without an answer"]
 
         self.witness.wait("ten questions or more are answered", lambda: re.match("[0-9] of [0-9]{2}", unanswered()))
         self.expect(WELL)
         with server.lock:
             server.simulation.faults.add(fault_of("loss 0.5 way to-robot"), server.simulation.clock.now_us)
-        self.witness.wait("it is named", lambda: re.search("[1-9][0-9]* of [0-9]+ questions .* not answered", self.newest("left")["Link"].message))
+        self.witness.wait("it is named", lambda: re.search("[1-9][0-9]* of [0-9]+ questions .* not answered",
+                                                           self.newest("left")["Link"].message))
         self.expect(dict(WELL, Link=WARN))
         with server.lock:
             server.simulation.faults.clear(server.simulation.clock.now_us)
@@ -154,7 +164,8 @@ class DriverDiagnostics(unittest.TestCase):
         self.assertIn("/dev/nowhere: no such port", self.expect(UNKNOWN, "timeless")["Link"].message)
         said = len(self.witness.seen["/diagnostics"])
         self.witness.wait("three more", lambda: 3 <= sum(
-            status.name == "timeless/p2os: Link" for message in self.witness.seen["/diagnostics"][said:] for status in message.status))
+            status.name == "timeless/p2os: Link" for message in self.witness.seen["/diagnostics"][said:]
+            for status in message.status))
 
 
 if __name__ == "__main__":

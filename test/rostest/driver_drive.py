@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""The driver drives the simulated robot: motors, distances, angles, sonar by closed form, and everything that must stop it or keep it still."""
+"""The driver drives the simulated robot: motors, distances, angles, sonar by closed form,
+and everything that must stop it or keep it still.
+"""
 
 import math
 import os
@@ -22,14 +24,17 @@ from std_srvs.srv import Empty, SetBool
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from pioneer_control.msg import (AIO, DIO, IO, BatteryState, GripperState, GripState, LiftState, MotorState, RobotInfo,  # noqa: E402
+from pioneer_control.msg import (AIO, DIO, IO, BatteryState, GripperState, GripState, LiftState, MotorState,
+                                 RobotInfo,  # noqa: E402
                                  SonarArray, Stall, WheelVelocities)
 from witness import PATIENCE, Witness, heading_of  # noqa: E402
 
 TOPICS = {
-    "pioneer/pose": Odometry, "pioneer/sonar": SonarArray, "pioneer/gripper_state": GripperState, "pioneer/motor_state": MotorState,
+    "pioneer/pose": Odometry, "pioneer/sonar": SonarArray, "pioneer/gripper_state": GripperState,
+    "pioneer/motor_state": MotorState,
     "pioneer/battery_state": BatteryState, "pioneer/dio": DIO, "pioneer/aio": AIO, "pioneer/robot_info": RobotInfo,
-    "pioneer/sonar_ranges": Range, "pioneer/sonar_points": PointCloud2, "pioneer/joint_states": JointState, "pioneer/battery": Battery,
+    "pioneer/sonar_ranges": Range, "pioneer/sonar_points": PointCloud2, "pioneer/joint_states": JointState,
+    "pioneer/battery": Battery,
     "pioneer/stall": Stall, "pioneer/e_stop": Bool, "pioneer/io": IO,
     "pioneer/ground_truth": Odometry, "/rosout": Log,
 }
@@ -97,10 +102,11 @@ class DriverDrives(unittest.TestCase):
         self.halt()
 
     def warned(self, text, since=0):
-        return any(text in entry.msg and entry.name == "/pioneer/p2os" for entry in self.witness.seen["/rosout"][since:])
+        return any(text in entry.msg and entry.name == "/pioneer/p2os"
+                   for entry in self.witness.seen["/rosout"][since:])
 
     def expect_warning(self, text, since=0):
-        self.witness.wait(f"a warning with {text!r}", lambda: self.warned(text, since))
+        self.witness.wait("a warning with %r" % text, lambda: self.warned(text, since))
 
     def test_01_every_topic_says_something_sensible(self):
         seen = {topic: self.witness.last(topic) for topic in TOPICS}
@@ -118,7 +124,8 @@ class DriverDrives(unittest.TestCase):
         self.assertTrue(math.isnan(battery.percentage))
         self.assertEqual(battery.power_supply_status, Battery.POWER_SUPPLY_STATUS_DISCHARGING)
         self.assertEqual((len(seen["pioneer/io"].digital_in), len(seen["pioneer/io"].analog)), (4, 9))
-        self.assertEqual((seen["pioneer/stall"].left, seen["pioneer/stall"].right, seen["pioneer/e_stop"].data), (False, False, False))
+        self.assertEqual((seen["pioneer/stall"].left, seen["pioneer/stall"].right, seen["pioneer/e_stop"].data),
+                         (False, False, False))
 
     def test_02_one_stamp_for_all_messages_of_a_packet(self):
         for name in OF_EVERY_PACKET:
@@ -130,7 +137,8 @@ class DriverDrives(unittest.TestCase):
         ranges = self.witness.seen["pioneer/sonar_ranges"][:]
         together = [message.header.frame_id for message in ranges if message.header.stamp == ranges[-10].header.stamp]
         self.assertIn(ranges[-10].header.stamp, {message.header.stamp for message in self.witness.seen["pioneer/pose"]})
-        self.assertTrue(4 <= len(set(together)) == len(together) <= 6, "two arrays fire two or three times in a cycle: %s" % together)
+        self.assertTrue(4 <= len(set(together)) == len(together) <= 6,
+                        "two arrays fire two or three times in a cycle: %s" % together)
 
     def test_02_what_this_robot_cannot_feed_is_not_there(self):
         there = {name for name, _ in rospy.get_published_topics("/pioneer")}
@@ -144,21 +152,25 @@ class DriverDrives(unittest.TestCase):
         edge_of_2 = math.radians(30) - HALF_CONE
         edge_of_13 = math.radians(180 - 150) + HALF_CONE
         expected = {
-            3: 2.5 - 0.166,                                         # wall square on: the foot of the perpendicular is in the cone
+            # wall square on: the foot of the perpendicular is in the cone
+            3: 2.5 - 0.166,
             4: 2.5 - 0.166,
-            2: (2.5 - 0.148) / math.cos(edge_of_2),                 # ... and here outside: the edge of the cone is nearest
-            0: 1.0 * math.cos(math.radians(5)),                     # wall at 5 degrees: the perpendicular is 5 degrees off the axis
+            # ... and here outside: the edge of the cone is nearest
+            2: (2.5 - 0.148) / math.cos(edge_of_2),
+            # wall at 5 degrees: the perpendicular is 5 degrees off the axis
+            0: 1.0 * math.cos(math.radians(5)),
             7: 1.186 - 0.136 - 0.05,                                # pole
             13: (0.9 - 0.078) / math.sin(edge_of_13),               # corner from inside: the nearer of its two walls
             10: 1.2,                                                # corner from outside: the corner itself
         }
         for number, distance in expected.items():
-            self.assertAlmostEqual(ranges[number], distance, delta=NOISE, msg=f"transducer {number}")
+            self.assertAlmostEqual(ranges[number], distance, delta=NOISE, msg="transducer %s" % number)
         self.assertEqual(ranges[6], 5.0, "nothing there: no echo")
         heard = {message.header.frame_id: message.range for message in self.witness.seen["pioneer/sonar_ranges"]}
         self.assertEqual(heard["sonar_6"], math.inf)
         for number, distance in expected.items():
-            self.assertAlmostEqual(heard["sonar_%d" % number], distance, delta=NOISE, msg=f"frame of transducer {number}")
+            self.assertAlmostEqual(heard["sonar_%d" % number], distance, delta=NOISE,
+                                   msg="frame of transducer %s" % number)
 
     def test_03_points_lie_on_the_axes_of_the_transducers(self):
         """Each frame of a transducer is in tf, and an echo lies on its x axis, as far away as the range is."""
@@ -192,11 +204,14 @@ class DriverDrives(unittest.TestCase):
         self.assertAlmostEqual(truth.position.x - start.position.x, odometry.position.x, delta=0.003)
         self.assertAlmostEqual(truth.position.y, start.position.y, delta=0.003)
         self.assertLess(odometry.position.x, 0.7)
-        for turned in (angle - angle_before for angle, angle_before in zip(self.witness.next("pioneer/joint_states").position, before)):
+        for turned in (angle - angle_before
+                       for angle, angle_before in zip(self.witness.next("pioneer/joint_states").position, before)):
             self.assertAlmostEqual(turned * WHEEL_RADIUS, truth.position.x - start.position.x, delta=0.003)
-        self.assertAlmostEqual(max(message.velocity[0] for message in self.witness.seen["pioneer/joint_states"]), 0.2 / WHEEL_RADIUS, delta=0.05)
+        self.assertAlmostEqual(max(message.velocity[0] for message in self.witness.seen["pioneer/joint_states"]),
+                               0.2 / WHEEL_RADIUS, delta=0.05)
         self.witness.next("pioneer/sonar", 5)
-        self.assertAlmostEqual(self.witness.seen["pioneer/sonar"][-1].ranges[3], 2.5 - 0.166 - truth.position.x, delta=0.004)
+        self.assertAlmostEqual(self.witness.seen["pioneer/sonar"][-1].ranges[3], 2.5 - 0.166 - truth.position.x,
+                               delta=0.004)
 
     def test_06_an_angle(self):
         self.drive_until((0.0, 0.5), "a quarter turn to the left", lambda pose: heading_of(pose) > math.pi / 2)
@@ -209,7 +224,8 @@ class DriverDrives(unittest.TestCase):
         listener = tf.TransformListener()
         listener.waitForTransform("odom", "base_link", rospy.Time(0), rospy.Duration(PATIENCE))
         pose = self.witness.next("pioneer/pose", 3).pose.pose
-        listener.waitForTransform("odom", "base_link", self.witness.seen["pioneer/pose"][-1].header.stamp, rospy.Duration(PATIENCE))
+        listener.waitForTransform("odom", "base_link", self.witness.seen["pioneer/pose"][-1].header.stamp,
+                                  rospy.Duration(PATIENCE))
         place, _ = listener.lookupTransform("odom", "base_link", rospy.Time(0))
         self.assertAlmostEqual(place[0], pose.position.x, delta=0.002)
         for wheel, side in (("left_wheel", 0.1885), ("right_wheel", -0.1885)):
@@ -219,7 +235,8 @@ class DriverDrives(unittest.TestCase):
 
     def test_08_a_commander_that_falls_silent_stops_the_robot(self):
         self.commander.velocity = (0.2, 0.0)
-        self.witness.wait("it drives", lambda: self.witness.seen["pioneer/ground_truth"][-1].twist.twist.linear.x > 0.15)
+        self.witness.wait("it drives", lambda: self.witness.seen["pioneer/ground_truth"][-1].twist.twist.linear.x >
+                          0.15)
         since = len(self.witness.seen["/rosout"])
         self.commander.velocity = None  # the publisher stays connected, and the driver keeps the link alive
         self.stands()
@@ -236,9 +253,11 @@ class DriverDrives(unittest.TestCase):
 
     def test_10_a_velocity_beyond_the_limits_is_clamped(self):
         self.commander.velocity = (-65.6, 0.0)
-        self.witness.wait("it drives back", lambda: self.witness.seen["pioneer/ground_truth"][-1].twist.twist.linear.x < -0.25)
+        self.witness.wait("it drives back", lambda: self.witness.seen["pioneer/ground_truth"][-1].twist.twist.linear.x <
+                          -0.25)
         self.halt()
-        self.assertGreaterEqual(min(message.twist.twist.linear.x for message in self.witness.seen["pioneer/ground_truth"]), -0.501)
+        self.assertGreaterEqual(min(message.twist.twist.linear.x
+                                    for message in self.witness.seen["pioneer/ground_truth"]), -0.501)
 
     def test_11_the_stop_button_is_a_reason_and_nothing_moves_after_it(self):
         self.stop_button.publish(True)
@@ -255,24 +274,28 @@ class DriverDrives(unittest.TestCase):
         self.witness.wait("motors can be switched on again", lambda: self.set_motors(True).success)
         self.witness.next("pioneer/ground_truth", 5)
         self.assertEqual(self.truth().position, before.position)
-        self.assertEqual([message.data for message in self.witness.seen["pioneer/e_stop"]], [False, True, False], "on change")
+        self.assertEqual([message.data for message in self.witness.seen["pioneer/e_stop"]], [False, True, False],
+                         "on change")
 
     def test_12_gripper_commands_work_and_a_status_is_refused(self):
-        gripper, since = rospy.Publisher("pioneer/gripper_control", GripperState, queue_size=5), len(self.witness.seen["/rosout"])
+        gripper, since = rospy.Publisher("pioneer/gripper_control", GripperState,
+                                         queue_size=5), len(self.witness.seen["/rosout"])
         self.witness.wait("the driver listens", lambda: gripper.get_num_connections() == 1)
         gripper.publish(GripperState(GripState(state=2), LiftState(state=1)))
         self.expect_warning("lift.state 1 is a status", since)
         self.assertEqual(self.witness.next("pioneer/gripper_state").grip.state, 1)
         gripper.publish(GripperState(GripState(state=2), LiftState(state=5)))
         self.witness.wait("paddles closed, lift down", lambda: (
-            self.witness.seen["pioneer/gripper_state"][-1].grip.state, self.witness.seen["pioneer/gripper_state"][-1].lift.position) == (2, 0.0))
+            self.witness.seen["pioneer/gripper_state"][-1].grip.state,
+            self.witness.seen["pioneer/gripper_state"][-1].lift.position) == (2, 0.0))
 
     def test_13_the_topic_switches_motors_too(self):
         motors = rospy.Publisher("pioneer/cmd_motor_state", MotorState, queue_size=5)
         self.witness.wait("the driver listens", lambda: motors.get_num_connections() == 1)
         for state in (0, 1, 0):
             motors.publish(MotorState(state))
-            self.witness.wait(f"motors {state}", lambda: self.witness.seen["pioneer/motor_state"][-1].state == state)
+            self.witness.wait("motors %s" % state, lambda: self.witness.seen["pioneer/motor_state"][-1].state ==
+                              state)
 
     def test_14_the_services_of_rosaria_fail_with_the_reason(self):
         enable, disable = (rospy.ServiceProxy("pioneer/%s_motors" % what, Empty) for what in ("enable", "disable"))
@@ -307,9 +330,11 @@ class DriverDrives(unittest.TestCase):
         self.witness.wait("robot_info tells it", lambda: self.witness.seen["pioneer/robot_info"][-1].max_angular == 0.3)
         since = len(self.witness.seen["pioneer/ground_truth"])
         self.commander.velocity = (0.0, -2.0)
-        self.witness.wait("it turns", lambda: self.witness.seen["pioneer/ground_truth"][-1].twist.twist.angular.z < -0.29)
+        self.witness.wait("it turns", lambda: self.witness.seen["pioneer/ground_truth"][-1].twist.twist.angular.z <
+                          -0.29)
         self.halt()
-        self.assertGreaterEqual(min(message.twist.twist.angular.z for message in self.witness.seen["pioneer/ground_truth"][since:]), -0.301)
+        self.assertGreaterEqual(min(message.twist.twist.angular.z
+                                    for message in self.witness.seen["pioneer/ground_truth"][since:]), -0.301)
 
     def test_17_wheels_have_a_topic_of_their_own(self):
         wheels = rospy.Publisher("pioneer/cmd_wheels", WheelVelocities, queue_size=1)

@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""The driver between ROS and the wire: what parameters put on it, bad lines, bad parameters, a driver that is killed, two robots."""
+"""The driver between ROS and the wire: what parameters put on it, bad lines, bad parameters, a driver that is killed,
+two robots.
+"""
 
 import contextlib
 import dataclasses
@@ -58,7 +60,9 @@ SIGNALLED_AT = (
     ("p2os_driver", "setParam|registerPublisher.*/parameter_updates", True),
     ("p2os_driver", "registerPublisher.*/sonar_ranges", False),     # when the robot is found
 )
-"""A program, the question to the master (a regular expression) in which it is when the signal comes, and whether that is answered then after all."""
+"""A program, the question to the master (a regular expression) in which it is when the signal comes,
+and whether that is answered then after all.
+"""
 GLOBAL = {"/rosout", "/tf", "/tf_static", "/clock", "/diagnostics"}
 """What all nodes share: all of the names of a driver that do not begin with its namespace."""
 
@@ -72,7 +76,8 @@ class OverheardFirmware(Firmware):
         self._ear = FrameDecoder()
 
     def receive(self, data):
-        self.heard += [(self.time, command.name, command.value) for command in map(decode_command, self._ear.feed(data))]
+        self.heard += [(self.time, command.name, command.value)
+                       for command in map(decode_command, self._ear.feed(data))]
         super().receive(data)
 
 
@@ -82,7 +87,8 @@ class Driver:
     def __init__(self, namespace, environment=None, program="p2os_driver", **parameters):
         self.namespace = namespace
         arguments = ["_%s:=%s" % item for item in parameters.items()]
-        self.process = subprocess.Popen(["rosrun", "pioneer_control", program, "__ns:=" + namespace] + arguments, env=environment,
+        self.process = subprocess.Popen(["rosrun", "pioneer_control", program, "__ns:=" + namespace] + arguments,
+                                        env=environment,
                                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
         self.printed, self._changed = "", threading.Condition()
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -96,7 +102,8 @@ class Driver:
 
     def says(self, text, times=1):
         with self._changed:
-            assert self._changed.wait_for(lambda: self.printed.count(text) >= times, PATIENCE), "not said: %s\n%s" % (text, self.printed)
+            assert self._changed.wait_for(lambda: self.printed.count(text) >= times,
+                                          PATIENCE), "not said: %s\n%s" % (text, self.printed)
 
     def end(self, how=signal.SIGINT):
         if self.process.poll() is None:
@@ -116,7 +123,8 @@ class Master:
         self.start()
 
     def start(self):
-        self._process = subprocess.Popen(["rosmaster", "--core", "-p", str(self._port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self._process = subprocess.Popen(["rosmaster", "--core", "-p", str(self._port)], stdout=subprocess.DEVNULL,
+                                         stderr=subprocess.DEVNULL)
         for _ in range(int(PATIENCE / 0.05)):
             with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", self._port)):
                 return
@@ -132,12 +140,14 @@ class DeafReader:
     """A subscriber that says hello and then never reads: what is sent to it piles up."""
 
     def __init__(self, node, topic, kind):
-        _, _, (_, host, port) = ServerProxy(rosnode.get_api_uri(rosgraph.Master("/deaf"), node)).requestTopic("/deaf", topic, [["TCPROS"]])
+        _, _, (_, host, port) = ServerProxy(rosnode.get_api_uri(rosgraph.Master("/deaf"), node)).requestTopic(
+            "/deaf", topic, [["TCPROS"]])
         self._socket = socket.socket()
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1)     # as little as there is
         self._socket.connect((host, port))
         fields = {"callerid": "/deaf", "topic": topic, "type": kind._type, "md5sum": kind._md5sum}
-        header = b"".join(struct.pack("<I", len(field)) + field for field in (("%s=%s" % item).encode() for item in fields.items()))
+        header = b"".join(struct.pack("<I", len(field)) + field
+                          for field in (("%s=%s" % item).encode() for item in fields.items()))
         self._socket.sendall(struct.pack("<I", len(header)) + header)
 
     @property
@@ -230,7 +240,8 @@ class DriverLines(unittest.TestCase):
         robots = {}
         for pulse in (0.2, 1.5, 0.0):
             firmware, server = self.robot()
-            robots[pulse] = firmware, self.driver(server.url, namespace="%s_%d" % (self.namespace, 10 * pulse), pulse=pulse)
+            robots[pulse] = firmware, self.driver(server.url, namespace="%s_%d" % (self.namespace, 10 * pulse),
+                                                  pulse=pulse)
         counts = {}
         for pulse, (firmware, driver) in robots.items():
             driver.says("motors are off")
@@ -269,7 +280,8 @@ class DriverLines(unittest.TestCase):
                         odom_frame_id="here", base_link_frame_id="me", frame_prefix="my/")
             pose, info = seen.next(self.namespace + "/pose", 5), seen.last(self.namespace + "/robot_info")
         self.assertEqual((pose.header.frame_id, pose.child_frame_id), ("my/here", "my/me"))
-        self.assertEqual([message for message in transforms.seen["/tf"] if message.transforms[0].child_frame_id == "my/me"], [])
+        self.assertEqual([message for message in transforms.seen["/tf"]
+                          if message.transforms[0].child_frame_id == "my/me"], [])
         self.assertFalse(info.has_gripper)
         self.assertAlmostEqual(max(point.y for point in info.footprint.points), 0.24)
 
@@ -299,7 +311,8 @@ class DriverLines(unittest.TestCase):
             line.spoil = 0.0
             seen.next(self.namespace + "/pose", 3)
             self.assertGreater(line.spoilt, 20)
-            self.assertAlmostEqual(seen.seen[self.namespace + "/pose"][-1].pose.pose.position.x, firmware.internal_counts[0] / 1000, delta=0.002)
+            self.assertAlmostEqual(seen.seen[self.namespace + "/pose"][-1].pose.pose.position.x,
+                                   firmware.internal_counts[0] / 1000, delta=0.002)
             driver.end()
         counted = re.search(r"closed after (\d+) packets, (\d+) with a bad checksum, (\d+) stray bytes", driver.printed)
         self.assertIsNotNone(counted, driver.printed)
@@ -350,10 +363,11 @@ class DriverLines(unittest.TestCase):
             rospy.set_param("/use_sim_time", False)
         for times in ((200, 50), (50, 10)):
             with self.commanding(0.2):
-                for time in times:
-                    clock.publish(Clock(rospy.Time(time)))
-                    seen.wait("it drives at %d" % time, lambda: poses and poses[-1].twist.twist.linear.x > 0.15
-                              and time - 1 <= poses[-1].header.stamp.to_sec() <= time)
+                for second in times:
+                    clock.publish(Clock(rospy.Time(second)))
+                    seen.wait("it drives at %d" % second, lambda: (
+                        poses and poses[-1].twist.twist.linear.x > 0.15 and
+                        second - 1 <= poses[-1].header.stamp.to_sec() <= second))
             self.until("it stands", lambda: firmware.velocity == (0.0, 0.0))
         driver.says("no velocity came for 0.6 s")
         self.assertEqual(driver.end(), 0)
@@ -380,7 +394,8 @@ class DriverLines(unittest.TestCase):
         self.ended_while_driving(lambda driver: driver.process.send_signal(signal.SIGHUP))
 
     def test_rosnode_kill_stops_the_robot(self):
-        self.ended_while_driving(lambda driver: subprocess.run(["rosnode", "kill", self.namespace + "/p2os"], check=True, stdout=subprocess.DEVNULL))
+        self.ended_while_driving(lambda driver: subprocess.run(["rosnode", "kill", self.namespace + "/p2os"],
+                                                               check=True, stdout=subprocess.DEVNULL))
 
     def test_a_robot_without_gripper_publishes_no_gripper_state(self):
         _, server = self.robot(gripper=False)
@@ -390,7 +405,9 @@ class DriverLines(unittest.TestCase):
         self.assertNotIn(self.namespace + "/gripper_state", [name for name, _ in rospy.get_published_topics()])
 
     def cut_and_mended(self, port, cut, mend):
-        """The cable comes out while the user drives, and goes on to; what must hold until somebody switches the motors on again."""
+        """The cable comes out while the user drives, and goes on to;
+        what must hold until somebody switches the motors on again.
+        """
         firmware, driver = self.firmware, self.driver(port)
         self.motors_on(driver)
         with self.commanding(0.2):
@@ -436,7 +453,9 @@ class DriverLines(unittest.TestCase):
             self.cut_and_mended(link, unplug, plug_in)
 
     def test_the_master_dies_and_another_takes_its_place(self):
-        """Nodes of this ROS do not tell a new master of themselves: who is connected stays so, the dead man lives, and the end is clean."""
+        """Nodes of this ROS do not tell a new master of themselves:
+        who is connected stays so, the dead man lives, and the end is clean.
+        """
         master = Master()
         self.ending.callback(lambda: master.end())
         firmware, server = self.robot()
@@ -444,7 +463,8 @@ class DriverLines(unittest.TestCase):
         driver.says("connected to")
         subprocess.run(["rosservice", "call", "--wait", self.namespace + "/set_motors", "true"],
                        env=master.environment, check=True, stdout=subprocess.DEVNULL)
-        commander = subprocess.Popen(["rostopic", "pub", "-r", "10", self.namespace + "/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.2}}"],
+        commander = subprocess.Popen(["rostopic", "pub", "-r", "10", self.namespace + "/cmd_vel", "geometry_msgs/Twist",
+                                      "{linear: {x: 0.2}}"],
                                      env=master.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.ending.callback(commander.kill)
         self.until("it drives", lambda: firmware.velocity[0] > 0.15)
@@ -472,11 +492,13 @@ class DriverLines(unittest.TestCase):
         with self.commanding(0.2):
             self.until("it drives", lambda: firmware.velocity[0] > 0.15)
             master.hang()
-            asker = subprocess.Popen(["rosparam", "get", "/rosdistro"], env=master.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            asker = subprocess.Popen(["rosparam", "get", "/rosdistro"], env=master.environment,
+                                     stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             self.ending.callback(asker.kill)
             master.wait_until_asked()
             with self.commanding(float("nan")):
-                driver.says("cmd_vel refused: linear.x is nan")     # a line of the log, for /rosout, waits for the master
+                # a line of the log, for /rosout, waits for the master
+                driver.says("cmd_vel refused: linear.x is nan")
             x = firmware.internal_counts[0]
             self.until("it drives on", lambda: firmware.internal_counts[0] > x + 100)
             before = len(firmware.heard)
@@ -527,7 +549,8 @@ class DriverLines(unittest.TestCase):
         driver.says("cmd_motor_state refused: the ROS master does not say in time")
         before = len(firmware.heard)
         publisher.publish(MotorState(0))
-        self.until("motors off is told", lambda: ("ENABLE", 0) in [(name, value) for _, name, value in firmware.heard[before:]])
+        self.until("motors off is told",
+                   lambda: ("ENABLE", 0) in [(name, value) for _, name, value in firmware.heard[before:]])
         self.assertNotIn(("ENABLE", 1), [(name, value) for _, name, value in firmware.heard])
         master.mend()
         self.until("motors are on", lambda: publisher.publish(MotorState(1)) or firmware.motors_enabled)
@@ -574,12 +597,14 @@ class DriverLines(unittest.TestCase):
         for kind in rosgraph.Master("/test").getSystemState():      # topics published, topics subscribed, services
             for namespace in robots:
                 names = {name for name, nodes in kind if namespace + "/p2os" in nodes}
-                self.assertEqual({name for name in names if not name.startswith(namespace + "/")} - GLOBAL, set(), "nothing absolute")
+                self.assertEqual({name for name in names if not name.startswith(namespace + "/")} - GLOBAL, set(),
+                                 "nothing absolute")
 
     def test_bad_parameters_are_named_and_end_the_driver(self):
         driver = self.driver("/dev/null", pulse="often", max_xspeed=-1, use_sonr="true")
         self.assertEqual(driver.end(0), 2)
-        for text in ("~pulse = 'often' is not legal", "~max_xspeed = -1 is not legal: give a number from 0.01 to 3", "did you mean ~use_sonar?"):
+        for text in ("~pulse = 'often' is not legal", "~max_xspeed = -1 is not legal: give a number from 0.01 to 3",
+                     "did you mean ~use_sonar?"):
             self.assertIn(text, driver.printed)
         self.assertNotIn("Traceback", driver.printed)
 
@@ -611,7 +636,8 @@ class DriverLines(unittest.TestCase):
         topics = [self.namespace + "/wire", self.namespace + "/pose"]
         recorder = subprocess.Popen(["rosbag", "record", "-q", "-O", bag, *topics])
         self.ending.callback(recorder.kill)
-        self.until("the recorder listens", lambda: {name for name, _ in rosgraph.Master("/asks").getSystemState()[1]} >= set(topics))
+        self.until("the recorder listens", lambda: {name for name, _ in rosgraph.Master("/asks").getSystemState()[1]} >=
+                   set(topics))
         server = self.ending.enter_context(Server(OverheardFirmware(), tcp=0, record=record))
         driver = self.driver(server.url, publish_wire="true")
         seen = self.witness(pose=Odometry)
@@ -627,7 +653,8 @@ class DriverLines(unittest.TestCase):
         entries = {path: read_record(path) for path in (record, wire)}
         self.assertFalse([entry.note for entry in entries[wire] if "missing" in entry.note])
         for to_robot in (True, False):
-            whole, kept = (b"".join(entry.data for entry in entries[path] if entry.to_robot == to_robot) for path in (record, wire))
+            whole, kept = (b"".join(entry.data for entry in entries[path] if entry.to_robot == to_robot)
+                           for path in (record, wire))
             self.assertEqual(kept, whole[:len(kept)])
             self.assertGreater(len(FrameDecoder().feed(kept)), 15)
 
@@ -638,7 +665,8 @@ class DriverLines(unittest.TestCase):
         self.driver(other.url, self.namespace + "/again")
         self.until("the record is over", lambda: played.over)
         then = [place_of(message) for _, message, _ in rosbag.Bag(bag).read_messages(topics[1:])]
-        again.wait("nearly all of it", lambda: then[-5] in map(place_of, again.seen[poses]))    # the recorder stopped in between
+        # the recorder stopped in between
+        again.wait("nearly all of it", lambda: then[-5] in map(place_of, again.seen[poses]))
         now = [place_of(message) for message in again.seen[poses]]
         moves = next(place for place in then if place[0] > 0.0)
         then, now = then[then.index(moves):], now[now.index(moves):]

@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""Several simulated robots in one node: each has its truth, its line and its STOP button; faults come by service; the clock is the simulation's."""
+"""Several simulated robots in one node: each has its truth, its line and its STOP button; faults come by service;
+the clock is the simulation's.
+"""
 
 import os
 import sys
@@ -20,7 +22,8 @@ from pioneer_control.simulator.world import load_world
 from pioneer_control.srv import AddFault
 
 DEADLINE = 30.0
-TOPICS = {"robot1/ground_truth": Odometry, "robot2/ground_truth": Odometry, "markers": MarkerArray, "world_markers": MarkerArray, "/clock": Clock}
+TOPICS = {"robot1/ground_truth": Odometry, "robot2/ground_truth": Odometry, "markers": MarkerArray,
+          "world_markers": MarkerArray, "/clock": Clock}
 
 
 class Line:
@@ -85,13 +88,15 @@ class SimulatorFleet(unittest.TestCase):
         places = [(truth.pose.pose.position.x, truth.pose.pose.position.y) for truth in truths]
         self.assertNotEqual(*places)
         self.lines[1].send("MOVE", -100)
-        self.until(lambda: abs(self.heard["robot2/ground_truth"].pose.pose.position.x - places[1][0]) > 0.08, "the second one drives")
+        self.until(lambda: abs(self.heard["robot2/ground_truth"].pose.pose.position.x - places[1][0]) > 0.08,
+                   "the second one drives")
         self.assertEqual(self.heard["robot1/ground_truth"].pose.pose.position.x, places[0][0])
 
     def test_what_stands_around_is_drawn(self):
         self.until(lambda: {"markers", "world_markers"} <= set(self.heard), "markers")
         world, kinds = load_world("cans"), [marker.ns for marker in self.heard["markers"].markers]
-        self.assertEqual({kind: kinds.count(kind) for kind in set(kinds)}, {"can": len(world.cans), "outline": 2, "paddle": 4})
+        self.assertEqual({kind: kinds.count(kind) for kind in set(kinds)},
+                         {"can": len(world.cans), "outline": 2, "paddle": 4})
         walls = [marker for marker in self.heard["world_markers"].markers if marker.ns == "wall"]
         self.assertEqual(len(walls[0].points), 6 * len(world.walls))
 
@@ -123,7 +128,8 @@ class SimulatorFleet(unittest.TestCase):
         self.assertEqual(self.call("list_faults", Trigger).message, "none")
 
     def test_a_fault_that_makes_no_sense(self):
-        for words, problem in (("los 0.1", "there are loss"), ("loss 2", "give a number from 0 to 1"), ("cable robot 3", "there are 1 to 2")):
+        for words, problem in (("los 0.1", "there are loss"), ("loss 2", "give a number from 0 to 1"),
+                               ("cable robot 3", "there are 1 to 2")):
             answer = self.call("add_fault", AddFault, words)
             self.assertFalse(answer.success)
             self.assertIn(problem, answer.message)

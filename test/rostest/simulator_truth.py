@@ -96,14 +96,16 @@ class SimulatorTruth(unittest.TestCase):
             (x, y, _), _ = self.frames.lookupTransform("map", "rig/odom", rospy.Time(0))
             return math.hypot(x - place.x, y - place.y) < 2e-3
 
-        self.until(lambda: self.frames.canTransform("map", "rig/odom", rospy.Time(0)) and origin_is_there(), "map -> odom")
+        self.until(lambda: self.frames.canTransform("map", "rig/odom", rospy.Time(0)) and origin_is_there(),
+                   "map -> odom")
 
     def test_the_stop_button(self):
         button = rospy.Publisher("stop_button", Bool, queue_size=1, latch=True)
         self.line.write(p2os.encode_command("ENABLE", 1))
         self.until(lambda: self.sip.flags & p2os.Flags.MOTORS_ENABLED, "motors on")
         button.publish(True)
-        self.until(lambda: self.sip.flags & p2os.Flags.STOP_BUTTON and not self.sip.flags & p2os.Flags.MOTORS_ENABLED, "motors off")
+        self.until(lambda: self.sip.flags & p2os.Flags.STOP_BUTTON and not self.sip.flags & p2os.Flags.MOTORS_ENABLED,
+                   "motors off")
         button.publish(False)
         self.until(lambda: not self.sip.flags & p2os.Flags.STOP_BUTTON, "button released")
         self.assertFalse(self.sip.flags & p2os.Flags.MOTORS_ENABLED)

@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""Every node that runs beside a robot, in simulated time: before it begins, while it stands, fast, and when it jumps back."""
+"""Every node that runs beside a robot, in simulated time: before it begins, while it stands, fast,
+and when it jumps back.
+"""
 
 import math
 import signal
@@ -20,8 +22,10 @@ from std_srvs.srv import SetBool
 from pioneer_control.msg import Decision, MotorState
 from witness import PATIENCE, Witness, wait_until
 
-TRUTH, POSE, COMMANDS, DECISIONS, MOTORS = ("pioneer/" + name for name in ("ground_truth", "pose", "cmd_vel", "decision", "motor_state"))
-TOPICS = {TRUTH: Odometry, POSE: Odometry, COMMANDS: Twist, DECISIONS: Decision, MOTORS: MotorState, "/rosout": Log, "/diagnostics": DiagnosticArray}
+TRUTH, POSE, COMMANDS, DECISIONS, MOTORS = ("pioneer/" + name
+                                            for name in ("ground_truth", "pose", "cmd_vel", "decision", "motor_state"))
+TOPICS = {TRUTH: Odometry, POSE: Odometry, COMMANDS: Twist, DECISIONS: Decision, MOTORS: MotorState, "/rosout": Log,
+          "/diagnostics": DiagnosticArray}
 SIMPLE = ["rosrun", "pioneer_control", "rosPioneer1.py"]
 ADVANCED = ["rosrun", "pioneer_control", "rosPioneer2.py"]
 PERIOD = 0.01  # s between two messages on /clock
@@ -73,7 +77,8 @@ class TimeNodes(unittest.TestCase):
         return program
 
     def wait_for_word(self, word):
-        self.witness.wait(word, lambda: any(word in each.msg for each in self.witness.seen["/rosout"][self.first_word:]))
+        self.witness.wait(word,
+                          lambda: any(word in each.msg for each in self.witness.seen["/rosout"][self.first_word:]))
 
     def given(self):
         return [(each.linear.x, each.angular.z) for each in self.witness.seen[COMMANDS][self.first_command:]]
@@ -120,7 +125,9 @@ class TimeNodes(unittest.TestCase):
             self.assert_waits(command)
 
     def test_3_while_time_stands_nobody_drives(self):
-        """The wander, under a clock that stands, runs, stands, jumps back and runs fast: not one more word than needed."""
+        """The wander, under a clock that stands, runs, stands, jumps back and runs fast:
+        not one more word than needed.
+        """
         self.time.rate = 0.0
         self.assert_waits(SIMPLE)
         program = self.start(ADVANCED + ["_duration:=1000", "_stop_at_can:=false", "_seed:=1"])
@@ -136,11 +143,13 @@ class TimeNodes(unittest.TestCase):
         self.assertGreater(len(self.witness.seen[DECISIONS]), decided)     # on each message, though none is sent
         self.time.now -= 500.0
         self.time.rate = 1.0
-        self.witness.wait("it decides in the time that jumped back", lambda: self.witness.seen[DECISIONS][-1].header.stamp.to_sec() < 900.0)
+        self.witness.wait("it decides in the time that jumped back",
+                          lambda: self.witness.seen[DECISIONS][-1].header.stamp.to_sec() < 900.0)
         self.wait_until_it_drives()
         self.time.rate = 10.0
         before = self.witness.seen[DECISIONS][-1].header.stamp.to_sec()
-        self.witness.wait("it decides in fast time", lambda: self.witness.seen[DECISIONS][-1].header.stamp.to_sec() > before + 20.0)
+        self.witness.wait("it decides in fast time", lambda: self.witness.seen[DECISIONS][-1].header.stamp.to_sec() >
+                          before + 20.0)
         self.wait_until_it_drives()
         self.ends_at_ctrl_c(program)
         self.witness.wait("told to stand", lambda: self.given()[-1] == (0.0, 0.0))
@@ -154,7 +163,10 @@ class TimeNodes(unittest.TestCase):
         self.assertEqual(self.given(), [])
 
     def test_4_the_simple_node_drives_as_far_as_it_is_told_whatever_time_does(self):
-        """4 s of 10 commands a second. Time waits for each: so however busy the machine is, no command is overtaken by the next."""
+        """4 s of 10 commands a second.
+
+        Time waits for each: so however busy the machine is, no command is overtaken by the next.
+        """
         told_at = []
 
         def hear(message):
@@ -184,7 +196,9 @@ class TimeNodes(unittest.TestCase):
         self.assertGreaterEqual(self.time.passed - told_at[0], 4.0 - 0.2)   # the jump ends a tick early
 
     def start_when_heard(self, command, commands):
-        """The simple node, held up by the robot's STOP button until what it commands is heard from the first word on."""
+        """The simple node, held up by the robot's STOP button until what it commands is heard from the first word
+        on.
+        """
         def is_heard():
             return any(each.callerid_pub == "/rosPioneer1" and not each.done for each in commands.impl.connections)
 

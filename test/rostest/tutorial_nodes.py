@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""Both tutorial nodes from their start to their end, and every way in which they may end early: the robot stands still after each."""
+"""Both tutorial nodes from their start to their end, and every way in which they may end early:
+the robot stands still after each.
+"""
 
 import math
 import os
@@ -86,7 +88,9 @@ class TutorialNodes(unittest.TestCase):
         self.assertEqual(self.given()[-1], (0.0, 0.0))
 
     def test_1_the_simple_node_prints_drives_and_stops(self):
-        """Rows 5 to 9, 11, 29: it starts, hears, has the motors switched on, and drives for the stated time at 10 Hz."""
+        """Rows 5 to 9, 11, 29: it starts, hears, has the motors switched on,
+        and drives for the stated time at 10 Hz.
+        """
         before = self.witness.next(TRUTH)
         output, status = self.end_of(self.start(SIMPLE + ["_duration:=3.0"]))
         self.assertEqual(status, 0, output)
@@ -113,12 +117,14 @@ class TutorialNodes(unittest.TestCase):
         output, status = self.end_of(self.start(ADVANCED + ["_duration:=10.0", "_seed:=3"]), patience=3 * PATIENCE)
         self.assertEqual(status, 0, output)
         self.assert_told_to_stand_and_stands()
-        for said in ("driving: ", "gripper, lower: ", "gripper, open: ", "gripper, close: ", "gripper, raise: done", "picked: "):
+        for said in ("driving: ", "gripper, lower: ", "gripper, open: ", "gripper, close: ", "gripper, raise: done",
+                     "picked: "):
             self.assertIn(said, output)
         truths = self.witness.seen[TRUTH][first_truth:]
         self.assertGreater(max(distance(truths[0], each) for each in truths), 0.3)
         self.assert_no_contact(truths)
-        self.assertRegex(output, r"the end: [0-9.]+ m driven, [12] of 2 picks got something, nothing held it on its way")
+        self.assertRegex(output,
+                         r"the end: [0-9.]+ m driven, [12] of 2 picks got something, nothing held it on its way")
         self.assertTrue(any(can.position.z > LIFTED for cans in self.witness.seen[CANS] for can in cans.poses), output)
 
     def assert_no_contact(self, truths):
@@ -130,7 +136,9 @@ class TutorialNodes(unittest.TestCase):
             self.assertFalse(world.touches(body), "the body touched something at %.2f, %.2f" % (place.x, place.y))
 
     def test_4_the_advanced_node_stops_at_ctrl_c(self):
-        """Row 10. A signal may come while the main thread talks with the master, or publishes; several, to meet some of that."""
+        """Row 10. A signal may come while the main thread talks with the master, or publishes;
+        several, to meet some of that.
+        """
         for _ in range(4):
             self.ends_while_it_drives(lambda program: program.send_signal(signal.SIGINT))
 

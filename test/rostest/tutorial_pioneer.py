@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""The class Pioneer on simulated robots: what it reports, what it picks, when its wander ends, and that it owns what it commands."""
+"""The class Pioneer on simulated robots: what it reports, what it picks, when its wander ends,
+and that it owns what it commands.
+"""
 
 import math
 import os
@@ -27,7 +29,8 @@ from witness import PATIENCE, Witness, wait_until  # noqa: E402
 ROBOTS = "pioneer", "lonely", "handless"
 TOPICS = {"pioneer/cans": PoseArray}
 for name in ROBOTS:
-    TOPICS.update({name + "/cmd_vel": Twist, name + "/cmd_motor_state": MotorState, name + "/gripper_control": GripperState,
+    TOPICS.update({name + "/cmd_vel": Twist, name + "/cmd_motor_state": MotorState,
+                   name + "/gripper_control": GripperState,
                    name + "/ground_truth": Odometry})
 LIFTED = 0.05  # m
 COMMAND_TOPICS = "cmd_vel", "cmd_motor_state", "gripper_control"
@@ -133,7 +136,9 @@ class TestPioneer(unittest.TestCase):
             robot.drive(0.1, 0.0)
 
     def test_7b_programs_of_several_robots_run_side_by_side_each_with_its_own(self):
-        """Both nodes, and two of the second: none takes another's name, and each commands the robot that it was given."""
+        """Both nodes, and two of the second: none takes another's name,
+        and each commands the robot that it was given.
+        """
         told = {name: len(self.witness.seen[name + "/cmd_vel"]) for name in ROBOTS}
         arguments = (("rosPioneer1.py", "lonely"), ("rosPioneer2.py", "lonely"), ("rosPioneer2.py", "handless"))
         programs = []

@@ -26,19 +26,19 @@ class Witness:
 
     def last(self, topic):
         """The newest message of a topic; waits for the first."""
-        self.wait(f"something on {topic}", lambda: self.seen[topic])
+        self.wait("something on %s" % topic, lambda: self.seen[topic])
         return self.seen[topic][-1]
 
     def wait(self, what, condition):
         """Until the condition holds; AssertionError that says what did not happen."""
         with self.changed:
-            assert self.changed.wait_for(condition, PATIENCE), f"not within {PATIENCE:.0f} s: {what}"
+            assert self.changed.wait_for(condition, PATIENCE), "not within %.0f s: %s" % (PATIENCE, what)
 
     def next(self, topic, count=1):
         """The `count`-th message of a topic from now on: what happened before is in it."""
         with self.changed:
             wanted = len(self.seen[topic]) + count
-        self.wait(f"{count} more on {topic}", lambda: len(self.seen[topic]) >= wanted)
+        self.wait("%s more on %s" % (count, topic), lambda: len(self.seen[topic]) >= wanted)
         return self.seen[topic][wanted - 1]
 
 
@@ -46,7 +46,7 @@ def wait_until(what, condition):
     """Until a condition holds of which nothing tells when it changes; AssertionError that says what did not happen."""
     end = time.monotonic() + PATIENCE
     while not condition():
-        assert time.monotonic() < end, f"not within {PATIENCE:.0f} s: {what}"
+        assert time.monotonic() < end, "not within %.0f s: %s" % (PATIENCE, what)
         time.sleep(0.05)
 
 

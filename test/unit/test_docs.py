@@ -28,7 +28,8 @@ from pioneer_control.simulator.parameters import SimulatorParameters
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md")])
-TYPES = {Number: "number", Rate: "number", Whole: "integer", Numbers: "list", Switch: "bool", AutoSwitch: "bool, text", Text: "text"}
+TYPES = {Number: "number", Rate: "number", Whole: "integer", Numbers: "list", Switch: "bool", AutoSwitch: "bool, text",
+         Text: "text"}
 
 
 def read(path: pathlib.Path) -> str:
@@ -45,7 +46,9 @@ def rows(text: str, chapter: str) -> List[List[str]]:
 # Parameters: driver/parameters.py is the source.
 
 def parameter_row(entry: dataclasses.Field) -> List[str]:
-    """What the table is to say of a parameter: name, type, unit, default as in YAML, what is legal, meaning, whether it may change."""
+    """What the table is to say of a parameter: name, type, unit, default as in YAML, what is legal, meaning,
+    whether it may change.
+    """
     kind, unit, meaning, live = (entry.metadata[key] for key in ("kind", "unit", "meaning", "live"))
     default = "auto" if entry.default is None else entry.default
     if isinstance(default, tuple):
@@ -54,7 +57,8 @@ def parameter_row(entry: dataclasses.Field) -> List[str]:
         type_name = "integer" if isinstance(kind.choices[0], int) else "text"
     else:
         type_name = TYPES[type(kind)]
-    written = yaml.safe_dump(default, default_flow_style=True, width=1000).replace("\n...", "").strip() if default != "" else ""
+    written = yaml.safe_dump(default, default_flow_style=True,
+                             width=1000).replace("\n...", "").strip() if default != "" else ""
     return ["`%s`" % entry.name, type_name, unit, written, kind.legal, meaning, "yes" if live else ""]
 
 
@@ -65,7 +69,8 @@ def test_every_parameter_has_its_row():
 
 
 def test_defaults_can_be_written_as_they_are_read():
-    written = {row[0].strip("`"): yaml.safe_load(row[3] or "''") for row in rows(read(DOCS / "driver.md"), "Parameters")}
+    written = {row[0].strip("`"): yaml.safe_load(row[3] or "''")
+               for row in rows(read(DOCS / "driver.md"), "Parameters")}
     assert check_parameters(written) == (DriverParameters(), [])
 
 
@@ -114,7 +119,8 @@ def test_what_older_firmware_lacks():
     for names, *columns in rows(read(DOCS / "models.md"), "What older firmware lacks"):
         lacking = {family for head, column in zip(heads, columns) if column == "-" for family in head.split(", ")}
         told.update(dict.fromkeys(re.findall(r"\w+", names), lacking))
-    assert told == {name: {family for family in FAMILIES if not knows(family, ROWS[TUNING[name]].command)} for name in TUNING}
+    assert told == {name: {family for family in FAMILIES if not knows(family, ROWS[TUNING[name]].command)}
+                    for name in TUNING}
 
 
 # Numbers in sentences
@@ -160,7 +166,8 @@ def test_the_table_of_faults_is_that_of_the_simulator():
 
 
 def test_the_simulators_node_has_the_parameters_that_are_named():
-    told = set(re.findall(r"`(\w+)`", read(DOCS / "simulator.md").partition("as private parameters:")[2].partition("and the frames")[0]))
+    told = set(re.findall(r"`(\w+)`", read(DOCS / "simulator.md").partition("as private parameters:")[2].partition(
+        "and the frames")[0]))
     frames = {"map_frame", "odom_frame_id", "base_link_frame_id", "frame_prefix"}
     assert told | frames == {entry.name for entry in dataclasses.fields(SimulatorParameters)}
 
@@ -183,7 +190,8 @@ def test_the_readme_names_every_launch_file_and_arguments_that_it_has():
     told = {row[0].strip("`"): re.findall(r"`(\w+)`", row[2]) for row in rows(read(ROOT / "README.md"), "Launch files")}
     assert sorted(told) == sorted(path.name for path in (ROOT / "launch").iterdir())
     for name, arguments in told.items():
-        declared = {element.get("name") for element in ElementTree.parse(ROOT / "launch" / name).getroot().findall("arg")}
+        declared = {element.get("name")
+                    for element in ElementTree.parse(ROOT / "launch" / name).getroot().findall("arg")}
         assert set(arguments) <= declared, name
 
 
@@ -191,7 +199,8 @@ def test_the_readme_names_every_launch_file_and_arguments_that_it_has():
 def test_a_launch_file_tells_what_each_argument_is(path):
     """roslaunch --ros-args shows it."""
     arguments = ElementTree.parse(path).getroot().findall("arg")
-    assert [argument.get("name") for argument in arguments if argument.get("value") is None and not argument.get("doc")] == []
+    assert [argument.get("name") for argument in arguments if argument.get("value") is None and
+            not argument.get("doc")] == []
 
 
 # The tutorial's table of corrections
@@ -205,7 +214,8 @@ def missing_tests(cell: str) -> List[str]:
     for named in cell.split("; "):
         file, *tests = re.findall(r"[\w/]+\.py|test_\w+", named) or [""]
         texts = [read(path) for path in SHOWN_BY if file and path.as_posix().endswith("/" + file)]
-        missing += [file] if file and not texts else [test for test in tests if not any("def %s" % test.rstrip(".") in text for text in texts)]
+        missing += [file] if file and not texts else [test for test in tests
+                                                      if not any("def %s" % test.rstrip(".") in text for text in texts)]
     return missing
 
 
@@ -215,7 +225,8 @@ def test_what_shows_a_correction_is_there():
 
 
 @pytest.mark.parametrize("cell, missing", [
-    ("test_house.py: `test_parses_as_python_3_8`", []), ("test_pick.py: `test_held_is_...`; bench/picking.py", []), ("every rostest starts it", []),
+    ("test_house.py: `test_parses_as_python_3_8`", []), ("test_pick.py: `test_held_is_...`; bench/picking.py", []),
+    ("every rostest starts it", []),
     ("test_house.py: `test_no_such_...`", ["test_no_such_"]), ("test_hovel.py: `test_1`", ["test_hovel.py"])])
 def test_what_is_not_there_is_seen(cell, missing):
     assert missing_tests(cell) == missing
@@ -225,7 +236,8 @@ def test_what_is_not_there_is_seen(cell, missing):
 
 def anchors(text: str) -> List[str]:
     """Where links into a document can lead: its headings, as GitHub spells them."""
-    headings = re.findall(r"^#+ +(.+?) *$", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL), re.MULTILINE)
+    headings = re.findall(r"^#+ +(.+?) *$", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL),
+                          re.MULTILINE)
     return [re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings]
 
 
@@ -242,7 +254,8 @@ def dead_links(path: pathlib.Path, text: str) -> List[str]:
     return dead
 
 
-@pytest.mark.parametrize("path", [*DOCUMENTS, *sorted((ROOT / "bench").glob("*.md"))], ids=lambda path: path.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("path", [*DOCUMENTS, *sorted((ROOT / "bench").glob("*.md"))],
+                         ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(path):
     assert dead_links(path, read(path)) == []
 
@@ -252,13 +265,15 @@ def test_every_document_can_be_found():
     found, new = set(), {ROOT / "README.md"}
     while new:
         found |= new
-        links = {(path.parent / link.partition("#")[0]).resolve() for path in new for link in re.findall(r"\]\(([^)\s]+)\)", read(path))}
+        links = {(path.parent / link.partition("#")[0]).resolve() for path in new
+                 for link in re.findall(r"\]\(([^)\s]+)\)", read(path))}
         new = {path for path in links if path.suffix == ".md" and path.exists()} - found
     assert set(DOCUMENTS) - found == set()
 
 
 @pytest.mark.parametrize("link, is_dead", [
-    ("CONTRIBUTING.md", False), ("CONTRIBUTING.md#the-house", False), ("#two-commands", False), ("https://example.org/x", False),
+    ("CONTRIBUTING.md", False), ("CONTRIBUTING.md#the-house", False), ("#two-commands", False),
+    ("https://example.org/x", False),
     ("NOTHING.md", True), ("CONTRIBUTING.md#the-hovel", True), ("#three-commands", True)])
 def test_a_dead_link_is_seen(link, is_dead):
     assert dead_links(ROOT / "README.md", "## Two commands\n[text](%s)\n" % link) == ([link] if is_dead else [])

@@ -338,7 +338,8 @@ def test_a_circle_of_files_is_seen(there, back):
 
 
 def test_files_that_import_one_way_are_no_circle():
-    texts = {"p": "from .a import A\nfrom .b import B", "p.a": "from .b import B\nimport os", "p.b": "from p.c import d",
+    texts = {"p": "from .a import A\nfrom .b import B", "p.a": "from .b import B\nimport os",
+             "p.b": "from p.c import d",
              "p.c": ""}
     assert circle(imported_files(texts)) == []
 

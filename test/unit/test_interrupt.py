@@ -26,13 +26,16 @@ sys.meta_path.insert(0, CtrlC)
 def ended(code, *arguments):
     """How a program ends, and what it says of that."""
     environment = dict(os.environ, PYTHONPATH=str(ROOT / "src"))
-    done = subprocess.run([sys.executable, "-c", code, *arguments], env=environment, stderr=subprocess.PIPE, universal_newlines=True)
+    done = subprocess.run([sys.executable, "-c", code, *arguments], env=environment, stderr=subprocess.PIPE,
+                          universal_newlines=True)
     return done.returncode, done.stderr
 
 
-@pytest.mark.parametrize("script", sorted(path for path in (ROOT / "nodes").iterdir() if path.is_file()), ids=lambda path: path.name)
+@pytest.mark.parametrize("script", sorted(path for path in (ROOT / "nodes").iterdir() if path.is_file()),
+                         ids=lambda path: path.name)
 def test_each_script_ends_without_a_word(script):
-    assert ended(INTERRUPTED_IMPORTS + "runpy.run_path(sys.argv[1], run_name='__main__')", str(script)) == (-signal.SIGINT, "")
+    assert ended(INTERRUPTED_IMPORTS + "runpy.run_path(sys.argv[1], run_name='__main__')",
+                 str(script)) == (-signal.SIGINT, "")
 
 
 def test_without_it_python_shows_where():

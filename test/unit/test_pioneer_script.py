@@ -13,10 +13,12 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-# Each notes how it was called. catkin_make leaves a workspace whose Python finds a stand-in for the drawing of pictures.
+# Each notes how it was called. catkin_make leaves a workspace whose Python finds a stand-in for the drawing of
+# pictures.
 TOOLS = {
     "dpkg-query": 'for name in $INSTALLED; do echo "installed $name"; done',
-    "apt-get": 'echo "apt-get $*" >>"$CALLS"; [ "${*: -1}" != "$UNAVAILABLE" ] || { echo "E: Unable to locate"; exit 100; }',
+    "apt-get": 'echo "apt-get $*" >>"$CALLS"; [ "${*: -1}" != "$UNAVAILABLE" ] || { echo "E: Unable to locate"; exit '
+               '100; }',
     "sudo": 'echo "sudo $*" >>"$CALLS"; [ -z "$REFUSING" ] || exit 1; [ "$1" = -v ] || exec "$@"',
     "id": "echo ${USER_ID:-0}",
     "catkin_make": r'''
@@ -54,7 +56,8 @@ class Clone:
             (self.tools / name).chmod(0o755)
         self.calls_file = folder / "calls"
         self.environment = {
-            "PATH": os.environ["PATH"], "HOME": str(folder), "CALLS": str(self.calls_file), "PIONEER_TEST_TOOLS": str(self.tools),
+            "PATH": os.environ["PATH"], "HOME": str(folder), "CALLS": str(self.calls_file),
+            "PIONEER_TEST_TOOLS": str(self.tools),
             "PIONEER_ROS_PREFIXES": "", "INSTALLED": " ".join(debian_packages())}
 
     @property
@@ -62,7 +65,8 @@ class Clone:
         return self.calls_file.read_text().splitlines() if self.calls_file.exists() else []
 
     def start(self, *arguments, before=None, **environment):
-        return subprocess.Popen([str(self.folder / "pioneer"), *arguments], env=dict(self.environment, **environment), preexec_fn=before,
+        return subprocess.Popen([str(self.folder / "pioneer"), *arguments], env=dict(self.environment, **environment),
+                                preexec_fn=before,
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
 
     def run(self, *arguments, **environment):
@@ -95,8 +99,10 @@ def test_help_names_the_commands(clone):
 
 def test_it_is_found_by_a_link_and_without_a_slash(clone, tmp_path):
     (tmp_path / "link").symlink_to(clone.folder / "pioneer")
-    for command, place in (([str(tmp_path / "link"), "shell", "true"], tmp_path), (["bash", "pioneer", "shell", "true"], clone.folder)):
-        assert subprocess.run(command, cwd=str(place), env=clone.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
+    for command, place in (([str(tmp_path / "link"), "shell", "true"], tmp_path),
+                           (["bash", "pioneer", "shell", "true"], clone.folder)):
+        assert subprocess.run(command, cwd=str(place), env=clone.environment, stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL).returncode == 0
     assert all("--source %s " % clone.folder in call for call in clone.calls)
 
 
@@ -122,7 +128,8 @@ def test_what_is_missing_is_installed_and_no_more(clone):
 
 
 def test_a_package_that_apt_does_not_have_is_said_loudly(clone):
-    status, output = clone.run("shell", "true", INSTALLED=" ".join(set(debian_packages()) - {"rosbash"}), UNAVAILABLE="rosbash")
+    status, output = clone.run("shell", "true", INSTALLED=" ".join(set(debian_packages()) - {"rosbash"}),
+                               UNAVAILABLE="rosbash")
     assert status == 1
     assert "E: Unable to locate" in output and "apt-install.log" in output
     assert not [call for call in clone.calls if call.startswith("catkin_make")]
@@ -169,7 +176,8 @@ def test_rviz_is_installed_by_the_other_prefixs_name(clone, noetic):
     shutil.rmtree(str(noetic / "share" / "rviz"))
     system = "python3-setuptools " + clone.environment["INSTALLED"]
     clone.run("run", "--rviz", PIONEER_ROS_PREFIXES=str(noetic), INSTALLED=system, DISPLAY=":0")
-    assert [call for call in clone.calls if call.endswith("install -y --no-install-recommends ros-noetic-tf ros-noetic-rviz")]
+    assert [call for call in clone.calls
+            if call.endswith("install -y --no-install-recommends ros-noetic-tf ros-noetic-rviz")]
 
 
 def test_debians_ros_is_used_when_there_is_no_other(clone):
@@ -257,7 +265,8 @@ def test_rviz_is_installed_when_it_is_asked_for(clone):
 
 def test_a_taken_port_is_left_to_whom_has_it(clone):
     with socket.socket() as other:
-        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)   # connections of a roscore that has ended linger on the port
+        # connections of a roscore that has ended linger on the port
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             other.bind(("localhost", 11311))
             other.listen(1)
@@ -292,23 +301,30 @@ def test_an_interrupted_run_stops_the_robot_first(clone, number, before):
 
 # Which of Debian's packages brings what package.xml names.
 BROUGHT_BY = {
-    "catkin": "ros-core-python-dev", "geometry_msgs": "ros-core-python-dev", "message_generation": "ros-core-python-dev",
-    "message_runtime": "ros-core-python-dev", "nav_msgs": "ros-core-python-dev", "python3-setuptools": "ros-core-python-dev",
-    "rosgraph_msgs": "ros-core-python-dev", "roslaunch": "ros-core-python-dev", "roslib": "ros-core-python-dev", "rospy": "ros-core-python-dev",
+    "catkin": "ros-core-python-dev", "geometry_msgs": "ros-core-python-dev",
+    "message_generation": "ros-core-python-dev",
+    "message_runtime": "ros-core-python-dev", "nav_msgs": "ros-core-python-dev",
+    "python3-setuptools": "ros-core-python-dev",
+    "rosgraph_msgs": "ros-core-python-dev", "roslaunch": "ros-core-python-dev", "roslib": "ros-core-python-dev",
+    "rospy": "ros-core-python-dev",
     "std_msgs": "ros-core-python-dev", "std_srvs": "ros-core-python-dev", "visualization_msgs": "ros-core-python-dev",
     "diagnostic_aggregator": "libdiagnostic-aggregator-tools", "diagnostic_updater": "python3-diagnostic-updater",
     "dynamic_reconfigure": "python3-dynamic-reconfigure",
     "robot_state_publisher": "ros-robot-state-publisher", "rosbag": "python3-rosbag", "rostest": "python3-rostest",
     "sensor_msgs": "python3-sensor-msgs", "tf": "python3-tf", "tf2_msgs": "python3-tf2-msgs",
 }
-# Needed by the build itself, by those above for their package.xml, or by mypy (Debian has its stubs for libraries in a package of their own).
-BUILD_TOOLS = {"cmake", "make", "g++", "python3-typeshed", "rosbash", "librostest-dev", "libtf-dev", "libtf2-msgs-dev", "libsensor-msgs-dev",
-               "libdynamic-reconfigure-config-init-mutex-dev", "libdiagnostic-updater-dev", "libdiagnostic-aggregator-dev"}
+# Needed by the build itself, by those above for their package.xml,
+# or by mypy (Debian has its stubs for libraries in a package of their own).
+BUILD_TOOLS = {"cmake", "make", "g++", "python3-typeshed", "rosbash", "librostest-dev", "libtf-dev", "libtf2-msgs-dev",
+               "libsensor-msgs-dev",
+               "libdynamic-reconfigure-config-init-mutex-dev", "libdiagnostic-updater-dev",
+               "libdiagnostic-aggregator-dev"}
 
 
 def test_the_list_of_packages_agrees_with_package_xml():
     """RViz alone is not in the list: only `run --rviz` installs it."""
-    assert {BROUGHT_BY.get(name, name) for name in named_by_package_xml() - {"rviz"}} | BUILD_TOOLS == set(debian_packages())
+    assert {BROUGHT_BY.get(name, name) for name in named_by_package_xml() -
+            {"rviz"}} | BUILD_TOOLS == set(debian_packages())
 
 
 def test_continuous_integration_calls_the_same_command():

@@ -1,4 +1,6 @@
-"""The udev rule that gives the robot's port its name: every line is one that udev understands, and does what the file says."""
+"""The udev rule that gives the robot's port its name: every line is one that udev understands,
+and does what the file says.
+"""
 
 import pathlib
 import re
@@ -15,7 +17,9 @@ WITH_ATTRIBUTE = {"ATTRS", "ATTR", "ENV"}
 
 
 def tokens(line):
-    """The parts of a rule. Raises ValueError for one that udev would complain of, or that only compares or only sets."""
+    """The parts of a rule. Raises ValueError for one that udev would complain of,
+    or that only compares or only sets.
+    """
     found = []
     for part in line.split(","):
         token = TOKEN.fullmatch(part.strip())
@@ -29,20 +33,24 @@ def tokens(line):
         found.append((key if attribute is None else "%s{%s}" % (key, attribute), value))
     if len(dict(found)) != len(found):
         raise ValueError("twice the same key: %s" % line)
-    if not MATCHES & {key.partition("{")[0] for key, _ in found} or not set(SETS) & {key.partition("{")[0] for key, _ in found}:
+    keys = {key.partition("{")[0] for key, _ in found}
+    if not MATCHES & keys or not set(SETS) & keys:
         raise ValueError("compares or sets nothing: %s" % line)
     return dict(found)
 
 
 def rules():
-    return [tokens(line) for line in RULES.read_text(encoding="ascii").splitlines() if line and not line.startswith("#")]
+    return [tokens(line) for line in RULES.read_text(encoding="ascii").splitlines() if line and
+            not line.startswith("#")]
 
 
 def test_every_adapter_is_named_for_the_group_that_may_use_it():
     adapters = [rule for rule in rules() if rule["SUBSYSTEM"] == "tty"]
     for rule in adapters:
-        assert (rule["SYMLINK"], rule["GROUP"], rule["MODE"], rule["ENV{ID_MM_DEVICE_IGNORE}"]) == ("pioneer", "dialout", "0660", "1")
-        assert re.fullmatch("[0-9a-f]{4}", rule["ATTRS{idVendor}"]) and re.fullmatch("[0-9a-f]{4}", rule["ATTRS{idProduct}"])
+        assert (rule["SYMLINK"], rule["GROUP"], rule["MODE"],
+                rule["ENV{ID_MM_DEVICE_IGNORE}"]) == ("pioneer", "dialout", "0660", "1")
+        assert (re.fullmatch("[0-9a-f]{4}", rule["ATTRS{idVendor}"]) and
+                re.fullmatch("[0-9a-f]{4}", rule["ATTRS{idProduct}"]))
     ids = [(rule["ATTRS{idVendor}"], rule["ATTRS{idProduct}"]) for rule in adapters]
     assert len(set(ids)) == len(ids) and {("0403", "6001"), ("067b", "2303"), ("06cd", "0121")} <= set(ids)
 
@@ -57,9 +65,12 @@ def test_it_is_installed_with_the_package():
 
 
 @pytest.mark.parametrize("line", [
-    'SUBSYSTEM="tty", SYMLINK+="pioneer"', 'SUBSYSTEM=="tty", SYMLINK=="pioneer"', 'SUBSYSTEM=="tty" SYMLINK+="pioneer"', "SUBSYSTEM==tty, MODE=0660",
-    'SUBSYSTEM=="tty", ATTRS=="0403", SYMLINK+="pioneer"', 'SUBSYSTEM=="tty"', 'SYMLINK+="pioneer"', 'SUBSYSTEM=="tty", SYMLINKS+="pioneer"',
-    'SUBSYSTEM=="tty", GROUP{a}="dialout"', 'SUBSYSTEM=="tty", MODE="0660", MODE="0666"', 'SUBSYSTEM=="tty", MODE="0660",', "",
+    'SUBSYSTEM="tty", SYMLINK+="pioneer"', 'SUBSYSTEM=="tty", SYMLINK=="pioneer"',
+    'SUBSYSTEM=="tty" SYMLINK+="pioneer"', "SUBSYSTEM==tty, MODE=0660",
+    'SUBSYSTEM=="tty", ATTRS=="0403", SYMLINK+="pioneer"', 'SUBSYSTEM=="tty"', 'SYMLINK+="pioneer"',
+    'SUBSYSTEM=="tty", SYMLINKS+="pioneer"',
+    'SUBSYSTEM=="tty", GROUP{a}="dialout"', 'SUBSYSTEM=="tty", MODE="0660", MODE="0666"',
+    'SUBSYSTEM=="tty", MODE="0660",', "",
 ])
 def test_a_line_that_udev_would_not_take_is_none(line):
     with pytest.raises(ValueError):
