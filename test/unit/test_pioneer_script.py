@@ -30,8 +30,8 @@ TOOLS = {
         echo "export PYTHONPATH='$2/devel'" >"$2/devel/setup.bash"''',
     "roslaunch": r'''
         echo "roslaunch $* $ROS_MASTER_URI" >>"$CALLS"
-        echo "SUMMARY"; echo "|INFO| It drives."
         trap 'echo "|INFO| It stops."; exit' INT
+        echo "SUMMARY"; echo "|INFO| It drives."
         for argument; do case $argument in bag:=*) bag=${argument#bag:=} ;; esac; done
         case $HANGING in 1) while :; do read -rt 1 <> <(:); done ;; esac
         [ -z "$DYING" ] || echo "[p2os-3] process has died [pid 1, exit code 2, cmd p2os_driver]"
