@@ -30,13 +30,16 @@ TOOLS = {
         echo "export PYTHONPATH='$2/devel'" >"$2/devel/setup.bash"''',
     "roslaunch": r'''
         echo "roslaunch $* $ROS_MASTER_URI" >>"$CALLS"
-        trap 'echo "|INFO| It stops."; exit' INT
-        echo "SUMMARY"; echo "|INFO| It drives."
         for argument; do case $argument in bag:=*) bag=${argument#bag:=} ;; esac; done
+        trap 'echo "|INFO| It stops."; echo bag >"$bag"; exit' INT
+        echo "SUMMARY"; echo "|INFO| looking for a robot on /tmp/line"
+        [ -n "$MISTAKEN" ] || echo "|INFO| wander, for 40 s at most"; echo "|INFO| It drives."
         case $HANGING in 1) while :; do read -rt 1 <> <(:); done ;; esac
         [ -z "$DYING" ] || echo "[p2os-3] process has died [pid 1, exit code 2, cmd p2os_driver]"
         [ -n "$WITHOUT_BAG" ] || echo bag >"$bag"''',
     "rostest": ":",
+    "awk": '[ -n "$USERS_AT" ] || exec /usr/bin/awk "$@"; [[ "$*" != *"$PORT_OF_USERS"* ]] || echo $USERS_AT',
+    "getent": '[ -z "$NAMELESS" ] || exit 2; echo 127.0.1.1 computer',
 }
 
 
@@ -64,10 +67,10 @@ class Clone:
     def calls(self):
         return self.calls_file.read_text().splitlines() if self.calls_file.exists() else []
 
-    def start(self, *arguments, before=None, **environment):
-        return subprocess.Popen([str(self.folder / "pioneer"), *arguments], env=dict(self.environment, **environment),
-                                preexec_fn=before,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+    def start(self, *arguments, before=None, stdin=None, **environment):
+        return subprocess.Popen(
+            [str(self.folder / "pioneer"), *arguments], env=dict(self.environment, **environment), preexec_fn=before,
+            stdin=stdin, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
 
     def run(self, *arguments, **environment):
         """Run to the end: (exit status, everything printed)."""
@@ -225,7 +228,7 @@ def test_any_directory_name(tmp_path, name):
 def test_a_run_narrates_and_leaves_bag_and_picture(clone):
     status, output = clone.run("run", "world:=office")
     assert status == 0
-    assert "It drives." in output and "SUMMARY" not in output
+    assert "It drives." in output and "SUMMARY" not in output and "looking for" not in output
     (bag,), (picture,) = (clone.folder / "runs").glob("*.bag"), (clone.folder / "runs").glob("*.png")
     assert output.endswith("bag      %s\npicture  %s\n" % (bag, picture))
     assert "bag:=%s world:=office" % bag in clone.calls[-1]
@@ -240,7 +243,16 @@ def test_a_run_without_a_bag_is_a_failure(clone):
 def test_a_run_in_which_a_program_failed_is_a_failure(clone):
     status, output = clone.run("run", DYING="1")
     assert status == 1
-    assert "ended badly" in output and "run.log" in output and "picture" not in output
+    assert "ended badly" in output and "run.log" in output and "picture  " in output
+
+
+@pytest.mark.parametrize("failing", [{}, {"DYING": "1"}])
+def test_a_run_that_never_moved_leaves_no_bag(clone, failing):
+    """As that of a world that does not exist."""
+    status, output = clone.run("run", MISTAKEN="1", **failing)
+    assert status == 1
+    assert "Nothing is kept" in output and "picture" not in output
+    assert list((clone.folder / "runs").iterdir()) == []
 
 
 @pytest.mark.parametrize("argument", ["wordl:=office", "world=office", "sim:=false", "bag:=mine.bag", "--rvis"])
@@ -295,6 +307,58 @@ def test_an_interrupted_run_stops_the_robot_first(clone, number, before):
         output = process.communicate(timeout=60)[0]
     assert "It stops." in output
     assert process.returncode == 130
+    (bag,), (picture,) = (clone.folder / "runs").glob("*.bag"), (clone.folder / "runs").glob("*.png")
+    assert output.endswith("bag      %s\npicture  %s\n" % (bag, picture))
+
+
+def test_interrupted_before_the_robot_moved_it_leaves_nothing(clone):
+    with clone.start("run", HANGING="1", MISTAKEN="1") as process:
+        for line in process.stdout:
+            if "It drives." in line:
+                break
+        process.send_signal(signal.SIGINT)
+        output = process.communicate(timeout=60)[0]
+    assert "interrupted before the robot moved" in output and process.returncode != 0
+    assert list((clone.folder / "runs").iterdir()) == []
+
+
+# --- A master for each user ---
+
+SHOW_MASTER = "shell", "sh", "-c", 'echo "at $ROS_MASTER_URI as $ROS_HOSTNAME"'
+
+
+@pytest.mark.parametrize("user, port", [("0", 11311), ("1000", 12311), ("1001", 12312)])
+def test_each_user_has_a_master_of_his_own(clone, user, port):
+    _, output = clone.run(*SHOW_MASTER, USER_ID=user)
+    assert "ROS master: http://localhost:%d," % port in output
+    assert "at http://localhost:%d as \n" % port in output
+    clone.run("run", USER_ID=user, USERS_AT="1", PORT_OF_USERS="no port")
+    assert clone.calls[-1].endswith("http://localhost:%d" % port)
+
+
+def test_a_port_that_a_program_of_another_user_has_is_left_to_it(clone):
+    taken = {"USER_ID": "1000", "PORT_OF_USERS": ":%04X" % 12311}
+    assert "at http://localhost:22311 as" in clone.run(*SHOW_MASTER, USERS_AT="1001", **taken)[1]
+    assert "at http://localhost:12311 as" in clone.run(*SHOW_MASTER, USERS_AT="1000", **taken)[1], "it is the user's own"
+
+
+def test_a_master_that_is_named_is_kept(clone):
+    _, output = clone.run(*SHOW_MASTER, ROS_MASTER_URI="http://robot:11311")
+    assert "at http://robot:11311 as" in output
+
+
+def test_on_a_computer_whose_name_does_not_resolve_ros_works_all_the_same(clone):
+    _, output = clone.run(*SHOW_MASTER, NAMELESS="1")
+    assert "as localhost\n" in output and "does not resolve" in output
+    _, output = clone.run(*SHOW_MASTER, NAMELESS="1", ROS_IP="10.0.0.2")
+    assert "as \n" in output and "does not resolve" not in output
+
+
+def test_a_shell_completes_names_of_packages(clone):
+    process = clone.start("shell", before=os.setsid, stdin=subprocess.PIPE)
+    with process:
+        output = process.communicate("complete -p rosrun roslaunch\nexit\n", timeout=60)[0]
+    assert "_roscomplete_exe rosrun" in output and "_roscomplete_launch roslaunch" in output
 
 
 # --- One list of packages ---

@@ -1,0 +1,47 @@
+"""What the launch files that drive and show a robot start, and with what, without starting anything but the stand-in of RViz."""
+
+import os
+import pathlib
+import subprocess
+
+import pytest
+from roslaunch.config import load_config_default
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def launched(launch, *arguments):
+    return load_config_default([(str(ROOT / "launch" / launch), list(arguments))], None, verbose=False)
+
+
+@pytest.mark.parametrize("launch, arguments, node", [
+    ("simulator.launch", [], "/simulator"), ("pioneer.launch", ["sim:=true"], "/pioneer/simulator")])
+def test_a_simulated_robot_may_err_as_a_file_says(launch, arguments, node):
+    config = launched(launch, "numbers_file:=wheels.yaml", *arguments)
+    assert config.params[node + "/numbers_file"].value == "wheels.yaml"
+    assert launched(launch, *arguments).params[node + "/numbers_file"].value == ""
+
+
+def test_what_ends_badly_at_the_start_ends_the_launch():
+    """As a world or a model does that does not exist. Who ends one of the programs on purpose may say otherwise."""
+    nodes = launched("pioneer.launch", "sim:=true").nodes
+    assert {node.type: node.required for node in nodes} == {"p2os_simulator": True, "p2os_driver": True}
+    assert not any(node.required for node in launched("pioneer.launch", "sim:=true", "required:=false").nodes)
+
+
+def test_where_there_is_no_rviz_it_says_what_to_install(tmp_path):
+    (node,) = [node for node in launched("view.launch").nodes if node.name == "rviz"]
+    view = ROOT / "nodes" / node.type
+    done = subprocess.run(["/usr/bin/python3", str(view)], env=dict(os.environ, PATH=str(tmp_path)), stderr=subprocess.PIPE)
+    assert done.returncode == 1
+    assert b"RViz is not installed: sudo apt-get install rviz" in done.stderr
+
+
+def test_where_there_is_one_it_gets_the_arguments(tmp_path):
+    rviz = tmp_path / "rviz"
+    rviz.write_text("#!/bin/sh\necho $*\n")
+    rviz.chmod(0o755)
+    view = ROOT / "nodes" / "view"
+    done = subprocess.run(
+        ["/usr/bin/python3", str(view), "-f", "map"], env=dict(os.environ, PATH=str(tmp_path)), stdout=subprocess.PIPE)
+    assert done.stdout == b"-f map\n"
