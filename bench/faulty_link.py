@@ -19,12 +19,13 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from pioneer_control import p2os
 from pioneer_control.client.drive import MotorsRequest
 from pioneer_control.client.events import LinkDown, MotionCleared, Ready
-from pioneer_control.client.line import BITS_PER_BYTE, LONGEST_QUEUE
+from pioneer_control.client.line import BITS_PER_BYTE, LONGEST_QUEUE, SetBaud
 from pioneer_control.client.odometry import Odometry
-from pioneer_control.client.robot import BACK_OFF, LinkCounts
-from pioneer_control.client.session import Counts, Phase, Session, SetBaud
+from pioneer_control.client.robot import LinkCounts
+from pioneer_control.client.session import Counts, Session
 from pioneer_control.client.settings import Settings
-from pioneer_control.client.state import Motion, RobotState
+from pioneer_control.client.state import RobotState
+from pioneer_control.client.threads import BACK_OFF
 from pioneer_control.driver.health import Health
 from pioneer_control.errors import LinkError, LinkLostError, PioneerError, PortError
 from pioneer_control.p2os.framing import SMALLEST_COUNT
@@ -154,7 +155,7 @@ class Rig:
     @property
     def ready(self) -> bool:
         """Whether commands are accepted."""
-        return self.session is not None and self.session.phase is Phase.READY
+        return self.session is not None and self.session.connected is not None
 
     @property
     def counts(self) -> Counts:
@@ -171,7 +172,7 @@ class Rig:
     def command(self, velocity: Velocity) -> None:
         """One velocity; without a link it is refused, as Robot does."""
         if self.ready:
-            self.session.drive.set_velocity(*velocity, self.now)
+            self.session.connected.drive.set_velocity(*velocity, self.now)
             self.judge.commanded(velocity)
             self._act()
 
@@ -179,7 +180,7 @@ class Rig:
         """Ask once; None without a link."""
         if not self.ready:
             return None
-        request = self.session.drive.request_motors(on, self.now, 2.0)
+        request = self.session.connected.drive.request_motors(on, self.now, 2.0)
         self.judge.asked_for_motors(on, request)
         self._act()
         return request
@@ -230,7 +231,7 @@ class Rig:
         start = self.now
         while not condition():
             if self.now - start >= limit:
-                phase = self.session and self.session.phase
+                phase = self.session and type(self.session.phase).__name__
                 raise AssertionError("not within %g s; session is %s, events %s" %
                                      (limit, phase, list(self.events)[-5:]))
             self.step()
@@ -264,17 +265,16 @@ class Rig:
     def _serve(self) -> None:
         """As Robot's I/O thread does: receive, tick, act, tell; and connect again after a while."""
         session = self.session
-        for piece in self.to_client.arrived(self.now, session.baud):
+        for piece in self.to_client.arrived(self.now, session.line.baud):
             session.receive(piece, self.now)
         session.tick(self.now)
         if session.wake_at <= self.now:
             self.judge.wrong("a thread would spin")
         self._act()
-        for event in session.take_events():
-            if type(event) is not Motion:       # its state follows, and says it again
-                self._tell(event)
-        if session.phase is Phase.FINISHED:
-            self._past, self._odometry, self.session = self.counts, session.odometry, None
+        for event in session.events():
+            self._tell(event)
+        if session.finished:
+            self._past, self._odometry, self.session = self.counts, session.phase.odometry, None
             if session.error is not None:
                 self._try_again_after(session.error)
 
@@ -289,7 +289,7 @@ class Rig:
         self.diagnosis.heard(event)
 
     def _act(self) -> None:
-        for action in self.session.take_actions():
+        for action in self.session.data_to_send():
             if isinstance(action, SetBaud):
                 self.to_robot.baud = action.baud
                 continue
@@ -304,9 +304,8 @@ class Rig:
         given = self.to_robot.baud
         rates = () if given is None else (given,) + tuple(rate for rate in (9600, 38400, 19200, 115200, 57600)
                                                           if rate != given)
-        self.session = Session("rig", rates, self._settings, self._odometry)
+        self.session = Session("rig", rates, self._settings, self.now, self._odometry)
         self.to_client.clear()
-        self.session.start(self.now)
 
     def _try_again_after(self, error: PioneerError) -> None:
         pause = BACK_OFF if isinstance(error, LinkError) else math.inf
@@ -483,8 +482,8 @@ class Judge:
             self._may_be_on = False
         self._were_on = on
         if rig.session is not None:
-            if rig.session._line.waiting > LONGEST_QUEUE:
-                self.wrong("commands wait", str(rig.session._line.waiting))
+            if rig.session.line.waiting > LONGEST_QUEUE:
+                self.wrong("commands wait", str(rig.session.line.waiting))
             if rig.to_robot.backlog(now) > REACTION:
                 self.wrong("bytes wait in the line", "%.2f s" % rig.to_robot.backlog(now))
 

@@ -27,15 +27,16 @@ sys.path.insert(0, SOURCE)
 import yaml
 
 from pioneer_control import p2os
-from pioneer_control.client import session as session_module
-from pioneer_control.client.session import LONGEST_QUEUE, Phase, Session, SetBaud
+from pioneer_control.client import phases
+from pioneer_control.client.line import LONGEST_QUEUE, SetBaud
+from pioneer_control.client.session import Session
 from pioneer_control.client.settings import Settings
 from pioneer_control.errors import EncodingError, LinkLostError, PioneerError
 from pioneer_control.p2os.explain import explain
 from pioneer_control.p2os.framing import HEADER
 from pioneer_control.robots import find_model
 
-session_module.find_model = functools.lru_cache(None)(find_model)      # not the file of models anew for every input
+phases.find_model = functools.lru_cache(None)(find_model)      # not the file of models anew for every input
 
 LONGEST_INPUT = 600         # bytes
 LARGEST_CORPUS = 4000       # inputs
@@ -87,15 +88,14 @@ class Script:
 
     def __init__(self) -> None:
         self.now = 0.0
-        self.session = Session("fuzz", (9600, 38400), Settings(command_timeout=TIMEOUT))
+        self.session = Session("fuzz", (9600, 38400), Settings(command_timeout=TIMEOUT), self.now)
         self.commanded_at = -math.inf
         self.motors_asked = False
-        self.session.start(0.0)
 
     def tick(self, seconds: float) -> None:
         """Let time pass, as the I/O thread does: never later than the session wants."""
         end = self.now + seconds
-        while self.now < end and self.session.phase is not Phase.FINISHED:
+        while self.now < end and not self.session.finished:
             self.now = min(end, self.session.wake_at)
             self.session.tick(self.now)
             must(self.session.wake_at > self.now, "a thread would spin")
@@ -109,7 +109,7 @@ class Script:
 
     def user(self, act: Callable[[], Any]) -> None:
         """What only a ready session takes; it may be refused."""
-        if self.session.phase is Phase.READY:
+        if self.session.connected:
             try:
                 act()
             except PioneerError:
@@ -118,18 +118,18 @@ class Script:
 
     def drive(self, linear: float, angular: float) -> None:
         """A velocity."""
-        self.session.drive.set_velocity(linear, angular, self.now)
+        self.session.connected.drive.set_velocity(linear, angular, self.now)
         self.commanded_at = self.now
 
     def ask_for_motors(self, on: bool) -> None:
         """Motors on or off."""
         self.motors_asked |= on
-        self.session.drive.request_motors(on, self.now, 2.0)
+        self.session.connected.drive.request_motors(on, self.now, 2.0)
 
     def look(self) -> None:
         """At what the session wants done."""
         session = self.session
-        for action in session.take_actions():
+        for action in session.data_to_send():
             if isinstance(action, SetBaud):
                 continue
             for frame in p2os.FrameDecoder().feed(action):
@@ -139,10 +139,10 @@ class Script:
                          "%s %s, which nobody wants any more" % (command.name, command.value))
                 if command.name == "ENABLE" and command.value:
                     must(self.motors_asked, "motors switched on by itself")
-        session.take_events()
-        must(len(session._decoder._held) < LONGEST_FRAME, "holds %d bytes" % len(session._decoder._held))
-        must(session._line.waiting <= LONGEST_QUEUE, "%d commands wait" % session._line.waiting)
-        if session.phase is Phase.FINISHED:
+        session.events()
+        must(len(session._link.decoder._held) < LONGEST_FRAME, "holds %d bytes" % len(session._link.decoder._held))
+        must(session.line.waiting <= LONGEST_QUEUE, "%d commands wait" % session.line.waiting)
+        if session.finished:
             must(session.wake_at == math.inf, "wants to be woken after its end")
             must(isinstance(session.error, (PioneerError, type(None))), "ended by %r" % (session.error,))
 
@@ -168,7 +168,7 @@ def to_ready(script: Script) -> None:
     for answer in HANDSHAKE:
         script.hear(answer)
         script.tick(0.11)
-    while script.session.phase is not Phase.READY:
+    while not script.session.connected:
         script.hear(HANDSHAKE[-1])
         script.tick(0.1)
 
@@ -179,7 +179,7 @@ def try_session(data: bytes) -> None:
     at = 1
     if data and data[0] & 1:
         to_ready(script)
-    while at < len(data) and script.session.phase is not Phase.FINISHED:
+    while at < len(data) and not script.session.finished:
         step, more = data[at] % 16, data[at + 1] if at + 1 < len(data) else 0
         at += 2
         if step < 6:        # bytes
@@ -200,9 +200,10 @@ def try_session(data: bytes) -> None:
         elif step == 12:
             script.user(lambda: script.ask_for_motors(bool(more & 1)))
         elif step == 13:
-            script.user(lambda: script.session.command(script.now, p2os.encode_command("TTY2", b"x" * (more % 196))))
+            packet = p2os.encode_command("TTY2", b"x" * (more % 196))
+            script.user(lambda: script.session.connected.command(script.now, packet))
         elif step == 14:
-            script.user(lambda: script.session.drive.stop(script.now))
+            script.user(lambda: script.session.connected.drive.stop(script.now))
         elif more > 200:
             script.session.fail(LinkLostError("pulled"))
             script.look()
@@ -210,10 +211,10 @@ def try_session(data: bytes) -> None:
             script.session.close(script.now)
             script.look()
     script.tick(1.0)
-    if script.session.phase is Phase.FINISHED:
+    if script.session.finished:
         script.session.receive(MOTORS_ON_SIP, script.now)
         script.session.tick(script.now + 3.0)
-        must(not script.session.take_actions(), "says something after its end")
+        must(not script.session.data_to_send(), "says something after its end")
 
 
 PIECES = ([bytes.fromhex(example["bytes"]) for example in yaml.safe_load(open(GOLDEN))["examples"]] +

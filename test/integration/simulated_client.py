@@ -2,10 +2,11 @@
 a serial line or a TCP connection that can be broken.
 """
 
-import pioneer_control.client.robot as robot_module
+from pioneer_control.client import robot as robot_module
+from pioneer_control.client import threads
 from pioneer_control.client import Robot
-from pioneer_control.client.robot import BACK_OFF
 from pioneer_control.client.state import RobotState
+from pioneer_control.client.threads import BACK_OFF
 from pioneer_control.errors import LinkLostError, PortError
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
@@ -32,11 +33,12 @@ class Life:
         self.on_write = on_write
         self.line = None
         self._script, self._resume_at = script(self), 0.0
-        monkeypatch.setattr(robot_module, "monotonic", lambda: self.now)
-        monkeypatch.setattr(robot_module, "open_transport", self._open)
-        monkeypatch.setattr(robot_module, "BACK_OFF", 0.0)       # a wait in real time; _open() makes up for it
+        for module in (robot_module, threads):
+            monkeypatch.setattr(module, "monotonic", lambda: self.now)
+        monkeypatch.setattr(threads, "open_transport", self._open)
+        monkeypatch.setattr(threads, "BACK_OFF", 0.0)       # a wait in real time; _open() makes up for it
         self.robot = Robot(url, reconnect=True, on_state=self._tell, on_event=self._tell, **settings)
-        self.robot._run()       # what its I/O thread does, in this one
+        self.robot._link.run()      # what its threads do, in this one
 
     def of(self, kind):
         """The events of a kind, oldest first."""

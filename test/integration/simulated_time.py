@@ -1,8 +1,8 @@
 """A session and a simulated robot in one simulated time: no thread, no clock, a line that loses nothing."""
 
-from pioneer_control.client.session import Phase, Session
+from pioneer_control.client.session import Session
 from pioneer_control.client.settings import Settings
-from pioneer_control.client.state import Motion, RobotState
+from pioneer_control.client.state import RobotState
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.world import load_world
@@ -16,10 +16,9 @@ class Rig:
 
     def __init__(self, subtype="p3dx-sh", world=None, pose=None, motors=True, **settings):
         self.firmware = Firmware(find_model(subtype), world or load_world("empty"), pose)
-        self.session = Session(subtype, (), Settings(**settings))
         self.now, self.state, self.events = 0.0, None, []
-        self.session.start(self.now)
-        self.until(lambda: self.session.phase is Phase.READY)
+        self.session = Session(subtype, (), Settings(**settings), self.now)
+        self.until(lambda: self.session.connected)
         if motors:
             request = self.drive.request_motors(True, self.now, 2.0)
             self.until(lambda: request.done)
@@ -27,7 +26,7 @@ class Rig:
 
     @property
     def drive(self):
-        return self.session.drive
+        return self.session.connected.drive
 
     def step(self):
         self._act()
@@ -37,10 +36,10 @@ class Rig:
             self.session.receive(sent, self.now)
         self.session.tick(self.now)
         self._act()
-        for event in self.session.take_events():
+        for event in self.session.events():
             if isinstance(event, RobotState):
                 self.state = event
-            elif not isinstance(event, Motion):
+            else:
                 self.events.append(event)
 
     def run(self, seconds, command=lambda: None):
@@ -70,5 +69,5 @@ class Rig:
         return lambda: self.drive.set_wheel_velocities(left, right, self.now)
 
     def _act(self):
-        for action in self.session.take_actions():
+        for action in self.session.data_to_send():
             self.firmware.receive(action)

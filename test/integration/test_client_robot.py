@@ -11,7 +11,8 @@ import time
 import pytest
 
 from pioneer_control import p2os
-from pioneer_control.client import LinkDown, Motion, PacketReceived, Ready, Robot, RobotState
+from pioneer_control.client import (
+    LinkDown, MotionCleared, MotorsAnswered, PacketReceived, Ready, Robot, StatesMissed, threads)
 from pioneer_control.errors import (
     LinkLostError, NoAnswerError, NotConfirmedError, PortError, RefusedError, UnknownModelError, UsageError)
 from pioneer_control.p2os import GripperCommand, encode_command
@@ -33,12 +34,6 @@ def server(tmp_path):
 @pytest.fixture(params=["tcp", "pty"])
 def url(server, request):
     return server.url if request.param == "tcp" else server.pty_link
-
-
-@pytest.fixture(params=["on_motion", "on_state"])
-def listens(request):
-    """Where a listener is that holds the I/O thread up."""
-    return request.param
 
 
 def keep_driving(robot, linear, angular, condition):
@@ -76,24 +71,6 @@ def test_connect_drive_stop_and_leave(server, url):
     x, y, heading = server.firmware.true_pose
     assert math.hypot(x - pose.x, y - pose.y) < 0.2
     assert robot.link.sips > 5 and robot.link.bad_checksums == 0 and robot.link.last_error is None
-
-
-def test_each_motion_is_told_before_the_rest_of_its_packet_is_read(server, monkeypatch):
-    told, decode = [], p2os.decode_packet
-
-    def noted(frame, first):
-        told.append("read") if p2os.decode_motion(frame) else None
-        return decode(frame, first)
-
-    with Robot(server.url, on_motion=told.append, on_state=told.append) as robot:
-        monkeypatch.setattr(p2os, "decode_packet", noted)
-        robot.wait_for_state()
-        del told[:]
-        until(lambda: len(told) >= 9, "three packets")
-    kinds = [type(each) if isinstance(each, Motion) else each for each in told]
-    first = kinds.index(Motion)
-    assert kinds[first:first + 6] == [Motion, "read", RobotState] * 2
-    assert vars(told[first]).items() <= vars(told[first + 2]).items()
 
 
 def test_a_program_that_falls_silent_is_stopped(server):
@@ -135,167 +112,179 @@ def test_an_exception_in_a_listener_stops_the_robot_and_is_kept(server, monkeypa
     robot.close()
 
 
-def test_a_listener_that_hangs_does_not_keep_the_robot_from_stopping(server, listens):
-    hang, hanging = threading.Event(), threading.Event()
+class Hang:
+    """A listener that hangs from a moment on, until the test lets it go."""
 
-    def listener(state):
-        if state.linear > 0.05:
-            hanging.set()
-            hang.wait(10 * LIMIT)
+    def __init__(self, begins):
+        self._begins = begins
+        self._go_on = threading.Event()
+        self.hanging = threading.Event()
 
-    robot = Robot(server.url, **{listens: listener}, command_timeout=10 * LIMIT)
+    def __call__(self, state):
+        if self._begins(state) and not self._go_on.is_set():
+            self.hanging.set()
+            self._go_on.wait(10 * LIMIT)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._go_on.set()
+
+
+def drives(state):
+    return state.linear > 0.05
+
+
+@pytest.fixture
+def hang():
+    with Hang(drives) as listener:
+        yield listener
+
+
+def heard_by(server):
+    """A list that has what the robot hears from now on."""
+    told, take = [], server.firmware.receive
+    server.firmware.receive = lambda data: (told.append(data), take(data))
+    return told
+
+
+def test_a_listener_that_hangs_does_not_keep_the_robot_from_stopping(server, hang):
+    robot = Robot(server.url, on_state=hang, command_timeout=10 * LIMIT)
     with robot:
         robot.enable_motors()
         robot.set_velocity(0.3, 0.0)
-        assert hanging.wait(LIMIT)
+        assert hang.hanging.wait(LIMIT)
         start = time.monotonic()
     assert time.monotonic() - start < 2.0
-    until(lambda: waiting(server), "closed in spite of the listener")
-    hang.set()
+    assert waiting(server), "closed in spite of the listener"
 
 
-@pytest.mark.parametrize("goes_on", [False, True], ids=["nobody commands any more", "commands go on"])
-def test_a_listener_that_hangs_holds_up_no_dead_man(server, listens, goes_on):
-    hang, hanging, told, take = threading.Event(), threading.Event(), [], server.firmware.receive
-
-    def listener(state):
-        if state.linear > 0.05:
-            hanging.set()
-            hang.wait(10 * LIMIT)
-
-    with Robot(server.url, **{listens: listener}, command_timeout=10 * LIMIT if goes_on else 0.6) as robot:
+def test_a_listener_that_hangs_holds_up_no_dead_man(server, hang):
+    with Robot(server.url, on_state=hang, command_timeout=0.6) as robot:
         robot.enable_motors()
         robot.set_velocity(0.3, 0.0)
-        assert hanging.wait(LIMIT)
-        server.firmware.receive = lambda data: (told.append(data), take(data))
+        assert hang.hanging.wait(LIMIT)
+        told = heard_by(server)
         until(lambda: encode_command("STOP") in b"".join(told), "told to stop")
-        hang.set()
 
 
-def test_a_shorter_time_out_holds_at_once_also_while_a_listener_hangs(server, listens, monkeypatch):
-    """The guard sleeps until something is due, or as long as a velocity is good:
-    that may have become less since it fell asleep.
-    """
-    monkeypatch.setattr("pioneer_control.client.session.SILENCE", 10 * LIMIT)
-    hang, hanging, told, take = threading.Event(), threading.Event(), [], server.firmware.receive
+def test_while_a_listener_hangs_the_robot_drives_on_and_is_heard_and_listeners_are_told_what_they_missed(server):
+    events, states = [], []
+    with Hang(drives) as hang, Robot(server.url, on_state=hang, on_event=events.append) as robot:
+        robot.listen(on_state=states.append)
+        robot.enable_motors()
+        keep_driving(robot, 0.3, 0.0, lambda state: hang.hanging.is_set())
+        count = len(states)
+        with server.lock:
+            server.firmware.press_stop_button(True)
+        until(lambda: robot.link.missed > 10, "the line is read, beyond what the queue holds")
+        assert len(states) == count and robot.ready and robot.state.stop_button
+        missed = robot.link.missed
+        hang.__exit__()
+        until(lambda: [event for event in events if isinstance(event, MotionCleared)], "no event is missed")
+        until(lambda: robot.state in states, "the newest state is told")
+    assert sum(event.number for event in events if isinstance(event, StatesMissed)) >= missed
+    assert [state.time for state in states] == sorted(state.time for state in states)
 
-    def listener(state):
-        if robot.link.sips > 10:
-            hanging.set()
-            hang.wait(10 * LIMIT)
 
-    robot = Robot(server.url, **{listens: listener}, command_timeout=10 * LIMIT, pulse=0)
-    with robot:
-        assert hanging.wait(LIMIT)
-        robot.set_limits(None, None, 0.2)
-        server.firmware.receive = lambda data: (told.append(data), take(data))
+def test_a_shorter_time_out_holds_at_once_also_while_a_listener_hangs(server, hang):
+    with Robot(server.url, on_state=hang, command_timeout=10 * LIMIT) as robot:
+        robot.enable_motors()
         robot.set_velocity(0.3, 0.0)
+        assert hang.hanging.wait(LIMIT)
+        robot.set_limits(None, None, 0.2)
+        told = heard_by(server)
         until(lambda: encode_command("STOP") in b"".join(told), "told to stop")
-        hang.set()
 
 
-def test_a_session_that_is_closed_during_a_hang_goes_on_to_its_end(server, listens, monkeypatch):
-    monkeypatch.setattr("pioneer_control.client.session.SILENCE", 10 * LIMIT)
-    hang, hanging = threading.Event(), threading.Event()
-
-    def listener(state):
-        if robot.link.sips > 10:
-            hanging.set()
-            hang.wait(10 * LIMIT)
-
-    robot = Robot(server.url, **{listens: listener}, command_timeout=10 * LIMIT, pulse=0).start()
-    assert hanging.wait(LIMIT)
-    robot.close(wait=False)
-    until(lambda: waiting(server), "closed while nobody reads")
-    hang.set()
-    robot.close()
-
-
-def test_the_guard_sleeps_no_longer_than_a_velocity_is_good(server):
-    """Nothing is due for 2 s of a robot that stands; but one that is told to drive just now, and then hangs,
-    must stop in time.
-    """
-    pauses = []
-    with Robot(server.url, command_timeout=0.3, pulse=0) as robot:
-        wait = robot._alert.wait
-        robot._alert.wait = lambda pause: (pauses.append(pause), wait(pause))
-        until(lambda: len(pauses) > 4 and max(pauses) > 0.3, "the guard sleeps")
-        assert max(pauses) <= 0.1 + 0.3
-
-
-def test_the_guard_stays_awake_while_there_is_no_link(server):
-    """A velocity that is good for ever is none without a link, and the next link wants its guard."""
-    pauses = []
-    with Robot(server.url, command_timeout=1e12, reconnect=True) as robot:
-        wait = robot._alert.wait
-        robot._alert.wait = lambda pause: (pauses.append(pause), wait(pause))
-        server.stop()
-        until(lambda: not robot.ready, "the link is gone")
-        del pauses[:]
-        until(lambda: len(pauses) > 2, "the guard looks")
-        assert max(pauses) <= 0.1
-        assert robot._guard.is_alive()
-
-
-@pytest.mark.parametrize("name", ["_telling", "_reading_until"])
-def test_what_threads_tell_each_other_is_only_written_under_the_lock(server, name):
-    unlocked, written = [], []
-
-    def write(robot, value):
-        written.append(value)
-        if not robot._changed._is_owned():
-            unlocked.append(value)
-        robot.__dict__[name] = value
-
-    watched = type("WatchedRobot", (Robot,), {name: property(lambda robot: robot.__dict__[name], write)})
-    with watched(server.url) as robot:
-        del unlocked[:]         # the constructor's
-        for _ in range(3):
-            robot.wait_for_state()
-    assert len(written) > 5 and unlocked == []
-    setattr(robot, name, 7)
-    assert unlocked == [7], "and the test would notice"
-
-
-def test_closing_stops_at_once_and_not_when_the_io_thread_finds_time(server, listens, monkeypatch):
-    monkeypatch.setattr("pioneer_control.client.robot.CLOSE_TIMEOUT", 10 * LIMIT)
-    hang, hanging = threading.Event(), threading.Event()
-
-    def listener(state):
-        if state.linear > 0.05:
-            hanging.set()
-            hang.wait(10 * LIMIT)
-
-    robot = Robot(server.url, **{listens: listener}, command_timeout=10 * LIMIT).start()
+def test_a_session_that_is_closed_during_a_hang_goes_on_to_its_end(server, hang):
+    robot = Robot(server.url, on_state=hang, command_timeout=10 * LIMIT, pulse=0).start()
     robot.wait_until_ready()
     robot.enable_motors()
     robot.set_velocity(0.3, 0.0)
-    assert hanging.wait(LIMIT)
-    told, take = [], server.firmware.receive
-    server.firmware.receive = lambda data: (told.append(data), take(data))
+    assert hang.hanging.wait(LIMIT)
+    robot.close(wait=False)
+    assert robot.wait_until_ended(LIMIT)
+    assert waiting(server)
+    robot.close()
+
+
+def test_listeners_are_called_in_order_and_one_at_a_time(server):
+    inside, order, overlaps = [], [], []
+
+    def listener(number):
+        def listen(state):
+            overlaps.extend(inside)
+            inside.append(number)
+            time.sleep(0.02)        # longer than it takes the other thread to have the next packet ready
+            order.append((number, state.time))
+            inside.remove(number)
+        return listen
+
+    robot = Robot(server.url, on_state=listener(1))
+    robot.listen(on_state=listener(2))
+    with robot:
+        until(lambda: len(order) > 10, "some states")
+    assert overlaps == []
+    assert [number for number, _ in order] == [1, 2] * (len(order) // 2)
+    assert [at for _, at in order] == sorted(at for _, at in order)
+
+
+def test_both_threads_take_turns(server):
+    """Whoever has told the listeners waits for the port, which the other has meanwhile."""
+    names = set()
+    with Robot(server.url, on_state=lambda state: names.add(threading.current_thread().name)):
+        until(lambda: len(names) == 2, "both of them")
+
+
+def test_what_threads_tell_each_other_is_only_written_under_the_lock(server):
+    unlocked, written = [], []
+
+    class Watched(threads.Connection):
+        @property
+        def read_until(self):
+            return self.__dict__["read_until"]
+
+        @read_until.setter
+        def read_until(self, value):
+            written.append(value)
+            if not robot._link.changed._is_owned():
+                unlocked.append(value)
+            self.__dict__["read_until"] = value
+
+    robot = Robot(server.url)
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(threads, "Connection", Watched)
+        with robot:
+            for _ in range(3):
+                robot.wait_for_state()
+            assert len(written) > 5 and unlocked == []
+            robot._link.connection.read_until = 0.0
+            assert unlocked == [0.0], "and the test would notice"
+
+
+def test_closing_stops_at_once_and_not_when_a_thread_finds_time(server, hang, monkeypatch):
+    monkeypatch.setattr("pioneer_control.client.threads.CLOSE_TIMEOUT", 10 * LIMIT)
+    robot = Robot(server.url, on_state=hang, command_timeout=10 * LIMIT).start()
+    robot.wait_until_ready()
+    robot.enable_motors()
+    robot.set_velocity(0.3, 0.0)
+    assert hang.hanging.wait(LIMIT)
+    told = heard_by(server)
     closing = threading.Thread(target=robot.close)
     closing.start()
     until(lambda: encode_command("STOP") in b"".join(told), "told to stop")
-    hang.set()
+    hang.__exit__()
     closing.join(LIMIT)
     assert waiting(server)
-
-
-def test_an_exception_in_a_listener_to_motion_stops_the_robot_too(server, monkeypatch):
-    loud = []
-    monkeypatch.setattr(threading, "excepthook", loud.append)
-    robot = Robot(server.url, on_motion=lambda motion: 1 / (robot.link.sips < 10)).start()
-    robot.wait_until_ready()
-    assert robot.wait_until_ended(LIMIT)
-    until(lambda: loud and waiting(server), "exception said, robot closed")
-    robot.close()
 
 
 def test_closing_without_waiting_has_written_the_stop_and_the_rest_follows(server):
     robot = Robot(server.url).start()
     robot.wait_until_ready(LIMIT)
-    written, write = [], robot._transport.write
-    robot._transport.write = lambda data: (written.append(data), write(data))
+    written, write = [], robot._link.connection.transport.write
+    robot._link.connection.transport.write = lambda data: (written.append(data), write(data))
     robot.close(wait=False)
     assert encode_command("STOP") in b"".join(written)
     assert encode_command("CLOSE") not in b"".join(written)
@@ -509,7 +498,7 @@ def test_a_write_that_fails_is_told_and_ends_the_link(server, by):
         raise LinkLostError("takes no more bytes")
 
     with Robot(server.url) as robot:
-        robot._transport.write = refuse
+        robot._link.connection.transport.write = refuse
         if by == "a command":
             with pytest.raises(LinkLostError, match="takes no more bytes"):
                 robot.set_velocity(0.1, 0.0)
@@ -517,35 +506,25 @@ def test_a_write_that_fails_is_told_and_ends_the_link(server, by):
         assert not robot.ready and "takes no more" in robot.link.last_error
 
 
-def test_a_line_that_is_found_dead_just_before_it_is_read_is_connected_again(server):
-    """A command writes to a line that takes nothing, which takes its time;
-    the I/O thread comes back from a listener meanwhile.
-    """
-    listening, found = threading.Event(), threading.Event()
-
-    def refuse(data):
-        found.set()
-        until(lambda: robot._thread_waits, "the I/O thread has looked for what is due")
-        raise LinkLostError("takes no more bytes")
-
-    class WatchedRobot(Robot):
-        _thread_waits = False
-
-        def _tell(self, events):
-            super()._tell(events)
-            self._thread_waits = found.is_set()
-
-    def listener(state):
-        if not listening.is_set():
-            listening.set()
-            assert found.wait(LIMIT)
-
-    robot = WatchedRobot(server.url, on_state=listener, reconnect=True)
+def test_a_line_that_is_found_dead_between_two_reads_is_connected_again(server):
+    """A command writes to a line that takes nothing while no thread reads it."""
+    robot = Robot(server.url, reconnect=True)
     with robot:
-        assert listening.wait(LIMIT)
-        robot._transport.write = refuse
-        with pytest.raises(LinkLostError):
-            robot.set_velocity(0.1, 0.0)
+        link, keep, broken = robot._link, robot._link._serve, threading.Event()
+
+        def refuse(data):
+            raise LinkLostError("takes no more bytes")
+
+        def break_first(connection):
+            if not broken.is_set():
+                connection.transport.write = refuse
+                with pytest.raises(LinkLostError):
+                    robot.set_velocity(0.1, 0.0)
+                broken.set()
+            return keep(connection)
+
+        link._serve = break_first
+        assert broken.wait(LIMIT)
         until(lambda: robot.link.reconnects, "connected again")
 
 
@@ -601,18 +580,39 @@ def test_two_clients_on_tcp_the_first_keeps_its_robot(server):
         keep_driving(first, 0.2, 0.0, lambda state: state.linear > 0.1)
 
 
-def test_motors_cannot_be_switched_from_a_listener(server):
+@pytest.mark.parametrize("closes", [False, True])
+def test_a_listener_may_switch_motors_and_close(server, closes):
     said = []
 
     def listener(event):
-        try:
+        if isinstance(event, Ready):
             robot.enable_motors()
-        except UsageError as error:
-            said.append(error)
+            said.append(robot.state.motors_enabled)
+            if closes:
+                robot.close()
 
-    robot = Robot(server.url, on_event=listener)
-    with robot:
-        until(lambda: said, "refused")
+    robot = Robot(server.url, on_event=listener).start()
+    until(lambda: said, "answered")
+    assert said == [True]
+    if closes:
+        assert robot.wait_until_ended(LIMIT)
+        until(lambda: waiting(server), "closed")
+    robot.close()
+
+
+def test_the_answer_to_a_request_for_the_motors_is_told(server):
+    events = []
+    with Robot(server.url, on_event=events.append) as robot:
+        robot.request_motors(True)
+        until(lambda: MotorsAnswered(True, True, None) in events, "on")
+        robot.enable_motors()
+        until(lambda: MotorsAnswered(True, False, None) in events, "on again")
+        with server.lock:
+            server.firmware.press_stop_button(True)
+        until(lambda: robot.state.stop_button, "pressed")
+        robot.request_motors(True)
+        until(lambda: any("STOP button" in str(event.error) for event in events if isinstance(event, MotorsAnswered)),
+              "refused")
 
 
 def test_threads_and_descriptors_are_given_back(server):

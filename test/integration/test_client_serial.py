@@ -120,8 +120,8 @@ def test_a_robot_left_driving_at_the_raised_speed_by_a_crash_is_found(server, pa
     first = Robot(server.pty_link, host_baud=115200).start()
     first.wait_until_ready(LIMIT)
     drive(first, lambda state: state.linear > 0.1)
-    with first._changed:        # a crash: the port is closed, and nobody says goodbye
-        first._transport.write = lambda data: None
+    with first._link.changed:       # a crash: the port is closed, and nobody says goodbye
+        first._link.connection.transport.write = lambda data: None
     first.close()
     assert server.firmware.session is FirmwareState.OPEN and server.firmware.baud == 115200
     with Robot(server.pty_link, host_baud=115200) as robot:

@@ -501,7 +501,7 @@ def test_a_robot_at_any_line_speed_is_found_in_a_bounded_time(given, robots, lef
 # That nothing was wrong would mean nothing if nothing could be.
 
 def breaks_the_dead_man(rig):
-    rig.session.drive.command_timeout = 60.0
+    rig.session.connected.drive.command_timeout = 60.0
     rig.commanding = None
     rig.run(1.0)
 
@@ -509,11 +509,11 @@ def breaks_the_dead_man(rig):
 def commands_by_itself(rig):
     rig.commanding = None
     rig.run(3.0)
-    rig.session.drive.set_velocity(0.1, 0.0, rig.now)
+    rig.session.connected.drive.set_velocity(0.1, 0.0, rig.now)
 
 
 def switches_motors_on_by_itself(rig):
-    rig.session.command(rig.now, p2os.encode_command("ENABLE", 1))
+    rig.session.connected.command(rig.now, p2os.encode_command("ENABLE", 1))
 
 
 def robot_switches_motors_on_by_itself(rig):
@@ -530,16 +530,16 @@ def coasts(rig):
 
 
 def pose_jumps(rig):
-    rig.session.odometry.x_counts += 200
+    rig.session.phase.odometry.x_counts += 200
 
 
 def pose_turns(rig):
-    rig.session.odometry.heading_units += 200
+    rig.session.phase.odometry.heading_units += 200
 
 
 def queue_builds_up(rig):
     for _ in range(50):
-        rig.session._line._write(p2os.encode_command("PULSE"))
+        rig.session.line.say(p2os.encode_command("PULSE"))
 
 
 @pytest.mark.parametrize("misdeed, said", [

@@ -8,7 +8,7 @@ import random
 import pytest
 
 from pioneer_control import p2os
-from pioneer_control.client.session import Phase, Session
+from pioneer_control.client.session import Session
 from pioneer_control.client.settings import Settings
 from pioneer_control.client.state import RobotState
 from pioneer_control.robots import find_model
@@ -26,18 +26,17 @@ class Drive:
     def __init__(self, subtype, seed):
         self.chance = random.Random(seed)
         self.firmware = Firmware(find_model(subtype), load_world("empty"), seed=seed)
-        self.session = Session(subtype, (), Settings())
         self.now = 0.0
+        self.session = Session(subtype, (), Settings(), self.now)
         self.to_lose = 0
         self.lost_rows = 0
         self.compared = 0
         self.start = None
         self.wraps = {(axis, way): 0 for axis in "xy" for way in ("up", "down")}
         self.counts = self.firmware.internal_counts
-        self.session.start(self.now)
 
     def step(self):
-        for action in self.session.take_actions():
+        for action in self.session.data_to_send():
             self.firmware.receive(action)
         sent = self.firmware.advance(STEP)
         self.now += STEP
@@ -45,7 +44,7 @@ class Drive:
         if sent and not self._loses(sent):
             self.session.receive(sent, self.now)
         self.session.tick(self.now)
-        for event in self.session.take_events():
+        for event in self.session.events():
             if isinstance(event, RobotState):
                 self._compare(event)
 
@@ -53,12 +52,13 @@ class Drive:
         """One step towards a point of the robot's own frame (m)."""
         state = self.state
         towards = math.remainder(math.atan2(y - state.y, x - state.x) - state.heading, 2 * math.pi)
-        self.session.drive.set_velocity(1.5 if abs(towards) < 0.3 else 0.1, max(-1.0, min(1.0, 2 * towards)), self.now)
+        self.session.connected.drive.set_velocity(
+            1.5 if abs(towards) < 0.3 else 0.1, max(-1.0, min(1.0, 2 * towards)), self.now)
         self.step()
         return math.hypot(x - self.state.x, y - self.state.y)
 
     def _loses(self, sent):
-        if self.session.phase is not Phase.READY:
+        if not self.session.connected:
             return False
         if not self.to_lose and self.chance.random() < 0.02:
             self.to_lose, self.lost_rows = LOST_IN_A_ROW, self.lost_rows + 1
@@ -83,16 +83,16 @@ class Drive:
 @pytest.mark.parametrize("subtype", ["p3dx-sh", "p3dx", "p2at"])
 def test_counts_are_exact_across_wraps_and_lost_packets(subtype):
     drive = Drive(subtype, seed=3)
-    while drive.session.phase is not Phase.READY:
+    while not drive.session.connected:
         drive.step()
-    request = drive.session.drive.request_motors(True, drive.now, 2.0)
+    request = drive.session.connected.drive.request_motors(True, drive.now, 2.0)
     while not request.done:
         drive.step()
-    drive.session.command(drive.now, p2os.encode_command("SETV", 1500))
+    drive.session.connected.command(drive.now, p2os.encode_command("SETV", 1500))
     for _ in range(150):        # back and forth across zero, where the counts wrap too
         command = drive.chance.uniform(-0.75, 0.75), drive.chance.uniform(-1.5, 1.5)
         for _ in range(drive.chance.randrange(5, 100)):
-            drive.session.drive.set_velocity(*command, drive.now)
+            drive.session.connected.drive.set_velocity(*command, drive.now)
             drive.step()
     far = WRAP * find_model(subtype).dist_mm_per_unit / 1000 + 1.5
     for target in ((far, far), (-2.0, -2.0), (-far, 2.0), (2.0, -far), (0.0, 0.0)):

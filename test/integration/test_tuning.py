@@ -77,7 +77,7 @@ def turns_in_a_turn(rig):
 
 def reported(field):
     """What CONFIGpac says, when asked anew."""
-    return lambda rig: getattr(rig.session.identity.config, field)
+    return lambda rig: getattr(rig.session.connected.identity.config, field)
 
 
 # A setting, what shows it, and what that is on a robot as it comes and on one that was told.
@@ -123,13 +123,14 @@ def test_a_setting_has_its_effect(name):
 
 def test_what_is_set_at_run_time_has_its_effect_at_once_and_is_gone_after_close():
     run = rig(wall=False)
-    run.session.tune(Tuning(ticks_mm=64, max_linear_acceleration=0.1), run.now)
+    tuning = Tuning(ticks_mm=64, max_linear_acceleration=0.1)
+    run.session.use(replace(run.session._link.settings, tuning=tuning), run.now)
     run.until(lambda: run.of(Tuned))
     assert [(change.name, change.old, change.new) for change in run.of(Tuned)[0].changes] == [
         ("max_linear_acceleration", pytest.approx(0.3), pytest.approx(0.1)), ("ticks_mm", 128, 64)]
     assert seconds_to_go(run) == pytest.approx(3.0, abs=0.05)
     run.session.close(run.now)
-    run.until(lambda: run.session.phase.value == "finished")
+    run.until(lambda: run.session.finished)
     hardware = run.firmware.hardware
     assert (hardware.wheels.ticks_per_mm, hardware.drives.linear.limits.rise) == (128, pytest.approx(0.3))
 
@@ -139,7 +140,7 @@ def test_what_is_beyond_the_robots_top_is_reported_as_not_taken():
     run.until(lambda: run.of(Tuned))
     change, = run.of(Tuned)[0].changes
     assert change.new == pytest.approx(2.0) and "did not take it" in change.problem
-    assert run.session.identity.config.translation_acceleration_mm_s2 == 2000
+    assert run.session.connected.identity.config.translation_acceleration_mm_s2 == 2000
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,7 @@ def told(monkeypatch, record, script):
     differences = []
     life = Life(monkeypatch, script, PlayedRobot(record, say=lambda time, sentence: differences.append(sentence)),
                 url="socket://robot:1")
-    return list(map(wire_log.line_of, life.told)), differences
+    return wire_log.lines_of(life.told), differences
 
 
 def waits(life):

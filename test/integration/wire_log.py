@@ -10,7 +10,7 @@ import pathlib
 import sys
 import time
 
-from pioneer_control.client import LinkDown, Robot, RobotState
+from pioneer_control.client import LinkDown, MotorsAnswered, Robot, RobotState
 from pioneer_control.p2os import GripperCommand
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.line import LineSimulation, Server, fault_of
@@ -34,6 +34,11 @@ def simulation():
 def on_its_line(*, seed=SEED, faults=FAULTS):
     """It on its line."""
     return LineSimulation(simulation(), seed, [fault_of(words) for words in faults])
+
+
+def lines_of(told):
+    """What the client told, as lines of text. Answers to what the program asked for are left out."""
+    return [line_of(said) for said in told if not isinstance(said, MotorsAnswered)]
 
 
 def line_of(said):
@@ -117,14 +122,14 @@ class Live:
 
     def _tell(self, said):
         (self.states if isinstance(said, RobotState) else self.events).append(said)
-        self.told.append(line_of(said))
+        self.told.append(said)
 
 
 def main():
     """Make the files."""
     with Server(simulation(), tcp=0, seed=SEED, faults=[fault_of(words) for words in FAULTS], record=str(RECORD),
                 say=print) as server:
-        told = Live(server.url).told
+        told = lines_of(Live(server.url).told)
     TOLD.write_text("\n".join(told) + "\n", encoding="utf-8")
     print(len(told), "told;", RECORD.stat().st_size, "bytes;",
           [line for line in told if " " not in line or line.startswith("Link")])

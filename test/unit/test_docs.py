@@ -9,10 +9,10 @@ from typing import List
 import pytest
 import yaml
 
-from pioneer_control.client import drive, handshake, host_baud, session, velocities
+from pioneer_control.client import drive, handshake, host_baud, phases, velocities
 from pioneer_control.client.identity import DEFAULT_WATCHDOG
 from pioneer_control.client.line import LONGEST_QUEUE
-from pioneer_control.client.robot import BACK_OFF
+from pioneer_control.client.threads import BACK_OFF
 from pioneer_control.client.tuning import ROWS
 from pioneer_control.driver import health, notices
 from pioneer_control.driver.parameters import TUNING, DriverParameters, check_parameters
@@ -130,9 +130,9 @@ SENTENCES = [
     ("exact on average over a second", velocities.ROUNDING_PERIOD == 1.0),
     ("slowed down within %g s", drive.REFRESH),
     ("it stands for %g s though it is told to drive", drive.MOVES_WITHIN),
-    ("link lost after %.1f s without a packet", session.SILENCE),
-    ("up to %g s to come to rest", session.STAND_TIMEOUT),
-    ("after %g s without a packet the first thing sent is a stop", DEFAULT_WATCHDOG * session.WATCHDOG_MARGIN),
+    ("link lost after %.1f s without a packet", phases.SILENCE),
+    ("up to %g s to come to rest", phases.STAND_TIMEOUT),
+    ("after %g s without a packet the first thing sent is a stop", DEFAULT_WATCHDOG * phases.WATCHDOG_MARGIN),
     ("2 s after the last packet, by its own watchdog", DEFAULT_WATCHDOG == 2.0),
     ("beyond %d waiting other commands", LONGEST_QUEUE),
     ("tries again %g s after each attempt", BACK_OFF),

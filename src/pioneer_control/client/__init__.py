@@ -12,37 +12,48 @@
 Leaving the block in any way stops the robot, switches its motors off and closes the connection. ``python3 -m pioneer_control.client PORT``
 prints what the robot is and moves nothing.
 
-Open ``robot.py`` first, then ``session.py``. From the wire upwards:
+Open ``robot.py`` first, then ``session.py`` and ``phases.py``. From the wire upwards:
 
-================  ====================================================================================
-``transport``     bytes through a serial port, a pty or TCP: the URL chooses
-``line``          when bytes may go out: pace, one pending velocity, a stop overtakes
-``script``        what is done step by step: the form of the next two
-``handshake``     listen, sync, identify: from an unknown state to a robot that has said its name
-``host_baud``     a faster serial line for one session, and back where that does not work
-``drive``         velocities, dead man, motors: what to say until the robot does it
-``link_check``    questions while it is driven, to see whether what is sent arrives
-``data``          packets besides the SIP, asked for until they come
-``velocities``    of the robot or of its wheels: limits, and units of the wire that are right on average
-``tuning``        settings of the robot itself: the table of them, and what became of each
-``tuner``         tells them, and asks the robot whether it took them
-``session``       all of that for one connection, sans-I/O: bytes and time in, bytes and events out
-``gyro``          readings of one that the client has to read to turn rates
-``gripper``       what it is told, and what it reports
-``identity``      what the robot says it is, joined with the table of models
-``odometry``      15-bit counts to an exact pose
-``state``         one SIP to one Motion and one RobotState in SI units
-``settings``      what the user wants of a connection, checked once
-``events``        what a listener hears besides motions and states
-``robot``         the I/O thread around it, and the calls a program makes
-================  ====================================================================================
+=================  ====================================================================================
+``transport``      bytes through a serial port, a pty or TCP: the URL chooses
+``line``           when bytes may go out: pace, one pending velocity, a stop overtakes
+``script``         what is done step by step: the form of the next two
+``handshake``      listen, sync, identify: from an unknown state to a robot that has said its name
+``host_baud``      a faster serial line, and back where that does not work
+``drive``          velocities, dead man, motors: what to say until the robot does it
+``velocities``     of the robot or of its wheels: limits, and units of the wire that are right on average
+``link_check``     questions while it is driven, to see whether what is sent arrives
+``data_requests``  packets besides the SIP, asked for until they come
+``tuning``         settings of the robot itself: the table of them, and what became of each
+``tuner``          tells them, and asks the robot whether it took them
+``odometry``       15-bit counts to an exact pose
+``gripper``        what it is told, and what it reports
+``gyro``           readings of one that the client has to read to turn rates
+``identity``       what the robot says it is, joined with the table of models
+``state``          one SIP to one RobotState in SI units
+``events``         what listeners are told: states, and all else that happens
+``settings``       what the user wants of a connection, checked once
+``phases``         the phases of a connection, each an object; the table of what follows what
+``session``        one connection, sans-I/O: bytes and time in, bytes and events out
+``threads``        the two threads that have port and time, and tell the listeners
+``robot``          the calls that a program makes
+=================  ====================================================================================
+
+**How a connection lives.** A Session has a phase, and the phase has what is true in it: a connected robot has its drive, odometry, tuner and so on,
+and no other phase has them. A phase returns an outcome when it is over; one table (phases.TRANSITIONS) says what follows. A packet is decoded once,
+and a SIP becomes one RobotState. Nobody is called back in the midst of a change: the owner asks data_to_send() and events() when a call has returned.
+
+**How the threads work.** Two threads take turns. One has the port: it reads, keeps the time and sends. When there is something to tell, it leaves the
+port to the other and tells the listeners itself. A command is written by the thread that gives it, under the same lock. So neither a listener nor a
+program that is busy holds up the line: the dead man and every stop work on.
 """
 
-from .events import BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, MotionCleared, PacketReceived, Ready, Tuned, Unmoved
+from .events import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, MotionCleared, MotorsAnswered, PacketReceived, Ready, StatesMissed, Tuned,
+                     Unmoved)
 from .gripper import GripperReading
 from .identity import RobotIdentity
 from .robot import LinkCounts, Robot
-from .state import NO_ECHO, Motion, RobotState, SonarRange
+from .state import NO_ECHO, RobotState, SonarRange
 from .tuning import Change, Tuning
 
 __all__ = [
@@ -55,14 +66,15 @@ __all__ = [
     "LineSpeed",
     "LinkCounts",
     "LinkDown",
-    "Motion",
     "MotionCleared",
+    "MotorsAnswered",
     "PacketReceived",
     "Ready",
     "Robot",
     "RobotIdentity",
     "RobotState",
     "SonarRange",
+    "StatesMissed",
     "Tuned",
     "Tuning",
     "Unmoved",

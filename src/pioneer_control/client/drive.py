@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple
 
 from ..errors import NotConfirmedError, PioneerError, RefusedError, UsageError
 from ..p2os import encode_command
-from .events import CommandTimedOut, Event, MotionCleared, Unmoved
+from .events import CommandTimedOut, Event, MotionCleared, MotorsAnswered, Unmoved
 from .identity import RobotIdentity
 from .line import Companion, Line
 from .state import RobotState
@@ -23,10 +23,18 @@ MOTORS = {on: encode_command("ENABLE", int(on)) for on in (False, True)}
 
 
 class MotorsRequest:
-    """Somebody wants the motors on or off: done when the robot's flags say so, or given up with ``error`` set."""
+    """Motors on or off: done when the robot's flags say so, or given up with ``error`` set.
 
-    def __init__(self, on: bool, now: float, timeout: float) -> None:
-        self.on = on
+    Args:
+        on: what is wanted.
+        now: monotonic time in s.
+        timeout: s until it is given up.
+        changes: whether the motors are otherwise now, as far as the robot has said.
+        asked: whether the user asked for it.
+    """
+
+    def __init__(self, on: bool, now: float, timeout: float, changes: bool, asked: bool) -> None:
+        self.on, self.changes, self.asked = on, changes, asked
         self.asked_at = now         # last
         self.answer_from = now + UNDER_WAY
         self.give_up_at = now + timeout
@@ -39,7 +47,7 @@ class MotorsRequest:
 
 
 class Drive:
-    """Set points and motors of one ready robot. ``now`` is monotonic time in s; what happened by itself is appended to ``events``.
+    """Set points and motors of one connected robot. ``now`` is monotonic time in s; what happened by itself is appended to ``events``.
 
     ``companion`` goes with each velocity.
     """
@@ -110,7 +118,9 @@ class Drive:
         if request is None or request.on != on:
             if request is not None:
                 self._answer_motors(request, NotConfirmedError("overtaken by another motor command"))
-            request = self._motors = MotorsRequest(on, now, timeout)
+            changes = self._state is None or self._state.motors_enabled != on
+            request = self._motors = MotorsRequest(on, now, timeout, changes, asked=True)
+        request.asked = True
         if not (on and self._state is not None and self._state.motors_enabled):
             self._stand(now, STOP)
         self._judge_motors(now, seen=False)
@@ -147,9 +157,9 @@ class Drive:
 
     def abandon(self, error: PioneerError) -> None:
         """The link is gone: whoever waits for motors waits in vain."""
-        if self._motors is not None:
-            self._motors.finish(error)
-            self._motors = None
+        request, self._motors = self._motors, None
+        if request is not None:
+            self._answer_motors(request, error)
 
     def _want(self, driven: Velocity, wanted: Tuple[float, float], now: float) -> None:
         if wanted == (0, 0):
@@ -216,12 +226,14 @@ class Drive:
     def _answer_motors(self, request: MotorsRequest, error: Optional[PioneerError] = None) -> None:
         """An ENABLE 1 that still waits for the line must not be said any more: the robot may have taken the motors away meanwhile."""
         request.finish(error)
+        if request.asked:
+            self._events.append(MotorsAnswered(request.on, request.changes, error))
         if request.on:
             self._line.withdraw(MOTORS[True])
 
     def _take_back(self, now: float) -> None:
         """Whoever asked for the motors hears that they are off: an ENABLE 1 that the robot obeys late must not stand, nor an ENABLE 0 be lost."""
-        self._motors = MotorsRequest(False, now, TAKE_BACK)
+        self._motors = MotorsRequest(False, now, TAKE_BACK, changes=True, asked=False)
         self._send_motors(self._motors, now)
 
 

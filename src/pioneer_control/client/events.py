@@ -1,9 +1,10 @@
-"""What a listener hears besides the stream of motions and states: one small value per thing that happened on the link."""
+"""What a listener is told: the states of the robot, and one small value for each other thing that happens on the link."""
 
-from typing import Any, NamedTuple, Tuple, Union
+from typing import Any, NamedTuple, Optional, Tuple, Union
 
 from ..errors import PioneerError
 from .identity import RobotIdentity
+from .state import RobotState
 from .tuning import Change
 
 
@@ -41,6 +42,24 @@ class Unmoved(NamedTuple):
     """s for which it has stood."""
 
 
+class MotorsAnswered(NamedTuple):
+    """A request for the motors has its answer."""
+
+    on: bool
+    """what was asked for"""
+    changed: bool
+    """whether the motors were otherwise before"""
+    error: Optional[PioneerError]
+    """why the robot did not do it; None when it did"""
+
+
+class StatesMissed(NamedTuple):
+    """The listeners were too slow: the oldest states and packets that waited for them were dropped. No other event ever is."""
+
+    number: int
+    """since the last time that this was told"""
+
+
 class BaudFound(NamedTuple):
     """The robot answered at another line speed than the one given."""
 
@@ -74,4 +93,5 @@ class PacketReceived(NamedTuple):
     """... of its first byte: ``time`` without what the line took to carry it."""
 
 
-Event = Union[Ready, LinkDown, CommandTimedOut, MotionCleared, Unmoved, BaudFound, LineSpeed, Tuned, PacketReceived]
+Event = Union[
+    RobotState, Ready, LinkDown, CommandTimedOut, MotionCleared, Unmoved, MotorsAnswered, StatesMissed, BaudFound, LineSpeed, Tuned, PacketReceived]

@@ -22,6 +22,7 @@ from .script import Clock, Script, pause
 
 CAN_CHANGE = (1, 2)     # autobaud in CONFIGpac: HOSTBAUD is obeyed; autobaud besides
 COME_TO_REST = 1.0      # s that a robot gets which still rolls when it is found
+MOST_BREAKS = 2         # times in a row that the link may break over it: once may be chance
 TRIES = 2               # a HOSTBAUD may be lost like anything else
 BACK_TRIES = 3          # times that a robot which cannot be understood is told to go back
 SETTLE = 0.05           # s for HOSTBAUD to arrive and be obeyed (10 ms), and for what was under way to be gone
@@ -31,56 +32,59 @@ ASK_AGAIN = 0.2         # s; CONFIGpac alone takes 0.14 s at 9600 baud
 
 
 class HostBaud:
-    """Another speed, where it is wanted and the robot can.
+    """Another speed, where it is wanted and the robot can. One for all connections of a client: what does not work is not tried again.
 
-    Args:
-        line: to the robot; at its own speed when the script begins.
-        url: for the error message.
-        wanted: the other speed; None: its own will do.
-        clock: tells monotonic time (s).
+    Attributes:
+        wanted: the other speed (baud); None: the robot's own will do.
     """
 
-    def __init__(self, line: Line, url: str, wanted: Optional[int], clock: Clock) -> None:
-        self.failed = False
-        """Whether it was tried and does not work."""
-        self.under_way = False
-        """Whether it was begun and did not end well or badly: of a session that is over, that the link broke over it."""
-        self._line = line
-        self._url = url
-        self._wanted = wanted
-        self._clock = clock
+    def __init__(self, wanted: Optional[int]) -> None:
+        self.wanted = wanted
+        self._breaks = 0    # times in a row that it was begun, and the link broke over it
 
-    def script(self, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, List[LineSpeed]]:
+    def script(self, line: Line, url: str, clock: Clock, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, List[LineSpeed]]:
         """Take a serial line there, if the robot stands. Returns what there is to say; LinkLostError when the robot was lost over it.
 
         Args:
+            line: to the robot, at its own speed.
+            url: for the error message.
+            clock: tells monotonic time (s).
             config: what the robot says that it is.
             sip: its newest.
         """
-        own, wanted = self._line.baud, self._wanted
+        own, wanted = line.baud, self.wanted
         if own is None or wanted is None or wanted == own:
             return []
-        problem = yield from self._hindrance(own, config, sip)
-        if problem:
+        if self._breaks == MOST_BREAKS:
+            self.wanted = None
+            problem = "the link broke %d times when its line was to change to %d baud; not tried again" % (MOST_BREAKS, wanted)
             return [LineSpeed(own, problem)]
-        self.under_way = True
-        works = yield from _change_baud(self._line, wanted, self._clock)
-        self.under_way, self.failed = False, works != wanted
+        problem = yield from _hindrance(own, clock, config, sip)
+        if problem:
+            self._breaks = 0
+            return [LineSpeed(own, problem)]
+        self._breaks += 1
+        works = yield from _change_baud(line, wanted, clock)
+        self._breaks = 0
+        if works == wanted:
+            return [LineSpeed(wanted, "")]
+        self.wanted = None
         if works is None:       # it may be at the other speed now, out of reach until it is switched off and on: that is risked only once
-            raise LinkLostError("%s: lost the robot when its line was to change from %d to %d baud; not tried again" % (self._url, own, wanted))
-        return [LineSpeed(works, "no answer at %d baud; not tried again" % wanted if self.failed else "")]
+            raise LinkLostError("%s: lost the robot when its line was to change from %d to %d baud; not tried again" % (url, own, wanted))
+        return [LineSpeed(works, "no answer at %d baud; not tried again" % wanted)]
 
-    def _hindrance(self, own: int, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, str]:
-        """Why it cannot be done; empty when the robot can change its speed and has come to rest."""
-        if own not in p2os.BAUD_RATES:
-            return "there would be no way back to it"
-        if config is None or config.autobaud not in CAN_CHANGE:
-            return "the robot's firmware cannot change it"
-        deadline = self._clock() + COME_TO_REST
-        while not stands(sip) and self._clock() < deadline:
-            packet = yield deadline
-            sip = packet if isinstance(packet, p2os.Sip) else sip
-        return "" if stands(sip) else "the robot does not stand still"
+
+def _hindrance(own: int, clock: Clock, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, str]:
+    """Why it cannot be done; empty when the robot can change its speed and has come to rest."""
+    if own not in p2os.BAUD_RATES:
+        return "there would be no way back to it"
+    if config is None or config.autobaud not in CAN_CHANGE:
+        return "the robot's firmware cannot change it"
+    deadline = clock() + COME_TO_REST
+    while not stands(sip) and clock() < deadline:
+        packet = yield deadline
+        sip = packet if isinstance(packet, p2os.Sip) else sip
+    return "" if stands(sip) else "the robot does not stand still"
 
 
 def stands(sip: p2os.Sip) -> bool:

@@ -7,7 +7,7 @@ second none is lost there.
 
 import math
 from collections import deque
-from typing import Callable, Deque, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Callable, Deque, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 GAP = 0.004             # s per command: firmware may drop what comes faster than one in 3 to 5 ms (ARCOS manual)
 AHEAD_OF_ROBOT = 3 * GAP    # s by which a velocity may be ahead of that: two go at once, and a STOP behind them is still of the six in a row of ARIA
@@ -22,6 +22,8 @@ class SetBaud(NamedTuple):
     baud: int
 
 
+Action = Union[bytes, SetBaud]
+"""Bytes are to be written in one piece."""
 Companion = Callable[[float], Sequence[bytes]]
 """What is to go with a velocity that is written at this time."""
 
@@ -40,25 +42,26 @@ class _Velocity(NamedTuple):
 
 
 class Line:
-    """The outgoing half of a connection: what is due goes to ``write`` in one piece per call.
+    """The outgoing half of a connection. What is due now is in data_to_send() after each call.
 
     Order: a stop at once; then commands, first come first served, and the newest velocity, in turn. ``now`` is monotonic time in s everywhere.
 
     Args:
-        write: takes the bytes of one write, or a change of the line speed.
         baud: of a serial line; None when only the robot's pace counts.
         revival: what must go ahead of anything else after a silence of ``watchdog`` s, because any packet would bring a robot's old set points
             back to life (protocol 2.4).
     """
 
-    def __init__(self, write: Callable[[Union[bytes, SetBaud]], None], baud: Optional[int], revival: Sequence[bytes]) -> None:
+    def __init__(self, baud: Optional[int], revival: Sequence[bytes]) -> None:
         self.baud = baud
+        self.byte_time = BITS_PER_BYTE / baud if baud else 0.0
+        """How long (s) a byte is under way, in either direction; 0 where there is no line speed (TCP)."""
         self.watchdog = math.inf
         self.last_sent = -math.inf
         self.free_at = -math.inf
         """When all that was written is carried, and the robot is ready for more: by GAP."""
         self._carried_at = -math.inf    # when all that was written is carried
-        self._write = write
+        self._to_send: List[Action] = []
         self._revival = revival
         self._stopped = False           # no velocity was written since the last stop
         self._commands: Deque[Sequence[bytes]] = deque()
@@ -84,13 +87,22 @@ class Line:
         return len(self._commands) >= LONGEST_QUEUE
 
     def transfer_time(self, count: int) -> float:
-        """How long (s) so many bytes are under way, in either direction; 0 where there is no line speed (TCP)."""
-        return count * BITS_PER_BYTE / self.baud if self.baud else 0.0
+        """How long (s) so many bytes are under way, in either direction."""
+        return count * self.byte_time
+
+    def data_to_send(self) -> List[Action]:
+        """What is to be done on the line now, in order; each only once."""
+        actions, self._to_send = self._to_send, []
+        return actions
 
     def set_baud(self, baud: int) -> None:
         """Go on at another line speed."""
-        self.baud = baud
-        self._write(SetBaud(baud))
+        self.baud, self.byte_time = baud, BITS_PER_BYTE / baud
+        self._to_send.append(SetBaud(baud))
+
+    def say(self, data: bytes) -> None:
+        """Send this at once, behind what is on its way, whatever the line carries: for a link that has no time left."""
+        self._to_send.append(data)
 
     def drop(self) -> None:
         """Forget all that waits."""
@@ -152,4 +164,4 @@ class Line:
         self._carried_at = max(now, self._carried_at) + seconds
         self.free_at = max(now, self.free_at) + max(seconds, len(packets) * GAP)
         self.last_sent = now
-        self._write(data)
+        self._to_send.append(data)

@@ -32,6 +32,8 @@ class LinkCheck:
     """
 
     def __init__(self, cycle: float, transfer_time: Callable[[int], float]) -> None:
+        self.asks = True
+        """Whether questions are asked at all."""
         self._every = max(EVERY, CYCLES * cycle, transfer_time(len(ANSWER)) / SHARE)
         self._open: Deque[float] = deque()      # when the questions were asked that have no answer yet
         self._last_asked = -math.inf
@@ -58,7 +60,7 @@ class LinkCheck:
 
     def question(self, now: float) -> Sequence[bytes]:
         """What goes with a velocity that is written now."""
-        if now < self._last_asked + (self._every if self._answered or self._asked < TRIES else SELDOM):
+        if not self.asks or now < self._last_asked + (self._every if self._answered or self._asked < TRIES else SELDOM):
             return ()
         self._last_asked = now
         if self._surplus >= TOO_MANY:
@@ -73,6 +75,8 @@ class LinkCheck:
 
     def saw_answer(self) -> bool:
         """Take an answer, as that to the newest question: where one was lost, the next must not stand for it. Returns whether a question was open."""
+        if not self.asks:
+            return False
         self._surplus += 1
         if not self._open:
             return False

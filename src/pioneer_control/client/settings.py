@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Optional
+from typing import FrozenSet, Optional
 
 from ..errors import ParameterError
 from ..p2os import BAUD_RATES
@@ -28,6 +28,8 @@ class Settings:
     tuning: Tuning = Tuning()
     host_baud: Optional[int] = None
     link_check: bool = True
+    data: FrozenSet[str] = frozenset()
+    """Kinds of packets to be asked for (data_requests.DATA)."""
 
     def __post_init__(self) -> None:
         _check("pulse", self.pulse, self.pulse >= 0, "0 (none) or more seconds")

@@ -1,9 +1,9 @@
-"""From one SIP to one Motion and one RobotState: the only place where units of the wire become SI."""
+"""From one SIP to one RobotState: the only place where units of the wire become SI."""
 
 import math
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 from .. import p2os
 from ..p2os import Flags
@@ -30,8 +30,8 @@ class SonarRange(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Motion:
-    """Where the robot is and how fast it moves, by one SIP, in SI units.
+class RobotState:
+    """All that the robot reported in one SIP, in SI units; one stamp for all of it. A field that older firmware does not send is None.
 
     Poses are in the odometry frame, velocities in base_link (REP 103: x forward, y left, counter-clockwise positive).
     """
@@ -50,17 +50,6 @@ class Motion:
     """m/s forward, as measured by the wheels"""
     angular: float
     """rad/s counter-clockwise"""
-
-    @property
-    def moving(self) -> bool:
-        """Whether the wheels report any speed."""
-        return bool(self.linear or self.angular)
-
-
-@dataclass(frozen=True)
-class RobotState(Motion):
-    """All that the robot reported in one SIP, in SI units; one stamp for all of it. A field that older firmware does not send is None."""
-
     wheel_velocities: Tuple[float, float]
     """left, right, m/s forward"""
     wheel_angles: Optional[Tuple[float, float]]
@@ -97,9 +86,14 @@ class RobotState(Motion):
     state_of_charge: Optional[float]
     """0..1"""
 
+    @property
+    def moving(self) -> bool:
+        """Whether the wheels report any speed."""
+        return bool(self.linear or self.angular)
+
 
 class StateReader:
-    """Turns the SIPs of one robot into motions and states; remembers what a single SIP does not carry: odometry and the sonar's last words."""
+    """Turns the SIPs of one robot into states; remembers what a single SIP does not carry: odometry and the sonar's last words."""
 
     def __init__(self, identity: RobotIdentity, odometry: Odometry) -> None:
         self.odometry = odometry
@@ -117,42 +111,38 @@ class StateReader:
         self._said: Optional[Tuple] = None
         self._status: Dict[str, Any] = {}
 
-    def move(self, sip: Union[p2os.SipMotion, p2os.Sip], time: float, transfer_time: float = 0.0) -> Optional[Motion]:
-        """The motion by this SIP, which was whole at ``time`` (monotonic, s) after ``transfer_time`` s on the line. Once for each.
+    def read(self, sip: p2os.Sip, time: float, sent_time: float) -> Optional[RobotState]:
+        """The state after this SIP, which was whole at ``time`` and begun at ``sent_time`` (monotonic, s). Once for each.
 
         None for one that nobody can believe: it would have the robot where it cannot be (Odometry.update).
         """
-        if not self.odometry.update(sip.x_counts, sip.y_counts, sip.heading_units, time - self._read_at):
+        odometry, model = self.odometry, self.identity.model
+        if not odometry.update(sip.x_counts, sip.y_counts, sip.heading_units, time - self._read_at):
             return None
         self._read_at = time
-        x, y, heading = self.odometry.pose
-        left, right = self._wheel_velocities(sip)
-        return made(Motion, {
+        self._take_sonar(sip, time)
+        said = STATUS(sip)
+        if said != self._said:      # hardly ever: it is read once
+            self._said, self._status = said, self._read_status(sip)
+        x, y, heading = odometry.pose
+        m_s_per_unit = model.vel_mm_s_per_unit / 1000
+        left, right = sip.left_velocity_units * m_s_per_unit, sip.right_velocity_units * m_s_per_unit
+        if sip.rotation_velocity_ddeg_s is None:        # firmware without ROTVEL leaves it to the difference of the wheels
+            angular = (right - left) / 2 * 1000 * model.diff_rad_per_mm
+        else:
+            angular = math.radians(sip.rotation_velocity_ddeg_s / 10)
+        return made(RobotState, {
             "time": time,
-            "sent_time": time - transfer_time,
+            "sent_time": sent_time,
             "x": x,
             "y": y,
             "heading": heading,
             "linear": (left + right) / 2,
-            "angular": self._angular(sip, left, right),
-        })
-
-    def read(self, sip: p2os.Sip, motion: Motion) -> RobotState:
-        """The state after this SIP, whose motion is this, the newest. Its pose is that of now: the odometry may have been reset since."""
-        self._hear(sip, motion.time)
-        said = STATUS(sip)
-        if said != self._said:      # hardly ever: it is read once
-            self._said, self._status = said, self._read_status(sip)
-        x, y, heading = self.odometry.pose
-        return made(RobotState, {
-            **vars(motion),
-            "x": x,
-            "y": y,
-            "heading": heading,
-            "wheel_velocities": self._wheel_velocities(sip),
+            "angular": angular,
+            "wheel_velocities": (left, right),
             "wheel_angles": self._wheel_angles(),
-            "x_counts": self.odometry.x_counts,
-            "y_counts": self.odometry.y_counts,
+            "x_counts": odometry.x_counts,
+            "y_counts": odometry.y_counts,
             "sonar": tuple(self._sonar),
             "analog_voltage": None if sip.analog is None else sip.analog * 5 / 255,
             **self._status,
@@ -182,17 +172,6 @@ class StateReader:
             state_of_charge=sip.state_of_charge_percent / 100 if sip.state_of_charge_percent else None,
         )
 
-    def _wheel_velocities(self, sip: Union[p2os.SipMotion, p2os.Sip]) -> Tuple[float, float]:
-        """left, right, m/s"""
-        m_s_per_unit = self.identity.model.vel_mm_s_per_unit / 1000
-        return sip.left_velocity_units * m_s_per_unit, sip.right_velocity_units * m_s_per_unit
-
-    def _angular(self, sip: Union[p2os.SipMotion, p2os.Sip], left: float, right: float) -> float:
-        """Turning speed (rad/s); firmware without ROTVEL leaves it to the difference of the wheels (m/s)."""
-        if sip.rotation_velocity_ddeg_s is None:
-            return (right - left) / 2 * 1000 * self.identity.model.diff_rad_per_mm
-        return math.radians(sip.rotation_velocity_ddeg_s / 10)
-
     def _wheel_angles(self) -> Optional[Tuple[float, float]]:
         """From the way that the robot went and turned: its own odometry is made of the same wheels, and no packet has to be asked for."""
         model, odometry = self.identity.model, self.odometry
@@ -201,7 +180,7 @@ class StateReader:
         half_difference = odometry.turned / model.diff_rad_per_mm / 1000
         return (odometry.travel - half_difference) / model.wheel_radius, (odometry.travel + half_difference) / model.wheel_radius
 
-    def _hear(self, sip: p2os.Sip, time: float) -> None:
+    def _take_sonar(self, sip: p2os.Sip, time: float) -> None:
         mm_per_unit, fitted, sonar = self.identity.model.range_mm_per_unit, self._fitted, self._sonar
         for reading in sip.sonar:
             if reading.number in fitted:

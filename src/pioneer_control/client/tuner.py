@@ -8,7 +8,6 @@ from ..p2os import knows
 from .events import Event, Tuned
 from .identity import CONFIG, RobotIdentity
 from .line import Line
-from .state import RobotState
 from .tuning import ROWS, Change, Tuning
 
 TRIES = 4               # rounds in which a value is sent
@@ -27,7 +26,8 @@ class Tuner:
         self._identity = identity
         self._events = events
         self._tuning = tuning
-        self._stood = False
+        self.waits_for_rest = True
+        """Whether the robot has not shown yet that it stands."""
         self._told: Dict[str, float] = {}               # all that this robot was ever told
         self._before: Dict[str, Optional[float]] = {}   # what is on its way, and what the robot reported before
         self._own = self._config = identity.config
@@ -39,14 +39,13 @@ class Tuner:
     def tune(self, tuning: Tuning, now: float) -> None:
         """Values instead of those of before: only what the robot was not told last is sent; what is left open now goes back to what it had itself."""
         self._tuning = tuning
-        if self._stood:
+        if not self.waits_for_rest:
             self._begin(now)
 
-    def saw(self, state: RobotState) -> None:
-        """Take what the robot reports."""
-        if not self._stood and not state.moving:
-            self._stood = True
-            self._begin(state.time)
+    def begin(self, now: float) -> None:
+        """The robot stands."""
+        self.waits_for_rest = False
+        self._begin(now)
 
     def saw_config(self, identity: RobotIdentity, now: float) -> None:
         """Take a new CONFIGpac, as part of the identity."""

@@ -1,6 +1,5 @@
 """Incoming messages: what is obeyed, what is refused, and why. Pure functions; a refusal is a UsageError with the reason."""
 
-import math
 from typing import List, NamedTuple, Optional
 
 from geometry_msgs.msg import Twist
@@ -15,7 +14,6 @@ LEGAL_GRIP = "legal: 1 open, 2 close, 3 stop, 7 store, 8 deploy, 15 halt, 16 pre
 LEGAL_LIFT = "legal: 4 up, 5 down, 6 stop, 17 carry, 0 leave alone"
 STOPS = ({LEAVE_ALONE, GripCommand.STOP, GripCommand.HALT}, {LEAVE_ALONE, LiftCommand.STOP})
 """What stops paddles and lift, or leaves them alone."""
-AXES = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
 MOVES_BOTH = (GripCommand.STORE, GripCommand.DEPLOY, GripCommand.HALT)
 
 
@@ -24,16 +22,6 @@ class GripperOrder(NamedTuple):
 
     command: GripperCommand
     value: Optional[int] = None
-
-
-def sender(message) -> str:
-    """The name of the node that published a message; empty if it did not come over a topic."""
-    return (getattr(message, "_connection_header", None) or {}).get("callerid", "")
-
-
-def is_replayed(message) -> bool:
-    """Whether a message was published by `rosbag play`, which names its node play_<time> (in whatever namespace) if nobody renames it."""
-    return sender(message).rpartition("/")[2].startswith("play_")
 
 
 # Whether a message does nothing but stop.
@@ -59,24 +47,6 @@ def gripper_stops(message: GripperState) -> bool:
 
 
 # What is obeyed.
-
-def check_twist(twist: Twist) -> None:
-    """Refuse a velocity in which any number is not finite, whether it is used or not: its sender is in trouble."""
-    linear, angular = twist.linear, twist.angular
-    for name, value in zip(AXES, (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)):
-        _check_finite("cmd_vel", name, value)
-
-
-def check_wheels(wheels: WheelVelocities) -> None:
-    """Refuse a velocity of a wheel that is not finite."""
-    for side in ("left", "right"):
-        _check_finite("cmd_wheels", side, getattr(wheels, side))
-
-
-def _check_finite(topic: str, name: str, value: float) -> None:
-    if not math.isfinite(value):
-        raise UsageError("%s refused: %s is %s, and a velocity must be finite" % (topic, name, value))
-
 
 def motors_wanted(message: MotorState) -> bool:
     """Whether motors shall be on. Refuses states other than 0 and 1."""

@@ -10,10 +10,12 @@ out stops the robot, switches its motors off and ends the session. All safety ti
 
 import sys
 from time import monotonic
+from typing import Any, Callable, Dict, Iterable
 
 import rospy
 
-from ..client import BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, PacketReceived, Ready, Robot, RobotState, Tuned, Unmoved
+from ..client import (BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, MotorsAnswered, Ready, Robot, RobotState, StatesMissed,
+                      Tuned, Unmoved)
 from ..errors import ParameterError, PioneerError, PortError
 from ..ros_node import init_node
 from .diagnostics import Diagnostics
@@ -23,7 +25,7 @@ from .prompt_connection import send_promptly
 from .publications import Publications
 from .reconfigure import Reconfiguration
 from .requests import Requests
-from .wire import WirePublisher
+from .wire_topic import WirePublisher
 
 START_GRACE = 3.0
 """Seconds from the start in which a port that is not there yet is no news: a simulated robot starts beside its driver."""
@@ -57,12 +59,24 @@ class DriverNode:
             tuning=parameters.tuning,
             host_baud=parameters.host_baud or None,
             reconnect=True,
-            on_motion=self._publications.motion,
-            on_state=self._on_state,
-            on_event=self._on_event,
             on_wire=self._wire and self._wire.tell,
         )
+        self._robot.listen(self._publications.state, self._publications.event)      # first: poses must not wait
+        self._robot.listen(self._diagnostics.state, self._diagnostics.event)
+        self._robot.listen(self._on_state, self._on_event)
         self._requests = Requests(parameters, self._robot, self._watch, self._warn)
+        self._reactions: Dict[type, Callable[[Any], None]] = {
+            Ready: self._welcome,
+            LinkDown: self._link_down,
+            MotionCleared: self._stopped,
+            CommandTimedOut: self._timed_out,
+            Unmoved: self._unmoved,
+            MotorsAnswered: self._requests.motors_answered,
+            StatesMissed: self._missed,
+            Tuned: self._tuned,
+            LineSpeed: self._line_speed,
+            BaudFound: self._baud_found,
+        }
 
     def run(self) -> int:
         """Drive until ROS shuts down. Returns the exit code: 0, or 1 when the robot cannot be driven at all."""
@@ -97,37 +111,20 @@ class DriverNode:
         self._robot.tune(parameters.tuning)
         self._watch.cmd_vel_timeout = parameters.cmd_vel_timeout
 
-    # From the robot, on the client's I/O thread.
+    # From the robot, on a thread of the client's.
 
     def _on_state(self, state: RobotState) -> None:
-        self._publications.state(state)
-        self._diagnostics.state(state)
         self._warn(self._watch.state(state))
 
-    def _on_event(self, event) -> None:
-        self._diagnostics.event(event)
-        if isinstance(event, Ready):
-            self._welcome(event.identity)
-        elif isinstance(event, LinkDown):
-            self._link_down(event)
-        elif isinstance(event, MotionCleared):
-            self._warn([Notice(event.reason, "the robot stopped: %s; it stands until a new command" % event.reason)])
-        elif isinstance(event, CommandTimedOut):
-            self._warn([Notice("timed out", "the robot was stopped: no velocity came for %.1f s (cmd_vel_timeout)" % event.age)])
-        elif isinstance(event, Unmoved):
-            self._warn([Notice("unmoved", unmoved(event.age))])
-        elif isinstance(event, PacketReceived):
-            self._publications.packet(event)
-        elif isinstance(event, Tuned):
-            self._tuned(event)
-        elif isinstance(event, LineSpeed):
-            (rospy.logwarn if event.problem else rospy.loginfo)("the line runs at %d baud%s", event.baud, event.problem and ": " + event.problem)
-        elif isinstance(event, BaudFound):
-            rospy.loginfo("the robot answers at %d baud; set the parameter baud to it for a faster start", event.baud)
+    def _on_event(self, event: Any) -> None:
+        """Say what happened, where it is for the user."""
+        react = self._reactions.get(type(event))
+        if react is not None:
+            react(event)
 
-    def _welcome(self, identity) -> None:
+    def _welcome(self, event: Ready) -> None:
+        identity = event.identity
         self._watch.identified(identity)
-        self._publications.identity(identity)
         rospy.loginfo(
             "connected to %s, a %s%s, %d sonar transducers, %s; motors are off",
             identity.name,
@@ -142,7 +139,6 @@ class DriverNode:
         names = {name: ours for ours, name in TUNING.items()}
         for change in event.changes:
             (rospy.logwarn if change.problem else rospy.loginfo)("~%s", change._replace(name=names[change.name]))
-        self._publications.identity(event.identity)
 
     def _link_down(self, event: LinkDown) -> None:
         if event.retry_in < 0:
@@ -152,7 +148,26 @@ class DriverNode:
         elif self._throttle.passes("link: %s" % event.error, monotonic()):
             rospy.logerr("%s (trying again until it works)", event.error)
 
-    def _warn(self, notices) -> None:
+    def _stopped(self, event: MotionCleared) -> None:
+        self._warn([Notice(event.reason, "the robot stopped: %s; it stands until a new command" % event.reason)])
+
+    def _timed_out(self, event: CommandTimedOut) -> None:
+        self._warn([Notice("timed out", "the robot was stopped: no velocity came for %.1f s (cmd_vel_timeout)" % event.age)])
+
+    def _unmoved(self, event: Unmoved) -> None:
+        self._warn([Notice("unmoved", unmoved(event.age))])
+
+    def _missed(self, event: StatesMissed) -> None:
+        self._warn([Notice("missed", "this computer is too slow: %d states and packets of the robot were not published" % event.number)])
+
+    def _line_speed(self, event: LineSpeed) -> None:
+        problem = ": " + event.problem if event.problem else ""
+        (rospy.logwarn if problem else rospy.loginfo)("the line runs at %d baud%s", event.baud, problem)
+
+    def _baud_found(self, event: BaudFound) -> None:
+        rospy.loginfo("the robot answers at %d baud; set the parameter baud to it for a faster start", event.baud)
+
+    def _warn(self, notices: Iterable[Notice]) -> None:
         now = monotonic()
         for kind, text in notices:
             if self._throttle.passes(kind, now):

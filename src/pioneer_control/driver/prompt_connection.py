@@ -2,12 +2,9 @@
 0.1 to 0.2 ms, and as much work again as the message itself. Here whoever publishes writes to the socket, as long as that cannot hold him up.
 """
 
-import math
-import os
 import select
 import threading
 from collections import deque
-from time import monotonic
 from typing import Any, Deque, Optional
 
 import rospy.topics
@@ -15,34 +12,10 @@ import rospy.topics
 LARGEST = 4096
 """Bytes of a message that is written by who publishes it: any buffer with room has as much. What is larger may wait in the midst of it."""
 
-LONG = 0.002        # s: a subscriber needs the processor for less
-NOT_AGAIN = 10.0    # s for which nobody is given way after it took longer
-
 
 def send_promptly() -> None:
     """Publish like this from now on, whatever the publisher: to be called before the first subscriber comes."""
     rospy.topics.QueuedConnection = PromptConnection
-
-
-class GiveWay:
-    """Lets others have this processor once a message is written: whoever waits for it may wait for that, too.
-
-    Where programs have much to compute it goes to them instead, for 3 to 30 ms each time. That holds up whoever publishes, and with older versions of
-    Python, which keep the interpreter meanwhile, every thread, also one that brings a stop: then it is not done again for a while.
-    """
-
-    def __init__(self) -> None:
-        self._again_at = -math.inf
-
-    def __call__(self) -> None:
-        before = monotonic()
-        if before >= self._again_at:
-            os.sched_yield()
-            if monotonic() - before > LONG:
-                self._again_at = before + NOT_AGAIN
-
-
-give_way = GiveWay()
 
 
 class PromptConnection:
@@ -84,9 +57,7 @@ class PromptConnection:
                 return True
             self._writing = True
         try:
-            sent = self._connection.write_data(data)
-            give_way()
-            return sent
+            return self._connection.write_data(data)
         finally:
             with self._lock:
                 self._writing = False

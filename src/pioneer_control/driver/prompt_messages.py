@@ -12,7 +12,7 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from ..client import Motion, RobotState
+from ..client import RobotState
 from ..message_values import quaternion_of
 from ..msg import SonarArray
 from .conversions import diagonal
@@ -46,7 +46,7 @@ class PoseMessage:
         self._covariance = covariance
         self._struct = struct.Struct("<3I%ds7d288s6d288s" % len(self._frames))
 
-    def of(self, motion: Motion, stamp) -> "PoseMessage":
+    def of(self, motion: RobotState, stamp) -> "PoseMessage":
         """Say this from now on."""
         self._motion, self.header.stamp = motion, stamp
         return self
@@ -71,7 +71,7 @@ class TransformMessage:
         self._frames = _string(odom_frame) + _string(base_link_frame)
         self._struct = struct.Struct("<4I%ds7d" % len(self._frames))
 
-    def of(self, motion: Motion, stamp) -> "TransformMessage":
+    def of(self, motion: RobotState, stamp) -> "TransformMessage":
         """Say this from now on."""
         self._motion, self._stamp = motion, stamp
         return self

@@ -14,7 +14,7 @@ from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
 from .. import p2os, standard_messages
-from ..client import Motion, PacketReceived, RobotIdentity, RobotState
+from ..client import Event, PacketReceived, Ready, RobotIdentity, RobotState, Tuned
 from ..client.gripper import is_on_general_io, with_switches
 from ..client.gyro import GyroReader, is_for_client
 from ..message_values import NO_ECHO
@@ -28,16 +28,16 @@ CLOSE_TIMEOUT = 0.1
 """Seconds that close() waits for what is just being published."""
 
 
-class Topic(NamedTuple):
+class PublishedTopic(NamedTuple):
     """A row of the table."""
 
     name: str
     message: type
     source: type
-    """What it is made from: Motion, RobotState, RobotIdentity, or a packet of p2os."""
+    """What it is made from: RobotState, RobotIdentity, or a packet of p2os."""
     convert: Callable[[Any, rospy.Time], Any]
     """From a source and its stamp: a message, a list of them, or None when there is nothing to say."""
-    fed_by: Optional[Callable[[RobotIdentity], Any]] = None
+    available_if: Optional[Callable[[RobotIdentity], Any]] = None
     """Whether a robot can feed it: only then it is advertised. None: every robot can, so that it is there before the first one is."""
     asks: Optional[Callable[[RobotIdentity], str]] = None
     """The kind of packets (client.data.DATA) that a robot has to be asked for while somebody listens; empty if it need not be."""
@@ -72,7 +72,7 @@ class Publications:
         self._topics = self._table(parameters)
         self._publishers: Dict[str, rospy.Publisher] = {}
         self._listeners = Listeners()
-        self._wanted: Dict[type, List[Topic]] = {}      # what has to be made, by its source; latched ones always
+        self._wanted: Dict[type, List[PublishedTopic]] = {}      # what has to be made, by its source; latched ones always
         self._latched: Dict[str, Any] = {}
         self._requested: Set[str] = set()
         self._identity: Optional[RobotIdentity] = None
@@ -81,11 +81,11 @@ class Publications:
         self._gripper = conversions.GripperReporter(parameters.beam_polarity)
         self._switches: Optional[p2os.GripperSwitches] = None
         self._gyro = GyroReader()
-        self._stamp = rospy.Time()      # all that one SIP says has the same, though the clock may jump meanwhile
+        self._stamp = rospy.Time()      # of the newest state
         self._lock = threading.Lock()
         self._advertise()
 
-    def _table(self, parameters: DriverParameters) -> Tuple[Topic, ...]:
+    def _table(self, parameters: DriverParameters) -> Tuple[PublishedTopic, ...]:
         odom, base, prefix = parameters.odom_frame, parameters.base_link_frame, parameters.frame_prefix
         no_echo = math.inf if parameters.sonar_no_echo == "inf" else NO_ECHO
 
@@ -96,36 +96,57 @@ class Publications:
             return identity.model.sonar
 
         return (
-            Topic("pose", Odometry, Motion, pose.of),
-            *([Topic("/tf", TFMessage, Motion, transform.of)] if parameters.publish_tf else []),
-            Topic("sonar", SonarArray, RobotState, lambda state, stamp: echoes.of(state, stamp) if state.sonar_enabled else None, fed_by=has_sonar),
-            Topic("sonar_ranges", Range, RobotState, lambda state, stamp: ranges.sonar_ranges(state, stamp, prefix, no_echo), fed_by=has_sonar),
-            Topic("sonar_points", PointCloud2, RobotState, lambda state, stamp: self._sonar_points(state, stamp, base), fed_by=has_sonar),
-            Topic("/tf_static", TFMessage, RobotIdentity,
-                  lambda identity, stamp: standard_messages.sonar_frames(identity.model.sonar, stamp, base, prefix), fed_by=has_sonar, latch=lambda identity: identity),
-            Topic("joint_states", JointState, RobotState,
+            PublishedTopic("pose", Odometry, RobotState, pose.of),
+            *([PublishedTopic("/tf", TFMessage, RobotState, transform.of)] if parameters.publish_tf else []),
+            PublishedTopic("sonar", SonarArray, RobotState, lambda state, stamp: echoes.of(state, stamp) if state.sonar_enabled else None, available_if=has_sonar),
+            PublishedTopic("sonar_ranges", Range, RobotState, lambda state, stamp: ranges.sonar_ranges(state, stamp, prefix, no_echo), available_if=has_sonar),
+            PublishedTopic("sonar_points", PointCloud2, RobotState, lambda state, stamp: self._sonar_points(state, stamp, base), available_if=has_sonar),
+            PublishedTopic("/tf_static", TFMessage, RobotIdentity,
+                  lambda identity, stamp: standard_messages.sonar_frames(identity.model.sonar, stamp, base, prefix), available_if=has_sonar, latch=lambda identity: identity),
+            PublishedTopic("joint_states", JointState, RobotState,
                   lambda state, stamp: conversions.joint_states(state, stamp, self._identity.model.wheel_radius),
-                  fed_by=lambda identity: identity.model.wheel_radius),
-            Topic("motor_state", MotorState, RobotState, lambda state, stamp: conversions.motor_state(state)),
-            Topic("e_stop", Bool, RobotState, lambda state, stamp: conversions.e_stop(state), latch=lambda state: state.stop_button),
-            Topic("stall", Stall, RobotState, lambda state, stamp: conversions.stall(state, stamp, base)),
-            Topic("bumpers", Bumpers, RobotState, lambda state, stamp: conversions.bumpers(state, stamp, base),
-                  fed_by=lambda identity: identity.model.front_bumpers or identity.model.rear_bumpers),
-            Topic("battery_state", BatteryState, RobotState, lambda state, stamp: conversions.battery_state(state, stamp, base)),
-            Topic("battery", Battery, RobotState, lambda state, stamp: conversions.battery(state, stamp, base)),
-            Topic("gripper_state", GripperState, RobotState, lambda state, stamp: self._gripper_state(state),
-                  fed_by=lambda identity: identity.has_gripper, asks=lambda identity: "gripper" if is_on_general_io(identity) else ""),
-            Topic("dio", DIO, RobotState, lambda state, stamp: conversions.digital_inputs(state)),
-            Topic("aio", AIO, RobotState, lambda state, stamp: conversions.analog_input(state)),
-            Topic("io", IO, p2os.IO, lambda packet, stamp: conversions.ports(packet, stamp, base),
-                  fed_by=lambda identity: p2os.knows(identity.model.firmware_family, "IOREQUEST"), asks=lambda identity: "io"),
-            Topic("imu", Imu, p2os.Gyro, lambda packet, stamp: self._imu(packet, stamp, base),
-                  fed_by=is_for_client, asks=lambda identity: "gyro"),
-            Topic("compass", Imu, RobotState, lambda state, stamp: conversions.compass(state, stamp, base) if state.compass is not None else None,
-                  fed_by=lambda identity: self._has_compass),
-            Topic("robot_info", RobotInfo, RobotIdentity, lambda identity, stamp: conversions.robot_info(identity, stamp, base),
+                  available_if=lambda identity: identity.model.wheel_radius),
+            PublishedTopic("motor_state", MotorState, RobotState, lambda state, stamp: conversions.motor_state(state)),
+            PublishedTopic("e_stop", Bool, RobotState, lambda state, stamp: conversions.e_stop(state), latch=lambda state: state.stop_button),
+            PublishedTopic("stall", Stall, RobotState, lambda state, stamp: conversions.stall(state, stamp, base)),
+            PublishedTopic("bumpers", Bumpers, RobotState, lambda state, stamp: conversions.bumpers(state, stamp, base),
+                  available_if=lambda identity: identity.model.front_bumpers or identity.model.rear_bumpers),
+            PublishedTopic("battery_state", BatteryState, RobotState, lambda state, stamp: conversions.battery_state(state, stamp, base)),
+            PublishedTopic("battery", Battery, RobotState, lambda state, stamp: conversions.battery(state, stamp, base)),
+            PublishedTopic("gripper_state", GripperState, RobotState, lambda state, stamp: self._gripper_state(state),
+                  available_if=lambda identity: identity.has_gripper, asks=lambda identity: "gripper" if is_on_general_io(identity) else ""),
+            PublishedTopic("dio", DIO, RobotState, lambda state, stamp: conversions.digital_inputs(state)),
+            PublishedTopic("aio", AIO, RobotState, lambda state, stamp: conversions.analog_input(state)),
+            PublishedTopic("io", IO, p2os.IO, lambda packet, stamp: conversions.ports(packet, stamp, base),
+                  available_if=lambda identity: p2os.knows(identity.model.firmware_family, "IOREQUEST"), asks=lambda identity: "io"),
+            PublishedTopic("imu", Imu, p2os.Gyro, lambda packet, stamp: self._imu(packet, stamp, base),
+                  available_if=is_for_client, asks=lambda identity: "gyro"),
+            PublishedTopic("compass", Imu, RobotState, lambda state, stamp: conversions.compass(state, stamp, base) if state.compass is not None else None,
+                  available_if=lambda identity: self._has_compass),
+            PublishedTopic("robot_info", RobotInfo, RobotIdentity, lambda identity, stamp: conversions.robot_info(identity, stamp, base),
                   latch=lambda identity: identity),
         )
+
+    def state(self, state: RobotState) -> None:
+        """Once per SIP; all messages with one stamp."""
+        with self._lock:
+            if state.compass is not None and not self._has_compass:     # no other packet tells that there is one
+                self._has_compass = True
+                self._advertise()
+            if state.gripper is not None:
+                self._gripper.saw(state.gripper)
+            self._publish(RobotState, state, stamped(self._stamp, state.sent_time))
+            self._standing = not state.moving
+
+    def event(self, event: Event) -> None:
+        """What else the robot said."""
+        if isinstance(event, (Ready, Tuned)):
+            self.identity(event.identity)
+        elif isinstance(event, PacketReceived):
+            with self._lock:
+                if isinstance(event.packet, p2os.Gripper):
+                    self._switches = event.packet.state
+                self._publish(type(event.packet), event.packet, stamped(rospy.Time(), event.sent_time))
 
     def identity(self, identity: RobotIdentity) -> None:
         """Once per connection, and when its limits change: what robot it is."""
@@ -135,29 +156,6 @@ class Publications:
             self._identity = identity
             self._advertise()
             self._publish(RobotIdentity, identity, rospy.Time.now())
-
-    def motion(self, motion: Motion) -> None:
-        """Once per SIP, before its state: where the robot is, for that must not wait for all else to be read."""
-        with self._lock:
-            self._publish(Motion, motion, stamped(self._stamp, motion.sent_time))
-
-    def state(self, state: RobotState) -> None:
-        """Once per SIP; all messages with the stamp of its motion."""
-        with self._lock:
-            if state.compass is not None and not self._has_compass:     # no other packet tells that there is one
-                self._has_compass = True
-                self._advertise()
-            if state.gripper is not None:
-                self._gripper.saw(state.gripper)
-            self._publish(RobotState, state, self._stamp)
-            self._standing = not state.moving
-
-    def packet(self, event: PacketReceived) -> None:
-        """Any other packet."""
-        with self._lock:
-            if isinstance(event.packet, p2os.Gripper):
-                self._switches = event.packet.state
-            self._publish(type(event.packet), event.packet, stamped(rospy.Time(), event.sent_time))
 
     def close(self) -> None:
         """Publish nothing more: ROS shuts down, and closes topics before it says so. Who keeps the lock for longer waits for a master that hangs."""
@@ -183,7 +181,7 @@ class Publications:
     def _advertise(self) -> None:
         """Offer what the robot can feed, and nothing else."""
         for topic in self._topics:
-            wanted = topic.fed_by is None or self._identity is not None and bool(topic.fed_by(self._identity))
+            wanted = topic.available_if is None or self._identity is not None and bool(topic.available_if(self._identity))
             if wanted and topic.name not in self._publishers:
                 self._publishers[topic.name] = rospy.Publisher(
                     topic.name, topic.message, self._listeners, tcp_nodelay=True, latch=topic.latch is not None, queue_size=QUEUE)

@@ -13,7 +13,7 @@ import rospy
 
 import pioneer_control.driver.node as node_module
 from pioneer_control.client import Robot
-from pioneer_control.client.robot import BACK_OFF
+from pioneer_control.client.threads import BACK_OFF
 from pioneer_control.driver.parameters import check_parameters
 from pioneer_control.errors import LinkLostError, PortError
 from pioneer_control.p2os import FrameDecoder, decode_command, encode_frame
@@ -137,7 +137,7 @@ class Bottle:
         monkeypatch.setattr(rospy, "Publisher", Publisher)
         monkeypatch.setattr(rospy, "Subscriber", lambda name, kind, callback, **_: self._topics.update({name: callback}))
         monkeypatch.setattr(rospy, "Service", lambda name, kind, handler: self._services.update({name: (kind, handler)}))
-        monkeypatch.setattr("pioneer_control.driver.requests.is_offered", lambda service, timeout: self.is_offered(service, timeout))
+        monkeypatch.setattr("pioneer_control.driver.senders.is_offered", lambda service, timeout: self.is_offered(service, timeout))
         monkeypatch.setattr(rospy, "set_param", self.set_parameters.__setitem__)
         monkeypatch.setattr(rospy, "resolve_name", lambda name: "/" + name)
         monkeypatch.setattr(rospy, "on_shutdown", lambda hook: None)
@@ -150,10 +150,10 @@ class Bottle:
                 monkeypatch.setattr(module, "monotonic", lambda: self.now)
         quiet = types.SimpleNamespace(**dict.fromkeys(("start", "stop", "state", "event", "identity"), lambda *_: None))
         monkeypatch.setattr(node_module, "Diagnostics", lambda *_, **__: quiet, raising=False)      # a thread of its own, in real time
-        monkeypatch.setattr("pioneer_control.client.robot.open_transport", self.open)
-        monkeypatch.setattr("pioneer_control.client.robot.BACK_OFF", 0.0)     # a wait in real time; open() makes up for it
+        monkeypatch.setattr("pioneer_control.client.threads.open_transport", self.open)
+        monkeypatch.setattr("pioneer_control.client.threads.BACK_OFF", 0.0)     # a wait in real time; open() makes up for it
         monkeypatch.setattr(Robot, "start", lambda robot: robot)
-        monkeypatch.setattr(Robot, "wait_until_ended", lambda robot, timeout=None: robot._run())    # what its I/O thread does, in this one
+        monkeypatch.setattr(Robot, "wait_until_ended", lambda robot, timeout=None: robot._link.run())   # what its threads do, in this one
 
     def pass_time(self, seconds):
         """Let time pass for the robot, then for the script. Returns what the robot sent."""

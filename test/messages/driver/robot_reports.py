@@ -53,7 +53,7 @@ def state_of(text, identity=None):
     identity = identity or identity_of()
     odometry = Odometry(identity.model.dist_mm_per_unit, identity.model.angle_units_per_rev)
     sip, reader = packet_of(text, identity.model.grip_state_first), StateReader(identity, odometry)
-    return reader.read(sip, reader.move(sip, 100.0))
+    return reader.read(sip, 100.0, 100.0)
 
 
 def received(message, kind):

@@ -5,7 +5,9 @@ import math
 import pytest
 from geometry_msgs.msg import Twist, Vector3
 
-from pioneer_control.driver.commands import check_twist, check_wheels, gripper_orders, is_replayed, motors_wanted
+from pioneer_control.driver.commands import gripper_orders, motors_wanted
+from pioneer_control.driver.requests import check_twist, check_wheels
+from pioneer_control.driver.senders import is_player
 from pioneer_control.errors import UsageError
 from pioneer_control.msg import GripperState, GripState, LiftState, MotorState, WheelVelocities
 from pioneer_control.p2os import GripperCommand
@@ -95,10 +97,4 @@ def test_motor_states_are_one_and_zero():
 @pytest.mark.parametrize("caller, replayed", [
     ("/play_1795", True), ("/pioneer/play_1795", True), ("/player", False), ("/play_ground/teleop", False), ("", False)])
 def test_a_replayed_message_is_known_by_its_caller(caller, replayed):
-    message = Twist()
-    message._connection_header = {"callerid": caller}
-    assert is_replayed(message) is replayed
-
-
-def test_a_message_without_a_connection_is_live():
-    assert not is_replayed(Twist())
+    assert is_player(caller) is replayed

@@ -69,33 +69,6 @@ def test_a_message_is_written_by_who_publishes_it():
     assert set(transport.writers) == {threading.current_thread()}
 
 
-def test_who_publishes_gives_way_to_who_waits_for_it_once_it_is_written(monkeypatch):
-    transport, there = Transport(), []
-    connection = PromptConnection(transport, 10)
-    transport.subscriber.setblocking(False)
-    monkeypatch.setattr(prompt_connection, "give_way", prompt_connection.GiveWay())
-    monkeypatch.setattr(prompt_connection.os, "sched_yield", lambda: there.append(transport.subscriber.recv(1000)))
-    connection.write_data(message(7))
-    assert there == [message(7)]
-
-
-@pytest.mark.parametrize("seconds, times", [(0.001, 5), (0.003, 2)])
-def test_it_gives_way_to_nobody_who_does_not_give_the_processor_back(monkeypatch, seconds, times):
-    """Programs that compute: each time would cost as long again."""
-    now, yields, give_way = [100.0], [], prompt_connection.GiveWay()
-
-    def sched_yield():
-        yields.append(now[0])
-        now[0] += seconds
-
-    monkeypatch.setattr(prompt_connection, "monotonic", lambda: now[0])
-    monkeypatch.setattr(prompt_connection.os, "sched_yield", sched_yield)
-    for wait in (0.0, 0.1, 0.1, 5.0, 5.0):
-        now[0] += wait
-        give_way()
-    assert len(yields) == times
-
-
 def test_a_subscriber_that_does_not_read_holds_up_nobody_and_then_gets_the_newest_in_order():
     transport = Transport(smallest_buffer=True)
     connection = PromptConnection(transport, 10)

@@ -41,15 +41,6 @@ class Publisher:
         del Publisher.all[self.name]
 
 
-class Publications(publications.Publications):
-    """Of a driver that hears of a SIP."""
-
-    def state(self, state):
-        """Its motion comes first."""
-        self.motion(state)
-        super().state(state)
-
-
 @pytest.fixture
 def topics(monkeypatch):
     """The publishers that are advertised, by name."""
@@ -67,7 +58,7 @@ def requested():
 
 @pytest.fixture
 def driver(topics, requested):
-    return Publications(DriverParameters(), lambda kind, on: requested.append((kind, on)))
+    return publications.Publications(DriverParameters(), lambda kind, on: requested.append((kind, on)))
 
 
 def listen(topics, *names):
@@ -87,7 +78,7 @@ def test_no_message_is_held_back_until_the_one_before_is_acknowledged(driver):
 
 
 def test_it_closes_while_somebody_waits_for_a_master_that_hangs(topics, monkeypatch):
-    driver, hangs, answers, closed = Publications(DriverParameters(), lambda kind, on: None), threading.Event(), threading.Event(), threading.Event()
+    driver, hangs, answers, closed = publications.Publications(DriverParameters(), lambda kind, on: None), threading.Event(), threading.Event(), threading.Event()
 
     def advertise(*args, **options):
         hangs.set()
@@ -115,7 +106,7 @@ def test_what_every_robot_feeds_is_there_before_the_first_one(driver, topics):
 
 
 def test_publish_tf_false_leaves_tf_to_others_but_not_the_frames_of_the_sonar(topics, requested):
-    driver = Publications(DriverParameters(publish_tf=False), requested.append)
+    driver = publications.Publications(DriverParameters(publish_tf=False), requested.append)
     driver.identity(identity_of())
     assert "/tf" not in topics and "/tf_static" in topics
 
@@ -155,8 +146,8 @@ def test_nothing_is_made_for_nobody(driver, topics, monkeypatch):
     monkeypatch.setattr(driver._gripper, "message", None)
     monkeypatch.setattr(driver._gyro, "rate", None)
     driver.state(dataclasses.replace(STATE, compass=1.0))
-    driver.packet(PacketReceived(packet_of(IO), 100.0, 99.9))
-    driver.packet(PacketReceived(packet_of(GYRO), 100.0, 99.9))
+    driver.event(PacketReceived(packet_of(IO), 100.0, 99.9))
+    driver.event(PacketReceived(packet_of(GYRO), 100.0, 99.9))
     for topic in ("stall", "pose", "/tf", "sonar"):
         with pytest.raises(TypeError):
             listen(topics, topic)
@@ -187,19 +178,6 @@ def test_a_clock_that_jumps_while_a_packet_is_read_does_not_tear_it_apart(driver
         driver.state(dataclasses.replace(STATE, sent_time=sent_time))
     first, second = (message.header.stamp for message in topics["pose"].published)
     assert second - first > rospy.Duration(900) and [message.header.stamp for message in topics["stall"].published] == [first, second]
-
-
-def test_a_packet_between_the_two_halves_of_a_sip_does_not_tear_it_apart_either(driver, topics, monkeypatch):
-    """What came before a SIP in one piece with it is told after its motion."""
-    listen(topics)
-    monkeypatch.setattr(publications, "monotonic", lambda: STATE.time)
-    now = iter((1000.0, 2000.0, 3000.0))
-    monkeypatch.setattr(publications, "ros_time", lambda: next(now))
-    driver.motion(STATE)
-    driver.packet(PacketReceived(packet_of(IO), STATE.time, STATE.sent_time - 0.01))
-    publications.Publications.state(driver, STATE)
-    stamp = topics["pose"].published[0].header.stamp
-    assert stamp and topics["stall"].published[0].header.stamp == stamp
 
 
 def test_stamps_work_before_simulated_time_begins(driver, topics, monkeypatch):
@@ -259,9 +237,9 @@ def test_ports_and_gyro_are_published_when_their_packets_come(driver, topics):
     driver.identity(identity_of(has_gyro=1))
     listen(topics, "io", "imu")
     driver.state(dataclasses.replace(STATE, linear=0.0, angular=0.0))
-    driver.packet(PacketReceived(packet_of(IO), 100.0, 99.9))
-    driver.packet(PacketReceived(packet_of(GYRO), 100.0, 99.9))
-    driver.packet(PacketReceived(p2os.Gyro(()), 100.0, 99.9))
+    driver.event(PacketReceived(packet_of(IO), 100.0, 99.9))
+    driver.event(PacketReceived(packet_of(GYRO), 100.0, 99.9))
+    driver.event(PacketReceived(p2os.Gyro(()), 100.0, 99.9))
     assert len(topics["io"].published) == len(topics["imu"].published) == 1
     assert topics["imu"].published[0].angular_velocity.z == pytest.approx(0.0)
 
@@ -273,7 +251,7 @@ def test_what_a_gyro_reads_at_rest_is_not_carried_over_to_another_robot(driver, 
         listen(topics, "imu")
         for state in (standing, moving) if name == "one" else (moving,):
             driver.state(state)
-            driver.packet(PacketReceived(p2os.Gyro((p2os.GyroReading(520, 0),)), 100.0, 99.9))
+            driver.event(PacketReceived(p2os.Gyro((p2os.GyroReading(520, 0),)), 100.0, 99.9))
     at_rest, learned, unlearned = (message.angular_velocity.z for message in topics["imu"].published)
     assert at_rest == learned == 0.0 and unlearned < 0.0
 
@@ -286,7 +264,7 @@ def test_switches_of_a_p2os_gripper_on_the_general_port_are_asked_for(driver, to
     assert floating.gripper.inner_beam
     driver.state(floating)
     assert requested == [("gripper", True)]
-    driver.packet(PacketReceived(packet_of(GRIPPER_SWITCHES, False), 100.0, 99.9))
+    driver.event(PacketReceived(packet_of(GRIPPER_SWITCHES, False), 100.0, 99.9))
     driver.state(floating)
     assert [message.grip.inner_beam for message in topics["gripper_state"].published] == [True, False]
 
@@ -321,7 +299,7 @@ def test_sonar_that_is_off_says_nothing(driver, topics):
 
 @pytest.mark.parametrize("sonar_no_echo, expected", [("inf", math.inf), ("max", 5.0)])
 def test_the_parameter_sonar_no_echo(topics, requested, sonar_no_echo, expected):
-    driver = Publications(DriverParameters(sonar_no_echo=sonar_no_echo), requested.append)
+    driver = publications.Publications(DriverParameters(sonar_no_echo=sonar_no_echo), requested.append)
     driver.identity(identity_of())
     listen(topics, "sonar_ranges")
     state = state_of(DRIVING)
@@ -331,7 +309,7 @@ def test_the_parameter_sonar_no_echo(topics, requested, sonar_no_echo, expected)
 
 @pytest.mark.parametrize("broken", [1, 0])
 def test_the_parameter_beam_polarity(topics, requested, broken):
-    driver = Publications(DriverParameters(beam_polarity=broken), requested.append)
+    driver = publications.Publications(DriverParameters(beam_polarity=broken), requested.append)
     identity = identity_of(has_gripper=1)
     driver.identity(identity)
     listen(topics, "gripper_state")
@@ -345,7 +323,7 @@ def test_the_parameter_beam_polarity(topics, requested, broken):
     ({"odom_frame_id": "wheels", "base_link_frame_id": "body"}, {"wheels", "body", "sonar_3"}),
 ])
 def test_the_parameters_of_frames(topics, requested, given, frames):
-    driver = Publications(DriverParameters(**given), requested.append)
+    driver = publications.Publications(DriverParameters(**given), requested.append)
     driver.identity(identity_of())
     listen(topics, "pose", "/tf", "sonar", "sonar_ranges", "sonar_points", "battery", "stall")
     driver.state(state_of(DRIVING))

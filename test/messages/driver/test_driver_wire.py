@@ -6,8 +6,8 @@ import time
 import pytest
 import rospy
 
-from pioneer_control.driver import publications, wire
-from pioneer_control.driver.wire import WirePublisher
+from pioneer_control.driver import publications, wire_topic
+from pioneer_control.driver.wire_topic import WirePublisher
 
 LIMIT = 30.0        # s: generous; nothing waits that long
 PIECES = [(True, b"\xFA\xFB\x03\x00\x00\x00"), (False, b"\xFA"), (False, b"noise"), (True, bytes(range(256)))]
@@ -79,7 +79,7 @@ def test_nothing_is_published_while_nobody_listens(topic, monkeypatch):
 
 
 def test_a_subscriber_that_hangs_keeps_nobody_waiting_and_what_is_left_out_is_said(topic, monkeypatch):
-    monkeypatch.setattr(wire, "LONGEST", 3)
+    monkeypatch.setattr(wire_topic, "LONGEST", 3)
     topic.begin()
     topic.open.clear()
     topic.tell(True, b"0")
@@ -96,7 +96,7 @@ def test_a_subscriber_that_hangs_keeps_nobody_waiting_and_what_is_left_out_is_sa
 
 
 def test_what_is_left_out_again_and_again_does_not_flood_the_log(topic, monkeypatch):
-    monkeypatch.setattr(wire, "LONGEST", 1)
+    monkeypatch.setattr(wire_topic, "LONGEST", 1)
     topic.begin()
     for number in range(1, 4):
         topic.open.clear()

@@ -1,12 +1,14 @@
 """A robot of few words for tests of the session: no body, no world, but every bad habit a test asks for. And a clock that a test turns."""
 
 import math
+from dataclasses import replace
 from typing import Callable, Dict, List, NamedTuple, Optional, Sequence
 
 from pioneer_control import p2os
-from pioneer_control.client.session import Phase, Session, SetBaud
+from pioneer_control.client.line import SetBaud
+from pioneer_control.client.session import Session
 from pioneer_control.client.settings import Settings
-from pioneer_control.client.state import Motion, RobotState
+from pioneer_control.client.state import RobotState
 
 STEP = 0.005
 SIP_CYCLE = 0.1
@@ -168,17 +170,15 @@ class FakeRobot:
 class Bench:
     """A session and a fake robot on a line, and their clock."""
 
-    def __init__(self, robot: Optional[FakeRobot] = None, rates=(), to_client: Callable[[bytes], bytes] = bytes, wanted_data=(), **settings) -> None:
+    def __init__(self, robot: Optional[FakeRobot] = None, rates=(), to_client: Callable[[bytes], bytes] = bytes, **settings) -> None:
         self.robot = robot or FakeRobot()
-        self.session = Session("fake", tuple(rates), Settings(**settings), wanted_data=dict(wanted_data))
         self.now = 0.0
+        self.session = Session("fake", tuple(rates), Settings(**settings), self.now)
         self.baud = rates[0] if rates else None
-        self.motions: List[Motion] = []
         self.states: List[RobotState] = []
         self.events: List[object] = []
         self.writes: Dict[float, List[bytes]] = {}
         self._to_client = to_client
-        self.session.start(self.now)
         self.act()
 
     def step(self) -> None:
@@ -209,13 +209,13 @@ class Bench:
         return self.now - start
 
     def until_ready(self) -> "Bench":
-        self.run_until(lambda: self.session.phase is Phase.READY)
+        self.run_until(lambda: self.session.connected)
         return self
 
     def until_driving(self, linear: float = 0.2, angular: float = 0.0) -> "Bench":
         """Ready, motors on, moving; the robot's memory of what it heard begins with the velocity."""
         self.until_ready()
-        request = self.session.drive.request_motors(True, self.now, 2.0)
+        request = self.session.connected.drive.request_motors(True, self.now, 2.0)
         self.run_until(lambda: request.done)
         assert request.error is None
         self.run(0.5)
@@ -226,8 +226,17 @@ class Bench:
         return self
 
     def drive(self, linear: float, angular: float) -> None:
-        self.session.drive.set_velocity(linear, angular, self.now)
+        self.session.connected.drive.set_velocity(linear, angular, self.now)
         self.act()
+
+    def use(self, **settings) -> None:
+        """The user wants something else from now on."""
+        self.session.use(replace(self.session._link.settings, **settings), self.now)
+
+    def want(self, kind: str, on: bool) -> None:
+        """Packets of this kind, or no more of them."""
+        kinds = self.session._link.settings.data
+        self.use(data=kinds | {kind} if on else kinds - {kind})
 
     def close(self) -> None:
         self.session.close(self.now)
@@ -235,7 +244,7 @@ class Bench:
 
     @property
     def finished(self) -> bool:
-        return self.session.phase is Phase.FINISHED
+        return self.session.finished
 
     def event(self, kind: type):
         """The one event of this kind."""
@@ -244,11 +253,11 @@ class Bench:
 
     def act(self) -> None:
         """Carry out what the session wants done."""
-        for action in self.session.take_actions():
+        for action in self.session.data_to_send():
             if isinstance(action, SetBaud):
                 self.baud = action.baud
                 continue
             self.writes.setdefault(self.now, []).append(action)
             self.robot.receive(action if self.line_speed_fits else bytes(byte ^ 0x5A for byte in action), self.now)
-        for event in self.session.take_events():
-            {Motion: self.motions, RobotState: self.states}.get(type(event), self.events).append(event)
+        for event in self.session.events():
+            (self.states if isinstance(event, RobotState) else self.events).append(event)

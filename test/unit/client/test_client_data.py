@@ -3,7 +3,7 @@
 import pytest
 
 from pioneer_control import p2os
-from pioneer_control.client.data import AGAIN, DATA, TRIES
+from pioneer_control.client.data_requests import AGAIN, DATA, TRIES
 
 from fake_robot import Bench, FakeRobot, config
 
@@ -13,7 +13,7 @@ def asked(bench, command="IOREQUEST"):
 
 
 def request(bench, kind, on):
-    bench.session.data.request(kind, on, bench.now)
+    bench.want(kind, on)
     bench.step()
 
 
@@ -82,7 +82,9 @@ def test_a_gyro_that_the_robot_reads_itself_is_never_switched_to_something_else(
 
 
 def test_what_was_wanted_before_is_asked_for_when_ready_and_what_was_ended_is_not():
-    bench = Bench(wanted_data={"io": True, "encoder": False})
+    bench = Bench()
+    for kind, on in (("io", True), ("encoder", True), ("encoder", False)):
+        bench.want(kind, on)
     bench.until_ready()
     bench.run(0.1)
     assert asked(bench) == [2] and asked(bench, "ENCODER") == []
@@ -90,10 +92,10 @@ def test_what_was_wanted_before_is_asked_for_when_ready_and_what_was_ended_is_no
 
 def test_a_full_queue_is_not_made_longer_and_what_found_no_place_is_asked_later():
     bench = Bench(rates=(9600,)).until_ready()
-    while not bench.session._line.full:
-        bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
-    waiting = bench.session._line.waiting
-    bench.session.data.request("io", True, bench.now)
-    assert bench.session._line.waiting == waiting
+    while not bench.session.line.full:
+        bench.session.connected.command(bench.now, p2os.encode_command("SONAR", 1))
+    waiting = bench.session.line.waiting
+    bench.want("io", True)
+    assert bench.session.line.waiting == waiting
     bench.run(2 * AGAIN + 3.0)
     assert asked(bench)[0] == 2

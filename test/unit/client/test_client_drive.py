@@ -28,7 +28,7 @@ def with_motors(bench):
 
 
 def enable(bench, on=True, timeout=2.0):
-    return bench.session.drive.request_motors(on, bench.now, timeout)
+    return bench.session.connected.drive.request_motors(on, bench.now, timeout)
 
 
 def test_a_velocity_on_an_idle_line_is_one_write_at_once():
@@ -62,7 +62,7 @@ def test_the_users_limits_are_below_the_robots():
     bench.drive(1, 1)
     bench.run(0.5)
     assert velocities(bench.robot)[-1] == (300, 20)
-    assert Bench(max_linear=9.0).until_ready().session.identity.max_linear == 0.75
+    assert Bench(max_linear=9.0).until_ready().session.connected.identity.max_linear == 0.75
 
 
 def test_a_limit_beyond_the_wire_is_cut_at_the_wire():
@@ -158,14 +158,14 @@ def test_a_renewed_velocity_goes_on_and_lost_packets_are_made_good():
 def test_a_velocity_that_waits_through_a_hold_up_is_not_sent(then):
     """Nobody called for a while; the first who does is a user's thread, before the dead man had a chance."""
     bench = Bench(rates=(9600,)).until_driving()
-    bench.session.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
+    bench.session.connected.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
     bench.drive(0.3, 0.0)
     assert ("VEL", 300) not in [(heard.name, heard.value) for heard in bench.robot.heard], "the line is busy"
     bench.now += 3.0
     if then == "motors":
-        bench.session.drive.request_motors(True, bench.now, 2.0)
+        bench.session.connected.drive.request_motors(True, bench.now, 2.0)
     else:
-        bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+        bench.session.connected.command(bench.now, p2os.encode_command("SONAR", 1))
     bench.act()
     bench.run(0.5)
     assert ("VEL", 300) not in [(heard.name, heard.value) for heard in bench.robot.heard]
@@ -176,11 +176,11 @@ def test_one_that_was_repeated_and_waits_is_not_sent_either_after_the_command_ti
     bench = Bench(rates=(9600,)).until_driving()
     bench.drive(0.3, 0.0)
     bench.run(0.19)
-    bench.session.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
+    bench.session.connected.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
     bench.run(0.03)     # now it would be repeated
     bench.robot.heard.clear()
     bench.now += 0.45
-    bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+    bench.session.connected.command(bench.now, p2os.encode_command("SONAR", 1))
     bench.act()
     bench.run(0.5)
     assert "SONAR" in bench.robot.names() and ("VEL", 300) not in [(heard.name, heard.value) for heard in bench.robot.heard]
@@ -197,7 +197,7 @@ def test_the_command_timeout_can_be_chosen():
 def test_a_stop_is_stop_and_zero_set_points():
     bench = Bench().until_driving(0.2)
     bench.robot.heard.clear()
-    bench.session.drive.stop(bench.now)
+    bench.session.connected.drive.stop(bench.now)
     bench.step()
     assert [(heard.name, heard.value) for heard in bench.robot.heard[:3]] == [("STOP", None), ("VEL", 0), ("RVEL", 0)]
 
@@ -396,12 +396,12 @@ def test_once_a_request_is_answered_no_repetition_of_it_is_sent(answer):
     bench.robot.deaf = lambda heard: heard.name == "ENABLE" and answer != "confirmed"
     request = enable(bench, timeout=0.7 if answer == "given up" else 5.0)
     for _ in range(20):
-        bench.session.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
+        bench.session.connected.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
     bench.run(0.45)
     if answer == "STOP button":
         bench.robot.press_stop_button(True)
     elif answer == "overtaken":
-        bench.session.drive.request_motors(False, bench.now, 5.0)
+        bench.session.connected.drive.request_motors(False, bench.now, 5.0)
     bench.run_until(lambda: request.done)
     bench.robot.heard.clear()
     bench.run(4.0)
@@ -526,7 +526,7 @@ def test_speeds_are_reported_in_si():
 def test_motors_that_do_not_go_off_are_given_up_and_nothing_is_taken_back():
     bench = Bench().until_driving()
     bench.robot.deaf = lambda heard: heard.name == "ENABLE"
-    request = bench.session.drive.request_motors(False, bench.now, 1.0)
+    request = bench.session.connected.drive.request_motors(False, bench.now, 1.0)
     assert bench.run_until(lambda: request.done) == pytest.approx(1.0, abs=0.02)
     assert isinstance(request.error, NotConfirmedError) and "asked to switch its motors off" in str(request.error)
     bench.robot.heard.clear()

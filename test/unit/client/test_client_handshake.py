@@ -12,7 +12,8 @@ from pioneer_control.client.events import BaudFound, Ready
 from pioneer_control.client.handshake import (
     CLOSES, CLOSES_IF_HEARD, DRAIN, LISTEN, QUIET, RATES, SYNC_TIMEOUT, SYNC_TRIES, TCP_TRIES, TCP_TRY_WITH_SYNC1)
 from pioneer_control.client.line import GAP
-from pioneer_control.client.session import BEFORE_OPEN, CONFIG_TIMEOUT, Phase, Session
+from pioneer_control.client.phases import BEFORE_OPEN, CONFIG_TIMEOUT, Opening
+from pioneer_control.client.session import Session
 from pioneer_control.client.settings import Settings
 from pioneer_control.errors import LinkLostError, NoAnswerError, UnknownModelError
 
@@ -236,7 +237,7 @@ def test_an_answer_with_the_wrong_number_is_none(wrong, line):
     robot.mute = swap
     bench = on_line(line, robot).until_ready()
     assert robot.names().count("PULSE") == (2 if line == "serial" else 3), "this robot says nothing to a SYNC0 out of turn"
-    assert bench.session.reply.name == "fake"
+    assert bench.session.connected.identity.name == "fake"
 
 
 @pytest.mark.parametrize("again", [False, True])
@@ -247,8 +248,7 @@ def test_on_serial_no_sync_is_the_first_that_a_robot_hears_whose_cable_is_put_ba
         bench.until_ready()
         robot.deaf = robot.mute = lambda packet: True
         bench.run_until(lambda: bench.finished)
-        bench.session = Session("fake", (9600,), Settings(), bench.session.odometry)
-        bench.session.start(bench.now)
+        bench.session = Session("fake", (9600,), Settings(), bench.now, bench.session.phase.odometry)
     else:
         robot.deaf = robot.mute = lambda packet: True
         bench.run(0.4)          # the first try is under way
@@ -283,7 +283,7 @@ def test_on_tcp_an_open_robot_that_is_heard_late_is_closed_at_whichever_packet_f
     robot.mute = lambda packet: robot.phase == OPEN and bench.now < tenths / 10
     robot.deaf = lambda heard: heard.time < tenths / 10
     bench = Bench(robot)
-    bench.until_ready() if tenths < 20 else bench.run_until(lambda: bench.finished or bench.session.phase is Phase.READY)
+    bench.until_ready() if tenths < 20 else bench.run_until(lambda: bench.finished or bench.session.connected)
     if "CLOSE" in robot.names():
         obeyed = [heard for heard in robot.heard if heard.time >= tenths / 10]
         closed = next(heard.time for heard in obeyed if heard.name == "CLOSE")
@@ -303,7 +303,7 @@ def test_a_strict_robot_is_connected_whatever_it_heard_before(line, reached):
     del robot.heard[:]
     del robot.echoes[:]
     bench = Bench(as_on_bench(robot), rates=() if line == "TCP" else (9600,)).until_ready()
-    assert not robot.echoes and robot.open and bench.session.reply.name == "MobileSim"
+    assert not robot.echoes and robot.open and bench.session.connected.identity.name == "MobileSim"
     assert line == "serial" or robot.hang_ups == 0 and robot.heard[:3] == [("PULSE", None), ("OPEN", None), ("CLOSE", None)]
     assert bench.now < 1.5
     bench.close()
@@ -346,7 +346,7 @@ def test_a_robot_at_any_speed_is_found(baud):
     robot = FakeRobot()
     robot.baud = baud
     bench = Bench(robot, rates=RATES).until_ready()
-    assert bench.now < 6.0 and bench.session.baud == baud
+    assert bench.now < 6.0 and bench.session.line.baud == baud
     assert baud == 9600 or bench.event(BaudFound) == BaudFound(baud)
 
 
@@ -386,7 +386,7 @@ def time_until_ready(given, own, raised=None, streams=False):
     if streams:
         left_open(robot)
     bench = Bench(robot, rates=tuple(dict.fromkeys(given + RATES))).until_ready()
-    assert bench.session.own_baud == own and not robot.revived and not robot.motors
+    assert bench.session.connected.own_baud == own and not robot.revived and not robot.motors
     return bench.now
 
 
@@ -448,20 +448,20 @@ def test_an_explicit_model_overrides_an_unknown_subtype():
     robot = FakeRobot()
     robot.subtype = "made-here"
     bench = Bench(robot, model="p3at-sh").until_ready()
-    assert bench.session.identity.model.subtype == "p3at-sh" and bench.session.identity.subtype == "made-here"
+    assert bench.session.connected.identity.model.subtype == "p3at-sh" and bench.session.connected.identity.subtype == "made-here"
 
 
 def test_the_subtype_is_compared_without_regard_to_case():
     robot = FakeRobot()
     robot.subtype = "P3DX-SH"
-    assert Bench(robot).until_ready().session.identity.model.subtype == "p3dx-sh"
+    assert Bench(robot).until_ready().session.connected.identity.model.subtype == "p3dx-sh"
 
 
 def test_open_and_config_are_repeated_until_answered():
     robot, lost = FakeRobot(), []
     robot.deaf = lambda heard: heard.name in ("OPEN", "CONFIG") and robot.phase == SYNCED and len(lost) < 2 and not lost.append(heard)
     bench = Bench(robot).until_ready()
-    assert bench.session.identity.firmware == "2.9"
+    assert bench.session.connected.identity.firmware == "2.9"
 
 
 def test_firmware_without_configpac_is_ready_after_a_second():
@@ -488,7 +488,7 @@ def test_a_controller_that_restarts_while_opening():
     robot = FakeRobot()
     robot.mute = lambda packet: isinstance(packet, p2os.Sip)
     bench = Bench(robot)
-    bench.run_until(lambda: bench.session.phase is Phase.OPENING)
+    bench.run_until(lambda: isinstance(bench.session.phase, Opening))
     robot.send(p2os.Reset(0xFF, b""))
     bench.run_until(lambda: bench.finished)
     assert isinstance(bench.session.error, LinkLostError) and "restarted" in str(bench.session.error)

@@ -8,6 +8,13 @@ from pioneer_control.client.link_check import QUESTION, LinkCheck
 NINE = b"123456789"
 
 
+def line_to(written, baud, revival):
+    """A line, and a list that has all that it sends."""
+    line = Line(baud, revival)
+    line._to_send = written
+    return line
+
+
 @pytest.fixture
 def written():
     return []
@@ -15,7 +22,7 @@ def written():
 
 @pytest.fixture
 def line(written):
-    return Line(written.append, None, (b"stop",))
+    return line_to(written, None, (b"stop",))
 
 
 @pytest.fixture
@@ -46,7 +53,7 @@ def test_of_the_velocities_that_wait_the_latest_wins(busy, written):
 @pytest.mark.parametrize("held_up", [0.010, 0.015, 0.020])
 def test_velocities_that_come_in_a_bunch_on_a_fast_line_all_go(written, held_up, baud):
     """Every 10 ms, but some of them late by so many s: with 8 ms for each, 12 with a question, and one that may be ahead, none is overtaken."""
-    line, check = Line(written.append, baud, ()), LinkCheck(0.1, lambda count: 0.0)
+    line, check = line_to(written, baud, ()), LinkCheck(0.1, lambda count: 0.0)
     times = [number / 100 for number in range(300)]
     for number, time in enumerate(times):
         if number % 50 in (10, 11, 12):
@@ -62,7 +69,7 @@ def test_velocities_that_come_in_a_bunch_on_a_fast_line_all_go(written, held_up,
 @pytest.mark.parametrize("baud, at_once", [(None, 2), (115200, 2), (57600, 2), (38400, 1), (9600, 1)])
 def test_two_velocities_go_at_once_if_the_line_carries_both_in_7_ms(baud, at_once):
     written = []
-    line = Line(written.append, baud, ())
+    line = line_to(written, baud, ())
     for _ in range(5):
         line.velocity(0.0, NINE, NINE)
     assert len(written) == at_once
@@ -77,14 +84,14 @@ def test_a_stop_behind_a_bunch_is_among_six_commands_in_a_row(line, written):
 
 
 def test_what_is_ahead_of_a_line_is_carried_within_7_ms():
-    line = Line(lambda data: None, 38400, ())
+    line = line_to([], 38400, ())
     for _ in range(2):
         line.velocity(0.0, NINE, NINE)
     assert line.due == pytest.approx(2 * line.transfer_time(18) - 0.007)
 
 
 def test_nothing_is_ahead_of_a_slow_line():
-    line = Line(lambda data: None, 9600, ())
+    line = line_to([], 9600, ())
     for _ in range(2):
         line.velocity(0.0, NINE, NINE)
     assert line.due == line.transfer_time(18)
@@ -139,7 +146,7 @@ def test_a_stop_overtakes_and_what_it_overtook_is_forgotten(busy, written):
 
 def test_a_flood_of_stops_goes_at_the_pace_of_the_line():
     written = []
-    line = Line(lambda data: written.append(data), 9600, ())
+    line = line_to(written, 9600, ())
     for millisecond in range(1000):
         line.stop(millisecond / 1000, b"x" * 24)
         line.tick(millisecond / 1000)
@@ -154,7 +161,7 @@ def test_a_stop_that_is_said_again_goes_at_once_on_an_idle_line_too(line, writte
 
 def test_a_stop_that_is_said_again_does_not_pile_up_on_a_slow_line():
     written = []
-    line = Line(written.append, 9600, ())
+    line = line_to(written, 9600, ())
     line.stop(0.0, NINE, NINE)
     line.stop(0.010, NINE, NINE)
     assert len(written) == 1
@@ -181,7 +188,7 @@ def test_a_stop_right_after_a_velocity_that_followed_a_stop_goes_at_once(busy, w
 
 def test_9600_baud_carries_53_pairs_a_second():
     written = []
-    line = Line(written.append, 9600, ())
+    line = line_to(written, 9600, ())
     for millisecond in range(1000):
         line.velocity(millisecond / 1000, NINE, NINE)
     assert 50 <= len(written) <= 54

@@ -47,7 +47,7 @@ def test_so_do_wheels():
     bench = Bench().until_driving()
     bench.run(0.5)
     bench.writes.clear()
-    bench.session.drive.set_wheel_velocities(0.2, 0.2, bench.now)
+    bench.session.connected.drive.set_wheel_velocities(0.2, 0.2, bench.now)
     bench.act()
     assert bench.writes == {bench.now: [bytes.fromhex("FAFB06203B0A0A2A45") + QUESTION]}
 
@@ -70,7 +70,7 @@ def test_a_question_never_goes_alone_nor_with_a_stop_nor_to_a_robot_that_stands(
             bench.drive(0.2, 0.0)
             bench.step()
         for _ in range(4):              # stops that wait for the line, too
-            bench.session.drive.stop(bench.now)
+            bench.session.connected.drive.stop(bench.now)
             bench.step()
         bench.run(3.0)
     writes = [write for at_once in bench.writes.values() for write in at_once if QUESTION in write]
@@ -89,7 +89,7 @@ def test_after_a_pause_in_which_the_watchdog_may_have_stopped_it_the_stop_goes_f
 
 
 def test_nobody_is_asked_who_shall_not_be():
-    for bench in (Bench(link_check=False), Bench(wanted_data={"encoder": True}), Bench(model="pion1m")):
+    for bench in (Bench(link_check=False), Bench(data=frozenset({"encoder"})), Bench(model="pion1m")):
         go_on(bench.until_driving(), 2.0)
         assert questions(bench) == [] and counts(bench) == (0, 0)
 
@@ -106,7 +106,7 @@ def test_all_are_answered_on_a_good_line_and_nobody_else_hears_of_it():
 
 
 def test_a_program_that_wants_encoders_gets_each_of_them():
-    bench = Bench(wanted_data={"encoder": True}).until_driving()
+    bench = Bench(data=frozenset({"encoder"})).until_driving()
     go_on(bench, 2.0)
     assert len(received(bench)) > 15 and set(received(bench)) == {p2os.Encoder(0, 0)} and counts(bench) == (0, 0)
 
@@ -114,10 +114,10 @@ def test_a_program_that_wants_encoders_gets_each_of_them():
 def test_so_does_one_that_wants_them_in_the_midst_of_driving_until_it_wants_no_more():
     bench = Bench().until_driving()
     go_on(bench, 1.0)
-    bench.session.data.request("encoder", True, bench.now)
+    bench.want("encoder", True)
     go_on(bench, 2.0)
     came = len(received(bench))
-    bench.session.data.request("encoder", False, bench.now)
+    bench.want("encoder", False)
     go_on(bench, 2.0)
     bench.run(ANSWERED_WITHIN)
     assert came > 15 and len(received(bench)) <= came + 1
@@ -149,9 +149,9 @@ def test_a_stop_leaves_no_question_open_for_ever():
     go_on(bench, 1.0)
     bench.robot.deaf = lambda heard: heard.name == "ENCODER"
     go_on(bench, 0.5)
-    bench.session.drive.stop(bench.now)
+    bench.session.connected.drive.stop(bench.now)
     bench.run(ANSWERED_WITHIN + 0.1)
-    assert counts(bench)[1] in (2, 3) and bench.session.link_check.due == float("inf")
+    assert counts(bench)[1] in (2, 3) and bench.session.connected.link_check.due == float("inf")
 
 
 def test_a_robot_that_never_answers_is_left_in_peace_and_counts_as_nothing():
@@ -223,9 +223,9 @@ def test_whoever_runs_a_session_is_woken_when_an_answer_is_overdue():
     bench = Bench(pulse=0.0).until_driving()
     bench.robot.deaf = lambda heard: heard.name == "ENCODER"
     go_on(bench, 0.5)
-    bench.session.drive.stop(bench.now)
+    bench.session.connected.drive.stop(bench.now)
     bench.run(0.5)
-    assert bench.session.wake_at == bench.session.link_check.due < float("inf")
+    assert bench.session.wake_at == bench.session.connected.link_check.due < float("inf")
 
 
 def test_one_that_did_not_hear_that_is_told_again():
@@ -243,7 +243,7 @@ def test_one_that_did_not_hear_that_is_told_again():
 def test_an_answer_that_nobody_asked_for_is_a_packet_like_any_other():
     bench = Bench().until_driving()
     go_on(bench, 1.0)
-    bench.session.drive.stop(bench.now)
+    bench.session.connected.drive.stop(bench.now)
     bench.run(1.0)
     bench.robot.send(p2os.Encoder(7, 8))
     bench.run(0.1)

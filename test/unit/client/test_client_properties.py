@@ -7,7 +7,7 @@ from hypothesis import strategies as some
 
 from pioneer_control import p2os
 from pioneer_control.client.odometry import Odometry
-from pioneer_control.client.session import LONGEST_QUEUE, Phase
+from pioneer_control.client.line import LONGEST_QUEUE
 from pioneer_control.errors import LinkLostError, PioneerError
 
 from fake_robot import STEP, Bench, config, sip
@@ -68,7 +68,7 @@ class Watched:
             session.close(bench.now)
         elif action == "fail":
             session.fail(LinkLostError("pulled"))
-        elif session.phase is Phase.READY:
+        elif session.connected:
             self.command(action, value)
         bench.act()
         self.check()
@@ -77,14 +77,14 @@ class Watched:
         bench, session = self.bench, self.bench.session
         try:
             if action == "velocity":
-                session.drive.set_velocity(*value, bench.now)
+                session.connected.drive.set_velocity(*value, bench.now)
                 self.commanded_at = bench.now
             elif action == "stop":
-                session.drive.stop(bench.now)
+                session.connected.drive.stop(bench.now)
             elif action == "motors":
-                self.motors.append(session.drive.request_motors(value, bench.now, 2.0))
+                self.motors.append(session.connected.drive.request_motors(value, bench.now, 2.0))
             else:
-                session.command(bench.now, value)
+                session.connected.command(bench.now, value)
         except PioneerError:
             pass
 
@@ -97,8 +97,8 @@ class Watched:
             if heard.name == "ENABLE" and heard.value:
                 assert any(request.on for request in self.motors), "nobody asked for motors"
         self.checked = len(bench.robot.heard)
-        assert bench.session._line.waiting <= LONGEST_QUEUE
-        assert len(bench.session._decoder._held) <= 258
+        assert bench.session.line.waiting <= LONGEST_QUEUE
+        assert len(bench.session._link.decoder._held) <= 258
         if bench.finished:
             assert bench.session.wake_at == math.inf
             assert all(request.done for request in self.motors)
@@ -116,7 +116,7 @@ def test_no_script_makes_it_raise_or_move_by_itself(script, ready, rates):
         watched.do(action, value)
     watched.bench.robot.deaf = watched.bench.robot.mute = lambda packet: False
     watched.do("time", 1.5)
-    if watched.bench.session.phase is Phase.READY:
+    if watched.bench.session.connected:
         assert not watched.bench.robot.moving, "nobody has commanded it for longer than its time-out"
         confirmed = any(request.on and request.done and request.error is None for request in watched.motors)
         assert confirmed or not watched.bench.robot.motors, "whoever asked for motors was told that they are off"

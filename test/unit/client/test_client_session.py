@@ -6,10 +6,13 @@ import random
 import pytest
 
 from pioneer_control import p2os
-from pioneer_control.client.events import MotionCleared, PacketReceived, Ready
-from pioneer_control.client.session import LONGEST_QUEUE, Phase, Session
+from pioneer_control.client.events import PacketReceived, Ready
+from pioneer_control.client.line import LONGEST_QUEUE
+from pioneer_control.client.phases import (TRANSITIONS, Closing, Connected, Connecting, Failed, Finished, Left, Opening, Outcome,
+                                            Synced)
+from pioneer_control.client.session import Session
 from pioneer_control.client.settings import Settings
-from pioneer_control.client.state import Motion, RobotState
+from pioneer_control.client.state import RobotState
 from pioneer_control.errors import LinkLostError, PioneerError, RefusedError
 
 from fake_robot import OPEN, WAITING, Bench, FakeRobot, config, sip
@@ -66,7 +69,7 @@ def test_no_pulse_while_other_commands_go_out():
 
 def test_pulses_go_no_faster_than_the_line():
     bench = Bench(rates=(9600,), pulse=0.0001).until_ready()
-    bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+    bench.session.connected.command(bench.now, p2os.encode_command("SONAR", 1))
     bench.run(5.0)
     assert 100 < bench.robot.names().count("STOP") < 1100
 
@@ -82,14 +85,13 @@ def test_without_pulses_an_idle_robot_hears_nothing():
 @pytest.mark.parametrize("start", [0.0, 0.01, 0.52, 1.13, 86400.3])
 def test_woken_exactly_when_it_wants_to_be_it_never_spins(start):
     """Sums and differences of times are rounded: 1.03 - 0.83 is less than 0.2."""
-    session, now = Session("fake", (), Settings()), start
+    session, now = Session("fake", (), Settings(), start), start
     answers = [p2os.encode_frame(0), p2os.encode_frame(1), p2os.encode_packet(p2os.SyncReply("fake", "Pioneer", "p3dx-sh"))]
-    session.start(now)
     for answer in answers:
         now = round(now + 0.35, 2)
         session.tick(now)
         session.receive(answer, now)
-    while session.phase is not Phase.FINISHED:      # the robot never sends a SIP: it is asked again and again, then given up
+    while not session.finished:      # the robot never sends a SIP: it is asked again and again, then given up
         now = session.wake_at
         session.tick(now)
         assert session.wake_at > now
@@ -97,13 +99,13 @@ def test_woken_exactly_when_it_wants_to_be_it_never_spins(start):
 
 def test_after_a_silence_longer_than_the_watchdog_a_stop_goes_first():
     bench = Bench(pulse=0.0, command_timeout=30.0).until_ready()
-    request = bench.session.drive.request_motors(True, bench.now, 2.0)
+    request = bench.session.connected.drive.request_motors(True, bench.now, 2.0)
     bench.run_until(lambda: request.done)
     bench.run(5.0)
     bench.robot.set_point["VEL"] = 300          # as if it remembered
     bench.robot.watchdog_expired = True
     bench.robot.heard.clear()
-    bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+    bench.session.connected.command(bench.now, p2os.encode_command("SONAR", 1))
     bench.run(0.1)
     assert bench.robot.names() == ["STOP", "VEL", "RVEL", "SONAR"]
     assert not bench.robot.revived and not bench.robot.moving
@@ -116,17 +118,17 @@ def test_a_hold_up_of_the_whole_process_revives_nothing():
     assert bench.robot.watchdog_expired
     bench.session.tick(bench.now)
     bench.run(1.0)
-    assert not bench.robot.revived and not bench.robot.moving and bench.session.phase is Phase.READY
+    assert not bench.robot.revived and not bench.robot.moving and bench.session.connected
 
 
 def test_the_watchdog_is_the_robots_own():
     robot = FakeRobot()
     robot.config = config(watchdog_ms=500)
     bench = Bench(robot, pulse=0.0).until_ready()
-    assert bench.session.identity.watchdog == 0.5
+    assert bench.session.connected.identity.watchdog == 0.5
     bench.run(0.7)
     robot.heard.clear()
-    bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+    bench.session.connected.command(bench.now, p2os.encode_command("SONAR", 1))
     bench.run(0.1)
     assert robot.names() == ["STOP", "VEL", "RVEL", "SONAR"]
 
@@ -146,7 +148,7 @@ def test_a_short_silence_is_borne():
     bench.run(1.5)
     bench.robot.mute = lambda packet: False
     bench.run(3.0)
-    assert bench.session.phase is Phase.READY
+    assert bench.session.connected
 
 
 @pytest.mark.parametrize("notice", ["FAFB03FF00FF", "FAFB05FE0102FF00"])
@@ -169,101 +171,136 @@ def test_other_packets_reach_the_listeners_and_unknown_ones_are_counted():
     assert bench.session.counts.unreadable == 2
 
 
-def parts(bench, *packets):
-    """What the two halves of receive() have of packets that come in one piece."""
-    bench.session.take_events()
+def told(bench, *packets):
+    """What the listeners are told of packets that come in one piece."""
+    bench.session.events()
     bench.now += 0.1
-    motion = bench.session.hear(b"".join(map(p2os.encode_packet, packets)), bench.now)
-    bench.session.read_on()
-    return motion, bench.session.take_events()
+    bench.session.receive(b"".join(map(p2os.encode_packet, packets)), bench.now)
+    return bench.session.events()
 
 
-def test_the_motion_of_a_sip_can_be_told_before_the_rest_is_read():
+def test_each_sip_is_one_state_and_they_are_told_in_the_order_in_which_they_came():
     bench = Bench().until_ready()
-    motion, (state,) = parts(bench, sip(x_counts=100, left_velocity_units=90, right_velocity_units=110))
-    assert (motion.x, motion.linear, motion.time) == (pytest.approx(0.1), pytest.approx(0.1), bench.now)
-    assert type(state) is RobotState and vars(motion).items() <= vars(state).items()
+    events = told(bench, sip(x_counts=100), p2os.Encoder(1, 2), sip(x_counts=110))
+    assert [type(event) for event in events] == [RobotState, PacketReceived, RobotState]
+    assert (events[0].x, events[2].x) == pytest.approx((0.1, 0.11))
 
 
-def test_the_first_motion_waits_for_no_state_and_the_others_stand_in_line():
-    bench = Bench().until_ready()
-    motion, events = parts(bench, sip(x_counts=100), p2os.Encoder(1, 2), sip(x_counts=110))
-    assert motion.x == pytest.approx(0.1) and [type(event) for event in events] == [RobotState, PacketReceived, Motion, RobotState]
-    assert (events[0].x, events[2].x, events[3].x) == pytest.approx((0.1, 0.11, 0.11))
-    motion, events = parts(bench, p2os.Encoder(1, 2), sip(x_counts=120))
-    assert motion.x == pytest.approx(0.12) and [type(event) for event in events] == [PacketReceived, RobotState]
-    bench.now += 0.1
-    bench.session.receive(p2os.encode_packet(sip(x_counts=130)), bench.now)
-    assert [type(event) for event in bench.session.take_events()] == [Motion, RobotState], "nobody asked for it before"
-
-
-def test_no_motion_overtakes_that_the_robot_is_ready():
-    """A SIP that comes in one piece with what it was waited for."""
+def test_a_sip_that_comes_with_what_the_robot_was_waited_for_is_told_after_that():
     bench = Bench()
     bench.robot.config = None
-    bench.run_until(lambda: bench.session.phase is Phase.OPENING and bench.states == [] and "ENABLE" in bench.robot.names())
+    bench.run_until(lambda: isinstance(bench.session.phase, Opening) and "ENABLE" in bench.robot.names())
     bench.run(0.2)
-    motion, events = parts(bench, config(), sip(x_counts=100))
-    assert motion is None
-    assert [type(event) for event in events] == [Ready, Motion, RobotState, Motion, RobotState]
-    assert [event.x for event in events[1:]] == pytest.approx([0.0, 0.0, 0.1, 0.1])
+    events = told(bench, config(), sip(x_counts=100))
+    assert [type(event) for event in events] == [Ready, RobotState, RobotState]
+    assert [event.x for event in events[1:]] == pytest.approx([0.0, 0.1])
 
 
-def test_a_listener_that_has_the_motion_does_not_keep_the_rest_from_being_read():
-    """The guard of the robot ticks meanwhile."""
-    bench = Bench().until_driving()
-    assert bench.session.hear(p2os.encode_packet(sip(flags=p2os.Flags.STOP_BUTTON)), bench.now)
-    bench.session.tick(bench.now)
-    bench.act()
-    assert bench.session.drive.shall_stand and bench.robot.names()[-3:] == ["STOP", "VEL", "RVEL"]
-    assert bench.event(MotionCleared).reason == "the STOP button is pressed"
+def test_each_packet_is_decoded_once(monkeypatch):
+    bench, decoded, decode = Bench().until_ready(), [], p2os.decode_packet
+    monkeypatch.setattr(p2os, "decode_packet", lambda *frame: decoded.append(frame) or decode(*frame))
+    told(bench, sip(), p2os.Encoder(1, 2))
+    assert len(decoded) == 2
 
 
-def test_a_state_that_is_read_after_a_reset_of_the_odometry_is_of_after_it():
+def test_a_sip_that_nobody_believes_has_no_state_and_counts_once():
     bench = Bench().until_ready()
-    assert bench.session.hear(p2os.encode_packet(sip(x_counts=100)), bench.now).x == pytest.approx(0.1)
-    bench.session.odometry.reset()
-    bench.session.read_on()
-    state, = bench.session.take_events()
-    assert (state.x, state.y, state.heading) == (0.0, 0.0, 0.0)
+    told(bench, sip(x_counts=100))
+    assert told(bench, sip(x_counts=9000)) == [] and bench.session.counts.unreadable == 1
+    state, = told(bench, sip(x_counts=110))
+    assert state.x == pytest.approx(0.11)
 
 
-def test_a_sip_that_nobody_believes_has_no_motion_and_counts_once():
-    bench = Bench().until_ready()
-    parts(bench, sip(x_counts=100))
-    assert parts(bench, sip(x_counts=9000)) == (None, []) and bench.session.counts.unreadable == 1
-    motion, events = parts(bench, sip(x_counts=110))
-    assert motion.x == pytest.approx(0.11) and len(events) == 1
-
-
-def test_what_was_heard_first_is_read_first_also_by_a_tick():
+def test_a_packet_that_was_hidden_by_noise_is_read_when_the_rest_of_that_does_not_come():
     bench = Bench().until_ready()
     hidden = b"\xFA\xFB\xFF" + p2os.encode_packet(sip(x_counts=110))      # looks like the begin of a longer packet
-    assert bench.session.hear(p2os.encode_packet(sip(x_counts=100)) + hidden, bench.now)
-    bench.session.take_events()
+    bench.session.events()
+    bench.session.receive(p2os.encode_packet(sip(x_counts=100)) + hidden, bench.now)
     bench.session.tick(bench.now + p2os.PARTIAL_TIMEOUT)
-    bench.session.read_on()
-    assert [(type(event), event.x) for event in bench.session.take_events()] == [
-        (RobotState, pytest.approx(0.1)), (Motion, pytest.approx(0.11)), (RobotState, pytest.approx(0.11))]
+    assert [event.x for event in bench.session.events()] == pytest.approx([0.1, 0.11])
 
 
-def test_a_session_that_is_closed_before_it_has_read_on_reads_on_as_one_that_closes():
-    bench = Bench().until_driving()
-    assert bench.session.hear(p2os.encode_packet(sip(left_velocity_units=200, right_velocity_units=200)), bench.now)
+# The table of transitions
+
+def connecting(bench):
+    """It begins so."""
+
+
+def synced(bench):
+    bench.run_until(lambda: isinstance(bench.session.phase, Synced))
+
+
+def opening(bench):
+    bench.run_until(lambda: isinstance(bench.session.phase, Opening))
+
+
+def connected(bench):
+    bench.until_driving()
+
+
+def closing(bench):
+    bench.until_driving()
     bench.close()
-    states = len(bench.states)
-    bench.session.read_on()
-    bench.run_until(lambda: bench.finished)
-    assert len(bench.states) == states and bench.session.error is None and not bench.robot.moving
 
 
-def test_a_session_that_failed_before_it_has_read_on_has_nothing_more_to_tell():
-    bench = Bench().until_ready()
-    assert bench.session.hear(p2os.encode_packet(sip()), bench.now)
-    bench.session.fail(LinkLostError("gone"))
-    bench.session.take_events()
-    bench.session.read_on()
-    assert bench.session.take_events() == [] and str(bench.session.error) == "gone"
+def goes_on(bench):
+    before = type(bench.session.phase)
+    bench.run_until(lambda: type(bench.session.phase) is not before)
+
+
+def is_closed(bench):
+    bench.session.close(bench.now)
+
+
+def fails(bench):
+    bench.session.fail(LinkLostError("pulled"))
+
+
+HAPPENS = {Left: is_closed, Failed: fails}
+REACHED = {Connecting: connecting, Synced: synced, Opening: opening, Connected: connected, Closing: closing}
+SAID_AT_ONCE = {    # when it fails: nothing to a robot that was only listened to
+    Connecting: "", Synced: "CLOSE", Opening: "STOP VEL RVEL ENABLE CLOSE", Connected: "STOP VEL RVEL ENABLE CLOSE",
+    Closing: "STOP VEL RVEL ENABLE CLOSE"}
+
+
+def commands_in(data):
+    return " ".join(p2os.decode_command(frame).name for frame in p2os.FrameDecoder().feed(data))
+
+
+@pytest.mark.parametrize("phase, outcome", TRANSITIONS, ids=lambda each: each.__name__)
+def test_each_transition_of_the_table_leads_where_it_says(phase, outcome):
+    bench = Bench()
+    REACHED[phase](bench)
+    assert type(bench.session.phase) is phase
+    bench.session.data_to_send()
+    HAPPENS.get(outcome, goes_on)(bench)
+    assert type(bench.session.phase) is TRANSITIONS[phase, outcome]
+    said = commands_in(b"".join(bench.session.data_to_send()))
+    if outcome is Failed:
+        assert said == SAID_AT_ONCE[phase]
+    if bench.finished:
+        assert bench.session.wake_at == math.inf
+        assert str(bench.session.error) == ("pulled" if outcome is Failed and phase is not Closing else "None")
+
+
+@pytest.mark.parametrize("happens", [is_closed, fails])
+@pytest.mark.parametrize("phase", [Closing, Finished])
+def test_what_is_not_in_the_table_changes_nothing(phase, happens):
+    bench = Bench()
+    closing(bench)
+    bench.run_until(lambda: isinstance(bench.session.phase, phase))
+    before = bench.session.phase
+    bench.session.data_to_send()
+    outcome = {is_closed: Left, fails: Failed}[happens]
+    if (phase, outcome) not in TRANSITIONS:
+        happens(bench)
+        assert bench.session.phase is before and bench.session.data_to_send() == []
+
+
+def test_the_table_names_every_phase_and_every_outcome():
+    assert {phase for phase, _ in TRANSITIONS} | set(TRANSITIONS.values()) == set(REACHED) | {Finished}
+    assert {outcome for _, outcome in TRANSITIONS} == set(Outcome.__args__)
+    assert all((phase, Failed) in TRANSITIONS for phase in REACHED)
 
 
 @pytest.mark.parametrize("rates, delay", [((9600,), (37 + 6) * 10 / 9600), ((115200,), (37 + 6) * 10 / 115200), ((), 0.0)])
@@ -303,14 +340,14 @@ def test_half_of_all_packets_malformed_still_drives_and_is_counted():
 
     bench = Bench(to_client=spoil)
     bench.until_ready()
-    request = bench.session.drive.request_motors(True, bench.now, 2.0)
+    request = bench.session.connected.drive.request_motors(True, bench.now, 2.0)
     bench.run_until(lambda: request.done)
     assert request.error is None
     states = len(bench.states)
     for _ in range(100):
         bench.drive(0.2, 0.0)
         bench.run(0.1)
-        assert bench.robot.moving and bench.session.phase is Phase.READY
+        assert bench.robot.moving and bench.session.connected
     assert 30 < len(bench.states) - states < 70
     assert bench.session.counts.bad_checksums > 20 and bench.session.counts.discarded_bytes > 500
     assert all(state.battery_voltage == 12.8 for state in bench.states)
@@ -326,7 +363,7 @@ def test_whatever_comes_from_the_line_nothing_raises(seed):
     while bench.now < 8.0 and not bench.finished:
         noise = bytes(chance.randrange(256) for _ in range(chance.randrange(300)))
         bench.session.receive(chance.choice((noise, chance.choice(packets))), bench.now)
-        if bench.session.phase is Phase.READY:
+        if bench.session.connected:
             bench.drive(chance.uniform(-2, 2), chance.uniform(-2, 2))
         bench.run(0.02)
     assert not bench.finished or isinstance(bench.session.error, PioneerError)
@@ -348,7 +385,7 @@ def test_a_flood_of_commands_is_refused_before_it_delays_everything():
     bench = Bench().until_ready()
     with pytest.raises(RefusedError, match="wait already"):
         for _ in range(LONGEST_QUEUE + 2):
-            bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+            bench.session.connected.command(bench.now, p2os.encode_command("SONAR", 1))
 
 
 # Ends
@@ -387,7 +424,7 @@ def test_a_lost_close_is_repeated():
 def test_closing_drops_what_waits():
     bench = Bench().until_ready()
     for _ in range(20):
-        bench.session.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
+        bench.session.connected.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
     bench.robot.heard.clear()
     bench.close()
     assert bench.run_until(lambda: bench.finished) < 0.5
@@ -409,7 +446,7 @@ def test_closing_while_opening_closes_the_robot():
     robot = FakeRobot()
     robot.config = None
     bench = Bench(robot)
-    bench.run_until(lambda: bench.session.phase is Phase.OPENING)
+    bench.run_until(lambda: isinstance(bench.session.phase, Opening))
     bench.run(0.2)
     assert robot.phase == OPEN
     bench.close()
@@ -445,21 +482,19 @@ def test_the_odometry_goes_on_over_a_reconnect():
     bench.robot.mute = lambda packet: True
     bench.run(1.0)      # it takes a robot that long to get there
     bench.session.receive(p2os.encode_packet(sip(x_counts=1500, y_counts=200, heading_units=1024)), bench.now)
-    before = bench.session.odometry.pose
-    bench.session = Session("fake", (), Settings(), bench.session.odometry)
+    before = bench.session.phase.odometry.pose
+    bench.session = Session("fake", (), Settings(), bench.now, bench.session.phase.odometry)
     bench.robot = FakeRobot()
-    bench.session.start(bench.now)
     bench.until_ready()
-    assert bench.session.odometry.pose == pytest.approx(before)
+    assert bench.session.phase.odometry.pose == pytest.approx(before)
     assert bench.states[-1].x == pytest.approx(1.5)
-    bench.session.odometry.update(100, 0, 0)
-    assert bench.session.odometry.pose == pytest.approx((1.5, 0.3, before[2]))
+    bench.session.phase.odometry.update(100, 0, 0)
+    assert bench.session.phase.odometry.pose == pytest.approx((1.5, 0.3, before[2]))
 
 
 def reconnect(bench, *heard):
     """A new session with the robot left as it is, which hears these packets before it has said a word; until it is ready."""
-    bench.session = Session("fake", (), Settings(), bench.session.odometry)
-    bench.session.start(bench.now)
+    bench.session = Session("fake", (), Settings(), bench.now, bench.session.phase.odometry)
     for packet in heard:
         bench.session.receive(p2os.encode_packet(packet), bench.now)
     bench.until_ready()
@@ -470,14 +505,14 @@ def test_what_a_robot_did_unheard_is_in_its_odometry_if_it_counts_on():
     bench.robot.mute = lambda packet: not isinstance(packet, p2os.SyncReply) and bench.robot.phase == OPEN
     bench.run(0.5)
     bench.session.receive(p2os.encode_packet(sip(x_counts=100, heading_units=512)), bench.now)
-    assert bench.session.odometry.pose == pytest.approx((0.1, 0.0, math.pi / 4))
+    assert bench.session.phase.odometry.pose == pytest.approx((0.1, 0.0, math.pi / 4))
     bench.session.fail(LinkLostError("pulled"))
-    bench.session.take_actions()    # it hears nothing
+    bench.session.data_to_send()    # it hears nothing
     bench.robot.mute = lambda packet: False
     reconnect(bench, sip(x_counts=400, y_counts=300, heading_units=1024), sip(x_counts=450, y_counts=300, heading_units=1024))
-    assert bench.session.odometry.pose == pytest.approx((0.45, 0.3, math.pi / 2)), "OPEN began a new frame, which is turned by so much"
-    bench.session.odometry.update(10, 0, 0)
-    assert bench.session.odometry.pose == pytest.approx((0.45, 0.31, math.pi / 2))
+    assert bench.session.phase.odometry.pose == pytest.approx((0.45, 0.3, math.pi / 2)), "OPEN began a new frame, which is turned by so much"
+    bench.session.phase.odometry.update(10, 0, 0)
+    assert bench.session.phase.odometry.pose == pytest.approx((0.45, 0.31, math.pi / 2))
 
 
 def test_a_new_frame_of_the_robots_is_no_step():
@@ -486,23 +521,22 @@ def test_a_new_frame_of_the_robots_is_no_step():
     bench.run(1.0)
     bench.session.receive(p2os.encode_packet(sip(x_counts=300)), bench.now)
     bench.session.fail(LinkLostError("pulled"))
-    bench.session.take_actions()
-    bench.session = Session("fake", (), Settings(), bench.session.odometry)
-    bench.session.start(bench.now)
+    bench.session.data_to_send()
+    bench.session = Session("fake", (), Settings(), bench.now, bench.session.phase.odometry)
     bench.robot.phase, bench.robot.mute = WAITING, lambda packet: isinstance(packet, p2os.Sip)
-    bench.run_until(lambda: bench.session.phase is Phase.OPENING)
+    bench.run_until(lambda: isinstance(bench.session.phase, Opening))
     bench.session.fail(LinkLostError("pulled again"))
     bench.robot.mute = lambda packet: False
     reconnect(bench, sip(x_counts=0), sip(x_counts=20))
-    assert bench.session.odometry.pose == pytest.approx((0.32, 0.0, 0.0))
+    assert bench.session.phase.odometry.pose == pytest.approx((0.32, 0.0, 0.0))
 
 
 def test_no_step_is_believed_that_no_robot_goes_before_it_stands():
     bench = Bench().until_ready()
     bench.session.fail(LinkLostError("pulled"))
-    bench.session.take_actions()
+    bench.session.data_to_send()
     reconnect(bench, sip(x_counts=16000))
-    assert bench.session.odometry.pose == (0.0, 0.0, 0.0)
+    assert bench.session.phase.odometry.pose == (0.0, 0.0, 0.0)
 
 
 def test_a_robot_that_reports_more_sonar_than_before_has_a_reading_for_each():
@@ -511,7 +545,7 @@ def test_a_robot_that_reports_more_sonar_than_before_has_a_reading_for_each():
     bench.until_ready()
     bench.robot.send(config(front_sonar=1, rear_sonar=1))
     bench.run(0.3)
-    assert len(bench.states[0].sonar) == 8 and len(bench.states[-1].sonar) == bench.session.identity.model.sonar_count == 16
+    assert len(bench.states[0].sonar) == 8 and len(bench.states[-1].sonar) == bench.session.connected.identity.model.sonar_count == 16
 
 
 def test_a_packet_whose_checksum_fits_by_chance_moves_nobody():

@@ -35,8 +35,8 @@ def test_sense_is_taken(field, value):
 
 
 def test_a_robot_is_asked_whether_it_hears_unless_its_user_says_otherwise():
-    assert Robot("nowhere")._settings == Settings() and Settings().link_check
-    assert Robot("nowhere", link_check=False)._settings == Settings(link_check=False)
+    assert Robot("nowhere")._link.settings == Settings() and Settings().link_check
+    assert Robot("nowhere", link_check=False)._link.settings == Settings(link_check=False)
 
 
 @pytest.mark.parametrize("baud", [9601, 0, "fast"])
@@ -48,7 +48,7 @@ def test_a_line_speed_that_no_robot_has_is_named_with_those_it_may_have(baud):
 def test_limits_may_change_before_there_is_a_robot():
     robot = Robot("nowhere")
     robot.set_limits(0.5, 1.0, 0.2)
-    assert (robot._settings.max_linear, robot._settings.max_angular, robot._settings.command_timeout) == (0.5, 1.0, 0.2)
+    assert (robot._link.settings.max_linear, robot._link.settings.max_angular, robot._link.settings.command_timeout) == (0.5, 1.0, 0.2)
     with pytest.raises(ParameterError, match="command_timeout"):
         robot.set_limits(0.4, 1.0, 0.0)
-    assert robot._settings.max_linear == 0.5, "all or nothing"
+    assert robot._link.settings.max_linear == 0.5, "all or nothing"

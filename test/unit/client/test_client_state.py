@@ -9,7 +9,7 @@ from pioneer_control import p2os
 from pioneer_control.client.gripper import read_gripper, read_pioneer_1_gripper
 from pioneer_control.client.identity import identify
 from pioneer_control.client.odometry import Odometry
-from pioneer_control.client.state import Motion, SonarRange, StateReader
+from pioneer_control.client.state import SonarRange, StateReader
 from pioneer_control.robots import find_model
 
 from fake_robot import config, sip
@@ -20,10 +20,10 @@ STALLED = "FAFB2532F87F0A0000F8000000007E010100F820000001008813 6201FFCF05FD0001
 
 
 class Reader(StateReader):
-    """Both steps in one."""
+    """One whose packets took no time unless it is said."""
 
-    def read(self, sip, *times):
-        return super().read(sip, self.move(sip, *times))
+    def read(self, sip, time, transfer_time=0.0):
+        return super().read(sip, time, time - transfer_time)
 
 
 def reader(subtype="p3dx-sh", has_gripper=True, **fields):
@@ -35,16 +35,6 @@ def reader(subtype="p3dx-sh", has_gripper=True, **fields):
 def packet(text):
     frame, = p2os.FrameDecoder().feed(bytes.fromhex(text))
     return p2os.decode_packet(frame)
-
-
-def test_the_motion_is_the_same_from_a_part_of_the_sip_and_the_state_is_one_with_more():
-    frame, = p2os.FrameDecoder().feed(bytes.fromhex(DRIVING))
-    states = [reader(front_bumpers=5, rear_bumpers=5) for _ in range(2)]
-    motion = states[0].move(p2os.decode_motion(frame), 12.5, 0.045)
-    assert type(motion) is Motion and motion == states[1].move(p2os.decode_packet(frame), 12.5, 0.045)
-    assert (motion.time, motion.sent_time, motion.linear) == (12.5, pytest.approx(12.455), pytest.approx(0.2)) and motion.moving
-    state = StateReader.read(states[0], p2os.decode_packet(frame), motion)
-    assert isinstance(state, Motion) and {name: getattr(state, name) for name in vars(motion)} == vars(motion)
 
 
 def test_a_driving_robot():

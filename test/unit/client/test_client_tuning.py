@@ -7,7 +7,6 @@ import pytest
 
 from pioneer_control import p2os
 from pioneer_control.client import Change, Robot, Tuned, Tuning
-from pioneer_control.client.session import Phase
 from pioneer_control.client.tuner import AGAIN
 from pioneer_control.client.tuning import ROWS
 from pioneer_control.errors import LinkLostError, ParameterError
@@ -76,7 +75,7 @@ def names_of_settings(robot):
 
 def tune(bench, **values):
     """Change some of the settings."""
-    bench.session.tune(replace(bench.session._settings.tuning, **values), bench.now)
+    bench.use(tuning=replace(bench.session._link.settings.tuning, **values))
     bench.act()
 
 
@@ -145,7 +144,7 @@ def test_all_of_it_is_sent_once_the_robot_stands_and_read_back():
     for name, (value, _) in GOLDEN.items():
         assert changes(bench)[name].wanted == value and (name == "bump_stall" or changes(bench)[name].new == pytest.approx(value, abs=0.01))
     assert changes(bench)["ticks_mm"].old == 128 and changes(bench)["max_linear_acceleration"].old == pytest.approx(0.3)
-    assert bench.session.identity.config.ticks_per_mm == 132 and tuned(bench)[0].identity is bench.session.identity
+    assert bench.session.connected.identity.config.ticks_per_mm == 132 and tuned(bench)[0].identity is bench.session.connected.identity
     assert names_of_settings(bench.robot)[:len(ROWS)] == [row.command for row in ROWS.values()]
 
 
@@ -293,7 +292,7 @@ def test_what_never_went_to_old_firmware_need_not_go_back():
 def test_a_value_from_before_the_link_and_one_from_during_the_handshake_are_both_sent():
     bench = Bench(TunedRobot(), tuning=Tuning(ticks_mm=132))
     bench.run(0.3)
-    assert bench.session.phase is not Phase.READY
+    assert not bench.session.connected
     tune(bench, rev_count=9)
     until_tuned(bench.until_ready())
     assert (bench.robot.config.ticks_per_mm, bench.robot.config.rev_count) == (132, 9)
@@ -304,7 +303,7 @@ def test_a_flood_of_values_builds_up_no_queue_and_the_last_one_counts():
     bench.run(0.5)
     for ticks in range(1, 2001):
         tune(bench, ticks_mm=ticks)
-        assert bench.session._line.waiting <= 3
+        assert bench.session.line.waiting <= 3
         if not ticks % 20:
             bench.step()
     until_tuned(bench, times=len(tuned(bench)) + 1)
@@ -315,11 +314,11 @@ def test_a_flood_of_values_builds_up_no_queue_and_the_last_one_counts():
 def test_a_full_queue_is_not_made_longer_and_what_found_no_place_follows():
     bench = Bench(TunedRobot(), rates=(9600,)).until_ready()
     bench.run(0.5)
-    while not bench.session._line.full:
-        bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
-    waiting = bench.session._line.waiting
+    while not bench.session.line.full:
+        bench.session.connected.command(bench.now, p2os.encode_command("SONAR", 1))
+    waiting = bench.session.line.waiting
     tune(bench, ticks_mm=132)
-    assert bench.session._line.waiting == waiting
+    assert bench.session.line.waiting == waiting
     until_tuned(bench)
     assert bench.robot.config.ticks_per_mm == 132
 
@@ -336,8 +335,8 @@ def test_the_session_wakes_for_the_next_round():
 
 def test_a_stop_overtakes_a_whole_tuning_on_a_slow_line():
     bench = Bench(TunedRobot(), rates=(9600,)).until_driving(0.3)
-    bench.session.tune(ALL, bench.now)
-    bench.session.drive.stop(bench.now)
+    bench.use(tuning=ALL)
+    bench.session.connected.drive.stop(bench.now)
     bench.step()
     assert not bench.robot.moving and len(names_of_settings(bench.robot)) <= 1
     until_tuned(bench)
@@ -348,11 +347,11 @@ def test_a_new_configpac_brings_new_limits():
     bench.robot.config = config(translation_velocity_max_mm_s=400, rotation_velocity_max_deg_s=30, watchdog_ms=1000)
     tune(bench, rotation_ki=1)
     until_tuned(bench)
-    assert bench.session.identity.max_linear == pytest.approx(0.4) and bench.session.identity.watchdog == 1.0
-    assert bench.session._line.watchdog < 1.0
+    assert bench.session.connected.identity.max_linear == pytest.approx(0.4) and bench.session.connected.identity.watchdog == 1.0
+    assert bench.session.line.watchdog < 1.0
     bench.drive(2.0, 2.0)
     assert (bench.robot.set_point["VEL"], bench.robot.set_point["RVEL"]) == (400, 30)
-    bench.session.drive.set_wheel_velocities(2.0, 2.0, bench.now)
+    bench.session.connected.drive.set_wheel_velocities(2.0, 2.0, bench.now)
     bench.step()
     assert bench.robot.set_point["VEL"] == 400
 

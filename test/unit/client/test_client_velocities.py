@@ -35,7 +35,7 @@ def wheels_driven(bench):
 
 
 def drive_wheels(bench, left, right):
-    bench.session.drive.set_wheel_velocities(left, right, bench.now)
+    bench.session.connected.drive.set_wheel_velocities(left, right, bench.now)
     bench.act()
 
 
@@ -171,14 +171,14 @@ def test_zero_is_zero_set_points_for_wheels_and_body():
 
 def test_a_stop_overtakes_wheels_that_wait_for_a_slow_line_and_the_newest_of_them_wins():
     bench = with_motors(Bench(rates=(9600,)))
-    bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+    bench.session.connected.command(bench.now, p2os.encode_command("SONAR", 1))
     for units_each in (1, 2, 3):
         drive_wheels(bench, units_each * 0.02, units_each * 0.02)
     bench.run(0.1)
     assert wheels_driven(bench) == [(3, 3)]
-    bench.session.command(bench.now, p2os.encode_command("SONAR", 1))
+    bench.session.connected.command(bench.now, p2os.encode_command("SONAR", 1))
     drive_wheels(bench, 0.1, 0.1)
-    bench.session.drive.stop(bench.now)
+    bench.session.connected.drive.stop(bench.now)
     bench.run(0.1)
     assert wheels_driven(bench) == [(3, 3)] and not bench.robot.moving
 

@@ -5,7 +5,7 @@ when they still come. What a robot does not have it never sends, and that is no 
 """
 
 import math
-from typing import Dict, Mapping, NamedTuple
+from typing import AbstractSet, Dict, NamedTuple
 
 from .. import p2os
 from ..p2os import encode_command
@@ -17,7 +17,7 @@ TRIES = 3               # times that packets are asked for
 AGAIN = 0.5             # s for the first of them: five SIP cycles, for on a slow line the SIP goes first
 
 
-class Data(NamedTuple):
+class DataKind(NamedTuple):
     """One kind of packet: the command that asks for it, its values for each time (on) and for no more, and what then comes."""
 
     command: str
@@ -26,43 +26,41 @@ class Data(NamedTuple):
     packet: type
 
 
-DATA: Dict[str, Data] = {
-    "io": Data("IOREQUEST", 2, 0, p2os.IO),
-    "gyro": Data("GYRO", 1, 0, p2os.Gyro),
-    "encoder": Data("ENCODER", 2, 0, p2os.Encoder),
-    "battery": Data("BATTERYINFO", 2, 0, p2os.BatteryInfo),
-    "gripper": Data("GRIPREQUEST", 2, 0, p2os.Gripper),
-    "joystick": Data("JOYREQUEST", 2, 0, p2os.Joystick),
-    "compass": Data("TCM2", 3, 1, p2os.TCM2),       # off: back to the SIP alone
-    "arm": Data("ARM_STATUS", 2, 0, p2os.Arm),
+DATA: Dict[str, DataKind] = {
+    "io": DataKind("IOREQUEST", 2, 0, p2os.IO),
+    "gyro": DataKind("GYRO", 1, 0, p2os.Gyro),
+    "encoder": DataKind("ENCODER", 2, 0, p2os.Encoder),
+    "battery": DataKind("BATTERYINFO", 2, 0, p2os.BatteryInfo),
+    "gripper": DataKind("GRIPREQUEST", 2, 0, p2os.Gripper),
+    "joystick": DataKind("JOYREQUEST", 2, 0, p2os.Joystick),
+    "compass": DataKind("TCM2", 3, 1, p2os.TCM2),       # off: back to the SIP alone
+    "arm": DataKind("ARM_STATUS", 2, 0, p2os.Arm),
 }
 KINDS = {data.packet: kind for kind, data in DATA.items()}
 
 
 class DataRequests:
-    """What one ready robot is asked for. ``wanted``, by kind, is asked for at once; ``now`` is monotonic time in s."""
+    """What one connected robot is asked for. ``now`` is monotonic time in s."""
 
-    def __init__(self, line: Line, identity: RobotIdentity, wanted: Mapping[str, bool], now: float) -> None:
+    def __init__(self, line: Line, identity: RobotIdentity) -> None:
         self._line = line
         self._identity = identity
         self._wanted: Dict[str, bool] = {}
         self._asked_at: Dict[str, float] = {}
         self._tries: Dict[str, int] = {}        # left for what has not come yet
-        for kind, on in wanted.items():
-            if on:
-                self.request(kind, True, now)
 
     @property
     def due(self) -> float:
         """When tick() has something to do."""
         return min(self._asked_at[kind] for kind in self._tries) + AGAIN if self._tries else math.inf
 
-    def wants(self, kind: str) -> bool:
-        """Whether packets of this kind are wanted with every SIP."""
-        return self._wanted.get(kind, False)
+    def want(self, kinds: AbstractSet[str], now: float) -> None:
+        """Ask for packets of these kinds with every SIP, and for no more of any other."""
+        for kind in DATA:
+            if self._wanted.get(kind, False) != (kind in kinds):
+                self._request(kind, kind in kinds, now)
 
-    def request(self, kind: str, on: bool, now: float) -> None:
-        """Ask for packets of this kind with every SIP, or for no more of them."""
+    def _request(self, kind: str, on: bool, now: float) -> None:
         if kind == "gyro" and not is_for_client(self._identity):
             return
         self._wanted[kind] = on

@@ -25,7 +25,7 @@ FIRST_LISTENER = 5.0
 """Seconds, at most, for which the first bytes wait for a recorder that was there before: it needs a moment to hear of a new topic."""
 
 
-class Piece(NamedTuple):
+class WirePiece(NamedTuple):
     """Bytes of one read or write, and how many pieces had been left out by then, of either way."""
 
     time: float
@@ -38,7 +38,7 @@ class WirePublisher(rospy.SubscribeListener):
     """Publishes what `tell` is told, in that order, as long as somebody listens."""
 
     def __init__(self) -> None:
-        self._pieces: Deque[Piece] = deque()
+        self._pieces: Deque[WirePiece] = deque()
         self._left_out = [0, 0]     # from and to the robot: each is counted by one thread at a time
         self._told_left_out = 0
         self._throttle = Throttle()
@@ -52,7 +52,7 @@ class WirePublisher(rospy.SubscribeListener):
         if len(self._pieces) >= LONGEST:
             self._left_out[to_robot] += 1
         elif not self._ended:
-            self._pieces.append(Piece(monotonic(), to_robot, data, sum(self._left_out)))
+            self._pieces.append(WirePiece(monotonic(), to_robot, data, sum(self._left_out)))
 
     def close(self) -> None:
         """Publish nothing that is told from now on."""
@@ -81,7 +81,7 @@ class WirePublisher(rospy.SubscribeListener):
             if not rospy.is_shutdown():     # then the topic is closed
                 raise
 
-    def _publish(self, piece: Piece) -> None:
+    def _publish(self, piece: WirePiece) -> None:
         message = Wire(to_robot=piece.to_robot)
         message.header.stamp = rospy.Time.from_sec(max(0.0, publications.ros_time() - (monotonic() - piece.time)))
         if piece.left_out != self._told_left_out:

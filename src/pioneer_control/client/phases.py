@@ -1,0 +1,495 @@
+"""The phases of one connection, sans-I/O. Each is an object that has what is true in its phase; one table says what follows what.
+
+::
+
+    Connecting ──Named──> Synced ──Recognised──> Opening ──Learned──> Connected
+        │                   │                       │                     │
+        │ Left, Failed      │ Left, Failed          │ Left                │ Left          (Failed: to Finished)
+        v                   v                       v                     v
+    Finished            Finished                 Closing  <───────────────┘  ──Gone, Failed──> Finished
+
+A phase takes packets and time, writes to the line, and returns an outcome when it is over. It changes no other phase.
+"""
+
+import math
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Type, Union
+
+from .. import p2os
+from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, UnknownModelError
+from ..robots import RobotModel, find_model
+from .data_requests import DataRequests
+from .drive import MOTORS, STOP, Drive
+from .events import BaudFound, Event, PacketReceived, Ready, Tuned
+from .handshake import CLOSE, Handshake
+from .host_baud import HostBaud, stands
+from .identity import CONFIG, RobotIdentity, identify
+from .line import LONGEST_QUEUE, Line
+from .link_check import LinkCheck
+from .odometry import Odometry
+from .script import Script, pause
+from .settings import Settings
+from .state import StateReader
+from .tuner import Tuner
+
+BEFORE_OPEN = 0.1       # s that clients are known to leave between the SYNC2 reply and OPEN
+ASK_AGAIN = 0.2         # s between repetitions of OPEN and CONFIG
+CONFIG_TIMEOUT = 1.0    # s: firmware that has not answered CONFIG by then never will
+OPEN_TIMEOUT = 3.0      # s for the first SIP
+SILENCE = 2.0           # s without a SIP: the link is lost
+UNHEARD = 3.0           # s that a robot may have gone on for without a link: until its watchdog stops it, and a ramp
+WATCHDOG_MARGIN = 0.8   # of the robot's watchdog: its clock and the line's delay are not ours
+STAND_TIMEOUT = 0.35    # s that a closing session leaves the robot to come to rest
+MOTORS_OFF = 0.05       # s between ENABLE 0 and CLOSE
+CLOSE_TRIES = 3
+SIP_CYCLE = 0.12        # s: a robot that sends nothing for that long is closed
+
+PULSE = p2os.encode_command("PULSE")
+OPEN = p2os.encode_command("OPEN")
+LAST_WORDS = b"".join(STOP) + MOTORS[False] + CLOSE
+"""For a link that has no time left for more."""
+
+
+class Named(NamedTuple):
+    """The robot has said who it is."""
+
+    reply: p2os.SyncReply
+
+
+class Recognised(NamedTuple):
+    """Its model is known."""
+
+    model: RobotModel
+
+
+class Learned(NamedTuple):
+    """The robot is open, its motors are off, and this is what it said."""
+
+    config: Optional[p2os.Config]
+    """None from firmware that does not know CONFIG"""
+    sip: p2os.Sip
+    time: float
+    """monotonic time (s) at which this SIP was whole"""
+    sent_time: float
+    """... at which the robot began to send it"""
+
+
+class Left(NamedTuple):
+    """The user closes the connection."""
+
+
+class Gone(NamedTuple):
+    """The robot was stopped and closed."""
+
+
+class Failed(NamedTuple):
+    """The connection is over, for this reason."""
+
+    error: PioneerError
+
+
+Outcome = Union[Named, Recognised, Learned, Left, Gone, Failed]
+
+
+class ConnectedCounts(NamedTuple):
+    """See Counts."""
+
+    unknown_sonar: int = 0
+    questions: int = 0
+    unanswered: int = 0
+
+
+class Link:
+    """What all phases of one connection share.
+
+    Args:
+        url: for error messages.
+        settings: what the user wants.
+        line: to send on.
+        now: monotonic time in s.
+        host_baud: another line speed, or none.
+    """
+
+    def __init__(self, url: str, settings: Settings, line: Line, now: float, host_baud: HostBaud) -> None:
+        self.url = url
+        self.settings = settings
+        self.line = line
+        self.now = now
+        self.host_baud = host_baud
+        self.decoder = p2os.FrameDecoder()
+        self.grip_state_first = True
+        """Which kind of firmware it is (p2os.decode_packet)."""
+        self.last_sip = -math.inf
+        self.sips = 0
+        self.unreadable = 0
+        """Whole packets that nobody understands or can believe."""
+        self.events: List[Event] = []
+        """What the listeners are to be told."""
+
+    def clock(self) -> float:
+        """Monotonic time (s)."""
+        return self.now
+
+    def lost(self, how: str) -> LinkLostError:
+        """An error that says how the link was lost."""
+        return LinkLostError("%s: %s" % (self.url, how))
+
+
+class Phase:
+    """A phase of a connection.
+
+    Attributes:
+        last_words: what a robot in this phase has to hear when the connection ends at once.
+        odometry: of this connection, or of the one before until this robot has its own.
+    """
+
+    last_words = b""
+
+    def __init__(self, link: Link, odometry: Optional[Odometry]) -> None:
+        self._link = link
+        self.odometry = odometry
+
+    @property
+    def due(self) -> float:
+        """When tick() has something to do at the latest (monotonic, s)."""
+        return math.inf
+
+    @property
+    def counts(self) -> ConnectedCounts:
+        """What was counted while the robot obeyed."""
+        return ConnectedCounts()
+
+    def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
+        """Take a packet that is whole now; the robot began to send it at ``sent_time``."""
+        raise NotImplementedError
+
+    def tick(self, now: float) -> Optional[Outcome]:
+        """Let time pass."""
+        raise NotImplementedError
+
+    def use(self, settings: Settings, now: float) -> None:
+        """The user wants something else from now on. Most phases have nothing to do for that."""
+
+
+class ScriptedPhase(Phase):
+    """A phase that follows a script: step by step until it returns its outcome."""
+
+    def __init__(self, link: Link, odometry: Optional[Odometry]) -> None:
+        super().__init__(link, odometry)
+        self._due = -math.inf   # it begins at once
+        self._script = self._steps()
+
+    @property
+    def due(self) -> float:
+        return self._due
+
+    def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
+        return self._resume(packet)
+
+    def tick(self, now: float) -> Optional[Outcome]:
+        return self._resume(None) if now >= self._due else None
+
+    def _steps(self) -> Script:
+        raise NotImplementedError
+
+    def _resume(self, packet: Any) -> Optional[Outcome]:
+        try:
+            self._due = self._script.send(packet)
+        except StopIteration as end:
+            outcome: Outcome = end.value
+            return outcome
+        except PioneerError as error:
+            return Failed(error)
+        return None
+
+
+class Connecting(ScriptedPhase):
+    """Nobody knows yet whether there is a robot: listen, close one that was left open, sync."""
+
+    def __init__(self, link: Link, rates: Tuple[int, ...], odometry: Optional[Odometry]) -> None:
+        self.given_baud = link.line.baud
+        self._handshake = Handshake(link.line, link.url, rates, link.clock, again=odometry is not None)
+        super().__init__(link, odometry)
+
+    def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
+        if isinstance(packet, p2os.Sip) and self.odometry is not None and not self._handshake.said_its_name:
+            # The robot was left open, and went on counting.
+            self.odometry.update(packet.x_counts, packet.y_counts, packet.heading_units, UNHEARD)
+        self._handshake.packets += 1
+        return super().take(packet, sent_time)
+
+    def _resume(self, packet: Any) -> Optional[Outcome]:
+        self._handshake.noise = self._link.decoder.counts.discarded_bytes
+        return super()._resume(packet)
+
+    def _steps(self) -> Script:
+        return Named((yield from self._handshake.script()))
+
+
+class Synced(ScriptedPhase):
+    """The robot has said who it is, and is not open: it would ignore another SYNC before a CLOSE."""
+
+    last_words = CLOSE
+
+    def __init__(self, link: Link, before: Connecting, named: Named) -> None:
+        self.reply = named.reply
+        self.own_baud = link.line.baud
+        """The line speed at which the robot was found, and to which it returns; None on TCP."""
+        if self.own_baud is not None and self.own_baud != before.given_baud:
+            link.events.append(BaudFound(self.own_baud))
+        super().__init__(link, before.odometry)
+
+    def _steps(self) -> Script:
+        reply, settings = self.reply, self._link.settings
+        try:
+            model = find_model(settings.model or reply.subtype, settings.models_file)
+        except UnknownModelError as error:
+            raise UnknownModelError("%s: the robot %r says it is %s %s: %s" % (
+                self._link.url, reply.name, reply.type, reply.subtype, error)) from error
+        yield from pause(BEFORE_OPEN, self._link.clock)
+        return Recognised(model)
+
+
+class Opening(ScriptedPhase):
+    """OPEN is sent: wait until the robot streams with its motors off, and learn what it is."""
+
+    last_words = LAST_WORDS
+
+    def __init__(self, link: Link, before: Synced, recognised: Recognised) -> None:
+        self.reply, self.own_baud, self.model = before.reply, before.own_baud, recognised.model
+        self._config: Optional[p2os.Config] = None
+        self._newest: Optional[Tuple[p2os.Sip, float, float]] = None    # with the times at which it was whole and sent
+        link.grip_state_first = recognised.model.grip_state_first
+        super().__init__(link, before.odometry)
+
+    def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
+        if isinstance(packet, p2os.Sip):
+            self._newest = packet, self._link.now, sent_time
+        elif isinstance(packet, p2os.Config):
+            self._config = packet
+        elif isinstance(packet, p2os.Reset):
+            return Failed(self._link.lost("the robot's controller restarted"))
+        return super().take(packet, sent_time)
+
+    def _steps(self) -> Script:
+        link = self._link
+        if self.odometry is not None:
+            self.odometry.rebase()      # OPEN begins a new frame
+        for packets in ((OPEN,), STOP, (MOTORS[False],), (p2os.encode_command("SONAR", int(link.settings.use_sonar)),), (CONFIG,)):
+            link.line.command(link.now, *packets)
+        opened_at = asked_at = link.now
+        while not self._motors_are_off or (self._config is None and link.now - opened_at < CONFIG_TIMEOUT):
+            if link.now - opened_at >= OPEN_TIMEOUT:
+                what = "sends no packets" if self._newest is None else "does not switch its motors off"
+                raise NoAnswerError("%s: %s was opened, but %s" % (link.url, self.reply.name, what))
+            if link.now >= asked_at + ASK_AGAIN:
+                asked_at = link.now
+                link.line.command(link.now, *((OPEN,) if self._newest is None else ()), MOTORS[False], CONFIG)
+            yield asked_at + ASK_AGAIN
+        assert self._newest is not None
+        said = yield from link.host_baud.script(link.line, link.url, link.clock, self._config, self._newest[0])
+        link.events += said
+        return Learned(self._config, *self._newest)
+
+    @property
+    def _motors_are_off(self) -> bool:
+        return self._newest is not None and not self._newest[0].flags & p2os.Flags.MOTORS_ENABLED
+
+
+class Connected(Phase):
+    """The robot streams and obeys.
+
+    Attributes:
+        identity: what it is.
+        own_baud: the line speed to which it returns; None on TCP.
+        drive, data, tuner, link_check: what it is told, asked and set.
+    """
+
+    last_words = LAST_WORDS
+    odometry: Odometry
+
+    def __init__(self, link: Link, before: Opening, learned: Learned) -> None:
+        model, odometry = before.model, before.odometry
+        if odometry is None or not odometry.fits(model.dist_mm_per_unit, model.angle_units_per_rev):
+            odometry = Odometry(model.dist_mm_per_unit, model.angle_units_per_rev)
+        super().__init__(link, odometry)
+        self.own_baud = before.own_baud
+        self._reply, self._model, self._config = before.reply, model, learned.config
+        self.identity = self._identify()
+        settings = link.settings
+        link.line.watchdog = self.identity.watchdog * WATCHDOG_MARGIN
+        self.link_check = LinkCheck(self.identity.sip_cycle, link.line.transfer_time)
+        self.drive = Drive(link.line, self.identity, settings.command_timeout, link.events, self.link_check.question)
+        self.data = DataRequests(link.line, self.identity)
+        self.tuner = Tuner(link.line, self.identity, settings.tuning, link.events)
+        self.reader = StateReader(self.identity, odometry)
+        self.use(settings, link.now)
+        link.events.append(Ready(self.identity))
+        self._report(learned.sip, learned.time, learned.sent_time)
+
+    @property
+    def counts(self) -> ConnectedCounts:
+        return ConnectedCounts(self.reader.unknown_sonar, self.link_check.questions, self.link_check.unanswered)
+
+    @property
+    def due(self) -> float:
+        return min(self.drive.due, self.data.due, self.tuner.due, self.link_check.due, self._link.last_sip + SILENCE, self._pulse_at)
+
+    def command(self, now: float, *packets: bytes) -> None:
+        """Send packets that belong together. Raises RefusedError when LONGEST_QUEUE others wait for the line."""
+        line = self._link.line
+        if line.full:
+            raise RefusedError("%s: the line is too slow for so many commands: %d wait already" % (self._link.url, LONGEST_QUEUE))
+        line.command(now, *packets)
+
+    def use(self, settings: Settings, now: float) -> None:
+        before, self.identity = self.identity, self._identify()
+        if self.identity != before:
+            self.drive.follow(self.identity)
+            self._link.events.append(Tuned((), self.identity))
+        self.drive.command_timeout = settings.command_timeout
+        self.tuner.tune(settings.tuning, now)
+        self.data.want(settings.data, now)
+        self.link_check.asks = (
+            settings.link_check and p2os.knows(self._model.firmware_family, "ENCODER") and "encoder" not in settings.data)
+
+    def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
+        link = self._link
+        if isinstance(packet, p2os.Sip):
+            self._report(packet, link.now, sent_time)
+        elif isinstance(packet, p2os.Reset):
+            return Failed(link.lost("the robot's controller restarted"))
+        elif isinstance(packet, (p2os.UnknownPacket, p2os.MalformedPacket)):
+            link.unreadable += 1
+        elif not (isinstance(packet, p2os.Encoder) and self.link_check.saw_answer()):
+            self.data.saw(packet, link.now)
+            if isinstance(packet, p2os.Config):
+                self._reconfigure(packet)
+            link.events.append(PacketReceived(packet, link.now, sent_time))
+        return None
+
+    def tick(self, now: float) -> Optional[Outcome]:
+        link = self._link
+        self.drive.tick(now)
+        self.data.tick(now)
+        self.tuner.tick(now)
+        self.link_check.tick(now)
+        if now >= link.last_sip + SILENCE:
+            return Failed(link.lost("the robot has fallen silent: no packet for %.1f s" % SILENCE))
+        if now >= self._pulse_at and not link.line.waiting:
+            link.line.command(now, *self._sign_of_life())
+        return None
+
+    def _report(self, sip: p2os.Sip, time: float, sent_time: float) -> None:
+        state = self.reader.read(sip, time, sent_time)
+        if state is None:
+            self._link.unreadable += 1
+            return
+        self._link.events.append(state)
+        self.drive.saw(state)
+        if self.tuner.waits_for_rest and not state.moving:
+            self.tuner.begin(time)
+
+    def _reconfigure(self, config: p2os.Config) -> None:
+        """The robot says again what it is: limits and watchdog may be others now."""
+        self._config = config
+        self.identity = identity = self._identify()
+        self._link.line.watchdog = identity.watchdog * WATCHDOG_MARGIN
+        self.drive.follow(identity)
+        self.reader.follow(identity)
+        self.tuner.saw_config(identity, self._link.now)
+
+    def _identify(self) -> RobotIdentity:
+        settings = self._link.settings
+        return identify(self._reply, self._model, self._config, settings.max_linear, settings.max_angular, settings.has_gripper)
+
+    def _sign_of_life(self) -> Tuple[bytes, ...]:
+        """A stop in one packet while the robot shall stand: whatever else comes through alone revives a set point whose stop was lost."""
+        if not self.drive.shall_stand:
+            return (PULSE,)
+        return STOP[:1] if p2os.knows(self._model.firmware_family, "STOP") else STOP
+
+    @property
+    def _pulse_at(self) -> float:
+        line, pulse = self._link.line, self._link.settings.pulse
+        return max(line.last_sent + pulse, line.free_at) if pulse else math.inf
+
+
+class Closing(ScriptedPhase):
+    """Stop, let the robot come to rest for a moment, motors off, CLOSE until it is silent."""
+
+    last_words = LAST_WORDS
+
+    def __init__(self, link: Link, before: Union[Opening, Connected], left: Left) -> None:
+        self._standing, self._counts = True, before.counts
+        if isinstance(before, Connected):
+            before.drive.abandon(link.lost("closed"))
+            self._standing = before.drive.at_rest
+        link.line.drop()
+        super().__init__(link, before.odometry)
+
+    @property
+    def counts(self) -> ConnectedCounts:
+        return self._counts
+
+    def _steps(self) -> Script:
+        link = self._link
+        link.line.stop(link.now, *STOP)
+        deadline = link.now + STAND_TIMEOUT
+        while not self._standing and link.now < deadline:
+            packet = yield deadline
+            self._standing = isinstance(packet, p2os.Sip) and stands(packet)
+        link.line.command(link.now, MOTORS[False])
+        yield from pause(MOTORS_OFF, link.clock)
+        for _ in range(CLOSE_TRIES):
+            link.line.command(link.now, CLOSE)
+            closed_at = link.now
+            yield from pause(SIP_CYCLE, link.clock)
+            if link.last_sip <= closed_at:
+                break
+        return Gone()
+
+
+class Finished(Phase):
+    """Nothing more is sent, and nothing is heard.
+
+    Attributes:
+        error: why; None when it was closed.
+    """
+
+    def __init__(self, link: Link, before: Phase, outcome: Union[Left, Gone, Failed]) -> None:
+        super().__init__(link, before.odometry)
+        self.error = outcome.error if isinstance(outcome, Failed) and not isinstance(before, Closing) else None
+        self._counts = before.counts
+        if isinstance(before, Connected):
+            before.drive.abandon(outcome.error if isinstance(outcome, Failed) else link.lost("closed"))
+        link.line.drop()
+        if before.last_words and not isinstance(outcome, Gone):
+            link.line.say(before.last_words)
+
+    @property
+    def counts(self) -> ConnectedCounts:
+        return self._counts
+
+    def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
+        return None
+
+    def tick(self, now: float) -> Optional[Outcome]:
+        return None
+
+
+TRANSITIONS: Dict[Tuple[Type[Phase], type], Callable[[Link, Any, Any], Phase]] = {
+    (Connecting, Named): Synced,
+    (Connecting, Left): Finished,
+    (Connecting, Failed): Finished,
+    (Synced, Recognised): Opening,
+    (Synced, Left): Finished,
+    (Synced, Failed): Finished,
+    (Opening, Learned): Connected,
+    (Opening, Left): Closing,
+    (Opening, Failed): Finished,
+    (Connected, Left): Closing,
+    (Connected, Failed): Finished,
+    (Closing, Gone): Finished,
+    (Closing, Failed): Finished,
+}
+"""A phase, and what ends it: what follows. What is not here changes nothing."""

@@ -1,0 +1,330 @@
+"""What runs beside the program: two threads that keep the link of one robot, and tell its listeners.
+
+The threads take turns. One of them has the port: it opens it, reads, keeps the time, and sends what is due. When there is something to tell, it
+leaves the port to the other thread and tells the listeners itself. So a listener can never hold up the line, whatever it does, and a state need not
+wait until another thread has woken up. Listeners are called one at a time, and in order.
+"""
+
+import contextlib
+import threading
+from dataclasses import replace
+from time import monotonic
+from typing import Any, Callable, Iterator, List, Optional, Tuple
+
+from ..errors import LinkError, LinkLostError, PioneerError
+from .events import Event, LinkDown, PacketReceived, Ready, StatesMissed
+from .handshake import RATES
+from .host_baud import HostBaud
+from .identity import RobotIdentity
+from .line import SetBaud
+from .phases import Connected
+from .session import Counts, Session
+from .settings import Settings
+from .state import RobotState
+from .transport import Transport, open_transport, tap
+
+BACK_OFF = 0.2                      # s before the next attempt to connect
+CLOSE_TIMEOUT = 0.9                 # s that close() waits for the threads
+LONGEST_QUEUE = 100                 # events that wait for the listeners; of more, the oldest states and packets are dropped
+
+
+class Audience:
+    """The listeners, and what waits to be told to them. Any thread may call this."""
+
+    def __init__(self) -> None:
+        self.missed = 0
+        """States and packets that were dropped since the start, because the listeners were too slow."""
+        self._on_state: List[Callable[[RobotState], None]] = []
+        self._on_event: List[Callable[[Event], None]] = []
+        self._waiting: List[Event] = []
+        self._missed_untold = 0
+        self._telling = False
+        self._lock = threading.Lock()
+
+    def listen(self, on_state: Optional[Callable[[RobotState], None]], on_event: Optional[Callable[[Any], None]]) -> None:
+        """Add listeners; they are called in this order."""
+        self._on_state += [on_state] if on_state is not None else []
+        self._on_event += [on_event] if on_event is not None else []
+
+    def put(self, events: List[Event]) -> None:
+        """Let these wait to be told. Never waits for a listener."""
+        with self._lock:
+            self._waiting += events
+            excess = len(self._waiting) - LONGEST_QUEUE
+            if excess > 0:
+                stream = [event for event in self._waiting if isinstance(event, (RobotState, PacketReceived))][:excess]
+                dropped = set(map(id, stream))
+                self._waiting = [event for event in self._waiting if id(event) not in dropped]
+                self.missed += len(stream)
+                self._missed_untold += len(stream)
+
+    def tell(self) -> None:
+        """Tell all that waits. Returns at once while another thread does that: it will tell this, too.
+
+        After a listener has raised, nothing more is told.
+        """
+        while True:
+            with self._lock:
+                if self._telling or not self._waiting:
+                    return
+                self._telling = True
+                events, self._waiting = self._waiting, []
+                if self._missed_untold:
+                    events.insert(0, StatesMissed(self._missed_untold))
+                    self._missed_untold = 0
+            for event in events:
+                for listener in self._on_state if isinstance(event, RobotState) else self._on_event:
+                    listener(event)     # type: ignore[arg-type]  # each list has the listeners for this kind
+            with self._lock:
+                self._telling = False
+
+
+class Connection:
+    """An open port and the session on it. The lock of the link is held in all calls."""
+
+    def __init__(self, transport: Transport, session: Session) -> None:
+        self.transport = transport
+        self.session = session
+        self.is_open = True
+        self.read_until = 0.0
+        """When the thread that reads wants to wake up; 0 while none reads."""
+
+    def send(self) -> None:
+        """Carry out what the session wants done. Raises LinkLostError, and then the session is over."""
+        try:
+            for action in self.session.data_to_send():
+                if isinstance(action, SetBaud):
+                    self.transport.set_baud(action.baud)
+                else:
+                    self.transport.write(action)
+        except LinkLostError as error:
+            self.session.fail(error)
+            raise
+        finally:
+            if self.read_until and (self.session.finished or self.session.wake_at < self.read_until):
+                self.read_until = 0.0
+                self.transport.wake()
+
+    def try_send(self) -> None:
+        """As send(), where a dead line is no news for the caller."""
+        try:
+            self.send()
+        except LinkLostError:
+            pass
+
+    def give_up(self, error: LinkError) -> None:
+        """End a session that is not finished without any further waiting."""
+        if not self.session.finished:
+            self.session.fail(error)
+            self.try_send()
+
+
+class LinkThreads:
+    """The two threads, and what they and the program share: to be used while ``changed`` is held, which is notified of every change.
+
+    Args:
+        url, baud, reconnect, on_wire: as Robot takes them.
+        settings: what the user wants, until change() is called.
+        audience: the listeners.
+
+    Attributes:
+        connection: the newest; None before the first.
+        identity, state: what the robot is, and its newest state; None until it has said so.
+        error: why the last connection ended, or could not begin.
+        ended: set when nothing more will be tried.
+    """
+
+    def __init__(self, url: str, baud: int, settings: Settings, audience: Audience, reconnect: bool,
+                 on_wire: Optional[Callable[[bool, bytes], None]]) -> None:
+        self.url = url
+        self.settings = settings
+        self.changed = threading.Condition(threading.RLock())   # reentrant: a signal handler may call close() while its thread holds it
+        self.connection: Optional[Connection] = None
+        self.identity: Optional[RobotIdentity] = None
+        self.state: Optional[RobotState] = None
+        self.error: Optional[BaseException] = None
+        self.ended = threading.Event()
+        self._baud = baud
+        self._audience = audience
+        self._reconnect = reconnect
+        self._on_wire = on_wire
+        self._port = threading.Lock()       # held by the thread that has the port
+        self._closing = False
+        self._pause = 0.0       # s before the next attempt to connect
+        self._past, self._reconnects = Counts(), -1
+        self._host_baud = HostBaud(settings.host_baud)
+        self._threads = [threading.Thread(target=self.run, name="pioneer %s %d" % (url, number), daemon=True) for number in (1, 2)]
+
+    # What the program does, on any thread
+
+    def start(self) -> None:
+        """Start the threads."""
+        for thread in self._threads:
+            thread.start()
+
+    def close(self, wait: bool) -> None:
+        """Stop the robot at once. With ``wait`` until all is said and the port is closed, or for CLOSE_TIMEOUT."""
+        with self.changed:
+            self._closing = True
+            if self.connection is not None:
+                self.connection.session.close(monotonic())
+                self.connection.try_send()
+            self.changed.notify_all()
+        if not wait:
+            return
+        deadline = monotonic() + CLOSE_TIMEOUT
+        for thread in self._threads:
+            if thread is not threading.current_thread() and thread.is_alive():
+                thread.join(max(0.0, deadline - monotonic()))
+        if self.connection is not None and not self.ended.is_set():
+            with self.changed:
+                self.connection.give_up(LinkLostError("%s: closed" % self.url))
+
+    def change(self, **settings: Any) -> None:
+        """Other settings from now on. Raises ParameterError, and then all stays as it was."""
+        with self.changed:
+            self.settings = replace(self.settings, **settings)
+            if self.connection is not None:
+                self.connection.session.use(self.settings, monotonic())
+                self.connection.try_send()
+
+    @property
+    def connected(self) -> Optional[Connected]:
+        """The phase of a session in which the robot obeys; None while it is in any other."""
+        connection = self.connection
+        return None if connection is None else connection.session.connected
+
+    @contextlib.contextmanager
+    def commanding(self) -> Iterator[Connected]:
+        """Hold the lock, with a robot that obeys; what it is told is written at the end. Raises LinkError, which says what stands in the way."""
+        with self.changed:
+            connection, connected = self.connection, self.connected
+            if connection is None or connected is None:
+                raise self.failure(LinkLostError("%s: no link to the robot" % self.url))
+            yield connected
+            connection.send()
+
+    def failure(self, otherwise: PioneerError) -> BaseException:
+        """The error that stands in the way, as one that can be raised here."""
+        error = None if self.connected else self.error
+        if isinstance(error, PioneerError):
+            return type(error)(*error.args)
+        if error is not None:
+            otherwise.__cause__ = error
+        return otherwise
+
+    def counts(self) -> Tuple[Counts, int]:
+        """What all sessions have counted, and how often the link came back."""
+        with self.changed:
+            present = Counts() if self.connection is None else self.connection.session.counts
+            return Counts(*map(sum, zip(self._past, present))), max(0, self._reconnects)
+
+    # What the threads do
+
+    def run(self) -> None:
+        """Keep the link and tell the listeners, until nothing more will be tried."""
+        try:
+            while self._keep_link():
+                self._audience.tell()
+        except BaseException as error:      # of a listener, most likely; threading prints it
+            with self.changed:
+                self.error, self._closing = error, True
+                if self.connection is not None:
+                    self.connection.give_up(LinkLostError("%s: a listener failed" % self.url))
+                self.changed.notify_all()
+            raise
+
+    def _keep_link(self) -> bool:
+        """Have the port until there is something to tell. Returns whether there may be more."""
+        with self._port:
+            while not self.ended.is_set():
+                connection = self.connection
+                events = self._connect() if connection is None or not connection.is_open else self._serve(connection)
+                if events:
+                    self._audience.put(events)
+                    return True
+        return False
+
+    def _connect(self) -> List[Event]:
+        """Open the port, after a pause."""
+        with self.changed:
+            self.changed.wait_for(lambda: self._closing, self._pause)
+            if self._closing:
+                self.ended.set()
+                self.changed.notify_all()
+                return []
+        try:
+            transport = open_transport(self.url, self._baud)
+        except PioneerError as error:
+            return self._failed(error)
+        if self._on_wire is not None:
+            tap(transport, self._on_wire)
+        with self.changed:
+            self._past, _ = self.counts()
+            odometry = None if self.connection is None else self.connection.session.phase.odometry
+            session = Session(self.url, self._rates(transport), self.settings, monotonic(), odometry, self._host_baud)
+            self.connection = Connection(transport, session)
+        return []
+
+    def _rates(self, transport: Transport) -> Tuple[int, ...]:
+        """Line speeds to try; none on TCP."""
+        if transport.baud is None:
+            return ()
+        raised = () if self._host_baud.wanted is None else (self._host_baud.wanted,)    # a crash may have left the robot at that
+        return tuple(dict.fromkeys((transport.baud, *raised, *RATES)))
+
+    def _serve(self, connection: Connection) -> List[Event]:
+        """Wait until something comes, or is due, and do what follows from it. Returns what there is to tell."""
+        session = connection.session
+        with self.changed:
+            due = connection.read_until = session.wake_at
+        data, lost = b"", None
+        try:
+            data = connection.transport.read(0.0 if session.finished else due - monotonic())
+        except LinkLostError as error:
+            lost = error
+        with self.changed:
+            connection.read_until = 0.0
+            now = monotonic()
+            if data:
+                session.receive(data, now)
+            if lost is not None:
+                session.fail(lost)
+            if self._closing:
+                session.close(now)
+            if now >= due:      # what became due since then has its turn in the next round, which waits for nothing
+                session.tick(now)
+            connection.try_send()
+            events = session.events()
+            self._notice(session, events)
+            over = session.finished
+        if over:
+            connection.transport.close()
+            connection.is_open = False
+            events += self._finish(session)
+        return events
+
+    def _notice(self, session: Session, events: List[Event]) -> None:
+        """Keep what the program may ask for."""
+        for event in events:
+            if isinstance(event, RobotState):
+                self.state = event
+            elif isinstance(event, Ready):
+                self._reconnects += 1
+        connected = session.connected
+        if connected is not None:
+            self.identity, self._baud = connected.identity, connected.own_baud or self._baud
+        if events or session.finished:
+            self.changed.notify_all()
+
+    def _finish(self, session: Session) -> List[Event]:
+        """A session is over, and its port closed. Returns what there is to tell of that."""
+        return [] if self._closing or session.error is None else self._failed(session.error)
+
+    def _failed(self, error: PioneerError) -> List[Event]:
+        """There is no link; the next attempt comes after a pause, if at all. Returns what there is to tell of that."""
+        self.error, self._pause = error, BACK_OFF
+        final = not self._reconnect or not isinstance(error, LinkError)
+        if final:
+            self._closing, self._pause = True, 0.0
+        return [LinkDown(error, -1.0 if final else BACK_OFF)]

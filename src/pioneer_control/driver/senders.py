@@ -1,0 +1,65 @@
+"""Who sends a command: one that `rosbag play` publishes must not move a robot."""
+
+from time import monotonic
+from typing import Any, Callable, Dict, Optional, Tuple
+
+from ..ros_node import is_offered
+from .notices import Notice, Watch
+
+MASTER_TIMEOUT = 0.3
+"""Seconds, at most, in which the master must say who sent a command; then it is asked no more for as long."""
+
+
+def is_player(node: str) -> bool:
+    """Whether a node has the name of a `rosbag play` that nobody has renamed: play_<time>, in whatever namespace."""
+    return node.rpartition("/")[2].startswith("play_")
+
+
+class Senders:
+    """Tells players of bags from other senders.
+
+    Args:
+        watch: knows how old a velocity may become.
+
+    Attributes:
+        known: by topic and name of the node, the connection over which a sender commands that is no player.
+    """
+
+    def __init__(self, watch: Watch) -> None:
+        self.known: Dict[Tuple[str, str], Any] = {}
+        self._players: Dict[Tuple[str, str], Any] = {}
+        self._watch = watch
+        self._ask_again_at = 0.0    # when the master may be asked again, after it did not answer
+
+    def why_not(self, message: Any, topic: str, stops: Callable[[Any], bool]) -> Optional[Notice]:
+        """Why a message is not obeyed: it is recorded, or may be and does more than to stop. None when it is obeyed."""
+        connection = getattr(message, "_connection_header", None)
+        node = (connection or {}).get("callerid", "")
+        replayed = self._plays_a_bag(topic, node, connection)
+        if replayed:
+            return Notice("replay " + topic, "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic)
+        if replayed is None and not stops(message):
+            return Notice("unknown " + topic, "%s refused: the ROS master does not say in time whether %s plays a bag" % (topic, node))
+        return None
+
+    def _plays_a_bag(self, topic: str, node: str, connection: Any) -> Optional[bool]:
+        """Whether a node is a `rosbag play`, under whatever name: it offers a service of its own. None when the master does not say in time.
+
+        No command waits longer for that than half of cmd_vel_timeout, nor do those behind it: after a question in vain none is asked for a while.
+        A new connection is asked about anew: a player may have the name of a program that was there before.
+        """
+        for senders, answer in ((self.known, False), (self._players, True)):
+            if (topic, node) in senders and senders[topic, node] is connection:
+                return answer
+        if is_player(node):
+            return True
+        asked_at, timeout = monotonic(), min(MASTER_TIMEOUT, self._watch.cmd_vel_timeout / 2)
+        if asked_at < self._ask_again_at:
+            return None
+        answer = is_offered(node + "/pause_playback", timeout)
+        if answer is not None:
+            (self._players if answer else self.known)[topic, node] = connection
+        if answer is None or monotonic() - asked_at > timeout:
+            self._ask_again_at = monotonic() + timeout
+            return None
+        return answer
