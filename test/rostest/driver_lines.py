@@ -320,11 +320,11 @@ class DriverLines(unittest.TestCase):
             self.assertGreater(int(number), 0)
 
     def test_killed_while_driving_and_restarted_while_the_robot_streams(self):
-        """Its SIPs come quickly: one that comes late, because the machine is slow, is no silence then."""
-        numbers = standard_numbers()
-        quick = dataclasses.replace(numbers, session=dataclasses.replace(numbers.session, sip_cycle_ms=20))
-        firmware, server = self.robot(numbers=quick)
-        first = self.driver(server.url, namespace="/first")
+        """On a serial line: the simulated robot ends a session when another TCP client connects."""
+        firmware = OverheardFirmware()
+        port = os.path.join(self.ending.enter_context(tempfile.TemporaryDirectory()), "robot")
+        self.ending.enter_context(Server(firmware, pty=port))
+        first = self.driver(port, namespace="/first")
         self.motors_on(first)
         with self.commanding(0.2, "/first"):
             self.until("it drives", lambda: firmware.velocity[0] > 0.15)
@@ -332,7 +332,7 @@ class DriverLines(unittest.TestCase):
         self.assertEqual(firmware.session, FirmwareState.OPEN)
         before = len(firmware.heard)
         seen = self.witness(motor_state=MotorState)
-        second = self.driver(server.url)
+        second = self.driver(port)
         second.says("connected to sim_0001")
         self.assertEqual(firmware.heard[before][1], "CLOSE", "before anything that could revive the old set points")
         self.assertEqual(seen.last(self.namespace + "/motor_state").state, 0)
