@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""What each fault of the simulated robot, and each error of its wheels and sonar, does to a run:
-two pages of small pictures.
+"""Draws two pages of small pictures: what each fault of the simulated robot, and each error of its wheels and sonar,
+does.
 
     python3 bench/fault_effects.py                      # writes docs/images/faults.png and docs/images/options.png
-    python3 bench/fault_effects.py --seed 3 -o /tmp     # other luck, another folder
+    python3 bench/fault_effects.py --seed 3 -o /tmp     # other random numbers, another folder
 
-A plain client drives a round through a room by the robot's own odometry, in simulated time: once undisturbed, and once
-with the fault. It insists: after a silence it synchronises again, and whenever the robot says that its motors are off
-it asks for them. (That is what shows a fault's effect; no driver for a real robot should.)
+A simple client drives a round through a room by the robot's own odometry, in simulated time: once without and once with
+the fault. It never gives up: after a silence it synchronises again, and when the robot says that its motors are off it
+asks for them. That shows what a fault does. (A driver for a real robot must not do that.)
 """
 
 import argparse
@@ -35,16 +35,16 @@ from pioneer_control.simulator.world import Can, World
 IMAGES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "docs", "images")
 MODEL = find_model("p3dx-sh")
 MOUNTS = {mounted.number: mounted for mounted in MODEL.sonar}
-CORNERS = ((3.4, 0.0), (3.4, 2.5), (0.0, 2.5), (0.0, 0.0))  # m: the round, which begins at the last
-NEAR = 0.15  # m: a corner this near is passed
+CORNERS = ((3.4, 0.0), (3.4, 2.5), (0.0, 2.5), (0.0, 0.0))  # m: corners of the round, which begins at the last one
+NEAR = 0.15  # m: nearer than this, a corner counts as passed
 SPEED = 400  # mm/s
 MOST_TURN = 60  # deg/s
 PERIOD = 0.1  # s between two commands
-LONGEST = 90.0  # s: who has not come round by then never will
+LONGEST = 90.0  # s: a client that takes longer never finishes
 SILENCE = 2.5  # s without a packet: the client synchronises again
-ANSWER = 1.5  # s that it waits for an answer to that
+ANSWER = 1.5  # s to wait for an answer to that
 TICK = 5.0  # s between two marks beside a path
-SETTLE, GRASP, LIFT = 1.0, 4.0, 5.0  # s that a client who picks stands, and gives the paddles and the lift
+SETTLE, GRASP, LIFT = 1.0, 4.0, 5.0  # s that a picking client stands, closes and lifts
 
 FAULTS = (
     "loss 0.4 from 2", "flips 0.02 from 2", "splits 0.8 from 2", "delay 0.5 from 2", "silence from 8 to 14",
@@ -64,25 +64,26 @@ OPTIONS = (
 
 
 class Run(NamedTuple):
-    """What became of a round."""
+    """What happened in one round."""
 
     track: np.ndarray
     """(n, 3): the true pose every `PERIOD`."""
     odometry: np.ndarray
-    """(m, 2): where the client believed to be."""
+    """(m, 2): where the client believed that it was."""
     echoes: np.ndarray
-    """(k, 2): what the sonar heard, where it really was."""
+    """(k, 2): echoes of the sonar, seen from the true pose."""
     can: Tuple[float, float]
-    """Where the can is at the end."""
+    """Place of the can at the end."""
     arrived: Optional[float]
-    """Seconds until it was round; None if it never was."""
+    """Seconds until the round was finished; None if it never was."""
     voltage: float
 
 
 class Insistent:
-    """The client: it takes bytes and the time (s), and gives bytes.
+    """The client that never gives up. It takes bytes and the time (s), and returns bytes.
 
-    :param picks: whether it picks up the can at the first corner.
+    Args:
+        picks: whether it picks up the can at the first corner.
     """
 
     def __init__(self, picks: bool):
@@ -100,14 +101,14 @@ class Insistent:
         self._then: List[Tuple[float, int]] = []
 
     def tick(self, data: bytes, now: float) -> bytes:
-        """What it sends after it has received this."""
+        """Receive bytes, and return the answer to them."""
         out, self.heard = b"", []
         for frame in self._decoder.feed(data):
             packet = p2os.decode_packet(frame, MODEL.grip_state_first)
             if isinstance(packet, p2os.SyncEcho):
                 out += p2os.encode_frame(packet.number + 1)
             elif isinstance(packet, p2os.SyncReply):
-                self._origin = self.pose or self._origin  # the robot counts from nothing again
+                self._origin = self.pose or self._origin  # the robot counts from zero again
                 out += p2os.encode_command("OPEN") + p2os.encode_command("ENABLE", 1)
                 if self._picks:
                     out += p2os.encode_command("GRIPPER", 5)
@@ -135,7 +136,7 @@ class Insistent:
         self.heard = [(reading.number, reading.range_units * MODEL.range_mm_per_unit / 1000.0) for reading in sip.sonar]
 
     def _drive(self, now: float) -> bytes:
-        """Towards the next corner, by its bearing."""
+        """Drive towards the next corner."""
         while self._then and self._then[0][0] <= now:
             return p2os.encode_command("GRIPPER", self._then.pop(0)[1])
         x, y, heading = self.pose
@@ -157,13 +158,13 @@ class Insistent:
 
 
 def room(picks: bool) -> World:
-    """The room with a block in its middle, and a can on the way for who picks it."""
+    """The room with a block in its middle; with a can on the way if the client picks it."""
     walls = closed([(-0.9, -0.9), (4.4, -0.9), (4.4, 3.4), (-0.9, 3.4)]) + box_walls(1.7, 1.25, 1.6, 0.9, 0.0)
     return World("room", walls, posts=[(2.6, 3.1, 0.1)], cans=[Can(2.0, 0.0)] if picks else [])
 
 
 def run(fault: Optional[str], numbers: RobotNumbers, seed: int, picks: bool) -> Run:
-    """One round."""
+    """Drive one round."""
     firmware = Firmware(MODEL, room(picks), gripper=True, numbers=numbers, seed=seed)
     lines = LineSimulation(firmware, seed, [fault_of(fault)] if fault else [])
     client = Insistent(picks)
@@ -231,7 +232,7 @@ def option_panels(seed: int) -> List[Panel]:
 
 
 def effect(panel: Panel) -> str:
-    """What is to be seen, in figures."""
+    """The difference between the two runs, in figures."""
     plain, other = panel.plain, panel.other
     words = []
     if other.arrived is None:
@@ -252,13 +253,13 @@ def effect(panel: Panel) -> str:
 
 
 def _heard(run_: Run) -> Tuple[int, float]:
-    """How many echoes, and how far (cm) they seem to come from beside any wall or post on average."""
+    """How many echoes, and how far (cm) on average they seem to be from the nearest wall or post."""
     world = room(False)
     return len(run_.echoes), 100.0 * float(np.mean([world.clearance(x, y) for x, y in run_.echoes.tolist()]))
 
 
 def draw(panels: List[Panel], columns: int, title: str, output: str) -> None:
-    """One page."""
+    """Draw one page."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -1,10 +1,9 @@
-"""A client's session and a simulated robot in one simulated time, a line between them that can be spoilt,
-and what must hold whatever happens to it.
+"""A client's session, a simulated robot, and a line between them that can have faults, in one simulated time.
 
-No thread, no clock, no ROS: a `Rig` lives as fast as the machine allows, and the same seed gives the same run. Commands
-are given by a user who goes on or falls silent; a `Judge` looks at the wire, the robot and the states in every step and
-keeps a list of what was wrong; `Diagnosis` keeps what the driver's diagnostics would say.
-Used by soak.py and by test/integration/test_faults.py.
+There is no thread, no clock and no ROS: a `Rig` runs as fast as the machine allows, and the same seed gives the same
+run. A user gives commands, or stops giving them. A `Judge` checks the wire, the robot and its states in every step, and
+lists what was wrong. `Diagnosis` keeps what the driver's diagnostics would say.
+soak.py and test/integration/test_faults.py use this file.
 """
 
 import math
@@ -33,34 +32,34 @@ from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.world import World
 
-STEP = 0.01             # s from one look of the rig at everything to the next
+STEP = 0.01             # s between two steps of the rig
 COMMAND_TIMEOUT = 0.6   # s, of the session
-REACTION = 0.1          # s after that in which zero velocity must be on the wire
+REACTION = 0.1          # s after the time-out, at most, until zero velocity is on the wire
 WATCHDOG = 2.0          # s, of the robot
-SETTLED = 0.15          # s for a packet's way, a physics step and the like
+SETTLED = 0.15          # s that a packet and a step of physics may take
 LINEAR_FALL = 0.3       # m/s^2 with which the simulated robot comes to rest
 ANGULAR_FALL = math.radians(100)
-SAME = 0.5              # s within which the same wrong is one
+SAME = 0.5              # s within which a repeated fault is counted once
 WAITING = 0.3           # s that a whole packet may wait behind bytes that look like a longer one
 LONGEST_GAP = 7000      # steps between two states: a minute of silence, and what it takes to connect again
 JITTER = 0.004          # m or rad by which a reported step may exceed the true one: rounding to the units of the wire
 
 Fault = Callable[[bytes], Sequence[bytes]]
-"""What arrives of one packet: the pieces, in order; none when it is lost."""
+"""From a packet to the pieces of it that arrive, in order; none when it is lost."""
 
 
 def whole(packet: bytes) -> Sequence[bytes]:
-    """No fault."""
+    """The packet as it is."""
     return (packet,)
 
 
 def lost(packet: bytes) -> Sequence[bytes]:
-    """Silence."""
+    """Nothing of the packet."""
     return ()
 
 
 def packets_in(data: bytes) -> Iterator[bytes]:
-    """The packets of bytes that are whole packets."""
+    """Split bytes, which must be whole packets, into these."""
     while data:
         length = data[2] + SMALLEST_COUNT
         yield data[:length]
@@ -71,7 +70,7 @@ class Way:
     """One direction of the line.
 
     Args:
-        chance: of garbling.
+        chance: draws the noise.
     """
 
     def __init__(self, chance: random.Random) -> None:
@@ -83,7 +82,7 @@ class Way:
         self._under_way: Deque[Tuple[float, int, bytes]] = deque()
 
     def send(self, data: bytes, now: float) -> None:
-        """Take whole packets."""
+        """Begin to carry whole packets."""
         for packet in packets_in(data):
             if self.baud is not None:
                 self._free_at = max(now, self._free_at) + len(packet) * BITS_PER_BYTE / self.baud
@@ -91,7 +90,7 @@ class Way:
                 self._under_way.append((max(now, self._free_at) + self.delay, self.baud, piece))
 
     def arrived(self, now: float, baud: Optional[int]) -> List[bytes]:
-        """The pieces that have come to a side that listens at ``baud``."""
+        """The pieces that have arrived, as a receiver at ``baud`` hears them."""
         pieces = []
         while self._under_way and self._under_way[0][0] <= now:
             _, sent_at, piece = self._under_way.popleft()
@@ -99,16 +98,16 @@ class Way:
         return pieces
 
     def backlog(self, now: float) -> float:
-        """s that the line needs for what it has taken."""
+        """Seconds until everything sent so far has left the sender."""
         return max(0.0, self._free_at - now)
 
     def clear(self) -> None:
-        """What is under way is gone."""
+        """Drop what is under way."""
         self._under_way.clear()
         self._free_at = 0.0
 
     def _garbled(self, piece: bytes, sent_at: int, baud: int) -> bytes:
-        """What a receiver makes of another line speed: as many bytes as fit its own, none of them right."""
+        """What a receiver at another line speed hears: noise, as many bytes as its own speed gives."""
         return bytes(self._chance.randrange(256) for _ in range(max(1, len(piece) * baud // sent_at)))
 
 
@@ -120,12 +119,12 @@ class Velocity(NamedTuple):
 
 
 class Rig:
-    """One user, one client, one line, one robot.
+    """A user, a client, a line and a robot.
 
     Args:
         firmware: the robot; a p3dx-sh on an endless floor if None.
         baud: line speeds of the client's port and of the robot; None for TCP.
-        seed: of everything that is left to chance.
+        seed: of all random numbers.
         settings: of the session.
     """
 
@@ -159,7 +158,7 @@ class Rig:
 
     @property
     def counts(self) -> Counts:
-        """Of all sessions so far."""
+        """The counts of all sessions so far, added up."""
         present = self.session.counts if self.session is not None else Counts()
         return Counts(*(past + more for past, more in zip(self._past, present)))
 
@@ -170,14 +169,14 @@ class Rig:
     # What the user does
 
     def command(self, velocity: Velocity) -> None:
-        """One velocity; without a link it is refused, as Robot does."""
+        """Command one velocity. Without a link nothing happens, as in Robot."""
         if self.ready:
             self.session.connected.drive.set_velocity(*velocity, self.now)
             self.judge.commanded(velocity)
             self._act()
 
     def request_motors(self, on: bool) -> Optional[MotorsRequest]:
-        """Ask once; None without a link."""
+        """Ask for motors on or off once; None without a link."""
         if not self.ready:
             return None
         request = self.session.connected.drive.request_motors(on, self.now, 2.0)
@@ -186,7 +185,7 @@ class Rig:
         return request
 
     def switch_motors_on(self, limit: float = 10.0) -> None:
-        """Ask until they are on."""
+        """Ask until the motors are on."""
         end = self.now + limit
         request = None
         while not (request is not None and request.done and request.error is None):
@@ -196,23 +195,23 @@ class Rig:
                 request = self.request_motors(True)
             self.step()
 
-    # What befalls it
+    # Faults
 
     def mend(self) -> None:
-        """The line is as good as new."""
+        """Repair the line."""
         self.plugged = True
         for way in (self.to_robot, self.to_client):
             way.fault, way.delay = whole, 0.0
 
     def pull(self) -> None:
-        """The cable is out, and the computer notices."""
+        """Pull the cable; the computer notices."""
         self.plugged = False
         self.to_robot.clear()
         self.to_client.clear()
         self.session.fail(LinkLostError("rig: the line broke: Input/output error"))
 
     def kill(self, down_for: float = 0.0) -> None:
-        """The program is gone without a word, and started again after so many s."""
+        """Kill the client without any farewell, and start it again after so many seconds."""
         self.judge.killed()
         self._past, self._odometry, self.session = self.counts, None, None
         self.diagnosis = Diagnosis(self)
@@ -238,7 +237,7 @@ class Rig:
         return self.now - start
 
     def step(self) -> None:
-        """STEP s in the life of all of them."""
+        """Advance everything by STEP seconds."""
         self._give_commands()
         for piece in self.to_robot.arrived(self.now, self.to_client.baud):
             self.firmware.receive(piece)
@@ -263,7 +262,7 @@ class Rig:
                 self.command(self.commanding)
 
     def _serve(self) -> None:
-        """As Robot's I/O thread does: receive, tick, act, tell; and connect again after a while."""
+        """Do what Robot's I/O thread does: receive, tick, send, tell; connect again after a pause."""
         session = self.session
         for piece in self.to_client.arrived(self.now, session.line.baud):
             session.receive(piece, self.now)
@@ -314,7 +313,7 @@ class Rig:
 
 
 class Said(NamedTuple):
-    """A finding of a task, its values as text."""
+    """What one diagnostics task says; its values as text."""
 
     task: str
     level: int
@@ -323,11 +322,11 @@ class Said(NamedTuple):
 
 
 class Diagnosis:
-    """What the driver's diagnostics say: as driver.diagnostics has it, once a second and when a level changes.
+    """What the driver's diagnostics say, once a second and when a level changes, as driver.diagnostics does.
 
     Attributes:
-        now: of all tasks, when it was said last.
-        said: all that was; clear it to begin anew.
+        now: what all tasks said last.
+        said: everything that any task said; clear it to begin anew.
     """
 
     PERIOD = 1.0
@@ -342,7 +341,7 @@ class Diagnosis:
         self._last_error: Optional[str] = None
 
     def heard(self, event: Any) -> None:
-        """A state or an event."""
+        """Take in a state or an event of the client."""
         if isinstance(event, RobotState):
             changed = self._health.state(event)
         else:
@@ -365,12 +364,12 @@ class Diagnosis:
 
 
 class Judge:
-    """Looks on, and writes down what must not be.
+    """Checks every step, and lists what must not happen.
 
     Attributes:
-        lossy: whether stops may get lost, so that only the robot's watchdog bounds how long it drives on.
-        late: s by which a packet may be late, besides the time that the decoder waits for the rest of another.
-        wrongs: what was wrong, each with its time; the first hundred.
+        lossy: whether stops may get lost. Then only the robot's watchdog limits how long it drives on.
+        late: seconds by which a packet may be late, besides the time that the decoder waits for the rest of one.
+        wrongs: the first hundred things that were wrong, each with its time.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -379,13 +378,13 @@ class Judge:
         self.wrongs: List[str] = []
         self._last: Dict[str, float] = {}
         self.bytes_written = 0
-        self.distance = 0.0                         # m, and
-        self.turned = 0.0                           # rad that the body has really covered
+        self.distance = 0.0                         # m that the body has really moved
+        self.turned = 0.0                           # rad that it has really turned
         self._rig = rig
         self._commanded_at = -math.inf
-        self._void_at = -math.inf                   # set points from before this are void
+        self._void_at = -math.inf                   # older set points are void
         self._stand_by = 0.0                        # when the robot must stand at the latest
-        self._heard_at = 0.0                        # by the robot, last
+        self._heard_at = 0.0                        # when the robot last heard something
         self._on_wire = {"VEL": 0, "RVEL": 0}
         self._fastest = {"VEL": 0, "RVEL": 0}       # since it stood
         self._request: Optional[MotorsRequest] = None
@@ -398,38 +397,38 @@ class Judge:
         self._pose_at = 0.0
 
     def wrong(self, what: str, how: str = "") -> None:
-        """Keep it, if the same was not wrong a moment ago."""
+        """List something that is wrong, unless the same was wrong a moment ago."""
         now = self._rig.now
         if now > self._last.get(what, -math.inf) + SAME and len(self.wrongs) < 100:
             self.wrongs.append("%.2f s: %s %s" % (now, what, how))
         self._last[what] = now
 
-    # What is told to it
+    # What the rig tells the judge
 
     def commanded(self, velocity: Velocity) -> None:
-        """The session took a velocity."""
+        """The session accepted a velocity."""
         self._commanded_at = self._rig.now
         self._stand_by = self._rig.now + COMMAND_TIMEOUT + REACTION
 
     def asked_for_motors(self, on: bool, request: MotorsRequest) -> None:
-        """The user did."""
+        """The user asked for motors on or off."""
         self._request, self._may_be_on = (request, True) if on else (None, False)
 
     def killed(self) -> None:
-        """Nothing more will be written; the robot drives on for as long as its watchdog lets it."""
+        """The client is dead and writes nothing more. The robot drives on until its watchdog stops it."""
         self._on_wire = {"VEL": 0, "RVEL": 0}
         self._stand_by = self._rig.now + WATCHDOG
         self._void_at, self._request, self._pose = self._rig.now, None, None
 
     def happened(self, event: Any) -> None:
-        """Motors taken away, or a link: no older command holds after it."""
+        """The robot lost its motors, or the link broke: older commands are void."""
         if isinstance(event, (MotionCleared, LinkDown)):
             self._void_at = self._rig.now
         if isinstance(event, LinkDown):
             self._request = None
 
     def wrote(self, data: bytes) -> None:
-        """The session put this on the wire."""
+        """The session sent these bytes."""
         now = self._rig.now
         self.bytes_written += len(data)
         for packet in packets_in(data):
@@ -446,11 +445,11 @@ class Judge:
                 self.wrong("motors switched on by itself")
 
     def arrived(self, data: bytes) -> None:
-        """Bytes came to the robot, whatever became of them."""
+        """Bytes reached the robot."""
         self._heard_at = self._rig.now
 
     def reported(self, state: RobotState) -> None:
-        """The pose goes no farther than the body went."""
+        """The client reported a state: check that the pose moved no farther than the body."""
         self._follow_the_body()
         now, pose = self._rig.now, (state.x, state.y, state.heading)
         if self._pose is not None:
@@ -494,5 +493,5 @@ class Judge:
         self._true_pose = pose
 
     def _rest_time(self) -> float:
-        """s in which the robot comes to rest from the fastest that it was told since it stood."""
+        """Seconds that the robot needs to stop from the highest velocity that it was told since it last stood."""
         return self._fastest["VEL"] / 1000 / LINEAR_FALL + math.radians(self._fastest["RVEL"]) / ANGULAR_FALL

@@ -1,14 +1,14 @@
 #!/usr/bin/python3
-"""A coverage-guided search for inputs that break the decoder or the session:
-no ROS, no clock, nothing but this file and the package.
+"""Searches for inputs that break the decoder or the session, guided by coverage. Needs no ROS and no clock.
 
     python3 bench/fuzz.py                               # a minute on both
     python3 bench/fuzz.py --seconds 300 --only session
 
-An input is a string of bytes. Its changed copies are tried; one that makes lines follow each other that never did
-before is kept, and changed in turn. It begins with the golden packets of the protocol. For the decoder an input is what
-comes from the line; for the session it is a script: what comes from the line, what the user does, and how time passes.
-Exit status 1 when something was found: then its bytes are printed, and belong into a test.
+An input is a string of bytes. The search begins with the golden packets of the protocol. It tries changed copies of its
+inputs. When a copy makes the code go a new way (two lines run one after the other for the first time), the search keeps
+the copy and changes it in turn. The decoder takes an input as bytes from the line. The session takes it as a script:
+bytes from the line, what the user does, and how time passes.
+Exit status 1 when the search finds something: it prints the bytes, and they belong into a test.
 """
 
 import argparse
@@ -36,11 +36,11 @@ from pioneer_control.p2os.explain import explain
 from pioneer_control.p2os.framing import HEADER
 from pioneer_control.robots import find_model
 
-phases.find_model = functools.lru_cache(None)(find_model)      # not the file of models anew for every input
+phases.find_model = functools.lru_cache(None)(find_model)      # so that the file of models is read only once
 
 LONGEST_INPUT = 600         # bytes
 LARGEST_CORPUS = 4000       # inputs
-LONGEST_FRAME = 258         # bytes, that a decoder may hold back
+LONGEST_FRAME = 258         # bytes that a decoder may hold back
 TIMEOUT, REACTION = 0.6, 0.1
 TRACED = tuple(os.path.realpath(os.path.join(SOURCE, "pioneer_control", room)) + os.sep for room in ("p2os", "client"))
 
@@ -55,10 +55,10 @@ def must(holds: bool, what: str) -> None:
         raise Wrong(what)
 
 
-# What an input is tried on
+# What the search tries inputs on
 
 def try_decoder(data: bytes) -> None:
-    """Bytes from the line: the first says in what pieces they come."""
+    """Feed bytes from the line to the decoder; the first byte says in what pieces."""
     step = data[0] % 64 + 1 if data else 1
     decoder = p2os.FrameDecoder()
     frames: List[p2os.Frame] = []
@@ -76,7 +76,7 @@ def try_decoder(data: bytes) -> None:
             packet = p2os.decode_packet(frame, grip_state_first)
             try:
                 again = p2os.encode_packet(packet, grip_state_first)
-            except EncodingError:       # longer than anybody may send
+            except EncodingError:       # longer than a packet may be
                 continue
             must(p2os.decode_packet(p2os.Frame(again[3], again[4:-2]), grip_state_first) == packet,
                  "another packet after a round trip")
@@ -84,7 +84,7 @@ def try_decoder(data: bytes) -> None:
 
 
 class Script:
-    """A session, and what its user asked for when."""
+    """A session, and what its user asked for."""
 
     def __init__(self) -> None:
         self.now = 0.0
@@ -93,7 +93,7 @@ class Script:
         self.motors_asked = False
 
     def tick(self, seconds: float) -> None:
-        """Let time pass, as the I/O thread does: never later than the session wants."""
+        """Let time pass, and call tick() whenever the session wants it, as the I/O thread does."""
         end = self.now + seconds
         while self.now < end and not self.session.finished:
             self.now = min(end, self.session.wake_at)
@@ -102,13 +102,13 @@ class Script:
             self.look()
 
     def hear(self, data: bytes) -> None:
-        """Bytes come from the line."""
+        """Give the session bytes from the line."""
         self.session.receive(data, self.now)
         self.session.tick(self.now)
         self.look()
 
     def user(self, act: Callable[[], Any]) -> None:
-        """What only a ready session takes; it may be refused."""
+        """Let the user act on a connected session, which may refuse it."""
         if self.session.connected:
             try:
                 act()
@@ -117,17 +117,17 @@ class Script:
             self.look()
 
     def drive(self, linear: float, angular: float) -> None:
-        """A velocity."""
+        """Command a velocity."""
         self.session.connected.drive.set_velocity(linear, angular, self.now)
         self.commanded_at = self.now
 
     def ask_for_motors(self, on: bool) -> None:
-        """Motors on or off."""
+        """Ask for motors on or off."""
         self.motors_asked |= on
         self.session.connected.drive.request_motors(on, self.now, 2.0)
 
     def look(self) -> None:
-        """At what the session wants done."""
+        """Check what the session sends, and what it holds."""
         session = self.session
         for action in session.data_to_send():
             if isinstance(action, SetBaud):
@@ -148,7 +148,7 @@ class Script:
 
 
 def sip(**changes: Any) -> bytes:
-    """A SIP of a p3dx-sh with nothing going on in it."""
+    """A SIP of a p3dx-sh that stands still."""
     fields = dict(
         type_id=p2os.STOPPED, x_counts=0, y_counts=0, heading_units=0, left_velocity_units=0, right_velocity_units=0,
         battery_dv=128,
@@ -163,7 +163,7 @@ HANDSHAKE = [p2os.encode_frame(0), p2os.encode_frame(1),
 
 
 def to_ready(script: Script) -> None:
-    """The shortest way."""
+    """Bring the session to a connected robot in the fewest steps."""
     script.tick(0.31)
     for answer in HANDSHAKE:
         script.hear(answer)
@@ -174,7 +174,7 @@ def to_ready(script: Script) -> None:
 
 
 def try_session(data: bytes) -> None:
-    """A script: each step is a byte that says what it is, and bytes that say more."""
+    """Run a script: each step is a byte that names the step, and bytes with its details."""
     script = Script()
     at = 1
     if data and data[0] & 1:
@@ -192,7 +192,7 @@ def try_session(data: bytes) -> None:
         elif step == 8:
             script.tick(more / 1000)
         elif step == 9:
-            script.now += more / 50     # nobody called
+            script.now += more / 50     # time passes without a call
         elif step == 10:
             script.user(lambda: script.drive((more - 128) / 64, 0.0))
         elif step == 11:
@@ -222,10 +222,10 @@ PIECES = ([bytes.fromhex(example["bytes"]) for example in yaml.safe_load(open(GO
 TARGETS: Dict[str, Callable[[bytes], None]] = {"decoder": try_decoder, "session": try_session}
 
 
-# What an input reaches
+# What code an input reaches
 
 class Arcs:
-    """Which line followed which, in the traced rooms."""
+    """Which line of the traced rooms ran after which."""
 
     def __init__(self) -> None:
         self.seen: Set[Tuple[Any, int, int]] = set()
@@ -233,7 +233,7 @@ class Arcs:
         self._traced: Dict[Any, bool] = {}
 
     def run(self, target: Callable[[bytes], None], data: bytes) -> int:
-        """Try it; how many arcs were new. What the target raises passes."""
+        """Run the target on an input. Returns how many arcs were new; errors of the target pass through."""
         self._new, before = set(), sys.gettrace()
         sys.settrace(self._enter)
         try:
@@ -269,7 +269,7 @@ INTERESTING = (0x00, 0x01, 0x02, 0x03, 0x1B, 0x20, 0x2B, 0x32, 0x33, 0x3B, 0x7F,
 
 
 def repaired(data: bytes) -> bytes:
-    """The same with the checksum of whatever looks like a frame made right: else little would get past it."""
+    """Correct the checksum of everything that looks like a frame. Otherwise the decoder refuses nearly all of it."""
     made, at = bytearray(data), data.find(HEADER)
     while 0 <= at < len(made) - 2:
         end = at + 3 + made[at + 2]
@@ -282,7 +282,7 @@ def repaired(data: bytes) -> bytes:
 
 
 def changed(data: bytes, corpus: List[bytes], chance: random.Random) -> bytes:
-    """A copy with a few changes."""
+    """A copy of an input with a few random changes."""
     for _ in range(1 << chance.randrange(4)):
         at, kind = chance.randrange(len(data) + 1), chance.randrange(9)
         size = 1 << chance.randrange(6)
@@ -316,10 +316,10 @@ class Finding(NamedTuple):
 
 
 def what_breaks(target: Callable[[bytes], None], data: bytes) -> str:
-    """What the input breaks, with its place; nothing if it does not."""
+    """The error that an input causes, and where; empty if it causes none."""
     try:
         target(data)
-    except Exception as error:      # whatever it is: that is what we look for
+    except Exception as error:      # any error is a finding
         trace = error.__traceback__
         while trace.tb_next is not None:
             trace = trace.tb_next
@@ -330,7 +330,7 @@ def what_breaks(target: Callable[[bytes], None], data: bytes) -> str:
 
 
 def shortened(target: Callable[[bytes], None], finding: Finding) -> Finding:
-    """The same finding with fewer bytes."""
+    """Shorten the input of a finding as far as it still causes the same error."""
     place = finding.what.partition(":")[0]
     data, size = finding.data, len(finding.data) // 2
     while size:
@@ -346,7 +346,7 @@ def shortened(target: Callable[[bytes], None], finding: Finding) -> Finding:
 
 
 def search(name: str, seconds: float, seed: int, say: Callable[[str], None] = print) -> List[Finding]:
-    """Look for so long; a finding for each place where something broke."""
+    """Search for so many seconds. Returns one finding for each place of an error."""
     target, chance, arcs = TARGETS[name], random.Random(seed), Arcs()
     corpus = [b"\x00" + piece for piece in PIECES] + [b"\x01\x06" + bytes([number]) + b"\x07\x0a"
                                                       for number in range(len(PIECES))]
@@ -363,7 +363,7 @@ def search(name: str, seconds: float, seed: int, say: Callable[[str], None] = pr
         try:
             if arcs.run(target, data) and len(corpus) < LARGEST_CORPUS:
                 corpus.append(data)
-        except Exception:           # whatever it is: that is what we look for
+        except Exception:           # any error is a finding
             what = what_breaks(target, data)
             if what.partition(":")[0] not in findings:
                 finding = shortened(target, Finding(what, data))
@@ -380,7 +380,7 @@ def search(name: str, seconds: float, seed: int, say: Callable[[str], None] = pr
 
 
 def main() -> int:
-    """Search as the command line says."""
+    """Search as the command line asks."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=60.0,
                         help="of searching, shared by the targets (default: %(default)s)")

@@ -1,14 +1,14 @@
 #!/usr/bin/python3
-"""Random bytes and random commands for the simulated robot: no ROS, no clock, nothing but this file and the package.
+"""Sends random bytes and random commands to simulated robots. Needs no ROS and no clock.
 
     python3 bench/fuzz_firmware.py              # a million strings, a hundred thousand commands
     python3 bench/fuzz_firmware.py --strings 20000 --commands 2000 --seed 7
 
-Robots of every family of firmware take turns. Strings are noise, pieces of packets, packets with a wrong bit, and
-packets of random data; commands are those of the protocol with any legal value and numbers nobody knows with any
-argument. Simulated time passes between them. Again and again it is asked whether the robot still answers: CLOSE, the
-SYNC sequence, OPEN, and SIPs every 100 ms; whether all that it said were whole packets; and whether it stands in no
-wall. Exit status 1 when something was found: then the seed and the number of the string say how to get there again.
+Robots of every firmware family take turns. Strings are noise, pieces of packets, packets with a wrong bit, and packets
+of random data. Commands are those of the protocol with any legal value, and unknown numbers with any argument.
+Simulated time passes between them. Again and again the program checks that the robot still answers CLOSE, the SYNC
+sequence and OPEN, that it sends SIPs every 100 ms, that all it sent were whole packets, and that it stands in no wall.
+Exit status 1 when a check fails: the printed seed and number of the string reproduce it.
 """
 
 import argparse
@@ -30,8 +30,8 @@ from pioneer_control.simulator.world import Can, World
 
 MODELS = ("p3dx-sh", "peoplebot-sh", "p3at-sh", "amigo-sh", "p3dx", "p2dx", "amigo", "pion1m", "powerbot-sh", "seekur",
           "pioneer-lx")
-LOOK_EVERY = 500            # strings or commands between two questions whether it still answers
-# of memory, in the second half: until then worlds remember what is near each place that a robot came to
+LOOK_EVERY = 500            # strings or commands between two checks
+# In the second half. In the first half a world still stores what is near the places that a robot visits.
 MOST_GROWTH_KB = 3000
 
 
@@ -65,7 +65,7 @@ def robot_of(name: str, seed: int) -> Firmware:
 
 
 class Subject:
-    """A robot that things are thrown at, and what it says to them."""
+    """A robot that gets the random input, and the packets that it sends."""
 
     def __init__(self, name: str, seed: int):
         self.robot = robot_of(name, seed)
@@ -74,15 +74,15 @@ class Subject:
         self.open()
 
     def wait(self, seconds: float) -> List[int]:
-        """Let time pass; the ids of the packets it sent, all of them whole."""
+        """Let time pass. Returns the ids of the packets that the robot sent."""
         frames = self.decoder.feed(self.robot.advance(seconds))
         self.packets += len(frames)
         return [frame.id for frame in frames]
 
     def open(self) -> None:
-        """Open a session whatever went before: it must answer each step."""
-        self.wait(0.2)      # half a packet is forgotten
-        # the first may have been the SYNC2 that it waited for: then it is silent until CLOSE
+        """Open a session, whatever happened before; the robot must answer each step."""
+        self.wait(0.2)      # so that the robot forgets half a packet
+        # twice: a robot that waits for SYNC2 takes the first for that, and only the second for CLOSE
         self.robot.receive(2 * p2os.encode_frame(2))
         self.wait(0.02)
         for number in (0, 1, 2):
@@ -93,7 +93,7 @@ class Subject:
         self.robot.receive(p2os.encode_command("ENABLE", 1))
 
     def look(self) -> None:
-        """Whether it still is what it was."""
+        """Check the robot and all that it sent."""
         counts = self.decoder.counts
         must(not self.decoder.waiting and not counts.discarded_bytes and not counts.bad_checksums,
              "said something that is no packet: %s" % (counts,))
@@ -122,7 +122,7 @@ def any_string(draw: random.Random) -> bytes:
 
 
 def any_command(draw: random.Random) -> bytes:
-    """A command of the protocol with a legal value, often an extreme one; now and then a number that nobody knows."""
+    """A command of the protocol with a legal value, often an extreme one; sometimes an unknown number."""
     if draw.random() < 0.1:
         value = draw.choice((0, 1, 0x7FFF, 0xFFFF, draw.randrange(0x10000)))
         data = draw.choice((b"", b"\x3B" + struct.pack("<H", value), b"\x1B" + struct.pack("<H", value), b"\x2B\x03abc",
@@ -146,14 +146,14 @@ ALL = tuple(COMMANDS.values())
 
 
 def resident_kb() -> int:
-    """Memory of this process."""
+    """Resident memory of this process."""
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") // 1024
 
 
 def throw(make: Callable[[random.Random], bytes], number: int, seed: int, longest: float,
           look_every: int = LOOK_EVERY) -> Counts:
-    """Throw so many of a kind at robots of each model in turn, with up to `longest` simulated s between them."""
+    """Send many inputs of a kind to robots of each model in turn, with up to `longest` simulated s between them."""
     draw = random.Random(seed)
     subjects = [Subject(name, seed) for name in MODELS]
     begin, held = time.monotonic(), []
@@ -168,7 +168,7 @@ def throw(make: Callable[[random.Random], bytes], number: int, seed: int, longes
             if count % look_every == look_every - 1:
                 subject.wait(0.2)
                 subject.look()
-        except Exception as error:      # whatever it is: that is what we look for
+        except Exception as error:      # any error is a finding
             raise Wrong("%s, seed %d, number %d: %s: %s" % (subject.robot.model.subtype, seed, count,
                                                             type(error).__name__, error)) from error
         if count in (number // 10, number // 2):
@@ -184,7 +184,7 @@ KINDS = {"strings": (any_string, 0.05), "commands": (any_command, 0.2)}
 
 
 def main() -> int:
-    """Throw as much as the command line says."""
+    """Run what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--strings", type=int, default=1000000, help="random byte strings (default: %(default)s)")
     parser.add_argument("--commands", type=int, default=100000, help="random commands (default: %(default)s)")

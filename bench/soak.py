@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""A day of mixed driving with faults all the time: does anything grow, does anything go wrong?
+"""Drives a robot for a day with a fault every few seconds. Does memory grow? Does anything go wrong?
 
     python3 bench/soak.py               # 24 simulated hours, a session and a simulated robot, as fast as they go
     python3 bench/soak.py --hours 1 --seed 7
     python3 bench/soak.py --real 60     # 60 real minutes: both nodes, a master of their own, a bad line that is cut
 
 A line per simulated hour (or real minute) shows what was done and what the process holds. Exit status 1 when something
-was wrong, or memory, threads or file descriptors grew after the first tenth. bench/soak.md has what was measured.
+was wrong, or memory, threads or file descriptors grew after the first tenth. bench/soak.md has the measurements.
 """
 
 import argparse
@@ -26,22 +26,22 @@ from typing import Callable, Dict, Iterator, List, NamedTuple, Optional
 from faulty_link import STEP, Rig, Velocity, lost
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-RECOVERY = 15.0         # simulated s in which a mended link must be ready again
-GROWTH = 1.05           # of memory after the first tenth, that is still no growth
-PAUSE = 3.0             # simulated s after a fault from which on a stop must arrive at once again
+RECOVERY = 15.0         # simulated s after its repair, at most, until the link is ready again
+GROWTH = 1.05           # factor by which memory may exceed that after the first tenth
+PAUSE = 3.0             # simulated s after a fault; from then on a stop must arrive at once
 
 
 # 24 hours in simulated time
 
 def lose(share: float) -> Callable[[Rig], None]:
-    """Packets are lost either way."""
+    """Lose this share of the packets in both directions."""
     def begin(rig: Rig) -> None:
         rig.to_robot.fault = rig.to_client.fault = lambda packet: (packet,) if rig.chance.random() >= share else ()
     return begin
 
 
 def spoil(rig: Rig) -> None:
-    """One byte of many packets is wrong, missing or too many."""
+    """Change, drop or add one byte of many packets."""
     def fault(packet: bytes) -> List[bytes]:
         at, kind = rig.chance.randrange(len(packet)), rig.chance.randrange(8)
         if kind == 0:
@@ -57,7 +57,7 @@ def spoil(rig: Rig) -> None:
 
 
 def silence(rig: Rig) -> None:
-    """Nothing passes, one way or both."""
+    """Let nothing pass, in one direction or in both."""
     which = rig.chance.randrange(3)
     if which != 0:
         rig.to_robot.fault = lost
@@ -66,19 +66,19 @@ def silence(rig: Rig) -> None:
 
 
 def late(rig: Rig) -> None:
-    """All is late."""
+    """Delay everything."""
     rig.to_robot.delay = rig.to_client.delay = 0.2
 
 
 def pull(rig: Rig) -> None:
-    """The cable is out."""
+    """Pull the cable."""
     if rig.session is not None:
         rig.pull()
     rig.plugged = False
 
 
 def press(rig: Rig) -> None:
-    """The STOP button."""
+    """Press the STOP button."""
     rig.firmware.press_stop_button(True)
 
 
@@ -91,7 +91,7 @@ FAULTS: Dict[str, Callable[[Rig], None]] = {
 
 
 class Day:
-    """A user who drives about, and what befalls the robot."""
+    """A user who drives, and the faults of that day."""
 
     def __init__(self, seed: int, baud: Optional[int]) -> None:
         self.rig = Rig(baud=(baud, baud) if baud else None, seed=seed)
@@ -100,7 +100,7 @@ class Day:
         self.reconnects = self.commands = 0
 
     def live(self, hours: float) -> None:
-        """Drive a while, let something befall the robot, see it recover; again and again."""
+        """Again and again: drive a while, begin a fault, end it, and check that the robot recovers."""
         rig, end = self.rig, self.rig.now + 3600 * hours
         while rig.now < end:
             for _ in range(self.chance.randrange(1, 6)):
@@ -113,7 +113,7 @@ class Day:
                 self.drive()
             rig.mend()
             rig.firmware.press_stop_button(False)
-            rig.firmware.hardware.battery.pretend(12.8)     # charged all day; a restart forgets it
+            rig.firmware.hardware.battery.pretend(12.8)     # it stays charged; a restart forgets that
             try:
                 rig.run_until(lambda: rig.ready, RECOVERY)
             except AssertionError as error:
@@ -123,7 +123,7 @@ class Day:
             rig.judge.lossy, rig.judge.late = False, 0.0
 
     def drive(self) -> None:
-        """One leg: some velocity, at some rate, for some time; or none."""
+        """Command a random velocity, or none, at a random rate for a random time."""
         rig, chance = self.rig, self.chance
         if rig.ready and rig.state is not None and not rig.state.motors_enabled:
             rig.request_motors(True)
@@ -134,19 +134,19 @@ class Day:
 
 
 def resident_kb(process: int) -> int:
-    """Memory that a process holds."""
+    """Resident memory of a process."""
     with open("/proc/%d/status" % process) as status:
         return int(next(line for line in status if line.startswith("VmRSS")).split()[1])
 
 
 def grown(values: List[int]) -> bool:
-    """Whether the last of these exceed those after the first tenth."""
+    """Whether the last values exceed those after the first tenth."""
     begin = len(values) // 10
     return max(values[-max(1, len(values) // 10):]) > GROWTH * max(values[begin:begin + max(1, len(values) // 5)])
 
 
 def soak(hours: float, seed: int, baud: Optional[int]) -> int:
-    """In process; the exit status."""
+    """Soak session and robot in this process, in simulated time. Returns the exit status."""
     day, start, memory, objects = Day(seed, baud), time.monotonic(), [], []
     slices = max(10, round(hours))
     print("%6s %7s %9s %8s %9s %7s %9s %9s %9s %8s %8s %7s" % (
@@ -175,13 +175,13 @@ def soak(hours: float, seed: int, baud: Optional[int]) -> int:
 # Real time, real nodes
 
 class Node(NamedTuple):
-    """A process that is watched."""
+    """A process that the soak watches."""
 
     name: str
     process: subprocess.Popen
 
     def holds(self) -> Dict[str, int]:
-        """Memory, threads, file descriptors."""
+        """Its memory (kB), and the numbers of its threads and open files."""
         folder = "/proc/%d" % self.process.pid
         return {"kB": resident_kb(self.process.pid), "threads": len(os.listdir(folder + "/task")),
                 "files": len(os.listdir(folder + "/fd"))}
@@ -189,7 +189,7 @@ class Node(NamedTuple):
 
 @contextlib.contextmanager
 def running(name: str, *command: str) -> Iterator[Node]:
-    """A process, ended in order afterwards."""
+    """Start a process, and interrupt it at the end."""
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         try:
             yield Node(name, process)
@@ -198,19 +198,19 @@ def running(name: str, *command: str) -> Iterator[Node]:
 
 
 def free_port() -> int:
-    """Of this machine."""
+    """A TCP port of this machine that nobody uses."""
     with socket.socket() as listener:
         listener.bind(("127.0.0.1", 0))
         return listener.getsockname()[1]
 
 
 def node_program(name: str) -> str:
-    """The file of a node: rosrun would stand between it and who watches it."""
+    """The file of a node. With rosrun we would watch rosrun instead of the node."""
     return os.path.join(HERE, "..", "nodes", name)
 
 
 def wait_for(port: int) -> None:
-    """Until somebody listens there: nodes that start before their master have nobody to ask for their parameters."""
+    """Wait until a program listens at a port: a node needs its master to read its parameters."""
     while True:
         with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port)):
             return
@@ -218,7 +218,7 @@ def wait_for(port: int) -> None:
 
 
 def soak_real(minutes: float, seed: int) -> int:
-    """Both nodes under a master; the exit status."""
+    """Soak both nodes under a master, in real time. Returns the exit status."""
     sys.path.insert(0, os.path.join(HERE, "..", "test", "integration"))
     from client_lines import SpoiltLine
     master, port = free_port(), free_port()
@@ -238,7 +238,7 @@ def soak_real(minutes: float, seed: int) -> int:
 
 
 def watch(nodes: List[Node], line, minutes: float, chance: random.Random) -> int:
-    """Drive, spoil and cut, and print what the nodes hold, once a minute."""
+    """Drive, spoil and cut the line, and print once a minute what the nodes hold. Returns the exit status."""
     import rospy
     from geometry_msgs.msg import Twist
     from nav_msgs.msg import Odometry
@@ -282,7 +282,7 @@ def watch(nodes: List[Node], line, minutes: float, chance: random.Random) -> int
 
 
 def main() -> int:
-    """Soak as the command line says."""
+    """Run what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--hours", type=float, default=24.0, help="simulated (default: %(default)s)")
     parser.add_argument("--baud", type=int, help="line speed (default: TCP)")
