@@ -1,7 +1,7 @@
 """What command lines of this room have in common: yes or no, numbers in a range, and words that were meant for a launch file."""
 
 import argparse
-from typing import Iterable
+from typing import Any, Dict, Iterable
 
 from ..errors import UsageError
 from ..parameters import Number
@@ -20,6 +20,14 @@ def refuse_launch_arguments(words: Iterable[str], names: Iterable[str]) -> None:
     for word in words:
         if word.partition(":=")[0] in names:
             raise UsageError("%s: this is how roslaunch is told; --help says how it is said here" % word)
+
+
+def parser_of(program: str, description: str, options: Dict[str, Dict[str, Any]], **more: Any) -> argparse.ArgumentParser:
+    """A parser of options: their names, with spaces between them, and what `add_argument` is told of each. `more`: for the parser."""
+    parser = argparse.ArgumentParser(prog=program, description=description, **more)
+    for name, option in options.items():
+        parser.add_argument(*name.split(), **option)
+    return parser
 
 
 def yes_or_no(text: str) -> bool:

@@ -5,19 +5,29 @@ work too). Colours are Okabe and Ito's, which stay apart for colour-blind eyes; 
 hatches do.
 """
 
-import argparse
 import os
 import sys
-from typing import List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from ..errors import PioneerError, UsageError
 from ..pictures import check_output, write
 from .bag_names import in_order, stem
+from .command_line import parser_of
 from .pages import page, side_by_side
 from .pages.sheet import DPI
 from .progress import Progress
 from .recorded_run import Run
 from .run import read_run
+
+
+OPTIONS: Dict[str, Dict[str, Any]] = {
+    "bag": dict(nargs="+", help="what rosbag record wrote; of several the others are compared with the first"),
+    "-o --output": dict(metavar="FILE", help="the picture to write: .png, .pdf or .svg (default: beside the first bag, .png)"),
+    "--parts": dict(action="store_true", help="the bags are the parts of one recording (rosbag record --split)"),
+    "--robot": dict(action="append", default=[], metavar="NAME",
+                    help="namespace of the robot, when a bag holds several; again: one for each bag, or robots of one bag, to be compared"),
+    "--title": dict(help="instead of the robot's and the world's name"),
+}
 
 
 def draw_run(run: Run, output: str, title: Optional[str] = None) -> None:
@@ -48,13 +58,7 @@ def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tupl
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Draw bags; 0 when the picture is written, 2 when there is nothing to draw."""
-    parser = argparse.ArgumentParser(prog="draw_run", description="Make a report of a recorded run, on one page; of several, compare them.")
-    parser.add_argument("bag", nargs="+", help="what rosbag record wrote; of several the first is what the others are held against")
-    parser.add_argument("-o", "--output", help="the picture to write: .png, .pdf or .svg (default: beside the first bag, .png)")
-    parser.add_argument("--parts", action="store_true", help="the bags are the parts of one recording (rosbag record --split)")
-    parser.add_argument("--robot", action="append", default=[], metavar="NAME",
-                        help="namespace of the robot, when a bag holds several; again: one for each bag, or robots of one bag, to be compared")
-    parser.add_argument("--title", help="instead of the robot's and the world's name")
+    parser = parser_of("draw_run", "Make a report of a recorded run, on one page; of several, compare them.", OPTIONS)
     options = parser.parse_args(arguments)
     try:
         chosen = wanted(options.bag, options.robot, options.parts)

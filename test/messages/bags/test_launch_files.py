@@ -9,6 +9,7 @@ import pytest
 import yaml
 from roslaunch.config import load_config_default
 
+from pioneer_control.bags.command_line import parser_of
 from pioneer_control.bags.replaying import redrive, replay, rerun
 from pioneer_control.driver.conversions import WHEEL_JOINTS
 from pioneer_control.robots import find_model
@@ -49,12 +50,13 @@ class TestReplay:
             config = load_config_default([(str(ROOT / "launch" / "replay.launch"), ["bag:=/tmp/x.bag", "way:=" + way])], None, verbose=False)
             assert "/use_sim_time" not in config.params
 
-    @pytest.mark.parametrize("way, parser", [("rerun", rerun.parser), ("redrive", redrive.parser)])
-    def test_each_way_has_one_program_that_takes_the_arguments(self, way, parser):
+    @pytest.mark.parametrize("way, options", [("rerun", rerun.OPTIONS), ("redrive", redrive.OPTIONS)])
+    def test_each_way_has_one_program_that_takes_the_arguments(self, way, options):
         words = shlex.split(node("replay.launch", "bag:=/tmp/with space/x.bag", "way:=" + way).args)
-        given = parser().parse_args(words[1:])
+        parser = parser_of(way, "", options)
+        given = parser.parse_args(words[1:])
         assert (words[0], given.bag) == (way, "/tmp/with space/x.bag")
-        assert vars(given) == vars(parser().parse_args([given.bag])), "what the launch file gives is what holds without it"
+        assert vars(given) == vars(parser.parse_args([given.bag])), "what the launch file gives is what holds without it"
 
     def test_a_way_that_there_is_not_is_told(self, capsys):
         assert replay.main(shlex.split(node("replay.launch", "bag:=/tmp/x.bag", "way:=rewind").args)) == 2

@@ -18,9 +18,10 @@ import pytest
 from roslaunch.config import load_config_default
 from std_msgs.msg import String
 
+from pioneer_control.bags.command_line import parser_of
 from pioneer_control.bags.recording import attendant, description, start
 from pioneer_control.bags.reader import decode, read_bag
-from pioneer_control.bags.recording.plan import RecordingPlan, parser, plan_of
+from pioneer_control.bags.recording.plan import OPTIONS, RecordingPlan, plan_of
 from pioneer_control.bags.recording.topics import groups_to_ask_for, load_list
 from pioneer_control.bags.writer import BagWriter
 from pioneer_control.driver import requests
@@ -40,7 +41,7 @@ def node(*arguments):
 
 
 def recording(*arguments):
-    return plan_of(parser().parse_args(shlex.split(node(*arguments).args)), NOW)
+    return plan_of(parser_of("record", "", OPTIONS).parse_args(shlex.split(node(*arguments).args)), NOW)
 
 
 class TestLaunchFile:
@@ -62,7 +63,7 @@ class TestLaunchFile:
         assert shlex.split(node().launch_prefix) == ["env", "--chdir=/my lab"]
 
     def test_it_gives_what_holds_without_it(self):
-        assert recording() == plan_of(parser().parse_args([]), NOW)
+        assert recording() == plan_of(parser_of("record", "", OPTIONS).parse_args([]), NOW)
 
     def test_all_that_can_be_said(self):
         made = recording("bag:=/data/my runs/x.bag", "split:=1h", "also:=wire packets", "compression:=bz2", "keep_free:=1GB")

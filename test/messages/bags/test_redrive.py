@@ -10,6 +10,7 @@ import rosbag
 from geometry_msgs.msg import Twist, TwistStamped
 from std_msgs.msg import String
 
+from pioneer_control.bags.command_line import parser_of
 from pioneer_control.bags.replaying import redrive
 from pioneer_control.bags.reader import BagError
 from pioneer_control.bags.recording.description import Description, text_of
@@ -112,7 +113,7 @@ def test_a_damaged_command_is_missing_and_told(tmp_path, capsys):
 class TestWhatIsAsked:
     @staticmethod
     def given(bag, *arguments):
-        return redrive.Redrive(redrive.parser().parse_args([bag, *arguments]))
+        return redrive.Redrive(parser_of("", "", redrive.OPTIONS).parse_args([bag, *arguments]))
 
     @pytest.mark.parametrize("arguments, said", [
         (["--numbers-file=/x.yaml"], "/x.yaml: no such file"), (["--speed=0"], "speed: '0' is not legal: give a number from 0.05 to 1"),
@@ -125,7 +126,7 @@ class TestWhatIsAsked:
     def test_there_is_no_way_to_a_real_robot(self, word, capsys):
         """Nothing looks where recorded velocities go."""
         with pytest.raises(SystemExit):
-            redrive.parser().parse_args(["x.bag", word])
+            parser_of("", "", redrive.OPTIONS).parse_args(["x.bag", word])
         assert "unrecognized arguments: " + word in capsys.readouterr().err
 
     @pytest.mark.parametrize("name", ["", "/", "//", "a b", "a//b", "1st", "~x"])

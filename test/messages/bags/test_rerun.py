@@ -7,6 +7,7 @@ import rosbag
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Header, String
 
+from pioneer_control.bags.command_line import parser_of
 from pioneer_control.bags.replaying import rerun
 from pioneer_control.bags.reader import BagError
 from pioneer_control.bags.recording.description import Description, text_of
@@ -129,18 +130,18 @@ class TestVerdict:
 @pytest.mark.parametrize("options", ["-l", "-r 2 --loop"])
 def test_there_is_no_end_to_a_loop(bag, options):
     with pytest.raises(UsageError, match="leave -l out"):
-        rerun.Rerun(rerun.parser().parse_args([bag, "--options=" + options]))
+        rerun.Rerun(parser_of("", "", rerun.OPTIONS).parse_args([bag, "--options=" + options]))
 
 
 @pytest.mark.parametrize("enough", ["1.1", "-0.1", "nan", "much"])
 def test_a_share_that_is_none(bag, enough):
     with pytest.raises(UsageError, match="enough: '%s' is not legal: give a number from 0 to 1" % enough):
-        rerun.Rerun(rerun.parser().parse_args([bag, "--enough=" + enough]))
+        rerun.Rerun(parser_of("", "", rerun.OPTIONS).parse_args([bag, "--enough=" + enough]))
 
 
 @pytest.mark.parametrize("enough", ["0", "1"])
 def test_a_share_may_be_none_or_all(bag, enough):
-    rerun.Rerun(rerun.parser().parse_args([bag, "--enough=" + enough]))
+    rerun.Rerun(parser_of("", "", rerun.OPTIONS).parse_args([bag, "--enough=" + enough]))
 
 
 class TestARobotThatComesMeanwhile:
@@ -148,7 +149,7 @@ class TestARobotThatComesMeanwhile:
     def look_out(self, bag, monkeypatch):
         def look_out(*others):
             monkeypatch.setattr(rerun, "possible_robots", lambda: list(others))
-            rerun.Rerun(rerun.parser().parse_args([bag]))._look_out()
+            rerun.Rerun(parser_of("", "", rerun.OPTIONS).parse_args([bag]))._look_out()
         return look_out
 
     def test_ends_it(self, look_out):

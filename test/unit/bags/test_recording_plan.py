@@ -5,6 +5,7 @@ import time
 
 import pytest
 
+from pioneer_control.bags.command_line import parser_of
 from pioneer_control.bags.recording import plan, start
 from pioneer_control.bags.recording.disk import GB, MB
 from pioneer_control.errors import UsageError
@@ -21,7 +22,7 @@ def here(tmp_path, monkeypatch):
 
 
 def recording(*words):
-    return plan.plan_of(plan.parser().parse_args([*words, "--topics=list.yaml"]), NOW)
+    return plan.plan_of(parser_of("record", "", plan.OPTIONS).parse_args([*words, "--topics=list.yaml"]), NOW)
 
 
 def test_a_robot_by_default(here):

@@ -7,11 +7,12 @@ import argparse
 import errno
 import os
 import sys
-from typing import Dict, Optional, Sequence, Set, Tuple
+from typing import Any, Dict, Optional, Sequence, Set, Tuple
 
 from ... import msg
 from ...errors import PioneerError, UsageError
 from ...robots import Transducer, find_model
+from ..command_line import parser_of
 from ..progress import Progress
 from ..reader import BagError, decode, read_bag
 from ..writer import BagWriter
@@ -118,22 +119,26 @@ def report(source: str, target: str, converter: Converter, damage: str, model: s
     return "\n".join(lines)
 
 
+OPTIONS: Dict[str, Dict[str, Any]] = {
+    "bag": dict(metavar="IN.bag"),
+    "output": dict(metavar="OUT.bag", help="must not exist yet"),
+    "what": dict(metavar="WHAT", nargs="*", default=[], help="see below"),
+    "--model": dict(default="", help="which robot it is, where no robot_info says so: p3dx-sh for example"),
+    "--models-file": dict(default="", metavar="FILE", help="your own table of models"),
+    "--gripper": dict(action="store_true", help="that robot has a gripper"),
+    "--replace": dict(action="store_true", help="leave out the topics that were converted; else they stay, beside the new ones"),
+    "--frame": dict(action="append", default=[], metavar="OLD=NEW", help="rename a frame in every message; may be given again"),
+}
+
+
 def _parser() -> argparse.ArgumentParser:
-    words = ["  %-8s %s%s" % (word, conversion.meaning, "" if conversion.by_default else " (only when named)") for word, conversion in CONVERSIONS.items()]
-    parser = argparse.ArgumentParser(
-        prog="convert_bag", formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="Write a new bag in which messages of p2os have the names of pioneer_control, with standard messages beside them.",
+    words = ["  %-8s %s%s" % (word, conversion.meaning, "" if conversion.by_default else " (only when named)")
+             for word, conversion in CONVERSIONS.items()]
+    return parser_of(
+        "convert_bag", "Write a new bag in which messages of p2os have the names of pioneer_control, with standard messages beside them.", OPTIONS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="\n".join(["WHAT to convert, by default %s:" % ", ".join(DEFAULT), *words, "",
                           "Everything else stays as it is: bytes, order, times, publishers, latching."]))
-    parser.add_argument("bag", metavar="IN.bag")
-    parser.add_argument("output", metavar="OUT.bag", help="must not exist yet")
-    parser.add_argument("what", metavar="WHAT", nargs="*", default=[], help="see below")
-    parser.add_argument("--model", default="", help="which robot it is, where no robot_info says so: p3dx-sh for example")
-    parser.add_argument("--models-file", default="", metavar="FILE", help="your own table of models")
-    parser.add_argument("--gripper", action="store_true", help="that robot has a gripper")
-    parser.add_argument("--replace", action="store_true", help="leave out the topics that were converted; else they stay, beside the new ones")
-    parser.add_argument("--frame", action="append", default=[], metavar="OLD=NEW", help="rename a frame in every message; may be given again")
-    return parser
 
 
 def _renamed(texts: Sequence[str]) -> Dict[str, str]:

@@ -8,7 +8,7 @@ import os
 import re
 import tempfile
 import time
-from typing import Dict, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 from ...errors import UsageError
 from ..bag_names import stem
@@ -27,6 +27,18 @@ LEFT = 60.0
 """s after the last write until an unfinished bag counts as one whose recorder is gone."""
 WHAT_TO_DO = ("is of a recorder that was killed: all is in it but the last seconds. draw_run reads it as it is; "
               "for rosbag: rosbag reindex '%s', and rename it to .bag")
+
+
+OPTIONS: Dict[str, Dict[str, Any]] = {
+    "robots": dict(nargs="*", default=["pioneer"], metavar="ROBOT", help="namespaces of the robots (pioneer)"),
+    "--bag": dict(default="", metavar="FILE", help="the bag, or a directory for it; otherwise it is named by robots and time"),
+    "--also": dict(default="", metavar="GROUPS", help="groups of topics that are not kept unless asked for, such as 'wire packets'"),
+    "--split": dict(default="", metavar="AMOUNT", help="a new part each so often, such as 1h, 30min, 500MB: FILE_0.bag, FILE_1.bag, ..."),
+    "--compression": dict(default="", help="lz4 (default), bz2 or none"),
+    "--keep-free": dict(default="", metavar="SIZE", help="space on the disk that rosbag leaves, such as 1GB (%s)" % in_words(KEEP_FREE)),
+    "--topics": dict(default="", metavar="FILE", help="another list than config/record.yaml"),
+}
+"""Of the command line. record.launch gives all of it, empty for what nobody said."""
 
 
 class LogLine(NamedTuple):
@@ -76,21 +88,6 @@ class RecordingPlan(NamedTuple):
                 *([] if self.compression == "none" else ["--" + self.compression]),
                 *(["--split", "--%s=%s" % (how, amount), "--repeat-latched"] if how else []),
                 *self.topics]
-
-
-def parser() -> argparse.ArgumentParser:
-    """The command line. record.launch gives all of it, empty for what nobody said."""
-    made = argparse.ArgumentParser(
-        prog="record", description="Record robots: all topics of config/record.yaml, into one bag. Ctrl-C ends it and closes the bag.")
-    add = made.add_argument
-    add("robots", nargs="*", default=["pioneer"], metavar="ROBOT", help="namespaces of the robots (pioneer)")
-    add("--bag", default="", metavar="FILE", help="the bag, or a directory for it; otherwise it is named by robots and time")
-    add("--also", default="", metavar="GROUPS", help="groups of topics that are not kept unless asked for, such as 'wire packets'")
-    add("--split", default="", metavar="AMOUNT", help="a new part each so often, such as 1h, 30min, 500MB: FILE_0.bag, FILE_1.bag, ...")
-    add("--compression", default="", help="lz4 (default), bz2 or none")
-    add("--keep-free", default="", metavar="SIZE", help="space on the disk that rosbag leaves, such as 1GB (%s)" % in_words(KEEP_FREE))
-    add("--topics", default="", metavar="FILE", help="another list than config/record.yaml")
-    return made
 
 
 def plan_of(arguments: argparse.Namespace, now: time.struct_time) -> RecordingPlan:

@@ -11,8 +11,8 @@ import time
 from typing import NoReturn
 
 from ...errors import UsageError
-from ..command_line import refuse_launch_arguments
-from .plan import check_place, left_behind, parser, plan_of
+from ..command_line import parser_of, refuse_launch_arguments
+from .plan import OPTIONS, check_place, left_behind, plan_of
 
 PATIENCE = 3.0
 """s for an answer of the master, or of a recorder."""
@@ -42,7 +42,8 @@ def main() -> NoReturn:
     own = [argument for argument in sys.argv[1:] if ":=" not in argument]
     mapped = [argument for argument in sys.argv[1:] if ":=" in argument]
     try:
-        arguments = parser().parse_args(own)
+        arguments = parser_of("record", "Record robots: all topics of config/record.yaml, into one bag. Ctrl-C ends it and closes the bag.",
+                              OPTIONS).parse_args(own)
         refuse_launch_arguments(mapped, vars(arguments))
         plan = plan_of(arguments, time.localtime())
         if not os.path.isdir(plan.folder):

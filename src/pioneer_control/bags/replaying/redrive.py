@@ -24,7 +24,7 @@ from ...errors import PioneerError, UsageError
 from ...message_values import heading_of
 from ...msg import GripperState, MotorState, RobotInfo, WheelVelocities
 from ..bag_names import bag_files, free_name, stem
-from ..command_line import number, say
+from ..command_line import number, parser_of, say
 from ..compare import deviation
 from ..draw import draw_comparison
 from ..reader import BagError
@@ -51,6 +51,19 @@ ON = 1  # MotorState.state
 STOPS, STOP_AGAIN = 5, 0.05  # of the last stop: how often, and s between
 SERVICE_PATIENCE = 120.0  # s for the driver to offer its service, and for the motors to be on
 STANDS = 0.005  # m/s and rad/s
+
+
+OPTIONS: Dict[str, Dict[str, Any]] = {
+    "bag": dict(help="the bag; several, or a pattern, in quotes: the parts of one recording"),
+    "--robot": dict(default="", help="namespace of the recorded robot (default: the only one that was told something)"),
+    "--speed": dict(default="", metavar="K", help="so many times as fast, and as much longer (default: 1)"),
+    "--world": dict(default="", help="of the simulated robot (default: as the bag tells)"),
+    "--numbers-file": dict(default="", help="of the simulated robot: errors of its wheels, for example (default: none)"),
+    "--seed": dict(type=int, default=0, help="of the simulated robot (default: %(default)s)"),
+    "--name": dict(default="redrive", help="namespace of the re-driven robot (default: %(default)s)"),
+    "--output": dict(default="", metavar="NEW.bag", help="where what it does is kept (default: beside the bag)"),
+}
+"""Of the command line; replay.launch has arguments of the same names."""
 
 
 class RecordedDrive(NamedTuple):
@@ -301,25 +314,11 @@ def trimmed(track: Track, begin: float) -> Track:
     return track.at(np.concatenate(([begin], track.time[track.time > begin])))
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command line; replay.launch has arguments of the same names."""
-    result = argparse.ArgumentParser(prog="replay redrive", description="Tell a simulated robot what the recorded one was told, and compare.")
-    add = result.add_argument
-    add("bag", help="the bag; several, or a pattern, in quotes: the parts of one recording")
-    add("--robot", default="", help="namespace of the recorded robot (default: the only one that was told something)")
-    add("--speed", default="", metavar="K", help="so many times as fast, and as much longer (default: 1)")
-    add("--world", default="", help="of the simulated robot (default: as the bag tells)")
-    add("--numbers-file", default="", help="of the simulated robot: errors of its wheels, for example (default: none)")
-    add("--seed", type=int, default=0, help="of the simulated robot (default: %(default)s)")
-    add("--name", default="redrive", help="namespace of the re-driven robot (default: %(default)s)")
-    add("--output", default="", metavar="NEW.bag", help="where what it does is kept (default: beside the bag)")
-    return result
-
-
 def main(arguments: Sequence[str]) -> int:
     """Run it.
 
     Returns:
         The exit code: 0 driven to the end and compared, 1 ended before, 2 it cannot be done as asked.
     """
-    return run_as_node("redrive", Redrive(parser().parse_args(arguments)).run)
+    parser = parser_of("replay redrive", "Tell a simulated robot what the recorded one was told, and compare.", OPTIONS)
+    return run_as_node("redrive", Redrive(parser.parse_args(arguments)).run)

@@ -20,7 +20,7 @@ from std_srvs.srv import SetBool
 from ...errors import UsageError
 from ...msg import Decision, GripperState, MotorState, WheelVelocities
 from ..bag_names import bag_files, free_name
-from ..command_line import number, say
+from ..command_line import number, parser_of, say
 from ..reader import decode, read_bag
 from .playback import RERUN, absolute, aside, player, recorded_topics
 from .programs import (INTERVAL, Interrupted, Programs, connected, explain_roslaunch, graph, nodes, possible_robots, restore_parameter,
@@ -41,6 +41,20 @@ SETTLED = 1.0  # s without a new topic: the program listens to all it is going t
 WAITS_FOR_TIME = 5.0  # s in which it listens to the clock only: it wants to see the time go on first
 QUIET = 10.0  # s without a word from the program: it has nothing more to say
 LAST_WORD = 0.5  # s without one, where it has made as many decisions as there were
+
+
+OPTIONS: Dict[str, Dict[str, Any]] = {
+    "bag": dict(help="the bag; several, or a pattern, in quotes: the parts of one recording"),
+    "--robot": dict(default="", help="namespace of the robot (default: the only one that was commanded something)"),
+    "--package": dict(default="pioneer_control", help="of the program (default: %(default)s)"),
+    "--program": dict(default="rosPioneer2.py", help="as rosrun knows it (default: %(default)s)"),
+    "--args": dict(default="", help="of the program, in one text (default: none; of rosPioneer2.py the robot)"),
+    "--options": dict(default="", help="of rosbag play, in one text: '-r 2'"),
+    "--enough": dict(default="0.95", metavar="SHARE",
+                     help="of the time that commands must be alike, of a program without decisions (default: %(default)s)"),
+    "--output": dict(default="", metavar="NEW.bag", help="where what it commands is kept (default: beside the bag)"),
+}
+"""Of the command line; replay.launch has arguments of the same names."""
 
 
 class Live(NamedTuple):
@@ -259,27 +273,11 @@ class Rerun:
         return 0 if verdict.same else 1
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command line; replay.launch has arguments of the same names."""
-    result = argparse.ArgumentParser(
-        prog="replay rerun", description="Let a program hear the bag, and compare what it commands with what it commanded then.")
-    add = result.add_argument
-    add("bag", help="the bag; several, or a pattern, in quotes: the parts of one recording")
-    add("--robot", default="", help="namespace of the robot (default: the only one that was commanded something)")
-    add("--package", default="pioneer_control", help="of the program (default: %(default)s)")
-    add("--program", default="rosPioneer2.py", help="as rosrun knows it (default: %(default)s)")
-    add("--args", default="", help="of the program, in one text (default: none; of rosPioneer2.py the robot)")
-    add("--options", default="", help="of rosbag play, in one text: '-r 2'")
-    add("--enough", default="0.95", metavar="SHARE",
-        help="of the time that commands must be alike, of a program without decisions (default: %(default)s)")
-    add("--output", default="", metavar="NEW.bag", help="where what it commands is kept (default: beside the bag)")
-    return result
-
-
 def main(arguments: Sequence[str]) -> int:
     """Run it.
 
     Returns:
         The exit code: 0 it commands the same, 1 something else, 2 it cannot be done as asked.
     """
-    return run_as_node("rerun", Rerun(parser().parse_args(arguments)).run)
+    parser = parser_of("replay rerun", "Let a program hear the bag, and compare what it commands with what it commanded then.", OPTIONS)
+    return run_as_node("rerun", Rerun(parser.parse_args(arguments)).run)
