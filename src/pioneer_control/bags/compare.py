@@ -8,11 +8,14 @@ from typing import List, NamedTuple, Tuple
 
 import numpy as np
 
-from .recorded_run import Track, inverted
+from .recorded_run import Run, Track, inverted, placed
 
-MOVED = 0.01, np.radians(1.0)  # m, rad: who is that far from his first pose has begun to move
-STILL = 0.02, np.radians(2.0)  # m/s, rad/s: who is slower stands
-STOP = 0.5  # s: who stands for longer has stopped
+MOVED = 0.01, np.radians(1.0)  # m, rad: a robot that is so far from its first pose has begun to move
+STILL = 0.02, np.radians(2.0)  # m/s, rad/s: a robot that is slower stands
+STOP = 0.5  # s: a robot that stands for longer has stopped
+PUSHED = 0.05  # m by which a can has moved when it was pushed
+AT_REST = 2.0  # s between two pushes, at least
+HELD_WITHIN = 0.12  # m from the middle of the paddles: a can that the gripper holds
 
 
 class Deviation(NamedTuple):
@@ -85,6 +88,39 @@ def first_movement(track: Track) -> float:
         return float(track.time[0])
     first = int(np.argmax(moved >= 1.0))
     return float(np.interp(1.0, moved[first - 1 : first + 1], track.time[first - 1 : first + 1]))
+
+
+class Push(NamedTuple):
+    """A can that was moved and not carried: its number (from 1), from when on (s), and how far (m)."""
+
+    can: int
+    time: float
+    distance: float
+
+
+def pushes(run: Run) -> Tuple[Push, ...]:
+    """Which cans were pushed, in order of time. Known of a simulated world only."""
+    found = []
+    for number, can in enumerate(run.cans, 1):
+        moved = (np.hypot(np.diff(can.x), np.diff(can.y)) > 0.0) & (np.maximum(can.height[1:], can.height[:-1]) <= 0.0)
+        steps = np.flatnonzero(moved & ~_in_gripper(run, can.time[1:], can.x[1:], can.y[1:]))
+        for part in np.split(steps, np.flatnonzero(np.diff(can.time[steps]) > AT_REST) + 1):
+            if len(part):
+                begin, end = part[0], part[-1] + 1
+                distance = float(np.hypot(can.x[end] - can.x[begin], can.y[end] - can.y[begin]))
+                found += [Push(number, float(can.time[begin]), distance)] * (distance >= PUSHED)
+    return tuple(sorted(found, key=lambda push: push.time))
+
+
+def _in_gripper(run: Run, time: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Whether a can that is at these places at these times is held."""
+    if run.truth is None or not run.gripper:
+        return np.zeros(len(time), dtype=bool)
+    holding = np.array([False] + [event.what == "picked up" for event in run.gripper])
+    robot = run.truth.at(time)
+    grip_x, grip_y = placed((robot.x, robot.y, robot.heading), run.grip, 0.0)
+    after = np.searchsorted([event.time for event in run.gripper], time, side="right")
+    return holding[after] & (np.hypot(x - grip_x, y - grip_y) < HELD_WITHIN)
 
 
 def _mean(time: np.ndarray, values: np.ndarray) -> float:

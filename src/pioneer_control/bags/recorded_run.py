@@ -9,6 +9,8 @@ from typing import Dict, NamedTuple, Optional, Tuple
 import numpy as np
 
 ECHO_GRID = 0.01  # m
+PADDLE_MIDDLE = 0.05  # m behind the paddles' tips: where they grip
+USUAL_FRONT = 0.3  # m, of a robot whose outline is not known
 
 Pose = Tuple[float, float, float]  # x, y (m), heading (rad, counter-clockwise)
 
@@ -152,6 +154,11 @@ class Run(NamedTuple):
     def duration(self) -> float:
         """Seconds from the first pose to the last."""
         return float(self.odometry.time[-1] - self.odometry.time[0])
+
+    @property
+    def grip(self) -> float:
+        """How far ahead of the robot's middle the paddles grip, m."""
+        return float(self.footprint[:, 0].max() if len(self.footprint) else USUAL_FRONT) - PADDLE_MIDDLE
 
     @property
     def odometry_origin(self) -> Pose:

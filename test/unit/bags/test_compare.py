@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from pioneer_control.bags.compare import deviation, driven, first_movement, from_its_start, standing
-from pioneer_control.bags.recorded_run import Track
+import run_factory as make
+from pioneer_control.bags.compare import deviation, driven, first_movement, from_its_start, pushes, standing
+from pioneer_control.bags.recorded_run import CanPath, GripperEvent, Track
 
 
 def track(*rows):
@@ -98,3 +99,36 @@ class TestDriven:
 
     def test_a_pause_between_two_poses_far_apart(self):
         assert standing(track((0, 0, 0, 0), (1, 0.2, 0, 0), (9, 0.21, 0, 0), (10, 0.41, 0, 0))) == [(1.0, 9.0)]
+
+
+class TestPushes:
+    """Of a simulated world it is known where each can is."""
+
+    def pushes(self, *cans, **fields):
+        track = make.track(20.0, bend=0.0)  # 0.2 m/s along x
+        paths = tuple(CanPath(make.BEGIN + np.array(time), *(np.array(each, dtype=float) for each in path)) for time, *path in cans)
+        found = pushes(make.run(track, truth=track, cans=paths, **fields))
+        return [(push.can, round(push.time - make.BEGIN, 3), round(push.distance, 3)) for push in found]
+
+    def test_one_that_moves_is_pushed(self):
+        assert self.pushes(((0, 5, 5.1, 5.2), (1, 1, 1.1, 1.2), (2, 2, 2, 2), (0, 0, 0, 0))) == [(1, 5.0, 0.2)]
+
+    def test_each_push_and_each_can(self):
+        twice = (0, 5, 5.1, 9, 9.1), (1, 1, 1.1, 1.1, 1.3), (0,) * 5, (0,) * 5
+        assert self.pushes(twice, ((0, 1), (3, 3.5), (0, 0), (0, 0))) == [(2, 0.0, 0.5), (1, 5.0, 0.1), (1, 9.0, 0.2)]
+
+    def test_a_nudge_is_none(self):
+        assert self.pushes(((0, 5, 5.1), (1, 1, 1.04), (0, 0, 0), (0, 0, 0))) == []
+
+    def test_one_that_is_carried_is_none(self):
+        assert self.pushes(((0, 5, 5.1), (1, 1, 1.5), (0, 0, 0), (0.1, 0.1, 0.1))) == []
+
+    def test_one_that_the_gripper_holds_is_none_and_another_one_is(self):
+        time = (0, 10, 11, 12)
+        ahead = [0.2 * second + 0.31 for second in (10, 10, 11, 12)]    # between the paddles
+        events = (GripperEvent(make.BEGIN + 9.5, "picked up"),)
+        assert self.pushes((time, ahead, (0,) * 4, (0,) * 4), (time, (5, 5, 5.2, 5.4), (1,) * 4, (0,) * 4), gripper=events) == [(2, 10.0, 0.4)]
+        assert self.pushes((time, ahead, (0,) * 4, (0,) * 4)) == [(1, 10.0, 0.4)], "pushed by open paddles"
+
+    def test_without_cans(self):
+        assert self.pushes() == []

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import run_factory as make
-from pioneer_control.bags.pages import page, side_by_side
+from pioneer_control.bags.pages import from_above, page, side_by_side
 from pioneer_control.bags.pages.sheet import HEIGHT, RIGHT, WIDTH, Sheet
+from pioneer_control.bags.recorded_run import CanPath, Map, Report
 from pioneer_control.errors import UsageError
 
 STILL = make.track(30.0)._replace(**{name: np.zeros(301) for name in ("x", "y", "heading")})
@@ -78,8 +79,76 @@ def test_a_long_text_ends_in_dots_before_it_leaves_its_room():
 
 def test_the_head_has_the_figures_and_says_what_is_damaged():
     words = " ".join(words for words, _ in boxes(page.figure(RUNS["a minute"]))[0])
-    for figure in ("60 s", "12.0 m driven", "odometry 0 cm off", "2 errors", "3 warnings", "5 gaps in the data", "damaged: it was not closed"):
+    for figure in ("60 s", "12.0 m driven", "odometry exact: ideal wheels", "2 errors", "3 warnings", "5 gaps in the data", "damaged: it was not closed"):
         assert figure in words
+
+
+def test_odometry_that_errs_is_said_in_centimetres():
+    true = make.track(60.0)
+    view = from_above.view_of(make.run(true, truth=true._replace(x=true.x * 1.01)))
+    assert any(re.fullmatch(r"odometry [1-9]\d* cm off at the end", figure) for figure in page.summary(view.run, view, ()))
+    assert "as the robot's odometry has it" in page.summary(make.run(), from_above.view_of(make.run()), ())
+
+
+def test_a_long_text_of_a_fault_is_wrapped():
+    words = make.LONG_TEXT + ": " + " ".join("word%s" % number for number in range(12))
+    written = [words for words, _ in boxes(page.figure(make.run(faults=(Report(make.BEGIN + 1.0, 2, "", words),))))[0]]
+    whole = " ".join(written)
+    assert words in whole and not any(line.endswith("…") for line in written if line in words)
+
+
+def test_a_text_without_end_ends_in_dots_after_some_lines():
+    written = [words for words, _ in boxes(page.figure(make.run(faults=(Report(make.BEGIN + 1.0, 2, "", make.LONG_TEXT * 9),))))[0]]
+    lines = [line for line in written if line.rstrip("…") in make.LONG_TEXT * 9 and len(line) > 40]
+    assert len(lines) == page.LINES and lines[-1].endswith("…")
+
+
+class TestEchoesBesideTheirWalls:
+    ROOM = Map(np.pad(np.zeros((60, 60), dtype=np.int8), 2, constant_values=100), 0.1, (-2.0, -2.0, 0.0))    # from -1.8 to 4.2 m
+
+    def beside(self, *points, **fields):
+        track = make.track(1.0)
+        view = from_above.view_of(make.run(track, truth=track, map=self.ROOM, **fields))
+        return from_above.beside_things(view._replace(echoes=np.array(points))).tolist()
+
+    def test_at_a_wall_or_not(self):
+        assert self.beside((4.25, 1.0), (4.1, 1.0), (3.9, 1.0), (1.0, -1.9), (1.0, 1.0), (99.0, 0.0)) == [False, False, True, False, True, True]
+
+    def test_a_can_is_a_thing_wherever_it_was(self):
+        can = CanPath(np.array([0.0, 1.0]), np.array([1.0, 2.0]), np.array([1.0, 1.0]), np.zeros(2))
+        assert self.beside((1.05, 1.0), (2.0, 1.0), (1.5, 1.0), cans=(can,)) == [False, False, True]
+
+    def test_a_map_that_is_turned(self):
+        track = make.track(1.0)
+        view = from_above.view_of(make.run(track, truth=track, map=self.ROOM._replace(origin=(2.0, -2.0, np.pi / 2))))
+        assert from_above.beside_things(view._replace(echoes=np.array([(-4.1, 1.0), (-3.0, 1.0)]))).tolist() == [False, True]
+
+    def test_without_a_map_nobody_knows(self):
+        view = from_above.view_of(RUNS["a long way ahead"])
+        assert from_above.beside_things(view._replace(echoes=np.ones((3, 2)))).tolist() == [False] * 3
+
+    def test_the_page_explains_them(self):
+        words = [words for words, _ in boxes(page.figure(RUNS["a minute"]))[0]]
+        assert page.ECHO_NOTE in words
+        assert page.ECHO_NOTE not in [words for words, _ in boxes(page.figure(make.run()))[0]]
+
+
+class TestCans:
+    def run(self, *paths, **fields):
+        track = make.track(20.0)
+        return make.run(track, truth=track, cans=tuple(CanPath(make.BEGIN + np.array(time), *(np.array(each) for each in path))
+                                                       for time, *path in paths), **fields)
+
+    def test_a_pushed_can_is_said_and_its_way_is_in_the_legend(self):
+        sheet = page.figure(self.run(((0, 1), (9, 9), (9, 9), (0, 0)), ((0, 8, 8.1, 8.2), (1.0, 1.0, 1.1, 1.31), (0, 0, 0, 0), (0, 0, 0, 0))))
+        assert "can 2 pushed 0.31 m at 8 s" in [words for words, _ in boxes(sheet)[0]]
+        assert "way of a can" in [text.get_text() for text in sheet.legends[0].get_texts()]
+        assert "can 2" in [text.get_text() for text in sheet.axes[0].texts]
+
+    def test_cans_that_stay_are_not(self):
+        sheet = page.figure(self.run(((0, 1), (1, 1), (1, 1), (0, 0))))
+        assert not any("pushed" in words for words, _ in boxes(sheet)[0])
+        assert "way of a can" not in [text.get_text() for text in sheet.legends[0].get_texts()]
 
 
 def strip(sheet, name):
@@ -191,3 +260,25 @@ def test_hours_on_one_way_leave_it_to_be_seen():
 def test_runs_can_be_told_apart_without_colours():
     styles = [(str(look["linestyle"]), look["linewidth"] > 2) for look in side_by_side.LOOKS]
     assert len(set(styles)) == len(styles)
+
+
+class TestShortNames:
+    @pytest.mark.parametrize("long, short", [
+        (["one", "two"], ["one", "two"]),
+        (["tutorial_2026-11-22-08-39-28_seed_1", "tutorial_2026-11-22-08-39-28_seed_12"], ["…1", "…12"]),
+        (["tutorial_2026-11-22-08-39-28", "tutorial_2026-11-22-09-02-11"], ["…08-39-28", "…09-02-11"]),
+        (["alice_in_a_very_long_corridor_with_cans", "bob_in_a_very_long_corridor_with_cans"], ["alice_in_a_v…or_with_cans", "bob_in_a_ver…or_with_cans"]),
+    ])
+    def test_they_say_what_differs(self, long, short):
+        assert side_by_side.shortened(long) == short
+
+    @pytest.mark.parametrize("long", [["x%s_%s" % (number, "a" * 20 + str(number) + "b" * 20) for number in range(3)],
+                                      ["a" * 20 + str(number) + "b" * 20 + end for number in range(3) for end in "xy"]])
+    def test_no_two_are_alike_and_none_is_longer_than_its_room(self, long):
+        short = side_by_side.shortened(long)
+        assert len(set(short)) == len(long) and max(map(len, short)) <= side_by_side.LONGEST_NAME
+
+    def test_they_are_in_the_table(self):
+        runs = [make.run(path="tutorial_2026-11-22-08-39-28-seed-%s.bag" % seed) for seed in (1, 2)]
+        words = [words for words, _ in boxes(side_by_side.figure(runs))[0]]
+        assert {"…1", "…2"} <= set(words)

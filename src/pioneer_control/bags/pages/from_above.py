@@ -8,26 +8,26 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from ...pictures import BEYOND, BLUE, FAINT, FLOOR, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, WALL
-from ..recorded_run import CanPath, Map, Run, Track, placed
+from ..recorded_run import Map, Pose, Run, Track, placed
 from .timeline import Timeline
 
-TRUE_PATH, ODOMETRY, ECHO = BLUE, VERMILLION, SKY
 CAN_BEFORE, CAN_AFTER = "#000000", ORANGE
 EVENT = {"picked up": GREEN, "put down": PURPLE, "closed on nothing": "#767676"}
+MARKERS = {"picked up": "^", "put down": "v", "closed on nothing": "s"}
+LABEL_BOX = dict(boxstyle="round,pad=0.12", facecolor="white", edgecolor="none", alpha=0.8)
 
 CAN_RADIUS = 0.033  # m
-PADDLE_MIDDLE = 0.05  # m behind the tips: where the paddles grip
+CAN_MOVED = 0.05  # m: a can that went farther is drawn with its way
+NEAR_A_WALL = 0.12  # m: an echo farther from everything on the map is drawn as one beside it
 LONGEST_NOSE = 0.16  # m, of the triangle that shows a heading
 MOST = 0.4  # share of a map: a run that saw more of it is drawn with the whole map
 FEWEST_METRES = 1.0  # seen across: a robot that never moved is not drawn larger than that
 
 ARROW, ARROW_EVERY = 0.1, 0.7  # inches: length of an arrow, and way between two of them
 STROKE = 0.11  # inches, from a dot in the direction of the robot's heading
-TIMES = 12  # written beside the path, at most
-TIMES_APART = 0.36  # inches
+TIMES, TIMES_APART = 12, 0.36  # written beside the path, at most; inches
 NAMES_APART = 0.3  # inches: a robot that ends nearer to its start than that gets one name for both
 BADGES = 24  # numbered on the drawing: more of them would hide it
-MARKERS = {"picked up": "^", "put down": "v", "closed on nothing": "s"}
 
 
 class TopView(NamedTuple):
@@ -53,12 +53,18 @@ def view_of(run: Run) -> TopView:
 
 
 def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map], reach: float) -> Tuple[np.ndarray, np.ndarray]:
-    """Lower left and upper right corner of what is to be seen, m, with a margin: where robots, that reach so far round, were and heard something.
+    """Lower left and upper right corner of what is to be seen, m, with a margin.
 
     A map is shown whole, unless that would leave most of the page to where the robot never was.
+
+    Args:
+        tracks: where robots were.
+        echoes: points (n, 2) where they heard something.
+        walls: the map.
+        reach: how far a robot reaches around its middle, m.
     """
-    points = [np.column_stack((track.x + side, track.y + side)) for track in tracks for side in (-reach, reach)]
-    points = np.concatenate(points + [echoes])
+    tracked = [np.column_stack((track.x + side, track.y + side)) for track in tracks for side in (-reach, reach)]
+    points = np.concatenate(tracked + [echoes])
     if walls is not None:
         row, column = np.nonzero(walls.cells >= 50)
         corners = [placed(walls.origin, (column + d) * walls.resolution, (row + d) * walls.resolution) for d in (0, 1)]
@@ -70,17 +76,41 @@ def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map], re
     return points.min(axis=0) - margin, points.max(axis=0) + margin
 
 
+def beside_things(view: TopView) -> np.ndarray:
+    """Which echoes (n,) are farther than `NEAR_A_WALL` from all that is on the map, and from all places where a can was."""
+    points = view.echoes
+    if view.walls is None or not len(points):
+        return np.zeros(len(points), dtype=bool)
+    near = view.walls.cells >= 50
+    for _ in range(int(np.ceil(NEAR_A_WALL / view.walls.resolution))):  # each time by one cell to all sides
+        padded = np.pad(near, 1)
+        near = np.any([padded[row:row + near.shape[0], column:column + near.shape[1]] for row in range(3) for column in range(3)], axis=0)
+    offset = points - view.walls.origin[:2]
+    cells = np.floor(np.column_stack(placed((0.0, 0.0, -view.walls.origin[2]), *offset.T)) / view.walls.resolution).astype(int)
+    inside = ((cells >= 0) & (cells < near.shape[::-1])).all(axis=1)
+    column, row = cells[inside].T
+    beside = np.ones(len(points), dtype=bool)
+    beside[inside] = ~near[row, column]
+    for can in view.run.cans:
+        for x, y in set(zip(np.round(can.x, 1), np.round(can.y, 1))):
+            beside &= np.hypot(points[:, 0] - x, points[:, 1] - y) > 2 * NEAR_A_WALL
+    return beside
+
+
 def draw(axes, view: TopView, timeline: Timeline, inches: float) -> None:
     """Draw a run on axes that are so many inches wide."""
     scale = (view.high - view.low)[0] / inches  # m in an inch
     axes.set(xlim=(view.low[0], view.high[0]), ylim=(view.low[1], view.high[1]), aspect="equal")
     if view.walls is not None:
         draw_map(axes, view.walls)
-    _draw_tracks(axes, view, scale)
-    if len(view.echoes):
-        axes.plot(*view.echoes.T, ".", color=ECHO, markersize=2.0, alpha=0.6, zorder=2, label="sonar echo", rasterized=len(view.echoes) > 20000)
     if view.run.truth is not None:
-        _draw_cans(axes, view.run.cans, view.low, view.high)
+        axes.plot(view.path.x, view.path.y, color=BLUE, linewidth=3.4, alpha=0.55, zorder=3, label="true path", solid_capstyle="round")
+    line = "-" if view.run.truth is None else (0, (5, 2))
+    axes.plot(view.odometry.x, view.odometry.y, color=VERMILLION, linewidth=1.2, linestyle=line, zorder=4, label="odometry")
+    draw_arrows(axes, view.path, scale)
+    _draw_echoes(axes, view)
+    if view.run.truth is not None:
+        _draw_cans(axes, view)
     _draw_robots(axes, view, scale)
     _draw_gripper(axes, view)
     _draw_times(axes, view.path, timeline, scale)
@@ -94,22 +124,11 @@ def draw_map(axes, walls: Map) -> None:
     shades = np.where(walls.cells[..., None] >= 50, to_rgb(WALL), np.where(walls.cells[..., None] < 0, to_rgb(BEYOND), to_rgb(FLOOR)))
     rows, columns = walls.cells.shape
     limits = axes.get_xlim(), axes.get_ylim()
-    image = axes.imshow(
-        shades, origin="lower", interpolation="nearest", zorder=0,
-        extent=(0, columns * walls.resolution, 0, rows * walls.resolution),
-    )  # fmt: skip
+    image = axes.imshow(shades, origin="lower", interpolation="nearest", zorder=0,
+                        extent=(0, columns * walls.resolution, 0, rows * walls.resolution))
     x, y, turn = walls.origin
     image.set_transform(Affine2D().rotate(turn).translate(x, y) + axes.transData)
     axes.set(xlim=limits[0], ylim=limits[1])
-
-
-def _draw_tracks(axes, view: TopView, scale: float) -> None:
-    """The true path under the odometry's, with arrows that say which way."""
-    if view.run.truth is not None:
-        axes.plot(view.path.x, view.path.y, color=TRUE_PATH, linewidth=3.4, alpha=0.55, zorder=3, label="true path", solid_capstyle="round")
-    alone = "-" if view.run.truth is None else (0, (5, 2))
-    axes.plot(view.odometry.x, view.odometry.y, color=ODOMETRY, linewidth=1.2, linestyle=alone, zorder=4, label="odometry")
-    draw_arrows(axes, view.path, scale)
 
 
 def draw_arrows(axes, path: Track, scale: float, colour: str = INK) -> None:
@@ -128,22 +147,33 @@ def draw_arrows(axes, path: Track, scale: float, colour: str = INK) -> None:
     axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor="white", linewidth=0.4, zorder=5))
 
 
-def _draw_cans(axes, cans: Sequence[CanPath], low: np.ndarray, high: np.ndarray) -> None:
-    """Cans where they were first and last, as far as they are in sight, and an arrow from one to the other for those that were moved."""
+def _draw_echoes(axes, view: TopView) -> None:
+    """Echoes; paler those that are drawn beside what is on the map."""
+    beside = beside_things(view)
+    for chosen, name, size, alpha in ((~beside, "sonar echo" if view.walls is not None else "sonar echo *", 2.0, 0.7),
+                                      (beside, "echo beside its wall *", 1.3, 0.35)):
+        if chosen.any():
+            axes.plot(*view.echoes[chosen].T, ".", color=SKY, markersize=size, alpha=alpha, zorder=2, label=name,
+                      rasterized=len(view.echoes) > 20000)
+
+
+def _draw_cans(axes, view: TopView) -> None:
+    """Cans where they were first and last, as far as they are in sight, and the way of those that were moved, with their number."""
     from matplotlib.patches import Circle
 
+    cans = view.run.cans
     before, after = (np.array([(can.x[end], can.y[end]) for can in cans]).reshape(-1, 2) for end in (0, -1))
-    if not any(((low < place) & (place < high)).all() for place in (*before, *after)):
+    if not any(((view.low < place) & (place < view.high)).all() for place in (*before, *after)):
         return
     dots = dict(linestyle="none", marker="o")  # large enough to be found; in a large drawing the circles to scale are larger
     axes.plot(*before.T, **dots, markersize=7, markerfacecolor="none", markeredgecolor=CAN_BEFORE, label="can before", zorder=6.6)
     axes.plot(*after.T, **dots, markersize=4.5, color=CAN_AFTER, markeredgecolor=INK, markeredgewidth=0.5, label="can after", zorder=6)
-    for x, y in after:
+    for number, (can, (x, y)) in enumerate(zip(cans, after), 1):
         axes.add_patch(Circle((x, y), CAN_RADIUS, facecolor=CAN_AFTER, edgecolor=INK, linewidth=0.4, zorder=6))
-    for (x, y), (to_x, to_y) in zip(before, after):
-        if np.hypot(to_x - x, to_y - y) > 0.15:
-            arrow = dict(arrowstyle="->", color=CAN_AFTER, linewidth=1.2, linestyle=":", shrinkA=6, shrinkB=5)
-            axes.annotate("", (to_x, to_y), (x, y), arrowprops=arrow, zorder=5)
+        if np.hypot(can.x - can.x[0], can.y - can.y[0]).max() > CAN_MOVED:
+            axes.plot(can.x, can.y, ":", color=CAN_AFTER, linewidth=1.4, zorder=5.5, label="way of a can")
+            axes.annotate("can %s" % number, (can.x[0], can.y[0]), (0, -9), textcoords="offset points", ha="center", va="center", fontsize=6.5,
+                          color=INK, zorder=8, bbox=LABEL_BOX)
 
 
 def _draw_robots(axes, view: TopView, scale: float) -> None:
@@ -154,51 +184,46 @@ def _draw_robots(axes, view: TopView, scale: float) -> None:
     _draw_robot(axes, view.run.footprint, end, "end", scale, "start, end" if together else "end", alpha=0.45)
 
 
-def _draw_robot(axes, footprint: np.ndarray, pose, name: str, scale: float, written: str, alpha: float) -> None:
+def _draw_robot(axes, footprint: np.ndarray, pose: Pose, name: str, scale: float, written: str, alpha: float) -> None:
     """The outline of the robot, to scale, its heading, and what is to be written beside."""
     from matplotlib.patches import Polygon
 
     if len(footprint):
         outline = np.column_stack(placed(pose, *footprint.T))
         axes.add_patch(Polygon(outline, facecolor=FAINT, alpha=alpha, edgecolor="none", zorder=2.5))
-        axes.add_patch(Polygon(outline, facecolor="none", edgecolor=INK, linewidth=1.0, zorder=6, label="robot at %s" % name))
+        axes.add_patch(Polygon(outline, facecolor="none", edgecolor=INK, linewidth=1.0, zorder=6, label="robot at " + name))
     nose = min(LONGEST_NOSE, 0.15 * scale) * np.array([(1.0, 0.0), (0.1, 0.5), (0.1, -0.5)])
     axes.add_patch(Polygon(np.column_stack(placed(pose, *nose.T)), facecolor=INK, edgecolor="white", linewidth=0.6, zorder=7))
     if written:
         behind = -np.array([(9 + 2.2 * len(written)) * np.cos(pose[2]), 11 * np.sin(pose[2])])
-        axes.annotate(written, pose[:2], behind, textcoords="offset points", ha="center", va="center", fontsize=7, color=INK, zorder=8, bbox=LABEL_BOX)
-
-
-LABEL_BOX = dict(boxstyle="round,pad=0.12", facecolor="white", edgecolor="none", alpha=0.8)
+        axes.annotate(written, pose[:2], behind, textcoords="offset points", ha="center", va="center", fontsize=7, color=INK, zorder=8,
+                      bbox=LABEL_BOX)
 
 
 def _draw_gripper(axes, view: TopView) -> None:
     """A numbered badge where the paddles did something, or a mark where that is too often; the strip of the gripper says when."""
-    tip = view.run.footprint[:, 0].max() if len(view.run.footprint) else 0.3
-    if len(view.run.gripper) > BADGES:
-        for what in sorted({event.what for event in view.run.gripper}):
-            robot = view.path.at(np.array([event.time for event in view.run.gripper if event.what == what]))
-            x, y = placed((robot.x, robot.y, robot.heading), tip - PADDLE_MIDDLE, 0.0)
-            axes.plot(x, y, MARKERS[what], color=EVENT[what], markeredgecolor="white", markeredgewidth=0.4, markersize=5, zorder=9, label=what)
+    events = view.run.gripper
+    robot = view.path.at(np.array([event.time for event in events]))
+    x, y = placed((robot.x, robot.y, robot.heading), view.run.grip, 0.0)
+    if len(events) > BADGES:
+        for what in sorted({event.what for event in events}):
+            chosen = [number for number, event in enumerate(events) if event.what == what]
+            axes.plot(x[chosen], y[chosen], MARKERS[what], color=EVENT[what], markeredgecolor="white", markeredgewidth=0.4, markersize=5,
+                      zorder=9, label=what)
         return
-    taken: List[Tuple[float, float]] = []
-    for number, event in enumerate(view.run.gripper, 1):
-        robot = view.path.at(np.array([event.time])).pose(0)
-        x, y = placed(robot, tip - PADDLE_MIDDLE, 0.0)
-        near = sum(np.hypot(x - other_x, y - other_y) < 0.6 for other_x, other_y in taken)
-        taken.append((x, y))
-        angle = robot[2] + np.pi / 2 * (-1) ** near * (1 - 0.25 * (near // 2))  # left, right, left ahead, ... of the paddles
+    for number, event in enumerate(events):
+        near = (np.hypot(x[:number] - x[number], y[:number] - y[number]) < 0.6).sum()
+        angle = robot.heading[number] + np.pi / 2 * (-1) ** near * (1 - 0.25 * (near // 2))  # left, right, left ahead, ... of the paddles
         axes.annotate(
-            str(number), (x, y), (26 * np.cos(angle), 26 * np.sin(angle)), textcoords="offset points", ha="center", va="center",
-            color="white", fontsize=7, fontweight="bold", zorder=10, annotation_clip=False,
+            str(number + 1), (x[number], y[number]), (26 * np.cos(angle), 26 * np.sin(angle)), textcoords="offset points", ha="center",
+            va="center", color="white", fontsize=7, fontweight="bold", zorder=10, annotation_clip=False,
             bbox=dict(boxstyle="circle,pad=0.25", facecolor=EVENT[event.what], edgecolor="white"),
-            arrowprops=dict(arrowstyle="-", color=EVENT[event.what], linewidth=1.2, shrinkA=0, shrinkB=0),
-        )  # fmt: skip
+            arrowprops=dict(arrowstyle="-", color=EVENT[event.what], linewidth=1.2, shrinkA=0, shrinkB=0))
 
 
 def _draw_times(axes, path: Track, timeline: Timeline, scale: float) -> None:
     """When it was where, beside the path, with a stroke that points where it looked."""
-    shown = [path.pose(0), path.pose(-1)]
+    shown: List[Pose] = [path.pose(0), path.pose(-1)]
     for time in timeline.ticks(TIMES)[1:]:
         x, y, heading = path.at(np.array([time])).pose(0)
         if time >= path.time[-1] or any(np.hypot(x - other[0], y - other[1]) < TIMES_APART * scale for other in shown):
@@ -208,7 +233,5 @@ def _draw_times(axes, path: Track, timeline: Timeline, scale: float) -> None:
         axes.plot([x, ahead[0]], [y, ahead[1]], color=INK, linewidth=1.6, solid_capstyle="butt", zorder=6.9)
         axes.plot(x, y, "o", color="white", markeredgecolor=INK, markersize=3.2, markeredgewidth=0.8, zorder=7)
         side = 8 * np.array([-np.sin(heading), np.cos(heading)])
-        axes.annotate(
-            timeline.write(time), (x, y), side * (1.6, 1.0), textcoords="offset points", ha="center", va="center",
-            fontsize=6.5, color=INK, zorder=8, bbox=LABEL_BOX,
-        )  # fmt: skip
+        axes.annotate(timeline.write(time), (x, y), side * (1.6, 1.0), textcoords="offset points", ha="center", va="center", fontsize=6.5,
+                      color=INK, zorder=8, bbox=LABEL_BOX)

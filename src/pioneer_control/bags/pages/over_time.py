@@ -1,6 +1,6 @@
 """A run over time: strips with one axis of time for all, of curves (velocities, battery) and of lanes (what was on, what happened)."""
 
-from typing import Dict, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -26,6 +26,9 @@ SAID_COLOUR = {ERROR: VERMILLION, WARNING: ORANGE}
 BROKEN, SILENT, SILENCE = "made to fail", "no data", "#b4b4b4"
 ROWS, LETTER = 3, 0.053  # lanes of one kind, at most; inches that a letter on them takes
 
+Look = Dict[str, Any]
+"""How matplotlib draws a line."""
+
 
 class Badge(NamedTuple):
     """A sign in a lane: its time (s), what is written in it, and its colour."""
@@ -33,11 +36,6 @@ class Badge(NamedTuple):
     time: float
     words: str
     colour: str
-
-
-def ink_on(colour: str) -> str:
-    """The colour of letters that can be read on another."""
-    return INK if colour == ORANGE else "white"
 
 
 class Lane(NamedTuple):
@@ -56,29 +54,35 @@ class Curves(NamedTuple):
 
     name: str
     height: float
-    lines: Tuple[Tuple[np.ndarray, np.ndarray, Dict[str, object]], ...]
+    lines: Tuple[Tuple[np.ndarray, np.ndarray, Look], ...]
     least: float
     zero: bool  # belongs on the axis
+
+
+def ink_on(colour: str) -> str:
+    """The colour of letters that can be read on another."""
+    return INK if colour == ORANGE else "white"
 
 
 def curves(run: Run) -> List[Curves]:
     """What a run has to show as lines."""
     found = velocities([(run.commanded, COMMANDED), (measured(run), MEASURED)])
     if len(run.battery.time):
-        found.append(Curves("battery\n(V)", BATTERY, ((*broken(run.battery, run.gaps, "battery", "battery_state"), VOLTAGE),), LEAST_VOLTS, False))
+        time, volts = broken(run.battery, run.gaps, "battery", "battery_state")
+        found.append(Curves("battery\n(V)", BATTERY, ((time, volts, VOLTAGE),), LEAST_VOLTS, False))
     return found
 
 
 def measured(run: Run) -> Velocities:
-    """What a robot measured, where it was heard of."""
+    """What a robot measured, without the times of which its bag has nothing."""
     return Velocities(*broken(run.measured, run.gaps, "pose", "odom"))
 
 
 def broken(lines: Sequence[np.ndarray], gaps: Sequence[Span], *topics: str) -> List[np.ndarray]:
-    """Time and values over it, with nothing in each gap of topics of a name: what was not heard of is not drawn."""
+    """Time and values over it, with NaN in each gap of topics of a name, so that no line is drawn there."""
     time = lines[0]
-    silent = silences([gap for gap in gaps if gap.what.rsplit("/", 1)[-1] in topics])
-    silent = [gap for gap in silent if len(time) and time[0] < gap.begin < gap.end < time[-1]]
+    silent = [gap for gap in silences([gap for gap in gaps if gap.what.rsplit("/", 1)[-1] in topics])
+              if len(time) and time[0] < gap.begin < gap.end < time[-1]]
     if not silent:
         return list(lines)
     places = [np.searchsorted(time, gap.end) for gap in silent for _ in range(3)]
@@ -87,8 +91,8 @@ def broken(lines: Sequence[np.ndarray], gaps: Sequence[Span], *topics: str) -> L
     return [np.insert(line, places, new) for line, new in zip(lines, (edges, *values))]
 
 
-def velocities(each: Sequence[Tuple[Velocities, Dict[str, object]]]) -> List[Curves]:
-    """Strips of velocities, each with its look; none where nobody has any."""
+def velocities(each: Sequence[Tuple[Velocities, Look]]) -> List[Curves]:
+    """Strips of velocities, each with its look; none where there are none."""
     some = [(v, look) for v, look in each if len(v.time)]
     return [
         Curves("forward\n(m/s)", CURVE, tuple((v.time, v.linear, look) for v, look in some), LEAST_SPEED, True),
@@ -97,7 +101,7 @@ def velocities(each: Sequence[Tuple[Velocities, Dict[str, object]]]) -> List[Cur
 
 
 def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float = RIGHT - NAMES) -> List[Lane]:
-    """What a run has to show as rows that are so many inches wide. What never was is no row, but for the motors."""
+    """What a run has to show as rows that are so many inches wide. What never happened is no row, but for the motors."""
     end = timeline.end
     held_by = tuple(Badge(event.time, str(number), EVENT[event.what]) for number, event in enumerate(run.gripper, 1))
     found = [
@@ -113,18 +117,18 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
 
 
 def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, inches: float) -> List[Lane]:
-    """Spans with words on them, in as few rows as leave them apart; what is too much for that is in the last one, without words."""
-    second, rows, ends = inches / timeline.span, [], []
+    """Spans with words on them, in as few rows as leave them apart. What is too much for `ROWS` is in the last one, without words."""
+    rows: List[Lane] = []
+    ends: List[float] = []
     for span in sorted(spans):
-        wide = LETTER * len(span.what) / second
+        wide = LETTER * len(span.what) * timeline.span / inches
         begin = max(min(span.begin, timeline.end - wide), timeline.begin)
         row = next((number for number, end in enumerate(ends) if end <= begin), len(rows))
-        if row == len(rows) and row < ROWS:
-            rows.append(Lane(name if not rows else "", colour, "", ()))
-            ends.append(begin)
-        wordy = row < ROWS
+        words = ((begin, span.what),) if row < ROWS else ()
         row = min(row, ROWS - 1)
-        words = ((begin, span.what),) if wordy else ()
+        if row == len(rows):
+            rows.append(Lane("" if rows else name, colour, "", ()))
+            ends.append(begin)
         rows[row] = rows[row]._replace(spans=rows[row].spans + ((span.begin, span.end),), words=rows[row].words + words)
         ends[row] = max(ends[row], span.end, begin + wide)
     return rows
@@ -132,16 +136,9 @@ def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, in
 
 def on(series: Series, end: float) -> Tuple[Tuple[float, float], ...]:
     """Spans of time (s) in which a series of changes is not zero."""
-    time, value = np.append(series.time, max([end, *series.time[-1:]])), np.append(series.value, 0) != 0
-    spans: List[Tuple[float, float]] = []
-    since = None
-    for moment, is_on in zip(time, value):
-        if is_on and since is None:
-            since = moment
-        elif not is_on and since is not None:
-            spans.append((since, moment))
-            since = None
-    return tuple(spans)
+    time = np.append(series.time, max([end, *series.time[-1:]]))
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], series.value != 0, [0]))))
+    return tuple((float(time[begin]), float(time[until])) for begin, until in zip(edges[::2], edges[1::2]))
 
 
 def held(run: Run, end: float) -> Tuple[Tuple[float, float], ...]:
@@ -160,18 +157,17 @@ def doings(run: Run) -> List[Lane]:
         begin, until = decision.time, then.time if then and then.wander == decision.wander else decision.time
         spans = changes.setdefault(decision.reason.replace(":", " ").partition(" ")[0] or "no reason", [])
         if spans and spans[-1][1] == begin:
-            spans[-1] = spans[-1][0], until
-        else:
-            spans.append((begin, until))
+            begin = spans.pop()[0]
+        spans.append((begin, until))
     commonest = sorted(changes, key=lambda word: -sum(until - begin for begin, until in changes[word]))[:DOINGS]
-    return [Lane("decided: %s" % word, FAINT, "", tuple(changes[word])) for word in changes if word in commonest]
+    return [Lane("decided: " + word, FAINT, "", tuple(changes[word])) for word in changes if word in commonest]
 
 
 def _said(level: int, wrong: Sequence[Incident]) -> Lane:
     """The lane of all warnings or all errors, with letters where each was first said."""
-    name, mine = SAID[level], [each for each in wrong if each.level == level]
+    mine = [each for each in wrong if each.level == level]
     badges = tuple(Badge(each.times[0], each.letter, SAID_COLOUR[level]) for each in mine if each.letter)
-    return Lane(name, SAID_COLOUR[level], "", tuple((time, time) for each in mine for time in each.times), badges)
+    return Lane(SAID[level], SAID_COLOUR[level], "", tuple((time, time) for each in mine for time in each.times), badges)
 
 
 def height(shown: Sequence[Curves], lanes: int) -> float:
@@ -179,29 +175,26 @@ def height(shown: Sequence[Curves], lanes: int) -> float:
     return sum(each.height + BETWEEN for each in shown) + LANE * lanes
 
 
-def draw(sheet: Sheet, left: float, top: float, shown: Sequence[Curves], rows: Sequence[Lane], timeline: Timeline, since: str = "the start") -> None:
-    """Draw strips under each other on a sheet, and below the last the axis of time: since what it counts."""
+def draw(sheet: Sheet, left: float, top: float, shown: Sequence[Curves], rows: Sequence[Lane], timeline: Timeline,
+         since: str = "the start") -> None:
+    """Draw strips under each other, and below the last the axis of time, which counts since something; `left`, `top`: inches."""
     width = RIGHT - left
-    silent = [span for lane in rows if lane.colour == SILENCE for span in lane.spans]
     drawn = []
     for each in shown:
-        axes = sheet.axes(left, top, width, each.height)
-        draw_curves(axes, each, width)
-        drawn.append(axes)
+        drawn.append(sheet.axes(left, top, width, each.height))
+        draw_curves(drawn[-1], each, width)
         top += each.height + BETWEEN
     if rows:
-        axes = sheet.axes(left, top, width, LANE * len(rows))
-        draw_lanes(axes, rows, timeline, width)
-        drawn.append(axes)
+        drawn.append(sheet.axes(left, top, width, LANE * len(rows)))
+        draw_lanes(drawn[-1], rows, timeline, width)
     for axes in drawn:
-        draw_time(axes, timeline, int(width / TICKS_APART), "time since %s (%s)" % (since, timeline.unit) if axes is drawn[-1] else "")
-        for begin, end in silent:
+        draw_time(axes, timeline, int(width / TICKS_APART), "time since %s (%s)" % (since, timeline.unit) if axes is drawn[-1] else None)
+        for begin, end in (span for lane in rows if lane.colour == SILENCE for span in lane.spans):
             axes.axvspan(begin, end, color=BEYOND, linewidth=0, zorder=0)
     labelled = [axes for axes in drawn if any(axes.get_legend_handles_labels())]
     if labelled:
-        labelled[0].legend(
-            loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=2, frameon=False, fontsize=7.5, borderaxespad=0.1, handlelength=2.2, columnspacing=1.4
-        )
+        labelled[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=2, frameon=False, fontsize=7.5, borderaxespad=0.1,
+                           handlelength=2.2, columnspacing=1.4)
 
 
 def draw_curves(axes, strip: Curves, width: float) -> None:
@@ -230,30 +223,27 @@ def value_ticks(low: float, high: float, most: int) -> np.ndarray:
 
 
 def draw_lanes(axes, rows: Sequence[Lane], timeline: Timeline, width: float) -> None:
-    """Rows from the top down, with their names at the left; ``width`` in inches."""
+    """Rows from the top down, with their names at the left; `width` in inches."""
     for number, lane in enumerate(rows):
         middle = len(rows) - 0.5 - number
         bars = [(begin, end - begin) for begin, end in lane.spans]
         look = dict(facecolor="white", hatch=lane.hatch) if lane.hatch else dict(facecolor=lane.colour)
         axes.broken_barh(bars, (middle - 0.3, 0.6), edgecolor=lane.colour, linewidth=0.8, zorder=3, **look)
         badges = sorted(lane.badges)
-        in_inches = timeline.span / width
-        places = spread([badge.time for badge in badges], BADGES_APART * in_inches, timeline.begin, timeline.end)
+        places = spread([badge.time for badge in badges], BADGES_APART * timeline.span / width, timeline.begin, timeline.end)
         for badge, place in zip(badges, places):
-            axes.text(
-                place, middle, badge.words, ha="center", va="center", color=ink_on(badge.colour), fontsize=6.5, fontweight="bold", zorder=5,
-                bbox=dict(boxstyle="circle,pad=0.18", facecolor=badge.colour, edgecolor="white", linewidth=0.5),
-            )  # fmt: skip
+            axes.text(place, middle, badge.words, ha="center", va="center", color=ink_on(badge.colour), fontsize=6.5, fontweight="bold",
+                      zorder=5, bbox=dict(boxstyle="circle,pad=0.18", facecolor=badge.colour, edgecolor="white", linewidth=0.5))
         for time, words in lane.words:
             axes.text(time, middle, " " + plain(words), va="center", color=INK, fontsize=6.5, zorder=5)
+        if number and lane.name:
+            axes.axhline(middle + 0.5, color=BEYOND, linewidth=0.5, zorder=1)
     axes.set_ylim(0, len(rows))
     axes.set_yticks(len(rows) - 0.5 - np.arange(len(rows)))
     axes.set_yticklabels([plain(lane.name) for lane in rows], fontsize=7.5, color=INK)
-    for line in (number for number in range(1, len(rows)) if rows[-number].name):
-        axes.axhline(line, color=BEYOND, linewidth=0.5, zorder=1)
 
 
-def draw_time(axes, timeline: Timeline, most: int, name: str) -> None:
+def draw_time(axes, timeline: Timeline, most: int, name: Optional[str]) -> None:
     """The axis of time, written below the strip where it has a name, and the frame of a strip."""
     ticks = timeline.ticks(most)
     axes.set_xlim(timeline.begin, timeline.begin + timeline.span)
@@ -265,4 +255,4 @@ def draw_time(axes, timeline: Timeline, most: int, name: str) -> None:
     axes.tick_params(axis="y", labelsize=7, length=0 if axes.get_ylabel() == "" else 2, color=FAINT)
     for spine in axes.spines.values():
         spine.set_color(BEYOND)
-    axes.set_xlabel(name, fontsize=7.5, color=INK, labelpad=1)
+    axes.set_xlabel(name or "", fontsize=7.5, color=INK, labelpad=1)

@@ -2,14 +2,15 @@
 
 import os
 from datetime import datetime, timezone
-from typing import List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from ...errors import UsageError
-from ...pictures import FAINT, VERMILLION, draw_frame
-from ..recording.description import description_of
+from ...pictures import FAINT, INK, VERMILLION, draw_frame
+from ..compare import pushes
 from ..recorded_run import ERROR, WARNING, Run
+from ..recording.description import description_of
 from . import from_above, over_time
 from .from_above import EVENT, TopView
 from .incidents import Incident, incidents, silences
@@ -21,11 +22,16 @@ LINE, EVENT_LINE = 0.175, 0.22  # inches from one line of text to the next; wher
 LEAST_MAP, LARGEST_SCALE = 2.4, 2.5  # inches high; inches on paper for each metre
 BESIDE = 1.9  # inches: a map that leaves so much has its legend beside it
 NARROW, WIDEST = 1.6, 3.2  # what is so many times as high as wide has the strips beside it, and is at most so many inches wide
-SIGNS, EVENTS_LISTED = 5, 8  # in a legend
+SIGNS, EVENTS_LISTED = 7, 8  # in a legend
+EVENTS_BESIDE = {7: 4, 2: 2, 1: 1}  # columns of signs in a legend to columns of events
 SQUEEZED = 0.75  # of their height is what curves have where that leaves more for the map
 FULL, FEWEST = 20, 4  # lanes and lines of text on a page, at most; lines that may always be
-DAMAGED = dict(size=BODY, fontweight="bold")
+LINES = 3  # of one text, at most
+WORDS = LEFT + 1.15  # inches: where the words of a fault begin, behind its letter and time
 REAL = 1e8  # s: a clock beyond that is not that of a simulation
+EXACT = 0.01  # m by which odometry may be off and still be called exact
+ECHO_NOTE = ("* A sonar hears in a cone, and its echo is drawn in the cone's middle: a wall that is met slantwise also shows beside itself. "
+             "Odometry places the echoes.")
 
 
 class Plan(NamedTuple):
@@ -40,64 +46,80 @@ class Plan(NamedTuple):
 
 def figure(run: Run, title: Optional[str] = None):
     """The matplotlib Figure of a run."""
-    view, timeline = from_above.view_of(run), timeline_of(run)
-    span = view.high - view.low
+    view, timeline, probe = from_above.view_of(run), timeline_of(run), Sheet(1.0)
     shown = over_time.curves(run)
     lanes = len(over_time.lanes(run, (), timeline))
-    wrong = incidents(run, max(FULL - lanes, FEWEST))
-    lines = sum(bool(each.letter) for each in wrong) + (not all(each.letter for each in wrong))
-
-    damage = Sheet(1.0).lines("This recording is damaged: %s" % run.damage, RIGHT - LEFT, **DAMAGED)[:3] if run.damage else []
-    events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= over_time.BADGES else 0
+    wrong, words = _listed(run, max(FULL - lanes, FEWEST), probe)
+    lines = sum(map(len, words.values())) + (not all(each.letter for each in wrong))
     lanes += len({each.level for each in wrong})
+    pushed = ", ".join("can %s pushed %.2f m at %s" % (push.can, push.distance, timeline.write(push.time)) for push in pushes(run))
+    damage = "This recording is damaged: " + run.damage if run.damage else ""
+    head = [(line, dict(color=colour, **look)) for text, colour, look in ((pushed, INK, {}), (damage, VERMILLION, dict(fontweight="bold")))
+            for line in probe.lines(text, RIGHT - LEFT, LINES, **look) if text]
+
+    events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= over_time.BADGES else 0
     lower = [each._replace(height=SQUEEZED * each.height) for each in shown]
-    where, squeezed = (
-        plan(span, TOP + 0.62 + LINE * len(damage) + GAP, over_time.height(each, lanes), lines, events)
-        for each in (shown, lower)
-    )  # fmt: skip
+    where, squeezed = (plan(view.high - view.low, TOP + 0.62 + LINE * len(head) + GAP, over_time.height(each, lanes), lines, events)
+                       for each in (shown, lower))
     if squeezed.map[2] > where.map[2]:
         where, shown = squeezed, lower
-    rows = over_time.lanes(run, wrong, timeline, RIGHT - where.strips[0])
 
     sheet = Sheet(where.height)
-    _write_head(sheet, run, view, timeline, title, wrong, damage)
+    _write_head(sheet, run, timeline, title, summary(run, view, wrong))
+    for number, (line, look) in enumerate(head, 1):
+        sheet.text(LEFT, TOP + 0.43 + LINE * number, line, **look)
     axes = sheet.axes(*where.map)
     from_above.draw(axes, view, timeline, where.map[2])
     draw_frame(axes, view.low[0], view.high[0])
     _write_legend(sheet, axes, run, timeline, *where.legend)
-    over_time.draw(sheet, *where.strips, shown, rows, timeline)
-    _write_wrong(sheet, where.list, wrong, timeline)
-    sheet.text(LEFT, where.height - 0.16, recorded_with(run.notes), room=RIGHT - LEFT, size=6, color=FAINT)
+    over_time.draw(sheet, *where.strips, shown, over_time.lanes(run, wrong, timeline, RIGHT - where.strips[0]), timeline)
+    _write_wrong(sheet, where.list, wrong, words, timeline)
+    for above, note in ((0.29, ECHO_NOTE if len(view.echoes) else ""), (0.16, recorded_with(run.notes))):
+        sheet.text(LEFT, where.height - above, note, room=RIGHT - LEFT, size=6, color=FAINT)
     return sheet.figure
 
 
+def _listed(run: Run, room: int, probe: Sheet) -> Tuple[Tuple[Incident, ...], Dict[str, List[str]]]:
+    """What went wrong, with letters for as many as fit on so many lines; and the lines by letter."""
+    for number in range(room, 0, -1):
+        wrong = incidents(run, number)
+        words = {each.letter: probe.lines(each.words, RIGHT - WORDS, LINES, SMALL) for each in wrong if each.letter}
+        if sum(map(len, words.values())) <= room:
+            break
+    return wrong, words
+
+
 def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: int) -> Plan:
-    """Where things go: for a drawing of so many metres, below a head, with strips so many inches high, a list of lines, and a legend of events."""
+    """Where things go.
+
+    Args:
+        span: width and height of what is drawn from above, m.
+        head: inches that the head takes.
+        strips_high: inches that the strips take.
+        lines: of the list of what went wrong.
+        events: in the legend.
+    """
     below = (strips_high + AXIS + 0.1) * bool(strips_high)
     listed = (lines * LINE + 0.12) * bool(lines)
     if span[1] > NARROW * span[0]:
         width, height = min(WIDEST / span[0], (HEIGHT - head - AXIS - listed - BOTTOM) / span[1], LARGEST_SCALE) * span
         left = LEFT + width + over_time.NAMES - 0.15
-        legend = head + below
-        end = max(head + height + AXIS, legend + legend_height(events, 2))
-        return Plan(end + listed + BOTTOM, (LEFT, head, width, height), (left, legend, 2), (left, head), end)
+        end = max(head + height + AXIS, head + below + legend_height(events, 2))
+        return Plan(end + listed + BOTTOM, (LEFT, head, width, height), (left, head + below, 2), (left, head), end)
     room = HEIGHT - head - AXIS - below - listed - BOTTOM
     beside = min((RIGHT - LEFT - BESIDE) / span[0], max(room, LEAST_MAP) / span[1], LARGEST_SCALE)  # inches for each metre, with the legend there
-    above = min((RIGHT - LEFT) / span[0], (room - legend_height(events, 6)) / span[1], LARGEST_SCALE)
+    above = min((RIGHT - LEFT) / span[0], (room - legend_height(events, 7)) / span[1], LARGEST_SCALE)
     width, height = max(beside, above) * span
     if beside >= above:
         legend, top = (LEFT + width + 0.15, head, 1), max(head + height + AXIS, head + legend_height(events, 1))
     else:
-        legend, top = (LEFT, head + height + AXIS, 6), head + height + AXIS + legend_height(events, 6)
+        legend, top = (LEFT, head + height + AXIS, 7), head + height + AXIS + legend_height(events, 7)
     return Plan(top + below + listed + BOTTOM, (LEFT, head, width, height), legend, (over_time.NAMES, top + 0.1), top + below)
 
 
 def legend_height(events: int, columns: int) -> float:
     """Inches of a legend: signs, and events of the gripper."""
     return -(-SIGNS // columns) * LINE + (0.06 + EVENT_LINE * -(-events // EVENTS_BESIDE[columns])) * bool(events)
-
-
-EVENTS_BESIDE = {6: 4, 2: 2, 1: 1}  # columns of signs to columns of events
 
 
 def timeline_of(run: Run) -> Timeline:
@@ -107,19 +129,15 @@ def timeline_of(run: Run) -> Timeline:
     return Timeline(min(min(time) for time in times if len(time)), max(max(time) for time in times if len(time)))
 
 
-def _write_head(
-    sheet: Sheet, run: Run, view: TopView, timeline: Timeline, title: Optional[str], wrong: Sequence[Incident], damage: Sequence[str]
-) -> None:
-    """Title, when and from which file, figures, and in red what is damaged."""
+def _write_head(sheet: Sheet, run: Run, timeline: Timeline, title: Optional[str], figures: Sequence[str]) -> None:
+    """Title, when and from which file, and figures."""
     robot = run.robot or "robot"
     named = title or robot + (" (%s)" % run.model if run.model else "") + (" in %s" % run.world if run.world else "")
     sheet.text(LEFT, TOP + 0.1, named, room=RIGHT - LEFT - 2.4, size=15, fontweight="bold")
     began = datetime.fromtimestamp(timeline.begin, timezone.utc).strftime("%Y-%m-%d %H:%M UTC") if timeline.begin > REAL else ""
     sheet.text(RIGHT, TOP + 0.02, os.path.basename(run.path), room=2.3, size=SMALL, color=FAINT, ha="right")
     sheet.text(RIGHT, TOP + 0.17, began, size=SMALL, color=FAINT, ha="right")
-    sheet.text(LEFT, TOP + 0.43, "   ·   ".join(summary(run, view, wrong)), room=RIGHT - LEFT, size=BODY)
-    for number, line in enumerate(damage):
-        sheet.text(LEFT, TOP + 0.43 + LINE * (number + 1), line, room=RIGHT - LEFT, color=VERMILLION, **DAMAGED)
+    sheet.text(LEFT, TOP + 0.43, "   ·   ".join(figures), room=RIGHT - LEFT, size=BODY)
 
 
 def recorded_with(notes: str) -> str:
@@ -129,7 +147,7 @@ def recorded_with(notes: str) -> str:
     except UsageError:
         return ""
     known = ["%s %s" % (name, versions[name]) for name in ("pioneer_control", "rospy", "python") if name in versions]
-    known += ["commit %s" % versions["commit"][:10]] if "commit" in versions else []
+    known += ["commit " + versions["commit"][:10]] if "commit" in versions else []
     known += [versions["system"]] if "system" in versions else []
     return "recorded with " + ", ".join(known) if known else ""
 
@@ -137,11 +155,12 @@ def recorded_with(notes: str) -> str:
 def summary(run: Run, view: TopView, wrong: Sequence[Incident]) -> List[str]:
     """The figures of a run."""
     parts = [how_long(run.duration), ("%.1f m driven" if view.path.length < 100 else "%.0f m driven") % view.path.length]
-    if run.truth is not None:
-        end = view.odometry.pose(-1)
-        parts.append("odometry %.0f cm off at the end" % (100 * np.hypot(end[0] - view.path.x[-1], end[1] - view.path.y[-1])))
-    else:
+    if run.truth is None:
         parts.append("as the robot's odometry has it")
+    else:
+        end = view.odometry.pose(-1)
+        off = np.hypot(end[0] - view.path.x[-1], end[1] - view.path.y[-1])
+        parts.append("odometry %.0f cm off at the end" % (100 * off) if off >= EXACT else "odometry exact: ideal wheels")
     said = [(sum(len(each.times) for each in wrong if each.level == level), what) for level, what in ((ERROR, "error"), (WARNING, "warning"))]
     for count, what in said + [(len(silences(run.gaps)), "gap")]:
         parts += ["%s %s%s" % (count, what, "s" * (count > 1)) + " in the data" * (what == "gap")] if count else []
@@ -153,8 +172,7 @@ def _write_legend(sheet: Sheet, axes, run: Run, timeline: Timeline, left: float,
     shown = {label: handle for handle, label in zip(*axes.get_legend_handles_labels()) if not label.startswith("robot at")}
     legend = sheet.figure.legend(
         shown.values(), shown.keys(), loc="upper left", bbox_to_anchor=sheet.at(left, top), borderaxespad=0, borderpad=0, ncol=columns,
-        frameon=False, fontsize=SMALL, handlelength=2.2, columnspacing=1.6, handletextpad=0.6,
-    )  # fmt: skip
+        frameon=False, fontsize=SMALL, handlelength=1.8, columnspacing=1.2, handletextpad=0.5)
     for line in legend.get_lines():
         line.set_markersize(max(line.get_markersize(), 5))  # an echo's dot is too small to be seen alone
     if len(run.gripper) > over_time.BADGES:
@@ -173,16 +191,17 @@ def _badge(sheet: Sheet, left: float, middle: float, words: str, colour: str) ->
     sheet.text(left, middle, words, size=6.5, color=over_time.ink_on(colour), fontweight="bold", ha="center", bbox=badge)
 
 
-def _write_wrong(sheet: Sheet, top: float, wrong: Sequence[Incident], timeline: Timeline) -> None:
+def _write_wrong(sheet: Sheet, top: float, wrong: Sequence[Incident], words: Dict[str, List[str]], timeline: Timeline) -> None:
     """Under the strips: what the letters mean."""
-    listed = [each for each in wrong if each.letter]
-    rows = [top + LINE * (number + 0.5) for number in range(len(listed) + 1)]
-    times = [timeline.write(each.times[0]) + (", %s×" % len(each.times) if len(each.times) > 1 else "") for each in listed]
-    times = [sheet.text(LEFT + 0.27, row, time, size=SMALL, color=FAINT) for row, time in zip(rows, times)]
-    left = LEFT + 0.27 + max((sheet.wide(time) for time in times), default=0.0) + 0.12
-    for row, each in zip(rows, listed):
-        _badge(sheet, LEFT + 0.1, row, each.letter, over_time.SAID_COLOUR[each.level])
-        sheet.text(left, row, each.words, room=RIGHT - left, size=SMALL)
+    row = top + LINE / 2
+    for each in wrong:
+        if each.letter:
+            _badge(sheet, LEFT + 0.1, row, each.letter, over_time.SAID_COLOUR[each.level])
+            time = timeline.write(each.times[0]) + (", %s×" % len(each.times) if len(each.times) > 1 else "")
+            sheet.text(LEFT + 0.27, row, time, room=WORDS - LEFT - 0.3, size=SMALL, color=FAINT)
+            for line in words[each.letter]:
+                sheet.text(WORDS, row, line, room=RIGHT - WORDS, size=SMALL)
+                row += LINE
     more = sum(len(each.times) for each in wrong if not each.letter)
     if more:
-        sheet.text(LEFT + 0.27, rows[-1], "and %s more, without a letter" % more, size=SMALL, color=FAINT)
+        sheet.text(LEFT + 0.27, row, "and %s more, without a letter" % more, size=SMALL, color=FAINT)

@@ -5,13 +5,14 @@ from typing import List, Tuple
 from ...pictures import INK
 
 WIDTH, HEIGHT = 8.27, 11.69  # inches: A4
-LEFT, RIGHT, TOP, BOTTOM = 0.55, 7.92, 0.35, 0.30  # inches: where the drawing begins and ends, and what stays free above and below
+LEFT, RIGHT, TOP, BOTTOM = 0.55, 7.92, 0.35, 0.42  # inches: where the drawing begins and ends, and what stays free above and below
 DPI = 160
 BODY, SMALL = 8.5, 7.5  # points
+MORE = "…"
 
 
 class Sheet:
-    """A matplotlib Figure, as tall as it is told."""
+    """A matplotlib Figure of a height in inches."""
 
     def __init__(self, height: float) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg  # here: it takes a second to load
@@ -23,36 +24,38 @@ class Sheet:
 
     def axes(self, left: float, top: float, width: float, height: float, **look):
         """Axes, by their upper left corner and size."""
-        place = left / WIDTH, 1.0 - (top + height) / self.height, width / WIDTH, height / self.height
-        return self.figure.add_axes(place, **look)
+        return self.figure.add_axes((left / WIDTH, 1.0 - (top + height) / self.height, width / WIDTH, height / self.height), **look)
 
     def at(self, left: float, top: float) -> Tuple[float, float]:
         """A place as matplotlib's figure has it."""
         return left / WIDTH, 1.0 - top / self.height
 
     def text(self, left: float, middle: float, words: str, room: float = WIDTH, size: float = BODY, **look):
-        """One line of text, by its left end and middle height; cut off, and said so with dots, where it would take more than ``room`` inches."""
+        """One line of text, by its left end and middle height; cut off, with dots, where it would take more than `room` inches."""
         words = plain(words)
-        look = {**dict(color=INK, va="center", fontsize=size), **look}
-        text = self.figure.text(*self.at(left, middle), words, **look)
+        text = self.figure.text(*self.at(left, middle), words, **{**dict(color=INK, va="center", fontsize=size), **look})
         while len(words) > 1 and self.wide(text) > room:
-            words = words[: min(len(words) - 1, int(len(words) * room / self.wide(text)))]
-            text.set_text(words.rstrip(" \\") + "…")
+            words = words[:min(len(words) - 1, int(len(words) * room / self.wide(text)))]
+            text.set_text(words.rstrip(" \\") + MORE)
         return text
 
     def wide(self, text) -> float:
         """How wide a text is, inches."""
         return text.get_window_extent(self.figure.canvas.get_renderer()).width / self.figure.dpi
 
-    def lines(self, words: str, room: float, size: float = BODY, **look) -> List[str]:
-        """Words broken into lines of at most so many inches."""
+    def lines(self, words: str, room: float, most: int, size: float = BODY, **look) -> List[str]:
+        """Words broken into at most so many lines of at most so many inches; where they are more the last one ends in dots."""
         probe, lines = self.figure.text(0, 0, "", fontsize=size, **look), [""]
         for word in words.split():
-            probe.set_text(plain(("%s %s" % (lines[-1], word)).strip()))
-            if lines[-1] and self.wide(probe) > room:
+            longer = ("%s %s" % (lines[-1], word)).strip()
+            probe.set_text(plain(longer + MORE))
+            if not lines[-1] or self.wide(probe) <= room:
+                lines[-1] = longer
+            elif len(lines) < most:
                 lines.append(word)
             else:
-                lines[-1] = ("%s %s" % (lines[-1], word)).strip()
+                lines[-1] += MORE
+                break
         probe.remove()
         return lines
 

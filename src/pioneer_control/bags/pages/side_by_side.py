@@ -1,6 +1,7 @@
 """Several runs compared on one page, A4 wide: their paths laid over each other, a table of figures, velocities and distances over time."""
 
 import os
+import re
 from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from ..bag_names import stem
 from ..recorded_run import Map, Run, Track
 from . import from_above, over_time
 from .incidents import incidents
-from .sheet import BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Sheet
+from .sheet import BOTTOM, HEIGHT, LEFT, MORE, RIGHT, SMALL, TOP, Sheet
 from .timeline import Timeline, how_long
 
 # Colour and line style of each run; the first lies wide under the others.
@@ -30,6 +31,7 @@ MOST = len(LOOKS)
 AXIS, ROW = 0.36, 0.2  # inches
 LARGEST_SCALE = 2.5  # inches on paper for each metre
 FEWEST_METRES = 0.1  # of distance, shown at least
+LONGEST_NAME = 25  # letters, in the table
 COLUMNS = ("time", "way", "mean speed", "stops", "faults", "farthest from first", "at the end")
 ENDS = (3.35, 4.0, 4.8, 5.25, 5.7, 6.85, 7.92)  # inches from the left edge of the sheet to the right end of each column
 
@@ -49,7 +51,7 @@ def compared(runs: Sequence[Run]) -> Tuple[Compared, ...]:
     check_number(len(runs))
     tracks = [run.odometry if any(each.truth is None for each in runs) else run.truth for run in runs]
     apart = [None] + [deviation(tracks[0], track) for track in tracks[1:]]
-    return tuple(Compared(*each) for each in zip(names(runs), runs, tracks, map(driven, tracks), apart))
+    return tuple(Compared(*each) for each in zip(shortened(names(runs)), runs, tracks, map(driven, tracks), apart))
 
 
 def check_number(runs: int) -> None:
@@ -66,6 +68,18 @@ def names(runs: Sequence[Run]) -> List[str]:
     if len({(run.path, run.robot) for run in runs}) == len(runs) == len({run.robot for run in runs}):
         return [("%s %s" % (file, run.robot)).strip() for file, run in zip(files, runs)]
     return [os.path.join(os.path.basename(os.path.dirname(os.path.abspath(run.path))), file) for file, run in zip(files, runs)]
+
+
+def shortened(long: Sequence[str], most: int = LONGEST_NAME) -> List[str]:
+    """Names of at most so many letters, which differ where the long ones do."""
+    if max(map(len, long)) <= most:
+        return list(long)
+    begin = len(os.path.commonprefix(list(long)))
+    begin -= len(re.search("[^-_./ ]*$", long[0][:begin]).group())     # whole words
+    rest = [MORE * (begin > 0) + name[begin:] for name in long]
+    half = (most - 1) // 2
+    short = [name if len(name) <= most else name[:most - 1 - half] + MORE + name[-half:] for name in rest]
+    return short if len(set(short)) == len(set(long)) else ["%s: %s" % (number, name[3:]) for number, name in enumerate(short, 1)]
 
 
 def figure(runs: Sequence[Run], title: Optional[str] = None):
