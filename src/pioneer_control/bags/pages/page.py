@@ -23,6 +23,7 @@ LEAST_MAP, LARGEST_SCALE = 2.4, 2.5  # inches high; inches on paper for each met
 BESIDE = 1.9  # inches: a map that leaves so much has its legend beside it
 NARROW, WIDEST = 1.6, 3.2  # what is so many times as high as wide has the strips beside it, and is at most so many inches wide
 SIGNS, EVENTS_LISTED = 7, 8  # in a legend
+MANY = -1  # events of the gripper: they have signs then, and no numbers
 EVENTS_BESIDE = {7: 4, 2: 2, 1: 1}  # columns of signs in a legend to columns of events
 SQUEEZED = 0.75  # of their height is what curves have where that leaves more for the map
 FULL, FEWEST = 20, 4  # lanes and lines of text on a page, at most; lines that may always be
@@ -57,7 +58,7 @@ def figure(run: Run, title: Optional[str] = None):
     head = [(line, dict(color=colour, **look)) for text, colour, look in ((pushed, INK, {}), (damage, VERMILLION, dict(fontweight="bold")))
             for line in probe.lines(text, RIGHT - LEFT, LINES, **look) if text]
 
-    events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= over_time.BADGES else 0
+    events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= over_time.BADGES else MANY
     lower = [each._replace(height=SQUEEZED * each.height) for each in shown]
     where, squeezed = (plan(view.high - view.low, TOP + 0.62 + LINE * len(head) + GAP, over_time.height(each, lanes), lines, events)
                        for each in (shown, lower))
@@ -119,7 +120,8 @@ def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: 
 
 def legend_height(events: int, columns: int) -> float:
     """Inches of a legend: signs, and events of the gripper."""
-    return -(-SIGNS // columns) * LINE + (0.06 + EVENT_LINE * -(-events // EVENTS_BESIDE[columns])) * bool(events)
+    signs = SIGNS + len(EVENT) * (events == MANY)
+    return -(-signs // columns) * LINE + (0.06 + EVENT_LINE * -(-events // EVENTS_BESIDE[columns])) * (events > 0)
 
 
 def timeline_of(run: Run) -> Timeline:

@@ -74,8 +74,9 @@ def shortened(long: Sequence[str], most: int = LONGEST_NAME) -> List[str]:
     """Names of at most so many letters, which differ where the long ones do."""
     if max(map(len, long)) <= most:
         return list(long)
-    begin = len(os.path.commonprefix(list(long)))
-    begin -= len(re.search("[^-_./ ]*$", long[0][:begin]).group())     # whole words
+    alike = os.path.commonprefix(list(long))
+    words = [0, *(found.end() for found in re.finditer("[-_./ ]", alike))]  # where they begin
+    begin = next((word for word in words if max(map(len, long)) - word < most), words[-1])
     rest = [MORE * (begin > 0) + name[begin:] for name in long]
     half = (most - 1) // 2
     short = [name if len(name) <= most else name[:most - 1 - half] + MORE + name[-half:] for name in rest]
