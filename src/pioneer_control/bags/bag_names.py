@@ -32,7 +32,7 @@ def bag_files(given: str) -> List[str]:
     except ValueError:
         words = [given]
     files: List[str] = []
-    for word in map(os.path.expanduser, words):     # no shell does it in bag:=~/FILE.bag
+    for word in (os.path.expanduser(word) for word in words):   # no shell does it in bag:=~/FILE.bag
         found = [word] if os.path.exists(word) else in_order(glob.glob(word))
         if not found:
             raise BagError("%s: no such file%s" % (word, "" if os.path.isabs(word) else " in " + os.getcwd()))

@@ -325,7 +325,8 @@ class ReportCollector:
 
 def _owner(node: str, robots: Sequence[str]) -> Optional[str]:
     """The innermost robot in whose namespace a node is; None: no robot. The root belongs to nobody when other robots have names."""
-    return max((robot for robot in robots if robot and node.startswith(robot + "/")), key=len, default=None)
+    around = sorted((robot for robot in robots if robot and node.startswith(robot + "/")), key=len)
+    return around[-1] if around else None
 
 
 class SilenceCollector:

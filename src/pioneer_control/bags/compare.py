@@ -40,7 +40,7 @@ def deviation(reference: Track, other: Track) -> Deviation:
 def distance_between(reference: Track, other: Track) -> Tuple[np.ndarray, np.ndarray]:
     """Seconds since both began to move, and how far apart (m) they are then."""
     one, two = from_its_start(reference), from_its_start(other)
-    moments = np.unique(np.concatenate(([0.0], one.time, two.time)))  # both go straight between these: the farthest is at one of them
+    moments: np.ndarray = np.unique(np.concatenate((np.zeros(1), one.time, two.time)))  # both go straight between these: the farthest is at one of them
     moments = moments[moments >= 0.0]
     one, two = one.at(moments), two.at(moments)
     return moments, np.hypot(two.x - one.x, two.y - one.y)

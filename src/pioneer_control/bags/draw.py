@@ -49,11 +49,12 @@ def read(paths: Sequence[str], robot: Optional[str]) -> Run:
 def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tuple[Sequence[str], Optional[str]]]:
     """(paths, robot) of each run to draw. Raises UsageError when it is not clear which robot of which bag is meant."""
     runs = [in_order(bags)] if parts else [[bag] for bag in bags]
+    names: List[Optional[str]] = list(robots) or [None]
     if len(runs) == 1:
-        return [(runs[0], robot) for robot in robots or [None]]
-    if len(robots) > 1 and len(robots) != len(runs):
+        return [(runs[0], robot) for robot in names]
+    if len(names) not in (1, len(runs)):
         raise UsageError("--robot %s: give one for all bags, or one for each of the %s" % (" --robot ".join(robots), len(runs)))
-    return list(zip(runs, (robots or [None]) * (1 if len(robots) > 1 else len(runs))))
+    return list(zip(runs, names * (len(runs) if len(names) == 1 else 1)))
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:

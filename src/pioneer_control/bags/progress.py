@@ -2,6 +2,7 @@
 
 import sys
 import time
+from typing import Any
 
 PATIENCE = 1.0
 """s of reading without a bar."""
@@ -11,7 +12,8 @@ class Progress:
     """A bar on a terminal, for what takes longer than `PATIENCE`: called with the bytes done and all bytes. ``with`` takes it away at the end."""
 
     def __init__(self, name: str) -> None:
-        self._name, self._begin, self._bar = name, time.monotonic(), None
+        self._name, self._begin = name, time.monotonic()
+        self._bar: Any = None
 
     def __enter__(self) -> "Progress":
         return self
@@ -24,6 +26,6 @@ class Progress:
         if self._bar is not None:
             self._bar.update(done - self._bar.n)
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: Any) -> None:
         if self._bar is not None:
             self._bar.close()

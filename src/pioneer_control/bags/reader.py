@@ -26,6 +26,8 @@ STEP = 0.005
 """Share of all bytes between two calls of progress."""
 LONGEST_ARRAY = 1 << 20
 """Values of an array of fixed length that a definition may have: each message has room for all of them."""
+NEVER = 1 << 63
+"""ns: later than any message."""
 PLACES = 3
 """Damaged places that are told one by one."""
 
@@ -77,8 +79,8 @@ class _Chunk(NamedTuple):
     end: int
     earliest: int
     """ns: the first message in it and in all later ones"""
-    count: int
-    """messages in it"""
+    messages: int
+    """in it"""
     foreign: FrozenSet[int]
     """the connections in it, where none of them is wanted; else empty"""
 
@@ -94,7 +96,7 @@ class _Waiting(NamedTuple):
     """ns"""
     in_head: bool
     """whether it is in the head of a part"""
-    number: int
+    place: int
     """in the file"""
     connection: Connection
     data: bytes
@@ -174,8 +176,7 @@ class _File:
         self.path = path
         self.connections: Dict[int, Connection] = {}
         self.compression = ""
-        self.begin: Optional[int] = None
-        self.end: Optional[int] = None
+        self._begin, self._end = NEVER, -1          # ns, of the messages so far
         self.indexed = False        # with an index that is whole
         self._is_wanted = is_wanted
         self._wanted: Dict[int, bool] = {}
@@ -238,7 +239,7 @@ class _File:
             if record.op == CONNECTION:
                 connections[record.connection] = _connection(record, source.data(record))
             elif record.op == CHUNK_INFO:
-                counts = dict(TIME.iter_unpack(source.data(record)))    # by connection
+                counts: Dict[int, int] = {number: count for number, count in TIME.iter_unpack(source.data(record))}    # by connection
                 inside = same.setdefault(frozenset(counts), frozenset(counts))
                 position, = U64.unpack(record.fields[b"chunk_pos"])
                 start, end = nanoseconds(record.fields[b"start_time"]), nanoseconds(record.fields[b"end_time"])
@@ -250,10 +251,10 @@ class _File:
         self.indexed = True
         for number, connection in connections.items():
             self._know(number, connection)
-        earliest = None
+        earliest = NEVER
         for position in sorted(chunks, reverse=True):
             chunk = chunks[position]
-            earliest = chunk.start if earliest is None else min(chunk.start, earliest)
+            earliest = min(chunk.start, earliest)
             wanted = any(self._wanted.get(number, True) for number in chunk.foreign)
             self._chunks[position] = chunk._replace(earliest=earliest, foreign=frozenset() if wanted else chunk.foreign)
 
@@ -272,19 +273,29 @@ class _File:
         elif number not in self._wanted:
             self._wanted[number] = bool(self._is_wanted(connection))
 
+    @property
+    def begin(self) -> Optional[int]:
+        """ns: the earliest message so far; None before the first."""
+        return None if self._end < 0 else self._begin
+
+    @property
+    def end(self) -> Optional[int]:
+        """ns: the latest message so far; None before the first."""
+        return None if self._end < 0 else self._end
+
+    @property
+    def _seconds(self) -> Optional[float]:
+        """From the earliest message so far to the latest; None before the first."""
+        return None if self._end < 0 else (self._end - self._begin) / 1e9
+
     def _saw(self, time: int) -> None:
-        if self.begin is None:
-            self.begin = self.end = time
-        elif time > self.end:
-            self.end = time
-        elif time < self.begin:
-            self.begin = time
+        self._begin, self._end = min(self._begin, time), max(self._end, time)
 
     def _damaged(self, begin: int, end: int) -> None:
         if self._places and begin <= self._places[-1].end:
             self._places[-1] = self._places[-1]._replace(end=max(end, self._places[-1].end))
         else:
-            self._places.append(_Place(begin, end, None if self.begin is None else (self.end - self.begin) / 1e9))
+            self._places.append(_Place(begin, end, self._seconds))
 
     def _passes_over(self, source: Source, chunk: BagRecord) -> bool:
         """Whether nothing in a chunk is wanted, nor in the part's head. Index and the lists behind the chunk both say so: one wrong byte
@@ -311,7 +322,7 @@ class _File:
             for source, record in self._contents(_source_of(file, self.size)):
                 if record.op == MESSAGE:
                     met += 1
-                    if known is None or known.start <= record.time <= known.end or self.begin is None:  # else a byte of it is wrong
+                    if known is None or known.start <= record.time <= known.end or self._end < 0:  # else a byte of it is wrong
                         self._saw(record.time)
                     wanted = self._wanted.get(record.connection)
                     if wanted is None:
@@ -325,16 +336,16 @@ class _File:
                 elif record.op == CONNECTION:
                     self._know(record.connection, _connection(record, source.data(record)))
                 elif record.op == INDEX:
-                    listed += record.count
+                    listed += record.entries
                 elif record.op == CHUNK:
                     self._missing += _missing(known, passed, listed, met)
                     met = listed = 0
                     progress(record.position)
                     known, passed = self._chunks.get(record.position), self._passes_over(source, record)
-                    if passed:
+                    if known is not None and passed:
                         self._saw(known.start)
                         self._saw(known.end)
-                    yield from self._news(queue.before((self.end or 0) - LATE if known is None else known.earliest), latched)
+                    yield from self._news(queue.before(max(self._end, 0) - LATE if known is None else known.earliest), latched)
             yield from self._news(queue.rest(), latched)
         self._missing += _missing(known, passed, listed, met)
         progress(self.size)
@@ -342,7 +353,7 @@ class _File:
     def _news(self, ready: List[_Waiting], latched: Optional[Latched]) -> Iterator[Message]:
         """Messages without those that are only repeated."""
         for time, in_head, _, connection, data in ready:
-            if in_head and self._head.repeats and _is_known(connection, data, latched):
+            if in_head and self._head is not None and self._head.repeats and _is_known(connection, data, latched or {}):
                 continue
             if latched is not None and connection.latching:
                 latched.setdefault((connection.topic, connection.caller), data)
@@ -351,7 +362,7 @@ class _File:
     def _contents(self, source: Source) -> Iterator[Tuple[Source, BagRecord]]:
         """All records and where their data are, those in chunks too, but for chunks in which nothing is wanted."""
 
-        def passes_over(chunk):
+        def passes_over(chunk: BagRecord) -> bool:
             return self._passes_over(source, chunk)
 
         for record in records(source, self._first, passes_over, self._damaged, self._searched):
@@ -387,7 +398,7 @@ class _File:
 
     def _ending(self, cut: bool) -> str:
         """How a bag ends whose index is not whole."""
-        seconds = "before its first message" if self.begin is None else "after %.1f s" % ((self.end - self.begin) / 1e9)
+        seconds = "before its first message" if self._seconds is None else "after %.1f s" % self._seconds
         if self._index > self.size:
             return "it is cut off %s, at %s of its length: the rest is missing" % (seconds, _percent(self.size / self._index))
         if self._index:
@@ -419,7 +430,7 @@ def _listed(source: Source, position: int) -> Set[int]:
 
 def _missing(chunk: Optional[_Chunk], passed: bool, listed: int, met: int) -> int:
     """How many messages of a chunk were not there, by the index or else by the lists behind it."""
-    return 0 if passed else max(0, (listed if chunk is None else chunk.count) - met)
+    return 0 if passed else max(0, (listed if chunk is None else chunk.messages) - met)
 
 
 def _is_known(connection: Connection, data: bytes, latched: Latched) -> bool:
@@ -476,7 +487,7 @@ class BagReader:
         told = -whole
         latched: Optional[Latched] = {} if self._several else None
         for file in self._files:
-            def progress(position):
+            def progress(position: int) -> None:
                 nonlocal told
                 if self._progress and (done + position - told >= whole * STEP or done + position == whole):
                     told = done + position

@@ -4,7 +4,7 @@ Only odometry is required; whatever else a bag has not is empty or ``None``. How
 those rows are kept that differ from the row kept before (1 cm, 1 degree, ...), and of echoes those that are new.
 """
 
-from typing import Dict, NamedTuple, Optional, Tuple
+from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -183,7 +183,7 @@ class Run(NamedTuple):
         return points[np.sort(first)]
 
 
-def placed(pose, x, y) -> Tuple[np.ndarray, np.ndarray]:
+def placed(pose: Any, x: Any, y: Any) -> Tuple[np.ndarray, np.ndarray]:
     """Points that are given in the frame of a pose, in the frame in which the pose is given. All may be arrays."""
     cosine, sine = np.cos(pose[2]), np.sin(pose[2])
     return pose[0] + cosine * x - sine * y, pose[1] + sine * x + cosine * y

@@ -81,7 +81,7 @@ class BagRecord(NamedTuple):
     """of its data, and so of the record"""
 
     @property
-    def count(self) -> int:
+    def entries(self) -> int:
         """Entries in the data of an INDEX or CHUNK_INFO."""
         return U32.unpack(self.fields[b"count"])[0]
 
@@ -159,28 +159,21 @@ def record_at(source: Source, position: int) -> Optional[BagRecord]:
 
 
 def _unusual_record_at(source: Source, position: int) -> Optional[BagRecord]:
-    head = source.get(position, 4)
-    if len(head) < 4:
-        return None
-    length, = U32.unpack(head)
-    if length > LONGEST_HEADER:
-        return None
-    header = source.get(position + 4, length + 4)
+    length, = U32.unpack(source.get(position, 4).ljust(4, b"\xff"))
+    header = source.get(position + 4, length + 4) if length <= LONGEST_HEADER else b""
     if len(header) < length + 4:
         return None
-    fields = fields_of(header[:length])
-    op = fields.get(b"op", b"") if fields else b""
+    fields = fields_of(header[:length]) or {}
+    op = fields.get(b"op", b"")
     needed = FIELDS.get(op[0]) if len(op) == 1 else None
     if needed is None or any(name not in fields or size not in (None, len(fields[name])) for name, size in needed.items()):
         return None
     begin = position + length + 8
     record = BagRecord(position, op[0], fields, U32.unpack(fields.get(b"conn", bytes(4)))[0], nanoseconds(fields.get(b"time", bytes(8))),
                     begin, begin + U32.unpack_from(header, length)[0])
-    if record.op == CHUNK and fields[b"compression"] not in COMPRESSIONS:
-        return None
-    if record.op in ENTRY and record.end - record.begin != ENTRY[record.op] * record.count:
-        return None
-    return record
+    sound = (record.op != CHUNK or fields[b"compression"] in COMPRESSIONS) and (
+        record.op not in ENTRY or record.end - record.begin == ENTRY[record.op] * record.entries)
+    return record if sound else None
 
 
 def next_record(source: Source, position: int, searched: Collection[int] = FIELDS) -> int:

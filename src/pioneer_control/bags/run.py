@@ -10,7 +10,8 @@ import numpy as np
 
 from .collectors import (CanCollector, DecisionCollector, EchoCollector, GripperCollector, LastCollector, MapCollector, OdometryCollector,
                          ReportCollector, SilenceCollector, SpanCollector, ValueCollector, VelocityCollector, is_plausible, pressed, stalled)
-from .reader import BagError, BagReader, Connection, decode, message_class, plural, read_bag
+from .reader import BagReader, Connection, decode, message_class, plural, read_bag
+from .records import BagError
 from .recorded_run import Run
 
 CHANGE_OF_VOLTAGE = 0.05  # V
@@ -190,7 +191,8 @@ def _choose(paths: Sequence[str], robots: Sequence[str], wanted: Optional[str], 
 def _run(path: str, name: str, robots: Sequence[str], collector: RunCollector, reader: BagReader) -> Run:
     """What was collected of a robot."""
     robot = collector.robots[name]
-    if robot.odometry is None or reader.end is None:
+    odometry, track = robot.odometry, robot.odometry.track if robot.odometry else None
+    if odometry is None or track is None or reader.end is None:
         raise BagError(("%s has no message of the odometry of %s. %s" % (path, name or "/", reader.damage)).strip())
     info, world, recording = robot["robot_info"].last, collector.nearest(name, "world").last, collector.nearest(name, "recording").last
     gaps = [gap for topic, silence in sorted(robot.silences.items()) for gap in silence.gaps(topic, reader.end / 1e9)]
@@ -205,14 +207,14 @@ def _run(path: str, name: str, robots: Sequence[str], collector: RunCollector, r
         footprint=np.array([(p.x, p.y) for p in info.footprint.points if is_plausible(p.x, p.y)] if info else []).reshape(-1, 2),
         transducers={number: (pose.x, pose.y, pose.theta) for number, pose in zip(info.sonar_numbers, info.sonar_poses)
                      if is_plausible(pose.x, pose.y, pose.theta)} if info else {},
-        odometry=robot.odometry.track,
+        odometry=track,
         truth=robot["ground_truth"].track,
         sonar=robot["sonar"].echoes,
         gripper=robot["gripper_state"].events,
         cans=collector.nearest(name, "cans").paths,
         map=collector.nearest(name, "map").last,
         commanded=robot["cmd_vel"].velocities,
-        measured=robot.odometry.velocities,
+        measured=odometry.velocities,
         battery=battery if len(battery.time) else robot["battery"].series,
         motors=robot["motor_state"].changes,
         e_stop=robot["e_stop"].changes,

@@ -15,7 +15,8 @@ from ..errors import PioneerError, UsageError
 from ..msg import Wire
 from ..p2os.recording import TITLE, Entry, written
 from .bag_names import stem
-from .reader import BagError, BagReader, Connection, decode, read_bag
+from .reader import BagReader, Connection, decode, read_bag
+from .records import BagError
 
 HOW_TO = ("it has no bytes of a robot's line: the driver publishes them with its parameter publish_wire (roslaunch pioneer_control pioneer.launch "
           "publish_wire:=true), and the recorder keeps them when told to (roslaunch pioneer_control record.launch also:=wire)")

@@ -10,7 +10,8 @@ from std_msgs.msg import Header
 
 import bag_factory as make
 from pioneer_control.bags import draw
-from pioneer_control.bags.pages import from_above, page
+from pioneer_control.bags.pages import page
+from pioneer_control.bags.recorded_run import PADDLE_MIDDLE
 from pioneer_control.bags.run import read_run
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -50,7 +51,8 @@ def without(messages, *names):
 
 def test_everything_is_there(drawn):
     axes = drawn(make.driven(drift=0.1))
-    assert labels(axes) == ["true path", "odometry", "sonar echo", "can before", "can after", "robot at start", "robot at end"]
+    assert labels(axes) == ["true path", "odometry", "sonar echo", "can before", "can after", "way of a can", "robot at start",
+                            "robot at end"]
     assert line(axes, "true path")[[0, -1]] == pytest.approx(np.array([(1.0, 1.0), (2.0, 1.0)]))
     assert line(axes, "odometry")[-1] == pytest.approx((1.9, 1.0))
     assert line(axes, "can before")[0] == pytest.approx((2.0, 1.0))
@@ -88,7 +90,7 @@ def test_the_robot_is_drawn_to_scale_where_it_was(drawn):
 def test_gripper_events_are_numbered_where_the_paddles_were(drawn):
     axes = drawn(make.driven())
     picked = next(text for text in axes.texts if text.get_text() == "1")
-    assert picked.xy == pytest.approx((1.5 + 0.36 - from_above.PADDLE_MIDDLE, 1.0))
+    assert picked.xy == pytest.approx((1.5 + 0.36 - PADDLE_MIDDLE, 1.0))
     assert "picked up at 5 s" in texts(axes) and "put down at 8 s" in texts(axes)
 
 
@@ -101,7 +103,7 @@ def test_title(drawn):
 
 def test_a_real_robots_bag(drawn):
     axes = drawn(without(make.driven(), "ground_truth", "map", "world", "cans"))
-    assert labels(axes) == ["odometry", "sonar echo", "robot at start", "robot at end"]
+    assert labels(axes) == ["odometry", "sonar echo *", "robot at start", "robot at end"]
     assert line(axes, "odometry")[0] == pytest.approx((0.0, 0.0))
     assert not axes.images
     assert any("as the robot's odometry has it" in text for text in texts(axes))

@@ -56,7 +56,7 @@ class TestDecisions:
 
     def test_a_stamp_that_differs(self):
         found = first_difference(self.live, [*self.live[:3], decision(99.0), *self.live[4:]])
-        assert found.index == 3 and "header.stamp was 10.3, and is 99.0" in found.what
+        assert found.place == 3 and "header.stamp was 10.3, and is 99.0" in found.what
 
     @pytest.mark.parametrize("again", [live[:19], [], [*live, decision(12.0)]])
     def test_fewer_or_more(self, again):

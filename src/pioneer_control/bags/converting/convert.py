@@ -14,7 +14,8 @@ from ...errors import PioneerError, UsageError
 from ...robots import Transducer, find_model
 from ..command_line import parser_of
 from ..progress import Progress
-from ..reader import BagError, decode, read_bag
+from ..reader import decode, read_bag
+from ..records import BagError
 from ..writer import BagWriter
 from .messages import CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, Survey, is_sonar, namespace_of, transducers_of
 
@@ -162,7 +163,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         model = find_model(options.model, options.models_file or None) if options.model else None
         if options.gripper and model is None:
             raise UsageError("--gripper says something of the robot that --model names: name it")
-        if options.gripper and not model.can_carry_gripper:
+        if options.gripper and model is not None and not model.can_carry_gripper:
             raise UsageError("--gripper: a model %s carries no gripper" % model.subtype)
         what = list(dict.fromkeys(options.what)) or DEFAULT
         wanted = Options(what, model, options.gripper, options.replace, _renamed(options.frame))

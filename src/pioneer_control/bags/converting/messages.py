@@ -13,7 +13,8 @@ from tf2_msgs.msg import TFMessage
 from ... import msg, standard_messages
 from ...message_values import NO_ECHO
 from ...robots import RobotModel, Transducer
-from ..reader import BagError, Connection, Message, decode
+from ..reader import Connection, Message, decode
+from ..records import BagError
 from .sonar import SonarHistory, sonar_scan
 
 OLD_PACKAGES = ("p2os_driver", "p2os_msgs")
@@ -110,7 +111,7 @@ class Outlet:
         count: messages so far.
     """
 
-    def __init__(self, source: Connection, topic: str, type_: Optional[type] = None, made: bool = True, latched: bool = False) -> None:
+    def __init__(self, source: Connection, topic: str, type_: Any = None, made: bool = True, latched: bool = False) -> None:
         self.source, self.topic, self.made, self.count = source, topic, made, 0
         self.header = source.header
         if type_ is not None:
@@ -279,7 +280,7 @@ class Converter:
     def _sonar(self, outlets: Dict[str, Outlet], history: SonarHistory, message: Message) -> Iterator[Written]:
         robot, model = namespace_of(message.topic), self._options.model
         old, stamp, base_link = self._head(message)
-        if "info" in outlets and not outlets["info"].count:
+        if "info" in outlets and not outlets["info"].count and model is not None:
             yield outlets["info"], serialized(standard_messages.robot_info(model, self._options.gripper, stamp, base_link))
         transducers = self._transducers.get(robot, model.sonar if model else ())
         readings = history.readings(old.ranges, transducers, stamp.to_sec())

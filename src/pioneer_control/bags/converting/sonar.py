@@ -1,7 +1,7 @@
 """Arrays of sonar ranges, as a driver repeats them, read as what each transducer heard and when; and a scan of it."""
 
 import math
-from typing import Dict, Iterable, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
@@ -51,7 +51,7 @@ class SonarHistory:
 
 
 def sonar_scan(
-    points: Iterable[Tuple[float, float]], silent: Iterable[Transducer], transducers: Iterable[Transducer], stamp, base_link_frame: str,
+    points: Iterable[Tuple[float, float]], silent: Iterable[Transducer], transducers: Iterable[Transducer], stamp: Any, base_link_frame: str,
 ) -> LaserScan:
     """A scan all round base_link (REP 117): echoes (m), infinity where a transducer of ``silent`` has none in sight, NaN where none looks."""
     step = 2 * math.pi / BEAMS

@@ -3,7 +3,7 @@
 Sizes in points and inches are those of the page; whatever is drawn to scale is in m.
 """
 
-from typing import List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -97,7 +97,7 @@ def beside_things(view: TopView) -> np.ndarray:
     return beside
 
 
-def draw(axes, view: TopView, timeline: Timeline, inches: float) -> None:
+def draw(axes: Any, view: TopView, timeline: Timeline, inches: float) -> None:
     """Draw a run on axes that are so many inches wide."""
     scale = (view.high - view.low)[0] / inches  # m in an inch
     axes.set(xlim=(view.low[0], view.high[0]), ylim=(view.low[1], view.high[1]), aspect="equal")
@@ -116,7 +116,7 @@ def draw(axes, view: TopView, timeline: Timeline, inches: float) -> None:
     _draw_times(axes, view.path, timeline, scale)
 
 
-def draw_map(axes, walls: Map) -> None:
+def draw_map(axes: Any, walls: Map) -> None:
     """Walls, posts and boxes, from the occupancy grid."""
     from matplotlib.colors import to_rgb
     from matplotlib.transforms import Affine2D
@@ -131,7 +131,7 @@ def draw_map(axes, walls: Map) -> None:
     axes.set(xlim=limits[0], ylim=limits[1])
 
 
-def draw_arrows(axes, path: Track, scale: float, colour: str = INK) -> None:
+def draw_arrows(axes: Any, path: Track, scale: float, colour: str = INK) -> None:
     """Arrows along a path, where there is none yet: the way it moves, which is not its heading when it backs off."""
     from matplotlib.collections import PolyCollection
 
@@ -147,7 +147,7 @@ def draw_arrows(axes, path: Track, scale: float, colour: str = INK) -> None:
     axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor="white", linewidth=0.4, zorder=5))
 
 
-def _draw_echoes(axes, view: TopView) -> None:
+def _draw_echoes(axes: Any, view: TopView) -> None:
     """Echoes; paler those that are drawn beside what is on the map."""
     beside = beside_things(view)
     for chosen, name, size, alpha in ((~beside, "sonar echo" if view.walls is not None else "sonar echo *", 2.0, 0.7),
@@ -157,7 +157,7 @@ def _draw_echoes(axes, view: TopView) -> None:
                       rasterized=len(view.echoes) > 20000)
 
 
-def _draw_cans(axes, view: TopView) -> None:
+def _draw_cans(axes: Any, view: TopView) -> None:
     """Cans where they were first and last, as far as they are in sight, and the way of those that were moved, with their number."""
     from matplotlib.patches import Circle
 
@@ -176,7 +176,7 @@ def _draw_cans(axes, view: TopView) -> None:
                           color=INK, zorder=8, bbox=LABEL_BOX)
 
 
-def _draw_robots(axes, view: TopView, scale: float) -> None:
+def _draw_robots(axes: Any, view: TopView, scale: float) -> None:
     """The robot at the start and at the end; one name for both where they would lie on each other."""
     start, end = view.path.pose(0), view.path.pose(-1)
     together = np.hypot(start[0] - end[0], start[1] - end[1]) < NAMES_APART * scale
@@ -184,7 +184,7 @@ def _draw_robots(axes, view: TopView, scale: float) -> None:
     _draw_robot(axes, view.run.footprint, end, "end", scale, "start, end" if together else "end", alpha=0.45)
 
 
-def _draw_robot(axes, footprint: np.ndarray, pose: Pose, name: str, scale: float, written: str, alpha: float) -> None:
+def _draw_robot(axes: Any, footprint: np.ndarray, pose: Pose, name: str, scale: float, written: str, alpha: float) -> None:
     """The outline of the robot, to scale, its heading, and what is to be written beside."""
     from matplotlib.patches import Polygon
 
@@ -200,7 +200,7 @@ def _draw_robot(axes, footprint: np.ndarray, pose: Pose, name: str, scale: float
                       bbox=LABEL_BOX)
 
 
-def _draw_gripper(axes, view: TopView) -> None:
+def _draw_gripper(axes: Any, view: TopView) -> None:
     """A numbered badge where the paddles did something, or a mark where that is too often; the strip of the gripper says when."""
     events = view.run.gripper
     robot = view.path.at(np.array([event.time for event in events]))
@@ -221,7 +221,7 @@ def _draw_gripper(axes, view: TopView) -> None:
             arrowprops=dict(arrowstyle="-", color=EVENT[event.what], linewidth=1.2, shrinkA=0, shrinkB=0))
 
 
-def _draw_times(axes, path: Track, timeline: Timeline, scale: float) -> None:
+def _draw_times(axes: Any, path: Track, timeline: Timeline, scale: float) -> None:
     """When it was where, beside the path, with a stroke that points where it looked."""
     shown: List[Pose] = [path.pose(0), path.pose(-1)]
     for time in timeline.ticks(TIMES)[1:]:

@@ -197,7 +197,7 @@ def draw(sheet: Sheet, left: float, top: float, shown: Sequence[Curves], rows: S
                            handlelength=2.2, columnspacing=1.4)
 
 
-def draw_curves(axes, strip: Curves, width: float) -> None:
+def draw_curves(axes: Any, strip: Curves, width: float) -> None:
     """The lines of one strip, which is so many inches wide."""
     for time, value, look in strip.lines:
         axes.plot(time, value, **look)
@@ -222,7 +222,7 @@ def value_ticks(low: float, high: float, most: int) -> np.ndarray:
     return min((ticks for ticks in steps if 1 <= len(ticks) <= most), key=lambda ticks: len(ticks) < 2)
 
 
-def draw_lanes(axes, rows: Sequence[Lane], timeline: Timeline, width: float) -> None:
+def draw_lanes(axes: Any, rows: Sequence[Lane], timeline: Timeline, width: float) -> None:
     """Rows from the top down, with their names at the left; `width` in inches."""
     for number, lane in enumerate(rows):
         middle = len(rows) - 0.5 - number
@@ -243,7 +243,7 @@ def draw_lanes(axes, rows: Sequence[Lane], timeline: Timeline, width: float) -> 
     axes.set_yticklabels([plain(lane.name) for lane in rows], fontsize=7.5, color=INK)
 
 
-def draw_time(axes, timeline: Timeline, most: int, name: Optional[str]) -> None:
+def draw_time(axes: Any, timeline: Timeline, most: int, name: Optional[str]) -> None:
     """The axis of time, written below the strip where it has a name, and the frame of a strip."""
     ticks = timeline.ticks(most)
     axes.set_xlim(timeline.begin, timeline.begin + timeline.span)

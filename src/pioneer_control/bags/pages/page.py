@@ -2,7 +2,7 @@
 
 import os
 from datetime import datetime, timezone
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ..compare import pushes
 from ..recorded_run import ERROR, WARNING, Run
 from ..recording.description import description_of
 from . import from_above, over_time
-from .from_above import EVENT, TopView
+from .from_above import BADGES, EVENT, TopView
 from .incidents import Incident, incidents, silences
 from .sheet import BODY, BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Sheet
 from .timeline import Timeline, how_long
@@ -45,7 +45,7 @@ class Plan(NamedTuple):
     list: float  # top
 
 
-def figure(run: Run, title: Optional[str] = None):
+def figure(run: Run, title: Optional[str] = None) -> Any:
     """The matplotlib Figure of a run."""
     view, timeline, probe = from_above.view_of(run), timeline_of(run), Sheet(1.0)
     shown = over_time.curves(run)
@@ -55,10 +55,10 @@ def figure(run: Run, title: Optional[str] = None):
     lanes += len({each.level for each in wrong})
     pushed = ", ".join("can %s pushed %.2f m at %s" % (push.can, push.distance, timeline.write(push.time)) for push in pushes(run))
     damage = "This recording is damaged: " + run.damage if run.damage else ""
-    head = [(line, dict(color=colour, **look)) for text, colour, look in ((pushed, INK, {}), (damage, VERMILLION, dict(fontweight="bold")))
-            for line in probe.lines(text, RIGHT - LEFT, LINES, **look) if text]
+    said: List[Tuple[str, Dict[str, Any]]] = [(pushed, dict(color=INK)), (damage, dict(color=VERMILLION, fontweight="bold"))]
+    head = [(line, look) for text, look in said for line in probe.lines(text, RIGHT - LEFT, LINES, **look) if text]
 
-    events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= over_time.BADGES else MANY
+    events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= BADGES else MANY
     lower = [each._replace(height=SQUEEZED * each.height) for each in shown]
     where, squeezed = (plan(view.high - view.low, TOP + 0.62 + LINE * len(head) + GAP, over_time.height(each, lanes), lines, events)
                        for each in (shown, lower))
@@ -126,7 +126,7 @@ def legend_height(events: int, columns: int) -> float:
 
 def timeline_of(run: Run) -> Timeline:
     """From the first thing that is known of a run to the last."""
-    times = [run.odometry.time, run.commanded.time, run.measured.time, run.battery.time, run.sonar.time, run.motors.time, run.e_stop.time]
+    times: List[Any] = [run.odometry.time, run.commanded.time, run.measured.time, run.battery.time, run.sonar.time, run.motors.time, run.e_stop.time]
     times += [[each.time for each in run.faults], [end for gap in run.gaps for end in (gap.begin, gap.end)]]
     return Timeline(min(min(time) for time in times if len(time)), max(max(time) for time in times if len(time)))
 
@@ -169,7 +169,7 @@ def summary(run: Run, view: TopView, wrong: Sequence[Incident]) -> List[str]:
     return parts
 
 
-def _write_legend(sheet: Sheet, axes, run: Run, timeline: Timeline, left: float, top: float, columns: int) -> None:
+def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: float, top: float, columns: int) -> None:
     """Signs of the view from above, and what the gripper's numbers mean."""
     shown = {label: handle for handle, label in zip(*axes.get_legend_handles_labels()) if not label.startswith("robot at")}
     legend = sheet.figure.legend(
@@ -177,7 +177,7 @@ def _write_legend(sheet: Sheet, axes, run: Run, timeline: Timeline, left: float,
         frameon=False, fontsize=SMALL, handlelength=1.8, columnspacing=1.2, handletextpad=0.5)
     for line in legend.get_lines():
         line.set_markersize(max(line.get_markersize(), 5))  # an echo's dot is too small to be seen alone
-    if len(run.gripper) > over_time.BADGES:
+    if len(run.gripper) > BADGES:
         return
     top += -(-len(shown) // columns) * LINE + 0.1
     for number, event in enumerate(run.gripper[:EVENTS_LISTED], 1):

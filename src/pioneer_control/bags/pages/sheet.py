@@ -1,6 +1,6 @@
 """A sheet of paper to draw on, A4 wide, with places given in inches from its upper left corner."""
 
-from typing import List, Tuple
+from typing import Any, List, Tuple
 
 from ...pictures import INK
 
@@ -22,7 +22,7 @@ class Sheet:
         self.figure = Figure(figsize=(WIDTH, height), facecolor="white")
         FigureCanvasAgg(self.figure)
 
-    def axes(self, left: float, top: float, width: float, height: float, **look):
+    def axes(self, left: float, top: float, width: float, height: float, **look: Any) -> Any:
         """Axes, by their upper left corner and size."""
         return self.figure.add_axes((left / WIDTH, 1.0 - (top + height) / self.height, width / WIDTH, height / self.height), **look)
 
@@ -30,7 +30,7 @@ class Sheet:
         """A place as matplotlib's figure has it."""
         return left / WIDTH, 1.0 - top / self.height
 
-    def text(self, left: float, middle: float, words: str, room: float = WIDTH, size: float = BODY, **look):
+    def text(self, left: float, middle: float, words: str, room: float = WIDTH, size: float = BODY, **look: Any) -> Any:
         """One line of text, by its left end and middle height; cut off, with dots, where it would take more than `room` inches."""
         words = plain(words)
         text = self.figure.text(*self.at(left, middle), words, **{**dict(color=INK, va="center", fontsize=size), **look})
@@ -39,11 +39,11 @@ class Sheet:
             text.set_text(words.rstrip(" \\") + MORE)
         return text
 
-    def wide(self, text) -> float:
+    def wide(self, text: Any) -> float:
         """How wide a text is, inches."""
         return text.get_window_extent(self.figure.canvas.get_renderer()).width / self.figure.dpi
 
-    def lines(self, words: str, room: float, most: int, size: float = BODY, **look) -> List[str]:
+    def lines(self, words: str, room: float, most: int, size: float = BODY, **look: Any) -> List[str]:
         """Words broken into at most so many lines of at most so many inches; where they are more the last one ends in dots."""
         probe, lines = self.figure.text(0, 0, "", fontsize=size, **look), [""]
         for word in words.split():

@@ -2,7 +2,7 @@
 
 import os
 import re
-from typing import List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -49,8 +49,9 @@ class Compared(NamedTuple):
 def compared(runs: Sequence[Run]) -> Tuple[Compared, ...]:
     """Runs with their figures; the first is what the others are held against. Raises UsageError when they are too many for a page."""
     check_number(len(runs))
-    tracks = [run.odometry if any(each.truth is None for each in runs) else run.truth for run in runs]
-    apart = [None] + [deviation(tracks[0], track) for track in tracks[1:]]
+    true = all(run.truth is not None for run in runs)
+    tracks = [run.truth if true and run.truth is not None else run.odometry for run in runs]
+    apart: List[Optional[Deviation]] = [None, *(deviation(tracks[0], track) for track in tracks[1:])]
     return tuple(Compared(*each) for each in zip(shortened(names(runs)), runs, tracks, map(driven, tracks), apart))
 
 
@@ -83,7 +84,7 @@ def shortened(long: Sequence[str], most: int = LONGEST_NAME) -> List[str]:
     return short if len(set(short)) == len(set(long)) else ["%s: %s" % (number, name[3:]) for number, name in enumerate(short, 1)]
 
 
-def figure(runs: Sequence[Run], title: Optional[str] = None):
+def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
     """The matplotlib Figure of a comparison."""
     rows = compared(runs)
     begin = rows[0].track.pose(0)
@@ -111,10 +112,10 @@ def figure(runs: Sequence[Run], title: Optional[str] = None):
 
 def _curves(rows: Sequence[Compared]) -> List[over_time.Curves]:
     """Velocities of all, and how far each is from the first, since each began to move."""
-    measured = [(over_time.measured(row.run), first_movement(row.track), look) for row, look in zip(rows, LOOKS)]
-    measured = [(velocities._replace(time=velocities.time - begin), look) for velocities, begin, look in measured]
+    measured = [over_time.measured(row.run) for row in rows]
+    shifted = [(each._replace(time=each.time - first_movement(row.track)), look) for each, row, look in zip(measured, rows, LOOKS)]
     apart = tuple((*distance_between(rows[0].track, row.track), look) for row, look in zip(rows[1:], LOOKS[1:]))
-    return over_time.velocities(measured) + [over_time.Curves("from first\n(m)", over_time.CURVE, apart, FEWEST_METRES, True)]
+    return over_time.velocities(shifted) + [over_time.Curves("from first\n(m)", over_time.CURVE, apart, FEWEST_METRES, True)]
 
 
 def _write_head(sheet: Sheet, rows: Sequence[Compared], title: Optional[str]) -> None:
@@ -131,7 +132,7 @@ def _write_head(sheet: Sheet, rows: Sequence[Compared], title: Optional[str]) ->
     sheet.text(LEFT, TOP + 0.39, words[0].upper() + words[1:], room=RIGHT - LEFT, size=SMALL)
 
 
-def _draw_paths(axes, laid: Sequence[Track], walls: Optional[Map], low: np.ndarray, high: np.ndarray, inches: float) -> None:
+def _draw_paths(axes: Any, laid: Sequence[Track], walls: Optional[Map], low: np.ndarray, high: np.ndarray, inches: float) -> None:
     """All paths, on axes so many inches wide, and a mark where each ends."""
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     if walls is not None:

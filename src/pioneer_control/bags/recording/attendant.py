@@ -42,7 +42,7 @@ class Descriptions:
         publish: takes the text.
     """
 
-    def __init__(self, plan: RecordingPlan, publish: Callable[[str], None]) -> None:
+    def __init__(self, plan: RecordingPlan, publish: Callable[[str], Any]) -> None:
         self._recording = {"date": now(), "robots": list(plan.robots), "file": plan.file, "topics": list(plan.topics)}
         self._versions = versions()
         self._publish = publish

@@ -57,7 +57,7 @@ class _Loader(yaml.SafeLoader):
     """Of what `_Dumper` writes: without names for parts, of which a few can make more values than there is memory."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
-        if self.check_event(yaml.AliasEvent):
+        if self.check_event(yaml.AliasEvent):  # type: ignore[no-untyped-call]  # PyYAML's stubs have no types there
             raise yaml.YAMLError("it has an alias")
         return super().compose_node(parent, index)
 

@@ -4,7 +4,8 @@ import re
 from typing import Dict, List, Mapping, Sequence
 
 from ...errors import UsageError
-from ..reader import BagError, read_bag
+from ..reader import read_bag
+from ..records import BagError
 
 RECORDED, RERUN = ASIDE = "recorded", "rerun"
 """Under these names, below their own namespace, the commands of a bag come back, and those of a program that hears it go."""

@@ -163,7 +163,8 @@ def connected(sender: str, listener: str, topics: Iterable[str]) -> bool:
     """Whether a node has a connection to another on each of some topics, as far as it publishes them."""
     published = {topic for topic, names in graph()[0].items() if sender in names}
     address = rosgraph.Master(rospy.get_name()).lookupNode(sender)
-    _, _, connections = ServerProxy(address).getBusInfo(rospy.get_name())
+    node: Any = ServerProxy(address)
+    _, _, connections = node.getBusInfo(rospy.get_name())
     return published & set(topics) <= {entry[4] for entry in connections if entry[1] == listener and entry[2] == "o"}
 
 

@@ -1,13 +1,13 @@
 """What a robot of a bag was told, and by which nodes: a re-run and a re-drive begin with it."""
 
-from collections import Counter
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Counter, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from std_msgs.msg import String
 
 from ...errors import UsageError
 from ..command_line import say
-from ..reader import BagError, decode, plural, read_bag
+from ..reader import decode, plural, read_bag
+from ..records import BagError
 from ..recording.description import Description, description_of
 from .playback import absolute
 
@@ -44,7 +44,7 @@ def read_commands(files: Sequence[str], robot: str, commands: Mapping[str, type]
     """
     wanted = {**commands, **(others or {}), "recording": String}
     reader = read_bag(files, lambda connection: connection.md5sum == getattr(wanted.get(connection.topic.rpartition("/")[2]), "_md5sum", None))
-    damaged: "Counter[str]" = Counter()
+    damaged: Counter[str] = Counter()
     robots: Dict[str, RecordedCommands] = {}
     for topic, connection, data, nanoseconds in reader:
         namespace, _, name = absolute(topic).rpartition("/")

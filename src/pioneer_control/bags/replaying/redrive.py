@@ -27,7 +27,7 @@ from ..bag_names import bag_files, free_name, stem
 from ..command_line import number, parser_of, say
 from ..compare import deviation
 from ..draw import draw_comparison
-from ..reader import BagError
+from ..records import BagError
 from ..recorded_run import Track
 from ..recording.description import Description
 from ..recording.topics import load_list, topics_of
@@ -289,8 +289,8 @@ class Redrive:
             say("\nIt was driven, and there is nothing to compare it with: %s\nbag      %s" % (error, path))
             explain_roslaunch()
             return
-        recorded = recorded._replace(**{name: track and trimmed(track, self._recorded.begin)
-                                        for name, track in (("truth", recorded.truth), ("odometry", recorded.odometry))})
+        recorded = recorded._replace(odometry=trimmed(recorded.odometry, self._recorded.begin),
+                                     truth=recorded.truth and trimmed(recorded.truth, self._recorded.begin))
         driven = read_run(path, self._name.strip("/"))
         where, before, after = "where it truly was", recorded.truth, driven.truth
         if before is None or after is None:
@@ -311,7 +311,7 @@ class Redrive:
 def trimmed(track: Track, begin: float) -> Track:
     """A track from a moment (s) on: from where the robot was just then, however few of its places are kept."""
     begin = min(max(begin, float(track.time[0])), float(track.time[-1]))
-    return track.at(np.concatenate(([begin], track.time[track.time > begin])))
+    return track.at(np.append(begin, track.time[track.time > begin]))
 
 
 def main(arguments: Sequence[str]) -> int:

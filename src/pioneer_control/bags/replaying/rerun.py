@@ -81,8 +81,9 @@ def read_live(files: Sequence[str], robot: str, program: str) -> Live:
     told = read_commands(files, robot, KINDS)
     who = [told.senders[name] for name in KINDS if told.senders.get(name)]
     node = who[0] if who else "/" + os.path.splitext(os.path.basename(program))[0]
-    parameters = next(filter(None, (description.parameters_of(node) for description in told.descriptions())), {})
-    return Live(told.robot, node, {name: told.messages[name] for name in KINDS if name in told.messages}, parameters, told.begin)
+    known = [description.parameters_of(node) for description in told.descriptions()]
+    return Live(told.robot, node, {name: told.messages[name] for name in KINDS if name in told.messages},
+                next((parameters for parameters in known if parameters), {}), told.begin)
 
 
 def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
@@ -90,7 +91,7 @@ def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
     stamps: Dict[int, List[float]] = {}
     for decision in decisions:
         stamps.setdefault(decision.wander, []).append(decision.header.stamp.to_sec())
-    parameters = {"begin_at": [min(each) for each in stamps.values()], "end_at": [max(each) for each in stamps.values()]}
+    parameters: Dict[str, Any] = {"begin_at": [min(each) for each in stamps.values()], "end_at": [max(each) for each in stamps.values()]}
     if decisions and abs(decisions[0].seed) < 2 ** 31:  # the parameter server takes no more
         parameters["seed"] = decisions[0].seed
     return parameters
@@ -263,8 +264,9 @@ class Rerun:
     def _judge(self, recorder: TopicRecorder) -> int:
         """Say the verdict in plain sentences; returns the exit code."""
         again: Dict[str, list] = {}
-        for topic, connection, data, nanoseconds in read_bag(recorder.path) if recorder.counts else ():
-            again.setdefault(topic.rpartition("/")[2], []).append((nanoseconds * 1e-9, decode(connection, data)))
+        if recorder.counts:
+            for topic, connection, data, nanoseconds in read_bag(recorder.path):
+                again.setdefault(topic.rpartition("/")[2], []).append((nanoseconds * 1e-9, decode(connection, data)))
         verdict = compare(self._live.commanded, again, self._enough)
         said = "commands THE SAME on the bag as beside the robot" if verdict.same else "commands SOMETHING ELSE on the bag than beside the robot"
         say("\n" + "\n".join([*verdict.sentences, "%s %s." % (self._given.program, said if again else "commands NOTHING on the bag"),

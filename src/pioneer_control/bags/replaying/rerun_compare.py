@@ -28,7 +28,7 @@ class TimedVelocity(NamedTuple):
 class Difference(NamedTuple):
     """The first of two sequences' elements that are not the same: which (from 0), and what is different."""
 
-    index: int
+    place: int
     what: str
 
 
@@ -115,11 +115,11 @@ def judge_decisions(live: Sequence[Any], again: Sequence[Any]) -> Verdict:
     counts = "%s decisions live, %s in the re-run" % (len(live), len(again))
     if found is None:
         return Verdict(True, [counts + ": every one is the same."])
-    if found.index >= min(len(live), len(again)):
-        return Verdict(False, ["%s: the first %s are the same." % (counts, found.index)])
-    stamp = live[found.index].header.stamp.to_sec() - live[0].header.stamp.to_sec()
+    if found.place >= min(len(live), len(again)):
+        return Verdict(False, ["%s: the first %s are the same." % (counts, found.place)])
+    stamp = live[found.place].header.stamp.to_sec() - live[0].header.stamp.to_sec()
     return Verdict(False, ["%s. They differ from number %s on, %.1f s after the first: %s."
-                           % (counts, found.index + 1, stamp, found.what)])
+                           % (counts, found.place + 1, stamp, found.what)])
 
 
 def judge_velocities(topic: str, live: Sequence[TimedVelocity], again: Sequence[TimedVelocity], enough: float) -> Verdict:
@@ -141,7 +141,7 @@ def judge_others(topic: str, live: Sequence[Any], again: Sequence[Any]) -> Verdi
     found = first_difference(one, other)
     if found is None:
         return Verdict(True, ["%s: the same %s in the same order." % (topic, len(one)) if one else "%s: none." % topic])
-    return Verdict(False, ["%s: different from the %s. on: %s." % (topic, found.index + 1, found.what)])
+    return Verdict(False, ["%s: different from the %s. on: %s." % (topic, found.place + 1, found.what)])
 
 
 def _changes(messages: Sequence[Any]) -> List[Any]:
