@@ -20,10 +20,10 @@ from typing import List, Tuple
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "src"))
 
-from pioneer_control import p2os  # noqa: E402
-from pioneer_control.robots import find_model  # noqa: E402
-from pioneer_control.simulator.world import load_world, standing_places  # noqa: E402
-from pioneer_control.simulator.simulation import Simulation  # noqa: E402
+from pioneer_control import p2os
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.world import load_world, standing_places
+from pioneer_control.simulator.simulation import Simulation
 
 MODELS = ("p3dx-sh", "p3at-sh", "amigo-sh", "p2dx")
 OPEN = b"".join([p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("ENABLE", 1)])

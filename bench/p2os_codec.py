@@ -21,7 +21,7 @@ import timeit
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "src"))
 
-from pioneer_control import p2os  # noqa: E402
+from pioneer_control import p2os
 
 SIP = bytes.fromhex("FA FB 28 33 D2 04 C8 FF 00 02 BE 00 D2 00 80 00 02 00 02 07 00 00 02 03 DC 05 04 98 08 21 05 00 "
                     "F0 00 80 00 00 20 00 00 00 26 0D")

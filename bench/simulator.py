@@ -26,11 +26,11 @@ from typing import Dict, List, Sequence
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "src"))
 
-from pioneer_control import p2os  # noqa: E402
-from pioneer_control.errors import ParameterError  # noqa: E402
-from pioneer_control.robots import find_model  # noqa: E402
-from pioneer_control.simulator.world import World, known_worlds, load_world  # noqa: E402
-from pioneer_control.simulator.simulation import Simulation  # noqa: E402
+from pioneer_control import p2os
+from pioneer_control.errors import ParameterError
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.world import World, known_worlds, load_world
+from pioneer_control.simulator.simulation import Simulation
 
 MODEL = find_model("p3dx-sh")
 OPEN = b"".join([p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("ENABLE", 1)])

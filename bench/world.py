@@ -24,8 +24,8 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "src"))
 
-from pioneer_control.robots import find_model  # noqa: E402
-from pioneer_control.simulator.world import World, load_world  # noqa: E402
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.world import World, load_world
 
 HALF_WIDTH, MAXIMUM = math.radians(12.5), 5.0
 PLACES, ROUNDS = 50, 20

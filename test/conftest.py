@@ -10,7 +10,7 @@ SOURCE = str(pathlib.Path(__file__).resolve().parents[1] / "src")
 
 sys.path.insert(0, SOURCE)
 
-import pioneer_control  # noqa: E402  (only now is it this tree's)
+import pioneer_control
 
 # catkin generates pioneer_control.msg next to a relay of this package: let both be one package.
 pioneer_control.__path__.extend(

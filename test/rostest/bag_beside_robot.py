@@ -22,8 +22,8 @@ from std_srvs.srv import SetBool
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "messages", "bags"))
 
-import bag_factory as make  # noqa: E402
-from pioneer_control.msg import GripperState, MotorState, WheelVelocities  # noqa: E402
+import bag_factory as make
+from pioneer_control.msg import GripperState, MotorState, WheelVelocities
 
 PATIENCE = 40.0  # s
 ROBOTS = "careful", "trusting"
@@ -119,8 +119,8 @@ class BesideRobot(unittest.TestCase):
         self.assertIn(1, self.witness.motors["trusting"])
         self.assert_untouched("careful")
         self.assertEqual(set(self.witness.motors["careful"]), {0})
-        says_so = lambda name, text: name == "/careful/p2os" and "accept_replay" in text  # noqa: E731
-        self.witness.wait("careful says why", lambda: any(says_so(*entry) for entry in self.witness.said))
+        self.witness.wait("careful says why", lambda: any(
+            name == "/careful/p2os" and "accept_replay" in text for name, text in self.witness.said))
         self.assertFalse([text for name, text in self.witness.said if name == "/trusting/p2os" and
                           "accept_replay" in text])
 

@@ -16,11 +16,11 @@ from sensor_msgs.msg import BatteryState, LaserScan, PointCloud2, Range
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "messages", "bags"))
 
-import bag_factory as make  # noqa: E402
-import old_messages  # noqa: E402
-from pioneer_control import msg  # noqa: E402
-from pioneer_control.bags.converting import convert  # noqa: E402
-from pioneer_control.robots import find_model  # noqa: E402
+import bag_factory as make
+import old_messages
+from pioneer_control import msg
+from pioneer_control.bags.converting import convert
+from pioneer_control.robots import find_model
 
 PATIENCE = 30.0  # s
 

@@ -20,11 +20,11 @@ from std_msgs.msg import String
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "messages", "bags"))
 
-import bag_factory as make  # noqa: E402
-from pioneer_control.bags.replaying.redrive_schedule import VALID  # noqa: E402
-from pioneer_control.bags.run import read_run  # noqa: E402
-from pioneer_control.msg import MotorState, WheelVelocities  # noqa: E402
-from witness import PATIENCE, Witness  # noqa: E402
+import bag_factory as make
+from pioneer_control.bags.replaying.redrive_schedule import VALID
+from pioneer_control.bags.run import read_run
+from pioneer_control.msg import MotorState, WheelVelocities
+from witness import PATIENCE, Witness
 
 START = (3.0, 2.0, 1.0)  # m, m, rad: where the recorded robot stood
 SPEED, DRIVEN, LAST_TURN = 0.3, 1.6, 1.2  # m/s, s, s

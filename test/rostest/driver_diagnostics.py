@@ -16,14 +16,14 @@ from geometry_msgs.msg import Twist
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "..", "integration")]
 
-from driver_lines import Driver  # noqa: E402
-from pioneer_control.driver.fault_flags import Level  # noqa: E402
-from pioneer_control.driver.health import TASKS  # noqa: E402
-from pioneer_control.robots import find_model  # noqa: E402
-from pioneer_control.simulator.line import Server, fault_of  # noqa: E402
-from pioneer_control.simulator.firmware import Firmware  # noqa: E402
-from pioneer_control.simulator.world import load_world  # noqa: E402
-from witness import Witness  # noqa: E402
+from driver_lines import Driver
+from pioneer_control.driver.fault_flags import Level
+from pioneer_control.driver.health import TASKS
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.line import Server, fault_of
+from pioneer_control.simulator.firmware import Firmware
+from pioneer_control.simulator.world import load_world
+from witness import Witness
 
 OK, WARN, ERROR, STALE = Level
 WELL = dict.fromkeys(TASKS, OK)

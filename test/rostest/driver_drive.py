@@ -25,9 +25,9 @@ from std_srvs.srv import Empty, SetBool
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from pioneer_control.msg import (AIO, DIO, IO, BatteryState, GripperState, GripState, LiftState, MotorState,
-                                 RobotInfo,  # noqa: E402
+                                 RobotInfo,
                                  SonarArray, Stall, WheelVelocities)
-from witness import PATIENCE, Witness, heading_of  # noqa: E402
+from witness import PATIENCE, Witness, heading_of
 
 TOPICS = {
     "pioneer/pose": Odometry, "pioneer/sonar": SonarArray, "pioneer/gripper_state": GripperState,

@@ -34,19 +34,19 @@ from tf2_msgs.msg import TFMessage
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "..", "integration")]
 
-from client_lines import Adapter, SpoiltLine  # noqa: E402
-from pioneer_control.bags.wire import main as bag_to_wire  # noqa: E402
-from pioneer_control.msg import GripperState, MotorState, RobotInfo, SonarArray  # noqa: E402
-from pioneer_control.p2os import FrameDecoder, decode_command  # noqa: E402
-from pioneer_control.p2os.recording import read_record  # noqa: E402
-from pioneer_control.robots import find_model  # noqa: E402
-from pioneer_control.simulator.firmware import Firmware, FirmwareState  # noqa: E402
-from pioneer_control.simulator.world import load_world  # noqa: E402
-from pioneer_control.simulator.played import PlayedRobot  # noqa: E402
-from pioneer_control.simulator.hardware import standard_numbers  # noqa: E402
-from pioneer_control.simulator.line import Server  # noqa: E402
-from hanging_master import HangingMaster  # noqa: E402
-from witness import PATIENCE, Witness, heading_of  # noqa: E402
+from client_lines import Adapter, SpoiltLine
+from pioneer_control.bags.wire import main as bag_to_wire
+from pioneer_control.msg import GripperState, MotorState, RobotInfo, SonarArray
+from pioneer_control.p2os import FrameDecoder, decode_command
+from pioneer_control.p2os.recording import read_record
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.firmware import Firmware, FirmwareState
+from pioneer_control.simulator.world import load_world
+from pioneer_control.simulator.played import PlayedRobot
+from pioneer_control.simulator.hardware import standard_numbers
+from pioneer_control.simulator.line import Server
+from hanging_master import HangingMaster
+from witness import PATIENCE, Witness, heading_of
 
 SIGNALLED_AT = (
     ("p2os_driver", "registerPublisher.*/rosout", False),       # the first four: in rospy.init_node

@@ -19,10 +19,10 @@ from std_msgs.msg import Bool
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from pioneer_control.msg import MotorState  # noqa: E402
-from pioneer_control.robots import find_model  # noqa: E402
-from pioneer_control.simulator.world import load_world  # noqa: E402
-from witness import PATIENCE, Witness, heading_of  # noqa: E402
+from pioneer_control.msg import MotorState
+from pioneer_control.robots import find_model
+from pioneer_control.simulator.world import load_world
+from witness import PATIENCE, Witness, heading_of
 
 TRUTH, CANS, COMMANDS, MOTORS = "pioneer/ground_truth", "pioneer/cans", "pioneer/cmd_vel", "pioneer/motor_state"
 TOPICS = {TRUTH: Odometry, CANS: PoseArray, COMMANDS: Twist, MOTORS: MotorState}

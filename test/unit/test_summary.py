@@ -7,7 +7,7 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
-import summary  # noqa: E402  (test/summary.py)
+import summary
 
 GOOD = '<testcase classname="c" name="good"/>'
 BAD = '<testcase classname="c" name="bad"><failure>why</failure></testcase>'

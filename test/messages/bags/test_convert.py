@@ -30,7 +30,7 @@ from pioneer_control.robots import find_model
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "driver"))
 
-from robot_reports import STATE, identity_of, odometry_of, sonar_array_of  # noqa: E402
+from robot_reports import STATE, identity_of, odometry_of, sonar_array_of
 
 SONAR = find_model("p3dx-sh").sonar
 ALL = tuple(CONVERSIONS)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "bench"))
 
-import determinism as bench     # noqa: E402
+import determinism as bench
 
 MINUTES = 2.0
 EXPECTED = "64a40b7065ff1e4e6b0c8df24c7e3e48aa86f30cf1497cf12e228b98f2cc49eb"

@@ -13,7 +13,7 @@ from pioneer_control.simulator.world import World, known_worlds, load_world
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "bench"))
 
-from free_space import room  # noqa: E402
+from free_space import room
 
 EVERYTHING = """\
 description: All there can be.

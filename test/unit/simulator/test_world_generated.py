@@ -14,8 +14,8 @@ from pioneer_control.simulator.world.world import FREE, START_CLEARANCE, World
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "bench"))
 
-from free_space import gap_open, room  # noqa: E402
-from random_worlds import KINDS, START_ROOM, random_world  # noqa: E402
+from free_space import gap_open, room
+from random_worlds import KINDS, START_ROOM, random_world
 
 
 def test_two_hundred_worlds_are_closed_and_have_a_fair_start():
