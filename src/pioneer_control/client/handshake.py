@@ -215,6 +215,7 @@ class Handshake:
         if packets:
             heard = " (%d packets came: from a robot that does not obey CLOSE, or one that another program drives)" % packets
         return (
-            "%s: nothing answers as a robot, tried %s%s. Is it switched on, its controller running, the cable in its serial port, and no other "
-            "program connected? Without a robot: launch with sim:=true" % (self._url, tried, heard)
+            "%s: nothing answers as a robot, tried %s%s. Is it switched on, its controller running, the cable in its "
+            "serial port, and no other program connected? Without a robot: python3 -m pioneer_control.simulator simulates "
+            "one; in ROS, pioneer.launch with sim:=true" % (self._url, tried, heard)
         )

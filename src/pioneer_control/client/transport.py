@@ -25,6 +25,8 @@ CONNECT_TIMEOUT = 3.0           # s
 WRITE_TIMEOUT = 0.25            # s for a few dozen bytes: 25 ms at 9600 baud
 DRAIN_TIMEOUT = 0.15            # s that close() leaves the other side of a socket to take the last bytes
 READ_SIZE = 4096
+WITHOUT_A_ROBOT = (
+    "Without a robot: python3 -m pioneer_control.simulator --tcp %d simulates one; in ROS, pioneer.launch with sim:=true")
 
 TCP_URL = re.compile(r"^(?:(?:socket|tcp)://(?P<host>[^/:]+|\[[^\]]+\])(?::(?P<port>\d+))?/?|(?P<bare_host>[^/:]+|\[[^\]]+\]):(?P<bare_port>\d+))$")
 
@@ -197,8 +199,8 @@ def _connect(url: str, address: Address) -> socket.socket:
         return socket.create_connection(address, timeout=CONNECT_TIMEOUT)
     except ConnectionRefusedError as error:
         raise PortError(
-            "%s: connection refused: nothing listens on port %d of %s. For a simulated robot start one there "
-            "(python3 -m pioneer_control.simulator --tcp %d) or launch with sim:=true" % (url, address.port, address.host, address.port)
+            "%s: connection refused: nothing listens on port %d of %s. %s"
+            % (url, address.port, address.host, WITHOUT_A_ROBOT % address.port)
         ) from error
     except (socket.gaierror, UnicodeError) as error:
         raise PortError("%s: no such host: %s" % (url, getattr(error, "strerror", error))) from error
@@ -223,7 +225,7 @@ def _why_not_open(path: str, error: serial.SerialException) -> str:
         if os.path.isabs(path) and not path.startswith("/dev/"):
             return "%s: no such port. Does the simulated robot run that makes it?" % path
         ports = ", ".join(sorted(port.device for port in list_ports.comports())) or "none"
-        return "%s: no such port. Serial ports of this machine: %s. Without a robot: launch with sim:=true" % (path, ports)
+        return "%s: no such port. Serial ports of this machine: %s. %s" % (path, ports, WITHOUT_A_ROBOT % DEFAULT_TCP_PORT)
     if error.errno in (errno.EACCES, errno.EPERM):
         return "%s: no permission. %s" % (path, _how_to_get_permission(path))
     if error.errno in (errno.EBUSY, errno.EAGAIN):

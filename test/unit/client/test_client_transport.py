@@ -175,7 +175,7 @@ def test_a_serial_port_is_locked(pseudo_terminal):
 
 def test_no_such_port_names_those_that_are_there(monkeypatch):
     monkeypatch.setattr(transport.list_ports, "comports", lambda: [types.SimpleNamespace(device="/dev/ttyUSB7")])
-    with pytest.raises(PortError, match="/dev/nonesuch: no such port.*/dev/ttyUSB7.*sim:=true"):
+    with pytest.raises(PortError, match="/dev/nonesuch: no such port.*/dev/ttyUSB7.*pioneer_control.simulator.*in ROS.*sim:=true"):
         open_transport("/dev/nonesuch", 9600)
     monkeypatch.setattr(transport.list_ports, "comports", lambda: [])
     with pytest.raises(PortError, match="machine: none"):
