@@ -10,6 +10,7 @@ ended. SIGINT, SIGTERM and SIGHUP end all suites in order, and then this program
 import contextlib
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -27,6 +28,8 @@ LONGEST_FIRST = ("driver_lines", "tutorial_nodes", "tutorial_pioneer", "bag_repl
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LINES_SHOWN = 100
 """Lines of the log of a suite that failed."""
+PROGRESS = re.compile(r"[.FEsxX]+ *\[ *\d+%\]")
+"""A line of pytest's that is not shown then."""
 
 
 class Suite(NamedTuple):
@@ -119,7 +122,8 @@ class Running:
         name = self.suite.name if self.suite.kind == "rostest" else self.suite.kind
         print("%-32s %-6s %4d s" % (name, "ok" if good else "FAILED", time.monotonic() - self.began), flush=True)
         if not good:
-            lines = self.log.read_text(encoding="utf-8", errors="replace").splitlines()
+            lines = [line for line in self.log.read_text(encoding="utf-8", errors="replace").splitlines()
+                     if not PROGRESS.fullmatch(line)]
             print("\n".join("    | " + line for line in lines[-LINES_SHOWN:]))
             print("    all of its output: %s" % self.log, flush=True)
 

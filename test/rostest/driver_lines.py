@@ -242,10 +242,12 @@ class DriverLines(unittest.TestCase):
             firmware, server = self.robot()
             robots[pulse] = firmware, self.driver(server.url, namespace="%s_%d" % (self.namespace, 10 * pulse),
                                                   pulse=pulse)
-        counts = {}
-        for pulse, (firmware, driver) in robots.items():
+        for _, driver in robots.values():
             driver.says("motors are off")
-            start = firmware.time + 0.5
+        starts = {pulse: firmware.time + 0.5 for pulse, (firmware, _) in robots.items()}
+        counts = {}
+        for pulse, (firmware, _) in robots.items():
+            start = starts[pulse]
             self.until("3 simulated seconds", lambda: firmware.time > start + 3)
             counts[pulse] = sum(1 for time, _, _ in firmware.heard if start < time < start + 3)
         self.assertGreater(counts[0.2], 8)

@@ -54,9 +54,10 @@ def test_a_good_suite_is_told_in_a_line(run):
 
 
 def test_the_end_of_a_bad_suites_log_is_shown(run):
-    statuses, printed = run(suite("bad", "echo why; exit 3"))
+    statuses, printed = run(suite("bad", "echo '..F.... [ 10%]'; echo why; exit 3"))
     assert statuses == {"bad": "3"}
     assert "FAILED" in printed and "| why" in printed and "rostest-bad.log" in printed
+    assert "[ 10%]" not in printed
 
 
 def test_suites_run_beside_each_other(run, tmp_path):
