@@ -1,4 +1,5 @@
-"""What is kept of the messages of a bag: for each kind of thing a small class that takes its messages one by one, ``add(time, message)``.
+"""What is kept of the messages of a bag: for each kind of thing a small class that takes its messages one by one,
+``add(time, message)``.
 
 Each keeps what is worth keeping. When that is more than `ROWS`, it becomes coarser.
 """
@@ -31,7 +32,9 @@ ROS_LOG = ((8, ERROR), (4, WARNING))  # least rosgraph_msgs/Log.level of each
 
 
 class Thinned:
-    """Rows of numbers over time: those that differ from the row kept before by more than tolerances, and the row before each of them."""
+    """Rows of numbers over time: those that differ from the row kept before by more than tolerances, and the row before
+    each of them.
+    """
 
     def __init__(self, *tolerances: float) -> None:
         self._tolerances = tolerances
@@ -94,7 +97,8 @@ class OdometryCollector(VelocityCollector):
         place, heading = message.pose.pose.position, heading_in(message.pose.pose.orientation)
         if not is_plausible(place.x, place.y, heading):
             raise ValueError("no place")
-        self._heading = heading + math.tau * round((self._heading - heading) / math.tau)    # without jumps at half a turn
+        # without jumps at half a turn
+        self._heading = heading + math.tau * round((self._heading - heading) / math.tau)
         self._places.add(time, place.x, place.y, self._heading)
         speed = message.twist.twist
         if is_plausible(speed.linear.x, speed.angular.z):
@@ -174,7 +178,9 @@ class GripperCollector:
 
 
 def gripper_events(states: Sequence[Tuple[float, int, bool]]) -> Tuple[GripperEvent, ...]:
-    """What happened, from (time, GripState.state, whether a paddle presses on something that is in a beam) in order of time."""
+    """What happened, from (time, GripState.state, whether a paddle presses on something that is in a beam) in order of
+    time.
+    """
     events: List[GripperEvent] = []
     held, closed = False, None
     for time, state, feels in states:
@@ -324,7 +330,9 @@ class ReportCollector:
 
 
 def _owner(node: str, robots: Sequence[str]) -> Optional[str]:
-    """The innermost robot in whose namespace a node is; None: no robot. The root belongs to nobody when other robots have names."""
+    """The innermost robot in whose namespace a node is; None: no robot. The root belongs to nobody when other robots
+    have names.
+    """
     around = sorted((robot for robot in robots if robot and node.startswith(robot + "/")), key=len)
     return around[-1] if around else None
 

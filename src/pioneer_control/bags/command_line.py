@@ -1,4 +1,6 @@
-"""What command lines of this room have in common: yes or no, numbers in a range, and words that were meant for a launch file."""
+"""What command lines of this room have in common: yes or no, numbers in a range, and words that were meant for a launch
+file.
+"""
 
 import argparse
 from typing import Any, Dict, Iterable
@@ -23,7 +25,9 @@ def refuse_launch_arguments(words: Iterable[str], names: Iterable[str]) -> None:
 
 
 def parser_of(program: str, description: str, options: Dict[str, Dict[str, Any]], **more: Any) -> argparse.ArgumentParser:
-    """A parser of options: their names, with spaces between them, and what `add_argument` is told of each. `more`: for the parser."""
+    """A parser of options: their names, with spaces between them, and what `add_argument` is told of each. `more`: for
+    the parser.
+    """
     parser = argparse.ArgumentParser(prog=program, description=description, **more)
     for name, option in options.items():
         parser.add_argument(*name.split(), **option)

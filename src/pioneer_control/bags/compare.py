@@ -1,4 +1,5 @@
-"""How far two tracks lie apart, when both are laid so that they begin together, and other figures of a run. Pure: arrays in, figures out.
+"""How far two tracks lie apart, when both are laid so that they begin together, and other figures of a run. Pure:
+arrays in, figures out.
 
 "Together" is the same place, the same heading, and the same moment: that of the first movement, so that neither a
 recorder that started early nor another corner of the room counts.
@@ -40,7 +41,8 @@ def deviation(reference: Track, other: Track) -> Deviation:
 def distance_between(reference: Track, other: Track) -> Tuple[np.ndarray, np.ndarray]:
     """Seconds since both began to move, and how far apart (m) they are then."""
     one, two = from_its_start(reference), from_its_start(other)
-    moments: np.ndarray = np.unique(np.concatenate((np.zeros(1), one.time, two.time)))  # both go straight between these: the farthest is at one of them
+    # both go straight between these: the farthest is at one of them
+    moments: np.ndarray = np.unique(np.concatenate((np.zeros(1), one.time, two.time)))
     moments = moments[moments >= 0.0]
     one, two = one.at(moments), two.at(moments)
     return moments, np.hypot(two.x - one.x, two.y - one.y)

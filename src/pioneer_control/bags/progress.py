@@ -9,7 +9,9 @@ PATIENCE = 1.0
 
 
 class Progress:
-    """A bar on a terminal, for what takes longer than `PATIENCE`: called with the bytes done and all bytes. ``with`` takes it away at the end."""
+    """A bar on a terminal, for what takes longer than `PATIENCE`: called with the bytes done and all bytes. ``with``
+    takes it away at the end.
+    """
 
     def __init__(self, name: str) -> None:
         self._name, self._begin = name, time.monotonic()

@@ -1,8 +1,10 @@
-"""Read what ``rosbag record`` wrote, front to back, in bounded memory, whole or damaged: ``for topic, connection, data, time in read_bag(path)``.
+"""Read what ``rosbag record`` wrote, front to back, in bounded memory, whole or damaged: ``for topic, connection, data,
+time in read_bag(path)``.
 
-``rosbag.Bag`` keeps an entry of every message in memory and refuses a bag that was not closed. This keeps little more than a chunk. Of a bag that was
-closed it reads the index first, and passes over chunks without a wanted topic; of another one it reads all that is there. Where bytes are damaged it
-goes on behind them, and says afterwards what is missing. The format is in `records`.
+``rosbag.Bag`` keeps an entry of every message in memory and refuses a bag that was not closed. This keeps little more
+than a chunk. Of a bag that was closed it reads the index first, and passes over chunks without a wanted topic; of
+another one it reads all that is there. Where bytes are damaged it goes on behind them, and says afterwards what is
+missing. The format is in `records`.
 """
 
 import bisect
@@ -15,7 +17,8 @@ from .records import (BETWEEN_CHUNKS, BLOCK, CHUNK, CHUNK_INFO, CONNECTION, FIEL
                       Source, decompressed, fields_of, nanoseconds, next_record, record_at, records, source_of_bytes)
 
 LATE = 10 ** 9
-"""ns by which messages may be recorded in the wrong order and are still given in the right one, in a bag without index."""
+"""ns by which messages may be recorded in the wrong order and are still given in the right one, in a bag without index.
+"""
 HELD = 1 << 25
 """Bytes of messages kept back at most, to put them in order."""
 OVERHEAD = 200
@@ -143,9 +146,10 @@ class _Queue:
 class _Head:
     """The first messages of a part, as long as they can be those that ``rosbag record --repeat-latched`` repeats there.
 
-    rosbag begins a part with the first message (not the newest) of each publisher that latches, all with the time of that moment. Then comes the
-    message for which it began the part; that one waited, so its time is earlier. In the repeated ones' connections rosbag 1.15 leaves out who
-    published and that it latches; 1.17 keeps both. (Seen with 1.15.15 and 1.17.0.)
+    rosbag begins a part with the first message (not the newest) of each publisher that latches, all with the time of
+    that moment. Then comes the message for which it began the part; that one waited, so its time is earlier. In the
+    repeated ones' connections rosbag 1.15 leaves out who published and that it latches; 1.17 keeps both. (Seen with
+    1.15.15 and 1.17.0.)
 
     Attributes:
         open: whether the next message may still be one of them.
@@ -158,7 +162,9 @@ class _Head:
         self._publishers: Set[Tuple[str, str]] = set()
 
     def takes(self, time: int, connection: Connection) -> bool:
-        """Whether a message is in the head; called with all messages of the part, in their order in the file. `time` in ns."""
+        """Whether a message is in the head; called with all messages of the part, in their order in the file. `time` in
+        ns.
+        """
         if not self.open:
             return False
         alike, publisher = (time, bool(connection.caller)), (connection.topic, connection.caller)
@@ -234,12 +240,14 @@ class _File:
         connections: Dict[int, Optional[Connection]] = {}
         chunks: Dict[int, _Chunk] = {}
         bad: List[int] = []
-        same: Dict[FrozenSet[int], FrozenSet[int]] = {}     # most chunks have the same connections: one set for all of them
+        # most chunks have the same connections: one set for all of them
+        same: Dict[FrozenSet[int], FrozenSet[int]] = {}
         for record in records(source, self._index, lambda chunk: True, lambda begin, end: bad.append(begin)):
             if record.op == CONNECTION:
                 connections[record.connection] = _connection(record, source.data(record))
             elif record.op == CHUNK_INFO:
-                counts: Dict[int, int] = {number: count for number, count in TIME.iter_unpack(source.data(record))}    # by connection
+                # by connection
+                counts: Dict[int, int] = {number: count for number, count in TIME.iter_unpack(source.data(record))}
                 inside = same.setdefault(frozenset(counts), frozenset(counts))
                 position, = U64.unpack(record.fields[b"chunk_pos"])
                 start, end = nanoseconds(record.fields[b"start_time"]), nanoseconds(record.fields[b"end_time"])
@@ -259,7 +267,9 @@ class _File:
             self._chunks[position] = chunk._replace(earliest=earliest, foreign=frozenset() if wanted else chunk.foreign)
 
     def _read_tail(self, source: Source) -> None:
-        """Where the index is not whole or not where it should be: learn of the connections that are described at the end."""
+        """Where the index is not whole or not where it should be: learn of the connections that are described at the
+        end.
+        """
         position = next_record(source, max(self._first, self.size - TAIL), (CONNECTION,))
         for record in records(source, position, lambda chunk: True, lambda begin, end: None, (CONNECTION, CHUNK_INFO)):
             if record.op == CONNECTION:
@@ -298,8 +308,8 @@ class _File:
             self._places.append(_Place(begin, end, self._seconds))
 
     def _passes_over(self, source: Source, chunk: BagRecord) -> bool:
-        """Whether nothing in a chunk is wanted, nor in the part's head. Index and the lists behind the chunk both say so: one wrong byte
-        loses no chunk."""
+        """Whether nothing in a chunk is wanted, nor in the part's head. Index and the lists behind the chunk both say
+        so: one wrong byte loses no chunk."""
         known = self._chunks.get(chunk.position)
         if known is None or not known.foreign or self._head is not None and self._head.open:
             return False
@@ -310,8 +320,8 @@ class _File:
 
         Args:
             progress: called now and then with the bytes read.
-            latched: of a part of a recording, what was latched in the parts before. What the recorder only repeats of it is left out, and
-                what is new is added to it. None: this is no part.
+            latched: of a part of a recording, what was latched in the parts before. What the recorder only repeats of
+                it is left out, and what is new is added to it. None: this is no part.
         """
         queue = _Queue()
         self._head = None if latched is None else _Head()
@@ -322,7 +332,8 @@ class _File:
             for source, record in self._contents(_source_of(file, self.size)):
                 if record.op == MESSAGE:
                     met += 1
-                    if known is None or known.start <= record.time <= known.end or self._end < 0:  # else a byte of it is wrong
+                    # else a byte of it is wrong
+                    if known is None or known.start <= record.time <= known.end or self._end < 0:
                         self._saw(record.time)
                     wanted = self._wanted.get(record.connection)
                     if wanted is None:
@@ -434,7 +445,9 @@ def _missing(chunk: Optional[_Chunk], passed: bool, listed: int, met: int) -> in
 
 
 def _is_known(connection: Connection, data: bytes, latched: Latched) -> bool:
-    """Whether a publisher's first latched message was this; where the bag does not say whose it is, the first of any publisher of the topic."""
+    """Whether a publisher's first latched message was this; where the bag does not say whose it is, the first of any
+    publisher of the topic.
+    """
     if connection.caller:
         return latched.get((connection.topic, connection.caller)) == data
     return any(topic == connection.topic and first == data for (topic, _), first in latched.items())
@@ -526,7 +539,9 @@ class BagReader:
 
     @property
     def damage(self) -> str:
-        """What is missing and where, in a sentence with a full stop, after all was read; empty if nothing is. A single bag is "it"."""
+        """What is missing and where, in a sentence with a full stop, after all was read; empty if nothing is. A single
+        bag is "it".
+        """
         told = [(os.path.basename(file.path) + ": ") * self._several + file.damage() for file in self._files if file.damage()]
         return "; ".join(told + self._refused) + "." if told or self._refused else ""
 

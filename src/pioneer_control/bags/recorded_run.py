@@ -1,7 +1,9 @@
-"""What one robot did, as plain arrays: a :class:`Run`. SI units, one clock (the recorder's, s) for everything; `run.read_run` reads it.
+"""What one robot did, as plain arrays: a :class:`Run`. SI units, one clock (the recorder's, s) for everything;
+`run.read_run` reads it.
 
-Only odometry is required; whatever else a bag has not is empty or ``None``. However long the run, a Run stays small: of paths and values
-those rows are kept that differ from the row kept before (1 cm, 1 degree, ...), and of echoes those that are new.
+Only odometry is required; whatever else a bag has not is empty or ``None``. However long the run, a Run stays small: of
+paths and values those rows are kept that differ from the row kept before (1 cm, 1 degree, ...), and of echoes those
+that are new.
 """
 
 from typing import Any, Dict, NamedTuple, Optional, Tuple
@@ -44,7 +46,9 @@ class Track(NamedTuple):
 
 
 class Echoes(NamedTuple):
-    """Echoes of the sonar: arrays of one length; s, the transducer's number, m. Only new readings, without those of nothing in sight."""
+    """Echoes of the sonar: arrays of one length; s, the transducer's number, m. Only new readings, without those of
+    nothing in sight.
+    """
 
     time: np.ndarray
     number: np.ndarray
@@ -112,7 +116,9 @@ class CanPath(NamedTuple):
 
 
 class Map(NamedTuple):
-    """An occupancy grid: cells (rows, columns) bottom-up, 0 free to 100 occupied, -1 unknown; m; pose of cell (0, 0)'s corner."""
+    """An occupancy grid: cells (rows, columns) bottom-up, 0 free to 100 occupied, -1 unknown; m; pose of cell (0, 0)'s
+    corner.
+    """
 
     cells: np.ndarray
     resolution: float

@@ -1,7 +1,8 @@
-"""The format of bags, version 2.0 (http://wiki.ros.org/Bags/Format/2.0): ``#ROSBAG V2.0``, then records. Reads them front to back, also around damage.
+"""The format of bags, version 2.0 (http://wiki.ros.org/Bags/Format/2.0): ``#ROSBAG V2.0``, then records. Reads them
+front to back, also around damage.
 
-A record is a header (its length, then fields ``name=value``, each after its own length) and data (their length, then bytes); numbers are little-endian.
-The field ``op`` says what it is:
+A record is a header (its length, then fields ``name=value``, each after its own length) and data (their length, then
+bytes); numbers are little-endian. The field ``op`` says what it is:
 
 ==============  ====  ==========================================  =====================================================
 record          op    fields                                      data
@@ -39,12 +40,14 @@ ENTRY = {INDEX: 12, CHUNK_INFO: 8}
 """Bytes of data for each of ``count``."""
 COMPRESSIONS = (b"none", b"bz2", b"lz4")
 BETWEEN_CHUNKS = (INDEX, CHUNK, CHUNK_INFO)
-"""What can follow a compressed chunk. Other records found behind one may be pieces of it: lz4 leaves some bytes as they are."""
+"""What can follow a compressed chunk. Other records found behind one may be pieces of it: lz4 leaves some bytes as they
+are."""
 LONGEST_HEADER = 1 << 16
 """Bytes; a topic's name is the longest thing in a header."""
 OP = re.compile(rb"\x04\0\0\0op=[\x02-\x07]")
 OP_WITHIN = 64
-"""Bytes from the begin of a header to its op, at most: recorders write the fields in order of their names, or the op first."""
+"""Bytes from the begin of a header to its op, at most: recorders write the fields in order of their names, or the op
+first."""
 USUAL_MESSAGE = re.compile(
     rb"\x26\0\0\0(?:\x09\0\0\0conn=(....)\x04\0\0\0op=\x02|\x04\0\0\0op=\x02\x09\0\0\0conn=(....))\x0d\0\0\0time=(........)(....)", re.DOTALL)
 """A message's header and the length of its data, as all recorders known write them: most of a bag is this."""
@@ -92,7 +95,9 @@ class BagRecord(NamedTuple):
 
 
 class Source:
-    """Bytes by position, read in blocks: ``read_at(position, length)`` gives them, of a file or of a decompressed chunk."""
+    """Bytes by position, read in blocks: ``read_at(position, length)`` gives them, of a file or of a decompressed
+    chunk.
+    """
 
     def __init__(self, read_at: Callable[[int, int], bytes], size: int) -> None:
         self.read_at = read_at
@@ -105,7 +110,8 @@ class Source:
         index = position - self.base
         if index < 0 or index + length > len(self.block) and self.base + len(self.block) < self.size:
             self.block, self.base, index = self.read_at(position, max(length, BLOCK)), position, 0
-            if len(self.block) < min(max(length, BLOCK), self.size - position):     # somebody has cut the file off meanwhile
+            # somebody has cut the file off meanwhile
+            if len(self.block) < min(max(length, BLOCK), self.size - position):
                 self.size = position + len(self.block)
         return index
 
@@ -194,10 +200,12 @@ def next_record(source: Source, position: int, searched: Collection[int] = FIELD
 
 def records(source: Source, position: int, passes_over: Callable[[BagRecord], bool], damaged: Callable[[int, int], Any],
             searched: Collection[int] = FIELDS) -> Iterator[BagRecord]:
-    """Every record from a position on, those in chunks that are not compressed too, but for the ones in chunks that are passed over.
+    """Every record from a position on, those in chunks that are not compressed too, but for the ones in chunks that are
+    passed over.
 
-    A record counts when another one, or the end, follows where its data end; else either its length is wrong, or what follows. Then the next record, of
-    the kinds ``searched``, is looked for from its data on, and ``damaged`` is told which bytes are none: begin, end.
+    A record counts when another one, or the end, follows where its data end; else either its length is wrong, or what
+    follows. Then the next record, of the kinds ``searched``, is looked for from its data on, and ``damaged`` is told
+    which bytes are none: begin, end.
     """
     record = record_at(source, position)
     while position < source.size:

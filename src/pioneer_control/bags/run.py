@@ -1,7 +1,9 @@
-"""From the messages of a bag to a :class:`~pioneer_control.bags.recorded_run.Run`, in bounded memory however long the bag is: `read_run`.
+"""From the messages of a bag to a :class:`~pioneer_control.bags.recorded_run.Run`, in bounded memory however long the
+bag is: `read_run`.
 
-What is read is the table `TOPICS`; `collectors` keep what is kept of it. A topic counts by the last part of its name and the last part of
-its type, so bags with ``p2os_driver/SonarArray`` or ``p2os_msgs/SonarArray`` read as ours do. Robots are told apart by their namespace.
+What is read is the table `TOPICS`; `collectors` keep what is kept of it. A topic counts by the last part of its name
+and the last part of its type, so bags with ``p2os_driver/SonarArray`` or ``p2os_msgs/SonarArray`` read as ours do.
+Robots are told apart by their namespace.
 """
 
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
@@ -38,7 +40,8 @@ TOPICS: Dict[str, Topic] = {
     "gripper_state": Topic("GripperState", GripperCollector, True),
     "cmd_vel": Topic("Twist", VelocityCollector),
     "battery_state": Topic("BatteryState", lambda: ValueCollector("voltage", CHANGE_OF_VOLTAGE), True),
-    "battery": Topic("BatteryState", lambda: ValueCollector("voltage", CHANGE_OF_VOLTAGE), True),   # where there is no battery_state
+    # where there is no battery_state
+    "battery": Topic("BatteryState", lambda: ValueCollector("voltage", CHANGE_OF_VOLTAGE), True),
     "motor_state": Topic("MotorState", lambda: ValueCollector("state", 0.5), True),
     "e_stop": Topic("Bool", lambda: ValueCollector("data", 0.5)),
     "stall": Topic("Stall", lambda: SpanCollector(stalled), True),
@@ -83,7 +86,8 @@ class RunCollector:
         self.undecoded: Dict[str, int] = {}     # by topic
         self._of_all = {("diagnostics", "DiagnosticArray"): self.reports.add_diagnostics, ("rosout", "Log"): self.reports.add_log}
         self._adders: Dict[Tuple[str, str], List[Adder]] = {}     # by topic and type
-        # By connection: what takes its messages, and one message that is filled again and again, in half the time of a new one;
+        # By connection: what takes its messages, and one message that is filled again and again, in half the time of a
+        # new one;
         # None for those that are kept.
         self._known: Dict[int, Tuple[List[Adder], Any]] = {}
 
@@ -120,7 +124,8 @@ class RunCollector:
             self.undecoded[connection.topic] = self.undecoded.get(connection.topic, 0) + 1
 
     def nearest(self, robot: str, name: str) -> Any:
-        """What was kept of a shared topic: the robot's own, else that of the innermost namespace around it, else any."""
+        """What was kept of a shared topic: the robot's own, else that of the innermost namespace around it, else any.
+        """
         around = sorted(self.robots, key=lambda place: (place != "" and not (robot + "/").startswith(place + "/"), -len(place)))
         return next((self.robots[place][name] for place in around if self.robots[place][name].last is not None), self.robots[robot][name])
 

@@ -1,7 +1,8 @@
-"""The line in a bag as text: ``python3 -m pioneer_control.bags.wire RUN.bag [-o RUN.wire]``; `p2os.recording` is the format.
+"""The line in a bag as text: ``python3 -m pioneer_control.bags.wire RUN.bag [-o RUN.wire]``; `p2os.recording` is the
+format.
 
-Times are seconds since the first bytes, by the driver's stamps; each robot, which is each topic, has its number. Where something is missing, a note
-says so.
+Times are seconds since the first bytes, by the driver's stamps; each robot, which is each topic, has its number. Where
+something is missing, a note says so.
 """
 
 import argparse
@@ -62,7 +63,8 @@ def write_wire(bags: Sequence[str], path: str) -> str:
     """Write what the parts of a recording hold of the lines. Returns what is wrong with the bag, in sentences.
 
     Raises:
-        UsageError: the bag cannot be read, or holds nothing of a line, which says how to record it, or the file cannot be written.
+        UsageError: the bag cannot be read, or holds nothing of a line, which says how to record it, or the file cannot
+            be written.
     """
     if any(os.path.realpath(path) == os.path.realpath(bag) for bag in bags):
         raise UsageError("%s is the bag itself: give another file" % path)

@@ -1,7 +1,7 @@
 """Write a bag (format 2.0, see `records`), message after message as bytes, in bounded memory.
 
-``rosbag.Bag`` keeps an entry of every message in memory, and gives all publishers of a topic the first one's name, type and latching. Here
-each connection stays itself: a topic may have several publishers (/tf, /rosout), and types.
+``rosbag.Bag`` keeps an entry of every message in memory, and gives all publishers of a topic the first one's name, type
+and latching. Here each connection stays itself: a topic may have several publishers (/tf, /rosout), and types.
 """
 
 import bz2
@@ -60,7 +60,8 @@ class BagWriter:
         self._connections: List[bytes] = []                     # their records
         self._chunk_infos: List[bytes] = []                     # likewise
         self._chunk = bytearray()
-        self._index: Dict[int, List[Tuple[int, int]]] = {}      # of the chunk: time and place of the messages, by connection
+        # of the chunk: time and place of the messages, by connection
+        self._index: Dict[int, List[Tuple[int, int]]] = {}
         self._file = open(path, "wb")
         self._file.write(MAGIC + self._file_header(0))
 

@@ -1,4 +1,6 @@
-"""Bags for tests: messages of any package name with our definitions, the runs of invented robots, and bags that were damaged."""
+"""Bags for tests: messages of any package name with our definitions, the runs of invented robots, and bags that were
+damaged.
+"""
 
 import functools
 import math
@@ -51,7 +53,9 @@ def sonar(ranges, package="pioneer_control"):
 
 
 def gripper(state, held, package="pioneer_control", pressed=None):
-    """A GripperState message: GripState.state, whether something is held, and whether both paddles press (None: on what is held)."""
+    """A GripperState message: GripState.state, whether something is held, and whether both paddles press (None: on what
+    is held).
+    """
     message = message_class("GripperState", package)()
     message.grip.state = state
     message.grip.left_contact = message.grip.right_contact = held if pressed is None else pressed
@@ -145,7 +149,8 @@ def write_bag(path, messages, compression="none", latched=()):
 
 
 def driven(start=(1.0, 1.0, 0.0), seconds=10, speed=0.1, name="pioneer", drift=0.0):
-    """(topic, message, seconds) of a robot that drives straight on in a room, picks up a can ahead and puts it down again.
+    """(topic, message, seconds) of a robot that drives straight on in a room, picks up a can ahead and puts it down
+    again.
 
     ``drift`` is how many m its odometry falls short of each m driven.
     """
@@ -167,7 +172,8 @@ def driven(start=(1.0, 1.0, 0.0), seconds=10, speed=0.1, name="pioneer", drift=0
 
 
 def eventful(name="pioneer", seconds=20):
-    """(topic, message, seconds) of a `driven` robot to whom everything happens that a Run knows: 1000 s is its begin."""
+    """(topic, message, seconds) of a `driven` robot to whom everything happens that a Run knows: 1000 s is its begin.
+    """
     topic, begin = "/%s/%%s" % name, 1000.0
     told = {topic % "pose", topic % "sonar", topic % "gripper_state"}
     yield from (entry for entry in driven(name=name, seconds=seconds) if entry[0] not in told or not begin + 6 < entry[2] < begin + 8)
@@ -197,7 +203,8 @@ def eventful(name="pioneer", seconds=20):
 
 
 def unclosed(path, messages, compression="none", chunk=4096):
-    """A bag whose recorder was killed: (topic, message, seconds) without an index, the last chunk without its length."""
+    """A bag whose recorder was killed: (topic, message, seconds) without an index, the last chunk without its length.
+    """
     writer = rosbag.Bag(str(path), "w", compression=compression, chunk_threshold=chunk)
     for topic, message, seconds in messages:
         writer.write(topic, message, genpy.Time.from_sec(seconds))

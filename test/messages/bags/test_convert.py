@@ -1,4 +1,6 @@
-"""Bags of p2os made into bags with standard messages: what is made, what is kept, and files that are not as they should be."""
+"""Bags of p2os made into bags with standard messages: what is made, what is kept, and files that are not as they should
+be.
+"""
 
 import dataclasses
 import errno
@@ -86,7 +88,9 @@ def converted(tmp_path, capsys):
 class TestKept:
     @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
     def test_types_have_our_name_and_all_else_is_as_it_was(self, tmp_path, converted, compression):
-        """Several publishers and types on one topic, latched ones, both old packages, ours and a type that nobody knows."""
+        """Several publishers and types on one topic, latched ones, both old packages, ours and a type that nobody
+        knows.
+        """
         writer = BagWriter(str(tmp_path / "old.bag"), compression)
         messages = [old_message(name, package) for name in VALUES for package in (*OLD_PACKAGES, "pioneer_control", "my_msgs")]
         messages += [String("said"), Header(frame_id="else")]

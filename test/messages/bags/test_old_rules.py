@@ -18,7 +18,9 @@ RULES = ROOT / "migration_rules" / "p2os.bmr"
 TOPICS = [(package, name) for package in OLD_PACKAGES for name in VALUES]
 
 def rosbag_knows_rules():
-    """Not every one does: with Python 3.13 it looks in vain, in locals(), for the class that it has just executed (Debian 13, rosbag 1.17)."""
+    """Not every one does: with Python 3.13 it looks in vain, in locals(), for the class that it has just executed
+    (Debian 13, rosbag 1.17).
+    """
     try:
         MessageMigrator([], plugins=False).make_update_rule(Header, Header)
     except KeyError:

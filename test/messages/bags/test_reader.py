@@ -91,7 +91,8 @@ class TestGoodBags:
         with rosbag.Bag(str(path), "w", compression=compression, chunk_threshold=500) as bag:
             for topic, message, seconds in messages:
                 bag.write(topic, message, genpy.Time.from_sec(seconds))
-        assert read(path.read_bytes()) == (sorted(by_rosbag(path), key=lambda message: message[2]), "")  # rosbag mixes its own lists up there
+        # rosbag mixes its own lists up there
+        assert read(path.read_bytes()) == (sorted(by_rosbag(path), key=lambda message: message[2]), "")
 
     def test_messages_of_one_time_come_as_they_were_recorded(self, tmp_path, read):
         path = make.write_bag(tmp_path / "run.bag", [("/%s" % (number % 3), String(str(number)), 5.0) for number in range(20)])
@@ -207,7 +208,8 @@ class TestCut:
     @pytest.mark.parametrize("compression", COMPRESSIONS)
     @pytest.mark.parametrize("closed", [True, False])
     def test_at_every_byte(self, tmp_path, read, compression, closed):
-        """Never an exception, never another message, and of a longer piece never less; uncompressed, all that is whole."""
+        """Never an exception, never another message, and of a longer piece never less; uncompressed, all that is whole.
+        """
         if closed:
             content = small(tmp_path / "run.bag", compression)
         else:
@@ -245,7 +247,9 @@ class TestCut:
 class TestDamage:
     @pytest.mark.parametrize("compression", COMPRESSIONS)
     def test_bytes_flipped(self, tmp_path, read, compression):
-        """Never an exception; one message differs or is missing at most, or those of its chunk; and when one is missing, it is said."""
+        """Never an exception; one message differs or is missing at most, or those of its chunk; and when one is
+        missing, it is said.
+        """
         content = small(tmp_path / "run.bag", compression)
         whole, _ = read(content)
         connections = [found.start() for found in re.finditer(rb"\x04\0\0\0op=\x07", content)]

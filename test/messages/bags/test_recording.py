@@ -1,4 +1,6 @@
-"""Recording: what the launch file asks for, which topics are kept, and what a recording says of itself; without a master."""
+"""Recording: what the launch file asks for, which topics are kept, and what a recording says of itself; without a
+master.
+"""
 
 import contextlib
 import datetime
@@ -90,11 +92,15 @@ class TestDocument:
 
 
 class TestClosedTerminal:
-    """A terminal that is closed says so (SIGHUP) to the recorder, whom it would kill, and to its attendant, who tells it to end as Ctrl-C does."""
+    """A terminal that is closed says so (SIGHUP) to the recorder, whom it would kill, and to its attendant, who tells
+    it to end as Ctrl-C does.
+    """
 
     @pytest.fixture
     def begun(self, tmp_path, monkeypatch):
-        """Starts a recorder as far as its two processes part: (what SIGHUP does in it, in its attendant), by what it did before."""
+        """Starts a recorder as far as its two processes part: (what SIGHUP does in it, in its attendant), by what it
+        did before.
+        """
 
         def begun(before):
             found = []
@@ -250,11 +256,15 @@ def part_begin(number):
 
 @pytest.mark.parametrize("release", ["rosbag 1.15", "rosbag 1.17"])
 class TestParts:
-    """Read together, they have what was published, and not what rosbag only repeats in each: the first message of each publisher that latches."""
+    """Read together, they have what was published, and not what rosbag only repeats in each: the first message of each
+    publisher that latches.
+    """
 
     @pytest.fixture
     def write(self, tmp_path, release):
-        """Writes a part as rosbag of that release does: what it repeats, and (topic, text, publisher[, time in ns]), a second apart."""
+        """Writes a part as rosbag of that release does: what it repeats, and (topic, text, publisher[, time in ns]), a
+        second apart.
+        """
 
         def connection(bag, topic, publisher, latching="1"):
             header = {"type": String._type, "md5sum": String._md5sum, "message_definition": String._full_text}
@@ -305,7 +315,9 @@ class TestParts:
         assert self.texts(first, second) == ["one", "two", "two", "one"]
 
     def test_what_the_first_part_repeats_of_itself_is_no_news(self, write):
-        """What comes before rosbag has opened the file is in it twice, with the earlier time behind the later one; seen on a busy machine."""
+        """What comes before rosbag has opened the file is in it twice, with the earlier time behind the later one; seen
+        on a busy machine.
+        """
         first = write(0, [("/a", "one", "/p")], ("/a", "one", "/p", part_begin(0) - 10 ** 9), ("/a", "one", "/p"), ("/b", "one", "/p"))
         second = write(1, [("/a", "one", "/p")], ("/b", "two", "/p"))
         assert self.texts(first, second) == ["one", "one", "one", "two"], "a second delivery is news, and so is another topic"
@@ -367,7 +379,9 @@ class TestBegins:
     """The recorder waits for a time; nobody may believe meanwhile that it records."""
 
     def told(self, monkeypatch, tmp_path, time, moments, appears=None):
-        """What is said within so many moments, the last of them the end, when the bag appears in one of them; and whether it began."""
+        """What is said within so many moments, the last of them the end, when the bag appears in one of them; and
+        whether it began.
+        """
         monkeypatch.setattr(attendant, "BEGIN", 0.0)
         monkeypatch.setattr(attendant.rospy, "get_time", lambda: time)
         made, left, told = MADE._replace(stem=str(tmp_path / "x")), list(range(moments)), []

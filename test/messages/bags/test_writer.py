@@ -20,7 +20,9 @@ def header(message, caller, latching="0"):
 
 @pytest.fixture(params=["none", "bz2", "lz4"])
 def bag(request, tmp_path):
-    """A bag of 30000 messages, of two publishers and two types on one topic, and what was written: (type, caller, latching, bytes, ns)."""
+    """A bag of 30000 messages, of two publishers and two types on one topic, and what was written: (type, caller,
+    latching, bytes, ns).
+    """
     path = str(tmp_path / "x.bag")
     writer = BagWriter(path, request.param)
     connections = [writer.connect("/topic", header(message, caller, latching))

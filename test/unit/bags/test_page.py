@@ -1,4 +1,6 @@
-"""Pages of runs of every kind: all that is written can be read, and lies on a sheet of A4. Drawn from runs made by hand."""
+"""Pages of runs of every kind: all that is written can be read, and lies on a sheet of A4. Drawn from runs made by
+hand.
+"""
 
 import itertools
 import re
@@ -104,7 +106,8 @@ def test_a_text_without_end_ends_in_dots_after_some_lines():
 
 
 class TestEchoesBesideTheirWalls:
-    ROOM = Map(np.pad(np.zeros((60, 60), dtype=np.int8), 2, constant_values=100), 0.1, (-2.0, -2.0, 0.0))    # from -1.8 to 4.2 m
+    # from -1.8 to 4.2 m
+    ROOM = Map(np.pad(np.zeros((60, 60), dtype=np.int8), 2, constant_values=100), 0.1, (-2.0, -2.0, 0.0))
 
     def beside(self, *points, **fields):
         track = make.track(1.0)

@@ -96,7 +96,8 @@ class TestPlace:
     @pytest.mark.parametrize("there, split", [("x.bag", ""), ("x.bag.active", ""), ("x_0.bag", "1h"), ("x_12.bag", "1h"), ("x_3.bag.active", "1h")])
     def test_what_is_there_stays(self, here, there, split):
         (here / there).write_bytes(b"precious")
-        plan.check_place(recording("--bag=x", "--split=" + ("" if split else "1h")), GB)     # of that nothing would be lost
+        # of that nothing would be lost
+        plan.check_place(recording("--bag=x", "--split=" + ("" if split else "1h")), GB)
         with pytest.raises(UsageError, match="%s is there already, and stays as it is" % there) as caught:
             plan.check_place(recording("--bag=x", "--split=" + split), GB)
         assert ("is being recorded, or is of a recorder that was killed" in str(caught.value)) == there.endswith(".active")

@@ -1,4 +1,5 @@
-"""``rosrun pioneer_control convert_bag IN.bag OUT.bag [WHAT ...]``: bags of p2os, and of this package, with standard messages.
+"""``rosrun pioneer_control convert_bag IN.bag OUT.bag [WHAT ...]``: bags of p2os, and of this package, with standard
+messages.
 
 `messages` says what becomes of a message; here are the files, the command line and the report.
 """
@@ -7,7 +8,7 @@ import argparse
 import errno
 import os
 import sys
-from typing import Any, Dict, Optional, Sequence, Set, Tuple
+from typing import Any, Counter, Dict, Optional, Sequence, Set, Tuple
 
 from ... import msg
 from ...errors import PioneerError, UsageError
@@ -93,30 +94,23 @@ def report(source: str, target: str, converter: Converter, damage: str, model: s
     made = [outlet for outlet in converter.outlets if outlet.made]
     renamed = [outlet for outlet in converter.outlets if not outlet.made and outlet.header["type"] != outlet.source.type]
     kept = [outlet for outlet in converter.outlets if not outlet.made and outlet not in renamed]
-    read: Dict[str, int] = dict(converter.dropped)
+    read = Counter(converter.dropped)
     for outlet in renamed + kept:
-        read[outlet.topic] = read.get(outlet.topic, 0) + outlet.count
+        read[outlet.topic] += outlet.count
     lines = ["%s -> %s" % (source, target)]
-    for outlet in renamed:
-        lines.append("  renamed %s: %s of %s are %s" % (outlet.topic, outlet.count, outlet.source.type, outlet.header["type"]))
-    for outlet in made:
-        of = outlet.source.topic
-        lines.append("  made    %s: %s of %s from %s of %s" % (outlet.topic, outlet.count, outlet.header["type"], read.get(of, 0), of))
-    for topic, count in converter.dropped.items():
-        lines.append("  dropped %s: %s, replaced" % (topic, count))
-    topics = sorted({outlet.topic for outlet in kept})
-    lines.append("  kept    %s as they were, of %s" % (sum((outlet.count for outlet in kept)), ", ".join(topics) or "no topic"))
-    for topic in sorted(converter.already_there):
-        lines.append("  %s is in the bag already: it was not made" % topic)
-    if not made and not renamed:
-        lines.append("  There was nothing to convert: neither types of p2os nor what was asked for.")
+    lines += ["  renamed %s: %s of %s are %s" % (outlet.topic, outlet.count, outlet.source.type, outlet.header["type"]) for outlet in renamed]
+    lines += ["  made    %s: %s of %s from %s of %s" % (outlet.topic, outlet.count, outlet.header["type"], read[outlet.source.topic],
+                                                        outlet.source.topic) for outlet in made]
+    lines += ["  dropped %s: %s, replaced" % each for each in converter.dropped.items()]
+    lines += ["  kept    %s as they were, of %s" % (sum(outlet.count for outlet in kept),
+                                                   ", ".join(sorted({outlet.topic for outlet in kept})) or "no topic")]
+    lines += ["  %s is in the bag already: it was not made" % topic for topic in sorted(converter.already_there)]
+    lines += ["  There was nothing to convert: neither types of p2os nor what was asked for."] * (not made and not renamed)
     if converter.not_fitted:
-        name = model or "the robot_info of the bag"
-        lines.append("  %s readings of transducers that %s does not have were left out: is it the right model?" % (converter.not_fitted, name))
-    for topic, count in converter.damaged.items():
-        lines.append("  %s messages of %s are damaged: nothing was made of them" % (count, topic))
-    if damage:
-        lines.append("  %s: %s What could be read was converted." % (source, damage))
+        lines.append("  %s readings of transducers that %s does not have were left out: is it the right model?"
+                     % (converter.not_fitted, model or "the robot_info of the bag"))
+    lines += ["  %s messages of %s are damaged: nothing was made of them" % (count, topic) for topic, count in converter.damaged.items()]
+    lines += ["  %s: %s What could be read was converted." % (source, damage)] * bool(damage)
     return "\n".join(lines)
 
 
@@ -169,12 +163,10 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         wanted = Options(what, model, options.gripper, options.replace, _renamed(options.frame))
         converter, damage = convert(options.bag, options.output, wanted)
     except (PioneerError, OSError) as error:
-        text = str(error)
-        if not isinstance(error, PioneerError):
-            text = "%s cannot be written: %s" % (options.output, error.strerror)
-            if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-                text += ". What was written of it is removed: make room, or write it elsewhere"
-        print("convert_bag: %s" % text, file=sys.stderr)
+        text = str(error) if isinstance(error, PioneerError) else "%s cannot be written: %s" % (options.output, error.strerror)
+        full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+        more = ". What was written of it is removed: make room, or write it elsewhere" if full else ""
+        print("convert_bag: %s%s" % (text, more), file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("convert_bag: interrupted; %s was not written" % options.output, file=sys.stderr)

@@ -1,9 +1,11 @@
-"""What becomes of each message of an old bag: its type's new name, and what it says as standard messages. No files in here."""
+"""What becomes of each message of an old bag: its type's new name, and what it says as standard messages. No files in
+here.
+"""
 
 import functools
 import io
 from types import MappingProxyType
-from typing import Any, Callable, Collection, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Collection, Counter, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
 
 import genpy
 from nav_msgs.msg import Odometry
@@ -26,7 +28,8 @@ STATIC_FRAMES = "/tf_static"
 
 
 def is_frozen(connection: Connection, *names: str) -> bool:
-    """Whether its messages are of one of these types, which p2os and this package have, under whichever package's name."""
+    """Whether its messages are of one of these types, which p2os and this package have, under whichever package's name.
+    """
     package, _, name = connection.type.partition("/")
     return name in names and package in (*OLD_PACKAGES, "pioneer_control") and connection.md5sum == getattr(msg, name)._md5sum
 
@@ -113,13 +116,9 @@ class Outlet:
 
     def __init__(self, source: Connection, topic: str, type_: Any = None, made: bool = True, latched: bool = False) -> None:
         self.source, self.topic, self.made, self.count = source, topic, made, 0
-        self.header = source.header
+        self.header = dict(source.header, **{"latching": "1"} if latched else {}, **{"topic": topic} if "topic" in source.header else {})
         if type_ is not None:
-            self.header = {**self.header, "type": type_._type, "md5sum": type_._md5sum, "message_definition": type_._full_text}
-        if latched:
-            self.header = {**self.header, "latching": "1"}
-        if "topic" in self.header:
-            self.header = {**self.header, "topic": topic}
+            self.header.update(type=type_._type, md5sum=type_._md5sum, message_definition=type_._full_text)
 
 
 Written = Tuple[Outlet, bytes]
@@ -160,16 +159,17 @@ class Converter:
 
     def __init__(self, options: Options, known: Survey) -> None:
         self.outlets: List[Outlet] = []
-        self.dropped: Dict[str, int] = {}
+        self.dropped: Counter[str] = Counter()
         self.already_there: Set[str] = set()
         self.not_fitted = 0
-        self.damaged: Dict[str, int] = {}
+        self.damaged: Counter[str] = Counter()
         self._options, self._known = options, known
         self._renamed = options.renamed
         self._topics = {connection.topic for connection in known.connections}
         self._transducers, self._static_frames = dict(known.transducers), set(known.static_frames)
         self._speeds: Dict[str, Tuple[float, float]] = {}               # m/s and rad/s, by namespace
-        self._makers: Dict[int, Tuple[Connection, List[Make]]] = {}     # by the id of a connection, which is held so that it stays its own
+        # by the id of a connection, which is held so that it stays its own
+        self._makers: Dict[int, Tuple[Connection, List[Make]]] = {}
 
     def __call__(self, message: Message) -> Iterator[Written]:
         """What is to be written at the time of a message."""
@@ -184,7 +184,7 @@ class Converter:
                     outlet.count += 1
                     yield outlet, data
         except BagError:
-            self.damaged[message.topic] = self.damaged.get(message.topic, 0) + 1
+            self.damaged[message.topic] += 1
 
     def _makers_of(self, connection: Connection) -> List[Make]:
         """What is done with each message of a connection, in this order."""
@@ -229,7 +229,7 @@ class Converter:
         return [(outlet, message.data)]
 
     def _drop(self, message: Message) -> Iterable[Written]:
-        self.dropped[message.topic] = self.dropped.get(message.topic, 0) + 1
+        self.dropped[message.topic] += 1
         return ()
 
     def _decoded(self, message: Message) -> Any:

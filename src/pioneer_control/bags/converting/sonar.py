@@ -11,7 +11,8 @@ from ...robots import Transducer
 from ...standard_messages import MIN_RANGE
 
 ROUND = 0.32
-"""s in which each transducer of an array has its turn. A reading that has not changed for so long has been heard anew."""
+"""s in which each transducer of an array has its turn. A reading that has not changed for so long has been heard anew.
+"""
 BEAMS = 360
 """Directions of a scan; a degree, for where an echo is seen from the robot's middle depends on how far it is."""
 
@@ -53,7 +54,9 @@ class SonarHistory:
 def sonar_scan(
     points: Iterable[Tuple[float, float]], silent: Iterable[Transducer], transducers: Iterable[Transducer], stamp: Any, base_link_frame: str,
 ) -> LaserScan:
-    """A scan all round base_link (REP 117): echoes (m), infinity where a transducer of ``silent`` has none in sight, NaN where none looks."""
+    """A scan all round base_link (REP 117): echoes (m), infinity where a transducer of ``silent`` has none in sight,
+    NaN where none looks.
+    """
     step = 2 * math.pi / BEAMS
     ranges = [math.nan] * BEAMS
     for transducer in silent:

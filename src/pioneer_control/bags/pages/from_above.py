@@ -77,7 +77,9 @@ def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map], re
 
 
 def beside_things(view: TopView) -> np.ndarray:
-    """Which echoes (n,) are farther than `NEAR_A_WALL` from all that is on the map, and from all places where a can was."""
+    """Which echoes (n,) are farther than `NEAR_A_WALL` from all that is on the map, and from all places where a can
+    was.
+    """
     points = view.echoes
     if view.walls is None or not len(points):
         return np.zeros(len(points), dtype=bool)
@@ -158,14 +160,17 @@ def _draw_echoes(axes: Any, view: TopView) -> None:
 
 
 def _draw_cans(axes: Any, view: TopView) -> None:
-    """Cans where they were first and last, as far as they are in sight, and the way of those that were moved, with their number."""
+    """Cans where they were first and last, as far as they are in sight, and the way of those that were moved, with
+    their number.
+    """
     from matplotlib.patches import Circle
 
     cans = view.run.cans
     before, after = (np.array([(can.x[end], can.y[end]) for can in cans]).reshape(-1, 2) for end in (0, -1))
     if not any(((view.low < place) & (place < view.high)).all() for place in (*before, *after)):
         return
-    dots = dict(linestyle="none", marker="o")  # large enough to be found; in a large drawing the circles to scale are larger
+    # large enough to be found; in a large drawing the circles to scale are larger
+    dots = dict(linestyle="none", marker="o")
     axes.plot(*before.T, **dots, markersize=7, markerfacecolor="none", markeredgecolor=CAN_BEFORE, label="can before", zorder=6.6)
     axes.plot(*after.T, **dots, markersize=4.5, color=CAN_AFTER, markeredgecolor=INK, markeredgewidth=0.5, label="can after", zorder=6)
     for number, (can, (x, y)) in enumerate(zip(cans, after), 1):
@@ -201,7 +206,9 @@ def _draw_robot(axes: Any, footprint: np.ndarray, pose: Pose, name: str, scale: 
 
 
 def _draw_gripper(axes: Any, view: TopView) -> None:
-    """A numbered badge where the paddles did something, or a mark where that is too often; the strip of the gripper says when."""
+    """A numbered badge where the paddles did something, or a mark where that is too often; the strip of the gripper
+    says when.
+    """
     events = view.run.gripper
     robot = view.path.at(np.array([event.time for event in events]))
     x, y = placed((robot.x, robot.y, robot.heading), view.run.grip, 0.0)
@@ -213,7 +220,8 @@ def _draw_gripper(axes: Any, view: TopView) -> None:
         return
     for number, event in enumerate(events):
         near = (np.hypot(x[:number] - x[number], y[:number] - y[number]) < 0.6).sum()
-        angle = robot.heading[number] + np.pi / 2 * (-1) ** near * (1 - 0.25 * (near // 2))  # left, right, left ahead, ... of the paddles
+        # left, right, left ahead, ... of the paddles
+        angle = robot.heading[number] + np.pi / 2 * (-1) ** near * (1 - 0.25 * (near // 2))
         axes.annotate(
             str(number + 1), (x[number], y[number]), (26 * np.cos(angle), 26 * np.sin(angle)), textcoords="offset points", ha="center",
             va="center", color="white", fontsize=7, fontweight="bold", zorder=10, annotation_clip=False,

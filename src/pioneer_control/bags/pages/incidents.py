@@ -1,4 +1,6 @@
-"""What went wrong in a run, as a page shows it: each kind of warning and error once, with a letter; what a simulator was asked to break; silences."""
+"""What went wrong in a run, as a page shows it: each kind of warning and error once, with a letter; what a simulator
+was asked to break; silences.
+"""
 
 import re
 from typing import Dict, List, NamedTuple, Sequence, Tuple
@@ -9,7 +11,8 @@ LISTED = 10  # kinds, on one page
 AT_ONCE = 1.0  # s
 CONNECTING = 3.0  # s before the first pose in which a driver that finds no robot yet has only just begun to look
 NUMBER = re.compile(r"\d+(\.\d+)?")
-MADE = re.compile(r"(?:simulated [\d.]+ s: )?fault (begins|ends): (.*)")  # as the simulator says what it was asked to break
+# as the simulator says what it was asked to break
+MADE = re.compile(r"(?:simulated [\d.]+ s: )?fault (begins|ends): (.*)")
 TOPICS_NAMED = 3
 
 
@@ -23,7 +26,8 @@ class Incident(NamedTuple):
 
 
 def incidents(run: Run, listed: int = LISTED) -> Tuple[Incident, ...]:
-    """Warnings and errors in order of time, those that say the same as one; letters for so many of them, errors first."""
+    """Warnings and errors in order of time, those that say the same as one; letters for so many of them, errors first.
+    """
     same: Dict[str, List[Report]] = {}
     for fault in sorted(run.faults):
         if not MADE.fullmatch(fault.what) and not 0 < run.odometry.time[0] - fault.time < CONNECTING:
@@ -41,7 +45,9 @@ def _says(longer: str, shorter: str) -> bool:
 
 
 def _incident(same: Sequence[Report]) -> Incident:
-    """Those that say the same, whoever said it and with whatever numbers; what two say at once (a node and its diagnostics) happened once."""
+    """Those that say the same, whoever said it and with whatever numbers; what two say at once (a node and its
+    diagnostics) happened once.
+    """
     who = same[0].who.rsplit("/", 1)[-1]
     level = ERROR if max(fault.level for fault in same) >= ERROR else WARNING
     times = [fault.time for fault, before in zip(same, [None, *same]) if before is None or fault.time - before.time > AT_ONCE]

@@ -1,4 +1,6 @@
-"""A run over time: strips with one axis of time for all, of curves (velocities, battery) and of lanes (what was on, what happened)."""
+"""A run over time: strips with one axis of time for all, of curves (velocities, battery) and of lanes (what was on,
+what happened).
+"""
 
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
@@ -17,7 +19,8 @@ NAMES = 1.15  # inches from the left edge of the sheet: room for the strips' nam
 TICKS_APART = 0.65  # inches, on the axis of time
 LEAST_SPEED, LEAST_VOLTS = 0.1, 1.0  # shown at least: noise is not blown up
 BADGES_APART, VALUES_APART = 0.17, 0.12  # inches
-COMMANDED = dict(label="commanded", color=ORANGE, linewidth=3.0, alpha=0.7, drawstyle="steps-post")  # it holds until the next one
+# it holds until the next one
+COMMANDED = dict(label="commanded", color=ORANGE, linewidth=3.0, alpha=0.7, drawstyle="steps-post")
 MEASURED = dict(label="measured", color=BLUE, linewidth=1.0)  # thin and dark over wide and light
 VOLTAGE = dict(color=INK, linewidth=1.0)
 DOINGS = 5  # lanes of decisions, at most
@@ -50,7 +53,9 @@ class Lane(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """A strip of lines: its name with the unit, its height (inches), (time, value, look) of each, and what its axis spans at least."""
+    """A strip of lines: its name with the unit, its height (inches), (time, value, look) of each, and what its axis
+    spans at least.
+    """
 
     name: str
     height: float
@@ -101,7 +106,8 @@ def velocities(each: Sequence[Tuple[Velocities, Look]]) -> List[Curves]:
 
 
 def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float = RIGHT - NAMES) -> List[Lane]:
-    """What a run has to show as rows that are so many inches wide. What never happened is no row, but for the motors."""
+    """What a run has to show as rows that are so many inches wide. What never happened is no row, but for the motors.
+    """
     end = timeline.end
     held_by = tuple(Badge(event.time, str(number), EVENT[event.what]) for number, event in enumerate(run.gripper, 1))
     found = [
@@ -117,7 +123,9 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
 
 
 def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, inches: float) -> List[Lane]:
-    """Spans with words on them, in as few rows as leave them apart. What is too much for `ROWS` is in the last one, without words."""
+    """Spans with words on them, in as few rows as leave them apart. What is too much for `ROWS` is in the last one,
+    without words.
+    """
     rows: List[Lane] = []
     ends: List[float] = []
     for span in sorted(spans):
@@ -177,7 +185,9 @@ def height(shown: Sequence[Curves], lanes: int) -> float:
 
 def draw(sheet: Sheet, left: float, top: float, shown: Sequence[Curves], rows: Sequence[Lane], timeline: Timeline,
          since: str = "the start") -> None:
-    """Draw strips under each other, and below the last the axis of time, which counts since something; `left`, `top`: inches."""
+    """Draw strips under each other, and below the last the axis of time, which counts since something; `left`, `top`:
+    inches.
+    """
     width = RIGHT - left
     drawn = []
     for each in shown:

@@ -21,7 +21,8 @@ GAP, AXIS = 0.28, 0.36  # inches above the map for its scale bar; below the map 
 LINE, EVENT_LINE = 0.175, 0.22  # inches from one line of text to the next; where they have badges
 LEAST_MAP, LARGEST_SCALE = 2.4, 2.5  # inches high; inches on paper for each metre
 BESIDE = 1.9  # inches: a map that leaves so much has its legend beside it
-NARROW, WIDEST = 1.6, 3.2  # what is so many times as high as wide has the strips beside it, and is at most so many inches wide
+# what is so many times as high as wide has the strips beside it, and is at most so many inches wide
+NARROW, WIDEST = 1.6, 3.2
 SIGNS, EVENTS_LISTED = 7, 8  # in a legend
 MANY = -1  # events of the gripper: they have signs then, and no numbers
 EVENTS_BESIDE = {7: 4, 2: 2, 1: 1}  # columns of signs in a legend to columns of events
@@ -108,7 +109,8 @@ def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: 
         end = max(head + height + AXIS, head + below + legend_height(events, 2))
         return Plan(end + listed + BOTTOM, (LEFT, head, width, height), (left, head + below, 2), (left, head), end)
     room = HEIGHT - head - AXIS - below - listed - BOTTOM
-    beside = min((RIGHT - LEFT - BESIDE) / span[0], max(room, LEAST_MAP) / span[1], LARGEST_SCALE)  # inches for each metre, with the legend there
+    # inches for each metre, with the legend there
+    beside = min((RIGHT - LEFT - BESIDE) / span[0], max(room, LEAST_MAP) / span[1], LARGEST_SCALE)
     above = min((RIGHT - LEFT) / span[0], (room - legend_height(events, 7)) / span[1], LARGEST_SCALE)
     width, height = max(beside, above) * span
     if beside >= above:

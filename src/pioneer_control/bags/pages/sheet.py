@@ -5,7 +5,8 @@ from typing import Any, List, Tuple
 from ...pictures import INK
 
 WIDTH, HEIGHT = 8.27, 11.69  # inches: A4
-LEFT, RIGHT, TOP, BOTTOM = 0.55, 7.92, 0.35, 0.42  # inches: where the drawing begins and ends, and what stays free above and below
+# inches: where the drawing begins and ends, and what stays free above and below
+LEFT, RIGHT, TOP, BOTTOM = 0.55, 7.92, 0.35, 0.42
 DPI = 160
 BODY, SMALL = 8.5, 7.5  # points
 MORE = "…"
@@ -31,7 +32,9 @@ class Sheet:
         return left / WIDTH, 1.0 - top / self.height
 
     def text(self, left: float, middle: float, words: str, room: float = WIDTH, size: float = BODY, **look: Any) -> Any:
-        """One line of text, by its left end and middle height; cut off, with dots, where it would take more than `room` inches."""
+        """One line of text, by its left end and middle height; cut off, with dots, where it would take more than `room`
+        inches.
+        """
         words = plain(words)
         text = self.figure.text(*self.at(left, middle), words, **{**dict(color=INK, va="center", fontsize=size), **look})
         while len(words) > 1 and self.wide(text) > room:
@@ -44,7 +47,9 @@ class Sheet:
         return text.get_window_extent(self.figure.canvas.get_renderer()).width / self.figure.dpi
 
     def lines(self, words: str, room: float, most: int, size: float = BODY, **look: Any) -> List[str]:
-        """Words broken into at most so many lines of at most so many inches; where they are more the last one ends in dots."""
+        """Words broken into at most so many lines of at most so many inches; where they are more the last one ends in
+        dots.
+        """
         probe, lines = self.figure.text(0, 0, "", fontsize=size, **look), [""]
         for word in words.split():
             longer = ("%s %s" % (lines[-1], word)).strip()

@@ -4,7 +4,8 @@ from typing import List, NamedTuple, Sequence
 
 import numpy as np
 
-STEPS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 4 * 3600, 8 * 3600, 24 * 3600)  # s
+# s
+STEPS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 4 * 3600, 8 * 3600, 24 * 3600)
 
 
 class Timeline(NamedTuple):
@@ -51,7 +52,9 @@ def how_long(seconds: float) -> str:
 
 
 def spread(places: Sequence[float], apart: float, low: float, high: float) -> List[float]:
-    """Places (rising) moved as little as needed to lie ``apart`` from each other between ``low`` and ``high``, if there is room at all."""
+    """Places (rising) moved as little as needed to lie ``apart`` from each other between ``low`` and ``high``, if there
+    is room at all.
+    """
     places, room = list(places), high - low
     apart = min(apart, room / max(len(places) - 1, 1))
     for number, place in enumerate(places):

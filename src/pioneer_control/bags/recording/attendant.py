@@ -70,7 +70,8 @@ class Descriptions:
 
 
 def silent(plan: RecordingPlan, state: Sequence[Any]) -> Iterator[LogLine]:
-    """What nobody publishes although it was meant to be recorded; `state`: what the master's getSystemState() returned."""
+    """What nobody publishes although it was meant to be recorded; `state`: what the master's getSystemState() returned.
+    """
     published = {topic for topic, nodes in state[0] if nodes}
     robots = sorted({topic.rpartition("/")[0].strip("/") for topic in published if topic.endswith("/pose")})
     gone = []

@@ -1,14 +1,18 @@
-"""What a recording says of itself: a text (YAML) on the latched topic ``recording`` of each robot in it, so that it travels with the bag.
+"""What a recording says of itself: a text (YAML) on the latched topic ``recording`` of each robot in it, so that it
+travels with the bag.
 
 ::
 
-    recording: {date: 2026-11-21 18:00:00+00:00, robots: [pioneer], file: /data/pioneer_2026-11-21-18-00-00.bag, topics: [/pioneer/pose, ...]}
-    versions: {pioneer_control: 0.1.0, commit: 8d1c2e4..., rospy: 1.15.15, rosbag: 1.15.15, python: 3.11.2, system: Debian GNU/Linux 12 (bookworm)}
+    recording: {date: 2026-11-21 18:00:00+00:00, robots: [pioneer], file: /data/pioneer_2026-11-21-18-00-00.bag, topics:
+        [/pioneer/pose, ...]}
+    versions: {pioneer_control: 0.1.0, commit: 8d1c2e4..., rospy: 1.15.15, rosbag: 1.15.15, python: 3.11.2, system:
+        Debian GNU/Linux 12 (bookworm)}
     nodes:
       /pioneer/p2os: {serves: [...], publishes: [...], hears: [...]}
     parameters:                     the whole parameter server: {pioneer: {p2os: {port: ...}}}
 
-It is said again when nodes or parameters change, so a bag may hold several: all nodes there ever were are in one or another.
+It is said again when nodes or parameters change, so a bag may hold several: all nodes there ever were are in one or
+another.
 """
 
 import datetime
@@ -107,7 +111,9 @@ def versions(source: str = __file__) -> Dict[str, str]:
 
 
 def commit_of(path: str) -> Optional[str]:
-    """The git commit that a file is of; None where it is in no repository. With changes that nobody committed it says so."""
+    """The git commit that a file is of; None where it is in no repository. With changes that nobody committed it says
+    so.
+    """
     folder = os.path.dirname(os.path.abspath(path))
 
     def git(*arguments: str) -> str:

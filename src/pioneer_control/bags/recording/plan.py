@@ -19,10 +19,11 @@ COMPRESSIONS = "lz4", "bz2", "none"
 UNITS: Dict[str, Tuple[str, float]] = {
     "MB": ("size", MB), "GB": ("size", GB), "s": ("duration", 1), "min": ("duration", 60), "h": ("duration", 3600)}
 CHUNK = 64
-"""kB of messages that are compressed together, and lost when the recorder is killed: about 2 s of one robot. rosbag's own 768 make bags
-an eighth smaller, and lose up to half a minute; bench/recording.md."""
+"""kB of messages that are compressed together, and lost when the recorder is killed: about 2 s of one robot. rosbag's
+own 768 make bags an eighth smaller, and lose up to half a minute; bench/recording.md."""
 KEEP_FREE = 256 * MB
-"""Bytes that are left on the disk: ten hours of one robot, and the computer goes on. rosbag warns from five times as much on."""
+"""Bytes that are left on the disk: ten hours of one robot, and the computer goes on. rosbag warns from five times as
+much on."""
 LEFT = 60.0
 """s after the last write until an unfinished bag counts as one whose recorder is gone."""
 WHAT_TO_DO = ("is of a recorder that was killed: all is in it but the last seconds. draw_run reads it as it is; "
@@ -137,7 +138,9 @@ def split_of(text: str) -> Tuple[str, int]:
 
 
 def stem_of(bag: str, robots: Sequence[str], now: time.struct_time) -> str:
-    """The absolute path of the bag without its ending: as it was given, or in the given directory, named by robots and time."""
+    """The absolute path of the bag without its ending: as it was given, or in the given directory, named by robots and
+    time.
+    """
     path = os.path.abspath(os.path.expanduser(bag)) if bag else os.getcwd()
     if bag and not bag.endswith("/") and not os.path.isdir(path):
         return stem(path)

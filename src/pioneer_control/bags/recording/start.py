@@ -61,7 +61,8 @@ def main() -> NoReturn:
     sys.stdout.flush()
     attentive = signal.getsignal(signal.SIGHUP) == signal.SIG_DFL
     if attentive:
-        signal.signal(signal.SIGHUP, signal.SIG_IGN)    # a closed terminal would kill rosbag before it closes its bag: the attendant ends it
+        # a closed terminal would kill rosbag before it closes its bag: the attendant ends it
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
     if os.fork() == 0:
         if attentive:
             signal.signal(signal.SIGHUP, lambda *_: os.kill(recorder, signal.SIGINT))

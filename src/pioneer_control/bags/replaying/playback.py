@@ -1,4 +1,6 @@
-"""How ``rosbag play`` brings a bag back so that none of its commands reaches anything that listens: they come back under ``recorded/``."""
+"""How ``rosbag play`` brings a bag back so that none of its commands reaches anything that listens: they come back
+under ``recorded/``.
+"""
 
 import re
 from typing import Dict, List, Mapping, Sequence
@@ -8,7 +10,8 @@ from ..reader import read_bag
 from ..records import BagError
 
 RECORDED, RERUN = ASIDE = "recorded", "rerun"
-"""Under these names, below their own namespace, the commands of a bag come back, and those of a program that hears it go."""
+"""Under these names, below their own namespace, the commands of a bag come back, and those of a program that hears it
+go."""
 
 COMMANDS = {
     "cmd_vel": "drives",

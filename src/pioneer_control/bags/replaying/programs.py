@@ -1,4 +1,6 @@
-"""What a re-run and a re-drive need of ROS: a node of their own, programs that they start and end, and what the master knows."""
+"""What a re-run and a re-drive need of ROS: a node of their own, programs that they start and end, and what the master
+knows.
+"""
 
 import ctypes
 import os
@@ -146,7 +148,9 @@ def nodes() -> List[str]:
 
 
 def possible_robots() -> List[str]:
-    """Nodes that may be a robot, or move one, because they report motors or listen to commands; each with a topic that shows it."""
+    """Nodes that may be a robot, or move one, because they report motors or listen to commands; each with a topic that
+    shows it.
+    """
     publishers, subscribers, _ = graph()
     found = [(node, topic) for topic, names in publishers.items() if topic.rpartition("/")[2] == "motor_state" for node in names]
     found += [(node, topic) for topic, names in subscribers.items() if _commands_robot(topic) for node in names]
@@ -180,6 +184,7 @@ def restore_parameter(name: str, value: Any) -> None:
 
 
 def explain_roslaunch() -> None:
-    """Say that what roslaunch prints at the end of a required node is no error, where roslaunch started this program."""
+    """Say that what roslaunch prints at the end of a required node is no error, where roslaunch started this program.
+    """
     if any(word.startswith("__log:=") for word in sys.argv):
         say("(roslaunch now says in red that a required process has died: it means that this is done.)\n")

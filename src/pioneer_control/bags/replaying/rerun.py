@@ -1,7 +1,8 @@
-"""Let a program hear the bag, and compare what it commands with what it commanded: ``rosrun pioneer_control replay rerun FILE.bag``.
+"""Let a program hear the bag, and compare what it commands with what it commanded: ``rosrun pioneer_control replay
+rerun FILE.bag``.
 
-The bag is played with its own clock. The commands in it come back under ``recorded/``; what the program commands goes under ``rerun/``.
-Neither reaches a robot. The program gets the parameters that it had, as far as the bag tells.
+The bag is played with its own clock. The commands in it come back under ``recorded/``; what the program commands goes
+under ``rerun/``. Neither reaches a robot. The program gets the parameters that it had, as far as the bag tells.
 """
 
 import argparse
@@ -87,7 +88,9 @@ def read_live(files: Sequence[str], robot: str, program: str) -> Live:
 
 
 def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
-    """Parameters by which a program decides the same again: the seed, and the stamps (s) of each wander's first and last decision."""
+    """Parameters by which a program decides the same again: the seed, and the stamps (s) of each wander's first and
+    last decision.
+    """
     stamps: Dict[int, List[float]] = {}
     for decision in decisions:
         stamps.setdefault(decision.wander, []).append(decision.header.stamp.to_sec())
@@ -98,7 +101,8 @@ def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
 
 
 def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Verdict:
-    """Compare everything that was commanded. Decisions say whether it is the same; where there were none, velocities and gripper do.
+    """Compare everything that was commanded. Decisions say whether it is the same; where there were none, velocities
+    and gripper do.
 
     Whether a program asks for the motors depends on whether they are on already: that is told, but does not count.
 
@@ -162,7 +166,8 @@ class Rerun:
         self._refuse_company()
         live = self._live
         recorder = TopicRecorder(self._given.output or free_name(self._files[0], "rerun"), lambda: self._time)
-        rospy.Subscriber("/clock", Clock, self._hear_clock, queue_size=1)   # this node began with the time of day, and keeps it
+        # this node began with the time of day, and keeps it
+        rospy.Subscriber("/clock", Clock, self._hear_clock, queue_size=1)
         for name, kind in KINDS.items():
             recorder.record(aside("%s/%s" % (self._robot, name), RERUN), kind, "%s/%s" % (self._robot, name))
         before = {name: rospy.get_param(name, None) for name in ("/use_sim_time", live.node)}
@@ -184,7 +189,9 @@ class Rerun:
         self._time = message.clock
 
     def _refuse_company(self) -> None:
-        """Refuse a robot on this master: the program must hear the bag alone. And a node of the program's name, which it would end."""
+        """Refuse a robot on this master: the program must hear the bag alone. And a node of the program's name, which
+        it would end.
+        """
         if self._live.node in nodes():
             raise UsageError("%s is running: a program of that name was recorded, and would end it. End it first" % self._live.node)
         others = possible_robots()
@@ -225,7 +232,9 @@ class Rerun:
         self._wait_for_end(bag, program, recorder)
 
     def _wait_for_subscribers(self, program: subprocess.Popen, bag: subprocess.Popen) -> None:
-        """Wait until the program listens to all it is going to, and is connected with the player, or seems to wait for the time to go on."""
+        """Wait until the program listens to all it is going to, and is connected with the player, or seems to wait for
+        the time to go on.
+        """
         played = {absolute(topic) for topic in self._topics}
         before: Any = None
         since = time.monotonic()

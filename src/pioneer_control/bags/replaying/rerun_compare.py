@@ -1,7 +1,9 @@
-"""Does a program command the same again? What it commanded beside the robot is compared with what it commands on the bag. Pure.
+"""Does a program command the same again? What it commanded beside the robot is compared with what it commands on the
+bag. Pure.
 
-Decisions (msg/Decision.msg) are compared exactly, in every field. Of any other program the velocities are compared as they held at each
-moment, with some tolerance: a program may be a little faster or slower than it was. Whatever else it commanded is compared by its order.
+Decisions (msg/Decision.msg) are compared exactly, in every field. Of any other program the velocities are compared as
+they held at each moment, with some tolerance: a program may be a little faster or slower than it was. Whatever else it
+commanded is compared by its order.
 """
 
 from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Tuple
@@ -18,7 +20,9 @@ NOT_COMPARED = {"header.seq"}
 
 
 class TimedVelocity(NamedTuple):
-    """A velocity: when it was commanded (s), and its two numbers: m/s and rad/s of a cmd_vel, m/s of each side of a cmd_wheels."""
+    """A velocity: when it was commanded (s), and its two numbers: m/s and rad/s of a cmd_vel, m/s of each side of a
+    cmd_wheels.
+    """
 
     time: float
     first: float
@@ -71,10 +75,11 @@ def first_difference(live: Sequence[Any], again: Sequence[Any]) -> Optional[Diff
 
 def likeness(live: Sequence[TimedVelocity], again: Sequence[TimedVelocity], tolerance: Tuple[float, float] = TOLERANCE,
              late: float = LATE) -> Likeness:
-    """How alike are the velocities that hold at each moment, from the first command of either to the end of the last one?
+    """How alike are the velocities that hold at each moment, from the first command of either to the end of the last
+    one?
 
-    A moment is alike when what was commanded then is met, within the tolerance, at some moment not more than `late` s away. After
-    `redrive_schedule.VALID` without a command a robot stands.
+    A moment is alike when what was commanded then is met, within the tolerance, at some moment not more than `late` s
+    away. After `redrive_schedule.VALID` without a command a robot stands.
     """
     everything = [*live, *again]
     if not everything:
@@ -102,7 +107,9 @@ def _held(velocities: Sequence[TimedVelocity], begin: float, moments: np.ndarray
 
 
 def _nearest(one: np.ndarray, other: np.ndarray, around: int, tolerance: Tuple[float, float]) -> np.ndarray:
-    """How far the numbers of `one` are from the nearest of `other` at moments not more than `around` steps away; (m, 2)."""
+    """How far the numbers of `one` are from the nearest of `other` at moments not more than `around` steps away; (m,
+    2).
+    """
     padded = np.pad(other, ((around, around), (0, 0)))
     shifted = np.stack([np.abs(one - padded[start:start + len(one)]) for start in range(2 * around + 1)])
     best = np.argmin((shifted / np.array(tolerance)).max(axis=2), axis=0)
@@ -123,7 +130,8 @@ def judge_decisions(live: Sequence[Any], again: Sequence[Any]) -> Verdict:
 
 
 def judge_velocities(topic: str, live: Sequence[TimedVelocity], again: Sequence[TimedVelocity], enough: float) -> Verdict:
-    """Compare the velocities of one topic. They are the same where they are alike for this share of the time: `enough`."""
+    """Compare the velocities of one topic. They are the same where they are alike for this share of the time: `enough`.
+    """
     alike = likeness(live, again)
     units = ("m/s", "rad/s") if topic == "cmd_vel" else ("m/s left", "m/s right")
     tolerance = TOLERANCE if topic == "cmd_vel" else TOLERANCE[:1] * 2
