@@ -12,7 +12,8 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 import numpy as np
 
 from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, heading_of
-from .recorded_run import (ERROR, WARNING, CanPath, Echoes, GripperEvent, Map, RecordedDecision, Report, Series, Span, Track,
+from .recorded_run import (ERROR, WARNING, CanPath, Echoes, GripperEvent, Map, RecordedDecision, Report, Series, Span,
+                           Track,
                            Velocities)
 
 ROWS = 1 << 16
@@ -260,12 +261,14 @@ class SpanCollector:
 
 def stalled(message: Any) -> str:
     """Which wheels are stalled."""
-    return {(True, True): "both wheels", (True, False): "left wheel", (False, True): "right wheel"}.get((message.left, message.right), "")
+    return {(True, True): "both wheels", (True, False): "left wheel",
+            (False, True): "right wheel"}.get((message.left, message.right), "")
 
 
 def pressed(message: Any) -> str:
     """Which segments of the bumpers are pressed, numbered from 1."""
-    parts = {name: [str(number) for number, segment in enumerate(getattr(message, name), 1) if segment] for name in ("front", "rear")}
+    parts = {name: [str(number) for number, segment in enumerate(getattr(message, name), 1) if segment]
+             for name in ("front", "rear")}
     return "; ".join("%s %s" % (name, ", ".join(segments)) for name, segments in parts.items() if segments)
 
 
@@ -325,7 +328,8 @@ class ReportCollector:
         """Reports of a robot's nodes, and of nodes that belong to no robot."""
         mine = [report for node, report in self._told if _owner(node, robots) in (robot, None)]
         if self._more:
-            mine.append(Report(mine[-1].time if mine else 0.0, WARNING, "", "and %s more warnings and errors" % self._more))
+            mine.append(Report(mine[-1].time if mine else 0.0, WARNING, "",
+                               "and %s more warnings and errors" % self._more))
         return tuple(mine)
 
 

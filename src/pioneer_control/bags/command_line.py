@@ -24,7 +24,8 @@ def refuse_launch_arguments(words: Iterable[str], names: Iterable[str]) -> None:
             raise UsageError("%s: this is how roslaunch is told; --help says how it is said here" % word)
 
 
-def parser_of(program: str, description: str, options: Dict[str, Dict[str, Any]], **more: Any) -> argparse.ArgumentParser:
+def parser_of(program: str, description: str, options: Dict[str, Dict[str, Any]],
+              **more: Any) -> argparse.ArgumentParser:
     """A parser of options: their names, with spaces between them, and what `add_argument` is told of each. `more`: for
     the parser.
     """

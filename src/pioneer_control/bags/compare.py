@@ -76,7 +76,8 @@ def driven(track: Track) -> Driven:
 def standing(track: Track) -> List[Tuple[float, float]]:
     """Spans of time (s) in which a robot stood, but for those shorter than `STOP`."""
     passed = np.maximum(np.diff(track.time), 1e-9)
-    still = (np.hypot(np.diff(track.x), np.diff(track.y)) < STILL[0] * passed) & (np.abs(np.diff(track.heading)) < STILL[1] * passed)
+    still = (np.hypot(np.diff(track.x), np.diff(track.y)) < STILL[0] * passed) & (
+        np.abs(np.diff(track.heading)) < STILL[1] * passed)
     edges = np.flatnonzero(np.diff(np.concatenate(([False], still, [False]))))
     spans = [(float(track.time[begin]), float(track.time[end])) for begin, end in zip(edges[::2], edges[1::2])]
     return [(begin, end) for begin, end in spans if end - begin >= STOP]
@@ -89,7 +90,7 @@ def first_movement(track: Track) -> float:
     if moved.max() < 1.0:
         return float(track.time[0])
     first = int(np.argmax(moved >= 1.0))
-    return float(np.interp(1.0, moved[first - 1 : first + 1], track.time[first - 1 : first + 1]))
+    return float(np.interp(1.0, moved[first - 1:first + 1], track.time[first - 1:first + 1]))
 
 
 class Push(NamedTuple):

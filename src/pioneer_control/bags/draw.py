@@ -22,10 +22,12 @@ from .run import read_run
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
     "bag": dict(nargs="+", help="what rosbag record wrote; of several the others are compared with the first"),
-    "-o --output": dict(metavar="FILE", help="the picture to write: .png, .pdf or .svg (default: beside the first bag, .png)"),
+    "-o --output": dict(metavar="FILE",
+                        help="the picture to write: .png, .pdf or .svg (default: beside the first bag, .png)"),
     "--parts": dict(action="store_true", help="the bags are the parts of one recording (rosbag record --split)"),
     "--robot": dict(action="append", default=[], metavar="NAME",
-                    help="namespace of the robot, when a bag holds several; again: one for each bag, or robots of one bag, to be compared"),
+                    help="namespace of the robot, when a bag holds several; again: one for each bag, or robots of one "
+                    "bag, to be compared"),
     "--title": dict(help="instead of the robot's and the world's name"),
 }
 
@@ -53,7 +55,8 @@ def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tupl
     if len(runs) == 1:
         return [(runs[0], robot) for robot in names]
     if len(names) not in (1, len(runs)):
-        raise UsageError("--robot %s: give one for all bags, or one for each of the %s" % (" --robot ".join(robots), len(runs)))
+        raise UsageError("--robot %s: give one for all bags, or one for each of the %s"
+                         % (" --robot ".join(robots), len(runs)))
     return list(zip(runs, names * (len(runs) if len(names) == 1 else 1)))
 
 

@@ -11,9 +11,11 @@ import bisect
 import functools
 import os
 import re
-from typing import Any, Callable, Collection, Dict, FrozenSet, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
+from typing import (Any, Callable, Collection, Dict, FrozenSet, Iterator, List, NamedTuple, Optional, Sequence, Set,
+                    Tuple, Union)
 
-from .records import (BETWEEN_CHUNKS, BLOCK, CHUNK, CHUNK_INFO, CONNECTION, FIELDS, FILE_HEADER, INDEX, MAGIC, MESSAGE, TIME, U32, U64, BagError, BagRecord,
+from .records import (BETWEEN_CHUNKS, BLOCK, CHUNK, CHUNK_INFO, CONNECTION, FIELDS, FILE_HEADER, INDEX, MAGIC, MESSAGE,
+                      TIME, U32, U64, BagError, BagRecord,
                       Source, decompressed, fields_of, nanoseconds, next_record, record_at, records, source_of_bytes)
 
 LATE = 10 ** 9
@@ -169,7 +171,8 @@ class _Head:
             return False
         alike, publisher = (time, bool(connection.caller)), (connection.topic, connection.caller)
         self._first = self._first or alike
-        self.open = alike == self._first and (not connection.caller or connection.latching and publisher not in self._publishers)
+        self.open = alike == self._first and (not connection.caller or connection.latching
+                                              and publisher not in self._publishers)
         self._publishers.add(publisher)
         self.repeats = self.open or time <= self._first[0]
         return self.open
@@ -211,11 +214,13 @@ class _File:
             raise BagError("%s is empty (0 bytes): its recorder wrote nothing, or the disk was full" % self.path)
         if magic.startswith(b"#ROSBAG V1."):
             raise BagError("%s is a bag of the old format %s; only 2.0 is read. "
-                           "To make one of it: rosbag filter OLD.bag NEW.bag True" % (self.path, magic[9:12].decode("ascii", "replace")))
+                           "To make one of it: rosbag filter OLD.bag NEW.bag True"
+                           % (self.path, magic[9:12].decode("ascii", "replace")))
         if magic != MAGIC:
             self._first = next_record(source_of_bytes(source.get(0, BLOCK)), 0)
             if self._first >= min(self.size, BLOCK):
-                raise BagError("%s is not a bag, or nothing is left of it: it does not begin with %s" % (self.path, MAGIC.decode().strip()))
+                raise BagError("%s is not a bag, or nothing is left of it: it does not begin with %s"
+                               % (self.path, MAGIC.decode().strip()))
             self._damaged(0, self._first)
         chunk = record_at(source, next_record(source, self._first, (CHUNK,)))
         if chunk is not None:
@@ -356,7 +361,8 @@ class _File:
                     if known is not None and passed:
                         self._saw(known.start)
                         self._saw(known.end)
-                    yield from self._news(queue.before(max(self._end, 0) - LATE if known is None else known.earliest), latched)
+                    yield from self._news(queue.before(max(self._end, 0) - LATE if known is None else known.earliest),
+                                          latched)
             yield from self._news(queue.rest(), latched)
         self._missing += _missing(known, passed, listed, met)
         progress(self.size)
@@ -394,15 +400,18 @@ class _File:
         cut = bool(places) and places[-1].end == self.size
         inner = places[:-1] if cut else places
         sentences = [
-            "it is damaged at %s of the file%s: %s bytes there are no messages" % (_percent(place.begin / self.size), _after(place.after), place.end - place.begin)
+            "it is damaged at %s of the file%s: %s bytes there are no messages"
+            % (_percent(place.begin / self.size), _after(place.after), place.end - place.begin)
             for place in inner[:PLACES]]
         if len(inner) > PLACES:
             sentences.append("so it is at %s" % plural(len(inner) - PLACES, "more place"))
         if self._missing:
             sentences.append("%s that it lists could not be read" % plural(self._missing, "message"))
         if self._nameless:
-            sentences.append("%s cannot be understood: the description of the topic is lost" % plural(self._nameless, "message"))
-        sentences += ["it describes %s in two ways, of which one must be wrong" % topic for topic in sorted(self._ambiguous)]
+            sentences.append("%s cannot be understood: the description of the topic is lost"
+                             % plural(self._nameless, "message"))
+        sentences += ["it describes %s in two ways, of which one must be wrong" % topic
+                      for topic in sorted(self._ambiguous)]
         if not self.indexed:
             sentences.append(self._ending(cut))
         return "; ".join(sentences)
@@ -411,11 +420,14 @@ class _File:
         """How a bag ends whose index is not whole."""
         seconds = "before its first message" if self._seconds is None else "after %.1f s" % self._seconds
         if self._index > self.size:
-            return "it is cut off %s, at %s of its length: the rest is missing" % (seconds, _percent(self.size / self._index))
+            return "it is cut off %s, at %s of its length: the rest is missing" % (seconds,
+                                                                                   _percent(self.size / self._index))
         if self._index:
-            return "its index is damaged or cut off: all messages before it are there, but rosbag wants it mended (rosbag reindex)"
+            return ("its index is damaged or cut off: all messages before it are there, but rosbag wants it mended "
+                    "(rosbag reindex)")
         if cut:
-            return "it was not closed and ends within a message %s: its recorder was killed, or the disk was full" % seconds
+            return ("it was not closed and ends within a message %s: its recorder was killed, or the disk was full"
+                    % seconds)
         return "it was not closed and ends %s: its recorder was killed, or still records" % seconds
 
 
@@ -461,7 +473,8 @@ def _connection(record: BagRecord, data: bytes) -> Optional[Connection]:
     header = {name.decode("utf-8", "replace"): value.decode("utf-8", "replace") for name, value in fields.items()}
     topic = record.fields[b"topic"].decode("utf-8", "replace")
     return Connection(
-        topic, header["type"], header["md5sum"], header["message_definition"], header.get("latching") == "1", header.get("callerid", ""), header)
+        topic, header["type"], header["md5sum"], header["message_definition"], header.get("latching") == "1",
+        header.get("callerid", ""), header)
 
 
 def plural(count: int, what: str) -> str:
@@ -480,7 +493,8 @@ def _after(seconds: Optional[float]) -> str:
 class BagReader:
     """Iterate over it, once, for the Messages of a recording. Made by `read_bag`."""
 
-    def __init__(self, paths: Sequence[str], is_wanted: Callable[[Connection], bool], progress: Optional[Progress]) -> None:
+    def __init__(self, paths: Sequence[str], is_wanted: Callable[[Connection], bool],
+                 progress: Optional[Progress]) -> None:
         self._progress = progress
         self._files: List[_File] = []
         self._refused: List[str] = []
@@ -542,11 +556,13 @@ class BagReader:
         """What is missing and where, in a sentence with a full stop, after all was read; empty if nothing is. A single
         bag is "it".
         """
-        told = [(os.path.basename(file.path) + ": ") * self._several + file.damage() for file in self._files if file.damage()]
+        told = [(os.path.basename(file.path) + ": ") * self._several + file.damage()
+                for file in self._files if file.damage()]
         return "; ".join(told + self._refused) + "." if told or self._refused else ""
 
 
-def read_bag(paths: Union[str, Sequence[str]], topics: Union[None, Collection[str], Callable[[Connection], bool]] = None,
+def read_bag(paths: Union[str, Sequence[str]],
+             topics: Union[None, Collection[str], Callable[[Connection], bool]] = None,
              progress: Optional[Progress] = None) -> BagReader:
     """Read a bag, or the parts of one recording in their order.
 
@@ -575,7 +591,8 @@ def _check_arrays(definition: str) -> None:
     for part in re.split("^=+$", definition, flags=re.MULTILINE):
         name = re.match(r"\s*MSG:\s*(?:\S+/)?(\S+)", part)
         lines = [line.split("#")[0] for line in part.splitlines() if not line.strip().startswith("MSG:")]
-        if name and not any(line.strip() and "=" not in line for line in lines) and re.search(r"\b%s\[" % re.escape(name[1]), definition):
+        if name and not any(line.strip() and "=" not in line
+                            for line in lines) and re.search(r"\b%s\[" % re.escape(name[1]), definition):
             raise ValueError("it has an array of %s, which is nothing, and so as long as it says" % name[1])
 
 

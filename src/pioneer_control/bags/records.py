@@ -49,7 +49,8 @@ OP_WITHIN = 64
 """Bytes from the begin of a header to its op, at most: recorders write the fields in order of their names, or the op
 first."""
 USUAL_MESSAGE = re.compile(
-    rb"\x26\0\0\0(?:\x09\0\0\0conn=(....)\x04\0\0\0op=\x02|\x04\0\0\0op=\x02\x09\0\0\0conn=(....))\x0d\0\0\0time=(........)(....)", re.DOTALL)
+    rb"\x26\0\0\0(?:\x09\0\0\0conn=(....)\x04\0\0\0op=\x02|\x04\0\0\0op=\x02\x09\0\0\0conn=(....))"
+    rb"\x0d\0\0\0time=(........)(....)", re.DOTALL)
 """A message's header and the length of its data, as all recorders known write them: most of a bag is this."""
 USUAL_LENGTH = 46
 
@@ -161,7 +162,8 @@ def record_at(source: Source, position: int) -> Optional[BagRecord]:
         return _unusual_record_at(source, position)
     first, second, time, length = usual.groups()
     begin = position + USUAL_LENGTH
-    return BagRecord(position, MESSAGE, {}, U32.unpack(first or second)[0], nanoseconds(time), begin, begin + U32.unpack(length)[0])
+    return BagRecord(position, MESSAGE, {}, U32.unpack(first or second)[0], nanoseconds(time), begin,
+                     begin + U32.unpack(length)[0])
 
 
 def _unusual_record_at(source: Source, position: int) -> Optional[BagRecord]:
@@ -172,11 +174,13 @@ def _unusual_record_at(source: Source, position: int) -> Optional[BagRecord]:
     fields = fields_of(header[:length]) or {}
     op = fields.get(b"op", b"")
     needed = FIELDS.get(op[0]) if len(op) == 1 else None
-    if needed is None or any(name not in fields or size not in (None, len(fields[name])) for name, size in needed.items()):
+    if needed is None or any(name not in fields or size not in (None, len(fields[name]))
+                             for name, size in needed.items()):
         return None
     begin = position + length + 8
-    record = BagRecord(position, op[0], fields, U32.unpack(fields.get(b"conn", bytes(4)))[0], nanoseconds(fields.get(b"time", bytes(8))),
-                    begin, begin + U32.unpack_from(header, length)[0])
+    record = BagRecord(position, op[0], fields, U32.unpack(fields.get(b"conn", bytes(4)))[0],
+                       nanoseconds(fields.get(b"time", bytes(8))),
+                       begin, begin + U32.unpack_from(header, length)[0])
     sound = (record.op != CHUNK or fields[b"compression"] in COMPRESSIONS) and (
         record.op not in ENTRY or record.end - record.begin == ENTRY[record.op] * record.entries)
     return record if sound else None
@@ -253,6 +257,7 @@ def _decompressor(compression: bytes) -> Callable[[bytes, int], bytes]:
     try:
         from roslz4 import LZ4Decompressor
     except ImportError:
-        raise BagError("the bag is compressed with lz4: install the Python package roslz4 (Debian: python3-roslz4)") from None
+        raise BagError(
+            "the bag is compressed with lz4: install the Python package roslz4 (Debian: python3-roslz4)") from None
     lz4 = LZ4Decompressor()
     return lambda piece, most: lz4.decompress(piece)    # at most 255 times as long

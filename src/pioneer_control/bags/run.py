@@ -10,8 +10,10 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tu
 
 import numpy as np
 
-from .collectors import (CanCollector, DecisionCollector, EchoCollector, GripperCollector, LastCollector, MapCollector, OdometryCollector,
-                         ReportCollector, SilenceCollector, SpanCollector, ValueCollector, VelocityCollector, is_plausible, pressed, stalled)
+from .collectors import (CanCollector, DecisionCollector, EchoCollector, GripperCollector, LastCollector, MapCollector,
+                         OdometryCollector,
+                         ReportCollector, SilenceCollector, SpanCollector, ValueCollector, VelocityCollector,
+                         is_plausible, pressed, stalled)
 from .reader import BagReader, Connection, decode, message_class, plural, read_bag
 from .records import BagError
 from .recorded_run import Run
@@ -54,7 +56,8 @@ TOPICS: Dict[str, Topic] = {
     "recording": Topic("String", LastCollector, shared=True),
 }
 ODOMETRY = ("pose", "odom")     # the first that is there
-KEPT = tuple(sorted({"/" + topic.type for topic in TOPICS.values() if topic.collector in (LastCollector, CanCollector)}))
+KEPT = tuple(
+    sorted({"/" + topic.type for topic in TOPICS.values() if topic.collector in (LastCollector, CanCollector)}))
 """Types of messages that are kept whole."""
 
 Adder = Callable[[float, Any], Any]
@@ -84,7 +87,8 @@ class RunCollector:
         self.robots: Dict[str, CollectedRobot] = {}
         self.reports = ReportCollector()
         self.undecoded: Dict[str, int] = {}     # by topic
-        self._of_all = {("diagnostics", "DiagnosticArray"): self.reports.add_diagnostics, ("rosout", "Log"): self.reports.add_log}
+        self._of_all = {("diagnostics", "DiagnosticArray"): self.reports.add_diagnostics,
+                        ("rosout", "Log"): self.reports.add_log}
         self._adders: Dict[Tuple[str, str], List[Adder]] = {}     # by topic and type
         # By connection: what takes its messages, and one message that is filled again and again, in half the time of a
         # new one;
@@ -115,22 +119,26 @@ class RunCollector:
             known = self._known.get(id(connection))
             if known is None:   # the reader keeps the connection, so its id stays its own
                 fresh = connection.type.endswith(KEPT)
-                known = self._known[id(connection)] = self._adders_of(connection), None if fresh else message_class(connection)()
+                known = self._known[id(connection)] = self._adders_of(connection), None if fresh else message_class(
+                    connection)()
             adders, filled = known
             message = decode(connection, data, filled)
             for add in adders:
                 add(time, message)
-        except Exception:   # bytes of the file that are no message, numbers that are none, or a definition of a bag's own with other fields
+        except Exception:   # no message, numbers that are none, or a definition of the bag's own with other fields
             self.undecoded[connection.topic] = self.undecoded.get(connection.topic, 0) + 1
 
     def nearest(self, robot: str, name: str) -> Any:
         """What was kept of a shared topic: the robot's own, else that of the innermost namespace around it, else any.
         """
-        around = sorted(self.robots, key=lambda place: (place != "" and not (robot + "/").startswith(place + "/"), -len(place)))
-        return next((self.robots[place][name] for place in around if self.robots[place][name].last is not None), self.robots[robot][name])
+        around = sorted(self.robots, key=lambda place: (place != "" and not (robot + "/").startswith(place + "/"),
+                                                        -len(place)))
+        return next((self.robots[place][name] for place in around if self.robots[place][name].last is not None),
+                    self.robots[robot][name])
 
 
-def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None, progress: Optional[Callable[[int, int], Any]] = None) -> Run:
+def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None,
+             progress: Optional[Callable[[int, int], Any]] = None) -> Run:
     """Read the run of a robot.
 
     Args:
@@ -154,7 +162,8 @@ def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None, prog
         return _run(paths[0], name, robots, collector, reader)
     except BagError:
         raise
-    except (AttributeError, TypeError, ValueError) as error:    # of what was kept as it was: only now its fields are looked at
+    except (AttributeError, TypeError,
+            ValueError) as error:    # of what was kept as it was: only now its fields are looked at
         raise BagError("%s has messages under names of ours whose fields are others: %s" % (paths[0], error)) from None
 
 
@@ -172,7 +181,8 @@ def _fits(connection: Connection) -> bool:
 
 def _robots(connections: Sequence[Connection]) -> List[str]:
     """Namespaces of the robots with odometry."""
-    return sorted({_split(entry.topic)[0] for entry in connections if _split(entry.topic)[1] in ODOMETRY and _fits(entry)})
+    return sorted({_split(entry.topic)[0] for entry in connections if _split(entry.topic)[1] in ODOMETRY
+                   and _fits(entry)})
 
 
 def _choose(paths: Sequence[str], robots: Sequence[str], wanted: Optional[str], reader: BagReader) -> str:
@@ -183,7 +193,8 @@ def _choose(paths: Sequence[str], robots: Sequence[str], wanted: Optional[str], 
     """
     names = ", ".join(name or "/" for name in robots)
     if not robots:
-        there = ", ".join(sorted({"%s (%s)" % (entry.topic, entry.type) for entry in reader.connections})) or "nothing: the bag is empty"
+        there = ", ".join(sorted({"%s (%s)" % (entry.topic, entry.type)
+                                  for entry in reader.connections})) or "nothing: the bag is empty"
         raise BagError(("%s has no odometry of a robot (a topic `pose` or `odom`, nav_msgs/Odometry). It has: %s. %s"
                         % (paths[0], there, reader.damage)).strip())
     if wanted is not None and wanted not in robots:
@@ -199,7 +210,9 @@ def _run(path: str, name: str, robots: Sequence[str], collector: RunCollector, r
     odometry, track = robot.odometry, robot.odometry.track if robot.odometry else None
     if odometry is None or track is None or reader.end is None:
         raise BagError(("%s has no message of the odometry of %s. %s" % (path, name or "/", reader.damage)).strip())
-    info, world, recording = robot["robot_info"].last, collector.nearest(name, "world").last, collector.nearest(name, "recording").last
+    info, world, recording = robot["robot_info"].last, collector.nearest(name,
+                                                                         "world").last, collector.nearest(
+                                                                             name, "recording").last
     gaps = [gap for topic, silence in sorted(robot.silences.items()) for gap in silence.gaps(topic, reader.end / 1e9)]
     undecoded = ["%s on %s could not be understood." % (plural(count, "message"), topic)
                  for topic, count in sorted(collector.undecoded.items())]
@@ -209,7 +222,8 @@ def _run(path: str, name: str, robots: Sequence[str], collector: RunCollector, r
         robot=name,
         model=info.subtype if info else "",
         world=world.data if world else "",
-        footprint=np.array([(p.x, p.y) for p in info.footprint.points if is_plausible(p.x, p.y)] if info else []).reshape(-1, 2),
+        footprint=np.array([(p.x, p.y) for p in info.footprint.points if is_plausible(p.x, p.y)] if info
+                           else []).reshape(-1, 2),
         transducers={number: (pose.x, pose.y, pose.theta) for number, pose in zip(info.sonar_numbers, info.sonar_poses)
                      if is_plausible(pose.x, pose.y, pose.theta)} if info else {},
         odometry=track,

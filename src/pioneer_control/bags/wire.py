@@ -19,8 +19,10 @@ from .bag_names import stem
 from .reader import BagReader, Connection, decode, read_bag
 from .records import BagError
 
-HOW_TO = ("it has no bytes of a robot's line: the driver publishes them with its parameter publish_wire (roslaunch pioneer_control pioneer.launch "
-          "publish_wire:=true), and the recorder keeps them when told to (roslaunch pioneer_control record.launch also:=wire)")
+HOW_TO = ("it has no bytes of a robot's line: the driver publishes them with its parameter publish_wire (roslaunch "
+          "pioneer_control pioneer.launch "
+          "publish_wire:=true), and the recorder keeps them when told to (roslaunch pioneer_control record.launch "
+          "also:=wire)")
 
 
 def is_wire(connection: Connection) -> bool:
@@ -42,7 +44,8 @@ def wire_entries(reader: BagReader) -> Iterator[Entry]:
         if begin is None:
             begin = stamp
             day = datetime.datetime.fromtimestamp(begin.to_sec(), datetime.timezone.utc)
-            yield Entry(0.0, 0, False, b"", "begins at %.6f, %s UTC" % (begin.to_sec(), day.strftime("%Y-%m-%d %H:%M:%S")))
+            yield Entry(0.0, 0, False, b"", "begins at %.6f, %s UTC"
+                        % (begin.to_sec(), day.strftime("%Y-%m-%d %H:%M:%S")))
         time = (stamp - begin).to_sec()
         if topic not in numbers:
             numbers[topic] = len(numbers) + 1
@@ -51,7 +54,8 @@ def wire_entries(reader: BagReader) -> Iterator[Entry]:
         missing = count - counts.get(robot, count - 1) - 1
         counts[robot] = count
         if missing:
-            what = "%s pieces are missing: the recorder was too slow" % missing if missing > 0 else "its driver begins anew"
+            slow = "%s pieces are missing: the recorder was too slow" % missing
+            what = slow if missing > 0 else "its driver begins anew"
             yield Entry(time, 0, False, b"", "robot %s: %s" % (robot, what))
         if message.data:
             yield Entry(time, robot, message.to_robot, bytes(message.data))
@@ -93,9 +97,11 @@ def main(arguments: Optional[List[str]] = None) -> int:
     """Write the file; 0 when it is written, 2 when there is nothing to write."""
     parser = argparse.ArgumentParser(
         prog="python3 -m pioneer_control.bags.wire", description="Write the line of a robot that a bag holds as text.",
-        epilog="python3 -m pioneer_control.p2os --record RUN.wire tells it packet by packet, python3 -m pioneer_control.simulator --play RUN.wire is "
+        epilog="python3 -m pioneer_control.p2os --record RUN.wire tells it packet by packet, python3 -m "
+        "pioneer_control.simulator --play RUN.wire is "
                "the robot in it.")
-    parser.add_argument("bags", metavar="BAG", nargs="+", help="what rosbag record wrote; several are the parts of one recording, in order")
+    parser.add_argument("bags", metavar="BAG", nargs="+",
+                        help="what rosbag record wrote; several are the parts of one recording, in order")
     parser.add_argument("-o", "--output", metavar="FILE", help="the file to write (default: beside the bag, .wire)")
     options = parser.parse_args(arguments)
     output = options.output or stem(options.bags[0]) + ".wire"

@@ -100,16 +100,19 @@ class BagWriter:
 
     def _file_header(self, index: int) -> bytes:
         """The record that says where the index is; it has the same length whatever it says."""
-        fields = dict(conn_count=U32.pack(len(self._connections)), chunk_count=U32.pack(len(self._chunk_infos)), index_pos=U64.pack(index))
+        fields = dict(conn_count=U32.pack(len(self._connections)), chunk_count=U32.pack(len(self._chunk_infos)),
+                      index_pos=U64.pack(index))
         return _record(FILE_HEADER, b" " * (FILE_HEADER_SIZE - len(_record(FILE_HEADER, b"", **fields))), **fields)
 
     def _end_chunk(self) -> None:
         """Write what has been collected, and where each message of it is."""
         position = self._file.tell()
-        self._file.write(_record(CHUNK, self._compress(bytes(self._chunk)), compression=self._compression, size=U32.pack(len(self._chunk))))
+        self._file.write(_record(CHUNK, self._compress(bytes(self._chunk)), compression=self._compression,
+                                 size=U32.pack(len(self._chunk))))
         for connection, entries in self._index.items():
             places = b"".join(_time(time) + U32.pack(place) for time, place in sorted(entries))
-            self._file.write(_record(INDEX, places, conn=U32.pack(connection), count=U32.pack(len(entries)), ver=VERSION))
+            self._file.write(_record(INDEX, places, conn=U32.pack(connection), count=U32.pack(len(entries)),
+                                     ver=VERSION))
         times = [time for entries in self._index.values() for time, _ in entries] or [0]
         counts = b"".join(struct.pack("<II", connection, len(entries)) for connection, entries in self._index.items())
         self._chunk_infos.append(_record(

@@ -30,11 +30,13 @@ def message_class(name, package="pioneer_control"):
         if (MESSAGES / ("%s.msg" % kind)).exists():
             parts.append("MSG: %s/%s\n" % (package, kind) + (MESSAGES / ("%s.msg" % kind)).read_text())
         elif kind == "geometry_msgs/Polygon":
-            parts += ["MSG: geometry_msgs/Polygon\nPoint32[] points", "MSG: geometry_msgs/Point32\n" + Point32._full_text]
+            parts += ["MSG: geometry_msgs/Polygon\nPoint32[] points",
+                      "MSG: geometry_msgs/Point32\n" + Point32._full_text]
         elif kind in STANDARD:
             full = "std_msgs/Header" if kind == "Header" else kind
             parts.append("MSG: %s\n" % full + STANDARD[kind]._full_text)
-    return genpy.dynamic.generate_dynamic("%s/%s" % (package, name), ("\n" + "=" * 80 + "\n").join(parts))["%s/%s" % (package, name)]
+    return genpy.dynamic.generate_dynamic("%s/%s" % (package, name),
+                                          ("\n" + "=" * 80 + "\n").join(parts))["%s/%s" % (package, name)]
 
 
 def odometry(x, y, heading, frame="odom", linear=0.0, angular=0.0):
@@ -92,7 +94,8 @@ def bumpers(front=(), rear=()):
 
 def diagnostics(node="pioneer/p2os", **tasks):
     """A DiagnosticArray message of a driver: task=(level, text)."""
-    return DiagnosticArray(status=[DiagnosticStatus(level=level, name="%s: %s" % (node, task), message=text) for task, (level, text) in tasks.items()])
+    return DiagnosticArray(status=[DiagnosticStatus(level=level, name="%s: %s" % (node, task), message=text)
+                                   for task, (level, text) in tasks.items()])
 
 
 def log(level, node, text):
@@ -142,7 +145,8 @@ def write_bag(path, messages, compression="none", latched=()):
     """A bag of (topic, message, seconds); topics in ``latched`` were published so."""
     with rosbag.Bag(str(path), "w", compression=compression) as bag:
         for topic, message, seconds in messages:
-            header = dict(topic=topic, type=message._type, md5sum=message._md5sum, message_definition=message._full_text)
+            header = dict(topic=topic, type=message._type, md5sum=message._md5sum,
+                          message_definition=message._full_text)
             header["latching"] = "1" if topic in latched else "0"
             bag.write(topic, message, genpy.Time.from_sec(seconds), connection_header=header)
     return str(path)
@@ -176,7 +180,8 @@ def eventful(name="pioneer", seconds=20):
     """
     topic, begin = "/%s/%%s" % name, 1000.0
     told = {topic % "pose", topic % "sonar", topic % "gripper_state"}
-    yield from (entry for entry in driven(name=name, seconds=seconds) if entry[0] not in told or not begin + 6 < entry[2] < begin + 8)
+    yield from (entry for entry in driven(name=name, seconds=seconds) if entry[0] not in told
+                or not begin + 6 < entry[2] < begin + 8)
     yield topic % "recording", String("robots: [%s]" % name), begin
     yield topic % "e_stop", Bool(False), begin
     yield topic % "e_stop", Bool(True), begin + 12

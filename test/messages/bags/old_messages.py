@@ -12,7 +12,8 @@ LIFT = dict(state=1, dir=1, position=0.5)
 # A value for every field, none of them what an untouched message holds.
 VALUES = {
     "SonarArray": dict(HEADER, ranges_count=3, ranges=[0.5, 5.0, 1.25]),
-    "GripperState": {**{"grip.%s" % name: value for name, value in GRIP.items()}, **{"lift.%s" % name: value for name, value in LIFT.items()}},
+    "GripperState": {**{"grip.%s" % name: value for name, value in GRIP.items()},
+                     **{"lift.%s" % name: value for name, value in LIFT.items()}},
     "GripState": GRIP,
     "LiftState": LIFT,
     "MotorState": dict(state=1),

@@ -20,12 +20,14 @@ def piece(seq, after, to_robot, data):
     return message
 
 
-PIECES = [piece(1, 0.0, True, SYNC0), piece(2, 0.0125, False, SYNC0[:2]), piece(3, 0.013, False, SYNC0[2:] + b"\x55"), piece(4, 0.5, True, SYNC1)]
+PIECES = [piece(1, 0.0, True, SYNC0), piece(2, 0.0125, False, SYNC0[:2]), piece(3, 0.013, False, SYNC0[2:] + b"\x55"),
+          piece(4, 0.5, True, SYNC1)]
 
 
 def wire_bag(path, pieces, topic="/pioneer/wire"):
     """The bag also holds what every bag holds."""
-    return write_bag(path, sorted([*driven(seconds=1), *((topic, each, 1000.0 + each.header.stamp.to_sec() - BEGIN) for each in pieces)],
+    return write_bag(path, sorted([*driven(seconds=1),
+                                   *((topic, each, 1000.0 + each.header.stamp.to_sec() - BEGIN) for each in pieces)],
                                   key=lambda message: message[2]))
 
 
@@ -41,8 +43,10 @@ def test_every_byte_with_its_time_in_its_order(tmp_path, capsys):
     assert main([wire_bag(tmp_path / "run.bag", PIECES)]) == 0
     path = tmp_path / "run.wire"
     assert capsys.readouterr().out == "%s\n" % path
-    assert [(round(entry.time, 6), entry.robot, entry.to_robot, entry.data) for entry in entries(text_of(path)) if entry.data] == [
-        (0.0, 1, True, SYNC0), (0.0125, 1, False, SYNC0[:2]), (0.013, 1, False, SYNC0[2:] + b"\x55"), (0.5, 1, True, SYNC1)]
+    assert [(round(entry.time, 6), entry.robot, entry.to_robot, entry.data)
+            for entry in entries(text_of(path)) if entry.data] == [
+        (0.0, 1, True, SYNC0), (0.0125, 1, False, SYNC0[:2]), (0.013, 1, False, SYNC0[2:] + b"\x55"),
+                (0.5, 1, True, SYNC1)]
     assert notes(path) == ["begins at 1795285845.000000, 2026-11-21 18:30:45 UTC", "robot 1 is /pioneer/wire"]
     assert len(list(told(text_of(path)))) == 2 + 4
 
@@ -56,7 +60,8 @@ def test_several_robots_have_their_numbers(tmp_path):
 
 @pytest.mark.parametrize("pieces, said", [
     (PIECES[:1] + PIECES[3:], ["robot 1: 2 pieces are missing: the recorder was too slow"]),
-    (PIECES[:2] + [piece(3, 0.2, False, b"")] + PIECES[3:], ["robot 1: pieces are missing: ROS was too slow for the driver"]),
+    (PIECES[:2] + [piece(3, 0.2, False, b"")] + PIECES[3:],
+     ["robot 1: pieces are missing: ROS was too slow for the driver"]),
     (PIECES[:2] + [piece(1, 0.2, True, SYNC0)], ["robot 1: its driver begins anew"]),
     (PIECES, []),
 ])
@@ -86,7 +91,8 @@ def test_a_bag_that_was_cut_off_gives_what_it_has(tmp_path, capsys):
     (tmp_path / "run.bag").write_bytes(whole[:whole.index(SYNC1)])
     assert main([bag]) == 0
     assert capsys.readouterr().err.startswith("wire: ")
-    assert [entry.data for entry in entries(text_of(tmp_path / "run.wire")) if entry.data] == [each.data for each in PIECES[:3]]
+    assert [entry.data for entry in entries(text_of(tmp_path / "run.wire"))
+            if entry.data] == [each.data for each in PIECES[:3]]
 
 
 def test_a_type_of_that_name_with_other_fields_is_no_line(tmp_path, capsys):
@@ -102,7 +108,8 @@ def test_a_damaged_message_is_missing_and_the_rest_is_there(tmp_path):
         file.seek(content.index(SYNC0) - 9)     # the length of its frame's name
         file.write(b"\xff\xff\xff\x7f")
     assert main([path]) == 0
-    assert [entry.data for entry in entries(text_of(tmp_path / "run.wire")) if entry.data] == [SYNC0[:2], SYNC0[2:] + b"\x55", SYNC1]
+    assert [entry.data for entry in entries(text_of(tmp_path / "run.wire"))
+            if entry.data] == [SYNC0[:2], SYNC0[2:] + b"\x55", SYNC1]
 
 
 def test_what_cannot_be_written_to_its_end_is_not_half_there(tmp_path, monkeypatch, capsys):
@@ -113,4 +120,5 @@ def test_what_cannot_be_written_to_its_end_is_not_half_there(tmp_path, monkeypat
 
     monkeypatch.setattr(wire, "written", fill)
     assert main([wire_bag(tmp_path / "run.bag", PIECES)]) == 2
-    assert "No space left on device" in capsys.readouterr().err and [path.name for path in tmp_path.iterdir()] == ["run.bag"]
+    assert "No space left on device" in capsys.readouterr().err and [path.name
+                                                                     for path in tmp_path.iterdir()] == ["run.bag"]

@@ -37,20 +37,24 @@ class TestEverything:
     def test_commanded_steps_stay_steps(self, eventful):
         velocities = eventful.commanded
         assert since(velocities.time) == [0.0, 9.9, 10.0, 10.1, 20.0]
-        assert velocities.linear == pytest.approx([0.1, 0.1, 0.0, 0.0, 0.0]) and velocities.angular == pytest.approx([0.0, 0.0, 0.0, 0.2, 0.2])
+        assert velocities.linear == pytest.approx([0.1, 0.1, 0.0, 0.0,
+                                                   0.0]) and velocities.angular == pytest.approx(
+                                                       [0.0, 0.0, 0.0, 0.2, 0.2])
 
     def test_measured(self, eventful):
         assert eventful.measured.linear == pytest.approx([0.1, 0.1]) and since(eventful.measured.time) == [0.0, 20.0]
 
     def test_battery(self, eventful):
-        assert eventful.battery.value[[0, -1]] == pytest.approx([12.8, 12.4], abs=1e-6) and 5 < len(eventful.battery.time) < 40
+        assert eventful.battery.value[[0, -1]] == pytest.approx([12.8, 12.4],
+                                                                abs=1e-6) and 5 < len(eventful.battery.time) < 40
 
     def test_switches_where_they_change(self, eventful):
         assert (since(eventful.motors.time), eventful.motors.value.tolist()) == ([0.0, 12.0, 15.0, 20.0], [1, 0, 1, 1])
         assert (since(eventful.e_stop.time), eventful.e_stop.value.tolist()) == ([0.0, 12.0, 13.0], [0, 1, 0])
 
     def test_spans(self, eventful):
-        assert [(since(span[:2]), span.what) for span in eventful.stalls] == [([10.0, 10.5], "left wheel"), ([10.5, 11.0], "both wheels")]
+        assert [(since(span[:2]), span.what)
+                for span in eventful.stalls] == [([10.0, 10.5], "left wheel"), ([10.5, 11.0], "both wheels")]
         assert [(since(span[:2]), span.what) for span in eventful.bumps] == [([10.0, 11.0], "front 2")]
 
     def test_faults(self, eventful):
@@ -66,7 +70,8 @@ class TestEverything:
         assert all(since(gap[:2]) == [6.0, 8.0] for gap in eventful.gaps)
 
     def test_decisions_where_the_reason_changes(self, eventful):
-        assert [(since([entry.time])[0], entry.reason[:7]) for entry in eventful.decisions] == [(0.0, "forward"), (5.0, "turning"), (20.0, "turning")]
+        assert [(since([entry.time])[0], entry.reason[:7])
+                for entry in eventful.decisions] == [(0.0, "forward"), (5.0, "turning"), (20.0, "turning")]
         assert eventful.decisions[1].stamp == pytest.approx(1005.0) and eventful.decisions[1].wander == 1
 
     def test_notes_and_damage(self, eventful):
@@ -74,31 +79,41 @@ class TestEverything:
 
     def test_of_a_bag_without_all_that_it_is_empty(self, run_of):
         run = run_of([("/pioneer/pose", make.odometry(0.1 * step, 0.0, 0.0), 1.0 + step) for step in range(3)])
-        assert [len(values.time) for values in (run.commanded, run.battery, run.motors, run.e_stop, run.sonar)] == [0] * 5
-        assert run.stalls == run.bumps == run.faults == run.gaps == run.decisions == () and run.notes == run.damage == ""
+        assert [len(values.time) for values in (run.commanded, run.battery, run.motors, run.e_stop,
+                                                run.sonar)] == [0] * 5
+        assert run.stalls == run.bumps == run.faults == run.gaps == run.decisions == ()
+        assert run.notes == run.damage == ""
 
 
 class TestFaults:
     POSE = [("/pioneer/pose", make.odometry(0.0, 0.0, 0.0), 1000.0)]
 
     def faults(self, run_of, *messages, **options):
-        return [(fault.level, fault.who, fault.what) for fault in run_of(self.POSE + [(*entry, 1000.0 + step) for step, entry in enumerate(messages)], **options).faults]
+        return [(fault.level, fault.who, fault.what)
+                for fault in run_of(self.POSE + [(*entry, 1000.0 + step) for step, entry in enumerate(messages)],
+                                    **options).faults]
 
     def test_diagnostics_count_when_their_level_changes(self, run_of):
         levels = [(1, "a"), (1, "b"), (2, "c"), (1, "d"), (0, "e"), (1, "f"), (3, "g")]
         messages = [("/diagnostics", make.diagnostics(Link=level)) for level in levels]
-        assert self.faults(run_of, *messages) == [(1, "Link", "a"), (2, "Link", "c"), (1, "Link", "d"), (1, "Link", "f")]
+        assert self.faults(run_of, *messages) == [(1, "Link", "a"), (2, "Link", "c"), (1, "Link", "d"),
+                                                  (1, "Link", "f")]
 
     def test_what_nodes_say_again_and_again_counts_once(self, run_of):
         messages = [("/rosout", make.log(level, node, text)) for level, node, text in (
-            (Log.WARN, "/a", "x"), (Log.ERROR, "/b", "x"), (Log.WARN, "/a", "x"), (Log.FATAL, "/a", "y"), (Log.INFO, "/a", "z"))]
+            (Log.WARN, "/a", "x"), (Log.ERROR, "/b", "x"), (Log.WARN, "/a", "x"), (Log.FATAL, "/a", "y"),
+            (Log.INFO, "/a", "z"))]
         assert self.faults(run_of, *messages) == [(1, "/a", "x"), (2, "/b", "x"), (2, "/a", "y")]
 
     def test_those_of_another_robot_are_its_own(self, run_of):
-        messages = [("/rosout", make.log(Log.WARN, node, "x")) for node in ("/pioneer/p2os", "/other/p2os", "/simulator", "/pioneer2/p2os")]
-        messages += [("/diagnostics", make.diagnostics("other/p2os", Link=(2, "y"))), ("/other/pose", make.odometry(0.0, 0.0, 0.0))]
-        assert [who for _, who, _ in self.faults(run_of, *messages, robot="pioneer")] == ["/pioneer/p2os", "/simulator", "/pioneer2/p2os"]
-        assert [who for _, who, _ in self.faults(run_of, *messages, robot="other")] == ["/other/p2os", "/simulator", "/pioneer2/p2os", "Link"]
+        messages = [("/rosout", make.log(Log.WARN, node, "x"))
+                    for node in ("/pioneer/p2os", "/other/p2os", "/simulator", "/pioneer2/p2os")]
+        messages += [("/diagnostics", make.diagnostics("other/p2os", Link=(2, "y"))),
+                     ("/other/pose", make.odometry(0.0, 0.0, 0.0))]
+        assert [who for _, who, _ in self.faults(run_of, *messages,
+                                                 robot="pioneer")] == ["/pioneer/p2os", "/simulator", "/pioneer2/p2os"]
+        assert [who for _, who, _ in self.faults(run_of, *messages, robot="other")] == ["/other/p2os", "/simulator",
+                                                                                        "/pioneer2/p2os", "Link"]
 
     def test_too_many_are_counted(self, run_of, monkeypatch):
         monkeypatch.setattr(collectors, "TEXTS", 1)
@@ -143,7 +158,9 @@ class TestOtherNames:
         pose = [("/pioneer/pose", make.odometry(0.0, 0.0, 0.0), 1.0)]
         message = BatteryState(voltage=11.5)
         assert run_of(pose + [("/pioneer/battery", message, 1.0)]).battery.value == pytest.approx([11.5])
-        assert run_of(pose + [("/pioneer/battery", message, 1.0), ("/pioneer/battery_state", make.battery(12.5), 1.0)]).battery.value == pytest.approx([12.5])
+        assert run_of(pose + [("/pioneer/battery", message, 1.0),
+                              ("/pioneer/battery_state", make.battery(12.5),
+                               1.0)]).battery.value == pytest.approx([12.5])
 
     def test_odom_where_there_is_no_pose(self, run_of):
         run = run_of([("/odom", make.odometry(0.1 * step, 0.0, 0.0), 1.0 + step) for step in range(11)])
@@ -155,7 +172,8 @@ class TestOtherNames:
     def test_a_whole_run_under_old_names(self, run_of, package):
         messages = [
             ("/pose", make.odometry(0.0, 0.0, 0.0), 1.0), ("/battery_state", make.battery(12.0, package), 1.0),
-            ("/motor_state", make.motors(1, package), 1.0), ("/cmd_vel", make.twist(0.2), 1.0), ("/cmd_vel", make.twist(0.0), 2.0)]
+            ("/motor_state", make.motors(1, package), 1.0), ("/cmd_vel", make.twist(0.2), 1.0),
+            ("/cmd_vel", make.twist(0.0), 2.0)]
         run = run_of(messages)
         assert run.battery.value == pytest.approx([12.0]) and run.motors.value.tolist() == [1]
         assert run.commanded.linear == pytest.approx([0.2, 0.0])
@@ -163,7 +181,9 @@ class TestOtherNames:
 
 class TestRobots:
     def test_a_bag_of_another_kind_of_robot_says_what_it_has(self, run_of):
-        with pytest.raises(BagError, match=r"no odometry of a robot .*It has: /base_scan \(std_msgs/Header\), /chatter \(std_msgs/String\)"):
+        with pytest.raises(BagError,
+                           match=r"no odometry of a robot .*It has: /base_scan \(std_msgs/Header\), /chatter "
+                           r"\(std_msgs/String\)"):
             run_of([("/base_scan", Header(), 1.0), ("/chatter", String("x"), 1.0)])
 
     def test_of_several_one_is_to_be_chosen_before_all_is_read(self, tmp_path):
@@ -199,7 +219,8 @@ class TestShared:
 
     def test_what_is_the_robots_alone_is_not(self, run_of):
         poses = [("/lab/%s/pose" % name, make.odometry(0.0, 0.0, 0.0), 1.0) for name in ("a", "b")]
-        run = run_of(poses + [("/lab/a/battery_state", make.battery(12.0), 1.0), ("/lab/cmd_vel", make.twist(1.0), 1.0)], robot="lab/b")
+        run = run_of(poses + [("/lab/a/battery_state", make.battery(12.0), 1.0),
+                              ("/lab/cmd_vel", make.twist(1.0), 1.0)], robot="lab/b")
         assert len(run.battery.time) == len(run.commanded.time) == 0
 
 
@@ -211,7 +232,8 @@ class TestParts:
         run = read_run(paths, progress=lambda done, whole: told.append(done / whole))
         whole = read_run(make.write_bag(tmp_path / "whole.bag", messages))
         assert run.path == paths[0] and run.duration == pytest.approx(20.0) and told[-1] == 1.0
-        assert run.odometry.x.tolist() == whole.odometry.x.tolist() and run.gripper == whole.gripper and run.gaps == whole.gaps
+        assert run.odometry.x.tolist() == whole.odometry.x.tolist()
+        assert run.gripper == whole.gripper and run.gaps == whole.gaps
 
 
 class TestDamage:
@@ -227,7 +249,8 @@ class TestDamage:
         path = make.write_bag(tmp_path / "run.bag", make.driven(seconds=1))
         frame = open(path, "rb").read().index(b"\x04\0\0\0odom")
         run = read_run(make.overwritten(path, frame, b"\xff\xff\xff\x7f"))
-        assert run.duration == pytest.approx(0.9) and "1 message on /pioneer/pose could not be understood." in run.damage
+        assert run.duration == pytest.approx(
+            0.9) and "1 message on /pioneer/pose could not be understood." in run.damage
 
 
 def other(name, package="pioneer_control", definition="int32 foo\n"):
@@ -239,11 +262,13 @@ class TestOtherFields:
     """Types with our names, and definitions of somebody else."""
 
     @pytest.mark.parametrize("definition", ["int32 foo\n", "\n".join("string %s" % field for field in (
-        "header", "state", "data", "linear", "angular", "ranges", "voltage", "grip", "footprint", "poses", "info", "wander", "reason", "subtype", "front"))])
+        "header", "state", "data", "linear", "angular", "ranges", "voltage", "grip", "footprint", "poses", "info",
+        "wander", "reason", "subtype", "front"))])
     @pytest.mark.parametrize("topic", sorted(set(TOPICS) - {"pose"}))
     def test_the_rest_is_read_or_it_is_one_clear_error(self, tmp_path, topic, definition):
         strange = other(TOPICS[topic].type, definition=definition)
-        path = make.write_bag(tmp_path / "run.bag", [*make.driven(seconds=1), *(("/x/%s" % topic, strange, 1000.5 + 0.1 * n) for n in range(3))])
+        path = make.write_bag(tmp_path / "run.bag", [*make.driven(seconds=1),
+                                                     *(("/x/%s" % topic, strange, 1000.5 + 0.1 * n) for n in range(3))])
         try:
             run = read_run(path, "pioneer")
         except BagError as error:
@@ -254,7 +279,8 @@ class TestOtherFields:
     @pytest.mark.parametrize("name", ["cmd_vel", "sonar", "battery_state", "decision", "stall"])
     def test_of_the_robot_itself(self, run_of, name):
         strange = other(TOPICS[name].type)
-        run = run_of([*(message for message in make.driven(seconds=1) if not message[0].endswith(name)), ("/pioneer/%s" % name, strange, 1000.5)])
+        run = run_of([*(message for message in make.driven(seconds=1) if not message[0].endswith(name)),
+                      ("/pioneer/%s" % name, strange, 1000.5)])
         assert "1 message on /pioneer/%s could not be understood" % name in run.damage
 
     def test_of_the_pose(self, run_of):
@@ -271,8 +297,10 @@ class TestOtherFields:
 @pytest.mark.parametrize("number", [float("nan"), float("inf"), -1e300])
 def test_velocities_that_are_none(run_of, number):
     poses = [message for message in make.driven(seconds=1) if message[0].endswith("pose")]
-    run = run_of([*poses, ("/pioneer/cmd_vel", make.twist(number), 1000.5), ("/pioneer/cmd_vel", make.twist(0.1, number), 1000.6),
-                  ("/pioneer/cmd_vel", make.twist(0.1), 1000.7), ("/pioneer/pose", make.odometry(0, 0, 0, linear=number), 1002.0)])
+    run = run_of([*poses, ("/pioneer/cmd_vel", make.twist(number), 1000.5),
+                  ("/pioneer/cmd_vel", make.twist(0.1, number), 1000.6),
+                  ("/pioneer/cmd_vel", make.twist(0.1), 1000.7),
+                  ("/pioneer/pose", make.odometry(0, 0, 0, linear=number), 1002.0)])
     assert run.commanded.linear.tolist() == [0.1] and np.isfinite(run.measured.linear).all()
     assert "2 messages on /pioneer/cmd_vel could not be understood" in run.damage
 
@@ -324,7 +352,9 @@ class TestBounded:
         for step in range(1000):
             silence.add(step * 0.1 + step // 50)
         gaps = silence.gaps("/x", 119.9)
-        assert len(gaps) == 10 and {gap.what for gap in gaps} == {"/x"} and all(gap.end - gap.begin == pytest.approx(1.1) for gap in gaps)
+        assert len(gaps) == 10 and {gap.what
+                                    for gap in gaps} == {"/x"} and all(gap.end - gap.begin == pytest.approx(1.1)
+                                                                       for gap in gaps)
 
 
 def test_a_span_lasts_until_its_words_change():

@@ -52,7 +52,8 @@ def driven(package="p2os_msgs", frame="", begin=1000.0, name=""):
         pose = make.odometry(0.02 * step, 0.0, 0.0)
         pose.twist.twist.linear.x = 0.2
         yield "%s/pose" % name, pose, time
-        yield "%s/sonar" % name, sonar_array({3: 2.0 - 0.02 * step, 4: 2.0 - 0.02 * step, 7: 0.0}, package, frame), time + 0.01
+        yield "%s/sonar" % name, sonar_array({3: 2.0 - 0.02 * step, 4: 2.0 - 0.02 * step, 7: 0.0}, package,
+                                             frame), time + 0.01
         yield "%s/battery_state" % name, make.message_class("BatteryState", package)(voltage=12.5), time + 0.02
         yield "%s/gripper_state" % name, make.gripper(1, False, package), time + 0.03
     yield "/others", String("kept"), time + 0.04
@@ -92,18 +93,22 @@ class TestKept:
         knows.
         """
         writer = BagWriter(str(tmp_path / "old.bag"), compression)
-        messages = [old_message(name, package) for name in VALUES for package in (*OLD_PACKAGES, "pioneer_control", "my_msgs")]
+        messages = [old_message(name, package) for name in VALUES
+                    for package in (*OLD_PACKAGES, "pioneer_control", "my_msgs")]
         messages += [String("said"), Header(frame_id="else")]
         connections = [writer.connect(topic, dict(
-            callerid="/node_%s" % index, latching=str(index % 2), md5sum=message._md5sum, message_definition=message._full_text, topic=topic, type=message._type))
+            callerid="/node_%s" % index, latching=str(index % 2), md5sum=message._md5sum,
+            message_definition=message._full_text, topic=topic, type=message._type))
             for topic in ("/one", "/two") for index, message in enumerate(messages)]
         for count in range(3 * len(connections)):
-            writer.write(connections[count % len(connections)], serialized(messages[count % len(messages)]), 10 ** 18 + count // 5)
+            writer.write(connections[count % len(connections)], serialized(messages[count % len(messages)]),
+                         10 ** 18 + count // 5)
         writer.close()
         path, code, said = converted(tmp_path / "old.bag", "types")
         assert code == 0 and "There was nothing" not in said
         before, after = read(tmp_path / "old.bag"), read(path)
-        assert [(topic, data, time) for topic, _, data, time in after] == [(topic, data, time) for topic, _, data, time in before]
+        assert [(topic, data, time) for topic, _, data, time in after] == [(topic, data, time)
+                                                                           for topic, _, data, time in before]
         kinds = {"%s/%s" % (package, name): "pioneer_control/%s" % name for package in OLD_PACKAGES for name in VALUES}
         for (_, old, _, _), (_, new, _, _) in zip(before, after):
             assert new.type == kinds.get(old.type, old.type)
@@ -118,19 +123,22 @@ class TestKept:
         (_, connection, data, _), = read(path)
         from pioneer_control import msg
         assert connection.definition == msg.GripperState._full_text and "p2os" not in connection.definition
-        assert msg.GripperState().deserialize(data) == msg.GripperState().deserialize(serialized(old_message("GripperState", "p2os_driver")))
+        assert msg.GripperState().deserialize(data) == msg.GripperState().deserialize(
+            serialized(old_message("GripperState", "p2os_driver")))
 
     def test_a_type_of_that_name_with_other_fields_is_left_alone(self, bag, converted):
         import genpy.dynamic
         other = genpy.dynamic.generate_dynamic("p2os_msgs/SonarArray", "int32 state\n")["p2os_msgs/SonarArray"](state=1)
         path, code, said = converted(bag([("/sonar", other, 1.0)]))
-        assert code == 0 and [(topic, connection.type) for topic, connection, _, _ in read(path)] == [("/sonar", "p2os_msgs/SonarArray")]
+        assert code == 0 and [(topic, connection.type)
+                              for topic, connection, _, _ in read(path)] == [("/sonar", "p2os_msgs/SonarArray")]
         assert "There was nothing to convert" in said
 
     def test_messages_that_contain_one_are_left_alone(self, bag, converted):
         import genpy.dynamic
         separator = "\n" + "=" * 80 + "\nMSG: p2os_msgs/MotorState\n"
-        mine = genpy.dynamic.generate_dynamic("my_msgs/Status", "p2os_msgs/MotorState motors\n" + separator + "int32 state\n")["my_msgs/Status"]()
+        mine = genpy.dynamic.generate_dynamic("my_msgs/Status", "p2os_msgs/MotorState motors\n"
+                                              + separator + "int32 state\n")["my_msgs/Status"]()
         path, _, _ = converted(bag([("/status", mine, 1.0)]))
         assert read(path)[0][1].definition == mine._full_text
 
@@ -142,10 +150,13 @@ class TestMade:
         assert code == 0
         new = {topic: connection.type for topic, connection, _, _ in read(path)}
         before = {topic: connection.type for topic, connection, _, _ in read(old)}
-        assert set(new) - set(before) == {"/sonar_ranges", "/sonar_points", "/battery", "/tf_static", "/robot_info"} and set(before) <= set(new)
+        assert set(new) - set(before) == {"/sonar_ranges", "/sonar_points", "/battery", "/tf_static",
+                                          "/robot_info"} and set(before) <= set(new)
         assert DEFAULT == ("types", "info", "ranges", "points", "battery")
-        for line in ("renamed /sonar: 20 of p2os_msgs/SonarArray are pioneer_control/SonarArray", "made    /battery: 20 of sensor_msgs/BatteryState from 20",
-                     "made    /sonar_points: 20 of", "made    /tf_static: 1 of", "kept    21 as they were, of /others, /pose"):
+        for line in ("renamed /sonar: 20 of p2os_msgs/SonarArray are pioneer_control/SonarArray",
+                     "made    /battery: 20 of sensor_msgs/BatteryState from 20",
+                     "made    /sonar_points: 20 of", "made    /tf_static: 1 of",
+                     "kept    21 as they were, of /others, /pose"):
             assert line in said
 
     def test_what_is_made_says_what_the_driver_says(self, bag, converted):
@@ -165,47 +176,58 @@ class TestMade:
                                    ("battery_state", conversions.battery_state(state, stamp, "two/base_link"))):
                 messages.append(("/two/%s" % topic, message, stamp.to_sec() + 0.001))
         path, _, _ = converted(bag(messages), "--model", "p3dx-sh", "points", "ranges", "battery")
-        live = [reading for state, stamp in zip(states, stamps) for reading in ranges.sonar_ranges(state, stamp, "two/", math.inf)]
-        assert [serialized(message) for message, _ in made(path, "/two/sonar_ranges")] == [serialized(message) for message in live]
+        live = [reading for state, stamp in zip(states, stamps)
+                for reading in ranges.sonar_ranges(state, stamp, "two/", math.inf)]
+        assert [serialized(message) for message, _ in made(path, "/two/sonar_ranges")] == [serialized(message)
+                                                                                           for message in live]
         clouds = [list(read_points(message)) for message, _ in made(path, "/two/sonar_points")]
         for state, stamp, cloud in zip(states, stamps, clouds):
             expected = list(read_points(ranges.sonar_points(state, stamp, "two/base_link", SONAR)))
-            assert len(cloud) == len(expected) and all(point == pytest.approx(other, abs=1e-5) for point, other in zip(cloud, expected))
+            assert len(cloud) == len(expected) and all(point == pytest.approx(other, abs=1e-5)
+                                                       for point, other in zip(cloud, expected))
         live = [conversions.battery(state, stamp, "two/base_link") for state, stamp in zip(states, stamps)]
         for (message, _), other in zip(made(path, "/two/battery"), live):
             other.power_supply_status = other.POWER_SUPPLY_STATUS_UNKNOWN      # battery_state does not tell
             assert serialized(message) == serialized(other)
         (frames, _), = made(path, "/tf_static")
-        assert serialized(frames) == serialized(standard_messages.sonar_frames(SONAR, stamps[0], "two/base_link", "two/"))
+        assert serialized(frames) == serialized(standard_messages.sonar_frames(SONAR, stamps[0], "two/base_link",
+                                                                               "two/"))
 
     def test_a_stamp_that_is_missing_is_the_bags_time_and_a_frame_that_is_missing_base_link(self, bag, converted):
         path, _, _ = converted(bag(driven()), "--model", "p3dx-sh")
         for topic, frame in (("/sonar_points", "base_link"), ("/battery", "base_link"), ("/sonar_ranges", None)):
             for message, time in made(path, topic):
-                assert message.header.stamp.to_sec() == pytest.approx(time) and message.header.frame_id == (frame or message.header.frame_id)
-        assert {message.header.frame_id for message, _ in made(path, "/sonar_ranges")} == {"sonar_%s" % number for number in range(16) if number != 7}
+                assert message.header.stamp.to_sec() == pytest.approx(time) and message.header.frame_id == (
+                    frame or message.header.frame_id)
+        assert {message.header.frame_id for message, _ in made(path, "/sonar_ranges")} == {
+            "sonar_%s" % number for number in range(16) if number != 7}
         assert {message.header.seq for message, _ in made(path, "/sonar_ranges")} == {7}
 
     def test_a_stamp_and_a_frame_that_are_there_stay(self, bag, converted):
-        path, _, _ = converted(bag([("/sonar", sonar_array({}, frame="/two/base_link", stamp=77.5), 1000.0)]), "--model", "p3dx-sh")
+        path, _, _ = converted(bag([("/sonar", sonar_array({}, frame="/two/base_link", stamp=77.5), 1000.0)]),
+                               "--model", "p3dx-sh")
         (cloud, _), = made(path, "/sonar_points")
-        assert (cloud.header.stamp.to_sec(), cloud.header.frame_id) == (77.5, "two/base_link"), "tf2 knows no frame that begins with a slash"
+        assert (cloud.header.stamp.to_sec(),
+                cloud.header.frame_id) == (77.5, "two/base_link"), "tf2 knows no frame that begins with a slash"
 
     def test_publisher_latching_and_time_are_those_of_the_source(self, tmp_path, bag, converted):
         writer = BagWriter(str(tmp_path / "old.bag"))
         sonar = sonar_array({3: 1.0})
-        fields = dict(type=sonar._type, md5sum=sonar._md5sum, message_definition=sonar._full_text, topic="/a/sonar", callerid="/a/p2os", latching="0")
+        fields = dict(type=sonar._type, md5sum=sonar._md5sum, message_definition=sonar._full_text, topic="/a/sonar",
+                      callerid="/a/p2os", latching="0")
         writer.write(writer.connect("/a/sonar", fields), serialized(sonar), 123456789)
         writer.close()
         path, _, _ = converted(tmp_path / "old.bag", "--model", "p3dx-sh")
-        found = {(topic, connection.caller, connection.latching, connection.header["topic"], time) for topic, connection, _, time in read(path)}
+        found = {(topic, connection.caller, connection.latching, connection.header["topic"], time)
+                 for topic, connection, _, time in read(path)}
         assert found == {(topic, "/a/p2os", topic in ("/tf_static", "/a/robot_info"), topic, 123456789)
                          for topic in ("/a/sonar", "/a/sonar_ranges", "/a/sonar_points", "/a/robot_info", "/tf_static")}
 
     @pytest.mark.parametrize("gripper", [False, True])
     def test_a_robot_of_a_model_says_so_as_the_driver_would(self, bag, converted, gripper):
         """A bag that was converted needs no model any more, and draws and runs as one of ours."""
-        path, code, said = converted(bag(driven(name="/alice")), "--model", "p2dx", "info", *(["--gripper"] if gripper else []), "--replace")
+        path, code, said = converted(bag(driven(name="/alice")), "--model", "p2dx", "info",
+                                     *(["--gripper"] if gripper else []), "--replace")
         (info, _), = made(path, "/alice/robot_info")
         live = conversions.robot_info(identity_of("p2dx", gripper=gripper), genpy.Time.from_sec(1000.01), "base_link")
         live.name = live.type = live.firmware = ""      # what the robot itself would tell
@@ -216,7 +238,9 @@ class TestMade:
     def test_odom_is_pose_byte_by_byte(self, bag, converted):
         path, code, said = converted(bag(driven()), "odom")
         found = [(topic, data, time) for topic, _, data, time in read(path) if topic in ("/pose", "/odom")]
-        assert code == 0 and [entry[1:] for entry in found if entry[0] == "/pose"] == [entry[1:] for entry in found if entry[0] == "/odom"] and len(found) == 40
+        assert code == 0 and [entry[1:] for entry in found
+                              if entry[0] == "/pose"] == [entry[1:] for entry in found
+                                                          if entry[0] == "/odom"] and len(found) == 40
         assert "made    /odom: 20 of nav_msgs/Odometry from 20 of /pose" in said
 
     def test_ground_truth_is_no_odom(self, bag, converted):
@@ -237,7 +261,8 @@ class TestMade:
         assert "260 readings of transducers that the robot_info of the bag does not have were left out" in said
 
     def test_one_without_robot_info_beside_one_with(self, bag, converted):
-        messages = [*driven("pioneer_control", name="/alice"), ("/alice/robot_info", make.robot_info({3: (0.2, 0.0, 0.0)}), 1000.5), *driven(name="/bob")]
+        messages = [*driven("pioneer_control", name="/alice"),
+                    ("/alice/robot_info", make.robot_info({3: (0.2, 0.0, 0.0)}), 1000.5), *driven(name="/bob")]
         old = bag(messages)
         path, code, said = converted(old, "points")
         assert code == 2 and "transducers of /bob/sonar look" in said
@@ -249,43 +274,54 @@ class TestMade:
         messages = [*driven(), ("/battery", String("of somebody else"), 1000.0), ("/tf_static", frames, 1000.0)]
         path, _, said = converted(bag(messages), "--model", "p3dx-sh", "--replace")
         topics = [topic for topic, *_ in read(path)]
-        assert (topics.count("/battery"), topics.count("/battery_state"), topics.count("/tf_static"), topics.count("/sonar")) == (1, 20, 1, 0)
+        assert (topics.count("/battery"), topics.count("/battery_state"), topics.count("/tf_static"),
+                topics.count("/sonar")) == (1, 20, 1, 0)
         assert "/battery is in the bag already: it was not made" in said
 
     def test_frames_are_renamed_wherever_they_are(self, bag, converted):
         poses = PoseArray(Header(frame_id="odom"), [Pose()])
-        tf = TFMessage([TransformStamped(Header(frame_id="odom"), "base_link", None), TransformStamped(Header(frame_id="/map"), "/odom", None)])
+        tf = TFMessage([TransformStamped(Header(frame_id="odom"), "base_link", None),
+                        TransformStamped(Header(frame_id="/map"), "/odom", None)])
         messages = [*driven(), ("/cans", poses, 1000.0), ("/tf", tf, 1000.0)]
-        path, code, _ = converted(bag(messages), *ALL, "--model", "p3dx-sh", "--frame", "odom=one/odom", "--frame", "base_link=one/base_link")
+        path, code, _ = converted(bag(messages), *ALL, "--model", "p3dx-sh", "--frame", "odom=one/odom", "--frame",
+                                  "base_link=one/base_link")
         assert code == 0
         assert made(path, "/cans")[0][0].header.frame_id == "one/odom"
         renamed = [(each.header.frame_id, each.child_frame_id) for each in made(path, "/tf")[0][0].transforms]
         assert renamed == [("one/odom", "one/base_link"), ("/map", "one/odom")]
-        assert (made(path, "/odom")[0][0].header.frame_id, made(path, "/pose")[0][0].header.frame_id) == ("one/odom", "one/odom")
+        assert (made(path, "/odom")[0][0].header.frame_id,
+                made(path, "/pose")[0][0].header.frame_id) == ("one/odom", "one/odom")
         assert made(path, "/sonar_scan")[0][0].header.frame_id == "one/base_link"
-        assert {message.header.frame_id for message, _ in made(path, "/sonar_ranges")} == {"one/sonar_%s" % number for number in range(16) if number != 7}
+        assert {message.header.frame_id for message, _ in made(path, "/sonar_ranges")} == {
+            "one/sonar_%s" % number for number in range(16) if number != 7}
         assert made(path, "/tf_static")[0][0].transforms[0].header.frame_id == "one/base_link"
         assert made(path, "/others")[0][0].data == "kept"
 
     def test_a_damaged_message_is_kept_and_nothing_made_of_it(self, tmp_path, converted):
         writer = BagWriter(str(tmp_path / "old.bag"))
         sonar = sonar_array({3: 1.0})
-        connection = writer.connect("/sonar", dict(type=sonar._type, md5sum=sonar._md5sum, message_definition=sonar._full_text, topic="/sonar"))
+        connection = writer.connect("/sonar", dict(type=sonar._type, md5sum=sonar._md5sum,
+                                                   message_definition=sonar._full_text, topic="/sonar"))
         writer.write(connection, serialized(sonar)[:20], 1)
         writer.write(connection, serialized(sonar), 2)
         writer.close()
         path, code, said = converted(tmp_path / "old.bag", "--model", "p3dx-sh", "--frame", "odom=other")
         assert code == 1 and "1 messages of /sonar are damaged" in said
         found = read(path)
-        assert [(topic, len(data)) for topic, _, data, _ in found][0] == ("/sonar", 20) and [topic for topic, *_ in found].count("/sonar_points") == 1
+        assert [(topic, len(data)) for topic, _, data, _ in found][0] == ("/sonar",
+                                                                          20) and [topic
+                                                                                   for topic, *_ in found].count(
+                                                                                       "/sonar_points") == 1
 
 
 class TestSonar:
     def test_a_reading_is_new_when_it_changes_or_its_turn_has_come_again(self):
         history, left = SonarHistory(), SONAR[:2]
         ages = [[(reading.range, round(reading.age, 2)) for reading in history.readings(heard, left, time)]
-                for heard, time in (([1.0, 2.0], 0.0), ([1.0, 1.9], 0.1), ([1.0, 1.9], 0.2), ([1.0, 1.9], ROUND), ([1.0, 1.8], 0.4))]
-        assert ages == [[(1.0, 0), (2.0, 0)], [(1.0, 0.1), (1.9, 0)], [(1.0, 0.2), (1.9, 0.1)], [(1.0, 0), (1.9, 0.22)], [(1.0, 0.08), (1.8, 0)]]
+                for heard, time in (([1.0, 2.0], 0.0), ([1.0, 1.9], 0.1), ([1.0, 1.9], 0.2), ([1.0, 1.9], ROUND),
+                                    ([1.0, 1.8], 0.4))]
+        assert ages == [[(1.0, 0), (2.0, 0)], [(1.0, 0.1), (1.9, 0)], [(1.0, 0.2), (1.9, 0.1)], [(1.0, 0), (1.9, 0.22)],
+                        [(1.0, 0.08), (1.8, 0)]]
 
     @pytest.mark.parametrize("heard", [[0.0], [math.nan], [-1.0], []])
     def test_what_was_not_heard_is_no_reading(self, heard):
@@ -294,7 +330,8 @@ class TestSonar:
     def test_two_arrays_of_one_time_have_one_age(self):
         history = SonarHistory()
         history.readings([1.0], SONAR[:1], 0.0)
-        assert [[reading.age for reading in history.readings([1.0], SONAR[:1], time)] for time in (0.1, 0.1)] == [[0.1], [0.1]]
+        assert [[reading.age for reading in history.readings([1.0], SONAR[:1], time)]
+                for time in (0.1, 0.1)] == [[0.1], [0.1]]
 
     def test_what_is_heard_again_after_nothing_is_new(self):
         history = SonarHistory()
@@ -308,31 +345,41 @@ class TestSonar:
 
     def test_scan(self):
         """A wall ahead and one to the left, nothing behind; nobody looks to the right."""
-        scan = sonar_scan([(2.0, 0.0), (1.0, 0.0), (3.0, 0.0), (0.0, 1.5)], [SONAR[12]], SONAR, genpy.Time(1), "base_link")
+        scan = sonar_scan([(2.0, 0.0), (1.0, 0.0), (3.0, 0.0), (0.0, 1.5)], [SONAR[12]], SONAR, genpy.Time(1),
+                          "base_link")
         angles = [scan.angle_min + index * scan.angle_increment for index in range(len(scan.ranges))]
-        seen = {round(math.degrees(angle)): reading for angle, reading in zip(angles, scan.ranges) if not math.isnan(reading)}
-        behind = math.degrees(math.atan2(SONAR[12].y + 5 * math.sin(SONAR[12].heading), SONAR[12].x + 5 * math.cos(SONAR[12].heading)))
+        seen = {round(math.degrees(angle)): reading
+                for angle, reading in zip(angles, scan.ranges) if not math.isnan(reading)}
+        behind = math.degrees(math.atan2(SONAR[12].y + 5 * math.sin(SONAR[12].heading),
+                                         SONAR[12].x + 5 * math.cos(SONAR[12].heading)))
         assert seen == {0: 1.0, 90: 1.5, round(behind): math.inf}
-        assert len(scan.ranges) == BEAMS and angles[-1] == pytest.approx(scan.angle_max) and scan.range_max == pytest.approx(5.0 + math.hypot(0.255, 0.027))
+        assert len(scan.ranges) == BEAMS and angles[-1] == pytest.approx(
+            scan.angle_max) and scan.range_max == pytest.approx(5.0 + math.hypot(0.255, 0.027))
 
-    @pytest.mark.parametrize("degrees, beam", [(180.0, 0), (-180.0, 0), (179.6, 0), (-179.4, 1), (0.4, 180), (0.6, 181), (-0.6, 179)])
+    @pytest.mark.parametrize("degrees, beam",
+                             [(180.0, 0), (-180.0, 0), (179.6, 0), (-179.4, 1), (0.4, 180), (0.6, 181), (-0.6, 179)])
     def test_an_echo_is_in_the_nearest_beam(self, degrees, beam):
-        scan = sonar_scan([(2.0 * math.cos(math.radians(degrees)), 2.0 * math.sin(math.radians(degrees)))], [], SONAR, genpy.Time(1), "base_link")
+        scan = sonar_scan([(2.0 * math.cos(math.radians(degrees)), 2.0 * math.sin(math.radians(degrees)))], [], SONAR,
+                          genpy.Time(1), "base_link")
         assert [number for number, reading in enumerate(scan.ranges) if reading > 0] == [beam]
 
     def test_an_echo_counts_more_than_none(self):
         end = SONAR[0].x, SONAR[0].y + 5.0
-        beam = [reading for reading in sonar_scan([end], [SONAR[0]], SONAR, genpy.Time(1), "b").ranges if not math.isnan(reading)]
+        beam = [reading for reading in sonar_scan([end], [SONAR[0]], SONAR, genpy.Time(1),
+                                                  "b").ranges if not math.isnan(reading)]
         assert beam == [math.hypot(*end)]
 
 
 class TestFiles:
     def test_arguments_that_make_no_sense(self, tmp_path, bag, converted):
         old = bag(driven())
-        for arguments, text in ((["sonar"], "'sonar' cannot be converted (legal: types, info, ranges, points, battery, scan, odom)"),
-                                (["--frame", "odom"], "--frame odom: not of the form OLD=NEW"), (["--frame", "=x"], "not of the form"),
+        for arguments, text in ((
+            ["sonar"], "'sonar' cannot be converted (legal: types, info, ranges, points, battery, scan, odom)"),
+                                (["--frame", "odom"], "--frame odom: not of the form OLD=NEW"),
+                                (["--frame", "=x"], "not of the form"),
                                 (["--gripper"], "--gripper says something of the robot that --model names: name it"),
-                                (["--gripper", "--model", "amigo-sh"], "--gripper: a model amigo-sh carries no gripper"),
+                                (["--gripper", "--model", "amigo-sh"],
+                                 "--gripper: a model amigo-sh carries no gripper"),
                                 (["--model", "p3dx-hs"], "unknown robot model 'p3dx-hs' (near: p3dx-sh"),
                                 (["--model", "p3dx-sh", "--models-file", "/none"], "models file /none cannot be read"),
                                 ([], "does not say where the transducers of /sonar look")):
@@ -345,10 +392,13 @@ class TestFiles:
         (tmp_path / "there.bag").write_bytes(b"x")
         (tmp_path / "text.bag").write_bytes(b"hello")
         (tmp_path / "link.bag").symlink_to(old)
-        for source, target, text in (
-                ("none.bag", "new.bag", "none.bag: no such file"), ("old.bag", "old.bag", "old.bag is the bag to be read"),
-                ("old.bag", "link.bag", "link.bag is the bag to be read"), ("old.bag", "there.bag", "there.bag exists already"),
-                ("old.bag", "none/new.bag", "there is no directory"), ("text.bag", "new.bag", "text.bag is not a bag"), (".", "new.bag", "cannot be read")):
+        wrong = [("none.bag", "new.bag", "none.bag: no such file"),
+                 ("old.bag", "old.bag", "old.bag is the bag to be read"),
+                 ("old.bag", "link.bag", "link.bag is the bag to be read"),
+                 ("old.bag", "there.bag", "there.bag exists already"),
+                 ("old.bag", "none/new.bag", "there is no directory"), ("text.bag", "new.bag", "text.bag is not a bag"),
+                 (".", "new.bag", "cannot be read")]
+        for source, target, text in wrong:
             assert main([str(tmp_path / source), str(tmp_path / target), "types"]) == 2
             assert text in capsys.readouterr().err
         assert (tmp_path / "there.bag").read_bytes() == b"x" and not list(tmp_path.glob("new*"))
@@ -378,7 +428,8 @@ class TestFiles:
         assert code == 1 and "was not closed" in said and len(made(new, "/sonar_points")) == 20
 
     @pytest.mark.parametrize("error, code, text", [
-        (OSError(errno.ENOSPC, "No space left on device"), 2, "new.bag cannot be written: No space left on device. What was written of it is removed"),
+        (OSError(errno.ENOSPC, "No space left on device"), 2,
+         "new.bag cannot be written: No space left on device. What was written of it is removed"),
         (KeyboardInterrupt(), 130, "interrupted; "),
     ])
     def test_what_ends_in_the_middle_leaves_nothing(self, monkeypatch, tmp_path, bag, converted, error, code, text):
@@ -395,14 +446,19 @@ class TestFiles:
 
     def test_a_full_disk_when_the_last_is_written(self, monkeypatch, tmp_path, bag, converted):
         """As seen with a limit on the size of files."""
-        program = ("import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000));"
+        program = ("import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
+                   "resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000));"
                    "from pioneer_control.bags.converting.convert import main; sys.exit(main(sys.argv[1:]))")
-        done = subprocess.run([sys.executable, "-c", program, bag(driven()), str(tmp_path / "new.bag"), "types"], stderr=subprocess.PIPE, text=True)
-        assert done.returncode == 2 and "new.bag cannot be written: File too large" in done.stderr and "Traceback" not in done.stderr
+        done = subprocess.run([sys.executable, "-c", program, bag(driven()), str(tmp_path / "new.bag"), "types"],
+                              stderr=subprocess.PIPE, text=True)
+        assert done.returncode == 2 and "new.bag cannot be written: File too large" in done.stderr
+        assert "Traceback" not in done.stderr
         assert sorted(entry.name for entry in tmp_path.iterdir()) == ["old.bag"]
 
     def test_it_appears_when_it_is_whole(self, monkeypatch, tmp_path, bag, converted):
         seen, close = [], BagWriter.close
-        monkeypatch.setattr(command.BagWriter, "close", lambda self: (seen.extend(sorted(entry.name for entry in tmp_path.iterdir())), close(self)))
+        monkeypatch.setattr(command.BagWriter, "close",
+                            lambda self: (seen.extend(sorted(entry.name for entry in tmp_path.iterdir())), close(self)))
         converted(bag(driven()), "types")
-        assert seen == ["new.bag.part", "old.bag"] and sorted(entry.name for entry in tmp_path.iterdir()) == ["new.bag", "old.bag"]
+        assert seen == ["new.bag.part", "old.bag"] and sorted(entry.name
+                                                              for entry in tmp_path.iterdir()) == ["new.bag", "old.bag"]

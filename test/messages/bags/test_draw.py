@@ -51,7 +51,8 @@ def without(messages, *names):
 
 def test_everything_is_there(drawn):
     axes = drawn(make.driven(drift=0.1))
-    assert labels(axes) == ["true path", "odometry", "sonar echo", "can before", "can after", "way of a can", "robot at start",
+    assert labels(axes) == ["true path", "odometry", "sonar echo", "can before", "can after", "way of a can",
+                            "robot at start",
                             "robot at end"]
     assert line(axes, "true path")[[0, -1]] == pytest.approx(np.array([(1.0, 1.0), (2.0, 1.0)]))
     assert line(axes, "odometry")[-1] == pytest.approx((1.9, 1.0))
@@ -180,7 +181,8 @@ class TestCommand:
         assert "is a directory" in capsys.readouterr().err
 
     def test_several_are_compared(self, tmp_path, capsys):
-        bags = [make.write_bag(tmp_path / ("%s.bag" % name), make.driven(seconds=2, speed=speed)) for name, speed in (("a", 0.1), ("b", 0.2))]
+        bags = [make.write_bag(tmp_path / ("%s.bag" % name), make.driven(seconds=2, speed=speed))
+                for name, speed in (("a", 0.1), ("b", 0.2))]
         assert draw.main(bags) == 0
         assert capsys.readouterr().out.strip() == str(tmp_path / "a-compared.png")
         assert (tmp_path / "a-compared.png").read_bytes().startswith(PNG)
@@ -191,11 +193,13 @@ class TestCommand:
 
     def test_parts_are_in_the_order_of_their_numbers(self):
         named = ["run/x_0.bag", "run/x_1.bag", "run/x_10.bag.active", "run/x_2.bag"]
-        assert draw.wanted(named, [], True) == [(["run/x_0.bag", "run/x_1.bag", "run/x_2.bag", "run/x_10.bag.active"], None)]
+        assert draw.wanted(named, [], True) == [(["run/x_0.bag", "run/x_1.bag", "run/x_2.bag", "run/x_10.bag.active"],
+                                                 None)]
 
     def test_parts_of_one_recording(self, tmp_path, capsys):
         messages = sorted(make.driven(seconds=4), key=lambda entry: entry[2])
-        parts = [make.write_bag(tmp_path / ("%s.bag" % number), half) for number, half in enumerate((messages[:80], messages[80:]))]
+        parts = [make.write_bag(tmp_path / ("%s.bag" % number), half)
+                 for number, half in enumerate((messages[:80], messages[80:]))]
         assert draw.main(["--parts", *parts, "-o", str(tmp_path / "x.png")]) == 0
         (run,) = [draw.read(*each) for each in draw.wanted(parts, [], True)]
         assert run.duration == pytest.approx(4.0)
@@ -209,7 +213,8 @@ class TestCommand:
         assert told.out.strip() == str(tmp_path / "run.png") and told.err.startswith("draw_run: %s: " % bag)
 
     def test_robots_of_one_bag_are_compared(self, tmp_path):
-        bag = make.write_bag(tmp_path / "run.bag", list(make.driven(seconds=1, name="alice")) + list(make.driven(seconds=1, name="bob")))
+        bag = make.write_bag(tmp_path / "run.bag",
+                             list(make.driven(seconds=1, name="alice")) + list(make.driven(seconds=1, name="bob")))
         assert draw.main([bag, "--robot", "alice", "--robot", "bob"]) == 0
         assert (tmp_path / "run-compared.png").exists()
 
@@ -225,5 +230,6 @@ class TestCommand:
 
 
 def test_matplotlib_is_loaded_only_to_draw():
-    check = "import sys, pioneer_control.bags.draw; sys.exit(any(name in sys.modules for name in ('matplotlib', 'rospy', 'rosbag')))"
+    check = ("import sys, pioneer_control.bags.draw; "
+             "sys.exit(any(name in sys.modules for name in ('matplotlib', 'rospy', 'rosbag')))")
     assert subprocess.run([sys.executable, "-c", check]).returncode == 0

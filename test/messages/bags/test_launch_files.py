@@ -30,7 +30,8 @@ class TestSimulator:
     def test_files_are_looked_for_where_the_command_is_typed_in(self, monkeypatch, launch, arguments, place, entered):
         monkeypatch.delenv("PWD") if place is None else monkeypatch.setenv("PWD", place)
         nodes = load_config_default([(str(ROOT / "launch" / launch), arguments)], None, verbose=False).nodes
-        assert [shlex.split(each.launch_prefix) for each in nodes if each.type == "p2os_simulator"] == [["env", "--chdir=" + entered]]
+        assert [shlex.split(each.launch_prefix)
+                for each in nodes if each.type == "p2os_simulator"] == [["env", "--chdir=" + entered]]
 
 
 class TestReplay:
@@ -42,12 +43,14 @@ class TestReplay:
         assert node("replay.launch", "bag:=/tmp/x.bag").name.startswith("play_")
 
     def test_looking_has_the_bags_time(self):
-        config = load_config_default([(str(ROOT / "launch" / "replay.launch"), ["bag:=/tmp/x.bag"])], None, verbose=False)
+        config = load_config_default([(str(ROOT / "launch" / "replay.launch"), ["bag:=/tmp/x.bag"])], None,
+                                     verbose=False)
         assert config.params["/use_sim_time"].value is True
 
     def test_no_other_way_touches_everybodys_time(self):
         for way in ("rerun", "redrive", "rewind"):
-            config = load_config_default([(str(ROOT / "launch" / "replay.launch"), ["bag:=/tmp/x.bag", "way:=" + way])], None, verbose=False)
+            config = load_config_default([(str(ROOT / "launch" / "replay.launch"), ["bag:=/tmp/x.bag", "way:=" + way])],
+                                         None, verbose=False)
             assert "/use_sim_time" not in config.params
 
     @pytest.mark.parametrize("way, options", [("rerun", rerun.OPTIONS), ("redrive", redrive.OPTIONS)])
@@ -56,7 +59,8 @@ class TestReplay:
         parser = parser_of(way, "", options)
         given = parser.parse_args(words[1:])
         assert (words[0], given.bag) == (way, "/tmp/with space/x.bag")
-        assert vars(given) == vars(parser.parse_args([given.bag])), "what the launch file gives is what holds without it"
+        assert vars(given) == vars(
+            parser.parse_args([given.bag])), "what the launch file gives is what holds without it"
 
     def test_a_way_that_there_is_not_is_told(self, capsys):
         assert replay.main(shlex.split(node("replay.launch", "bag:=/tmp/x.bag", "way:=rewind").args)) == 2
@@ -73,7 +77,8 @@ class TestShape:
         """(centre, size) of each box of a link, in the link's frame."""
         visuals = urdf.findall("link[@name='%s']/visual" % link)
         return [
-            (np.fromstring(visual.find("origin").get("xyz"), sep=" "), np.fromstring(visual.find("geometry/box").get("size"), sep=" "))
+            (np.fromstring(visual.find("origin").get("xyz"), sep=" "),
+             np.fromstring(visual.find("geometry/box").get("size"), sep=" "))
             for visual in visuals
             if visual.find("geometry/box") is not None
         ]
@@ -82,7 +87,8 @@ class TestShape:
         joints = urdf.findall("joint")
         turning = {joint.get("name"): joint for joint in joints if joint.get("type") != "fixed"}
         assert set(turning) == set(WHEEL_JOINTS), "as joint_states name them: else the wheels have no tf"
-        assert {(joint.get("type"), joint.find("axis").get("xyz")) for joint in turning.values()} == {("continuous", "0 1 0")}
+        assert {(joint.get("type"), joint.find("axis").get("xyz"))
+                for joint in turning.values()} == {("continuous", "0 1 0")}
         assert {joint.find("parent").get("link") for joint in joints} == {"base_link"}
         links = {link.get("name") for link in urdf.findall("link")}
         assert links == {"base_link"} | {joint.find("child").get("link") for joint in joints}
@@ -116,9 +122,11 @@ class TestShape:
         model = find_model("p3dx-sh")
         gripper = model.gripper
         palm = float(urdf.find("joint[@name='gripper_joint']/origin").get("xyz").split()[0])
-        left, right = (box for box in self.boxes(urdf, "gripper") if box[1][0] == pytest.approx(find_model("p3dx-sh").gripper.paddle_length))
-        assert palm + left[0][0] + left[1][0] / 2 == pytest.approx(find_model("p3dx-sh").length_front + find_model("p3dx-sh").gripper.reach)
-        assert left[0][1] - right[0][1] - find_model("p3dx-sh").gripper.paddle_thickness == pytest.approx(find_model("p3dx-sh").gripper.opening)
+        left, right = (box for box in self.boxes(urdf, "gripper")
+                       if box[1][0] == pytest.approx(gripper.paddle_length))
+        assert palm + left[0][0] + left[1][0] / 2 == pytest.approx(
+            model.length_front + gripper.reach)
+        assert left[0][1] - right[0][1] - gripper.paddle_thickness == pytest.approx(gripper.opening)
 
 
 def test_rviz_shows_the_topics_of_the_robot_in_whose_namespace_it_is():

@@ -17,6 +17,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 RULES = ROOT / "migration_rules" / "p2os.bmr"
 TOPICS = [(package, name) for package in OLD_PACKAGES for name in VALUES]
 
+
 def rosbag_knows_rules():
     """Not every one does: with Python 3.13 it looks in vain, in locals(), for the class that it has just executed
     (Debian 13, rosbag 1.17).
@@ -28,7 +29,8 @@ def rosbag_knows_rules():
     return True
 
 
-pytestmark = pytest.mark.skipif(not rosbag_knows_rules(), reason="this rosbag can do nothing with rules, whoever's: docs/old-bags.md")
+pytestmark = pytest.mark.skipif(not rosbag_knows_rules(),
+                                reason="this rosbag can do nothing with rules, whoever's: docs/old-bags.md")
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +43,8 @@ def migrator():
 def run():
     """Runs a command of rosbag; gives its exit code and all it wrote."""
     def rosbag_command(*arguments):
-        done = subprocess.run(["rosbag", *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, text=True)
+        done = subprocess.run(["rosbag", *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              stdin=subprocess.DEVNULL, text=True)
         return done.returncode, done.stdout
     return rosbag_command
 
@@ -69,7 +72,8 @@ class TestRules:
         rules = [rule for chain in migrator.rulechains.values() for rule in [*chain.chain, chain.rename]]
         found = {(rule.old_type, rule.new_type) for rule in rules}
         chains = list(zip((*OLD_PACKAGES, "pioneer_control"), (*OLD_PACKAGES, "pioneer_control")[1:]))
-        assert len(rules) == len(found) and found == {("%s/%s" % (old, name), "%s/%s" % (new, name)) for name in VALUES for old, new in chains}
+        assert len(rules) == len(found) and found == {("%s/%s" % (old, name), "%s/%s" % (new, name)) for name in VALUES
+                                                      for old, new in chains}
         assert migrator.all_rules_valid()
 
     @pytest.mark.parametrize("name", VALUES)
@@ -82,7 +86,9 @@ class TestRules:
     def test_each_definition_names_the_parts_of_its_own_package(self, migrator, package, name):
         rule = migrator.rulechains["%s/%s" % (package, name)].rename
         assert "pioneer_control" not in rule.old_full_text
-        assert rule.old_class._full_text == make.message_class(name, package)._full_text or name in ("SonarArray", "BatteryState")
+        assert rule.old_class._full_text == make.message_class(name,
+                                                               package)._full_text or name in ("SonarArray",
+                                                                                               "BatteryState")
         assert rule.old_md5sum == make.message_class(name, package)._md5sum
 
     @pytest.mark.parametrize("package, name", TOPICS)
@@ -95,13 +101,15 @@ class TestRules:
     def test_rosbag_finds_them_by_itself_where_rosdep_is_set_up(self, monkeypatch):
         """Only then does it know which packages depend on rosbag."""
         import rospkg
-        monkeypatch.setattr(rospkg.RosPack, "get_depends_on", lambda self, name, implicit=True: ["pioneer_control"] * (name == "rosbag"))
+        monkeypatch.setattr(rospkg.RosPack, "get_depends_on", lambda self, name,
+                            implicit=True: ["pioneer_control"] * (name == "rosbag"))
         assert set(MessageMigrator().rulechains) == {"%s/%s" % (package, name) for package, name in TOPICS}
 
     def test_another_definition_has_no_rule(self, migrator):
         """Of the name of an old message, but with a field more."""
         import genpy.dynamic
-        other = genpy.dynamic.generate_dynamic("p2os_msgs/MotorState", "int32 state\nint32 more\n")["p2os_msgs/MotorState"]
+        other = genpy.dynamic.generate_dynamic("p2os_msgs/MotorState",
+                                               "int32 state\nint32 more\n")["p2os_msgs/MotorState"]
         path = migrator.find_path(other, migrator.find_target(other))
         assert [node.rule.valid for node in path].count(False) == 1
 
@@ -109,17 +117,22 @@ class TestRules:
 class TestCommands:
     @pytest.mark.parametrize("compression", ["none", "bz2"])
     def test_fix(self, run, tmp_path, compression):
-        old = make.write_bag(tmp_path / "old.bag", mixed(), compression, latched=("/p2os_msgs/MotorState", "/ours/sonar"))
+        old = make.write_bag(tmp_path / "old.bag", mixed(), compression,
+                             latched=("/p2os_msgs/MotorState", "/ours/sonar"))
         code, said = run("fix", old, tmp_path / "new.bag", RULES)
         assert (code, said.splitlines()) == (0, ["Bag migrated successfully."])
         before, after = content(old), content(tmp_path / "new.bag")
         assert len(before) == 2 * 3 * len(TOPICS)
-        wanted = [(topic, "pioneer_control/" + kind.split("/")[1] if kind.startswith("p2os") else kind, *rest) for topic, kind, *rest in before]
+        wanted = [(topic, "pioneer_control/" + kind.split("/")[1] if kind.startswith("p2os") else kind, *rest)
+                  for topic, kind, *rest in before]
         assert after == wanted
-        assert {latching for topic, _, _, _, latching in after if topic in ("/p2os_msgs/MotorState", "/ours/sonar")} == {b"1"}
+        assert {latching for topic, _, _, _, latching in after
+                if topic in ("/p2os_msgs/MotorState", "/ours/sonar")} == {b"1"}
         with rosbag.Bag(str(tmp_path / "new.bag")) as bag:
-            read = [(topic.split("/"), message) for topic, message, _ in bag.read_messages() if topic.startswith("/p2os")]
-        assert [str(message) for _, message in read] == [str(old_message(name, package)) for (_, package, name), _ in read]
+            read = [(topic.split("/"), message)
+                    for topic, message, _ in bag.read_messages() if topic.startswith("/p2os")]
+        assert [str(message) for _, message in read] == [str(old_message(name, package))
+                                                         for (_, package, name), _ in read]
 
     def test_check(self, run, tmp_path):
         old = make.write_bag(tmp_path / "old.bag", mixed())
@@ -138,25 +151,30 @@ class TestCommands:
             header = dict(topic="/sonar", type=sonar._type, md5sum=sonar._md5sum, message_definition=text, latching="0")
             bag.write("/sonar", sonar, connection_header=header)
         assert run("fix", old, tmp_path / "new.bag", RULES)[0] == 0
-        assert [(kind, data) for _, kind, data, _, _ in content(tmp_path / "new.bag")] == [("pioneer_control/SonarArray", serialized(sonar))]
+        assert [(kind, data) for _, kind, data, _, _ in content(tmp_path / "new.bag")] == [
+            ("pioneer_control/SonarArray", serialized(sonar))]
 
     def test_a_type_that_nobody_knows(self, run, tmp_path):
         """It stops `rosbag fix`, which leaves an empty file; with --force it is kept as it is."""
-        messages = [("/sonar", old_message("SonarArray", "p2os_msgs"), 1.0), ("/mine", make.message_class("DIO", "my_msgs")(), 2.0)]
+        messages = [("/sonar", old_message("SonarArray", "p2os_msgs"), 1.0),
+                    ("/mine", make.message_class("DIO", "my_msgs")(), 2.0)]
         old = make.write_bag(tmp_path / "old.bag", messages)
         code, said = run("fix", old, tmp_path / "new.bag", RULES)
         assert code == 1 and "my_msgs/DIO" in said and (tmp_path / "new.bag").stat().st_size == 0
         assert run("fix", "--force", old, tmp_path / "forced.bag", RULES)[0] == 0
-        assert [kind for _, kind, *_ in content(tmp_path / "forced.bag")] == ["pioneer_control/SonarArray", "my_msgs/DIO"]
+        assert [kind for _, kind, *_ in content(tmp_path / "forced.bag")] == ["pioneer_control/SonarArray",
+                                                                              "my_msgs/DIO"]
 
 
 def test_package_xml_tells_rosbag_where_they_are():
     """rosbag takes them from there by itself, where rosdep is set up."""
     manifest = ElementTree.parse(ROOT / "package.xml").getroot()
-    assert [element.get("migration_rule_file") for element in manifest.findall("export/rosbag")] == [RULES.relative_to(ROOT).as_posix()]
+    assert [element.get("migration_rule_file")
+            for element in manifest.findall("export/rosbag")] == [RULES.relative_to(ROOT).as_posix()]
     assert "rosbag" in [element.text for element in manifest.findall("exec_depend")]
 
 
 def test_they_are_installed():
-    installed = [line for line in (ROOT / "CMakeLists.txt").read_text().splitlines() if line.startswith("install(DIRECTORY")]
+    installed = [line for line in (ROOT / "CMakeLists.txt").read_text().splitlines()
+                 if line.startswith("install(DIRECTORY")]
     assert any(RULES.parent.name in line.split() for line in installed)

@@ -24,7 +24,8 @@ PADDING = range(200, 4110)  # of the file's first record: spaces that nobody rea
 
 def texts(count):
     """(topic, message, seconds): texts on two topics, a second apart, no two alike."""
-    return [("/even" if number % 2 == 0 else "/odd", String("text %04d" % number), 100.0 + number) for number in range(count)]
+    return [("/even" if number % 2 == 0 else "/odd", String("text %04d" % number), 100.0 + number)
+            for number in range(count)]
 
 
 def small(path, compression="none", count=7, chunk=200):
@@ -60,8 +61,10 @@ def apart(messages):
 
 
 @pytest.mark.parametrize("definition, sound", [
-    ("std_msgs/Empty[] many\n====\nMSG: std_msgs/Empty\n", False), ("B[2] b\n====\nMSG: x/B\n# nothing\nint8 ONE=1\n", False),
-    ("float64[99999999] much", False), ("std_msgs/Empty one\n====\nMSG: std_msgs/Empty\n", True), ("B[] b\n====\nMSG: x/B\nint8 a\n", True),
+    ("std_msgs/Empty[] many\n====\nMSG: std_msgs/Empty\n", False),
+    ("B[2] b\n====\nMSG: x/B\n# nothing\nint8 ONE=1\n", False),
+    ("float64[99999999] much", False), ("std_msgs/Empty one\n====\nMSG: std_msgs/Empty\n", True),
+    ("B[] b\n====\nMSG: x/B\nint8 a\n", True),
     ("float64[36] covariance", True)])
 def test_definitions_of_more_values_than_there_are_bytes(definition, sound):
     """Eight bytes of such a message would fill any memory."""
@@ -95,7 +98,8 @@ class TestGoodBags:
         assert read(path.read_bytes()) == (sorted(by_rosbag(path), key=lambda message: message[2]), "")
 
     def test_messages_of_one_time_come_as_they_were_recorded(self, tmp_path, read):
-        path = make.write_bag(tmp_path / "run.bag", [("/%s" % (number % 3), String(str(number)), 5.0) for number in range(20)])
+        path = make.write_bag(tmp_path / "run.bag",
+                              [("/%s" % (number % 3), String(str(number)), 5.0) for number in range(20)])
         messages, _ = read(open(path, "rb").read())
         assert [data[4:] for _, data, _ in messages] == [str(number).encode() for number in range(20)]
 
@@ -133,7 +137,8 @@ class TestGoodBags:
 
     def test_a_chunk_without_messages(self, tmp_path, read):
         content = small(tmp_path / "run.bag", count=4)
-        fields = b"".join(struct.pack("<I", len(field)) + field for field in (b"op=\x05", b"compression=none", b"size=\0\0\0\0"))
+        fields = b"".join(struct.pack("<I", len(field)) + field
+                          for field in (b"op=\x05", b"compression=none", b"size=\0\0\0\0"))
         empty = struct.pack("<I", len(fields)) + fields + bytes(4)
         first = content.index(b"\x04\0\0\0op=\x05") - 4
         messages, damage = read(content[:first] + empty + content[first:])
@@ -164,10 +169,12 @@ class TestChoosing:
 
     def test_what_is_there_is_known_before_it_is_read(self, tmp_path):
         small(tmp_path / "run.bag")
-        assert sorted(connection.topic for connection in read_bag(str(tmp_path / "run.bag"), []).connections) == ["/even", "/odd"]
+        assert sorted(connection.topic for connection in read_bag(str(tmp_path / "run.bag"),
+                                                                  []).connections) == ["/even", "/odd"]
 
     def test_long_messages_that_nobody_wants_are_not_read(self, tmp_path, monkeypatch):
-        path = make.unclosed(tmp_path / "run.bag.active", [("/image", String("x" * 10_000_000), 1.0), ("/text", String("here"), 2.0)], chunk=1 << 30)
+        path = make.unclosed(tmp_path / "run.bag.active",
+                             [("/image", String("x" * 10_000_000), 1.0), ("/text", String("here"), 2.0)], chunk=1 << 30)
         got = []
         pread = reading.os.pread
         monkeypatch.setattr(reading.os, "pread", lambda *where: got.append(pread(*where)) or got[-1])
@@ -176,7 +183,8 @@ class TestChoosing:
 
 class TestParts:
     def test_one_after_the_other(self, tmp_path):
-        paths = [make.write_bag(tmp_path / ("run_%s.bag" % part), texts(30)[10 * part:10 * part + 10]) for part in range(3)]
+        paths = [make.write_bag(tmp_path / ("run_%s.bag" % part), texts(30)[10 * part:10 * part + 10])
+                 for part in range(3)]
         reader = read_bag(paths)
         assert [message.time // 10**9 for message in reader] == list(range(100, 130)) and reader.damage == ""
 
@@ -185,11 +193,14 @@ class TestParts:
         open(paths[1], "w").close()
         make.cut(paths[0], 0.9)
         reader = read_bag(paths)
-        assert len(list(reader)) == 5 and re.match("run_0.bag: it is cut off|run_0.bag: its index is", reader.damage) and "run_1.bag.active is empty (0 bytes)" in reader.damage
+        assert len(list(reader)) == 5 and re.match("run_0.bag: it is cut off|run_0.bag: its index is", reader.damage)
+        assert "run_1.bag.active is empty (0 bytes)" in reader.damage
 
     def test_what_is_in_them_is_known_before_when_all_were_closed(self, tmp_path):
-        closed, unclosed = make.write_bag(tmp_path / "run_0.bag", texts(5)), make.unclosed(tmp_path / "run_1.bag.active", texts(5))
-        assert read_bag([closed, closed]).indexed and not read_bag([closed, unclosed]).indexed and not read_bag([unclosed, closed]).indexed
+        closed, unclosed = make.write_bag(tmp_path / "run_0.bag",
+                                          texts(5)), make.unclosed(tmp_path / "run_1.bag.active", texts(5))
+        assert read_bag([closed, closed]).indexed and not read_bag([closed, unclosed]).indexed and not read_bag(
+            [unclosed, closed]).indexed
 
     def test_one_that_is_not_there_is_a_mistake(self, tmp_path):
         with pytest.raises(BagError, match="missing.bag: no such file"):
@@ -233,7 +244,8 @@ class TestCut:
     def test_what_is_said(self, tmp_path, read):
         content = small(tmp_path / "run.bag", count=100)
         _, damage = read(content[:len(content) // 2])
-        seconds, share = re.fullmatch(r"it is cut off after (.*) s, at (.*) % of its length: the rest is missing.", damage).groups()
+        seconds, share = re.fullmatch(r"it is cut off after (.*) s, at (.*) % of its length: the rest is missing.",
+                                      damage).groups()
         assert 20 < float(seconds) < 60 and 50 < float(share) < 70  # of what comes before the index
 
     @pytest.mark.parametrize("compression", COMPRESSIONS)
@@ -241,7 +253,8 @@ class TestCut:
         reader = read_bag(make.unclosed(tmp_path / "run.bag.active", texts(50), compression, chunk=300))
         count = len(list(reader))
         assert count == 50 if compression == "none" else count > 40
-        assert "it was not closed and ends after %s.0 s" % (count - 1) in reader.damage or "ends within a message" in reader.damage
+        assert "it was not closed and ends after %s.0 s" % (
+            count - 1) in reader.damage or "ends within a message" in reader.damage
 
 
 class TestDamage:
@@ -360,7 +373,6 @@ class TestDamage:
         messages, damage = read(path.read_bytes())
         assert len(messages) <= 2 and len(messages) + (damage != "") >= 2
 
-
     def test_a_few_bytes_that_become_very_many_at_once(self, monkeypatch):
         """3 kB of bz2 can be 4 GB, all of them of one piece that is read."""
         monkeypatch.setattr(form, "LARGEST_CHUNK", 10_000)
@@ -373,7 +385,9 @@ class TestDamage:
         assert len(found) == 10_000 and most < 10_000_000
 
     def test_bytes_that_the_disk_has_lost(self, tmp_path, monkeypatch):
-        path, pread = make.write_bag(tmp_path / "run.bag", [("/text", String("x" * 1000), float(number)) for number in range(1000)]), reading.os.pread
+        path, pread = make.write_bag(tmp_path / "run.bag",
+                                     [("/text", String("x" * 1000), float(number))
+                                      for number in range(1000)]), reading.os.pread
 
         def failing(file, length, position):
             if position < 300_000 < position + length:
@@ -385,7 +399,8 @@ class TestDamage:
         assert 800 < len(list(reader)) < 1000 and "it is damaged at" in reader.damage
 
     def test_a_file_that_is_cut_off_while_it_is_read(self, tmp_path):
-        path = make.unclosed(tmp_path / "run.bag.active", [("/text", String("x" * 1000), float(number)) for number in range(1000)])
+        path = make.unclosed(tmp_path / "run.bag.active",
+                             [("/text", String("x" * 1000), float(number)) for number in range(1000)])
         reader = read_bag(path)
         messages = iter(reader)
         next(messages)
@@ -403,7 +418,8 @@ class TestIndex:
     @staticmethod
     def records(content, op):
         """The records of a kind, but for those in chunks."""
-        found = form.records(form.source_of_bytes(content), PADDING.stop + 7, lambda chunk: True, lambda begin, end: None)
+        found = form.records(form.source_of_bytes(content), PADDING.stop + 7, lambda chunk: True, lambda begin,
+                             end: None)
         return [record for record in found if record.op == op]
 
     @staticmethod
@@ -448,7 +464,8 @@ class TestIndex:
 
     def test_messages_of_a_connection_that_it_does_not_know_are_counted(self, read, content):
         odd, position = self.records(content, form.CONNECTION)[1], content.index(b"conn_count=") + 11
-        content = self.changed(content[:odd.position] + content[odd.end:], position, bytes([1])).replace(b"topic=/odd", b"tipoc=/odd")
+        content = self.changed(content[:odd.position] + content[odd.end:], position,
+                               bytes([1])).replace(b"topic=/odd", b"tipoc=/odd")
         messages, damage = read(content)
         assert len(messages) == 4 and "3 messages cannot be understood" in damage
 
@@ -500,7 +517,9 @@ class TestNoBags:
 
     def test_encrypted(self, tmp_path, read):
         content = small(tmp_path / "run.bag")
-        header = content[17:17 + struct.unpack_from("<I", content, 13)[0]] + struct.pack("<I", 31) + b"encryptor=rosbag/AesCbcEncryptor"[:31]
+        header = content[17:17 + struct.unpack_from("<I", content,
+                                                    13)[0]] + struct.pack("<I",
+                                                                          31) + b"encryptor=rosbag/AesCbcEncryptor"[:31]
         with pytest.raises(BagError, match="encrypted"):
             read(form.MAGIC + struct.pack("<I", len(header)) + header + bytes(4) + content[4117:])
 
@@ -513,7 +532,9 @@ class TestMemory:
     def test_what_waits_to_be_put_in_order_is_bounded(self, tmp_path, monkeypatch):
         """A bag without index, all of it within a second: nothing may come late, but not everything can wait."""
         monkeypatch.setattr(reading, "HELD", 100_000)
-        path = make.unclosed(tmp_path / "run.bag.active", [("/text", String("x" * 1000), 1.0 + 1e-6 * number) for number in range(1000)], chunk=1 << 30)
+        path = make.unclosed(tmp_path / "run.bag.active",
+                             [("/text", String("x" * 1000), 1.0 + 1e-6 * number) for number in range(1000)],
+                             chunk=1 << 30)
         longest = 0
         add = reading._Queue.add
 
@@ -531,7 +552,8 @@ class TestMemory:
         """Simulated time that nobody moves: the order is that of the file, and still not everything can wait."""
         monkeypatch.setattr(reading, "HELD", 100_000)
         messages = [("/text", String("%04d" % number * 250), 5.0) for number in range(1000)]
-        path = make.write_bag(tmp_path / "run.bag", messages) if closed else make.unclosed(tmp_path / "run.bag", messages)
+        path = make.write_bag(tmp_path / "run.bag",
+                              messages) if closed else make.unclosed(tmp_path / "run.bag", messages)
         order = [message.data for message in read_bag(path)]
         assert len(order) == 1000 and order == sorted(order)
 

@@ -32,13 +32,15 @@ from pioneer_control.errors import UsageError
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 NOW = datetime.datetime(2026, 11, 21, 18, 5, 9).timetuple()
-DRAWN = "pose sonar gripper_state motor_state battery_state e_stop stall bumpers robot_info ground_truth cans map world cmd_vel decision recording"
+DRAWN = ("pose sonar gripper_state motor_state battery_state e_stop stall bumpers robot_info ground_truth cans map "
+         "world cmd_vel decision recording")
 MADE = RecordingPlan(("a", "b"), ("/a/pose", "/b/pose", "/a/wire", "/tf"), ("/a/wire",), "/data/x", "lz4", ("", 0), 0)
 
 
 def node(*arguments):
     """The recorder of record.launch."""
-    (only,) = load_config_default([(str(ROOT / "launch" / "record.launch"), list(arguments))], None, verbose=False).nodes
+    (only,) = load_config_default([(str(ROOT / "launch" / "record.launch"), list(arguments))], None,
+                                  verbose=False).nodes
     return only
 
 
@@ -68,8 +70,10 @@ class TestLaunchFile:
         assert recording() == plan_of(parser_of("record", "", OPTIONS).parse_args([]), NOW)
 
     def test_all_that_can_be_said(self):
-        made = recording("bag:=/data/my runs/x.bag", "split:=1h", "also:=wire packets", "compression:=bz2", "keep_free:=1GB")
-        assert (made.stem, made.split, made.compression, made.keep_free) == ("/data/my runs/x", ("duration", 3600), "bz2", 2 ** 30)
+        made = recording("bag:=/data/my runs/x.bag", "split:=1h", "also:=wire packets", "compression:=bz2",
+                         "keep_free:=1GB")
+        assert (made.stem, made.split, made.compression,
+                made.keep_free) == ("/data/my runs/x", ("duration", 3600), "bz2", 2 ** 30)
         assert set(made.asked_for) == {"/pioneer/wire", "/pioneer/io", "/pioneer/imu"}
 
 
@@ -135,22 +139,26 @@ class TestClosedTerminal:
 
 
 class TestDescription:
-    parameters = {"rosdistro": "noetic\n", "pioneer": {"p2os": {"port": "/dev/ttyUSB0", "gains": [1.0, 2], "on": True}, "deep": {"er": {"seed": 7}}}}
+    parameters = {"rosdistro": "noetic\n", "pioneer": {"p2os": {"port": "/dev/ttyUSB0", "gains": [1.0, 2], "on": True},
+                                                       "deep": {"er": {"seed": 7}}}}
 
     def made(self, **parameters):
-        nodes = description.nodes_of([[["/a/pose", ["/a/p2os"]]], [["/a/pose", ["/rviz"]], ["/a/cmd_vel", ["/a/p2os"]]], [["/a/set", ["/a/p2os"]]]])
+        nodes = description.nodes_of([[["/a/pose", ["/a/p2os"]]], [["/a/pose", ["/rviz"]], ["/a/cmd_vel", ["/a/p2os"]]],
+                                      [["/a/set", ["/a/p2os"]]]])
         return description.Description({"robots": ["a"]}, {"python": "3.8"}, nodes, parameters or self.parameters)
 
     def test_comes_back_as_it_was(self):
         made = self.made()
         assert description.description_of(description.text_of(made)) == made
-        assert made.nodes == {"/a/p2os": {"serves": ["/a/set"], "publishes": ["/a/pose"], "hears": ["/a/cmd_vel"]}, "/rviz": {"hears": ["/a/pose"]}}
+        assert made.nodes == {"/a/p2os": {"serves": ["/a/set"], "publishes": ["/a/pose"], "hears": ["/a/cmd_vel"]},
+                              "/rviz": {"hears": ["/a/pose"]}}
 
     def test_parameters_of_a_node(self):
         made = self.made()
         assert made.parameters_of("/pioneer/p2os") == self.parameters["pioneer"]["p2os"]
         assert made.parameters_of("/pioneer/deep/er") == {"seed": 7}
-        assert made.parameters_of("/pioneer/p2os/port") == made.parameters_of("/pioneer/p2os/port/x") == made.parameters_of("/nobody") == {}
+        assert made.parameters_of("/pioneer/p2os/port") == made.parameters_of(
+            "/pioneer/p2os/port/x") == made.parameters_of("/nobody") == {}
 
     def test_the_text_is_for_people(self):
         text = description.text_of(self.made(owner="Zoë"))
@@ -168,7 +176,8 @@ class TestDescription:
         assert datetime.datetime.fromisoformat(description.now()).utcoffset() is not None
 
     def test_what_only_the_parameter_server_knows_is_written_as_text(self):
-        made = self.made(picture=xmlrpc.client.Binary(b"\x00\xff"), when=xmlrpc.client.DateTime("20261121T18:00:00"), same=[self.parameters] * 2)
+        made = self.made(picture=xmlrpc.client.Binary(b"\x00\xff"), when=xmlrpc.client.DateTime("20261121T18:00:00"),
+                         same=[self.parameters] * 2)
         back = description.description_of(description.text_of(made))
         assert isinstance(back.parameters["picture"], str) and isinstance(back.parameters["when"], str)
         assert back.parameters["same"] == [self.parameters] * 2
@@ -178,7 +187,8 @@ class TestDescription:
         with pytest.raises(UsageError, match="no description of a recording"):
             description.description_of(text)
 
-    @pytest.mark.parametrize("parameters", ["a: &a [1]\n  b: [*a, *a, *a]", "a: " + "[" * 5000, "day: 2026-99-99"], ids=["aliases", "deep", "date"])
+    @pytest.mark.parametrize("parameters", ["a: &a [1]\n  b: [*a, *a, *a]", "a: " + "[" * 5000, "day: 2026-99-99"],
+                             ids=["aliases", "deep", "date"])
     def test_texts_that_no_recorder_wrote(self, parameters):
         """Nine lines with aliases can be a thousand million values on the parameter server."""
         with pytest.raises(UsageError, match="no description of a recording"):
@@ -186,7 +196,8 @@ class TestDescription:
 
     def test_versions_name_the_package_and_what_it_runs_on(self, tmp_path):
         known = description.versions()
-        assert {"pioneer_control", "rospy", "rosbag", "python", "system", "kernel"} <= set(known) and all(known.values())
+        assert {"pioneer_control", "rospy", "rosbag", "python", "system",
+                "kernel"} <= set(known) and all(known.values())
         (tmp_path / "module.py").write_text("")
         assert "commit" not in description.versions(str(tmp_path / "module.py"))
 
@@ -204,7 +215,8 @@ class TestDescription:
         git("commit", "--quiet", "-m", "one")
         other.write_text("of nobody's")
         commit = git("rev-parse", "HEAD")
-        assert (description.commit_of(str(module)), description.commit_of(str(other))) == (commit, None), "what is not in the repository has no commit"
+        assert (description.commit_of(str(module)),
+                description.commit_of(str(other))) == (commit, None), "what is not in the repository has no commit"
         module.write_text("two")
         assert description.commit_of(str(module)) == commit + " and changes"
 
@@ -227,7 +239,9 @@ class TestDescriptions:
             descriptions.look(float(time), self.STATE, {"a": 1})
         (text,) = said
         made = description.description_of(text)
-        assert made.recording["robots"] == ["a", "b"] and made.recording["topics"] == list(MADE.topics) and made.parameters == {"a": 1}
+        assert made.recording["robots"] == ["a",
+                                            "b"] and made.recording["topics"] == list(
+                                                MADE.topics) and made.parameters == {"a": 1}
 
     def test_again_when_a_parameter_or_a_node_is_another(self, descriptions, said):
         descriptions.look(0.0, self.STATE, {"a": 1})
@@ -241,7 +255,6 @@ class TestDescriptions:
         assert 10 < len(said) < 40
         descriptions.look(1e6, self.STATE, {"a": "last"})
         assert description.description_of(said[-1]).parameters == {"a": "last"}
-
 
     def test_again_in_each_part(self, descriptions, said):
         for time, parts in (0.0, 1), (1.0, 1), (2.0, 2), (3.0, 2), (4.0, 3):
@@ -281,7 +294,8 @@ class TestParts:
                 bag.write(connection(bag, topic, known), self.serialized(text), begin)
             for count, (topic, text, publisher, *at) in enumerate(messages):
                 time = at[0] if at else begin - 500 + count * 10 ** 9
-                bag.write(connection(bag, topic, publisher, "0" if topic in plain else "1"), self.serialized(text), time)
+                bag.write(connection(bag, topic, publisher, "0" if topic in plain else "1"), self.serialized(text),
+                          time)
             bag.close()
             return path
 
@@ -318,9 +332,11 @@ class TestParts:
         """What comes before rosbag has opened the file is in it twice, with the earlier time behind the later one; seen
         on a busy machine.
         """
-        first = write(0, [("/a", "one", "/p")], ("/a", "one", "/p", part_begin(0) - 10 ** 9), ("/a", "one", "/p"), ("/b", "one", "/p"))
+        first = write(0, [("/a", "one", "/p")], ("/a", "one", "/p", part_begin(0) - 10 ** 9), ("/a", "one", "/p"),
+                      ("/b", "one", "/p"))
         second = write(1, [("/a", "one", "/p")], ("/b", "two", "/p"))
-        assert self.texts(first, second) == ["one", "one", "one", "two"], "a second delivery is news, and so is another topic"
+        assert self.texts(first, second) == ["one", "one", "one",
+                                             "two"], "a second delivery is news, and so is another topic"
 
     def test_what_was_not_there_before_is_news(self, write):
         second = write(1, [("/a", "one", "/p"), ("/b", "two", "/p")], ("/a", "three", "/p"))
@@ -344,16 +360,19 @@ class TestParts:
     def test_in_simulated_time_that_stands(self, write):
         """Everything has one time: what came before the repeated message, what is repeated, and what came after it."""
         first = write(0, [], ("/stop", "off", "/p"), ("/stop", "on", "/p"))
-        second = write(1, [("/stop", "off", "/p")], ("/c", "x", "/p", part_begin(1)), ("/stop", "off", "/p", part_begin(1)), plain=["/c"])
+        second = write(1, [("/stop", "off", "/p")], ("/c", "x", "/p", part_begin(1)),
+                       ("/stop", "off", "/p", part_begin(1)), plain=["/c"])
         assert self.texts(first, second) == ["off", "on", "x", "off"]
 
     @pytest.mark.parametrize("wanted", [["/stop"], ["/map"], ["/map", "/stop"], ["/c"]])
     def test_of_some_topics_and_over_several_chunks(self, write, wanted):
         repeated = [("/map", "m" * (1 << 20), "/m"), ("/other", "o" * (1 << 20), "/m"), ("/stop", "off", "/p")]
         first = write(0, [], *repeated, ("/stop", "on", "/p"))
-        second = write(1, repeated, ("/c", "c" * (1 << 20), "/p"), ("/c", "d" * (1 << 20), "/p"), ("/stop", "off", "/p"))
+        second = write(1, repeated, ("/c", "c" * (1 << 20), "/p"), ("/c", "d" * (1 << 20), "/p"),
+                       ("/stop", "off", "/p"))
         texts = {"/stop": ["off", "on", "off"], "/map": ["m" * (1 << 20)], "/c": ["c" * (1 << 20), "d" * (1 << 20)]}
-        assert sorted(self.texts(first, second, topics=wanted)) == sorted(text for topic in wanted for text in texts[topic])
+        assert sorted(self.texts(first, second,
+                                 topics=wanted)) == sorted(text for topic in wanted for text in texts[topic])
 
 
 class TestSilent:
@@ -395,7 +414,8 @@ class TestBegins:
 
     def test_without_a_clock_it_is_said_once(self, monkeypatch, tmp_path):
         began, (notice,) = self.told(monkeypatch, tmp_path, 0.0, 9)
-        assert not began and "nothing is recorded yet" in notice.text and "rosparam set /use_sim_time false" in notice.text
+        assert not began and "nothing is recorded yet" in notice.text
+        assert "rosparam set /use_sim_time false" in notice.text
 
     def test_the_clock_comes_later(self, monkeypatch, tmp_path):
         began, told = self.told(monkeypatch, tmp_path, 0.0, 9, appears=5)

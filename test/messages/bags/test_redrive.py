@@ -37,7 +37,8 @@ def told():
 
 @pytest.fixture
 def bag(tmp_path):
-    simulator = dict(world="office", model="p3at-sh", gripper="auto", rear_sonar=False, seed=99, pty="/tmp/x", models_file="")
+    simulator = dict(world="office", model="p3at-sh", gripper="auto", rear_sonar=False, seed=99, pty="/tmp/x",
+                     models_file="")
     driver = dict(cmd_vel_timeout=1.5, max_xspeed=0.3, port="/tmp/x", enable_motors_on_start=True)
     return make.write_bag(tmp_path / "run.bag", [described(simulator, driver), *make.driven((2.0, 3.0, 0.5)), *told()])
 
@@ -45,17 +46,21 @@ def bag(tmp_path):
 class TestWhatTheBagTells:
     def test_what_was_told_in_its_order(self, bag):
         recorded = redrive.read_drive([bag])
-        assert [order.topic for order in recorded.told] == ["cmd_motor_state", "cmd_vel", "cmd_wheels", "gripper_control"]
+        assert [order.topic for order in recorded.told] == ["cmd_motor_state", "cmd_vel", "cmd_wheels",
+                                                            "gripper_control"]
         assert recorded.begin == pytest.approx(1002.0) and recorded.valid == 1.5
 
     def test_which_robot_where(self, bag):
         recorded = redrive.read_drive([bag])
-        assert (recorded.robot, recorded.model, recorded.has_gripper, recorded.world) == ("pioneer", "p3dx-sh", True, "tutorial")
-        assert recorded.start == pytest.approx([2.0 + 0.2 * 0.8776, 3.0 + 0.2 * 0.4794, 0.5], abs=1e-3), "when it was told the first, not when the bag begins"
+        assert (recorded.robot, recorded.model, recorded.has_gripper,
+                recorded.world) == ("pioneer", "p3dx-sh", True, "tutorial")
+        assert recorded.start == pytest.approx([2.0 + 0.2 * 0.8776, 3.0 + 0.2 * 0.4794, 0.5],
+                                               abs=1e-3), "when it was told the first, not when the bag begins"
 
     def test_the_simulated_robot_is_made_of_that(self, bag):
         parameters = redrive.simulator_parameters(redrive.read_drive([bag]), "", "", 5)
-        assert parameters == dict(model="p3dx-sh", gripper=True, rear_sonar=False, models_file="", world="office", seed=5, numbers_file="",
+        assert parameters == dict(model="p3dx-sh", gripper=True, rear_sonar=False, models_file="", world="office",
+                                  seed=5, numbers_file="",
                                   start=pytest.approx([2.175, 3.096, 0.5], abs=1e-3))
 
     def test_a_world_that_is_named_counts_more(self, bag):
@@ -94,7 +99,8 @@ class TestWhatTheBagTells:
 @pytest.mark.parametrize("strange", [TwistStamped(), String("forward"), MotorState(1)])
 def test_what_is_somebody_elses_is_left_out(tmp_path, strange):
     """Under a name of ours, with other fields."""
-    others = [("/pioneer/%s" % name, strange, 1001.0) for name in ("cmd_vel", "gripper_control", "robot_info", "ground_truth")]
+    others = [("/pioneer/%s" % name, strange, 1001.0)
+              for name in ("cmd_vel", "gripper_control", "robot_info", "ground_truth")]
     with pytest.raises(BagError, match="nobody was told anything"):
         redrive.read_drive([make.write_bag(tmp_path / "strange.bag", others)])
     path = make.write_bag(tmp_path / "mixed.bag", [*others, ("/pioneer/cmd_wheels", WheelVelocities(0.1, 0.2), 1002.0)])
@@ -116,8 +122,10 @@ class TestWhatIsAsked:
         return redrive.Redrive(parser_of("", "", redrive.OPTIONS).parse_args([bag, *arguments]))
 
     @pytest.mark.parametrize("arguments, said", [
-        (["--numbers-file=/x.yaml"], "/x.yaml: no such file"), (["--speed=0"], "speed: '0' is not legal: give a number from 0.05 to 1"),
-        (["--speed=fast"], "speed: 'fast' is not legal"), (["--speed=nan"], "not legal"), (["--speed=1.1"], "from 0.05 to 1")])
+        (["--numbers-file=/x.yaml"], "/x.yaml: no such file"),
+        (["--speed=0"], "speed: '0' is not legal: give a number from 0.05 to 1"),
+        (["--speed=fast"], "speed: 'fast' is not legal"), (["--speed=nan"], "not legal"),
+        (["--speed=1.1"], "from 0.05 to 1")])
     def test_what_makes_no_sense(self, bag, arguments, said):
         with pytest.raises(UsageError, match=said):
             self.given(bag, *arguments)
@@ -149,7 +157,8 @@ class TestABagThatAsksForTooMuch:
     @pytest.mark.parametrize("linear, angular", [(float("nan"), 0.0), (float("inf"), 0.0), (0.1, float("nan"))])
     def test_what_is_no_number_is_not_told(self, tmp_path, linear, angular):
         asked = self.asked(tmp_path, [(linear, angular), (0.1, 0.0), (linear, angular)])
-        assert {(round(order.message.linear.x, 9), order.message.angular.z) for order in asked._orders} == {(0.03, 0.0), (0.0, 0.0)}
+        assert {(round(order.message.linear.x, 9), order.message.angular.z)
+                for order in asked._orders} == {(0.03, 0.0), (0.0, 0.0)}
 
     @pytest.mark.parametrize("timeout", [1e9, float("nan"), float("inf"), -1, 0, "long", None, [1]])
     def test_a_velocity_holds_no_longer_than_a_driver_lets_it(self, tmp_path, timeout):
@@ -171,7 +180,8 @@ class TestWhatIsKnownOfTheDriver:
 
     def test_which_parameters_say_how_it_drives(self):
         same = {entry.name for entry in fields(DriverParameters) if entry.name.startswith(redrive.SAME_DRIVER)}
-        assert same == {"cmd_vel_timeout", "max_xspeed", "max_yawspeed", "max_xaccel", "max_xdecel", "max_yawaccel", "max_yawdecel"}
+        assert same == {"cmd_vel_timeout", "max_xspeed", "max_yawspeed", "max_xaccel", "max_xdecel", "max_yawaccel",
+                        "max_yawdecel"}
 
     def test_what_it_is_told(self):
         assert redrive.KINDS == {topic.name: topic.message for topic in requests.TOPICS}

@@ -23,7 +23,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 @pytest.fixture
 def bag(tmp_path):
     """Two robots and a joystick."""
-    told = [("/alice/cmd_vel", Twist(), 1.0), ("/bob/cmd_wheels", WheelVelocities(), 1.1), ("cmd_motor_state", MotorState(), 1.2),
+    told = [("/alice/cmd_vel", Twist(), 1.0), ("/bob/cmd_wheels", WheelVelocities(), 1.1),
+            ("cmd_motor_state", MotorState(), 1.2),
             ("/joy", Joy(), 1.3), ("/base/velocity", Twist(), 1.4), ("/alice/pose", make.odometry(0, 0, 0), 1.5)]
     return make.write_bag(tmp_path / "told.bag", told)
 
@@ -31,7 +32,8 @@ def bag(tmp_path):
 class TestCommands:
     def test_all_that_a_driver_listens_to_goes_aside(self):
         topics = {"/%s/%s" % (robot, row.name): row.message._type for robot in ("alice", "bob") for row in TOPICS}
-        wanted = {"/%s/%s:=/%s/recorded/%s" % (robot, row.name, robot, row.name) for robot in ("alice", "bob") for row in TOPICS}
+        wanted = {"/%s/%s:=/%s/recorded/%s" % (robot, row.name, robot, row.name) for robot in ("alice", "bob")
+                  for row in TOPICS}
         assert len(TOPICS) >= 4 and set(playback.remappings(topics)) == wanted
 
     @pytest.mark.parametrize("row", TOPICS, ids=lambda row: row.name)
@@ -46,12 +48,14 @@ class TestCommands:
         assert playback.is_command("/base/sides", "p2os_msgs/WheelVelocities")
         assert playback.is_command("/base/velocity", "geometry_msgs/TwistStamped")
 
-    @pytest.mark.parametrize("topic", ["/pioneer/ptz_control", "/joy", "/move_base/goal", "/pioneer/arm/cancel", "initialpose"])
+    @pytest.mark.parametrize("topic", ["/pioneer/ptz_control", "/joy", "/move_base/goal", "/pioneer/arm/cancel",
+                                       "initialpose"])
     def test_what_other_nodes_would_do_something_by_is_a_command(self, topic):
         assert playback.is_command(topic, "any/Type")
 
     @pytest.mark.parametrize("topic, type_name", [
-        ("/pioneer/pose", "nav_msgs/Odometry"), ("/pioneer/motor_state", "pioneer_control/MotorState"), ("/tf", "tf2_msgs/TFMessage"),
+        ("/pioneer/pose", "nav_msgs/Odometry"), ("/pioneer/motor_state", "pioneer_control/MotorState"),
+        ("/tf", "tf2_msgs/TFMessage"),
         ("/pioneer/gripper_state", "pioneer_control/GripperState"), ("/pioneer/decision", "pioneer_control/Decision")])
     def test_a_report_is_none(self, topic, type_name):
         assert not playback.is_command(topic, type_name)
@@ -67,21 +71,24 @@ class TestPlayer:
         command = playback.player([bag], playback.recorded_topics([bag]), ["-r", "2"])
         assert command[:8] == ["rosrun", "rosbag", "play", "--clock", *playback.QUEUE, "-r", "2", bag]
         assert command[8:] == [
-            "/alice/cmd_vel:=/alice/recorded/cmd_vel", "/base/velocity:=/base/recorded/velocity", "/bob/cmd_wheels:=/bob/recorded/cmd_wheels",
+            "/alice/cmd_vel:=/alice/recorded/cmd_vel", "/base/velocity:=/base/recorded/velocity",
+            "/bob/cmd_wheels:=/bob/recorded/cmd_wheels",
             "/cmd_motor_state:=/recorded/cmd_motor_state", "/joy:=/recorded/joy"]
 
     def test_a_clock_in_the_bag_stays_there(self, tmp_path):
-        path = make.write_bag(tmp_path / "simulated.bag", [("/clock", Clock(), 1.0), ("/pose", make.odometry(0, 0, 0), 1.0)])
+        path = make.write_bag(tmp_path / "simulated.bag",
+                              [("/clock", Clock(), 1.0), ("/pose", make.odometry(0, 0, 0), 1.0)])
         command = playback.player([path], playback.recorded_topics([path]))
         assert command == ["rosrun", "rosbag", "play", "--clock", *playback.QUEUE, "--topics", "/pose", "--bags", path]
 
     def test_commands_in_any_part_are_put_aside(self, tmp_path, bag):
         first = make.write_bag(tmp_path / "first.bag", [("/alice/pose", make.odometry(0, 0, 0), 0.5)])
-        assert "/alice/cmd_vel:=/alice/recorded/cmd_vel" in playback.player([first, bag], playback.recorded_topics([first, bag]))
-
+        assert "/alice/cmd_vel:=/alice/recorded/cmd_vel" in playback.player([first, bag],
+                                                                            playback.recorded_topics([first, bag]))
 
     @pytest.mark.parametrize("word", [
-        "--prefix=/live", "--prefix", "--pre", "-p", "-p/live", "-qp", "__ns:=live", "/alice/cmd_vel:=/live/velocity", "alice/cmd_vel:=/x",
+        "--prefix=/live", "--prefix", "--pre", "-p", "-p/live", "-qp", "__ns:=live", "/alice/cmd_vel:=/live/velocity",
+        "alice/cmd_vel:=/x",
         "base/velocity:=/x", "/alice/pose:=/live/cmd_vel", "pose:=cmd_motor_state", "cmd_motor_state:=/x"])
     def test_no_option_brings_commands_back_elsewhere(self, bag, word, capsys):
         topics = playback.recorded_topics([bag])
@@ -90,7 +97,8 @@ class TestPlayer:
         assert replay.main(["look", bag, word, "/x"]) == 2
         assert word in capsys.readouterr().err
 
-    @pytest.mark.parametrize("word", ["--pause", "-l", "-q", "-s", "30", "__name:=play_bag", "__log:=/tmp/x.log", "/alice/pose:=/alice/odom", "_x:=1"])
+    @pytest.mark.parametrize("word", ["--pause", "-l", "-q", "-s", "30", "__name:=play_bag", "__log:=/tmp/x.log",
+                                      "/alice/pose:=/alice/odom", "_x:=1"])
     def test_others_do_not(self, bag, word):
         assert word in playback.player([bag], playback.recorded_topics([bag]), [word])
 
@@ -103,8 +111,10 @@ class TestFiles:
         monkeypatch.chdir(tmp_path)
 
     @pytest.mark.parametrize("given, files", [
-        ("run_0.bag", ["run_0.bag"]), ("my run.bag", ["my run.bag"]), ("run_2.bag run_0.bag", ["run_2.bag", "run_0.bag"]), ("odd'.bag", ["odd'.bag"]),
-        ("run_*.bag", ["run_0.bag", "run_2.bag", "run_10.bag"]), ("'my run.bag' run_0.bag", ["my run.bag", "run_0.bag"])])
+        ("run_0.bag", ["run_0.bag"]), ("my run.bag", ["my run.bag"]),
+        ("run_2.bag run_0.bag", ["run_2.bag", "run_0.bag"]), ("odd'.bag", ["odd'.bag"]),
+        ("run_*.bag", ["run_0.bag", "run_2.bag", "run_10.bag"]),
+        ("'my run.bag' run_0.bag", ["my run.bag", "run_0.bag"])])
     def test_one_or_several(self, folder, given, files):
         assert bag_files(given) == files
 
@@ -115,7 +125,8 @@ class TestFiles:
         assert bag_files(given) == given.replace("~", str(tmp_path)).split()
 
     @pytest.mark.parametrize("given, named", [
-        ("nothing.bag", "nothing.bag"), ("run_0.bag nothing.bag", "nothing.bag"), ("none_*.bag", r"none_\*.bag"), ("it's.bag", "it's.bag"),
+        ("nothing.bag", "nothing.bag"), ("run_0.bag nothing.bag", "nothing.bag"), ("none_*.bag", r"none_\*.bag"),
+        ("it's.bag", "it's.bag"),
         (" ", "no bag is named")])
     def test_one_that_is_not_there_is_named(self, folder, given, named):
         with pytest.raises(BagError, match=named):
@@ -148,7 +159,9 @@ class TestBags:
     @pytest.mark.parametrize("topic", ["/pi$on/pose", "/a\x1b[31m/pose", "/a\nb", "/nul\0", "/%s", "/p\u00f6se", "1st"])
     def test_a_topic_that_ros_cannot_have(self, tmp_path, topic):
         with pytest.raises(BagError, match="is no name of a topic.*rosbag filter"):
-            playback.recorded_topics([make.write_bag(tmp_path / "odd.bag", [("/pioneer/pose", make.odometry(0, 0, 0), 1.0), (topic, Twist(), 1.0)])])
+            playback.recorded_topics([make.write_bag(tmp_path / "odd.bag",
+                                                     [("/pioneer/pose", make.odometry(0, 0, 0), 1.0),
+                                                      (topic, Twist(), 1.0)])])
 
     def test_a_directory(self, tmp_path):
         with pytest.raises(BagError, match=str(tmp_path)):
@@ -161,12 +174,14 @@ class TestMain:
         monkeypatch.setattr(programs, "possible_robots", lambda: [])
 
     @pytest.mark.parametrize("words, said", [
-        (["look", "/nowhere/x.bag"], "/nowhere/x.bag: no such file"), (["rewind"], "'rewind': there are look, rerun, redrive")])
+        (["look", "/nowhere/x.bag"], "/nowhere/x.bag: no such file"),
+        (["rewind"], "'rewind': there are look, rerun, redrive")])
     def test_what_cannot_be_done_is_told_in_a_line(self, capsys, words, said):
         assert replay.main(words) == 2
         assert said in capsys.readouterr().err
 
-    @pytest.mark.parametrize("words", [["look", "bag:=x.bag"], ["redrive", "x.bag", "speed:=0.1"], ["rerun", "x.bag", "program:=mine"], ["way:=look"]])
+    @pytest.mark.parametrize("words", [["look", "bag:=x.bag"], ["redrive", "x.bag", "speed:=0.1"],
+                                       ["rerun", "x.bag", "program:=mine"], ["way:=look"]])
     def test_what_was_meant_for_roslaunch_is_refused(self, capsys, words):
         """Without a word a robot drove at its full speed."""
         assert replay.main(words) == 2
@@ -174,7 +189,8 @@ class TestMain:
 
     def test_all_that_roslaunch_is_told_is_known(self):
         launch = ElementTree.parse(ROOT / "launch" / "replay.launch").getroot()
-        assert sorted(replay.LAUNCH_ARGUMENTS) == sorted(row.get("name") for row in launch.findall("arg") if "value" not in row.attrib)
+        assert sorted(replay.LAUNCH_ARGUMENTS) == sorted(row.get("name")
+                                                         for row in launch.findall("arg") if "value" not in row.attrib)
 
     def test_looking_becomes_the_player(self, bag, monkeypatch):
         became = []
@@ -205,7 +221,8 @@ class TestMain:
         assert capsys.readouterr().err == ""
         monkeypatch.setattr(programs, "possible_robots", lambda: ["/alice/p2os (/alice/motor_state)"])
         replay.main(["look", bag])
-        assert "/alice/p2os (/alice/motor_state) is on this master. No command of the bag reaches it" in capsys.readouterr().err
+        said = capsys.readouterr().err
+        assert "/alice/p2os (/alice/motor_state) is on this master. No command of the bag reaches it" in said
 
     def test_no_master_is_told(self, bag, monkeypatch, capsys):
         def refuse():

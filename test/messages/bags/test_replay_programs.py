@@ -39,11 +39,13 @@ class TestTopicRecorder:
             message = programs.rospy.AnyMsg()
             message._buff = bytes([number]) * 48
             message._connection_header = dict(
-                type=Twist._type, md5sum=Twist._md5sum, message_definition=Twist._full_text, callerid=sender, topic="/rerun/cmd_vel")
+                type=Twist._type, md5sum=Twist._md5sum, message_definition=Twist._full_text, callerid=sender,
+                topic="/rerun/cmd_vel")
             recorder._hear(message, "/cmd_vel")
         recorder.close()
         kept = list(read_bag(recorder.path))
-        assert [(entry.data, entry.connection.caller) for entry in kept] == [(bytes([number]) * 48, sender) for number, sender in enumerate(senders)]
+        assert [(entry.data, entry.connection.caller)
+                for entry in kept] == [(bytes([number]) * 48, sender) for number, sender in enumerate(senders)]
         connections = {(entry.topic, entry.connection.type, entry.connection.header["topic"]) for entry in kept}
         assert connections == {("/cmd_vel", "geometry_msgs/Twist", "/cmd_vel")}
         with rosbag.Bag(recorder.path) as bag:
@@ -100,7 +102,8 @@ class TestCarryOut:
     def test_a_master_that_ends_in_the_midst_is_told(self):
         with socket.create_server(("localhost", 0)) as free:
             port = str(free.getsockname()[1])
-        done = subprocess.run([sys.executable, "-c", KILL_THE_MASTER, port], stderr=subprocess.PIPE, universal_newlines=True)
+        done = subprocess.run([sys.executable, "-c", KILL_THE_MASTER, port], stderr=subprocess.PIPE,
+                              universal_newlines=True)
         assert "rerun: there is no ROS master at http://localhost:%s: start roscore" % port in done.stderr
         assert "Traceback" not in done.stderr and done.returncode == 1
 
@@ -110,7 +113,8 @@ class TestCarryOut:
         with pytest.raises(OSError, match="disk full"):
             programs.run_as_node("rerun", Mock(side_effect=OSError("disk full")))
 
-    @pytest.mark.parametrize("error, code", [(UsageError("why"), 2), (NoAnswerError("why"), 1), (programs.rospy.ROSException("why"), 1)])
+    @pytest.mark.parametrize("error, code", [(UsageError("why"), 2), (NoAnswerError("why"), 1),
+                                             (programs.rospy.ROSException("why"), 1)])
     def test_errors_are_sentences(self, monkeypatch, capsys, error, code):
         monkeypatch.setattr(programs, "become_node", lambda name: None)
         assert programs.run_as_node("rerun", Mock(side_effect=error)) == code
@@ -120,7 +124,8 @@ class TestCarryOut:
 class TestPrograms:
     def test_one_that_hears_ctrl_c_ends_by_itself(self):
         started = programs.Programs()
-        process = started.start([sys.executable, "-c", "import time; print('x', flush=True); time.sleep(60)"], quiet=True)
+        process = started.start([sys.executable, "-c", "import time; print('x', flush=True); time.sleep(60)"],
+                                quiet=True)
         assert process.poll() is None
         started.end_all()
         assert process.poll() in (1, -signal.SIGINT)
@@ -128,7 +133,8 @@ class TestPrograms:
     def test_one_that_does_not_is_killed(self, monkeypatch, tmp_path):
         monkeypatch.setattr(programs, "LAST_WORDS", (0.2, 0.2))
         ready = tmp_path / "ready"
-        code = "import signal, time; [signal.signal(n, signal.SIG_IGN) for n in (2, 15)]; open(%r, 'w'); time.sleep(60)" % str(ready)
+        code = ("import signal, time; [signal.signal(n, signal.SIG_IGN) for n in (2, 15)]; open(%r, 'w'); "
+                "time.sleep(60)" % str(ready))
         started = programs.Programs()
         process = started.start([sys.executable, "-c", code])
         while not ready.exists():
@@ -145,8 +151,10 @@ class TestPrograms:
 
 class TestAlive:
     @pytest.mark.parametrize("publishers, subscribers, found", [
-        ({"/a/motor_state": ["/a/p2os"], "/a/pose": ["/a/p2os"]}, {"/a/cmd_vel": ["/a/p2os"]}, ["/a/p2os (/a/motor_state)"]),
-        ({}, {"/base/cmd_vel": ["/base/driver"]}, ["/base/driver (/base/cmd_vel)"]), ({}, {"cmd_wheels": ["/x"]}, ["/x (cmd_wheels)"]),
+        ({"/a/motor_state": ["/a/p2os"], "/a/pose": ["/a/p2os"]}, {"/a/cmd_vel": ["/a/p2os"]},
+         ["/a/p2os (/a/motor_state)"]),
+        ({}, {"/base/cmd_vel": ["/base/driver"]}, ["/base/driver (/base/cmd_vel)"]),
+        ({}, {"cmd_wheels": ["/x"]}, ["/x (cmd_wheels)"]),
         ({"/rosout": ["/y"]}, {"/a/pose": ["/rviz"], "/a/stop_button": ["/simulator"]}, []),
         ({}, {"/a/recorded/cmd_vel": ["/x"], "/a/rerun/cmd_vel": ["/rerun"]}, [])])
     def test_who_may_be_a_robot(self, monkeypatch, publishers, subscribers, found):

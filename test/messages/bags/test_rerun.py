@@ -18,7 +18,8 @@ PROGRAM = "/lab/mine"
 
 
 def decision(stamp, wander=1, **values):
-    return Decision(header=Header(stamp=genpy.Time.from_sec(stamp)), wander=wander, seed=7, speed=0.1, linear=0.1, reason="driving", **values)
+    return Decision(header=Header(stamp=genpy.Time.from_sec(stamp)), wander=wander, seed=7, speed=0.1, linear=0.1,
+                    reason="driving", **values)
 
 
 def twist(linear, angular=0.0):
@@ -31,7 +32,8 @@ def write(path, messages, caller=PROGRAM):
     """As make.write_bag, with the name of who published."""
     with rosbag.Bag(str(path), "w") as bag:
         for topic, message, seconds in messages:
-            header = dict(topic=topic, type=message._type, md5sum=message._md5sum, message_definition=message._full_text, callerid=caller)
+            header = dict(topic=topic, type=message._type, md5sum=message._md5sum,
+                          message_definition=message._full_text, callerid=caller)
             bag.write(topic, message, genpy.Time.from_sec(seconds), connection_header=header)
     return str(path)
 
@@ -54,7 +56,8 @@ class TestWhatTheBagTells:
     def test_who_commanded_whom_with_what(self, bag):
         live = rerun.read_live([bag], "", "rosPioneer2.py")
         assert (live.robot, live.node, live.parameters) == ("pioneer", PROGRAM, {"seed": 7, "deep": {"er": 1}})
-        assert {name: len(messages) for name, messages in live.commanded.items()} == {"cmd_motor_state": 1, "decision": 40, "cmd_vel": 40}
+        assert {name: len(messages) for name, messages in live.commanded.items()} == {"cmd_motor_state": 1,
+                                                                                      "decision": 40, "cmd_vel": 40}
         assert live.begin == pytest.approx(10.0)
 
     def test_a_wander_begins_and_ends_where_it_did(self, bag):
@@ -90,12 +93,14 @@ class TestWhatTheBagTells:
             rerun.read_live([path], "carol", "")
 
     def test_a_description_that_makes_no_sense_is_none(self, tmp_path):
-        path = write(tmp_path / "odd.bag", [("/pioneer/recording", String("[1"), 1.0), ("/pioneer/cmd_vel", twist(0.1), 1.0)])
+        path = write(tmp_path / "odd.bag", [("/pioneer/recording", String("[1"), 1.0),
+                                            ("/pioneer/cmd_vel", twist(0.1), 1.0)])
         assert rerun.read_live([path], "", "").parameters == {}
 
 
 class TestVerdict:
-    live = {"decision": [(1.0 + 0.1 * n, decision(1.0 + 0.1 * n)) for n in range(30)], "cmd_vel": [(1.0 + 0.1 * n, twist(0.1)) for n in range(30)],
+    live = {"decision": [(1.0 + 0.1 * n, decision(1.0 + 0.1 * n)) for n in range(30)],
+            "cmd_vel": [(1.0 + 0.1 * n, twist(0.1)) for n in range(30)],
             "cmd_motor_state": [(0.5, MotorState(1))]}
 
     def test_the_same(self):

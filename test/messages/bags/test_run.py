@@ -61,7 +61,9 @@ class TestGripperEvents:
         return [event.what for event in gripper_events([(time, *state) for time, state in enumerate(states)])]
 
     def test_pick_and_put_down(self):
-        states = (self.OPEN, False), (self.MOVING, False), (self.MOVING, True), (self.CLOSED, True), (self.MOVING, False), (self.OPEN, False)
+        states = (self.OPEN, False), (self.MOVING,
+                                      False), (self.MOVING,
+                                               True), (self.CLOSED, True), (self.MOVING, False), (self.OPEN, False)
         assert self.names(*states) == ["picked up", "put down"]
 
     def test_time_of_the_event(self):
@@ -103,12 +105,14 @@ class TestReading:
 
     def test_no_echo_and_not_heard_are_not_points(self, bag):
         messages = without(make.driven(seconds=1), "sonar")
-        messages += [("/pioneer/sonar", make.sonar(ranges), 1000.5) for ranges in ([5.0, 1.0, 1.0, 0.0], [0.0, 2.0, 2.0, 5.0])]
+        messages += [("/pioneer/sonar", make.sonar(ranges), 1000.5)
+                     for ranges in ([5.0, 1.0, 1.0, 0.0], [0.0, 2.0, 2.0, 5.0])]
         assert len(read_run(bag(messages)).echoes()) == 0
 
     def test_heading_does_not_jump_at_half_a_turn(self, bag):
         headings = np.linspace(3.0, 3.4, 5)
-        run = read_run(bag([("/pioneer/pose", make.odometry(0, 0, heading), 10.0 + i) for i, heading in enumerate(headings)]))
+        run = read_run(bag([("/pioneer/pose", make.odometry(0, 0, heading), 10.0 + i)
+                            for i, heading in enumerate(headings)]))
         assert run.odometry.heading == pytest.approx(headings)
 
     def test_a_real_robots_bag_has_no_truth(self, bag):
@@ -122,7 +126,8 @@ class TestReading:
 
     @pytest.mark.parametrize("x", [math.nan, math.inf, 1e300])
     def test_a_robot_info_of_no_sense_has_no_places(self, bag, x):
-        messages = without(make.driven(seconds=1), "robot_info") + [("/pioneer/robot_info", make.robot_info({0: (x, 0.0, 0.0)}), 1000.0)]
+        messages = without(make.driven(seconds=1),
+                           "robot_info") + [("/pioneer/robot_info", make.robot_info({0: (x, 0.0, 0.0)}), 1000.0)]
         assert read_run(bag(messages)).echoes().shape == (0, 2)
 
     def test_sonar_messages_of_different_lengths(self, bag):

@@ -15,7 +15,8 @@ MOTORS = old_message("MotorState", "pioneer_control")
 
 def header(message, caller, latching="0"):
     """Fields of a connection as a recorder has them."""
-    return dict(topic="/topic", type=message._type, md5sum=message._md5sum, message_definition=message._full_text, callerid=caller, latching=latching)
+    return dict(topic="/topic", type=message._type, md5sum=message._md5sum, message_definition=message._full_text,
+                callerid=caller, latching=latching)
 
 
 @pytest.fixture(params=["none", "bz2", "lz4"])
@@ -32,7 +33,8 @@ def bag(request, tmp_path):
         for number, connection in enumerate(connections):
             writer.write(connection, data[number], 5 + 10 ** 6 * (3 * count + number))
     writer.close()
-    named = [("p2os_msgs/SonarArray", "/one", "0"), ("p2os_msgs/SonarArray", "/two", "1"), ("pioneer_control/MotorState", "/two", "0")]
+    named = [("p2os_msgs/SonarArray", "/one", "0"), ("p2os_msgs/SonarArray", "/two", "1"),
+             ("pioneer_control/MotorState", "/two", "0")]
     return path, request.param, [(*named[count % 3], data[count % 3], 5 + 10 ** 6 * count) for count in range(30000)]
 
 
@@ -49,7 +51,8 @@ def test_rosbag_reads_it(bag):
 def test_our_reader_reads_it(bag):
     path, compression, written = bag
     reader = read_bag(path)
-    assert [(connection.type, connection.caller, connection.header["latching"], data, time) for _, connection, data, time in reader] == written
+    assert [(connection.type, connection.caller, connection.header["latching"], data, time)
+            for _, connection, data, time in reader] == written
     assert (reader.damage, reader.compression) == ("", compression)
 
 

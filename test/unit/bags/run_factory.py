@@ -2,13 +2,16 @@
 
 import numpy as np
 
-from pioneer_control.bags.recorded_run import (CanPath, Echoes, GripperEvent, Map, RecordedDecision, Report, Run, Series, Span, Track,
+from pioneer_control.bags.recorded_run import (CanPath, Echoes, GripperEvent, Map, RecordedDecision, Report, Run,
+                                               Series, Span, Track,
                                                Velocities)
 
 BEGIN = 1.8e9  # s
 SQUARE = np.array([(0.36, -0.2), (0.36, 0.2), (-0.3, 0.2), (-0.3, -0.2)])
-REASONS = "driving: 1 m clear ahead", "turning left: sonar 1", "stopped: the time is up", "backing off", "halting: to turn", "asleep", "awake"
-LONG_TEXT = "the other side closed the line: switched off, cable pulled, or another program is connected, and this says it at great length"
+REASONS = ("driving: 1 m clear ahead", "turning left: sonar 1", "stopped: the time is up", "backing off",
+           "halting: to turn", "asleep", "awake")
+LONG_TEXT = ("the other side closed the line: switched off, cable pulled, or another program is connected, "
+             "and this says it at great length")
 
 
 def track(seconds, speed=0.2, towards=0.0, bend=0.05, step=0.1):
@@ -36,7 +39,8 @@ def velocities(of):
 
 def series(*changes):
     """A series of (s since the begin, value)."""
-    return Series(*np.array(changes, dtype=float).T)._replace(time=BEGIN + np.array([time for time, _ in changes], dtype=float))
+    return Series(*np.array(changes, dtype=float).T)._replace(time=BEGIN + np.array([time for time, _ in changes],
+                                                                                    dtype=float))
 
 
 def full(odometry, times=5):
@@ -46,16 +50,22 @@ def full(odometry, times=5):
     told = velocities(odometry)
     room = Map(np.pad(np.zeros((60, 60), dtype=np.int8), 2, constant_values=100), 0.1, (-2.0, -2.0, 0.0))
     return run(
-        odometry, path="somewhere/a-bag-with-a-very-long-name-which-nobody-would-ever-type-by-hand.bag", world="tutorial", truth=odometry, map=room,
+        odometry, path="somewhere/a-bag-with-a-very-long-name-which-nobody-would-ever-type-by-hand.bag",
+        world="tutorial", truth=odometry, map=room,
         transducers={0: (0.2, 0.0, 0.0)}, sonar=Echoes(moments, np.zeros(times), np.full(times, 1.5)),
         cans=(CanPath(odometry.time[[0, -1]], np.array([1.0, 2.0]), np.ones(2), np.zeros(2)),),
-        gripper=tuple(GripperEvent(time, ("picked up", "put down", "closed on nothing")[n % 3]) for n, time in enumerate(moments)),
+        gripper=tuple(GripperEvent(time, ("picked up", "put down", "closed on nothing")[n % 3])
+                      for n, time in enumerate(moments)),
         commanded=told, measured=told, battery=series((0, 13.0), (seconds / 2, 11.0)),
         motors=series((0, 1), (seconds / 2, 0)), e_stop=series((1, 1), (2, 0)),
-        stalls=tuple(Span(time, time + 1, "both wheels") for time in moments), bumps=(Span(moments[0], moments[0] + 1, "front 2"),),
-        faults=tuple(Report(time, 1 + n % 2, "/pioneer/p2os", chr(ord("a") + n % 26) * 9 + LONG_TEXT) for n, time in enumerate(moments))
+        stalls=tuple(Span(time, time + 1, "both wheels") for time in moments),
+        bumps=(Span(moments[0], moments[0] + 1, "front 2"),),
+        faults=tuple(Report(time, 1 + n % 2, "/pioneer/p2os", chr(ord("a") + n % 26) * 9 + LONG_TEXT)
+                     for n, time in enumerate(moments))
         + tuple(Report(time, 1, "/pioneer/simulator", "simulated 1.0 s: fault begins: loss 0.4") for time in moments),
-        gaps=tuple(Span(time, time + 1.0, "/pioneer/" + name) for time in moments for name in ("pose", "sonar", "battery", "stall", "cans")),
+        gaps=tuple(Span(time, time + 1.0, "/pioneer/" + name) for time in moments
+                   for name in ("pose", "sonar", "battery", "stall", "cans")),
         decisions=tuple(RecordedDecision(time, 0.0, 1, REASONS[n % len(REASONS)]) for n, time in enumerate(moments)),
-        damage="it was not closed and ends within a message after 56.8 s: its recorder was killed, or the disk was full. " * 2,
+        damage="it was not closed and ends within a message after 56.8 s: its recorder was killed, or the disk was "
+        "full. " * 2,
     )  # fmt: skip

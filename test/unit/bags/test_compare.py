@@ -106,7 +106,8 @@ class TestPushes:
 
     def pushes(self, *cans, **fields):
         track = make.track(20.0, bend=0.0)  # 0.2 m/s along x
-        paths = tuple(CanPath(make.BEGIN + np.array(time), *(np.array(each, dtype=float) for each in path)) for time, *path in cans)
+        paths = tuple(CanPath(make.BEGIN + np.array(time), *(np.array(each, dtype=float) for each in path))
+                      for time, *path in cans)
         found = pushes(make.run(track, truth=track, cans=paths, **fields))
         return [(push.can, round(push.time - make.BEGIN, 3), round(push.distance, 3)) for push in found]
 
@@ -127,7 +128,8 @@ class TestPushes:
         time = (0, 10, 11, 12)
         ahead = [0.2 * second + 0.31 for second in (10, 10, 11, 12)]    # between the paddles
         events = (GripperEvent(make.BEGIN + 9.5, "picked up"),)
-        assert self.pushes((time, ahead, (0,) * 4, (0,) * 4), (time, (5, 5, 5.2, 5.4), (1,) * 4, (0,) * 4), gripper=events) == [(2, 10.0, 0.4)]
+        assert self.pushes((time, ahead, (0,) * 4, (0,) * 4), (time, (5, 5, 5.2, 5.4), (1,) * 4, (0,) * 4),
+                           gripper=events) == [(2, 10.0, 0.4)]
         assert self.pushes((time, ahead, (0,) * 4, (0,) * 4)) == [(1, 10.0, 0.4)], "pushed by open paddles"
 
     def test_without_cans(self):

@@ -15,7 +15,8 @@ LINE = Timeline(make.BEGIN, make.BEGIN + 20.0)
 def rows(run, line=LINE):
     """Name to lane, with times counted from the begin."""
     lanes = over_time.lanes(run, incidents(run), line)
-    return {lane.name: lane._replace(spans=tuple((begin - make.BEGIN, end - make.BEGIN) for begin, end in lane.spans)) for lane in lanes}
+    return {lane.name: lane._replace(spans=tuple((begin - make.BEGIN, end - make.BEGIN) for begin, end in lane.spans))
+            for lane in lanes}
 
 
 def test_nothing_known_nothing_shown():
@@ -27,11 +28,13 @@ def test_what_never_was_is_no_row_but_for_the_motors():
 
 
 def test_on_until_the_end():
-    assert rows(make.run(motors=make.series((0, 0), (5, 1), (8, 0), (15, 1))))["motors on"].spans == ((5.0, 8.0), (15.0, 20.0))
+    assert rows(make.run(motors=make.series((0, 0), (5, 1), (8, 0),
+                                            (15, 1))))["motors on"].spans == ((5.0, 8.0), (15.0, 20.0))
 
 
 def test_the_gripper_holds_from_pick_to_put():
-    events = [GripperEvent(make.BEGIN + time, what) for time, what in ((2, "closed on nothing"), (5, "picked up"), (9, "put down"))]
+    events = [GripperEvent(make.BEGIN + time, what)
+              for time, what in ((2, "closed on nothing"), (5, "picked up"), (9, "put down"))]
     lane = rows(make.run(gripper=tuple(events)))["gripper"]
     assert lane.spans == ((5.0, 9.0),) and [badge.words for badge in lane.badges] == ["1", "2", "3"]
 
@@ -47,7 +50,13 @@ def test_errors_and_warnings_have_rows_of_their_own():
 
 
 def test_a_decision_holds_until_the_next_of_its_wander():
-    reasons = (1, "driving: 2 m"), (3, "driving: 1 m"), (5, "turning left: x"), (8, "driving: 2 m"), (9, ""), (15, "driving: 3"), (17, "driving: 3")
+    reasons = (1, "driving: 2 m"), (3, "driving: 1 m"), (5,
+                                                         "turning left: x"), (8,
+                                                                              "driving: 2 m"), (9,
+                                                                                                ""), (15,
+                                                                                                      "driving: 3"), (
+                                                                                                          17,
+                                                                                                          "driving: 3")
     decisions = tuple(RecordedDecision(make.BEGIN + time, 0, 1 + (time > 9), reason) for time, reason in reasons)
     found = rows(make.run(decisions=decisions))
     assert found["decided: driving"].spans == ((1.0, 5.0), (8.0, 9.0), (15.0, 17.0))
@@ -56,13 +65,16 @@ def test_a_decision_holds_until_the_next_of_its_wander():
 
 
 def test_no_more_than_the_commonest_decisions():
-    assert len([name for name in rows(make.full(make.track(20.0), times=30)) if name.startswith("decided")]) == over_time.DOINGS
+    assert len([name for name in rows(make.full(make.track(20.0), times=30))
+                if name.startswith("decided")]) == over_time.DOINGS
 
 
 class TestPacked:
     def packed(self, *spans):
-        lanes = over_time.packed("made", "#000000", [Span(make.BEGIN + begin, make.BEGIN + end, what) for begin, end, what in spans], LINE, 10.0)
-        return [([round(begin - make.BEGIN) for begin, _ in lane.spans], [what for _, what in lane.words]) for lane in lanes]
+        lanes = over_time.packed("made", "#000000", [Span(make.BEGIN + begin, make.BEGIN + end, what)
+                                                     for begin, end, what in spans], LINE, 10.0)
+        return [([round(begin - make.BEGIN) for begin, _ in lane.spans], [what for _, what in lane.words])
+                for lane in lanes]
 
     def test_one_after_the_other_share_a_row(self):
         assert self.packed((1, 2, "stall"), (5, 6, "cable")) == [([1, 5], ["stall", "cable"])]
@@ -79,10 +91,13 @@ class TestPacked:
 
     def test_of_very_many_the_last_have_no_words_and_are_there(self):
         found = self.packed(*[(1 + n / 10, 15, "stall") for n in range(9)])
-        assert len(found) == over_time.ROWS and sum(len(begins) for begins, _ in found) == 9 and sum(len(words) for _, words in found) == over_time.ROWS
+        assert len(found) == over_time.ROWS and sum(len(begins)
+                                                    for begins, _ in found) == 9 and sum(
+                                                        len(words) for _, words in found) == over_time.ROWS
 
 
-@pytest.mark.parametrize("low, high", [(-0.1, 0.1), (-0.01, 0.11), (12.5, 13.5), (10.9, 13.1), (0.0, 1e-6), (-3e4, 5.0), (-1.0, 24.0)])
+@pytest.mark.parametrize("low, high", [(-0.1, 0.1), (-0.01, 0.11), (12.5, 13.5), (10.9, 13.1), (0.0, 1e-6), (-3e4, 5.0),
+                                       (-1.0, 24.0)])
 @pytest.mark.parametrize("most", [2, 3, 5])
 def test_values_on_an_axis_are_round_and_few_and_inside(low, high, most):
     ticks = over_time.value_ticks(low, high, most)
@@ -94,7 +109,8 @@ def test_values_on_an_axis_are_round_and_few_and_inside(low, high, most):
 def test_what_was_not_heard_of_is_not_drawn():
     of = make.track(20.0)
     of = type(of)(*(values[(of.time < make.BEGIN + 4.05) | (of.time > make.BEGIN + 5.95)] for values in of))
-    gaps = Span(make.BEGIN + 4.0, make.BEGIN + 6.0, "/pioneer/pose"), Span(make.BEGIN + 9.0, make.BEGIN + 10.0, "/pioneer/sonar")
+    gaps = Span(make.BEGIN + 4.0, make.BEGIN + 6.0,
+                "/pioneer/pose"), Span(make.BEGIN + 9.0, make.BEGIN + 10.0, "/pioneer/sonar")
     forward = over_time.curves(make.run(of, measured=make.velocities(of), gaps=gaps))[0]
     ((time, value, _),) = forward.lines
     assert time[np.isnan(value)] - make.BEGIN == pytest.approx([5.0]) and (np.diff(time) >= 0).all()
@@ -102,10 +118,12 @@ def test_what_was_not_heard_of_is_not_drawn():
 
 def test_a_gap_takes_nothing_else_of_a_curve_that_hardly_changes():
     battery = make.series((0, 13.0), (20, 13.0))
-    gaps = tuple(Span(make.BEGIN + 4.0, make.BEGIN + 6.0, "/pioneer/%s" % name) for name in ("battery", "battery_state"))
+    gaps = tuple(Span(make.BEGIN + 4.0, make.BEGIN + 6.0, "/pioneer/%s" % name)
+                 for name in ("battery", "battery_state"))
     (strip,) = over_time.curves(make.run(battery=battery, gaps=gaps))
     ((time, value, _),) = strip.lines
-    assert (time - make.BEGIN).tolist() == [0.0, 4.0, 5.0, 6.0, 20.0] and np.isnan(value).tolist() == [False, False, True, False, False]
+    assert (time - make.BEGIN).tolist() == [0.0, 4.0, 5.0, 6.0,
+                                            20.0] and np.isnan(value).tolist() == [False, False, True, False, False]
 
 
 def test_a_gap_before_the_first_value_or_after_the_last_changes_nothing():

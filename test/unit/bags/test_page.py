@@ -21,7 +21,8 @@ RUNS = {
     "a minute": make.full(make.track(60.0)),
     "hours, with much to tell": make.full(make.track(3 * 3600.0, step=1.0), times=200),
     "never moved": make.run(STILL, measured=make.velocities(STILL), motors=make.series((0, 0))),
-    "a single pose": make.run(make.run().odometry._replace(**{name: np.array([1.0]) for name in ("time", "x", "y", "heading")})),
+    "a single pose": make.run(make.run().odometry._replace(**{name: np.array([1.0])
+                                                              for name in ("time", "x", "y", "heading")})),
     "a long way ahead": make.run(make.track(60.0), measured=make.velocities(make.track(60.0))),
     "a long way to the left": make.full(make.track(60.0, towards=np.pi / 2)),
     "without outline and names": make.run(footprint=np.empty((0, 2)), model="", robot=""),
@@ -37,7 +38,8 @@ def boxes(sheet):
 
     sheet.canvas.draw()
     own = [(text.get_text(), box(text)) for text in sheet.texts if text.get_text().strip()]
-    axes = [text for each in sheet.axes for axis in (each.xaxis, each.yaxis) for text in [axis.label] + shown_ticks(axis)]
+    axes = [text for each in sheet.axes for axis in (each.xaxis, each.yaxis)
+            for text in [axis.label] + shown_ticks(axis)]
     return own, [(text.get_text(), box(text)) for text in axes if text.get_text()]
 
 
@@ -50,7 +52,8 @@ def shown_ticks(axis):
 def overlapping(written):
     """Pairs of words that lie on each other."""
     pairs = itertools.combinations(written, 2)
-    return [(one, two) for (one, a), (two, b) in pairs if (np.minimum(a[2:], b[2:]) - np.maximum(a[:2], b[:2]) > 0.01).all()]
+    return [(one, two) for (one, a), (two, b) in pairs
+            if (np.minimum(a[2:], b[2:]) - np.maximum(a[:2], b[:2]) > 0.01).all()]
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -60,7 +63,8 @@ def test_everything_lies_on_a_sheet_and_nothing_on_each_other(name):
     assert width == WIDTH and height <= HEIGHT + 0.01
     own, of_axes = boxes(sheet)
     assert overlapping(own) == []
-    assert [words for words, (left, low, right, high) in own + of_axes if left < 0 or low < 0 or right > width or high > height] == []
+    assert [words for words, (left, low, right, high) in own + of_axes if left < 0 or low < 0 or right > width
+            or high > height] == []
     frames = [each.get_position().extents * np.tile([width, height], 2) for each in sheet.axes]
     assert overlapping([(str(number), frame) for number, frame in enumerate(frames)]) == []
     assert all(frame[2] < RIGHT + 0.01 for frame in frames)
@@ -81,14 +85,16 @@ def test_a_long_text_ends_in_dots_before_it_leaves_its_room():
 
 def test_the_head_has_the_figures_and_says_what_is_damaged():
     words = " ".join(words for words, _ in boxes(page.figure(RUNS["a minute"]))[0])
-    for figure in ("60 s", "12.0 m driven", "odometry exact: ideal wheels", "2 errors", "3 warnings", "5 gaps in the data", "damaged: it was not closed"):
+    for figure in ("60 s", "12.0 m driven", "odometry exact: ideal wheels", "2 errors", "3 warnings",
+                   "5 gaps in the data", "damaged: it was not closed"):
         assert figure in words
 
 
 def test_odometry_that_errs_is_said_in_centimetres():
     true = make.track(60.0)
     view = from_above.view_of(make.run(true, truth=true._replace(x=true.x * 1.01)))
-    assert any(re.fullmatch(r"odometry [1-9]\d* cm off at the end", figure) for figure in page.summary(view.run, view, ()))
+    assert any(re.fullmatch(r"odometry [1-9]\d* cm off at the end", figure)
+               for figure in page.summary(view.run, view, ()))
     assert "as the robot's odometry has it" in page.summary(make.run(), from_above.view_of(make.run()), ())
 
 
@@ -100,7 +106,8 @@ def test_a_long_text_of_a_fault_is_wrapped():
 
 
 def test_a_text_without_end_ends_in_dots_after_some_lines():
-    written = [words for words, _ in boxes(page.figure(make.run(faults=(Report(make.BEGIN + 1.0, 2, "", make.LONG_TEXT * 9),))))[0]]
+    written = [words for words, _ in boxes(
+        page.figure(make.run(faults=(Report(make.BEGIN + 1.0, 2, "", make.LONG_TEXT * 9),))))[0]]
     lines = [line for line in written if line.rstrip("…") in make.LONG_TEXT * 9 and len(line) > 40]
     assert len(lines) == page.LINES and lines[-1].endswith("…")
 
@@ -115,7 +122,8 @@ class TestEchoesBesideTheirWalls:
         return from_above.beside_things(view._replace(echoes=np.array(points))).tolist()
 
     def test_at_a_wall_or_not(self):
-        assert self.beside((4.25, 1.0), (4.1, 1.0), (3.9, 1.0), (1.0, -1.9), (1.0, 1.0), (99.0, 0.0)) == [False, False, True, False, True, True]
+        assert self.beside((4.25, 1.0), (4.1, 1.0), (3.9, 1.0), (1.0, -1.9), (1.0, 1.0),
+                           (99.0, 0.0)) == [False, False, True, False, True, True]
 
     def test_a_can_is_a_thing_wherever_it_was(self):
         can = CanPath(np.array([0.0, 1.0]), np.array([1.0, 2.0]), np.array([1.0, 1.0]), np.zeros(2))
@@ -124,7 +132,8 @@ class TestEchoesBesideTheirWalls:
     def test_a_map_that_is_turned(self):
         track = make.track(1.0)
         view = from_above.view_of(make.run(track, truth=track, map=self.ROOM._replace(origin=(2.0, -2.0, np.pi / 2))))
-        assert from_above.beside_things(view._replace(echoes=np.array([(-4.1, 1.0), (-3.0, 1.0)]))).tolist() == [False, True]
+        assert from_above.beside_things(view._replace(echoes=np.array([(-4.1, 1.0), (-3.0, 1.0)]))).tolist() == [False,
+                                                                                                                 True]
 
     def test_without_a_map_nobody_knows(self):
         view = from_above.view_of(RUNS["a long way ahead"])
@@ -139,11 +148,13 @@ class TestEchoesBesideTheirWalls:
 class TestCans:
     def run(self, *paths, **fields):
         track = make.track(20.0)
-        return make.run(track, truth=track, cans=tuple(CanPath(make.BEGIN + np.array(time), *(np.array(each) for each in path))
-                                                       for time, *path in paths), **fields)
+        return make.run(track, truth=track,
+                        cans=tuple(CanPath(make.BEGIN + np.array(time), *(np.array(each) for each in path))
+                                   for time, *path in paths), **fields)
 
     def test_a_pushed_can_is_said_and_its_way_is_in_the_legend(self):
-        sheet = page.figure(self.run(((0, 1), (9, 9), (9, 9), (0, 0)), ((0, 8, 8.1, 8.2), (1.0, 1.0, 1.1, 1.31), (0, 0, 0, 0), (0, 0, 0, 0))))
+        sheet = page.figure(self.run(((0, 1), (9, 9), (9, 9), (0, 0)),
+                                     ((0, 8, 8.1, 8.2), (1.0, 1.0, 1.1, 1.31), (0, 0, 0, 0), (0, 0, 0, 0))))
         assert "can 2 pushed 0.31 m at 8 s" in [words for words, _ in boxes(sheet)[0]]
         assert "way of a can" in [text.get_text() for text in sheet.legends[0].get_texts()]
         assert "can 2" in [text.get_text() for text in sheet.axes[0].texts]
@@ -193,7 +204,8 @@ class TestComparison:
         assert {"first", "slow (damaged)", "20 s", "4.00 m", "0.20 m/s", "2.00 m", "0.10 m/s"} <= set(words)
         assert any(re.fullmatch(r"1\.\d\d m, \+0°", text) for text in words)
 
-    @pytest.mark.parametrize("models, title", [(("p3dx", "p3dx"), "2 runs of 2 robots: a, b (p3dx)"), (("p3dx", "p3at"), "2 runs of 2 robots: a (p3dx), b (p3at)"),
+    @pytest.mark.parametrize("models, title", [(("p3dx", "p3dx"), "2 runs of 2 robots: a, b (p3dx)"),
+                                               (("p3dx", "p3at"), "2 runs of 2 robots: a (p3dx), b (p3at)"),
                                                (("", ""), "2 runs of 2 robots: a, b")])
     def test_what_all_are_is_said_once(self, models, title):
         runs = [make.run(robot=robot, model=model) for robot, model in zip("ab", models)]
@@ -236,7 +248,8 @@ class TestComparison:
         ("", ""),
         ("{a: [", ""),
         ("recording: {}\nparameters: {}", ""),
-        ("{recording: {}, parameters: {}, versions: {pioneer_control: 0.1.0, system: Debian}}", "recorded with pioneer_control 0.1.0, Debian"),
+        ("{recording: {}, parameters: {}, versions: {pioneer_control: 0.1.0, system: Debian}}",
+         "recorded with pioneer_control 0.1.0, Debian"),
         ("{recording: {}, parameters: {}, versions: {commit: abcdef01234567}}", "recorded with commit abcdef0123"),
     ],
 )
@@ -247,7 +260,8 @@ def test_with_what_a_run_was_recorded(notes, says):
 def test_a_robot_that_backs_off_looks_one_way_and_goes_the_other():
     backwards = make.track(60.0, speed=-0.2, bend=0.0)
     axes = page.figure(make.run(backwards)).axes[0]
-    strokes = [line.get_xdata() for line in axes.lines if len(line.get_xdata()) == 2 and line.get_label().startswith("_") and line.get_linewidth() < 2]
+    strokes = [line.get_xdata() for line in axes.lines if len(line.get_xdata()) == 2
+               and line.get_label().startswith("_") and line.get_linewidth() < 2]
     assert strokes and all(end > begin for begin, end in strokes)
     arrows = axes.collections[0].get_paths()
     assert arrows and all(np.argmin(arrow.vertices[:4, 0]) == 0 for arrow in arrows), "the tip is the first point"
@@ -255,7 +269,8 @@ def test_a_robot_that_backs_off_looks_one_way_and_goes_the_other():
 
 def test_hours_on_one_way_leave_it_to_be_seen():
     there_and_back = make.track(60.0)
-    long = type(there_and_back)(*(np.tile(values, 50) for values in there_and_back))._replace(time=make.BEGIN + np.arange(50 * 601) * 0.1)
+    long = type(there_and_back)(*(np.tile(values, 50)
+                                  for values in there_and_back))._replace(time=make.BEGIN + np.arange(50 * 601) * 0.1)
     count = [len(page.figure(make.run(each)).axes[0].collections[0].get_paths()) for each in (there_and_back, long)]
     assert count[1] < 4 * count[0]
 
@@ -268,9 +283,12 @@ def test_runs_can_be_told_apart_without_colours():
 class TestShortNames:
     @pytest.mark.parametrize("long, short", [
         (["one", "two"], ["one", "two"]),
-        (["tutorial_2026-11-22-08-39-28_seed_1", "tutorial_2026-11-22-08-39-28_seed_12"], ["…11-22-08-39-28_seed_1", "…11-22-08-39-28_seed_12"]),
-        (["tutorial_2026-11-22-08-39-28", "tutorial_2026-11-22-09-02-11"], ["…2026-11-22-08-39-28", "…2026-11-22-09-02-11"]),
-        (["alice_in_a_very_long_corridor_with_cans", "bob_in_a_very_long_corridor_with_cans"], ["alice_in_a_v…or_with_cans", "bob_in_a_ver…or_with_cans"]),
+        (["tutorial_2026-11-22-08-39-28_seed_1", "tutorial_2026-11-22-08-39-28_seed_12"],
+         ["…11-22-08-39-28_seed_1", "…11-22-08-39-28_seed_12"]),
+        (["tutorial_2026-11-22-08-39-28", "tutorial_2026-11-22-09-02-11"],
+         ["…2026-11-22-08-39-28", "…2026-11-22-09-02-11"]),
+        (["alice_in_a_very_long_corridor_with_cans", "bob_in_a_very_long_corridor_with_cans"],
+         ["alice_in_a_v…or_with_cans", "bob_in_a_ver…or_with_cans"]),
     ])
     def test_they_say_what_differs(self, long, short):
         assert side_by_side.shortened(long) == short

@@ -29,7 +29,8 @@ def test_a_robot_by_default(here):
     made = recording()
     assert made.robots == ("pioneer",) and made.topics == ("/pioneer/pose", "/tf") and made.asked_for == ()
     assert made.file == str(here / "pioneer_2026-11-21-18-05-09.bag")
-    assert made.command == ["rosrun", "rosbag", "record", "--output-name=" + made.stem, "--tcpnodelay", "--min-space=256M", "--chunksize=64", "--lz4",
+    assert made.command == ["rosrun", "rosbag", "record", "--output-name=" + made.stem, "--tcpnodelay",
+                            "--min-space=256M", "--chunksize=64", "--lz4",
                             "/pioneer/pose", "/tf"]
 
 
@@ -62,7 +63,8 @@ def test_what_was_asked_for_on_top(here):
 
 @pytest.mark.parametrize("bag, stem", [
     ("x", "x"), ("x.bag", "x"), ("x.bag.active", "x"), ("sub/x.bag", "sub/x"), ("x.y", "x.y"),
-    ("sub", "sub/pioneer_2026-11-21-18-05-09"), ("new/", "new/pioneer_2026-11-21-18-05-09"), ("with space/x.bag", "with space/x")])
+    ("sub", "sub/pioneer_2026-11-21-18-05-09"), ("new/", "new/pioneer_2026-11-21-18-05-09"),
+    ("with space/x.bag", "with space/x")])
 def test_where_the_bag_goes(here, bag, stem):
     (here / "sub").mkdir()
     assert recording("--bag=" + bag).stem == str(here / stem)
@@ -93,14 +95,16 @@ class TestPlace:
         plan.check_place(recording("--bag=x"), GB)
         assert sorted(os.listdir(str(here))) == ["list.yaml", "x_y.bag", "xy.bag"]
 
-    @pytest.mark.parametrize("there, split", [("x.bag", ""), ("x.bag.active", ""), ("x_0.bag", "1h"), ("x_12.bag", "1h"), ("x_3.bag.active", "1h")])
+    @pytest.mark.parametrize("there, split", [("x.bag", ""), ("x.bag.active", ""), ("x_0.bag", "1h"),
+                                              ("x_12.bag", "1h"), ("x_3.bag.active", "1h")])
     def test_what_is_there_stays(self, here, there, split):
         (here / there).write_bytes(b"precious")
         # of that nothing would be lost
         plan.check_place(recording("--bag=x", "--split=" + ("" if split else "1h")), GB)
         with pytest.raises(UsageError, match="%s is there already, and stays as it is" % there) as caught:
             plan.check_place(recording("--bag=x", "--split=" + split), GB)
-        assert ("is being recorded, or is of a recorder that was killed" in str(caught.value)) == there.endswith(".active")
+        assert ("is being recorded, or is of a recorder that was killed" in str(caught.value)) == there.endswith(
+            ".active")
         assert (here / there).read_bytes() == b"precious"
 
     def test_no_permission(self, here, monkeypatch):
@@ -120,7 +124,9 @@ def test_parts_are_in_their_order(here):
     for number in (0, 1, 2, 10):
         (here / ("x_%s.bag%s" % (number, ".active" if number == 10 else ""))).write_bytes(b"")
     (here / "x.bag").write_bytes(b"")
-    assert [os.path.basename(path) for path in recording("--bag=x", "--split=1h").parts] == ["x_0.bag", "x_1.bag", "x_2.bag", "x_10.bag.active"]
+    assert [os.path.basename(path) for path in recording("--bag=x",
+                                                         "--split=1h").parts] == ["x_0.bag", "x_1.bag", "x_2.bag",
+                                                                                  "x_10.bag.active"]
     assert [os.path.basename(path) for path in recording("--bag=x").parts] == ["x.bag"]
     assert recording("--bag=nowhere/x").parts == []
 

@@ -32,7 +32,8 @@ def write(tmp_path):
 
 def test_rows(write):
     assert load_list(write(LIST)) == (
-        KeptTopic("pose", "where it is", "reported", False), KeptTopic("/tf", "frames", "shared", False), KeptTopic("/map", "", "shared", False),
+        KeptTopic("pose", "where it is", "reported", False), KeptTopic("/tf", "frames", "shared", False),
+        KeptTopic("/map", "", "shared", False),
         KeptTopic("p2os/wire", "raw", "wire", True))
 
 

@@ -10,7 +10,8 @@ from pioneer_control.bags.replaying.redrive_schedule import REFRESH, VALID, Orde
 
 def twist(linear, angular=0.0):
     """As geometry_msgs/Twist."""
-    return SimpleNamespace(linear=SimpleNamespace(x=linear, y=0.0, z=0.0), angular=SimpleNamespace(x=0.0, y=0.0, z=angular))
+    return SimpleNamespace(linear=SimpleNamespace(x=linear, y=0.0, z=0.0),
+                           angular=SimpleNamespace(x=0.0, y=0.0, z=angular))
 
 
 def driven(times, linear=0.2):
@@ -54,8 +55,10 @@ class TestIntervals:
 
     @pytest.mark.parametrize("strange", [math.nan, math.inf, -math.inf])
     def test_what_is_no_number_is_left_out(self, strange):
-        wheels = [Order(0.0, "cmd_wheels", SimpleNamespace(left=left, right=right)) for left, right in ((strange, 0.1), (0.1, strange))]
-        assert schedule(wheels + [Order(0.0, "cmd_vel", twist(strange, 0.1)), Order(0.0, "cmd_vel", twist(0.1, strange))]) == []
+        wheels = [Order(0.0, "cmd_wheels", SimpleNamespace(left=left, right=right))
+                  for left, right in ((strange, 0.1), (0.1, strange))]
+        assert schedule(wheels + [Order(0.0, "cmd_vel", twist(strange, 0.1)),
+                                  Order(0.0, "cmd_vel", twist(0.1, strange))]) == []
 
     def test_nothing_was_told(self):
         assert schedule([]) == [] and duration([]) == 0.0
@@ -85,8 +88,10 @@ class TestSlower:
         assert slowed(twist(0.2, 1.0), 0.5).angular.z == 0.5
 
     def test_in_every_direction(self):
-        made = slowed(SimpleNamespace(linear=SimpleNamespace(x=0.2, y=0.4, z=0.6), angular=SimpleNamespace(x=2.0, y=4.0, z=6.0)), 0.5)
-        assert (vars(made.linear), vars(made.angular)) == ({"x": 0.1, "y": 0.2, "z": 0.3}, {"x": 1.0, "y": 2.0, "z": 3.0})
+        made = slowed(SimpleNamespace(linear=SimpleNamespace(x=0.2, y=0.4, z=0.6),
+                                      angular=SimpleNamespace(x=2.0, y=4.0, z=6.0)), 0.5)
+        assert (vars(made.linear), vars(made.angular)) == ({"x": 0.1, "y": 0.2, "z": 0.3},
+                                                           {"x": 1.0, "y": 2.0, "z": 3.0})
 
 
 class TestDeadman:

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from pioneer_control.bags.replaying.rerun_compare import LATE, TimedVelocity, first_difference, judge_decisions, judge_others, judge_velocities, likeness
+from pioneer_control.bags.replaying.rerun_compare import (LATE, TimedVelocity, first_difference, judge_decisions,
+                                                          judge_others, judge_velocities, likeness)
 
 
 class Part:
@@ -34,7 +35,8 @@ class Stamp:
 
 
 def decision(stamp, angular=0.0, sent=1):
-    return Part(header=Part(seq=sent, stamp=Stamp(stamp), frame_id=""), wander=1, seed=7, speed=0.1, linear=0.1, angular=angular, reason="driving")
+    return Part(header=Part(seq=sent, stamp=Stamp(stamp), frame_id=""), wander=1, seed=7, speed=0.1, linear=0.1,
+                angular=angular, reason="driving")
 
 
 class TestDecisions:
@@ -46,13 +48,15 @@ class TestDecisions:
         assert verdict.same and verdict.sentences == ["20 decisions live, 20 in the re-run: every one is the same."]
 
     @pytest.mark.parametrize("name, value", [
-        ("wander", 2), ("seed", 8), ("speed", 0.2), ("linear", 0.1000000001), ("angular", 0.3), ("reason", "turning left")])
+        ("wander", 2), ("seed", 8), ("speed", 0.2), ("linear", 0.1000000001), ("angular", 0.3),
+        ("reason", "turning left")])
     def test_any_field_that_differs_is_told(self, name, value):
         again = [decision(10.0 + 0.1 * number) for number in range(20)]
         setattr(again[12], name, value)
         verdict = judge_decisions(self.live, again)
         assert not verdict.same
-        assert "differ from number 13 on, 1.2 s after the first" in verdict.sentences[0] and "%s was" % name in verdict.sentences[0]
+        assert "differ from number 13 on, 1.2 s after the first" in verdict.sentences[
+            0] and "%s was" % name in verdict.sentences[0]
 
     def test_a_stamp_that_differs(self):
         found = first_difference(self.live, [*self.live[:3], decision(99.0), *self.live[4:]])
@@ -66,7 +70,8 @@ class TestDecisions:
 
 def driven(wave=0.0, late=0.0, count=100, faster=0.0):
     """Ten velocities a second: 2 s straight on, 2 s turning, ..."""
-    return [TimedVelocity(5.0 + 0.1 * n + late, 0.1 + faster, 0.5 * (n // 20 % 2) + wave * math.sin(n)) for n in range(count)]
+    return [TimedVelocity(5.0 + 0.1 * n + late, 0.1 + faster, 0.5 * (n // 20 % 2) + wave * math.sin(n))
+            for n in range(count)]
 
 
 class TestVelocities:
@@ -91,7 +96,8 @@ class TestVelocities:
         assert found.largest[1] == pytest.approx(0.5) and 0.5 < found.share < 0.75
 
     def test_a_turn_too_many(self):
-        assert likeness([velocity._replace(second=0.0) for velocity in driven()], driven()).largest[1] == pytest.approx(0.5)
+        assert likeness([velocity._replace(second=0.0) for velocity in driven()],
+                        driven()).largest[1] == pytest.approx(0.5)
 
     def test_one_that_comes_far_too_late(self):
         assert likeness(driven(), driven(late=1.5)).share < 0.95
@@ -121,5 +127,6 @@ class TestOthers:
 
     @pytest.mark.parametrize("again", [[2, 1], [1], [1, 2, 3], [1, 3], []])
     def test_another_order(self, again):
-        verdict = judge_others("gripper_control", [Part(state=1), Part(state=2)], [Part(state=state) for state in again])
+        verdict = judge_others("gripper_control", [Part(state=1), Part(state=2)],
+                               [Part(state=state) for state in again])
         assert not verdict.same and "gripper_control: different from" in verdict.sentences[0]

@@ -9,7 +9,8 @@ from pioneer_control.bags.pages.timeline import Timeline, how_long, spread
 @pytest.mark.parametrize(
     "span, moment, written",
     [
-        (2.0, 0.5, "0.5 s"), (9.0, 7.0, "7 s"), (80.0, 67.6, "68 s"), (199.0, 0.0, "0 s"), (300.0, 125.4, "2:05"), (7000.0, 6000.0, "100:00"),
+        (2.0, 0.5, "0.5 s"), (9.0, 7.0, "7 s"), (80.0, 67.6, "68 s"), (199.0, 0.0, "0 s"), (300.0, 125.4, "2:05"),
+        (7000.0, 6000.0, "100:00"),
         (9000.0, 4325.0, "1:12:05"),
     ],
 )  # fmt: skip
@@ -28,7 +29,8 @@ def test_ticks_are_few_and_round_and_none_is_written_like_another(span, most):
         assert len(ticks) >= 2 and np.ptp(np.diff(ticks)) == pytest.approx(0.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("seconds, written", [(0.0, "0 s"), (7.46, "7.5 s"), (78.2, "78 s"), (725.0, "12 min 5 s"), (11520.0, "3 h 12 min")])
+@pytest.mark.parametrize("seconds, written", [(0.0, "0 s"), (7.46, "7.5 s"), (78.2, "78 s"), (725.0, "12 min 5 s"),
+                                              (11520.0, "3 h 12 min")])
 def test_a_length_of_time(seconds, written):
     assert how_long(seconds) == written
 

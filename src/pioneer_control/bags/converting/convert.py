@@ -18,7 +18,8 @@ from ..progress import Progress
 from ..reader import decode, read_bag
 from ..records import BagError
 from ..writer import BagWriter
-from .messages import CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, Survey, is_sonar, namespace_of, transducers_of
+from .messages import (CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, Survey, is_sonar, namespace_of,
+                       transducers_of)
 
 PART = ".part"
 """Ending of an output that is not complete."""
@@ -29,7 +30,8 @@ def survey(path: str) -> Survey:
     transducers: Dict[str, Sequence[Transducer]] = {}
     frames: Set[str] = set()
     with Progress("looking") as progress:
-        reader = read_bag(path, lambda connection: connection.md5sum == msg.RobotInfo._md5sum or connection.topic == STATIC_FRAMES, progress)
+        reader = read_bag(path, lambda connection: connection.md5sum == msg.RobotInfo._md5sum
+                          or connection.topic == STATIC_FRAMES, progress)
         for topic, connection, data, _ in reader:
             try:
                 message = decode(connection, data)
@@ -55,8 +57,10 @@ def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]
     sonar = {connection.topic for connection in known.connections if is_sonar(connection)}
     unknown = sorted(topic for topic in sonar if namespace_of(topic) not in known.transducers)
     if unknown and options.model is None and len(others) < len(options.what):
-        raise UsageError("%s does not say where the transducers of %s look (it has no robot_info): name the robot's model, "
-                         "--model p3dx-sh for example, or leave sonar out: convert_bag %s %s %s" % (source, ", ".join(unknown), source, target, " ".join(others) or "types"))
+        raise UsageError("%s does not say where the transducers of %s look (it has no robot_info): name the robot's "
+                         "model, "
+                         "--model p3dx-sh for example, or leave sonar out: convert_bag %s %s %s"
+                         % (source, ", ".join(unknown), source, target, " ".join(others) or "types"))
     converter = Converter(options, known)
     part = target + PART
     numbers: Dict[Outlet, int] = {}
@@ -92,24 +96,29 @@ def _check_files(source: str, target: str) -> None:
 def report(source: str, target: str, converter: Converter, damage: str, model: str = "") -> str:
     """What was converted into what, what was kept, and what is wrong, in plain words."""
     made = [outlet for outlet in converter.outlets if outlet.made]
-    renamed = [outlet for outlet in converter.outlets if not outlet.made and outlet.header["type"] != outlet.source.type]
+    renamed = [outlet for outlet in converter.outlets if not outlet.made
+               and outlet.header["type"] != outlet.source.type]
     kept = [outlet for outlet in converter.outlets if not outlet.made and outlet not in renamed]
     read = Counter(converter.dropped)
     for outlet in renamed + kept:
         read[outlet.topic] += outlet.count
     lines = ["%s -> %s" % (source, target)]
-    lines += ["  renamed %s: %s of %s are %s" % (outlet.topic, outlet.count, outlet.source.type, outlet.header["type"]) for outlet in renamed]
-    lines += ["  made    %s: %s of %s from %s of %s" % (outlet.topic, outlet.count, outlet.header["type"], read[outlet.source.topic],
-                                                        outlet.source.topic) for outlet in made]
+    lines += ["  renamed %s: %s of %s are %s" % (outlet.topic, outlet.count, outlet.source.type, outlet.header["type"])
+              for outlet in renamed]
+    lines += ["  made    %s: %s of %s from %s of %s" % (outlet.topic, outlet.count, outlet.header["type"],
+                                                        read[outlet.source.topic], outlet.source.topic)
+              for outlet in made]
     lines += ["  dropped %s: %s, replaced" % each for each in converter.dropped.items()]
-    lines += ["  kept    %s as they were, of %s" % (sum(outlet.count for outlet in kept),
-                                                   ", ".join(sorted({outlet.topic for outlet in kept})) or "no topic")]
+    topics = ", ".join(sorted({outlet.topic for outlet in kept})) or "no topic"
+    lines += ["  kept    %s as they were, of %s" % (sum(outlet.count for outlet in kept), topics)]
     lines += ["  %s is in the bag already: it was not made" % topic for topic in sorted(converter.already_there)]
-    lines += ["  There was nothing to convert: neither types of p2os nor what was asked for."] * (not made and not renamed)
+    if not made and not renamed:
+        lines.append("  There was nothing to convert: neither types of p2os nor what was asked for.")
     if converter.not_fitted:
         lines.append("  %s readings of transducers that %s does not have were left out: is it the right model?"
                      % (converter.not_fitted, model or "the robot_info of the bag"))
-    lines += ["  %s messages of %s are damaged: nothing was made of them" % (count, topic) for topic, count in converter.damaged.items()]
+    lines += ["  %s messages of %s are damaged: nothing was made of them" % (count, topic)
+              for topic, count in converter.damaged.items()]
     lines += ["  %s: %s What could be read was converted." % (source, damage)] * bool(damage)
     return "\n".join(lines)
 
@@ -121,8 +130,10 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--model": dict(default="", help="which robot it is, where no robot_info says so: p3dx-sh for example"),
     "--models-file": dict(default="", metavar="FILE", help="your own table of models"),
     "--gripper": dict(action="store_true", help="that robot has a gripper"),
-    "--replace": dict(action="store_true", help="leave out the topics that were converted; else they stay, beside the new ones"),
-    "--frame": dict(action="append", default=[], metavar="OLD=NEW", help="rename a frame in every message; may be given again"),
+    "--replace": dict(action="store_true",
+                      help="leave out the topics that were converted; else they stay, beside the new ones"),
+    "--frame": dict(action="append", default=[], metavar="OLD=NEW",
+                    help="rename a frame in every message; may be given again"),
 }
 
 
@@ -130,7 +141,9 @@ def _parser() -> argparse.ArgumentParser:
     words = ["  %-8s %s%s" % (word, conversion.meaning, "" if conversion.by_default else " (only when named)")
              for word, conversion in CONVERSIONS.items()]
     return parser_of(
-        "convert_bag", "Write a new bag in which messages of p2os have the names of pioneer_control, with standard messages beside them.", OPTIONS,
+        "convert_bag",
+        "Write a new bag in which messages of p2os have the names of pioneer_control, with standard messages beside "
+        "them.", OPTIONS,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="\n".join(["WHAT to convert, by default %s:" % ", ".join(DEFAULT), *words, "",
                           "Everything else stays as it is: bytes, order, times, publishers, latching."]))
@@ -163,7 +176,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         wanted = Options(what, model, options.gripper, options.replace, _renamed(options.frame))
         converter, damage = convert(options.bag, options.output, wanted)
     except (PioneerError, OSError) as error:
-        text = str(error) if isinstance(error, PioneerError) else "%s cannot be written: %s" % (options.output, error.strerror)
+        text = str(error)
+        if not isinstance(error, PioneerError):
+            text = "%s cannot be written: %s" % (options.output, error.strerror)
         full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
         more = ". What was written of it is removed: make room, or write it elsewhere" if full else ""
         print("convert_bag: %s%s" % (text, more), file=sys.stderr)

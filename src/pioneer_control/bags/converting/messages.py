@@ -5,7 +5,8 @@ here.
 import functools
 import io
 from types import MappingProxyType
-from typing import Any, Callable, Collection, Counter, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import (Any, Callable, Collection, Counter, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional,
+                    Sequence, Set, Tuple)
 
 import genpy
 from nav_msgs.msg import Odometry
@@ -20,7 +21,8 @@ from ..records import BagError
 from .sonar import SonarHistory, sonar_scan
 
 OLD_PACKAGES = ("p2os_driver", "p2os_msgs")
-MESSAGES = ("AIO", "BatteryState", "DIO", "GripState", "GripperState", "LiftState", "MotorState", "PTZState", "SonarArray")
+MESSAGES = ("AIO", "BatteryState", "DIO", "GripState", "GripperState", "LiftState", "MotorState", "PTZState",
+            "SonarArray")
 """What p2os has too, with the same fields."""
 BASE_LINK = "base_link"
 """What a frame means that p2os left empty."""
@@ -31,7 +33,8 @@ def is_frozen(connection: Connection, *names: str) -> bool:
     """Whether its messages are of one of these types, which p2os and this package have, under whichever package's name.
     """
     package, _, name = connection.type.partition("/")
-    return name in names and package in (*OLD_PACKAGES, "pioneer_control") and connection.md5sum == getattr(msg, name)._md5sum
+    return name in names and package in (*OLD_PACKAGES,
+                                         "pioneer_control") and connection.md5sum == getattr(msg, name)._md5sum
 
 
 def is_old(connection: Connection) -> bool:
@@ -66,13 +69,17 @@ class Conversion(NamedTuple):
 
 
 CONVERSIONS: Dict[str, Conversion] = {
-    "types": Conversion("p2os_driver/X and p2os_msgs/X are called pioneer_control/X; no byte of a message changes", is_old),
-    "info": Conversion("what robot it is, as --model says, where the bag does not tell", is_sonar, msg.RobotInfo, "robot_info"),
-    "ranges": Conversion("a sensor_msgs/Range of each new reading, and the transducers' frames", is_sonar, Range, "sonar_ranges"),
+    "types": Conversion("p2os_driver/X and p2os_msgs/X are called pioneer_control/X; no byte of a message changes",
+                        is_old),
+    "info": Conversion("what robot it is, as --model says, where the bag does not tell", is_sonar, msg.RobotInfo,
+                       "robot_info"),
+    "ranges": Conversion("a sensor_msgs/Range of each new reading, and the transducers' frames", is_sonar, Range,
+                         "sonar_ranges"),
     "points": Conversion("where the echoes were, sensor_msgs/PointCloud2", is_sonar, PointCloud2, "sonar_points"),
     "battery": Conversion("voltage as sensor_msgs/BatteryState", is_battery, BatteryState, "battery"),
     "scan": Conversion("the echoes as sensor_msgs/LaserScan", is_sonar, LaserScan, "sonar_scan", by_default=False),
-    "odom": Conversion("`pose` under the name that most programs look for", is_pose, Odometry, "odom", by_default=False),
+    "odom": Conversion("`pose` under the name that most programs look for", is_pose, Odometry, "odom",
+                       by_default=False),
 }
 DEFAULT = tuple(word for word, conversion in CONVERSIONS.items() if conversion.by_default)
 
@@ -114,9 +121,11 @@ class Outlet:
         count: messages so far.
     """
 
-    def __init__(self, source: Connection, topic: str, type_: Any = None, made: bool = True, latched: bool = False) -> None:
+    def __init__(self, source: Connection, topic: str, type_: Any = None, made: bool = True,
+                 latched: bool = False) -> None:
         self.source, self.topic, self.made, self.count = source, topic, made, 0
-        self.header = dict(source.header, **{"latching": "1"} if latched else {}, **{"topic": topic} if "topic" in source.header else {})
+        self.header = dict(source.header, **{"latching": "1"} if latched else {},
+                           **{"topic": topic} if "topic" in source.header else {})
         if type_ is not None:
             self.header.update(type=type_._type, md5sum=type_._md5sum, message_definition=type_._full_text)
 
@@ -132,7 +141,8 @@ def namespace_of(topic: str) -> str:
 
 def transducers_of(info: msg.RobotInfo) -> Tuple[Transducer, ...]:
     """Where the sonar of a robot looks, by its robot_info."""
-    return tuple(Transducer(number, pose.x, pose.y, pose.theta) for number, pose in zip(info.sonar_numbers, info.sonar_poses))
+    return tuple(Transducer(number, pose.x, pose.y, pose.theta)
+                 for number, pose in zip(info.sonar_numbers, info.sonar_poses))
 
 
 def serialized(message: genpy.Message) -> bytes:
@@ -193,7 +203,8 @@ class Converter:
         told = space in self._known.transducers     # what robot it is
         for word in self._options.what:
             conversion = CONVERSIONS[word]
-            if conversion.made and conversion.fits(connection) and not (word == "info" and (told or self._options.model is None)):
+            if conversion.made and conversion.fits(connection) and not (word == "info"
+                                                                        and (told or self._options.model is None)):
                 topic = space + slash + conversion.topic
                 if topic in self._topics:
                     self.already_there.add(topic)
@@ -203,7 +214,8 @@ class Converter:
         if self._options.replace and set(outlets) - {"info"}:
             makers.append(self._drop)
         else:
-            renamed = getattr(msg, connection.type.partition("/")[2]) if "types" in self._options.what and is_old(connection) else None
+            renamed = getattr(msg, connection.type.partition("/")[2]) if "types" in self._options.what and is_old(
+                connection) else None
             makers.append(functools.partial(self._keep, Outlet(connection, connection.topic, renamed, made=False)))
         if connection.md5sum == msg.RobotInfo._md5sum:
             makers.append(self._note_transducers)
@@ -281,17 +293,20 @@ class Converter:
         robot, model = namespace_of(message.topic), self._options.model
         old, stamp, base_link = self._head(message)
         if "info" in outlets and not outlets["info"].count and model is not None:
-            yield outlets["info"], serialized(standard_messages.robot_info(model, self._options.gripper, stamp, base_link))
+            yield outlets["info"], serialized(standard_messages.robot_info(model, self._options.gripper, stamp,
+                                                                           base_link))
         transducers = self._transducers.get(robot, model.sonar if model else ())
         readings = history.readings(old.ranges, transducers, stamp.to_sec())
         fitted = {transducer.number for transducer in transducers}
         self.not_fitted += sum(heard > 0 and number not in fitted for number, heard in enumerate(old.ranges))
         if "ranges" in outlets:
             prefix = base_link[:base_link.rfind("/") + 1]
-            unknown = [each for each in transducers if standard_messages.frame_of(each.number, prefix) not in self._static_frames]
+            unknown = [each for each in transducers
+                       if standard_messages.frame_of(each.number, prefix) not in self._static_frames]
             if unknown:
                 self._static_frames |= {standard_messages.frame_of(each.number, prefix) for each in unknown}
-                yield outlets["frames"], serialized(standard_messages.sonar_frames(transducers, stamp, base_link, prefix))
+                yield outlets["frames"], serialized(standard_messages.sonar_frames(transducers, stamp, base_link,
+                                                                                   prefix))
             for reading in readings:
                 if reading.age == 0:
                     made = standard_messages.sonar_range(reading.transducer.number, reading.range, stamp, prefix)

@@ -52,7 +52,8 @@ class SonarHistory:
 
 
 def sonar_scan(
-    points: Iterable[Tuple[float, float]], silent: Iterable[Transducer], transducers: Iterable[Transducer], stamp: Any, base_link_frame: str,
+    points: Iterable[Tuple[float, float]], silent: Iterable[Transducer], transducers: Iterable[Transducer], stamp: Any,
+    base_link_frame: str,
 ) -> LaserScan:
     """A scan all round base_link (REP 117): echoes (m), infinity where a transducer of ``silent`` has none in sight,
     NaN where none looks.
@@ -60,7 +61,8 @@ def sonar_scan(
     step = 2 * math.pi / BEAMS
     ranges = [math.nan] * BEAMS
     for transducer in silent:
-        end = transducer.x + NO_ECHO * math.cos(transducer.heading), transducer.y + NO_ECHO * math.sin(transducer.heading)
+        end = transducer.x + NO_ECHO * math.cos(transducer.heading), transducer.y + NO_ECHO * math.sin(
+            transducer.heading)
         ranges[_beam(*end)] = math.inf
     for x, y in points:
         beam = _beam(x, y)

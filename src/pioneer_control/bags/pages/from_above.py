@@ -52,7 +52,8 @@ def view_of(run: Run) -> TopView:
     return TopView(run, path, odometry, echoes, walls, *extent((odometry, path), echoes, walls, reach))
 
 
-def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map], reach: float) -> Tuple[np.ndarray, np.ndarray]:
+def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map],
+           reach: float) -> Tuple[np.ndarray, np.ndarray]:
     """Lower left and upper right corner of what is to be seen, m, with a margin.
 
     A map is shown whole, unless that would leave most of the page to where the robot never was.
@@ -86,9 +87,11 @@ def beside_things(view: TopView) -> np.ndarray:
     near = view.walls.cells >= 50
     for _ in range(int(np.ceil(NEAR_A_WALL / view.walls.resolution))):  # each time by one cell to all sides
         padded = np.pad(near, 1)
-        near = np.any([padded[row:row + near.shape[0], column:column + near.shape[1]] for row in range(3) for column in range(3)], axis=0)
+        near = np.any([padded[row:row + near.shape[0], column:column + near.shape[1]] for row in range(3)
+                       for column in range(3)], axis=0)
     offset = points - view.walls.origin[:2]
-    cells = np.floor(np.column_stack(placed((0.0, 0.0, -view.walls.origin[2]), *offset.T)) / view.walls.resolution).astype(int)
+    cells = np.floor(np.column_stack(placed((0.0, 0.0, -view.walls.origin[2]),
+                                            *offset.T)) / view.walls.resolution).astype(int)
     inside = ((cells >= 0) & (cells < near.shape[::-1])).all(axis=1)
     column, row = cells[inside].T
     beside = np.ones(len(points), dtype=bool)
@@ -106,9 +109,11 @@ def draw(axes: Any, view: TopView, timeline: Timeline, inches: float) -> None:
     if view.walls is not None:
         draw_map(axes, view.walls)
     if view.run.truth is not None:
-        axes.plot(view.path.x, view.path.y, color=BLUE, linewidth=3.4, alpha=0.55, zorder=3, label="true path", solid_capstyle="round")
+        axes.plot(view.path.x, view.path.y, color=BLUE, linewidth=3.4, alpha=0.55, zorder=3, label="true path",
+                  solid_capstyle="round")
     line = "-" if view.run.truth is None else (0, (5, 2))
-    axes.plot(view.odometry.x, view.odometry.y, color=VERMILLION, linewidth=1.2, linestyle=line, zorder=4, label="odometry")
+    axes.plot(view.odometry.x, view.odometry.y, color=VERMILLION, linewidth=1.2, linestyle=line, zorder=4,
+              label="odometry")
     draw_arrows(axes, view.path, scale)
     _draw_echoes(axes, view)
     if view.run.truth is not None:
@@ -123,7 +128,8 @@ def draw_map(axes: Any, walls: Map) -> None:
     from matplotlib.colors import to_rgb
     from matplotlib.transforms import Affine2D
 
-    shades = np.where(walls.cells[..., None] >= 50, to_rgb(WALL), np.where(walls.cells[..., None] < 0, to_rgb(BEYOND), to_rgb(FLOOR)))
+    shades = np.where(walls.cells[..., None] >= 50, to_rgb(WALL),
+                      np.where(walls.cells[..., None] < 0, to_rgb(BEYOND), to_rgb(FLOOR)))
     rows, columns = walls.cells.shape
     limits = axes.get_xlim(), axes.get_ylim()
     image = axes.imshow(shades, origin="lower", interpolation="nearest", zorder=0,
@@ -171,13 +177,16 @@ def _draw_cans(axes: Any, view: TopView) -> None:
         return
     # large enough to be found; in a large drawing the circles to scale are larger
     dots = dict(linestyle="none", marker="o")
-    axes.plot(*before.T, **dots, markersize=7, markerfacecolor="none", markeredgecolor=CAN_BEFORE, label="can before", zorder=6.6)
-    axes.plot(*after.T, **dots, markersize=4.5, color=CAN_AFTER, markeredgecolor=INK, markeredgewidth=0.5, label="can after", zorder=6)
+    axes.plot(*before.T, **dots, markersize=7, markerfacecolor="none", markeredgecolor=CAN_BEFORE, label="can before",
+              zorder=6.6)
+    axes.plot(*after.T, **dots, markersize=4.5, color=CAN_AFTER, markeredgecolor=INK, markeredgewidth=0.5,
+              label="can after", zorder=6)
     for number, (can, (x, y)) in enumerate(zip(cans, after), 1):
         axes.add_patch(Circle((x, y), CAN_RADIUS, facecolor=CAN_AFTER, edgecolor=INK, linewidth=0.4, zorder=6))
         if np.hypot(can.x - can.x[0], can.y - can.y[0]).max() > CAN_MOVED:
             axes.plot(can.x, can.y, ":", color=CAN_AFTER, linewidth=1.4, zorder=5.5, label="way of a can")
-            axes.annotate("can %s" % number, (can.x[0], can.y[0]), (0, -9), textcoords="offset points", ha="center", va="center", fontsize=6.5,
+            axes.annotate("can %s" % number, (can.x[0], can.y[0]), (0, -9), textcoords="offset points", ha="center",
+                          va="center", fontsize=6.5,
                           color=INK, zorder=8, bbox=LABEL_BOX)
 
 
@@ -189,19 +198,23 @@ def _draw_robots(axes: Any, view: TopView, scale: float) -> None:
     _draw_robot(axes, view.run.footprint, end, "end", scale, "start, end" if together else "end", alpha=0.45)
 
 
-def _draw_robot(axes: Any, footprint: np.ndarray, pose: Pose, name: str, scale: float, written: str, alpha: float) -> None:
+def _draw_robot(axes: Any, footprint: np.ndarray, pose: Pose, name: str, scale: float, written: str,
+                alpha: float) -> None:
     """The outline of the robot, to scale, its heading, and what is to be written beside."""
     from matplotlib.patches import Polygon
 
     if len(footprint):
         outline = np.column_stack(placed(pose, *footprint.T))
         axes.add_patch(Polygon(outline, facecolor=FAINT, alpha=alpha, edgecolor="none", zorder=2.5))
-        axes.add_patch(Polygon(outline, facecolor="none", edgecolor=INK, linewidth=1.0, zorder=6, label="robot at " + name))
+        axes.add_patch(Polygon(outline, facecolor="none", edgecolor=INK, linewidth=1.0, zorder=6,
+                               label="robot at " + name))
     nose = min(LONGEST_NOSE, 0.15 * scale) * np.array([(1.0, 0.0), (0.1, 0.5), (0.1, -0.5)])
-    axes.add_patch(Polygon(np.column_stack(placed(pose, *nose.T)), facecolor=INK, edgecolor="white", linewidth=0.6, zorder=7))
+    axes.add_patch(Polygon(np.column_stack(placed(pose, *nose.T)), facecolor=INK, edgecolor="white", linewidth=0.6,
+                           zorder=7))
     if written:
         behind = -np.array([(9 + 2.2 * len(written)) * np.cos(pose[2]), 11 * np.sin(pose[2])])
-        axes.annotate(written, pose[:2], behind, textcoords="offset points", ha="center", va="center", fontsize=7, color=INK, zorder=8,
+        axes.annotate(written, pose[:2], behind, textcoords="offset points", ha="center", va="center", fontsize=7,
+                      color=INK, zorder=8,
                       bbox=LABEL_BOX)
 
 
@@ -215,7 +228,8 @@ def _draw_gripper(axes: Any, view: TopView) -> None:
     if len(events) > BADGES:
         for what in sorted({event.what for event in events}):
             chosen = [number for number, event in enumerate(events) if event.what == what]
-            axes.plot(x[chosen], y[chosen], MARKERS[what], color=EVENT[what], markeredgecolor="white", markeredgewidth=0.4, markersize=5,
+            axes.plot(x[chosen], y[chosen], MARKERS[what], color=EVENT[what], markeredgecolor="white",
+                      markeredgewidth=0.4, markersize=5,
                       zorder=9, label=what)
         return
     for number, event in enumerate(events):
@@ -223,7 +237,8 @@ def _draw_gripper(axes: Any, view: TopView) -> None:
         # left, right, left ahead, ... of the paddles
         angle = robot.heading[number] + np.pi / 2 * (-1) ** near * (1 - 0.25 * (near // 2))
         axes.annotate(
-            str(number + 1), (x[number], y[number]), (26 * np.cos(angle), 26 * np.sin(angle)), textcoords="offset points", ha="center",
+            str(number + 1), (x[number], y[number]), (26 * np.cos(angle), 26 * np.sin(angle)),
+            textcoords="offset points", ha="center",
             va="center", color="white", fontsize=7, fontweight="bold", zorder=10, annotation_clip=False,
             bbox=dict(boxstyle="circle,pad=0.25", facecolor=EVENT[event.what], edgecolor="white"),
             arrowprops=dict(arrowstyle="-", color=EVENT[event.what], linewidth=1.2, shrinkA=0, shrinkB=0))
@@ -241,5 +256,6 @@ def _draw_times(axes: Any, path: Track, timeline: Timeline, scale: float) -> Non
         axes.plot([x, ahead[0]], [y, ahead[1]], color=INK, linewidth=1.6, solid_capstyle="butt", zorder=6.9)
         axes.plot(x, y, "o", color="white", markeredgecolor=INK, markersize=3.2, markeredgewidth=0.8, zorder=7)
         side = 8 * np.array([-np.sin(heading), np.cos(heading)])
-        axes.annotate(timeline.write(time), (x, y), side * (1.6, 1.0), textcoords="offset points", ha="center", va="center", fontsize=6.5,
+        axes.annotate(timeline.write(time), (x, y), side * (1.6, 1.0), textcoords="offset points", ha="center",
+                      va="center", fontsize=6.5,
                       color=INK, zorder=8, bbox=LABEL_BOX)

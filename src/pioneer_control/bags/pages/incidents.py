@@ -32,7 +32,8 @@ def incidents(run: Run, listed: int = LISTED) -> Tuple[Incident, ...]:
     for fault in sorted(run.faults):
         if not MADE.fullmatch(fault.what) and not 0 < run.odometry.time[0] - fault.time < CONNECTING:
             core = NUMBER.sub("#", fault.what).partition(" (")[0]
-            same.setdefault(next((known for known in same if _says(known, core) or _says(core, known)), core), []).append(fault)
+            same.setdefault(next((known for known in same if _says(known, core) or _says(core, known)), core),
+                            []).append(fault)
     found = [_incident(each) for each in same.values()]
     worst = sorted(range(len(found)), key=lambda number: (-found[number].level, number))[:listed]
     letters = dict(zip(sorted(worst), "ABCDEFGHIJKLMNOPQRSTUVWXYZ"))
@@ -50,7 +51,8 @@ def _incident(same: Sequence[Report]) -> Incident:
     """
     who = same[0].who.rsplit("/", 1)[-1]
     level = ERROR if max(fault.level for fault in same) >= ERROR else WARNING
-    times = [fault.time for fault, before in zip(same, [None, *same]) if before is None or fault.time - before.time > AT_ONCE]
+    times = [fault.time for fault, before in zip(same,
+                                                 [None, *same]) if before is None or fault.time - before.time > AT_ONCE]
     return Incident("", level, tuple(times), "%s: %s" % (who, same[0].what) if who else same[0].what)
 
 

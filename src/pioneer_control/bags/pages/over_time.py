@@ -119,7 +119,8 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
     ]
     shown = [lane for lane in found if lane.spans or lane.badges or (lane.name == "motors on" and len(run.motors.time))]
     shown += doings(run) + [lane for lane in (_said(level, wrong) for level in SAID) if lane.spans]
-    return shown + packed(BROKEN, PURPLE, made(run.faults, end), timeline, inches) + packed(SILENT, SILENCE, silences(run.gaps), timeline, inches)
+    return shown + packed(BROKEN, PURPLE, made(run.faults, end), timeline,
+                          inches) + packed(SILENT, SILENCE, silences(run.gaps), timeline, inches)
 
 
 def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, inches: float) -> List[Lane]:
@@ -175,7 +176,8 @@ def _said(level: int, wrong: Sequence[Incident]) -> Lane:
     """The lane of all warnings or all errors, with letters where each was first said."""
     mine = [each for each in wrong if each.level == level]
     badges = tuple(Badge(each.times[0], each.letter, SAID_COLOUR[level]) for each in mine if each.letter)
-    return Lane(SAID[level], SAID_COLOUR[level], "", tuple((time, time) for each in mine for time in each.times), badges)
+    return Lane(SAID[level], SAID_COLOUR[level], "", tuple((time, time) for each in mine for time in each.times),
+                badges)
 
 
 def height(shown: Sequence[Curves], lanes: int) -> float:
@@ -198,12 +200,14 @@ def draw(sheet: Sheet, left: float, top: float, shown: Sequence[Curves], rows: S
         drawn.append(sheet.axes(left, top, width, LANE * len(rows)))
         draw_lanes(drawn[-1], rows, timeline, width)
     for axes in drawn:
-        draw_time(axes, timeline, int(width / TICKS_APART), "time since %s (%s)" % (since, timeline.unit) if axes is drawn[-1] else None)
+        draw_time(axes, timeline, int(width / TICKS_APART),
+                  "time since %s (%s)" % (since, timeline.unit) if axes is drawn[-1] else None)
         for begin, end in (span for lane in rows if lane.colour == SILENCE for span in lane.spans):
             axes.axvspan(begin, end, color=BEYOND, linewidth=0, zorder=0)
     labelled = [axes for axes in drawn if any(axes.get_legend_handles_labels())]
     if labelled:
-        labelled[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=2, frameon=False, fontsize=7.5, borderaxespad=0.1,
+        labelled[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=2, frameon=False, fontsize=7.5,
+                           borderaxespad=0.1,
                            handlelength=2.2, columnspacing=1.4)
 
 
@@ -211,7 +215,8 @@ def draw_curves(axes: Any, strip: Curves, width: float) -> None:
     """The lines of one strip, which is so many inches wide."""
     for time, value, look in strip.lines:
         axes.plot(time, value, **look)
-    values = np.concatenate([value[np.isfinite(value)] for _, value, _ in strip.lines] + [np.zeros(1 if strip.zero else 0)])
+    values = np.concatenate([value[np.isfinite(value)]
+                             for _, value, _ in strip.lines] + [np.zeros(1 if strip.zero else 0)])
     low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
     missing = max(strip.least - (high - low), 0.0)
     low, high = (low, high + missing) if strip.zero and low >= 0.0 else (low - missing / 2, high + missing / 2)
@@ -228,7 +233,8 @@ def value_ticks(low: float, high: float, most: int) -> np.ndarray:
     """Round values well inside an axis, as many as may be, so that no number touches that of the next strip."""
     edge = 0.08 * (high - low)
     power = 10.0 ** np.floor(np.log10((high - low) / most))
-    steps = (ten * power * np.arange(np.ceil((low + edge) / ten / power), np.floor((high - edge) / ten / power) + 1) for ten in (1, 2, 5, 10, 20))
+    steps = (ten * power * np.arange(np.ceil((low + edge) / ten / power), np.floor((high - edge) / ten / power) + 1)
+             for ten in (1, 2, 5, 10, 20))
     return min((ticks for ticks in steps if 1 <= len(ticks) <= most), key=lambda ticks: len(ticks) < 2)
 
 
@@ -240,10 +246,13 @@ def draw_lanes(axes: Any, rows: Sequence[Lane], timeline: Timeline, width: float
         look = dict(facecolor="white", hatch=lane.hatch) if lane.hatch else dict(facecolor=lane.colour)
         axes.broken_barh(bars, (middle - 0.3, 0.6), edgecolor=lane.colour, linewidth=0.8, zorder=3, **look)
         badges = sorted(lane.badges)
-        places = spread([badge.time for badge in badges], BADGES_APART * timeline.span / width, timeline.begin, timeline.end)
+        places = spread([badge.time for badge in badges], BADGES_APART * timeline.span / width, timeline.begin,
+                        timeline.end)
         for badge, place in zip(badges, places):
-            axes.text(place, middle, badge.words, ha="center", va="center", color=ink_on(badge.colour), fontsize=6.5, fontweight="bold",
-                      zorder=5, bbox=dict(boxstyle="circle,pad=0.18", facecolor=badge.colour, edgecolor="white", linewidth=0.5))
+            axes.text(place, middle, badge.words, ha="center", va="center", color=ink_on(badge.colour), fontsize=6.5,
+                      fontweight="bold",
+                      zorder=5, bbox=dict(boxstyle="circle,pad=0.18", facecolor=badge.colour, edgecolor="white",
+                                          linewidth=0.5))
         for time, words in lane.words:
             axes.text(time, middle, " " + plain(words), va="center", color=INK, fontsize=6.5, zorder=5)
         if number and lane.name:

@@ -32,7 +32,8 @@ LINES = 3  # of one text, at most
 WORDS = LEFT + 1.15  # inches: where the words of a fault begin, behind its letter and time
 REAL = 1e8  # s: a clock beyond that is not that of a simulation
 EXACT = 0.01  # m by which odometry may be off and still be called exact
-ECHO_NOTE = ("* A sonar hears in a cone, and its echo is drawn in the cone's middle: a wall that is met slantwise also shows beside itself. "
+ECHO_NOTE = ("* A sonar hears in a cone, and its echo is drawn in the cone's middle: a wall that is met slantwise "
+             "also shows beside itself. "
              "Odometry places the echoes.")
 
 
@@ -54,14 +55,17 @@ def figure(run: Run, title: Optional[str] = None) -> Any:
     wrong, words = _listed(run, max(FULL - lanes, FEWEST), probe)
     lines = sum(map(len, words.values())) + (not all(each.letter for each in wrong))
     lanes += len({each.level for each in wrong})
-    pushed = ", ".join("can %s pushed %.2f m at %s" % (push.can, push.distance, timeline.write(push.time)) for push in pushes(run))
+    pushed = ", ".join("can %s pushed %.2f m at %s" % (push.can, push.distance, timeline.write(push.time))
+                       for push in pushes(run))
     damage = "This recording is damaged: " + run.damage if run.damage else ""
-    said: List[Tuple[str, Dict[str, Any]]] = [(pushed, dict(color=INK)), (damage, dict(color=VERMILLION, fontweight="bold"))]
+    said: List[Tuple[str, Dict[str, Any]]] = [(pushed, dict(color=INK)),
+                                              (damage, dict(color=VERMILLION, fontweight="bold"))]
     head = [(line, look) for text, look in said for line in probe.lines(text, RIGHT - LEFT, LINES, **look) if text]
 
     events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= BADGES else MANY
     lower = [each._replace(height=SQUEEZED * each.height) for each in shown]
-    where, squeezed = (plan(view.high - view.low, TOP + 0.62 + LINE * len(head) + GAP, over_time.height(each, lanes), lines, events)
+    where, squeezed = (plan(view.high - view.low, TOP + 0.62 + LINE * len(head) + GAP, over_time.height(each, lanes),
+                            lines, events)
                        for each in (shown, lower))
     if squeezed.map[2] > where.map[2]:
         where, shown = squeezed, lower
@@ -74,7 +78,8 @@ def figure(run: Run, title: Optional[str] = None) -> Any:
     from_above.draw(axes, view, timeline, where.map[2])
     draw_frame(axes, view.low[0], view.high[0])
     _write_legend(sheet, axes, run, timeline, *where.legend)
-    over_time.draw(sheet, *where.strips, shown, over_time.lanes(run, wrong, timeline, RIGHT - where.strips[0]), timeline)
+    over_time.draw(sheet, *where.strips, shown, over_time.lanes(run, wrong, timeline, RIGHT - where.strips[0]),
+                   timeline)
     _write_wrong(sheet, where.list, wrong, words, timeline)
     for above, note in ((0.29, ECHO_NOTE if len(view.echoes) else ""), (0.16, recorded_with(run.notes))):
         sheet.text(LEFT, where.height - above, note, room=RIGHT - LEFT, size=6, color=FAINT)
@@ -117,7 +122,8 @@ def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: 
         legend, top = (LEFT + width + 0.15, head, 1), max(head + height + AXIS, head + legend_height(events, 1))
     else:
         legend, top = (LEFT, head + height + AXIS, 7), head + height + AXIS + legend_height(events, 7)
-    return Plan(top + below + listed + BOTTOM, (LEFT, head, width, height), legend, (over_time.NAMES, top + 0.1), top + below)
+    return Plan(top + below + listed + BOTTOM, (LEFT, head, width, height), legend, (over_time.NAMES, top + 0.1),
+                top + below)
 
 
 def legend_height(events: int, columns: int) -> float:
@@ -128,7 +134,8 @@ def legend_height(events: int, columns: int) -> float:
 
 def timeline_of(run: Run) -> Timeline:
     """From the first thing that is known of a run to the last."""
-    times: List[Any] = [run.odometry.time, run.commanded.time, run.measured.time, run.battery.time, run.sonar.time, run.motors.time, run.e_stop.time]
+    times: List[Any] = [run.odometry.time, run.commanded.time, run.measured.time, run.battery.time, run.sonar.time,
+                        run.motors.time, run.e_stop.time]
     times += [[each.time for each in run.faults], [end for gap in run.gaps for end in (gap.begin, gap.end)]]
     return Timeline(min(min(time) for time in times if len(time)), max(max(time) for time in times if len(time)))
 
@@ -138,7 +145,8 @@ def _write_head(sheet: Sheet, run: Run, timeline: Timeline, title: Optional[str]
     robot = run.robot or "robot"
     named = title or robot + (" (%s)" % run.model if run.model else "") + (" in %s" % run.world if run.world else "")
     sheet.text(LEFT, TOP + 0.1, named, room=RIGHT - LEFT - 2.4, size=15, fontweight="bold")
-    began = datetime.fromtimestamp(timeline.begin, timezone.utc).strftime("%Y-%m-%d %H:%M UTC") if timeline.begin > REAL else ""
+    began = datetime.fromtimestamp(timeline.begin,
+                                   timezone.utc).strftime("%Y-%m-%d %H:%M UTC") if timeline.begin > REAL else ""
     sheet.text(RIGHT, TOP + 0.02, os.path.basename(run.path), room=2.3, size=SMALL, color=FAINT, ha="right")
     sheet.text(RIGHT, TOP + 0.17, began, size=SMALL, color=FAINT, ha="right")
     sheet.text(LEFT, TOP + 0.43, "   ·   ".join(figures), room=RIGHT - LEFT, size=BODY)
@@ -158,14 +166,17 @@ def recorded_with(notes: str) -> str:
 
 def summary(run: Run, view: TopView, wrong: Sequence[Incident]) -> List[str]:
     """The figures of a run."""
-    parts = [how_long(run.duration), ("%.1f m driven" if view.path.length < 100 else "%.0f m driven") % view.path.length]
+    parts = [how_long(run.duration),
+             ("%.1f m driven" if view.path.length < 100 else "%.0f m driven") % view.path.length]
     if run.truth is None:
         parts.append("as the robot's odometry has it")
     else:
         end = view.odometry.pose(-1)
         off = np.hypot(end[0] - view.path.x[-1], end[1] - view.path.y[-1])
-        parts.append("odometry %.0f cm off at the end" % (100 * off) if off >= EXACT else "odometry exact: ideal wheels")
-    said = [(sum(len(each.times) for each in wrong if each.level == level), what) for level, what in ((ERROR, "error"), (WARNING, "warning"))]
+        parts.append("odometry %.0f cm off at the end"
+                     % (100 * off) if off >= EXACT else "odometry exact: ideal wheels")
+    said = [(sum(len(each.times) for each in wrong if each.level == level), what)
+            for level, what in ((ERROR, "error"), (WARNING, "warning"))]
     for count, what in said + [(len(silences(run.gaps)), "gap")]:
         parts += ["%s %s%s" % (count, what, "s" * (count > 1)) + " in the data" * (what == "gap")] if count else []
     return parts
@@ -173,9 +184,11 @@ def summary(run: Run, view: TopView, wrong: Sequence[Incident]) -> List[str]:
 
 def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: float, top: float, columns: int) -> None:
     """Signs of the view from above, and what the gripper's numbers mean."""
-    shown = {label: handle for handle, label in zip(*axes.get_legend_handles_labels()) if not label.startswith("robot at")}
+    shown = {label: handle for handle, label in zip(*axes.get_legend_handles_labels())
+             if not label.startswith("robot at")}
     legend = sheet.figure.legend(
-        shown.values(), shown.keys(), loc="upper left", bbox_to_anchor=sheet.at(left, top), borderaxespad=0, borderpad=0, ncol=columns,
+        shown.values(), shown.keys(), loc="upper left", bbox_to_anchor=sheet.at(left, top), borderaxespad=0,
+        borderpad=0, ncol=columns,
         frameon=False, fontsize=SMALL, handlelength=1.8, columnspacing=1.2, handletextpad=0.5)
     for line in legend.get_lines():
         line.set_markersize(max(line.get_markersize(), 5))  # an echo's dot is too small to be seen alone
@@ -192,10 +205,12 @@ def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: f
 def _badge(sheet: Sheet, left: float, middle: float, words: str, colour: str) -> None:
     """A sign as the drawings have it, beside its explanation."""
     badge = dict(boxstyle="circle,pad=0.18", facecolor=colour, edgecolor="none")
-    sheet.text(left, middle, words, size=6.5, color=over_time.ink_on(colour), fontweight="bold", ha="center", bbox=badge)
+    sheet.text(left, middle, words, size=6.5, color=over_time.ink_on(colour), fontweight="bold", ha="center",
+               bbox=badge)
 
 
-def _write_wrong(sheet: Sheet, top: float, wrong: Sequence[Incident], words: Dict[str, List[str]], timeline: Timeline) -> None:
+def _write_wrong(sheet: Sheet, top: float, wrong: Sequence[Incident], words: Dict[str, List[str]],
+                 timeline: Timeline) -> None:
     """Under the strips: what the letters mean."""
     row = top + LINE / 2
     for each in wrong:

@@ -25,7 +25,8 @@ class Sheet:
 
     def axes(self, left: float, top: float, width: float, height: float, **look: Any) -> Any:
         """Axes, by their upper left corner and size."""
-        return self.figure.add_axes((left / WIDTH, 1.0 - (top + height) / self.height, width / WIDTH, height / self.height), **look)
+        return self.figure.add_axes((left / WIDTH, 1.0 - (top + height) / self.height, width / WIDTH,
+                                     height / self.height), **look)
 
     def at(self, left: float, top: float) -> Tuple[float, float]:
         """A place as matplotlib's figure has it."""
@@ -36,7 +37,8 @@ class Sheet:
         inches.
         """
         words = plain(words)
-        text = self.figure.text(*self.at(left, middle), words, **{**dict(color=INK, va="center", fontsize=size), **look})
+        text = self.figure.text(*self.at(left, middle), words,
+                                **{**dict(color=INK, va="center", fontsize=size), **look})
         while len(words) > 1 and self.wide(text) > room:
             words = words[:min(len(words) - 1, int(len(words) * room / self.wide(text)))]
             text.set_text(words.rstrip(" \\") + MORE)

@@ -74,7 +74,8 @@ def names(runs: Sequence[Run]) -> List[str]:
         return files
     if len({(run.path, run.robot) for run in runs}) == len(runs) == len({run.robot for run in runs}):
         return [("%s %s" % (file, run.robot)).strip() for file, run in zip(files, runs)]
-    return [os.path.join(os.path.basename(os.path.dirname(os.path.abspath(run.path))), file) for file, run in zip(files, runs)]
+    return [os.path.join(os.path.basename(os.path.dirname(os.path.abspath(run.path))), file)
+            for file, run in zip(files, runs)]
 
 
 def shortened(long: Sequence[str], most: int = LONGEST_NAME) -> List[str]:
@@ -87,7 +88,8 @@ def shortened(long: Sequence[str], most: int = LONGEST_NAME) -> List[str]:
     rest = [MORE * (begin > 0) + name[begin:] for name in long]
     half = (most - 1) // 2
     short = [name if len(name) <= most else name[:most - 1 - half] + MORE + name[-half:] for name in rest]
-    return short if len(set(short)) == len(set(long)) else ["%s: %s" % (number, name[3:]) for number, name in enumerate(short, 1)]
+    return short if len(set(short)) == len(set(long)) else ["%s: %s" % (number, name[3:])
+                                                            for number, name in enumerate(short, 1)]
 
 
 def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
@@ -95,7 +97,8 @@ def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
     rows = compared(runs)
     begin = rows[0].track.pose(0)
     laid = [from_its_start(row.track).seen_from(begin) for row in rows]
-    walls = runs[0].map if all(run.truth is not None for run in runs) and len({run.world for run in runs}) == 1 else None
+    walls = runs[0].map if all(run.truth is not None
+                               for run in runs) and len({run.world for run in runs}) == 1 else None
     reach = max(np.hypot(*run.footprint.T).max() if len(run.footprint) else 0.3 for run in runs)
     low, high = from_above.extent(laid, np.empty((0, 2)), walls, reach)
     timeline = Timeline(0.0, max(float(track.time[-1]) for track in laid))
@@ -112,33 +115,41 @@ def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
     _draw_paths(axes, laid, walls, low, high, width)
     draw_frame(axes, low[0], high[0])
     _write_table(sheet, TOP + head + height + AXIS + ROW / 2, rows)
-    over_time.draw(sheet, over_time.NAMES, TOP + head + height + AXIS + table, shown, (), timeline, "each began to move")
+    over_time.draw(sheet, over_time.NAMES, TOP + head + height + AXIS + table, shown, (), timeline,
+                   "each began to move")
     return sheet.figure
 
 
 def _curves(rows: Sequence[Compared]) -> List[over_time.Curves]:
     """Velocities of all, and how far each is from the first, since each began to move."""
     measured = [over_time.measured(row.run) for row in rows]
-    shifted = [(each._replace(time=each.time - first_movement(row.track)), look) for each, row, look in zip(measured, rows, LOOKS)]
+    shifted = [(each._replace(time=each.time - first_movement(row.track)), look)
+               for each, row, look in zip(measured, rows, LOOKS)]
     apart = tuple((*distance_between(rows[0].track, row.track), look) for row, look in zip(rows[1:], LOOKS[1:]))
-    return over_time.velocities(shifted) + [over_time.Curves("from first\n(m)", over_time.CURVE, apart, FEWEST_METRES, True)]
+    return over_time.velocities(shifted) + [over_time.Curves("from first\n(m)", over_time.CURVE, apart, FEWEST_METRES,
+                                                             True)]
 
 
 def _write_head(sheet: Sheet, rows: Sequence[Compared], title: Optional[str]) -> None:
     """Title, and what is compared with what."""
     models = [row.run.model for row in rows]
     same = models[0] if len(set(models)) == 1 else ""   # said once, behind the names
-    robots = list(dict.fromkeys((row.run.robot or "robot") + (" (%s)" % row.run.model if row.run.model and not same else "") for row in rows))
+    robots = list(dict.fromkeys((row.run.robot or "robot") + (" (%s)" % row.run.model if row.run.model and not same
+                                                              else "") for row in rows))
     worlds = list(dict.fromkeys(row.run.world for row in rows if row.run.world))
-    of = (robots[0] if len(robots) == 1 else "%s robots: %s" % (len(robots), ", ".join(robots))) + (" (%s)" % same if same else "")
-    of += " in %s" % worlds[0] if len(worlds) == 1 else " in %s worlds: %s" % (len(worlds), ", ".join(worlds)) if worlds else ""
-    sheet.text(LEFT, TOP + 0.1, title or "%s runs of %s" % (len(rows), of), room=RIGHT - LEFT, size=15, fontweight="bold")
+    of = (robots[0] if len(robots) == 1 else "%s robots: %s"
+          % (len(robots), ", ".join(robots))) + (" (%s)" % same if same else "")
+    of += " in %s" % worlds[0] if len(worlds) == 1 else " in %s worlds: %s" % (len(worlds),
+                                                                               ", ".join(worlds)) if worlds else ""
+    sheet.text(LEFT, TOP + 0.1, title or "%s runs of %s" % (len(rows), of), room=RIGHT - LEFT, size=15,
+               fontweight="bold")
     paths = "true paths" if rows[0].track is rows[0].run.truth else "paths as the robots' odometry has them"
     words = "%s, laid so that all begin together: at the same place, heading, and moment of the first movement" % paths
     sheet.text(LEFT, TOP + 0.39, words[0].upper() + words[1:], room=RIGHT - LEFT, size=SMALL)
 
 
-def _draw_paths(axes: Any, laid: Sequence[Track], walls: Optional[Map], low: np.ndarray, high: np.ndarray, inches: float) -> None:
+def _draw_paths(axes: Any, laid: Sequence[Track], walls: Optional[Map], low: np.ndarray, high: np.ndarray,
+                inches: float) -> None:
     """All paths, on axes so many inches wide, and a mark where each ends."""
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     if walls is not None:
@@ -173,7 +184,8 @@ def figures(row: Compared) -> Tuple[str, ...]:
     own = how_long(way.time), "%.2f m" % way.length, "%.2f m/s" % way.mean_speed, str(way.stops), str(faults)
     if apart is None:
         return (*own, "", "")
-    return (*own, length(apart.maximum), ("%s, %+d°" % (length(apart.at_end), round(np.degrees(apart.turn_at_end)))).replace("-", "−"))
+    return (*own, length(apart.maximum),
+            ("%s, %+d°" % (length(apart.at_end), round(np.degrees(apart.turn_at_end)))).replace("-", "−"))
 
 
 def length(metres: float) -> str:

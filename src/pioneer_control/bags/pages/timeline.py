@@ -35,11 +35,13 @@ class Timeline(NamedTuple):
         if self.unit == "s":
             return "%g" % (round(seconds, 1) + 0.0) if self.span < 10 else str(round(seconds))
         minutes, second = divmod(int(round(seconds)), 60)
-        return "%s:%02d" % (minutes, second) if self.unit == "min:s" else "%s:%02d:%02d" % (minutes // 60, minutes % 60, second)
+        return "%s:%02d" % (minutes, second) if self.unit == "min:s" else "%s:%02d:%02d" % (minutes // 60, minutes % 60,
+                                                                                            second)
 
     def ticks(self, most: int) -> np.ndarray:
         """Moments at round steps from the begin, at most so many steps of them; s."""
-        step = next((step for step in STEPS if self.span <= most * step), STEPS[-1] * np.ceil(self.span / STEPS[-1] / most))
+        step = next((step for step in STEPS if self.span <= most * step),
+                    STEPS[-1] * np.ceil(self.span / STEPS[-1] / most))
         return self.begin + np.arange(0.0, self.span + step / 1000, step)
 
 

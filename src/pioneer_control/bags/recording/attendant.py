@@ -29,8 +29,11 @@ BEGIN = 5.0
 """s for which rosbag may first list all it subscribes to, so that what is said here stands below."""
 GRACE = 10.0
 """s after which it is said what nobody publishes; drivers start beside the recorder."""
-NO_CLOCK = LogLine("warning", "nothing is recorded yet: this master has simulated time (/use_sim_time), perhaps of an earlier replay, and "
-                   "nobody tells it on /clock. For a robot: end this, rosparam set /use_sim_time false, and start it again")
+NO_CLOCK = LogLine("warning",
+                   "nothing is recorded yet: this master has simulated time (/use_sim_time), perhaps of an earlier "
+                   "replay, and "
+                   "nobody tells it on /clock. For a robot: end this, rosparam set /use_sim_time false, and start it "
+                   "again")
 SAY = {"info": rospy.loginfo, "warning": rospy.logwarn, "error": rospy.logerr}
 
 
@@ -76,11 +79,13 @@ def silent(plan: RecordingPlan, state: Sequence[Any]) -> Iterator[LogLine]:
     robots = sorted({topic.rpartition("/")[0].strip("/") for topic in published if topic.endswith("/pose")})
     gone = []
     for robot in plan.robots:
-        own = not robot or {topic for topic in published if topic.startswith("/%s/" % robot) and not topic.endswith("/recording")}
+        own = not robot or {topic for topic in published if topic.startswith("/%s/" % robot)
+                            and not topic.endswith("/recording")}
         if not own:
             gone.append(robot)
             there = "There are: " + ", ".join(robots) if robots else "There is no robot at all yet"
-            yield LogLine("warning", "nothing is published under /%s: is that the robot's name, and does its driver run? %s. "
+            yield LogLine("warning",
+                          "nothing is published under /%s: is that the robot's name, and does its driver run? %s. "
                           "What comes later is recorded" % (robot, there))
     for topic in plan.asked_for:
         if topic not in published and not any(topic.startswith("/%s/" % robot) for robot in gone):
@@ -143,7 +148,8 @@ def attend(plan: RecordingPlan, recorder: int, name: str, lines: Sequence[LogLin
     if not begins(plan, lambda: os.getppid() == recorder and not stop.wait(TICK), say):
         return
     say([*lines, first_words(plan, shutil.disk_usage(plan.folder).free)])
-    publishers = [rospy.Publisher(whole_name(robot, "recording"), String, queue_size=1, latch=True) for robot in plan.robots]
+    publishers = [rospy.Publisher(whole_name(robot, "recording"), String, queue_size=1, latch=True)
+                  for robot in plan.robots]
     descriptions = Descriptions(plan, lambda text: [publisher.publish(text) for publisher in publishers])
     master = xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=Impatient(PATIENCE))
     due, told = start, False
@@ -166,7 +172,8 @@ def first_words(plan: RecordingPlan, free: int) -> LogLine:
     kind, amount = plan.split
     parts = ", a new part each %s %s" % (amount, "MB" if kind == "size" else "s") if kind else ""
     return LogLine("info", "recording %s: %d topics into %s (%s%s). %s free: %s" % (
-        ", ".join("/" + robot for robot in plan.robots), len(plan.topics), plan.file, plan.compression, parts, in_words(free),
+        ", ".join("/" + robot for robot in plan.robots), len(plan.topics), plan.file, plan.compression, parts,
+        in_words(free),
         room(free, plan.keep_free, USUAL_RATE[plan.compression] * len(plan.robots))))
 
 
@@ -175,9 +182,12 @@ def last_words(plan: RecordingPlan, free: int) -> LogLine:
     there = plan.parts
     unfinished = [path for path in there if path.endswith(".active")]
     if unfinished:
-        return LogLine("error", "the recorder was killed, or failed. %s %s" % (unfinished[-1], WHAT_TO_DO % unfinished[-1]))
+        return LogLine("error", "the recorder was killed, or failed. %s %s"
+                       % (unfinished[-1], WHAT_TO_DO % unfinished[-1]))
     last = there[-1] if there else "no bag"
     if free <= plan.keep_free:
-        return LogLine("error", "the recording has ended because the disk is full: %s is closed and whole. Make room, and start another one"
+        return LogLine("error",
+                       "the recording has ended because the disk is full: %s is closed and whole. Make room, and "
+                       "start another one"
                        % last)
     return LogLine("info", "the recording has ended: %s is closed" % last)

@@ -68,7 +68,8 @@ class _Loader(yaml.SafeLoader):
 
 def text_of(description: Description) -> str:
     """The text that is published."""
-    return yaml.dump(description._asdict(), Dumper=_Dumper, sort_keys=False, allow_unicode=True, default_flow_style=None, width=1000)
+    return yaml.dump(description._asdict(), Dumper=_Dumper, sort_keys=False, allow_unicode=True,
+                     default_flow_style=None, width=1000)
 
 
 def description_of(text: str) -> Description:
@@ -93,7 +94,8 @@ def nodes_of(state: Sequence[Sequence[Tuple[str, Sequence[str]]]]) -> Dict[str, 
         for name, there in entries:
             for node in there:
                 nodes.setdefault(node, {}).setdefault(kind, []).append(name)
-    return {node: {kind: sorted(names) for kind, names in sorted(does.items(), reverse=True)} for node, does in sorted(nodes.items())}
+    return {node: {kind: sorted(names) for kind, names in sorted(does.items(), reverse=True)}
+            for node, does in sorted(nodes.items())}
 
 
 def versions(source: str = __file__) -> Dict[str, str]:
@@ -117,7 +119,8 @@ def commit_of(path: str) -> Optional[str]:
     folder = os.path.dirname(os.path.abspath(path))
 
     def git(*arguments: str) -> str:
-        return subprocess.run(["git", "-C", folder, *arguments], check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=10,
+        return subprocess.run(["git", "-C", folder, *arguments], check=True, stdout=subprocess.PIPE,
+                              stderr=subprocess.DEVNULL, timeout=10,
                               universal_newlines=True).stdout.strip()
 
     try:

@@ -24,6 +24,7 @@ def room(free: int, keep_free: int, rate: float) -> str:
         rate: bytes an hour.
     """
     seconds = max(0, free - keep_free) / rate * 3600
-    unit, name = next((each for each in ((86400, "days"), (3600, "hours"), (60, "minutes")) if seconds >= 2 * each[0]), (1, "s"))
+    unit, name = next((each for each in ((86400, "days"), (3600, "hours"), (60, "minutes")) if seconds >= 2 * each[0]),
+                      (1, "s"))
     long = "more than a year" if seconds > 366 * 86400 else "about %.0f %s" % (seconds / unit, name)
     return "room for %s at the usual %s an hour" % (long, in_words(rate))

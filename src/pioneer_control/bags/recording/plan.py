@@ -32,11 +32,15 @@ WHAT_TO_DO = ("is of a recorder that was killed: all is in it but the last secon
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
     "robots": dict(nargs="*", default=["pioneer"], metavar="ROBOT", help="namespaces of the robots (pioneer)"),
-    "--bag": dict(default="", metavar="FILE", help="the bag, or a directory for it; otherwise it is named by robots and time"),
-    "--also": dict(default="", metavar="GROUPS", help="groups of topics that are not kept unless asked for, such as 'wire packets'"),
-    "--split": dict(default="", metavar="AMOUNT", help="a new part each so often, such as 1h, 30min, 500MB: FILE_0.bag, FILE_1.bag, ..."),
+    "--bag": dict(default="", metavar="FILE",
+                  help="the bag, or a directory for it; otherwise it is named by robots and time"),
+    "--also": dict(default="", metavar="GROUPS",
+                   help="groups of topics that are not kept unless asked for, such as 'wire packets'"),
+    "--split": dict(default="", metavar="AMOUNT",
+                    help="a new part each so often, such as 1h, 30min, 500MB: FILE_0.bag, FILE_1.bag, ..."),
     "--compression": dict(default="", help="lz4 (default), bz2 or none"),
-    "--keep-free": dict(default="", metavar="SIZE", help="space on the disk that rosbag leaves, such as 1GB (%s)" % in_words(KEEP_FREE)),
+    "--keep-free": dict(default="", metavar="SIZE",
+                        help="space on the disk that rosbag leaves, such as 1GB (%s)" % in_words(KEEP_FREE)),
     "--topics": dict(default="", metavar="FILE", help="another list than config/record.yaml"),
 }
 """Of the command line. record.launch gives all of it, empty for what nobody said."""
@@ -97,10 +101,12 @@ def plan_of(arguments: argparse.Namespace, now: time.struct_time) -> RecordingPl
     Raises:
         UsageError: it makes no sense; says what would.
     """
-    robots = tuple(dict.fromkeys(name.strip("/") for argument in arguments.robots for name in argument.replace(",", " ").split()))
+    robots = tuple(dict.fromkeys(name.strip("/") for argument in arguments.robots
+                                 for name in argument.replace(",", " ").split()))
     for robot in robots:
         if robot and not NAME.fullmatch(robot):
-            raise UsageError("%r is no name of a robot: give its namespace, like pioneer; several with spaces between them; "
+            raise UsageError("%r is no name of a robot: give its namespace, like pioneer; several with spaces between "
+                             "them; "
                              "/ if it has none" % robot)
     if not robots:
         raise UsageError("no robot is named: give its namespace, like pioneer")
@@ -113,7 +119,8 @@ def plan_of(arguments: argparse.Namespace, now: time.struct_time) -> RecordingPl
     if kind != "size":
         raise UsageError("keep_free %r is not legal: give a size like 500MB or 1GB" % arguments.keep_free)
     return RecordingPlan(
-        robots, topics, tuple(topic for topic in topics if topic not in usual), stem_of(arguments.bag, robots, now), compression,
+        robots, topics, tuple(topic for topic in topics if topic not in usual), stem_of(arguments.bag, robots, now),
+        compression,
         split_of(arguments.split), max(1, int(keep_free / MB)) * MB)
 
 
@@ -164,14 +171,16 @@ def check_place(plan: RecordingPlan, free: int) -> None:
     if there:
         unfinished = [path for path in there if path.endswith(".active")]
         raise UsageError("%s is there already, and stays as it is: give the new bag another name%s" % (
-            there[0], ". %s is being recorded, or %s" % (unfinished[0], WHAT_TO_DO % unfinished[0]) if unfinished else ""))
+            there[0], ". %s is being recorded, or %s"
+            % (unfinished[0], WHAT_TO_DO % unfinished[0]) if unfinished else ""))
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
         raise UsageError("cannot write %s.bag in %s: %s" % (name, folder, error.strerror)) from error
     if free <= plan.keep_free:
-        raise UsageError("only %s are free in %s, and rosbag ends below %s: make room, record elsewhere (bag:=), or leave less "
+        raise UsageError("only %s are free in %s, and rosbag ends below %s: make room, record elsewhere (bag:=), or "
+                         "leave less "
                          "(keep_free:=100MB)" % (in_words(free), folder, in_words(plan.keep_free)))
 
 
@@ -183,7 +192,8 @@ def parts_of(stem: str, numbered: bool) -> List[str]:
         found = [(pattern.fullmatch(entry), entry) for entry in os.listdir(folder)]
     except OSError:
         return []
-    return [os.path.join(folder, entry) for _, entry in sorted((int(match.group(1) or 0), entry) for match, entry in found if match)]
+    return [os.path.join(folder, entry) for _, entry in sorted((int(match.group(1) or 0), entry)
+                                                               for match, entry in found if match)]
 
 
 def left_behind(folder: str, now: float) -> List[LogLine]:

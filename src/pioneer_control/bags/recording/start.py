@@ -32,8 +32,10 @@ def check_alone(node: str) -> None:
         if not is_at_work(node, PATIENCE):
             return
     except NO_ANSWER as error:
-        raise UsageError("no ROS master answers at %s: start the robot first, or roscore" % rosgraph.get_master_uri()) from error
-    raise UsageError("%s records already. To end that one: rosnode kill %s. To record beside it: rosrun pioneer_control record "
+        raise UsageError("no ROS master answers at %s: start the robot first, or roscore"
+                         % rosgraph.get_master_uri()) from error
+    raise UsageError("%s records already. To end that one: rosnode kill %s. To record beside it: rosrun "
+                     "pioneer_control record "
                      "__name:=another_recorder" % (node, node))
 
 
@@ -42,7 +44,9 @@ def main() -> NoReturn:
     own = [argument for argument in sys.argv[1:] if ":=" not in argument]
     mapped = [argument for argument in sys.argv[1:] if ":=" in argument]
     try:
-        arguments = parser_of("record", "Record robots: all topics of config/record.yaml, into one bag. Ctrl-C ends it and closes the bag.",
+        arguments = parser_of("record",
+                              "Record robots: all topics of config/record.yaml, into one bag. Ctrl-C ends it and "
+                              "closes the bag.",
                               OPTIONS).parse_args(own)
         refuse_launch_arguments(mapped, vars(arguments))
         plan = plan_of(arguments, time.localtime())
@@ -70,4 +74,5 @@ def main() -> NoReturn:
 
         attend(plan, recorder, name + "_notes", lines)
         sys.exit(0)
-    os.execvp("rosrun", [*plan.command, "__name:=" + name, *(argument for argument in mapped if not argument.startswith("__name:="))])
+    os.execvp("rosrun", [*plan.command, "__name:=" + name,
+                         *(argument for argument in mapped if not argument.startswith("__name:="))])

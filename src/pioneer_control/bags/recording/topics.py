@@ -59,7 +59,8 @@ def load_list(path: Optional[str] = None) -> Tuple[KeptTopic, ...]:
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         mark = getattr(error, "problem_mark", None)
         where = ", line %s" % (mark.line + 1) if mark else ""
-        raise UsageError("%s%s: %s; a row is 'topic: reason'" % (path, where, getattr(error, "problem", None) or error)) from error
+        raise UsageError("%s%s: %s; a row is 'topic: reason'"
+                         % (path, where, getattr(error, "problem", None) or error)) from error
 
 
 def _rows(given: Any) -> Iterator[KeptTopic]:
@@ -71,7 +72,8 @@ def _rows(given: Any) -> Iterator[KeptTopic]:
         for group, topics in _items("section %r" % section, groups):
             for topic, reason in _items("group %r" % group, topics):
                 if not NAME.fullmatch(topic[topic.startswith("/"):]):
-                    raise UsageError("%r in group %r is no name of a topic: give one like pose, p2os/wire or /tf" % (topic, group))
+                    raise UsageError("%r in group %r is no name of a topic: give one like pose, p2os/wire or /tf"
+                                     % (topic, group))
                 if topic in seen:
                     raise UsageError("topic %r is there twice, the second time in group %r" % (topic, group))
                 if not isinstance(reason, (str, type(None))):

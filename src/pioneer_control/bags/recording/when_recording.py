@@ -42,5 +42,6 @@ def main(arguments: Sequence[str]) -> None:
     recorder, command = arguments[0], arguments[1:]
     master = rosgraph.Master("/when_recording")
     if not wait_for(lambda: subscribed(recorder, master.getSystemState()), PATIENCE):
-        print("when_recording: no recorder %s after %.0f s; the run goes unrecorded" % (recorder, PATIENCE), file=sys.stderr)
+        print("when_recording: no recorder %s after %.0f s; the run goes unrecorded" % (recorder, PATIENCE),
+              file=sys.stderr)
     os.execv(command[0], list(command))

@@ -47,7 +47,9 @@ def become_node(name: str) -> None:
     name = (named or [name])[-1]
     try:
         if is_at_work("/" + name, MASTER_PATIENCE):
-            raise UsageError("/%s is at work on this master already: end it first, or give this one another name with __name:=" % name)
+            raise UsageError(
+                "/%s is at work on this master already: end it first, or give this one another name with __name:="
+                % name)
     except NO_ANSWER:
         raise no_master() from None
     init_node(name)
@@ -112,7 +114,8 @@ class Programs:
             self.end(self._running.pop())
 
 
-def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subprocess.Popen] = (), patience: float = PATIENCE) -> None:
+def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subprocess.Popen] = (),
+               patience: float = PATIENCE) -> None:
     """Wait until a condition holds.
 
     Args:
@@ -130,7 +133,8 @@ def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subproc
             raise Interrupted("ended before it was done")
         for process in needed:
             if process.poll() is not None:
-                raise NoAnswerError("waited for %s, but a program that is needed for it has ended (exit code %s); its last lines above say why"
+                raise NoAnswerError("waited for %s, but a program that is needed for it has ended (exit code %s); its "
+                                    "last lines above say why"
                                     % (what, process.poll()))
         if time.monotonic() > end:
             raise NoAnswerError("waited %.0f s in vain for %s" % (patience, what))
@@ -152,7 +156,8 @@ def possible_robots() -> List[str]:
     shows it.
     """
     publishers, subscribers, _ = graph()
-    found = [(node, topic) for topic, names in publishers.items() if topic.rpartition("/")[2] == "motor_state" for node in names]
+    found = [(node, topic) for topic, names in publishers.items() if topic.rpartition("/")[2] == "motor_state"
+             for node in names]
     found += [(node, topic) for topic, names in subscribers.items() if _commands_robot(topic) for node in names]
     return ["%s (%s)" % (node, topic) for node, topic in sorted(dict(sorted(found)).items())]
 

@@ -43,7 +43,9 @@ def read_commands(files: Sequence[str], robot: str, commands: Mapping[str, type]
         BagError: the robot was told nothing, or "" and there are several.
     """
     wanted = {**commands, **(others or {}), "recording": String}
-    reader = read_bag(files, lambda connection: connection.md5sum == getattr(wanted.get(connection.topic.rpartition("/")[2]), "_md5sum", None))
+    reader = read_bag(files,
+                      lambda connection: connection.md5sum == getattr(wanted.get(connection.topic.rpartition("/")[2]),
+                                                                      "_md5sum", None))
     damaged: Counter[str] = Counter()
     robots: Dict[str, RecordedCommands] = {}
     for topic, connection, data, nanoseconds in reader:
@@ -64,7 +66,9 @@ def read_commands(files: Sequence[str], robot: str, commands: Mapping[str, type]
     chosen = robot.strip("/")
     if chosen and chosen not in told or not told:
         who = "robot %r was told nothing" % chosen if chosen else "nobody was told anything"
-        raise BagError("%s: %s in it (%s)%s" % (files[0], who, ", ".join(commands), "; who was: " + ", ".join(told) if told else ""))
+        raise BagError("%s: %s in it (%s)%s" % (files[0], who, ", ".join(commands),
+                                                "; who was: " + ", ".join(told) if told else ""))
     if not chosen and len(told) > 1:
-        raise BagError("%s: %s robots were told something: %s. Choose one with robot:=NAME" % (files[0], len(told), ", ".join(told)))
+        raise BagError("%s: %s robots were told something: %s. Choose one with robot:=NAME"
+                       % (files[0], len(told), ", ".join(told)))
     return robots[chosen or told[0]]._replace(begin=(reader.begin or 0) * 1e-9)

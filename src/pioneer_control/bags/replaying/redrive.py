@@ -38,7 +38,8 @@ from .recorded_commands import read_commands
 from .redrive_schedule import LEGAL_VALID, VALID, Order, duration, schedule
 from .topic_recorder import TopicRecorder
 
-KINDS = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState, "gripper_control": GripperState}
+KINDS = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
+         "gripper_control": GripperState}
 NEEDED = "pose", "motor_state", "robot_info", "ground_truth"
 """Topics of the simulated robot that must be there before it is told anything."""
 WORLDS = Path(__file__).parents[2] / "simulator" / "worlds"
@@ -59,7 +60,8 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--robot": dict(default="", help="namespace of the recorded robot (default: the only one that was told something)"),
     "--speed": dict(default="", metavar="K", help="so many times as fast, and as much longer (default: 1)"),
     "--world": dict(default="", help="of the simulated robot (default: as the bag tells)"),
-    "--numbers-file": dict(default="", help="of the simulated robot: errors of its wheels, for example (default: none)"),
+    "--numbers-file": dict(default="",
+                           help="of the simulated robot: errors of its wheels, for example (default: none)"),
     "--seed": dict(type=int, default=0, help="of the simulated robot (default: %(default)s)"),
     "--name": dict(default="redrive", help="namespace of the re-driven robot (default: %(default)s)"),
     "--output": dict(default="", metavar="NEW.bag", help="where what it does is kept (default: beside the bag)"),
@@ -95,7 +97,8 @@ def read_drive(files: Sequence[str], robot: str = "") -> RecordedDrive:
     """
     told = read_commands(files, robot, KINDS, {"robot_info": RobotInfo, "world": String, "ground_truth": Odometry})
     parts = told.messages
-    orders = sorted((Order(when, name, message) for name in KINDS for when, message in parts.get(name, [])), key=lambda order: order.time)
+    orders = sorted((Order(when, name, message) for name in KINDS for when, message in parts.get(name, [])),
+                    key=lambda order: order.time)
     begin = orders[0].time
     description = next(told.descriptions(), Description({}, {}, {}, {}))
     info = parts["robot_info"][-1][1] if parts.get("robot_info") else None
@@ -125,7 +128,8 @@ def simulator_parameters(recorded: RecordedDrive, world: str, numbers_file: str,
     parameters["world"] = world or known_world(recorded)
     if recorded.start is not None:
         parameters["start"] = list(recorded.start)
-    return dict(parameters, seed=seed, numbers_file=os.path.abspath(os.path.expanduser(numbers_file)) if numbers_file else "")
+    return dict(parameters, seed=seed, numbers_file=os.path.abspath(os.path.expanduser(numbers_file)) if numbers_file
+                else "")
 
 
 def known_world(recorded: RecordedDrive) -> str:
@@ -134,9 +138,11 @@ def known_world(recorded: RecordedDrive) -> str:
     if (WORLDS / (named + ".yaml")).is_file() or "/" in named and os.path.isfile(named):
         return named
     if named:
-        say("The world %r of the recording is not here: there is nothing round the robot now. Give its file with world:=FILE." % named)
+        say("The world %r of the recording is not here: there is nothing round the robot now. Give its file with "
+            "world:=FILE." % named)
     else:
-        say("The bag does not tell what was round the robot: there is nothing round it now. Give a world with world:=NAME.")
+        say("The bag does not tell what was round the robot: there is nothing round it now. Give a world with "
+            "world:=NAME.")
     return "empty"
 
 
@@ -173,7 +179,8 @@ class Redrive:
         """
         self._refuse_a_shared_name()
         self._bag = TopicRecorder(self._given.output or free_name(self._files[0], "redrive"), rospy.Time.now)
-        self._publishers = {name: rospy.Publisher("%s/%s" % (self._name, name), kind, queue_size=10) for name, kind in KINDS.items()}
+        self._publishers = {name: rospy.Publisher("%s/%s" % (self._name, name), kind, queue_size=10)
+                            for name, kind in KINDS.items()}
         heard = {"pose": Odometry, "motor_state": MotorState, "robot_info": RobotInfo}
         for topic in topics_of(load_list(), [self._name.strip("/")]):
             name = topic[len(self._name) + 1:]
@@ -201,11 +208,13 @@ class Redrive:
     def _refuse_a_shared_name(self) -> None:
         """Refuse simulated time, and a namespace in which somebody else is."""
         if rospy.get_param("/use_sim_time", False):
-            raise UsageError("this master has simulated time (/use_sim_time), perhaps of an earlier replay. When none goes on: "
+            raise UsageError("this master has simulated time (/use_sim_time), perhaps of an earlier replay. When none "
+                             "goes on: "
                              "rosparam set /use_sim_time false")
         there = [node for node in nodes() if node.startswith(self._name + "/")]
         if there:
-            raise UsageError("%s is there already: end it (rosnode cleanup, if it was killed), or take another name for the re-driven robot "
+            raise UsageError("%s is there already: end it (rosnode cleanup, if it was killed), or take another name "
+                             "for the re-driven robot "
                              "with --name" % ", ".join(there))
 
     def _start_robot(self) -> Sequence[subprocess.Popen]:
@@ -217,14 +226,16 @@ class Redrive:
         x, y, heading = simulator.get("start") or (0.0, 0.0, 0.0)
         where = " at x %.2f m, y %.2f m, %.0f degrees" % (x, y, np.degrees(heading)) if "start" in simulator else ""
         say("A simulated %s in the world %r%s is told what %s in %s was told: for %.0f s, as %s."
-            % (simulator.get("model", "robot"), simulator["world"], where, recorded.robot or "the robot", self._files[0],
+            % (simulator.get("model", "robot"), simulator["world"], where, recorded.robot or "the robot",
+               self._files[0],
                duration(self._orders), self._name))
         rospy.set_param(self._name + "/simulator", dict(simulator, pty=line, frame_prefix=prefix))
         rospy.set_param(self._name + "/p2os", dict(driver, port=line, frame_prefix=prefix))
         started = [self._programs.start(["rosrun", "pioneer_control", program, "__name:=" + name], self._name)
                    for program, name in (("p2os_simulator", "simulator"), ("p2os_driver", "p2os"))]
         wait_until("the robot (%s)" % ", ".join(NEEDED), lambda: all(self._newest(name) for name in NEEDED), started)
-        wait_until("its driver to listen", lambda: all(each.get_num_connections() for each in self._publishers.values()), started)
+        wait_until("its driver to listen", lambda: all(each.get_num_connections()
+                                                       for each in self._publishers.values()), started)
         return started
 
     def _switch_motors_on(self, robot: Sequence[subprocess.Popen]) -> None:
@@ -297,12 +308,14 @@ class Redrive:
         if before is None or after is None:
             where, before, after = "as each one's odometry has it", recorded.odometry, driven.odometry
         apart = deviation(before, after._replace(time=after.time * self._factor))
-        say("\nThe recorded path is %.2f m long, the new one %.2f m (%s).\nThey are %.1f cm apart on average, %.1f cm at most, %.1f cm and "
-            "%+.1f degrees at the end.\nbag      %s" % (before.length, after.length, where, 100 * apart.mean, 100 * apart.maximum,
-                                                       100 * apart.at_end, np.degrees(apart.turn_at_end), path))
+        say("\nThe recorded path is %.2f m long, the new one %.2f m (%s).\nThey are %.1f cm apart on average, "
+            "%.1f cm at most, %.1f cm and %+.1f degrees at the end.\nbag      %s"
+            % (before.length, after.length, where, 100 * apart.mean, 100 * apart.maximum, 100 * apart.at_end,
+               np.degrees(apart.turn_at_end), path))
         picture, slower = stem(path) + ".png", " at %g of the speed" % self._factor if self._factor != 1.0 else ""
         try:
-            draw_comparison([recorded, driven], picture, "%s, driven again%s" % (os.path.basename(stem(self._files[0])), slower))
+            draw_comparison([recorded, driven], picture,
+                            "%s, driven again%s" % (os.path.basename(stem(self._files[0])), slower))
             say("picture  %s" % picture)
         except (PioneerError, OSError, ImportError) as error:
             say("There is no picture: %s" % error)

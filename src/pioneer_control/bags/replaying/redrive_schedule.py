@@ -35,7 +35,8 @@ def schedule(told: Iterable[Order], factor: float = 1.0, valid: float = VALID, r
         valid: s for which a velocity holds.
         refresh: s between two repetitions of a velocity.
     """
-    told = sorted((order for order in told if order.topic not in VELOCITIES or _is_finite(order.message)), key=lambda order: order.time)
+    told = sorted((order for order in told if order.topic not in VELOCITIES or _is_finite(order.message)),
+                  key=lambda order: order.time)
     if not told:
         return []
     begin = told[0].time

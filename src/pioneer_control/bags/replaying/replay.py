@@ -22,7 +22,8 @@ from .playback import REMAPPING, player, recorded_topics
 
 WAYS = "look", "rerun", "redrive"
 
-LAUNCH_ARGUMENTS = ("bag", "way", "robot", "rviz", "picture", "frame", "options", "package", "program", "args", "speed", "world",
+LAUNCH_ARGUMENTS = ("bag", "way", "robot", "rviz", "picture", "frame", "options", "package", "program", "args", "speed",
+                    "world",
                     "numbers_file", "seed")
 """Those of replay.launch."""
 
@@ -40,8 +41,10 @@ def warn_of_robots() -> None:
     except OSError:
         raise programs.no_master() from None
     if others:
-        print("replay: %s is on this master. No command of the bag reaches it, but what it reports mixes with the bag: a replay is better "
-              "done on a master of its own (export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others), file=sys.stderr)
+        print("replay: %s is on this master. No command of the bag reaches it, but what it reports mixes with the "
+              "bag: a replay is better "
+              "done on a master of its own (export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others),
+              file=sys.stderr)
 
 
 def look(arguments: Sequence[str], ros: Sequence[str]) -> int:
@@ -51,10 +54,12 @@ def look(arguments: Sequence[str], ros: Sequence[str]) -> int:
         arguments: of the command line.
         ros: words of it that are for ROS.
     """
-    parser = argparse.ArgumentParser(prog="replay look", description="Play a bag back, its commands aside.", allow_abbrev=False,
+    parser = argparse.ArgumentParser(prog="replay look", description="Play a bag back, its commands aside.",
+                                     allow_abbrev=False,
                                      epilog="Whatever else is given goes to rosbag play: -r 2, -s 30, -l, ...")
     parser.add_argument("bag", help="the bag; several, or a pattern, in quotes: the parts of one recording")
-    parser.add_argument("--picture", type=yes_or_no, default=False, metavar="true|false", help="draw it first (default: false)")
+    parser.add_argument("--picture", type=yes_or_no, default=False, metavar="true|false",
+                        help="draw it first (default: false)")
     given, options = parser.parse_known_args(arguments)
     files = bag_files(given.bag)
     command = player(files, recorded_topics(files), [*options, *ros])

@@ -24,7 +24,8 @@ from ..bag_names import bag_files, free_name
 from ..command_line import number, parser_of, say
 from ..reader import decode, read_bag
 from .playback import RERUN, absolute, aside, player, recorded_topics
-from .programs import (INTERVAL, Interrupted, Programs, connected, explain_roslaunch, graph, nodes, possible_robots, restore_parameter,
+from .programs import (INTERVAL, Interrupted, Programs, connected, explain_roslaunch, graph, nodes, possible_robots,
+                       restore_parameter,
                        run_as_node, wait_until)
 from .recorded_commands import read_commands
 from .redrive_schedule import VELOCITIES
@@ -52,7 +53,8 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--args": dict(default="", help="of the program, in one text (default: none; of rosPioneer2.py the robot)"),
     "--options": dict(default="", help="of rosbag play, in one text: '-r 2'"),
     "--enough": dict(default="0.95", metavar="SHARE",
-                     help="of the time that commands must be alike, of a program without decisions (default: %(default)s)"),
+                     help="of the time that commands must be alike, of a program without decisions (default: "
+                     "%(default)s)"),
     "--output": dict(default="", metavar="NEW.bag", help="where what it commands is kept (default: beside the bag)"),
 }
 """Of the command line; replay.launch has arguments of the same names."""
@@ -94,7 +96,8 @@ def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
     stamps: Dict[int, List[float]] = {}
     for decision in decisions:
         stamps.setdefault(decision.wander, []).append(decision.header.stamp.to_sec())
-    parameters: Dict[str, Any] = {"begin_at": [min(each) for each in stamps.values()], "end_at": [max(each) for each in stamps.values()]}
+    parameters: Dict[str, Any] = {"begin_at": [min(each) for each in stamps.values()],
+                                  "end_at": [max(each) for each in stamps.values()]}
     if decisions and abs(decisions[0].seed) < 2 ** 31:  # the parameter server takes no more
         parameters["seed"] = decisions[0].seed
     return parameters
@@ -120,7 +123,8 @@ def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Ver
             sentences.append("no decisions live, %s in the re-run: what was commanded counts." % len(now))
             continue
         if name in VELOCITIES:
-            verdict = judge_velocities(name, [velocity_of(*each) for each in before], [velocity_of(*each) for each in now], enough)
+            verdict = judge_velocities(name, [velocity_of(*each) for each in before],
+                                       [velocity_of(*each) for each in now], enough)
         else:
             messages = [message for _, message in before], [message for _, message in now]
             verdict = judge_decisions(*messages) if name == "decision" else judge_others(name, *messages)
@@ -131,7 +135,8 @@ def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Ver
 
 def velocity_of(seconds: float, message: Any) -> TimedVelocity:
     """The velocity in a Twist or WheelVelocities."""
-    return TimedVelocity(seconds, *((message.left, message.right) if hasattr(message, "left") else (message.linear.x, message.angular.z)))
+    return TimedVelocity(seconds, *((message.left, message.right) if hasattr(message, "left")
+                                    else (message.linear.x, message.angular.z)))
 
 
 class Rerun:
@@ -173,7 +178,8 @@ class Rerun:
         before = {name: rospy.get_param(name, None) for name in ("/use_sim_time", live.node)}
         try:
             rospy.set_param("/use_sim_time", True)
-            rospy.set_param(live.node, dict(live.parameters, **decided([message for _, message in live.commanded.get("decision", [])])))
+            rospy.set_param(live.node, dict(live.parameters,
+                                            **decided([message for _, message in live.commanded.get("decision", [])])))
             self._play(recorder)
         except BaseException:
             recorder.say_where()
@@ -193,11 +199,14 @@ class Rerun:
         it would end.
         """
         if self._live.node in nodes():
-            raise UsageError("%s is running: a program of that name was recorded, and would end it. End it first" % self._live.node)
+            raise UsageError("%s is running: a program of that name was recorded, and would end it. End it first"
+                             % self._live.node)
         others = possible_robots()
         if others:
-            raise UsageError("%s is on this master: the program could reach it, and what it reports would mix with the bag. End that first, "
-                             "or take a master of its own (export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others))
+            raise UsageError("%s is on this master: the program could reach it, and what it reports would mix with "
+                             "the bag. End that first, "
+                             "or take a master of its own (export ROS_MASTER_URI=http://localhost:11411)"
+                             % ", ".join(others))
 
     def _look_out(self) -> None:
         """End the re-run when a robot comes meanwhile: a program that ignores remappings would command it.
@@ -210,13 +219,16 @@ class Rerun:
         self._looked_out = time.monotonic()
         others = [other for other in possible_robots() if other.split()[0] not in (PLAYER, self._live.node)]
         if others:
-            raise UsageError("%s has come to this master: the program could reach it, so the re-run ends here" % ", ".join(others))
+            raise UsageError("%s has come to this master: the program could reach it, so the re-run ends here"
+                             % ", ".join(others))
 
     def _play(self, recorder: TopicRecorder) -> None:
         """Start everything, and let the bag run when all is connected."""
         live, given = self._live, self._given
-        parameters = ", ".join("%s %s" % each for each in sorted(live.parameters.items()) if not isinstance(each[1], dict))
-        say("%s hears %s as %s%s" % (given.program, " ".join(self._files), live.node, " with %s." % parameters if live.parameters else
+        parameters = ", ".join("%s %s" % each
+                               for each in sorted(live.parameters.items()) if not isinstance(each[1], dict))
+        say("%s hears %s as %s%s" % (given.program, " ".join(self._files), live.node,
+                                     " with %s." % parameters if live.parameters else
                                      "; the bag does not tell which parameters it had, and it gets none."))
         command = player(self._files, self._topics, ["--pause", "--quiet", *shlex.split(given.options)])
         bag = self._programs.start([*command, "__name:=" + PLAYER[1:]], quiet=True)
@@ -226,7 +238,8 @@ class Rerun:
         arguments = shlex.split(given.args) if given.args else [live.robot] if ours else []
         out_of_reach = ["%s/%s" % (self._robot, each) for each in (*KINDS, *SERVICES)]
         elsewhere = ["%s:=%s" % (topic, aside(topic, RERUN)) for topic in out_of_reach]
-        program = self._programs.start(["rosrun", given.package, given.program, *arguments, *elsewhere, "__name:=" + name], namespace or "/")
+        program = self._programs.start(["rosrun", given.package, given.program, *arguments, *elsewhere,
+                                        "__name:=" + name], namespace or "/")
         self._wait_for_subscribers(program, bag)
         rospy.ServiceProxy(PLAYER + "/pause_playback", SetBool)(False)
         self._wait_for_end(bag, program, recorder)
@@ -263,7 +276,8 @@ class Rerun:
         ended = time.monotonic()
         while program.poll() is None and not rospy.is_shutdown():
             quiet = time.monotonic() - max(recorder.heard_at, ended)
-            if quiet > (LAST_WORD if expected and recorder.counts.get(self._robot + "/decision", 0) >= expected else QUIET):
+            if quiet > (LAST_WORD if expected and recorder.counts.get(self._robot + "/decision", 0) >= expected
+                        else QUIET):
                 break
             self._look_out()
             time.sleep(INTERVAL)
@@ -277,8 +291,9 @@ class Rerun:
             for topic, connection, data, nanoseconds in read_bag(recorder.path):
                 again.setdefault(topic.rpartition("/")[2], []).append((nanoseconds * 1e-9, decode(connection, data)))
         verdict = compare(self._live.commanded, again, self._enough)
-        said = "commands THE SAME on the bag as beside the robot" if verdict.same else "commands SOMETHING ELSE on the bag than beside the robot"
-        say("\n" + "\n".join([*verdict.sentences, "%s %s." % (self._given.program, said if again else "commands NOTHING on the bag"),
+        same = "THE SAME on the bag as" if verdict.same else "SOMETHING ELSE on the bag than"
+        say("\n" + "\n".join([*verdict.sentences,
+                              "%s commands %s." % (self._given.program, same + " beside the robot" if again else "NOTHING on the bag"),
                               *["bag      %s" % recorder.path] * bool(again)]))
         explain_roslaunch()
         return 0 if verdict.same else 1
@@ -290,5 +305,6 @@ def main(arguments: Sequence[str]) -> int:
     Returns:
         The exit code: 0 it commands the same, 1 something else, 2 it cannot be done as asked.
     """
-    parser = parser_of("replay rerun", "Let a program hear the bag, and compare what it commands with what it commanded then.", OPTIONS)
+    parser = parser_of("replay rerun",
+                       "Let a program hear the bag, and compare what it commands with what it commanded then.", OPTIONS)
     return run_as_node("rerun", Rerun(parser.parse_args(arguments)).run)

@@ -91,7 +91,8 @@ def likeness(live: Sequence[TimedVelocity], again: Sequence[TimedVelocity], tole
     apart = np.maximum(_nearest(one, other, around, tolerance), _nearest(other, one, around, tolerance))
     alike = np.all(apart <= np.array(tolerance) + 1e-9, axis=1)
     first = None if alike.all() else max(0.0, float(moments[np.argmin(alike)]))
-    return Likeness(float(np.ptp(moments)), float(alike.mean()), first, (float(apart[:, 0].max()), float(apart[:, 1].max())))
+    return Likeness(float(np.ptp(moments)), float(alike.mean()), first,
+                    (float(apart[:, 0].max()), float(apart[:, 1].max())))
 
 
 def _held(velocities: Sequence[TimedVelocity], begin: float, moments: np.ndarray) -> np.ndarray:
@@ -129,7 +130,8 @@ def judge_decisions(live: Sequence[Any], again: Sequence[Any]) -> Verdict:
                            % (counts, found.place + 1, stamp, found.what)])
 
 
-def judge_velocities(topic: str, live: Sequence[TimedVelocity], again: Sequence[TimedVelocity], enough: float) -> Verdict:
+def judge_velocities(topic: str, live: Sequence[TimedVelocity], again: Sequence[TimedVelocity],
+                     enough: float) -> Verdict:
     """Compare the velocities of one topic. They are the same where they are alike for this share of the time: `enough`.
     """
     alike = likeness(live, again)
@@ -154,4 +156,5 @@ def judge_others(topic: str, live: Sequence[Any], again: Sequence[Any]) -> Verdi
 
 def _changes(messages: Sequence[Any]) -> List[Any]:
     """Messages without those that only repeat the one before."""
-    return [message for index, message in enumerate(messages) if index == 0 or first_difference([messages[index - 1]], [message])]
+    return [message for index, message in enumerate(messages) if index == 0
+            or first_difference([messages[index - 1]], [message])]
