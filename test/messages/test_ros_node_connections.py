@@ -35,7 +35,8 @@ def server(monkeypatch):
     with socket.socket() as listening:
         listening.bind(("127.0.0.1", 0))
         listening.listen(5)
-        tcpros = types.SimpleNamespace(tcp_ros_server=types.SimpleNamespace(server_sock=listening), start_server=lambda: None)
+        tcpros = types.SimpleNamespace(tcp_ros_server=types.SimpleNamespace(server_sock=listening),
+                                       start_server=lambda: None)
         monkeypatch.setattr(ros_node, "init_tcpros_server", lambda: tcpros)
         yield listening
 

@@ -44,7 +44,8 @@ def test_what_is_no_stream_of_a_program_stays_as_it_is():
 def printed(init_node):
     """By a program whose Python is not told to keep nothing, into a pipe."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
-    return subprocess.run([sys.executable, "-c", SAY_AND_BREAK_OFF % init_node], env=environment, stdout=subprocess.PIPE, check=True).stdout
+    return subprocess.run([sys.executable, "-c", SAY_AND_BREAK_OFF % init_node], env=environment,
+                          stdout=subprocess.PIPE, check=True).stdout
 
 
 def test_a_node_sends_each_line():

@@ -15,13 +15,23 @@ A packet, byte by byte (VEL -200: drive backwards at 200 mm/s)::
                                   --decode_command--> ReceivedCommand     on the robot's side
     encode_command("VEL", -200) --> bytes <-- encode_packet(Sip(...))
 
-Open next: `framing` (where packets begin and end), `commands` (the table of commands), `sip`, `config` and `packets`
-(the tables of what the robot sends), `flags` (bits with names), `fields` (how a table is read and written).
-``python3 -m pioneer_control.p2os FA FB 06 ...`` explains bytes to a person.
+=============  =======================================================================
+``framing``    where packets begin and end, and the checksum
+``commands``   the table of commands to the robot
+``sip``        the table of the standard SIP, which the robot sends ten times a second
+``config``     the table of CONFIGpac, by which it says what it is
+``packets``    the tables of all other packets from the robot
+``flags``      bits and numbers with names
+``fields``     how a table is read and written
+``explain``    bytes in words, for a person
+``recording``  the record of a line as text
+=============  =======================================================================
+
+``python3 -m pioneer_control.p2os FA FB 06 ...`` explains bytes, ``--record FILE`` a record.
 """
 
-from .commands import (BAUD_RATES, COMMANDS, SYNC0, SYNC1, SYNC2, UNKNOWN_TO, Argument, Command, ReceivedCommand, decode_command,
-                       encode_command, knows, two_bytes)
+from .commands import (BAUD_RATES, COMMANDS, SYNC0, SYNC1, SYNC2, UNKNOWN_TO, Argument, Command, ReceivedCommand,
+                       decode_command, encode_command, knows, two_bytes)
 from .config import Config
 from .flags import (GRIPPER_VALUES, ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripperCommand, GripperSwitches,
                     GripState, StallBits)
@@ -33,13 +43,13 @@ from .sip import COUNT_RANGE, MOVING, STOPPED, Sip, SipMotion, SonarReading, wra
 
 __all__ = [
     "PARTIAL_TIMEOUT", "DecoderCounts", "Frame", "FrameDecoder", "checksum", "encode_frame",
-    "BAUD_RATES", "COMMANDS", "UNKNOWN_TO", "Command", "Argument", "encode_command", "decode_command", "ReceivedCommand", "knows",
-    "two_bytes",
-    "SYNC0", "SYNC1", "SYNC2",
+    "BAUD_RATES", "COMMANDS", "UNKNOWN_TO", "Command", "Argument", "encode_command", "decode_command",
+    "ReceivedCommand", "knows", "two_bytes", "SYNC0", "SYNC1", "SYNC2",
     "decode_packet", "decode_motion", "encode_packet", "UnknownPacket", "MalformedPacket",
-    "SyncEcho", "SyncReply", "Config", "Sip", "SipMotion", "SonarReading", "STOPPED", "MOVING", "COUNT_RANGE", "wrapped",
+    "SyncEcho", "SyncReply", "Config", "Sip", "SipMotion", "SonarReading", "STOPPED", "MOVING", "COUNT_RANGE",
+    "wrapped",
     "Encoder", "SerialAux", "Gripper", "IO", "Gyro", "GyroReading", "Joystick", "TCM2", "Playlist", "Arm", "ArmInfo",
     "ArmJoint", "BatteryInfo", "Battery", "Reset",
-    "Flags", "FaultFlags", "Flags3", "StallBits", "GripState", "GripperSwitches", "GripperCommand", "GRIPPER_VALUES", "DigitalIn",
-    "ChargeState",
+    "Flags", "FaultFlags", "Flags3", "StallBits", "GripState", "GripperSwitches", "GripperCommand", "GRIPPER_VALUES",
+    "DigitalIn", "ChargeState",
 ]

@@ -1,19 +1,49 @@
-"""``python3 -m pioneer_control.p2os FA FB 03 1D 00 1D``: explain bytes to a person; ``--record FILE``: what a simulated robot recorded."""
+"""``python3 -m pioneer_control.p2os FA FB 03 1D 00 1D`` explains bytes to a person, ``--record FILE`` a record."""
 
 import argparse
 import sys
+from typing import List, Optional
 
 from ..errors import UsageError
 from .explain import explain, parse_hex, pieces
-from .recording import told, unreadable
+from .recording import explain_record, read_record
 
 
-def main(arguments=None) -> int:
-    """Explain the bytes that are given, or those on standard input.
+def main(arguments: Optional[List[str]] = None) -> int:
+    """Explain the bytes that are given, or those on standard input, or a record.
 
     Returns:
-        0 when all bytes were whole packets, 1 when some were not (a record says so itself), 2 when something was not hex.
+        0 when all bytes were whole packets (a record says itself what is not), 1 when some were not, 2 when something
+        was not hex.
     """
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if not options.record and not options.bytes and sys.stdin.isatty():
+        parser.error("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")
+    try:
+        if options.record:
+            _print_record(options.record, options.long, not options.port_first)
+            return 0
+        data = parse_hex(" ".join(options.bytes) if options.bytes else sys.stdin.read())
+    except UsageError as error:
+        parser.error(str(error))
+    if not data:
+        parser.error("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")
+    for line in explain(data, not options.from_robot, not options.to_robot, not options.port_first):
+        print(line)
+    return 0 if not any(piece.wrong for piece in pieces(data)) else 1
+
+
+def _print_record(path: str, long: bool, grip_state_first: bool) -> None:
+    record = read_record(path)
+    try:
+        for line in explain_record(record, long, grip_state_first):
+            print(line)
+    except BrokenPipeError:     # a reader such as `head` has seen enough; Python must not flush to it either
+        sys.stdout = None  # type: ignore[assignment]  # the documented way to have no standard output
+
+
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python3 -m pioneer_control.p2os", description="Explain bytes of the P2OS protocol, byte by byte.",
         epilog="Bytes may be written as FA FB 03, fafb03, 0xFA, 0xFB, 0x03 or \\xfa\\xfb\\x03; without any they are "
@@ -24,30 +54,10 @@ def main(arguments=None) -> int:
     direction.add_argument("--from-robot", action="store_true", help="they came from the robot")
     parser.add_argument("--port-first", action="store_true",
                         help="the robot has PSOS, P2OS or AmigOS: its SIP has the analog port before the gripper state")
-    parser.add_argument("--record", metavar="FILE", help="explain the record of a line that a simulated robot wrote, one line for each packet")
+    parser.add_argument("--record", metavar="FILE",
+                        help="explain the record of a line that a simulated robot wrote, one line for each packet")
     parser.add_argument("--long", action="store_true", help="every packet of a record byte by byte")
-    options = parser.parse_args(arguments)
-    if options.record:
-        try:
-            with open(options.record, encoding="utf-8") as lines:
-                for line in told(lines, options.long, not options.port_first):
-                    print(line)
-        except BrokenPipeError:     # whoever reads has seen enough
-            sys.stdout = None
-        except (OSError, UnicodeDecodeError, UsageError) as error:
-            parser.error(unreadable(options.record, error))
-        return 0
-    if not options.bytes and sys.stdin.isatty():
-        parser.error("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")
-    try:
-        data = parse_hex(" ".join(options.bytes) if options.bytes else sys.stdin.read())
-    except UsageError as error:
-        parser.error(str(error))
-    if not data:
-        parser.error("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")
-    for line in explain(data, not options.from_robot, not options.to_robot, not options.port_first):
-        print(line)
-    return 0 if not any(piece.wrong for piece in pieces(data)) else 1
+    return parser
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ An argument is one of (protocol 1.3)::
 """
 
 from enum import Enum
-from typing import Dict, NamedTuple, Tuple, Union
+from typing import Any, Dict, NamedTuple, Tuple, Union
 
 from ..errors import EncodingError
 from .fields import checked_bytes, checked_integer
@@ -31,21 +31,22 @@ class Argument(Enum):
     STRING = "string"
 
 
-NONE, INT, UINT, TWO_BYTES, STRING = Argument
+NONE, INT, UINT, TWO_BYTES, STRING = tuple(Argument)
 
 
 class Command(NamedTuple):
     """One row of the table.
 
     `low` and `high` bound the argument: its value; for STRING its length in bytes; for TWO_BYTES a pair, first the
-    byte in bits 8..15, then the one in bits 0..7. `optional`: it goes with and without its argument.
+    byte in bits 8..15, then the one in bits 0..7; None where there is none. `optional`: it goes with and without its
+    argument.
     """
 
     number: int
     name: str
     argument: Argument
-    low: Union[int, Tuple[int, int], None]
-    high: Union[int, Tuple[int, int], None]
+    low: Any
+    high: Any
     effect: str
     optional: bool = False
 
@@ -181,7 +182,10 @@ UNKNOWN_TO: Dict[str, Tuple[str, ...]] = {
     "STOP": ("PSOS", "AmigOS", "uARCS", "MARCOS"),
     "IOREQUEST": ("PSOS", "AmigOS"),
 }
-"""Commands, and the families of firmware that do not know them. Of those that know a setting, early versions may not: what they report tells."""
+"""Commands, and the families of firmware that do not know them.
+
+Early versions of other families may not know a setting either: what they report of it tells.
+"""
 
 COMMAND_NUMBERS: Dict[int, Command] = {command.number: command for command in COMMANDS.values()}
 
@@ -249,7 +253,7 @@ class ReceivedCommand(NamedTuple):
     value: Union[None, int, bytes]
 
 
-def encode_command(name: str, *values) -> bytes:
+def encode_command(name: str, *values: Any) -> bytes:
     """The bytes of a command, ready to be sent with one write.
 
     ``encode_command("PULSE")``, ``("VEL", -200)``, ``("DIGOUT", mask, states)``, ``("TTY2", b"hi")``.
@@ -259,22 +263,22 @@ def encode_command(name: str, *values) -> bytes:
     """
     command = COMMANDS.get(name)
     if command is None:
-        raise EncodingError(f"no command is called {name!r}")
+        raise EncodingError("no command is called %r" % name)
     needed = 0 if command.argument is NONE else 2 if command.argument is TWO_BYTES else 1
     if len(values) != needed and not (command.optional and not values):
         plural = "" if needed == 1 else "s"
-        raise EncodingError(f"{name} takes {needed} value{plural}, not {len(values)} ({command.effect})")
+        raise EncodingError("%s takes %d value%s, not %d (%s)" % (name, needed, plural, len(values), command.effect))
     return encode_frame(command.number, _encode_argument(command, values) if values else b"")
 
 
-def _encode_argument(command: Command, values) -> bytes:
+def _encode_argument(command: Command, values: Tuple[Any, ...]) -> bytes:
     if command.argument is STRING:
         text = checked_bytes(values[0], command.name)
-        checked_integer(len(text), command.low, command.high, f"{command.name}, length of the string")
+        checked_integer(len(text), command.low, command.high, "%s, length of the string" % command.name)
         return bytes((TEXT, len(text))) + text
     if command.argument is TWO_BYTES:
-        first, second = (checked_integer(value, low, high, f"{command.name}, {which} value") for value, low, high, which
-                         in zip(values, command.low, command.high, ("first", "second")))
+        first, second = (checked_integer(value, low, high, "%s, %s value" % (command.name, which))
+                         for value, low, high, which in zip(values, command.low, command.high, ("first", "second")))
         return bytes((POSITIVE, second & 0xFF, first & 0xFF))
     value = checked_integer(values[0], command.low, command.high, command.name)
     return bytes((NEGATIVE if value < 0 else POSITIVE,)) + abs(value).to_bytes(2, "little")
@@ -288,7 +292,7 @@ def decode_command(frame: Frame) -> ReceivedCommand:
     take it, unless the command has an unsigned argument.
     """
     command = COMMAND_NUMBERS.get(frame.id)
-    name = command.name if command else f"COMMAND_{frame.id}"
+    name = command.name if command else "COMMAND_%d" % frame.id
     unsigned = command is not None and command.argument in (UINT, TWO_BYTES)
     return ReceivedCommand(frame.id, name, _decode_argument(frame.data, unsigned))
 

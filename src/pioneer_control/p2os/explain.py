@@ -6,15 +6,15 @@ Names, units and meanings come from the tables of this folder: nothing is known 
 import re
 from enum import IntFlag
 from fractions import Fraction
-from typing import Iterator, List, NamedTuple, Optional
+from typing import Any, Iterator, List, NamedTuple, Optional
 
 from ..errors import UsageError
-from .commands import (COMMAND_NUMBERS, NEGATIVE, OTHER_MEANINGS, POSITIVE, TEXT, Argument, decode_command,
+from .commands import (COMMAND_NUMBERS, NEGATIVE, OTHER_MEANINGS, POSITIVE, TEXT, Argument, Command, decode_command,
                        two_bytes)
+from .fields import Row
 from .flags import GripperCommand
 from .framing import HEADER, SMALLEST_COUNT, Frame, FrameDecoder, checksum
 from .packets import NAMES_ONLY, MalformedPacket, UnknownPacket, decode_packet, packet_rows
-
 
 LONGEST = 3 + 0xFF
 """Bytes of the longest frame."""
@@ -23,7 +23,7 @@ LONGEST = 3 + 0xFF
 class Piece(NamedTuple):
     """Some bytes of a stream: a whole frame, or bytes that belong to none, with what is `wrong` with them.
 
-    Those of a wrong checksum have a frame all the same: what they would say.
+    Bytes with a wrong checksum have a frame all the same: what they would say.
     """
 
     data: bytes
@@ -41,31 +41,32 @@ def parse_hex(text: str) -> bytes:
     for word in re.sub(r"0[xX]|\\x|[\s,;:]", " ", text).split():
         if not re.fullmatch(r"[0-9A-Fa-f]|([0-9A-Fa-f]{2})+", word):
             why = "has an odd number of digits" if re.fullmatch(r"[0-9A-Fa-f]+", word) else "is not hexadecimal"
-            raise UsageError(f"{word!r} {why}; bytes are given like this: FA FB 03 1D 00 1D")
+            raise UsageError("%r %s; bytes are given like this: FA FB 03 1D 00 1D" % (word, why))
         data += bytes.fromhex(word.rjust(2, "0"))
     return bytes(data)
 
 
 def pieces(data: bytes) -> List[Piece]:
     """`data` cut into whole frames and what lies between them, each with what is wrong with it."""
-    found, noise_from, at = [], 0, 0
+    found: List[Piece] = []
+    noise_from = at = 0
     while at < len(data):
         frame = _frame_at(data, at)
         if frame is None:
             at += 1
             continue
         found += _noise(data, noise_from, at)
-        end = at + len(frame.data) + SMALLEST_COUNT + 3
-        found.append(Piece(data[at:end], frame))
-        noise_from = at = end
+        found.append(Piece(data[at:at + frame.length], frame))
+        noise_from = at = at + frame.length
     return found + list(_noise(data, noise_from, at))
 
 
 def _frame_at(data: bytes, at: int) -> Optional[Frame]:
     if data[at:at + 2] != HEADER or at + 2 == len(data):
         return None
-    frames = FrameDecoder().feed(data[at:at + 3 + data[at + 2]])
-    return frames[0] if frames and len(frames[0].data) + SMALLEST_COUNT == data[at + 2] else None
+    length = 3 + data[at + 2]
+    frames = FrameDecoder().feed(data[at:at + length])
+    return frames[0] if frames and frames[0].length == length else None
 
 
 def _noise(data: bytes, start: int, end: int) -> Iterator[Piece]:
@@ -85,13 +86,15 @@ def _broken(noise: bytes, rest: bytes) -> Piece:
         return Piece(noise, None, "cut off: a header, and nothing behind it")
     count = rest[2]
     if count < SMALLEST_COUNT:
-        return Piece(noise, None, f"no packet: byte count {count}, but id and checksum alone are {SMALLEST_COUNT}")
+        wrong = "no packet: byte count %d, but id and checksum alone are %d" % (count, SMALLEST_COUNT)
+        return Piece(noise, None, wrong)
     missing = 3 + count - len(rest)
     if missing > 0:
-        return Piece(noise, None, f"cut off: byte count {count}, {missing} missing")
+        return Piece(noise, None, "cut off: byte count %d, %d missing" % (count, missing))
     body, sent = rest[3:count + 1], rest[count + 1:count + 3]
-    right = _hex(checksum(body).to_bytes(2, "big"))
-    return Piece(noise, Frame(body[0], body[1:]), f"wrong checksum: {_hex(sent)}, should be {right}; it would say:")
+    right = checksum(body).to_bytes(2, "big")
+    wrong = "wrong checksum: %s, should be %s; it would say:" % (_hex(sent), _hex(right))
+    return Piece(noise, Frame(body[0], body[1:]), wrong)
 
 
 def explain(data: bytes, to_robot: bool = True, from_robot: bool = True,
@@ -99,6 +102,7 @@ def explain(data: bytes, to_robot: bool = True, from_robot: bool = True,
     """The lines that explain `data`.
 
     Args:
+        data: any bytes of a line.
         to_robot, from_robot: the directions to be considered. A number is one thing to the robot and another from it:
             of both, a reading that makes no sense is left out when the other one does.
         grip_state_first: as in `decode_packet`.
@@ -107,51 +111,45 @@ def explain(data: bytes, to_robot: bool = True, from_robot: bool = True,
         yield from explain_piece(piece, to_robot, from_robot, grip_state_first)
 
 
-def explain_piece(piece: Piece, to_robot: bool = True, from_robot: bool = True, grip_state_first: bool = True) -> Iterator[str]:
+def explain_piece(piece: Piece, to_robot: bool = True, from_robot: bool = True,
+                  grip_state_first: bool = True) -> Iterator[str]:
     """The lines that explain one of the `pieces`; arguments as of `explain`."""
     frame = piece.frame
     yield _hex(piece.data)
     if frame is None:
-        yield f"  {piece.wrong}"
+        yield "  %s" % piece.wrong
         return
-    checked = piece.wrong or f"checksum {_hex(piece.data[-2:])} is right"
-    yield f"  byte count {len(frame.data) + SMALLEST_COUNT}, id {frame.id} (0x{frame.id:02X}), {checked}"
-    sense_to, sense_from = _is_command(frame), _is_packet(frame)
-    if to_robot and (sense_to or not (from_robot and sense_from)):
+    checked = piece.wrong or "checksum %s is right" % _hex(piece.data[-2:])
+    yield "  byte count %d, id %d (0x%02X), %s" % (frame.length - 3, frame.id, frame.id, checked)
+    is_command = frame.id in COMMAND_NUMBERS and not _argument_fault(frame.data)
+    is_packet = not isinstance(decode_packet(frame), (UnknownPacket, MalformedPacket))
+    if to_robot and (is_command or not (from_robot and is_packet)):
         yield from _explain_command(frame)
-    if from_robot and (sense_from or not (to_robot and sense_to)):
+    if from_robot and (is_packet or not (to_robot and is_command)):
         yield from _explain_packet(frame, grip_state_first)
 
 
 def in_one_line(piece: Piece, to_robot: bool, grip_state_first: bool = True) -> str:
     """What one of the `pieces` says, in short."""
     if piece.frame is None or piece.wrong:
-        return f"{_hex(piece.data)}  ({piece.wrong.partition(', should')[0]})"
+        return "%s  (%s)" % (_hex(piece.data), piece.wrong.partition(", should")[0])
     if to_robot:
         return next(_explain_command(piece.frame)).partition(": ")[2]
     packet = decode_packet(piece.frame, grip_state_first)
     if isinstance(packet, (UnknownPacket, MalformedPacket)):
         return next(_explain_packet(piece.frame, grip_state_first)).partition(": ")[2]
     rows = {row.name: row for row in packet_rows(type(packet), grip_state_first)}
-    fields = [f"{name} {_value(value, rows[name]) if name in rows else value}" for name, value in vars(packet).items() if value is not None]
-    return f"{type(packet).__name__}: {', '.join(fields)}"
+    fields = ["%s %s" % (name, _value(value, rows.get(name)))
+              for name, value in vars(packet).items() if value is not None]
+    return "%s: %s" % (type(packet).__name__, ", ".join(fields))
 
 
-def _is_command(frame: Frame) -> bool:
-    return frame.id in COMMAND_NUMBERS and not _argument_fault(frame)
-
-
-def _is_packet(frame: Frame) -> bool:
-    return not isinstance(decode_packet(frame), (UnknownPacket, MalformedPacket))
-
-
-def _argument_fault(frame: Frame) -> str:
+def _argument_fault(data: bytes) -> str:
     """What keeps the data of a command from being an argument; empty if nothing does."""
-    data = frame.data
     if not data:
         return ""
     if data[0] not in (POSITIVE, NEGATIVE, TEXT):
-        return f"{data[0]:02X} is no argument type (3B, 1B, 2B)"
+        return "%02X is no argument type (3B, 1B, 2B)" % data[0]
     if data[0] == TEXT and (len(data) < 2 or len(data) < 2 + data[1]):
         return "a string that is cut off"
     if data[0] != TEXT and len(data) == 2:
@@ -161,29 +159,29 @@ def _argument_fault(frame: Frame) -> str:
 
 def _explain_command(frame: Frame) -> Iterator[str]:
     received, command = decode_command(frame), COMMAND_NUMBERS.get(frame.id)
-    fault = _argument_fault(frame)
+    fault = _argument_fault(frame.data)
     if command is None:
-        yield f"  to the robot: command {frame.id}, which no Pioneer knows"
+        yield "  to the robot: command %d, which no Pioneer knows" % frame.id
     else:
-        value = "" if received.value is None else f" {_command_value(command, received.value)}"
-        yield f"  to the robot: {command.name}{value}"
-        yield f"    {command.effect}"
+        value = "" if received.value is None else " " + _command_value(command, received.value)
+        yield "  to the robot: %s%s" % (command.name, value)
+        yield "    %s" % command.effect
     if fault:
-        yield f"    its argument is broken: {fault}"
+        yield "    its argument is broken: %s" % fault
     for other in OTHER_MEANINGS:
         if other.number == frame.id:
-            yield f"    ({other.who}: {other.meaning})"
+            yield "    (%s: %s)" % (other.who, other.meaning)
 
 
-def _command_value(command, value) -> str:
+def _command_value(command: Command, value: Any) -> str:
     if isinstance(value, bytes):
         return _value(value)
     if command.argument is Argument.TWO_BYTES:
         return ", ".join(str(byte if low < 0 else byte & 0xFF) for byte, low in zip(two_bytes(value), command.low))
     if command.name == "GRIPPER" and value in list(GripperCommand):
-        return f"{value} {GripperCommand(value).name}"
+        return "%d %s" % (value, GripperCommand(value).name)
     if command.low is not None and not command.low <= value <= command.high:
-        return f"{value}, out of range ({command.low}..{command.high} is legal)"
+        return "%d, out of range (%d..%d is legal)" % (value, command.low, command.high)
     return str(value)
 
 
@@ -191,54 +189,58 @@ def _explain_packet(frame: Frame, grip_state_first: bool) -> Iterator[str]:
     packet = decode_packet(frame, grip_state_first)
     if isinstance(packet, UnknownPacket):
         name = NAMES_ONLY.get(frame.id, "a packet of unknown type")
-        yield f"  from the robot: {name}; what its data mean is not known"
+        yield "  from the robot: %s; what its data mean is not known" % name
         return
     if isinstance(packet, MalformedPacket):
-        yield f"  from the robot: malformed, its data end too soon: {packet.reason}"
+        yield "  from the robot: malformed, its data end too soon: %s" % packet.reason
         return
-    yield f"  from the robot: {type(packet).__name__}. {type(packet).__doc__.splitlines()[0]}"
-    table = packet_rows(type(packet), grip_state_first)
+    yield "  from the robot: %s. %s" % (type(packet).__name__, (type(packet).__doc__ or "").splitlines()[0])
+    rows = {row.name: row for row in packet_rows(type(packet), grip_state_first)}
     width = max(map(len, vars(packet)), default=0)
-    for name in sorted(set(vars(packet)) - {row.name for row in table}):
-        yield f"    {name:{width}}  {getattr(packet, name)}"
-    for row in table:
-        value = getattr(packet, row.name)
+    for name in sorted(set(vars(packet)) - set(rows)):
+        yield "    %-*s  %s" % (width, name, getattr(packet, name))
+    for name, row in rows.items():
+        value = getattr(packet, name)
         if value is not None:
-            yield f"    {row.name:{width}}  {_value(value, row):20}  {row.meaning}".rstrip()
-    absent = [row.name for row in table if getattr(packet, row.name) is None]
+            yield ("    %-*s  %-20s  %s" % (width, name, _value(value, row), row.meaning)).rstrip()
+    absent = [name for name in rows if getattr(packet, name) is None]
     if absent:
-        yield f"    not sent by this firmware: {', '.join(absent)}"
+        yield "    not sent by this firmware: %s" % ", ".join(absent)
 
 
-def _value(value, row=None) -> str:
+def _value(value: Any, row: Optional[Row] = None) -> str:
+    """`value` for people. Without a row it is what the id of a frame says."""
     if isinstance(value, tuple):
         return "; ".join(map(_item, value)) or "none"
     if isinstance(value, bytes):
-        return f"{_hex(value)} {value.decode('latin-1')!r}" if value else "none"
+        return "%s %r" % (_hex(value), value.decode("latin-1")) if value else "none"
     if isinstance(value, str):
         return repr(value)
-    names = row.type.names
+    names = None if row is None else row.type.names
     if names is None:
-        return f"{value}{_in_units(value, row)}"
+        return "%d%s" % (value, _in_units(value, row))
     if issubclass(names, IntFlag):
         unnamed = value & ~sum(names)
-        bits = [bit.name for bit in names if value & bit] + [f"0x{unnamed:X}"] * bool(unnamed)
-        return f"0x{value:02X} {', '.join(bits)}".rstrip()
-    return f"{value} {names(value).name}" if value in list(names) else f"{value}{_in_units(value, row)}"
+        bits = [str(bit.name) for bit in names if value & bit] + ["0x%X" % unnamed] * bool(unnamed)
+        return ("0x%02X %s" % (value, ", ".join(bits))).rstrip()
+    return "%d %s" % (value, names(value).name) if value in list(names) else "%d%s" % (value, _in_units(value, row))
 
 
-def _item(item) -> str:
+def _item(item: Any) -> str:
     """One of many: a number, or a record as ``number 3, range_units 1500``."""
-    return str(item) if isinstance(item, int) else ", ".join(f"{name} {value}" for name, value in vars(item).items())
+    if isinstance(item, int):
+        return str(item)
+    return ", ".join("%s %s" % (name, value) for name, value in vars(item).items())
 
 
-def _in_units(value: int, row) -> str:
+def _in_units(value: int, row: Optional[Row]) -> str:
     """`value` in the unit of its row, which may begin with the size of a step: ``0.1 V``, ``5/255 V``."""
-    step, _, unit = row.unit.partition(" ")
+    whole_unit = "" if row is None else row.unit
+    step, _, unit = whole_unit.partition(" ")
     if re.fullmatch(r"[0-9./]+", step):
-        return f" = {float(value * Fraction(step)):.6g} {unit}".rstrip()
-    return f" {row.unit}".rstrip()
+        return (" = %.6g %s" % (value * Fraction(step), unit)).rstrip()
+    return (" %s" % whole_unit).rstrip()
 
 
 def _hex(data: bytes) -> str:
-    return " ".join(f"{byte:02X}" for byte in data)
+    return " ".join("%02X" % byte for byte in data)

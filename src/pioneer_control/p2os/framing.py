@@ -68,9 +68,10 @@ def encode_frame(id: int, data: bytes = b"") -> bytes:
         EncodingError: `id` is no byte, or `data` is longer than 197 bytes.
     """
     if type(id) is bool or not isinstance(id, int) or not 0 <= id <= 0xFF:
-        raise EncodingError(f"frame id {id!r} is not an integer in 0..255")
+        raise EncodingError("frame id %r is not an integer in 0..255" % (id,))
     if len(data) > LARGEST_DATA_SENT:
-        raise EncodingError(f"frame {id}: {len(data)} bytes of data are too many (0..{LARGEST_DATA_SENT} are legal)")
+        raise EncodingError("frame %d: %d bytes of data are too many (0..%d are legal)"
+                            % (id, len(data), LARGEST_DATA_SENT))
     body = bytes((id,)) + data
     return HEADER + bytes((len(data) + SMALLEST_COUNT,)) + body + checksum(body).to_bytes(2, "big")
 
@@ -78,12 +79,12 @@ def encode_frame(id: int, data: bytes = b"") -> bytes:
 class FrameDecoder:
     """Finds the frames in a stream of bytes that may come in any pieces and with any noise.
 
-    Give it what was read with `feed`. It never raises on what comes from the line, holds back at most one unfinished
-    frame (257 bytes), and works in time proportional to what it is fed. A place that looked like a frame and was none
-    costs only its first byte: the search goes on right behind it, so noise never swallows a good frame.
+    Give what was read to `feed`. It never raises on what comes from the line, holds back at most one unfinished frame
+    (257 bytes), and needs time in proportion to the bytes. A place that looked like a frame and was none costs only its
+    first byte: the search goes on right behind it, so noise never hides a good frame.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._held = bytearray()
         self._frames = self._bad_checksums = self._bad_counts = self._discarded = 0
 
@@ -117,7 +118,8 @@ class FrameDecoder:
 
     def _scan(self) -> List[Frame]:
         """Deliver every whole frame, drop what cannot become one, keep an unfinished one."""
-        held, frames, at = self._held, [], 0
+        held, at = self._held, 0
+        frames: List[Frame] = []
         while at < len(held):
             end = self._frame_end(at)
             if end is None:

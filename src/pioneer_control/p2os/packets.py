@@ -4,11 +4,11 @@ The large ones, `Sip` and `Config`, have files of their own.
 """
 
 from dataclasses import dataclass
-from typing import Any, Optional, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 from ..errors import EncodingError
 from .config import Config
-from .fields import (BYTE, INT16, INT32, REST, STRING, UINT16, UINT32, Many, Record, Table, Text, TooShort, made,
+from .fields import (BYTE, INT16, INT32, REST, STRING, UINT16, UINT32, Many, Record, Table, TextField, TooShort, made,
                      read_fields, rows, wire, write_fields)
 from .flags import GripperSwitches, GripState
 from .framing import Frame, encode_frame
@@ -144,7 +144,7 @@ class Playlist:
 
     sound: int = wire(BYTE, "", "its number; in the first of all, how many there are")
     enabled: int = wire(BYTE, "", "1 if sounds are on")
-    name: str = wire(Text(16), "", "a leading ~ marks a group")
+    name: str = wire(TextField(16), "", "a leading ~ marks a group")
     offset: int = wire(UINT32, "", "")
     length: int = wire(UINT32, "", "")
 
@@ -274,7 +274,7 @@ class MalformedPacket:
     reason: str
 
 
-PACKETS = {
+PACKETS: Dict[int, Tuple[Any, Dict[str, int]]] = {
     0x00: (SyncEcho, {"number": 0}),
     0x01: (SyncEcho, {"number": 1}),
     0x02: (SyncReply, {}),
@@ -307,7 +307,9 @@ PACKETS = {
 }
 """Frame id: the packet it brings, and what the id itself says of it."""
 
-_IDS = {packet_class: [(id, said) for id, (known, said) in PACKETS.items() if known is packet_class] for packet_class, _ in PACKETS.values()}
+_IDS: Dict[Any, List[Tuple[int, Dict[str, int]]]] = {
+    packet_class: [(id, said) for id, (known, said) in PACKETS.items() if known is packet_class]
+    for packet_class, _ in PACKETS.values()}
 
 NAMES_ONLY = {
     0x7B: "acceleration",
@@ -321,25 +323,25 @@ NAMES_ONLY = {
 """Frame ids whose data no readable source describes (Seekur, Pioneer LX): they stay an `UnknownPacket`."""
 
 
-def _port_first(table):
+def _port_first(table: Table) -> Table:
     """The table of a `Sip` as PSOS, P2OS and AmigOS send it: with two neighbours changed round."""
     at = [row.name for row in table].index("grip_state")
     return Table(table[:at] + (table[at + 1], table[at]) + table[at + 2:])
 
 
-def _with_switches(table):
+def _with_switches(table: Table) -> Table:
     """The table of a `Gripper` as P2OS sends it."""
     return Table(row._replace(type=BYTE.of(GripperSwitches)) if row.name == "state" else row for row in table)
 
 
 _SIP_IDS = frozenset(id for id, _ in _IDS[Sip])
-_read_motion = rows(Sip).part(SipMotion._fields)    # both kinds of firmware have these in the same places
-_OLDER = {Sip: _port_first(rows(Sip)), Gripper: _with_switches(rows(Gripper))}
+_TABLES = {True: {packet_class: rows(packet_class) for packet_class in _IDS}}
+_TABLES[False] = {**_TABLES[True], Sip: _port_first(rows(Sip)), Gripper: _with_switches(rows(Gripper))}
 
 
-def packet_rows(packet_class, grip_state_first: bool = True) -> Table:
+def packet_rows(packet_class: Any, grip_state_first: bool = True) -> Table:
     """The table of a packet, as the firmware of either kind sends it (see `decode_packet`)."""
-    return rows(packet_class) if grip_state_first else _OLDER.get(packet_class, rows(packet_class))
+    return _TABLES[grip_state_first].get(packet_class, Table())
 
 
 def decode_packet(frame: Frame, grip_state_first: bool = True) -> Any:
@@ -349,29 +351,29 @@ def decode_packet(frame: Frame, grip_state_first: bool = True) -> Any:
     behind the last field are ignored.
 
     Args:
+        frame: from a `FrameDecoder`.
         grip_state_first: which firmware it is, for the bytes do not tell. True: AROS, ARCOS and AmigoSH, whose SIP has
             the gripper state before the analog port, and whose GRIPPERpac has the same state. False: PSOS, P2OS and
             AmigOS, with the port first and with switches in GRIPPERpac.
     """
-    if frame.id == 2 and not frame.data:
+    number, data = frame
+    if number == 2 and not data:
         return SyncEcho(2)
-    if frame.id not in PACKETS:
-        return UnknownPacket(frame.id, frame.data)
-    packet_class, said_by_id = PACKETS[frame.id]
-    table = packet_rows(packet_class, grip_state_first)
-    layout = table.layout(frame.data)
+    if number not in PACKETS:
+        return UnknownPacket(number, data)
+    packet_class, said_by_id = PACKETS[number]
     try:
-        values = read_fields(table, frame.data)[0] if layout is None else layout.read(frame.data)
+        values, _ = read_fields(_TABLES[grip_state_first][packet_class], data)
     except TooShort as short:
-        return MalformedPacket(frame.id, frame.data, f"{packet_class.__name__}.{short}")
+        return MalformedPacket(number, data, "%s.%s" % (packet_class.__name__, short))
     values.update(said_by_id)
     return made(packet_class, values)
 
 
 def decode_motion(frame: Frame) -> Optional[SipMotion]:
-    """What a SIP says of the robot's motion, in a tenth of the time that all of it takes; None where `decode_packet` gives no `Sip`."""
-    numbers = _read_motion(frame.data) if frame.id in _SIP_IDS else None
-    return numbers and SipMotion._make(numbers)
+    """What a SIP says of the robot's motion; None where `decode_packet` gives no `Sip`."""
+    sip = decode_packet(frame) if frame.id in _SIP_IDS else None
+    return SipMotion(*(getattr(sip, name) for name in SipMotion._fields)) if isinstance(sip, Sip) else None
 
 
 def encode_packet(packet: Any, grip_state_first: bool = True) -> bytes:
@@ -387,4 +389,4 @@ def encode_packet(packet: Any, grip_state_first: bool = True) -> bytes:
             return encode_frame(id, write_fields(packet_rows(type(packet), grip_state_first), packet))
     if packet == SyncEcho(2):
         return encode_frame(2)
-    raise EncodingError(f"no robot sends {packet!r}")
+    raise EncodingError("no robot sends %r" % (packet,))

@@ -1,6 +1,4 @@
-"""A record of a line as text: who sent which bytes when. ``python3 -m pioneer_control.p2os --record FILE`` tells it.
-
-A simulated robot writes it, in simulated s, and `bags.wire` makes one of a bag; `simulator.played_robot` and `simulator.played_client` play it.
+"""A record of a line as text: who sent which bytes when.
 
 ::
 
@@ -9,7 +7,10 @@ A simulated robot writes it, in simulated s, and `bags.wire` makes one of a bag;
     0.480000 1 < FA FB 03 00 00 00
     # 0.500000 fault begins: loss 0.1
 
-Lines that begin with # are for people. A packet may be spread over several lines, which is how it went over the line.
+Lines that begin with # are for people. A packet may be spread over several lines, as it went over the line.
+
+A simulated robot writes a record, in simulated s, and the programs of `bags` make one of a bag. The simulator plays it
+again. ``python3 -m pioneer_control.p2os --record FILE`` explains it.
 """
 
 from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
@@ -22,11 +23,11 @@ from .framing import HEADER, PARTIAL_TIMEOUT
 TITLE = "# pioneer_control line record 1: s, robot, > to it or < from it, bytes as its client wrote and got them"
 
 LATEST = 1e10
-"""s: no record is so long, also where a clock was set meanwhile."""
+"""s: no record is so long, not even one whose clock was set meanwhile."""
 
 
 class Entry(NamedTuple):
-    """One line of a record: bytes, or a `note`."""
+    """One line of a record: bytes, or a `note`. `robot` counts from 1."""
 
     time: float
     robot: int
@@ -36,17 +37,18 @@ class Entry(NamedTuple):
 
 
 def written(entry: Entry) -> str:
-    """The line that says it, without its end."""
+    """The line of an entry, without its end."""
     if entry.note:
-        return f"# {entry.time:.6f} {entry.note}"
-    return f"{entry.time:.6f} {entry.robot} {'>' if entry.to_robot else '<'} {entry.data.hex(' ').upper()}"
+        return "# %.6f %s" % (entry.time, entry.note)
+    way = ">" if entry.to_robot else "<"
+    return "%.6f %d %s %s" % (entry.time, entry.robot, way, entry.data.hex(" ").upper())
 
 
 def entries(lines: Iterable[str]) -> Iterator[Entry]:
-    """What the lines of a record say, titles and empty lines left out.
+    """The entries of the lines of a record. Titles and empty lines are left out.
 
     Raises:
-        UsageError: naming the line that says nothing.
+        UsageError: naming the line that makes no sense.
     """
     for number, line in enumerate(lines, 1):
         words = line.split(maxsplit=3)
@@ -63,75 +65,85 @@ def entries(lines: Iterable[str]) -> Iterator[Entry]:
                 yield entry
         except (ValueError, KeyError, IndexError) as error:
             if words[0] != "#":
-                raise UsageError(f"line {number} of the record: {line.strip()!r} is not 'TIME ROBOT > BYTES' or 'TIME ROBOT < BYTES'") from error
+                raise UsageError("line %d of the record: %r is not 'TIME ROBOT > BYTES' or 'TIME ROBOT < BYTES'"
+                                 % (number, line.strip())) from error
 
 
 def read_record(path: str) -> List[Entry]:
-    """All that a file says.
+    """All entries of a file.
 
     Raises:
-        UsageError: it cannot be read, or a line says nothing.
+        UsageError: it cannot be read, or a line of it makes no sense.
     """
     try:
         with open(path, encoding="utf-8") as lines:
             return list(entries(lines))
-    except (OSError, UnicodeDecodeError, UsageError) as error:
-        raise UsageError(unreadable(path, error)) from error
+    except UnicodeDecodeError as error:
+        raise UsageError("%s is no record of a line, which is text; that of a bag is made by "
+                         "python3 -m pioneer_control.bags.wire FILE.bag" % path) from error
+    except (OSError, UsageError) as error:
+        raise UsageError("%s: %s" % (path, getattr(error, "strerror", None) or error)) from error
 
 
-def unreadable(path: str, error: Exception) -> str:
-    """Why a file is no record that can be read."""
-    if isinstance(error, UnicodeDecodeError):
-        return f"{path} is no record of a line, which is text; that of a bag is made by python3 -m pioneer_control.bags.wire FILE.bag"
-    return f"{path}: {getattr(error, 'strerror', None) or error}"
+class Steps:
+    """Names the steps of connections, whose packets are those of PULSE, OPEN and CLOSE."""
 
+    def __init__(self) -> None:
+        # By robot: the id of what it said last; None since CLOSE, when 0, 1, 2 are SYNCs until it is connected. Missing
+        # as long as nothing tells whether the record begins in a session.
+        self._answers: Dict[int, Optional[int]] = {}
 
-def told(lines: Iterable[str], long: bool = False, grip_state_first: bool = True) -> Iterator[str]:
-    """A record packet by packet, each with the time of its last byte: in a line, or `long`, as `explain` has it.
-
-    Raises:
-        UsageError: as `entries` does.
-    """
-    streams: Dict[Tuple[int, bool], Tuple[float, bytes]] = {}
-    answers: Dict[int, Optional[int]] = {}      # the id of what each robot said last; None since CLOSE: 0, 1, 2 are SYNCs until it is connected
-
-    def step(robot: int, to_robot: bool, piece: Piece) -> str:
-        """The name of a step of a connection, whose packets are those of PULSE, OPEN and CLOSE; empty for any other packet."""
-        if piece.frame is None or piece.wrong:
-            return ""
-        number, answer = piece.frame.id, answers.get(robot, -1)
+    def name(self, robot: int, to_robot: bool, number: int) -> str:
+        """The name of the packet with this id if it is a SYNC; empty for any other packet."""
+        answer = self._answers.get(robot)
         if not to_robot:
-            answers[robot] = number
+            self._answers[robot] = number
         elif number == SYNC0 and answer in (None, SYNC0, SYNC1) or number in (SYNC1, SYNC2) and answer == number - 1:
-            return f"SYNC{number}"
+            return "SYNC%d" % number
         elif number == COMMANDS["CLOSE"].number:
-            answers[robot] = None
+            self._answers[robot] = None
+        elif robot not in self._answers:
+            self._answers[robot] = number       # a command: a session was open before the record
         return ""
 
-    def said(time: float, robot: int, to_robot: bool, found: List[Piece]) -> Iterator[str]:
-        head = f"{time:12.6f}  robot {robot} {'<-' if to_robot else '->'} "
+
+def explain_record(record: Iterable[Entry], long: bool = False, grip_state_first: bool = True) -> Iterator[str]:
+    """A record packet by packet, each with the time of its last byte.
+
+    Args:
+        record: its entries.
+        long: explain each packet byte by byte, as `explain` does; else in one line.
+        grip_state_first: as in `decode_packet`.
+    """
+    streams: Dict[Tuple[int, bool], Tuple[float, bytes]] = {}   # the last time and the unfinished bytes of each way
+    steps = Steps()
+
+    def lines(time: float, robot: int, to_robot: bool, found: List[Piece]) -> Iterator[str]:
+        head = "%12.6f  robot %d %s " % (time, robot, "<-" if to_robot else "->")
         for piece in found:
             if long:
                 yield head.rstrip()
                 yield from explain_piece(piece, to_robot, not to_robot, grip_state_first)
-            else:
-                yield head + (step(robot, to_robot, piece) or in_one_line(piece, to_robot, grip_state_first))
+                continue
+            whole = piece.frame is not None and not piece.wrong
+            step = steps.name(robot, to_robot, piece.frame.id) if piece.frame is not None and whole else ""
+            yield head + (step or in_one_line(piece, to_robot, grip_state_first))
 
-    for time, robot, to_robot, data, note in entries(lines):
+    for time, robot, to_robot, data, note in record:
         for stream, (before, held) in list(streams.items()):
             if held and time - before >= PARTIAL_TIMEOUT:
-                yield from said(before, *stream, pieces(held))
+                yield from lines(before, *stream, pieces(held))
                 del streams[stream]
         if note:
-            yield f"{time:12.6f}  {note}"
+            yield "%12.6f  %s" % (time, note)
             continue
-        held = streams.get((robot, to_robot), (time, b""))[1] + data
-        found = pieces(held)
+        _, held = streams.get((robot, to_robot), (time, b""))
+        found = pieces(held + data)
         held = found.pop().data if found and _unfinished(found[-1]) else b""
         streams[robot, to_robot] = time, held
-        yield from said(time, robot, to_robot, found)
+        yield from lines(time, robot, to_robot, found)
     for stream, (before, held) in streams.items():
-        yield from said(before, *stream, pieces(held))
+        yield from lines(before, *stream, pieces(held))
 
 
 def _unfinished(piece: Piece) -> bool:

@@ -13,7 +13,7 @@ COUNT_RANGE = 0x8000
 
 
 def wrapped(difference: int, full: int) -> int:
-    """The step of less than half of ``full`` that two numbers on a circle of ``full`` units are apart: -half <= step < half."""
+    """The difference of two numbers on a circle of `full` units, the short way round: -full/2 <= step < full/2."""
     half = full // 2
     return (difference + half) % full - half
 

@@ -7,7 +7,7 @@ from bag_factory import driven, message_class, write_bag
 
 from pioneer_control.bags import wire
 from pioneer_control.bags.wire import main
-from pioneer_control.p2os.recording import entries, told
+from pioneer_control.p2os.recording import entries, explain_record
 
 SYNC0, SYNC1 = bytes.fromhex("FAFB03000000"), bytes.fromhex("FAFB03010001")
 BEGIN = 1795285845
@@ -48,7 +48,7 @@ def test_every_byte_with_its_time_in_its_order(tmp_path, capsys):
         (0.0, 1, True, SYNC0), (0.0125, 1, False, SYNC0[:2]), (0.013, 1, False, SYNC0[2:] + b"\x55"),
                 (0.5, 1, True, SYNC1)]
     assert notes(path) == ["begins at 1795285845.000000, 2026-11-21 18:30:45 UTC", "robot 1 is /pioneer/wire"]
-    assert len(list(told(text_of(path)))) == 2 + 4
+    assert len(list(explain_record(entries(text_of(path))))) == 2 + 4
 
 
 def test_several_robots_have_their_numbers(tmp_path):

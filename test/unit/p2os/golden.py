@@ -38,7 +38,7 @@ def command_values(example) -> tuple:
 
 
 def matches(value, expected, names=None) -> bool:
-    """Whether a decoded value is the one the data file states: bits by their `names`, bytes as hex, records as mappings."""
+    """Whether a decoded value is the one the data file states: bits by `names`, bytes as hex, records as mappings."""
     if isinstance(value, int) and isinstance(expected, list):
         return value == sum(names[name] for name in expected)
     if isinstance(value, bytes):

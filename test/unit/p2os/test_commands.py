@@ -153,7 +153,8 @@ def test_the_pioneer_wins_where_others_use_its_number():
 
 
 @pytest.mark.parametrize("family, command, known", [
-    ("PSOS", "STOP", False), ("P2OS", "STOP", True), ("AmigoSH", "STOP", True), ("MARCOS", "STOP", False), ("AmigOS", "IOREQUEST", False),
+    ("PSOS", "STOP", False), ("P2OS", "STOP", True), ("AmigoSH", "STOP", True), ("MARCOS", "STOP", False),
+    ("AmigOS", "IOREQUEST", False),
     ("P2OS", "IOREQUEST", True), ("AROS", "TICKSMM", False), ("ARCOS", "TICKSMM", True), ("PSOS", "VEL", True),
 ])
 def test_who_knows_what(family, command, known):

@@ -10,7 +10,7 @@ import pytest
 from pioneer_control import p2os
 from pioneer_control.errors import EncodingError
 from pioneer_control.p2os import packets as tables
-from pioneer_control.p2os.fields import Number, Record, Rest, Text, rows
+from pioneer_control.p2os.fields import NumberField, Record, Rest, TextField, rows
 
 SIP = p2os.decode_packet(golden.frame(golden.wire(golden.SIP)))
 CONFIG = p2os.decode_packet(golden.frame(golden.wire(golden.CONFIG)))
@@ -24,10 +24,10 @@ def again(packet, **order):
 
 def some(kind, draw):
     """A random legal value of a wire type."""
-    if isinstance(kind, Number):
+    if isinstance(kind, NumberField):
         value = draw.choice([kind.low, kind.high, 0, 1, draw.randint(kind.low, kind.high)])
         return kind.names(value) if kind.names and issubclass(kind.names, enum.IntFlag) else value
-    if isinstance(kind, Text):
+    if isinstance(kind, TextField):
         return "".join(draw.choice("p3dx ~é") for _ in range(draw.randrange(9)))
     if isinstance(kind, Rest):
         return bytes(draw.randrange(256) for _ in range(draw.randrange(9)))

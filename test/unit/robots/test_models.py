@@ -1,4 +1,4 @@
-"""The model table: every robot loads with the values of its row, a user's file overrides, nonsense is refused by name."""
+"""The model table: every robot loads with the values of its row, a user's file overrides, nonsense is refused."""
 
 import math
 
@@ -8,7 +8,8 @@ from pioneer_control.errors import UnknownModelError, UsageError
 from pioneer_control.robots import find_model, load_models, load_table
 
 # A sample of the vendor's parameter files, by hand: one row of each family.
-# subtype, family, front, rear, width (m), top speed (m/s), top rate (deg/s), units per turn, dist, vel, range, diff, transducers, bumpers
+# subtype, family, front, rear, width (m), top speed (m/s), top rate (deg/s), units per turn, dist, vel, range, diff,
+# transducers, bumpers
 ROWS = [
     ("p3dx-sh", "ARCOS", 0.210, 0.301, 0.425, 2.2, 500, 4096, 1.0, 1.0, 1.0, 0.0056, 16, (0, 0)),
     ("p3at-sh", "ARCOS", 0.313, 0.313, 0.505, 1.2, 300, 4096, 1.0, 1.0, 1.0, 0.0034, 16, (0, 0)),
@@ -34,9 +35,11 @@ def test_a_model_has_the_values_of_its_row(row):
     subtype, family, front, rear, width, linear, angular_deg, turn, dist, vel, ranges, diff, transducers, bumpers = row
     model = find_model(subtype)
     assert (model.subtype, model.firmware_family, model.angle_units_per_rev) == (subtype, family, turn)
-    assert (model.length_front, model.length_rear, model.width, model.max_linear) == pytest.approx((front, rear, width, linear))
+    assert (model.length_front, model.length_rear, model.width,
+            model.max_linear) == pytest.approx((front, rear, width, linear))
     assert math.degrees(model.max_angular) == pytest.approx(angular_deg)
-    assert (model.dist_mm_per_unit, model.vel_mm_s_per_unit, model.range_mm_per_unit, model.diff_rad_per_mm) == (dist, vel, ranges, diff)
+    assert (model.dist_mm_per_unit, model.vel_mm_s_per_unit) == (dist, vel)
+    assert (model.range_mm_per_unit, model.diff_rad_per_mm) == (ranges, diff)
     assert len(model.sonar) == transducers
     assert (model.front_bumpers, model.rear_bumpers) == bumpers
 
@@ -54,7 +57,8 @@ def test_every_model_is_physically_plausible():
         assert 0.15 < 2 / model.diff_rad_per_mm / 1000 < 0.7, "effective track of %s" % model.subtype
         for transducer in model.sonar:
             assert abs(transducer.x) < 0.6 and abs(transducer.y) < 0.6 and abs(transducer.heading) <= math.pi
-        assert [transducer.number for transducer in model.sonar] == sorted({transducer.number for transducer in model.sonar})
+        assert [transducer.number
+                for transducer in model.sonar] == sorted({transducer.number for transducer in model.sonar})
 
 
 def test_transducers_of_the_p3dx_sh():
@@ -70,7 +74,8 @@ def test_numbers_without_a_transducer_are_gaps():
 
 
 @pytest.mark.parametrize("announced, subtype", [
-    ("P3DX-SH", "p3dx-sh"), ("researchpb", "researchPB"), ("lynx", "pioneer-lx"), ("amigo-sh-tim5xx", "amigo-sh-tim3xx"),
+    ("P3DX-SH", "p3dx-sh"), ("researchpb", "researchPB"), ("lynx", "pioneer-lx"), ("amigo-sh-tim5xx",
+                                                                                   "amigo-sh-tim3xx"),
 ])
 def test_a_subtype_is_found_in_any_case_and_by_alias(announced, subtype):
     assert find_model(announced).subtype == subtype
@@ -105,7 +110,8 @@ def test_outlines_run_counter_clockwise_and_include_the_paddles():
 
 def test_the_gripper_is_in_metres_and_seconds():
     gripper = find_model("p3dx-sh").gripper
-    assert (gripper.opening, gripper.close_time, gripper.lift_height, gripper.lift_speed) == pytest.approx((0.21, 2.5, 0.07, 0.02))
+    assert (gripper.opening, gripper.close_time, gripper.lift_height,
+            gripper.lift_speed) == pytest.approx((0.21, 2.5, 0.07, 0.02))
 
 
 @pytest.mark.parametrize("family, first", [("ARCOS", True), ("AROS", True), ("P2OS", False), ("PSOS", False)])
@@ -124,7 +130,8 @@ def user_file(tmp_path):
 
 
 def test_a_users_file_overrides_any_value(user_file):
-    path = user_file("models:\n  p3dx-sh: {dist_mm_per_unit: 0.997, sonar: [[100, 0, 0], null, [0, 90, 90]]}\ngripper: {}\n")
+    path = user_file("models:\n  p3dx-sh: {dist_mm_per_unit: 0.997, sonar: [[100, 0, 0], null, [0, 90, 90]]}\n"
+                     "gripper: {}\n")
     model = find_model("p3dx-sh", path)
     assert model.dist_mm_per_unit == 0.997 and model.diff_rad_per_mm == 0.0056
     assert [transducer.number for transducer in model.sonar] == [0, 2]
@@ -133,25 +140,29 @@ def test_a_users_file_overrides_any_value(user_file):
 
 
 def test_the_wheel_radius_is_known_for_some_and_may_be_left_out(user_file):
-    assert (find_model("p3dx").wheel_radius, find_model("p3at-sh").wheel_radius, find_model("amigo-sh").wheel_radius) == (0.0975, 0.1075, None)
+    assert (find_model("p3dx").wheel_radius, find_model("p3at-sh").wheel_radius,
+            find_model("amigo-sh").wheel_radius) == (0.0975, 0.1075, None)
     assert find_model("amigo-sh", user_file("models: {amigo-sh: {wheel_radius_mm: 50}}")).wheel_radius == 0.05
     with pytest.raises(UsageError, match="wheel_radius_mm is -1"):
         load_models(user_file("models: {amigo-sh: {wheel_radius_mm: -1}}"))
 
 
 def test_a_users_file_adds_models_and_gripper_measures(user_file):
-    table = load_table(user_file("models: {mine: {like: p3at-sh, width_mm: 600}}\naliases: {p9: mine}\ngripper: {opening_mm: 180}\n"))
+    table = load_table(user_file("models: {mine: {like: p3at-sh, width_mm: 600}}\n"
+                                 "aliases: {p9: mine}\ngripper: {opening_mm: 180}\n"))
     assert table.find("P9").width == 0.6 and table.find("p9").gripper.opening == 0.18
 
 
 @pytest.mark.parametrize(
     "text, message",
     [
-        ("models: {p3dx-sh: {lenght_front_mm: 1}}", "model p3dx-sh: unknown key 'lenght_front_mm', did you mean 'length_front_mm'"),
+        ("models: {p3dx-sh: {lenght_front_mm: 1}}",
+         "model p3dx-sh: unknown key 'lenght_front_mm', did you mean 'length_front_mm'"),
         ("models: {p3dx-sh: {width_mm: wide}}", "width_mm is 'wide', but must be a number"),
         ("models: {p3dx-sh: {width_mm: true}}", "width_mm is True"),
         ("models: {p3dx-sh: {width_mm: .nan}}", "width_mm is nan"),
-        ("models: {p3dx-sh: {dist_mm_per_unit: -1}}", "dist_mm_per_unit is -1, but must be a finite number of at least"),
+        ("models: {p3dx-sh: {dist_mm_per_unit: -1}}",
+         "dist_mm_per_unit is -1, but must be a finite number of at least"),
         ("models: {p3dx-sh: {angle_units_per_turn: 10.5}}", "must be a whole number"),
         ("models: {p3dx-sh: {firmware_family: DOS}}", "firmware_family is 'DOS' .legal: PSOS"),
         ("models: {p3dx-sh: {sonar: circle}}", "unknown sonar layout 'circle'"),
