@@ -46,7 +46,7 @@ def switched_off(rig):
     """And on again when the line is mended: then it boots."""
     cable_pulled_from_the_robot(rig)
     mend = rig.mend
-    rig.mend = lambda: (mend(), rig.firmware.hardware.power_cycle())
+    rig.mend = lambda: (mend(), rig.firmware.power_cycle())
 
 
 def switched_off_with_its_bridge(rig):

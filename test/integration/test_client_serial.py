@@ -11,6 +11,7 @@ import pytest
 from pioneer_control.client import LineSpeed, LinkDown, Robot, host_baud
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware, FirmwareState
+from pioneer_control.simulator.firmware.commands import HANDLERS
 from pioneer_control.simulator.world import load_world
 from pioneer_control.simulator.hardware import standard_numbers
 from pioneer_control.simulator.line import Server
@@ -84,8 +85,8 @@ def test_host_baud_changes_the_speed_of_both_ends_for_the_session(server, patien
         assert server.firmware.baud == 9600 and server.firmware.session is FirmwareState.WAITING
 
 
-def test_a_robot_that_ignores_host_baud_works_at_its_own_speed(server, patience):
-    server.firmware.change_baud = lambda baud: None
+def test_a_robot_that_ignores_host_baud_works_at_its_own_speed(server, patience, monkeypatch):
+    monkeypatch.setitem(HANDLERS, "HOSTBAUD", HANDLERS["HOSTBAUD"]._replace(act=lambda robot, code: None))
     heard = Heard(LineSpeed)
     with Robot(server.pty_link, host_baud=115200, on_event=heard) as robot:
         assert server.firmware.baud == 9600 and "no answer at 115200 baud" in heard.events[-1].problem
