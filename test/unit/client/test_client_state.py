@@ -208,6 +208,7 @@ def test_a_gripper_is_there_if_the_robot_or_the_user_says_so(reported, wanted, f
 
 
 def test_a_pioneer_1_tells_its_gripper_by_its_inputs_alone():
-    old, new = ([reader(model).read(sip(digital_in=inputs, grip_state=0), 0.0).gripper for inputs in range(256)] for model in ("pion1m", "p3dx-sh"))
+    old, new = ([read(sip(digital_in=inputs, grip_state=0), 0.0).gripper for inputs in range(256)]
+                for read in (reader("pion1m").read, reader("p3dx-sh").read))
     assert old == [read_pioneer_1_gripper(inputs) for inputs in range(256)]
     assert new == [read_gripper(0, inputs) for inputs in range(256)] != old
