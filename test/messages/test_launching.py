@@ -1,4 +1,4 @@
-"""What the launch files that drive and show a robot start, and with what, without starting anything but the stand-in of RViz."""
+"""What the launch files that drive and show a robot start, and with what. Nothing is started but a stand-in of RViz."""
 
 import os
 import pathlib
@@ -32,7 +32,8 @@ def test_what_ends_badly_at_the_start_ends_the_launch():
 def test_where_there_is_no_rviz_it_says_what_to_install(tmp_path):
     (node,) = [node for node in launched("view.launch").nodes if node.name == "rviz"]
     view = ROOT / "nodes" / node.type
-    done = subprocess.run(["/usr/bin/python3", str(view)], env=dict(os.environ, PATH=str(tmp_path)), stderr=subprocess.PIPE)
+    no_rviz = dict(os.environ, PATH=str(tmp_path))
+    done = subprocess.run(["/usr/bin/python3", str(view)], env=no_rviz, stderr=subprocess.PIPE)
     assert done.returncode == 1
     assert b"RViz is not installed: sudo apt-get install rviz" in done.stderr
 

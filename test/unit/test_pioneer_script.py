@@ -339,7 +339,8 @@ def test_each_user_has_a_master_of_his_own(clone, user, port):
 def test_a_port_that_a_program_of_another_user_has_is_left_to_it(clone):
     taken = {"USER_ID": "1000", "PORT_OF_USERS": ":%04X" % 12311}
     assert "at http://localhost:22311 as" in clone.run(*SHOW_MASTER, USERS_AT="1001", **taken)[1]
-    assert "at http://localhost:12311 as" in clone.run(*SHOW_MASTER, USERS_AT="1000", **taken)[1], "it is the user's own"
+    own = clone.run(*SHOW_MASTER, USERS_AT="1000", **taken)[1]
+    assert "at http://localhost:12311 as" in own, "the program is the user's own"
 
 
 def test_a_master_that_is_named_is_kept(clone):

@@ -1,4 +1,7 @@
-"""The class Pioneer without a master: what it decides depends on the messages alone, what it commands also on when they come."""
+"""The class Pioneer without a master.
+
+What it decides depends on the messages alone, what it commands also on when they come.
+"""
 
 import random
 import socket
@@ -78,7 +81,9 @@ class Graph:
 
     def log(self):
         """What is to be the same whenever the same messages come."""
-        return [(str(each.header.stamp), each.wander, each.seed, each.speed, each.linear, each.angular, each.reason) for each in self.of("decision")]
+        return [
+            (str(each.header.stamp), each.wander, each.seed, each.speed, each.linear, each.angular, each.reason)
+            for each in self.of("decision")]
 
 
 @pytest.fixture(scope="module")
@@ -154,7 +159,8 @@ def packets():
 def wanted(started, packets):
     """The log of a run in which every message is there before the first is looked at."""
     log = wander_on(*started(begin_at=[stamp(0).to_sec()]), packets)
-    assert [each[0] for each in log] == [str(stamp(number)) for number in range(30)] and len({each[4:] for each in log}) > 4
+    assert [each[0] for each in log] == [str(stamp(number)) for number in range(30)]
+    assert len({each[4:] for each in log}) > 4
     return log
 
 
@@ -189,7 +195,8 @@ def test_message_by_message_as_live(started, packets, wanted):
 
     assert run_beside(graph, robot, feed) == (WanderEnd.TIME_UP, wanted)
     told = [each[4:6] for each in wanted]
-    assert [each for each in graph.commands() if each != STOP] == [each for each in told if each != STOP] and graph.commands()[-1] == STOP
+    assert [each for each in graph.commands() if each != STOP] == [each for each in told if each != STOP]
+    assert graph.commands()[-1] == STOP
 
 
 def test_only_the_newest_decision_is_commanded_after_a_hold_up(started, packets, wanted):
@@ -307,7 +314,8 @@ def test_motors_that_are_off_end_the_wander(started, packets):
 
 
 def test_a_second_wander_of_a_re_run_loses_nothing_though_it_comes_late(started):
-    graph, robot = started(begin_at=[stamp(0).to_sec(), stamp(35).to_sec()], end_at=[stamp(12).to_sec(), stamp(40).to_sec()])
+    begin_at, end_at = [stamp(0).to_sec(), stamp(35).to_sec()], [stamp(12).to_sec(), stamp(40).to_sec()]
+    graph, robot = started(begin_at=begin_at, end_at=end_at)
     for pose, sonar in messages(80):
         graph.hand_out("pose", pose)
         graph.hand_out("sonar", sonar)
@@ -487,7 +495,9 @@ def test_how_far_it_went_is_the_sum_of_its_steps_without_a_reset(started):
 def test_each_kind_of_reason_is_told_when_it_begins_and_again_while_it_lasts(started, monkeypatch):
     graph, _ = started()
     narrator, now = pioneer.Narrator(), time.monotonic()
-    for later, reason in ((0, "driving: 3 m"), (1, "driving: 2 m"), (2, "halting: x"), (3, "driving: 1 m"), (19, "driving: 5 m")):
+    reasons = (
+        (0, "driving: 3 m"), (1, "driving: 2 m"), (2, "halting: x"), (3, "driving: 1 m"), (19, "driving: 5 m"))
+    for later, reason in reasons:
         monkeypatch.setattr(pioneer.time, "monotonic", lambda: now + later)
         narrator.tell(reason)
     assert graph.lines() == ["driving: 3 m", "halting: x", "driving: 1 m", "driving: 5 m"]

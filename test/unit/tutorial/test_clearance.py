@@ -20,7 +20,8 @@ def test_measures_of_the_outline():
     assert (BODY.half_width, BODY.rear) == (0.2, 0.4)
 
 
-@pytest.mark.parametrize("point, distance", [((0.5, 0.0), 0.3), ((0.0, 0.0), -0.2), ((0.2, 0.3), 0.1), ((-0.5, 0.1), 0.1)])
+@pytest.mark.parametrize("point, distance", [
+    ((0.5, 0.0), 0.3), ((0.0, 0.0), -0.2), ((0.2, 0.3), 0.1), ((-0.5, 0.1), 0.1)])
 def test_distance_is_outside_positive_inside_negative(point, distance):
     assert BODY.distance(*point) == pytest.approx(distance)
 
@@ -67,7 +68,7 @@ def test_a_turn_is_free_when_nothing_stands_in_the_circle():
 
 
 def test_a_turn_ends_where_a_corner_would_touch():
-    # The rear left corner turns left into what stands behind: it is at 153.4 degrees now, so it gets there before 26.6 degrees.
+    # The rear left corner turns left into what stands behind. It is at 153.4 degrees now, so it gets there before 26.6.
     behind = [(-0.43, 0.0)]
     free = BODY.turn(behind, 1, 0.0, 2.0)
     assert 0.2 < free < math.radians(180) - math.atan2(0.2, -0.4)

@@ -22,14 +22,16 @@ CLOSING = paddles(GripStatus.MOVING, direction=-1)
 
 
 @pytest.mark.parametrize("step, grip, lift", [
-    (LOWER, OPENED, DOWN), (OPEN, OPENED, UP), (CLOSE, CLOSED_ON_NOTHING, DOWN), (RAISE, OPENED, UP), (CLOSE, CLOSED_ON_A_CAN, DOWN)])
+    (LOWER, OPENED, DOWN), (OPEN, OPENED, UP), (CLOSE, CLOSED_ON_NOTHING, DOWN), (RAISE, OPENED, UP),
+    (CLOSE, CLOSED_ON_A_CAN, DOWN)])
 def test_where_it_is_already_nothing_is_commanded(step, grip, lift):
     assert judge(step, grip, lift, commanded=False) is Outcome.ALREADY_THERE
 
 
 @pytest.mark.parametrize("step, grip, lift", [
-    (LOWER, OPENED, UP), (LOWER, OPENED, GOING_UP), (LOWER, OPENED, NOWHERE), (RAISE, OPENED, GOING_UP), (RAISE, OPENED, NOWHERE),
-    (OPEN, CLOSING, DOWN), (OPEN, paddles(GripStatus.BETWEEN), DOWN), (OPEN, paddles(GripStatus.ERROR), DOWN), (CLOSE, CLOSING, DOWN),
+    (LOWER, OPENED, UP), (LOWER, OPENED, GOING_UP), (LOWER, OPENED, NOWHERE), (RAISE, OPENED, GOING_UP),
+    (RAISE, OPENED, NOWHERE), (OPEN, CLOSING, DOWN), (OPEN, paddles(GripStatus.BETWEEN), DOWN),
+    (OPEN, paddles(GripStatus.ERROR), DOWN), (CLOSE, CLOSING, DOWN),
     (CLOSE, paddles(GripStatus.MOVING, left=True, right=True, inner=True), DOWN)])
 @pytest.mark.parametrize("commanded", [False, True])
 def test_elsewhere_and_on_the_way_a_step_goes_on(step, grip, lift, commanded):

@@ -40,7 +40,8 @@ def both(*stamps):
 
 def test_the_pose_of_the_same_stamp_whichever_comes_first():
     assert seen(both(1, 2)) == [(1, 0, 0), (2, 1, 1)]
-    assert seen([("sonar", 1), ("pose", 1), ("pose", 2), ("pose", 3), ("sonar", 2), ("sonar", 3)]) == [(1, 0, 0), (2, 1, 1), (3, 2, 2)]
+    mixed = [("sonar", 1), ("pose", 1), ("pose", 2), ("pose", 3), ("sonar", 2), ("sonar", 3)]
+    assert seen(mixed) == [(1, 0, 0), (2, 1, 1), (3, 2, 2)]
 
 
 def test_it_is_seen_as_soon_as_both_are_there():
@@ -77,8 +78,9 @@ def test_stamps_that_go_back_a_little_are_no_jump():
     assert seen(both(5, 4.99, 5.01, 4.98)) == [(5, 0, 0), (4.99, 1, 1), (5.01, 2, 2), (4.98, 3, 3)]
     assert seen(both(5) + [("sonar", 4.99), ("pose", 5.1), ("sonar", 5.1)])[1:] == [(4.99, 0, 1), (5.1, 1, 2)]
     sights = Sights()
-    found = [*sights.hear_pose(5 * SECOND, pose_of(0), 0), *sights.hear_sonar(5 * SECOND, ()), *sights.hear_sonar(5 * SECOND - 10 ** 6, ()),
-             *sights.hear_pose(6 * SECOND, pose_of(1), 0)]
+    found = [
+        *sights.hear_pose(5 * SECOND, pose_of(0), 0), *sights.hear_sonar(5 * SECOND, ()),
+        *sights.hear_sonar(5 * SECOND - 10 ** 6, ()), *sights.hear_pose(6 * SECOND, pose_of(1), 0)]
     assert [sight.pose_age for sight in found] == [0.0, 0.0], "a pose is never older than it is"
 
 
@@ -90,16 +92,20 @@ def test_going_back_on_one_topic_by_no_more_than_a_second_is_no_jump_of_it(back)
 
 @pytest.mark.parametrize("events", [
     both(100, 101, 0, 1),
-    [("sonar", 100), ("sonar", 101), ("sonar", 0), ("pose", 100), ("pose", 101), ("sonar", 1), ("pose", 0), ("pose", 1)],
-    [("pose", 100), ("pose", 101), ("pose", 0), ("pose", 1), ("sonar", 100), ("sonar", 101), ("sonar", 0), ("sonar", 1)],
+    [("sonar", 100), ("sonar", 101), ("sonar", 0), ("pose", 100), ("pose", 101), ("sonar", 1), ("pose", 0),
+     ("pose", 1)],
+    [("pose", 100), ("pose", 101), ("pose", 0), ("pose", 1), ("sonar", 100), ("sonar", 101), ("sonar", 0),
+     ("sonar", 1)],
 ])
 def test_time_jumps_back_on_one_topic_before_the_other(events):
     assert seen(events) == [(100, 0, 0), (101, 1, 1), (0, 2, 2), (1, 3, 3)]
 
 
 def test_time_jumps_back_where_a_message_of_the_other_topic_is_missing():
-    assert seen(both(100) + [("pose", 102), ("sonar", 0), ("pose", 0)]) == [(100, 0, 0), (0, 2, 1)], "the last pose of before is not waited for"
-    assert seen(both(100) + [("sonar", 102), ("pose", 0)]) == [(100, 0, 0), (102, 0, 1)], "nor does that of the last sonar message come any more"
+    before = both(100) + [("pose", 102), ("sonar", 0), ("pose", 0)]
+    assert seen(before) == [(100, 0, 0), (0, 2, 1)], "it does not wait for the last pose of before"
+    before = both(100) + [("sonar", 102), ("pose", 0)]
+    assert seen(before) == [(100, 0, 0), (102, 0, 1)], "nor does the pose of the last sonar message come any more"
 
 
 def test_a_pose_that_is_seconds_newer_ends_the_waiting():
@@ -119,7 +125,7 @@ def test_a_jump_back_that_one_topic_does_not_show_ends_nothing():
 
 
 def stalls_seen(events):
-    """Of ("pose", "sonar", "stall" or "free", tenth of a second): (tenth of a sonar message, is the robot stalled then?)."""
+    """Of ("pose", "sonar", "stall" or "free", tenth of a second): (tenth of a sonar message, was it stalled then?)."""
     sights, found = Sights(), []
     for topic, tenth in events:
         stamp = FIRST + round(tenth * SECOND / 10)
@@ -139,7 +145,7 @@ def test_a_stall_belongs_to_the_sonar_message_of_its_stamp():
 
 def test_a_robot_that_tells_of_stalls_is_waited_for():
     assert stalls_seen([("free", 1), ("pose", 2), ("sonar", 2)]) == []
-    assert stalls_seen([("free", 1), ("pose", 2), ("sonar", 2), ("stall", 3)]) == [(2, False)], "the one of its stamp was lost"
+    assert stalls_seen([("free", 1), ("pose", 2), ("sonar", 2), ("stall", 3)]) == [(2, False)], "its own got lost"
 
 
 def test_a_driver_that_tells_of_no_stalls_is_not():
@@ -166,16 +172,18 @@ def test_it_keeps_no_more_than_it_is_told_to():
     assert seen_stamps == list(range(7, KEPT + 7)), "the oldest are dropped"
 
 
-STEPS = st.lists(st.sampled_from([-3 * JUMP_BACK, 0, SECOND // 10, SECOND // 10, SECOND // 10, SECOND]), min_size=1, max_size=30)
+TENTH = SECOND // 10
+STEPS = st.lists(st.sampled_from([-3 * JUMP_BACK, 0, TENTH, TENTH, TENTH, SECOND]), min_size=1, max_size=30)
 
 
 @given(STEPS, st.data())
 def test_which_topic_is_faster_changes_nothing(steps, data):
-    """Any messages, some lost, in any interleaving that keeps the order of each topic: as if each came right after the other."""
+    """Any messages, some lost, in any interleaving that keeps the order of each topic."""
     stamps = [FIRST + sum(steps[:count]) for count in range(len(steps))]
     lost = data.draw(st.sets(st.tuples(st.sampled_from(["pose", "sonar"]), st.integers(1, len(steps)))))
     topics = {
-        topic: [stamp for number, stamp in enumerate(stamps) if (topic, number) not in lost] for topic in ("pose", "sonar")}
+        topic: [stamp for number, stamp in enumerate(stamps) if (topic, number) not in lost]
+        for topic in ("pose", "sonar")}
     last = stamps[-1] + 100 * SECOND     # so that nothing waits at the end
     topics = {topic: messages + [last] for topic, messages in topics.items()}
 

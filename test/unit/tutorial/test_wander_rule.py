@@ -1,4 +1,4 @@
-"""Every rule of the wander, one snapshot at a time; the robot as a whole is tried in test/integration/test_wander.py."""
+"""Every rule of the wander, one snapshot at a time; test/integration/test_wander.py tries the robot as a whole."""
 
 import math
 from dataclasses import replace
@@ -61,7 +61,7 @@ def test_turn_back_when_nothing_ahead_is_open():
 
 
 def test_what_it_calls_clear_is_not_more_than_its_sonars_see():
-    """Just after "no sonar ahead sees 2 m" it said that 5.0 m were clear: what stands beside the way was not counted."""
+    """Just after "no sonar ahead sees 2 m" it said "5.0 m clear": it did not count what stands beside the way."""
     assert decide({3: 2.1, 4: 2.1}, everything_else=1.0)[0].reason == "driving: 2.1 m clear ahead"
     assert decide({3: 0.8, 4: 2.1}, DRIVING, everything_else=1.0)[0].reason < "driving: 1.0"
 
@@ -196,7 +196,8 @@ def test_a_stale_snapshot_means_standing_still():
 
 def test_a_robot_without_front_sonars_stands_still():
     blind = shape("p3dx-sh")
-    blind = type(blind)([each for each in blind.transducers if each.number > 7], [(-0.3, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.3, 0.2)])
+    corners = [(-0.3, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.3, 0.2)]
+    blind = type(blind)([each for each in blind.transducers if each.number > 7], corners)
     command, _ = decide({}, DRIVING, blind)
     assert (command.linear, command.angular) == (0.0, 0.0)
 
@@ -269,7 +270,8 @@ def moves(memory, until, robot=FULL, stalled=lambda time: False, ranges=None, **
     heading, made = 0.0, []
     for tenth in range(round((until - 100) * 10)):
         time = 100 + tenth / 10
-        move, memory = decide(ranges or {}, memory, robot, time=time, pose=(0.0, 0.0, heading), stalled=stalled(time), **more)
+        now = {"time": time, "pose": (0.0, 0.0, heading), "stalled": stalled(time), **more}
+        move, memory = decide(ranges or {}, memory, robot, **now)
         made.append((time, heading, move))
         heading += move.angular / 10
     return made, memory
@@ -349,7 +351,8 @@ def test_whether_it_could_leave_is_known_before():
 
 # Memory
 
-BEHIND_ON_THE_LEFT = (-0.255, 0.255)  # where the body turns when it turns right, and a robot without rear sonar sees nothing
+# Where the body turns when it turns right, and a robot without rear sonar sees nothing.
+BEHIND_ON_THE_LEFT = (-0.255, 0.255)
 
 
 @pytest.mark.parametrize("seen, turn", [(99.0, 1), (100 - REMEMBERED - 1, -1)])
