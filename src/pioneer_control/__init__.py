@@ -12,6 +12,11 @@ Start reading at the folder that answers the question:
 ``bags``       runs recorded, replayed and drawn
 =============  ==========================================================================
 
+Below them all lie single files: ``errors`` (every exception), ``parameters`` (how a node checks its parameters),
+``message_values`` (what the numbers in messages mean), ``standard_messages`` (sonar and battery in messages that other
+packages know), ``ros_node`` (how a node begins and ends), ``interrupt`` (Ctrl-C without a traceback) and ``pictures``
+(what all pictures from above share).
+
 Importing this package loads none of them, neither rospy nor serial.
 """
 

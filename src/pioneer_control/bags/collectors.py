@@ -77,12 +77,14 @@ class VelocityCollector:
         self._speeds = Thinned(*CHANGE_OF_SPEED)
 
     def add(self, time: float, message: Any) -> None:
+        """Take in a message that came at a time (s)."""
         if not is_plausible(message.linear.x, message.angular.z):
             raise ValueError("no velocity")
         self._speeds.add(time, message.linear.x, message.angular.z)
 
     @property
     def velocities(self) -> Velocities:
+        """The velocities that were taken in."""
         return Velocities(*self._speeds.columns())
 
 
@@ -95,6 +97,7 @@ class OdometryCollector(VelocityCollector):
         self._heading = 0.0
 
     def add(self, time: float, message: Any) -> None:
+        """Take in a message that came at a time (s)."""
         place, heading = message.pose.pose.position, heading_in(message.pose.pose.orientation)
         if not is_plausible(place.x, place.y, heading):
             raise ValueError("no place")
@@ -107,6 +110,7 @@ class OdometryCollector(VelocityCollector):
 
     @property
     def track(self) -> Optional[Track]:
+        """The poses that were taken in; None if there were none."""
         columns = self._places.columns()
         return Track(*columns) if columns.size else None
 
@@ -119,10 +123,12 @@ class ValueCollector:
         self._values = Thinned(tolerance)
 
     def add(self, time: float, message: Any) -> None:
+        """Take in a message that came at a time (s)."""
         self._values.add(time, float(getattr(message, self._field)))
 
     @property
     def series(self) -> Series:
+        """The values over time."""
         return Series(*self._values.columns())
 
     @property
@@ -144,6 +150,7 @@ class EchoCollector:
         self._passed = 0
 
     def add(self, time: float, message: Any) -> None:
+        """Take in a message that came at a time (s)."""
         before, self._ranges = self._ranges, message.ranges
         if before == self._ranges:
             return
@@ -159,6 +166,7 @@ class EchoCollector:
 
     @property
     def echoes(self) -> Echoes:
+        """All echoes."""
         return Echoes(*np.array(self._rows).reshape(-1, 3).T)
 
 
@@ -169,12 +177,14 @@ class GripperCollector:
         self._states = Thinned(0.5, 0.5)
 
     def add(self, time: float, message: Any) -> None:
+        """Take in a message that came at a time (s)."""
         grip = message.grip
         pressed, seen = grip.left_contact or grip.right_contact, grip.inner_beam or grip.outer_beam
         self._states.add(time, grip.state, pressed and seen)    # paddles that close on nothing press on each other
 
     @property
     def events(self) -> Tuple[GripperEvent, ...]:
+        """What the paddles did, in order of time."""
         return gripper_events([(time, int(state), bool(feels)) for time, state, feels in self._states.columns().T])
 
 
@@ -206,6 +216,7 @@ class CanCollector:
         self._cans: List[Thinned] = []
 
     def add(self, time: float, message: Any) -> None:
+        """Take in a message that came at a time (s)."""
         if self.last is None:
             self._cans = [Thinned(*CHANGE_OF_PLACE[:2], CHANGE_OF_PLACE[0]) for _ in message.poses[:TEXTS]]
         self.last = message
@@ -214,6 +225,7 @@ class CanCollector:
 
     @property
     def paths(self) -> Tuple[CanPath, ...]:
+        """The path of each can."""
         return tuple(CanPath(*can.columns()) for can in self._cans)
 
 
@@ -223,6 +235,7 @@ class LastCollector:
     last: Any = None
 
     def add(self, time: float, message: Any) -> None:
+        """Take in a message that came at a time (s)."""
         self.last = message
 
 
@@ -230,6 +243,7 @@ class MapCollector(LastCollector):
     """The last OccupancyGrid, as a Map."""
 
     def add(self, time: float, message: Any) -> None:
+        """Take in a message that came at a time (s)."""
         info = message.info
         corner = (info.origin.position.x, info.origin.position.y, heading_in(info.origin.orientation))
         self.last = Map(np.array(message.data, dtype=np.int8).reshape(info.height, info.width), info.resolution, corner)
@@ -244,6 +258,7 @@ class SpanCollector:
         self._what = ""
 
     def add(self, time: float, message: Any) -> None:
+        """Take in a message that came at a time (s)."""
         what = self._words(message)
         if self._what:
             self._spans[-1] = self._spans[-1]._replace(end=time)
@@ -256,6 +271,7 @@ class SpanCollector:
 
     @property
     def spans(self) -> Tuple[Span, ...]:
+        """The spans, in order of time."""
         return tuple(self._spans)
 
 
@@ -280,6 +296,7 @@ class DecisionCollector:
         self._last: Optional[RecordedDecision] = None
 
     def add(self, time: float, message: Any) -> None:
+        """Take in a message that came at a time (s)."""
         last = self._last
         self._last = RecordedDecision(time, message.header.stamp.to_sec(), message.wander, message.reason)
         if last is not None and last.wander != message.wander and self._kept[-1] is not last:
@@ -291,6 +308,7 @@ class DecisionCollector:
 
     @property
     def decisions(self) -> Tuple[RecordedDecision, ...]:
+        """The decisions that are kept, in order of time."""
         last = [self._last] if self._last is not None and self._kept[-1] is not self._last else []
         return tuple(self._kept + last)
 
@@ -305,6 +323,7 @@ class ReportCollector:
         self._words: Dict[str, str] = {}
 
     def add_diagnostics(self, time: float, message: Any) -> None:
+        """Take in a DiagnosticArray."""
         for status in message.status:
             level = status.level if isinstance(status.level, int) else status.level[0]  # a byte in Python 3
             if level in (WARNING, ERROR) and level != self._levels.get(status.name):
@@ -313,6 +332,7 @@ class ReportCollector:
             self._levels[status.name] = level
 
     def add_log(self, time: float, message: Any) -> None:
+        """Take in a Log of /rosout."""
         level = next((level for least, level in ROS_LOG if message.level >= least), 0)
         if level and self._words.get(message.name) != message.msg:
             self._words[message.name] = message.msg
@@ -351,6 +371,7 @@ class SilenceCollector:
         self._silences: List[Tuple[float, float, float]] = []   # the longest: length, begin, end
 
     def add(self, time: float, _: Any = None) -> None:
+        """Take in the time (s) of a message."""
         last, self._last = self._last, time
         if last is None:
             return

@@ -4,8 +4,8 @@
 >>> find_model("p3dx-sh").max_linear
 2.2
 
-Open ``models.yaml`` first: its head explains every key. The file is keyed by the subtype that a robot announces of itself; a user's
-own file of the same form overrides any value of it.
+Open ``models.yaml`` first: its head explains every key. The file is keyed by the subtype that a robot announces of
+itself; a user's own file of the same form overrides any value of it. ``table`` reads the file, ``model`` is one entry.
 """
 
 from .model import ARRAY_SIZE, GripperShape, RobotModel, Transducer

@@ -9,7 +9,8 @@ Each room has a front that says what to open first. Imports go down this list, n
 ``hardware``    drives, body, sonar, gripper, battery and accessories of one robot, in steps of simulated time
 ``world``       walls, posts and cans; what sonar hears and what a body touches there; files and maps of worlds
 
-``node`` is the ROS node, and alone knows ROS; ``__main__`` is the command line without ROS, ``picture`` draws worlds.
+``clock`` is the one simulated time. ``node`` is the ROS node, and alone knows ROS; ``parameters`` has its parameters.
+``__main__`` is the command line without ROS, ``picture`` draws worlds.
 Nothing here knows the client: a mistake that both shared would hide.
 """
 

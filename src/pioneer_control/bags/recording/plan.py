@@ -72,6 +72,7 @@ class RecordingPlan(NamedTuple):
 
     @property
     def folder(self) -> str:
+        """The folder of the bag."""
         return os.path.dirname(self.stem)
 
     @property

@@ -1,5 +1,6 @@
 """The lines between robots and their clients. Open ``line_simulation`` first: robots with their lines in simulated time.
 
+``robot_link``     one robot with its line: what faults act on
 ``faults``         what can go wrong with a robot and its line, and when
 ``one_way``        one direction of a line: how long bytes take, and how they are lost or spoilt
 ``uart``           what a serial port hears of bytes that come at another speed

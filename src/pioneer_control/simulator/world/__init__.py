@@ -3,7 +3,7 @@
 ``geometry``      outlines and points against walls and posts; ``shapes``: outlines as walls
 ``trigonometry``  sine, cosine and the like, the same to the last bit on every computer; ``poses``: one pose seen from another
 ``echoes``        what sonar hears: the nearest point of anything solid in a cone
-``crowd``         the bodies of robots, found by place
+``crowd``         the bodies of robots, found by place; ``pushing``: how robots push cans
 ``grids``         what a grid of cells tells of a floor; ``start_poses``: where many robots can stand at first
 ``world_loader``  worlds by name or path: ``world_file`` (our own form), ``ros_map``, ``aria_map``; ``yaml_nodes`` reads YAML
 
