@@ -1,5 +1,4 @@
-"""What is kept of the messages of a bag: for each kind of thing a small class that takes its messages one by one,
-``add(time, message)``.
+"""What is kept of the messages of a bag: for each kind of thing a class whose ``add(time, message)`` takes them.
 
 Each keeps what is worth keeping. When that is more than `ROWS`, it becomes coarser.
 """
@@ -33,8 +32,9 @@ ROS_LOG = ((8, ERROR), (4, WARNING))  # least rosgraph_msgs/Log.level of each
 
 
 class Thinned:
-    """Rows of numbers over time: those that differ from the row kept before by more than tolerances, and the row before
-    each of them.
+    """Rows of numbers over time, without those that hardly differ from the one before.
+
+    Kept are the rows that differ from the row kept before by more than a tolerance, and the row before each of them.
     """
 
     def __init__(self, *tolerances: float) -> None:
@@ -189,8 +189,10 @@ class GripperCollector:
 
 
 def gripper_events(states: Sequence[Tuple[float, int, bool]]) -> Tuple[GripperEvent, ...]:
-    """What happened, from (time, GripState.state, whether a paddle presses on something that is in a beam) in order of
-    time.
+    """What the paddles did.
+
+    Args:
+        states: (time in s, GripState.state, whether a paddle presses on something that is in a beam), in order of time.
     """
     events: List[GripperEvent] = []
     held, closed = False, None
@@ -354,9 +356,7 @@ class ReportCollector:
 
 
 def _owner(node: str, robots: Sequence[str]) -> Optional[str]:
-    """The innermost robot in whose namespace a node is; None: no robot. The root belongs to nobody when other robots
-    have names.
-    """
+    """The innermost robot in whose namespace a node is; None: no robot. A robot without a name has no nodes."""
     around = sorted((robot for robot in robots if robot and node.startswith(robot + "/")), key=len)
     return around[-1] if around else None
 

@@ -1,6 +1,4 @@
-"""What command lines of this room have in common: yes or no, numbers in a range, and words that were meant for a launch
-file.
-"""
+"""What command lines of this room have in common: tables of options, and checks of what was given."""
 
 import argparse
 from typing import Any, Dict, Iterable
@@ -21,13 +19,18 @@ def refuse_launch_arguments(words: Iterable[str], names: Iterable[str]) -> None:
     """
     for word in words:
         if word.partition(":=")[0] in names:
-            raise UsageError("%s: this is how roslaunch is told; --help says how it is said here" % word)
+            raise UsageError("%s: this is the form for roslaunch; --help lists the options here" % word)
 
 
 def parser_of(program: str, description: str, options: Dict[str, Dict[str, Any]],
               **more: Any) -> argparse.ArgumentParser:
-    """A parser of options: their names, with spaces between them, and what `add_argument` is told of each. `more`: for
-    the parser.
+    """A parser of options.
+
+    Args:
+        program: its name.
+        description: what it does.
+        options: by name (several with spaces between them), what `add_argument` is told.
+        more: for the parser itself.
     """
     parser = argparse.ArgumentParser(prog=program, description=description, **more)
     for name, option in options.items():

@@ -1,5 +1,4 @@
-"""How far two tracks lie apart, when both are laid so that they begin together, and other figures of a run. Pure:
-arrays in, figures out.
+"""How far two tracks lie apart when both begin together, and other figures of a run. Pure.
 
 "Together" is the same place, the same heading, and the same moment: that of the first movement, so that neither a
 recorder that started early nor another corner of the room counts.

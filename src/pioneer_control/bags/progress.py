@@ -9,8 +9,9 @@ PATIENCE = 1.0
 
 
 class Progress:
-    """A bar on a terminal, for what takes longer than `PATIENCE`: called with the bytes done and all bytes. ``with``
-    takes it away at the end.
+    """A bar on a terminal, for what takes longer than `PATIENCE`. ``with`` removes it at the end.
+
+    It is called with the bytes done and all bytes.
     """
 
     def __init__(self, name: str) -> None:

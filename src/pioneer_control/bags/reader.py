@@ -1,5 +1,4 @@
-"""Read what ``rosbag record`` wrote, front to back, in bounded memory, whole or damaged: ``for topic, connection, data,
-time in read_bag(path)``.
+"""Read what ``rosbag record`` wrote, front to back, in bounded memory, whole or damaged: `read_bag`.
 
 ``rosbag.Bag`` keeps an entry of every message in memory and refuses a bag that was not closed. This keeps little more
 than a chunk. Of a bag that was closed it reads the index first, and passes over chunks without a wanted topic; of
@@ -164,8 +163,11 @@ class _Head:
         self._publishers: Set[Tuple[str, str]] = set()
 
     def takes(self, time: int, connection: Connection) -> bool:
-        """Whether a message is in the head; called with all messages of the part, in their order in the file. `time` in
-        ns.
+        """Whether a message is in the head. Called with all messages of the part, in their order in the file.
+
+        Args:
+            time: ns.
+            connection: of the message.
         """
         if not self.open:
             return False
@@ -272,9 +274,7 @@ class _File:
             self._chunks[position] = chunk._replace(earliest=earliest, foreign=frozenset() if wanted else chunk.foreign)
 
     def _read_tail(self, source: Source) -> None:
-        """Where the index is not whole or not where it should be: learn of the connections that are described at the
-        end.
-        """
+        """Learn of the connections at the end of the file, where there is no whole index."""
         position = next_record(source, max(self._first, self.size - TAIL), (CONNECTION,))
         for record in records(source, position, lambda chunk: True, lambda begin, end: None, (CONNECTION, CHUNK_INFO)):
             if record.op == CONNECTION:
@@ -313,8 +313,11 @@ class _File:
             self._places.append(_Place(begin, end, self._seconds))
 
     def _passes_over(self, source: Source, chunk: BagRecord) -> bool:
-        """Whether nothing in a chunk is wanted, nor in the part's head. Index and the lists behind the chunk both say
-        so: one wrong byte loses no chunk."""
+        """Whether nothing in a chunk is wanted.
+
+        The index and the lists behind the chunk must both say so: then one wrong byte loses no chunk. While the head
+        of a part may go on, all chunks are read.
+        """
         known = self._chunks.get(chunk.position)
         if known is None or not known.foreign or self._head is not None and self._head.open:
             return False
@@ -457,9 +460,7 @@ def _missing(chunk: Optional[_Chunk], passed: bool, listed: int, met: int) -> in
 
 
 def _is_known(connection: Connection, data: bytes, latched: Latched) -> bool:
-    """Whether a publisher's first latched message was this; where the bag does not say whose it is, the first of any
-    publisher of the topic.
-    """
+    """Whether this was the first latched message of its publisher; of an unknown publisher, of any of the topic."""
     if connection.caller:
         return latched.get((connection.topic, connection.caller)) == data
     return any(topic == connection.topic and first == data for (topic, _), first in latched.items())
@@ -553,9 +554,7 @@ class BagReader:
 
     @property
     def damage(self) -> str:
-        """What is missing and where, in a sentence with a full stop, after all was read; empty if nothing is. A single
-        bag is "it".
-        """
+        """What is missing and where, in a sentence, after all was read; empty if nothing is. A single bag is "it"."""
         told = [(os.path.basename(file.path) + ": ") * self._several + file.damage()
                 for file in self._files if file.damage()]
         return "; ".join(told + self._refused) + "." if told or self._refused else ""

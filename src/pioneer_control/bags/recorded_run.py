@@ -1,5 +1,4 @@
-"""What one robot did, as plain arrays: a :class:`Run`. SI units, one clock (the recorder's, s) for everything;
-`run.read_run` reads it.
+"""What one robot did, as numpy arrays in SI units, on the recorder's clock: a :class:`Run`. `run.read_run` reads it.
 
 Only odometry is required; whatever else a bag has not is empty or ``None``. However long the run, a Run stays small: of
 paths and values those rows are kept that differ from the row kept before (1 cm, 1 degree, ...), and of echoes those
@@ -46,9 +45,7 @@ class Track(NamedTuple):
 
 
 class Echoes(NamedTuple):
-    """Echoes of the sonar: arrays of one length; s, the transducer's number, m. Only new readings, without those of
-    nothing in sight.
-    """
+    """New echoes of the sonar: arrays of one length; s, the transducer's number, m."""
 
     time: np.ndarray
     number: np.ndarray
@@ -116,8 +113,12 @@ class CanPath(NamedTuple):
 
 
 class Map(NamedTuple):
-    """An occupancy grid: cells (rows, columns) bottom-up, 0 free to 100 occupied, -1 unknown; m; pose of cell (0, 0)'s
-    corner.
+    """An occupancy grid.
+
+    Attributes:
+        cells: (rows, columns), bottom-up: 0 free to 100 occupied, -1 unknown.
+        resolution: m.
+        origin: pose of the corner of cell (0, 0).
     """
 
     cells: np.ndarray
@@ -150,7 +151,7 @@ class Run(NamedTuple):
     e_stop: Series = Series(_NOTHING, _NOTHING)  # 1 while the STOP button is pressed
     stalls: Tuple[Span, ...] = ()
     bumps: Tuple[Span, ...] = ()
-    faults: Tuple[Report, ...] = ()  # of this robot, of what it shares with others, and of nobody in particular
+    faults: Tuple[Report, ...] = ()  # of this robot, and of nodes that belong to no robot
     gaps: Tuple[Span, ...] = ()  # a topic that should not be silent was; what: its name
     decisions: Tuple[RecordedDecision, ...] = ()  # where their reason changes
     notes: str = ""  # how the recording describes itself (YAML)

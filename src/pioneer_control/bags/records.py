@@ -1,5 +1,6 @@
-"""The format of bags, version 2.0 (http://wiki.ros.org/Bags/Format/2.0): ``#ROSBAG V2.0``, then records. Reads them
-front to back, also around damage.
+"""The format of bags, version 2.0 (http://wiki.ros.org/Bags/Format/2.0), read front to back, also around damage.
+
+A bag begins with ``#ROSBAG V2.0``. Then come records.
 
 A record is a header (its length, then fields ``name=value``, each after its own length) and data (their length, then
 bytes); numbers are little-endian. The field ``op`` says what it is:
@@ -55,7 +56,7 @@ USUAL_MESSAGE = re.compile(
 USUAL_LENGTH = 46
 
 BLOCK = 1 << 16
-"""Bytes read at once. Of longer data, what nobody asks for is not read."""
+"""Bytes read at once. Longer data is read only as far as it is needed."""
 LARGEST_CHUNK = 1 << 28
 """Bytes of a chunk after decompressing; rosbag record makes them of 768 KiB, or of one message."""
 
@@ -96,9 +97,7 @@ class BagRecord(NamedTuple):
 
 
 class Source:
-    """Bytes by position, read in blocks: ``read_at(position, length)`` gives them, of a file or of a decompressed
-    chunk.
-    """
+    """Bytes by position, read in blocks by ``read_at(position, length)``: of a file or of a decompressed chunk."""
 
     def __init__(self, read_at: Callable[[int, int], bytes], size: int) -> None:
         self.read_at = read_at
@@ -111,7 +110,7 @@ class Source:
         index = position - self.base
         if index < 0 or index + length > len(self.block) and self.base + len(self.block) < self.size:
             self.block, self.base, index = self.read_at(position, max(length, BLOCK)), position, 0
-            # somebody has cut the file off meanwhile
+            # the file has been cut off meanwhile
             if len(self.block) < min(max(length, BLOCK), self.size - position):
                 self.size = position + len(self.block)
         return index
@@ -204,8 +203,7 @@ def next_record(source: Source, position: int, searched: Collection[int] = FIELD
 
 def records(source: Source, position: int, passes_over: Callable[[BagRecord], bool], damaged: Callable[[int, int], Any],
             searched: Collection[int] = FIELDS) -> Iterator[BagRecord]:
-    """Every record from a position on, those in chunks that are not compressed too, but for the ones in chunks that are
-    passed over.
+    """Every record from a position on, also those in chunks that are not compressed.
 
     A record counts when another one, or the end, follows where its data end; else either its length is wrong, or what
     follows. Then the next record, of the kinds ``searched``, is looked for from its data on, and ``damaged`` is told

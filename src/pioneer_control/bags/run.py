@@ -1,5 +1,4 @@
-"""From the messages of a bag to a :class:`~pioneer_control.bags.recorded_run.Run`, in bounded memory however long the
-bag is: `read_run`.
+"""From the messages of a bag to a `recorded_run.Run`, in bounded memory however long the bag is: `read_run`.
 
 What is read is the table `TOPICS`; `collectors` keep what is kept of it. A topic counts by the last part of its name
 and the last part of its type, so bags with ``p2os_driver/SonarArray`` or ``p2os_msgs/SonarArray`` read as ours do.
@@ -11,9 +10,8 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tu
 import numpy as np
 
 from .collectors import (CanCollector, DecisionCollector, EchoCollector, GripperCollector, LastCollector, MapCollector,
-                         OdometryCollector,
-                         ReportCollector, SilenceCollector, SpanCollector, ValueCollector, VelocityCollector,
-                         is_plausible, pressed, stalled)
+                         OdometryCollector, ReportCollector, SilenceCollector, SpanCollector, ValueCollector,
+                         VelocityCollector, is_plausible, pressed, stalled)
 from .reader import BagReader, Connection, decode, message_class, plural, read_bag
 from .records import BagError
 from .recorded_run import Run
@@ -129,8 +127,7 @@ class RunCollector:
             self.undecoded[connection.topic] = self.undecoded.get(connection.topic, 0) + 1
 
     def nearest(self, robot: str, name: str) -> Any:
-        """What was kept of a shared topic: the robot's own, else that of the innermost namespace around it, else any.
-        """
+        """What was kept of a shared topic: the robot's own, else of the innermost namespace around it, else any."""
         around = sorted(self.robots, key=lambda place: (place != "" and not (robot + "/").startswith(place + "/"),
                                                         -len(place)))
         return next((self.robots[place][name] for place in around if self.robots[place][name].last is not None),

@@ -1,5 +1,6 @@
-"""The line in a bag as text: ``python3 -m pioneer_control.bags.wire RUN.bag [-o RUN.wire]``; `p2os.recording` is the
-format.
+"""The bytes of a robot's line in a bag, as text: ``python3 -m pioneer_control.bags.wire RUN.bag``.
+
+`p2os.recording` is the format.
 
 Times are seconds since the first bytes, by the driver's stamps; each robot, which is each topic, has its number. Where
 something is missing, a note says so.

@@ -39,7 +39,7 @@ def _time(nanoseconds: int) -> bytes:
 
 
 def _lz4(data: bytes) -> bytes:
-    from roslz4 import LZ4Compressor    # whoever reads such a bag has it
+    from roslz4 import LZ4Compressor    # a reader of such a bag has it
 
     compressor = LZ4Compressor()
     return compressor.compress(data) + compressor.flush()

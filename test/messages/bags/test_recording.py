@@ -391,7 +391,7 @@ class TestSilent:
 
     def test_what_was_asked_for_and_is_not_there(self):
         (text,) = self.texts(["/a/pose", "/b/pose"])
-        assert "nobody publishes /a/wire" in text and "publish_wire" in text
+        assert "nothing publishes /a/wire" in text and "publish_wire" in text
 
 
 class TestBegins:

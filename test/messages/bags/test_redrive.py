@@ -86,7 +86,7 @@ class TestWhatTheBagTells:
 
     def test_nothing_was_told(self, tmp_path):
         path = make.write_bag(tmp_path / "run.bag", make.driven(seconds=1))
-        with pytest.raises(BagError, match="nobody was told anything in it"):
+        with pytest.raises(BagError, match="no robot was told anything in it"):
             redrive.read_drive([path])
 
     def test_several_robots(self, tmp_path):
@@ -101,7 +101,7 @@ def test_what_is_somebody_elses_is_left_out(tmp_path, strange):
     """Under a name of ours, with other fields."""
     others = [("/pioneer/%s" % name, strange, 1001.0)
               for name in ("cmd_vel", "gripper_control", "robot_info", "ground_truth")]
-    with pytest.raises(BagError, match="nobody was told anything"):
+    with pytest.raises(BagError, match="no robot was told anything"):
         redrive.read_drive([make.write_bag(tmp_path / "strange.bag", others)])
     path = make.write_bag(tmp_path / "mixed.bag", [*others, ("/pioneer/cmd_wheels", WheelVelocities(0.1, 0.2), 1002.0)])
     assert [order.message for order in redrive.read_drive([path]).told] == [WheelVelocities(0.1, 0.2)]

@@ -185,7 +185,7 @@ class TestMain:
     def test_what_was_meant_for_roslaunch_is_refused(self, capsys, words):
         """Without a word a robot drove at its full speed."""
         assert replay.main(words) == 2
-        assert "%s: this is how roslaunch is told" % words[-1] in capsys.readouterr().err
+        assert "%s: this is the form for roslaunch" % words[-1] in capsys.readouterr().err
 
     def test_all_that_roslaunch_is_told_is_known(self):
         launch = ElementTree.parse(ROOT / "launch" / "replay.launch").getroot()

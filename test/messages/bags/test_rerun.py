@@ -81,7 +81,7 @@ class TestWhatTheBagTells:
 
     def test_nobody_commanded(self, tmp_path):
         path = write(tmp_path / "quiet.bag", [("/pioneer/pose", make.odometry(0, 0, 0), 1.0)])
-        with pytest.raises(BagError, match="nobody was told anything"):
+        with pytest.raises(BagError, match="no robot was told anything"):
             rerun.read_live([path], "", "")
 
     def test_several_robots(self, tmp_path):
@@ -89,7 +89,7 @@ class TestWhatTheBagTells:
         with pytest.raises(BagError, match="alice, bob. Choose one with robot:="):
             rerun.read_live([path], "", "")
         assert rerun.read_live([path], "/bob/", "").robot == "bob"
-        with pytest.raises(BagError, match="robot 'carol' was told nothing in it.*who was: alice, bob"):
+        with pytest.raises(BagError, match="robot 'carol' was told nothing in it.*these robots were: alice, bob"):
             rerun.read_live([path], "carol", "")
 
     def test_a_description_that_makes_no_sense_is_none(self, tmp_path):

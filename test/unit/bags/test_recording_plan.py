@@ -145,5 +145,5 @@ def test_what_a_killed_recorder_left_is_told_what_is_being_written_is_not(here):
 @pytest.mark.parametrize("word", ["bag:=x.bag", "also:=wire", "keep_free:=1GB", "robots:=a"])
 def test_what_was_meant_for_roslaunch_is_refused(monkeypatch, word):
     monkeypatch.setattr("sys.argv", ["record", word, "__name:=recorder"])
-    with pytest.raises(SystemExit, match="record: %s: this is how roslaunch is told" % word):
+    with pytest.raises(SystemExit, match="record: %s: this is the form for roslaunch" % word):
         start.main()

@@ -1,5 +1,4 @@
-"""``rosrun pioneer_control convert_bag IN.bag OUT.bag [WHAT ...]``: bags of p2os, and of this package, with standard
-messages.
+"""Bags of p2os, and of this package, with standard messages: ``rosrun pioneer_control convert_bag IN.bag OUT.bag``.
 
 `messages` says what becomes of a message; here are the files, the command line and the report.
 """

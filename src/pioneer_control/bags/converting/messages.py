@@ -1,6 +1,4 @@
-"""What becomes of each message of an old bag: its type's new name, and what it says as standard messages. No files in
-here.
-"""
+"""What becomes of each message of an old bag: the new name of its type, and standard messages. No files in here."""
 
 import functools
 import io
@@ -30,8 +28,7 @@ STATIC_FRAMES = "/tf_static"
 
 
 def is_frozen(connection: Connection, *names: str) -> bool:
-    """Whether its messages are of one of these types, which p2os and this package have, under whichever package's name.
-    """
+    """Whether its messages are of one of these types, which both p2os and this package have."""
     package, _, name = connection.type.partition("/")
     return name in names and package in (*OLD_PACKAGES,
                                          "pioneer_control") and connection.md5sum == getattr(msg, name)._md5sum

@@ -33,7 +33,7 @@ class SonarHistory:
         self._time = -math.inf
 
     def readings(self, ranges: Sequence[float], transducers: Iterable[Transducer], time: float) -> List[Reading]:
-        """The newest reading of each transducer in an array that came at a time (s); none of those not heard."""
+        """The newest reading of each transducer that was heard, in an array that came at a time (s)."""
         if time < self._time:   # it began anew
             self._last.clear()
         self._time = time
@@ -55,8 +55,14 @@ def sonar_scan(
     points: Iterable[Tuple[float, float]], silent: Iterable[Transducer], transducers: Iterable[Transducer], stamp: Any,
     base_link_frame: str,
 ) -> LaserScan:
-    """A scan all round base_link (REP 117): echoes (m), infinity where a transducer of ``silent`` has none in sight,
-    NaN where none looks.
+    """A scan all round base_link (REP 117).
+
+    Args:
+        points: echoes (x, y); m.
+        silent: transducers that hear nothing: infinity. NaN is where no transducer looks.
+        transducers: of the robot.
+        stamp: of the message.
+        base_link_frame: of the message.
     """
     step = 2 * math.pi / BEAMS
     ranges = [math.nan] * BEAMS

@@ -78,9 +78,7 @@ def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map],
 
 
 def beside_things(view: TopView) -> np.ndarray:
-    """Which echoes (n,) are farther than `NEAR_A_WALL` from all that is on the map, and from all places where a can
-    was.
-    """
+    """Which echoes (n,) are farther than `NEAR_A_WALL` from all that is on the map, and from all cans."""
     points = view.echoes
     if view.walls is None or not len(points):
         return np.zeros(len(points), dtype=bool)
@@ -166,9 +164,7 @@ def _draw_echoes(axes: Any, view: TopView) -> None:
 
 
 def _draw_cans(axes: Any, view: TopView) -> None:
-    """Cans where they were first and last, as far as they are in sight, and the way of those that were moved, with
-    their number.
-    """
+    """Cans where they were first and last, if one is in sight, and with its number the way of each that was moved."""
     from matplotlib.patches import Circle
 
     cans = view.run.cans
@@ -219,9 +215,7 @@ def _draw_robot(axes: Any, footprint: np.ndarray, pose: Pose, name: str, scale: 
 
 
 def _draw_gripper(axes: Any, view: TopView) -> None:
-    """A numbered badge where the paddles did something, or a mark where that is too often; the strip of the gripper
-    says when.
-    """
+    """A numbered badge where the paddles did something; a mark where that is too often for numbers."""
     events = view.run.gripper
     robot = view.path.at(np.array([event.time for event in events]))
     x, y = placed((robot.x, robot.y, robot.heading), view.run.grip, 0.0)

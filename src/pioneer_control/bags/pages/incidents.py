@@ -1,6 +1,4 @@
-"""What went wrong in a run, as a page shows it: each kind of warning and error once, with a letter; what a simulator
-was asked to break; silences.
-"""
+"""What went wrong in a run, as a page shows it: warnings and errors, what a simulator was asked to break, silences."""
 
 import re
 from typing import Dict, List, NamedTuple, Sequence, Tuple
@@ -26,7 +24,11 @@ class Incident(NamedTuple):
 
 
 def incidents(run: Run, listed: int = LISTED) -> Tuple[Incident, ...]:
-    """Warnings and errors in order of time, those that say the same as one; letters for so many of them, errors first.
+    """Warnings and errors in order of time. Those that say the same are one.
+
+    Args:
+        run: what is shown.
+        listed: how many get a letter, errors first.
     """
     same: Dict[str, List[Report]] = {}
     for fault in sorted(run.faults):
@@ -41,13 +43,14 @@ def incidents(run: Run, listed: int = LISTED) -> Tuple[Incident, ...]:
 
 
 def _says(longer: str, shorter: str) -> bool:
-    """Whether words are the same, but for what somebody put before a colon or after a semicolon."""
+    """Whether words are the same, apart from words before a colon or after a semicolon."""
     return longer == shorter or longer.endswith(": " + shorter) or longer.startswith(shorter + "; ")
 
 
 def _incident(same: Sequence[Report]) -> Incident:
-    """Those that say the same, whoever said it and with whatever numbers; what two say at once (a node and its
-    diagnostics) happened once.
+    """One incident of reports that differ only in their numbers.
+
+    Two reports at once are one, because a node and its diagnostics both say the same.
     """
     who = same[0].who.rsplit("/", 1)[-1]
     level = ERROR if max(fault.level for fault in same) >= ERROR else WARNING
@@ -57,7 +60,7 @@ def _incident(same: Sequence[Report]) -> Incident:
 
 
 def made(faults: Sequence[Report], end: float) -> Tuple[Span, ...]:
-    """What a simulator was asked to break, until ``end`` (s) where nobody mended it."""
+    """What a simulator was asked to break, until `end` (s) where it was not mended."""
     spans: List[Span] = []
     for fault in sorted(faults):
         told = MADE.fullmatch(fault.what)

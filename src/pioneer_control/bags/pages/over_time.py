@@ -1,6 +1,4 @@
-"""A run over time: strips with one axis of time for all, of curves (velocities, battery) and of lanes (what was on,
-what happened).
-"""
+"""A run over time: strips of curves (velocities, battery) and of lanes (what was on, what happened) on one axis."""
 
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
@@ -53,9 +51,7 @@ class Lane(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """A strip of lines: its name with the unit, its height (inches), (time, value, look) of each, and what its axis
-    spans at least.
-    """
+    """A strip of lines."""
 
     name: str
     height: float
@@ -106,8 +102,7 @@ def velocities(each: Sequence[Tuple[Velocities, Look]]) -> List[Curves]:
 
 
 def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float = RIGHT - NAMES) -> List[Lane]:
-    """What a run has to show as rows that are so many inches wide. What never happened is no row, but for the motors.
-    """
+    """What a run has to show as rows that are `inches` wide. What never happened has no row, except the motors."""
     end = timeline.end
     held_by = tuple(Badge(event.time, str(number), EVENT[event.what]) for number, event in enumerate(run.gripper, 1))
     found = [
@@ -124,9 +119,7 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
 
 
 def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, inches: float) -> List[Lane]:
-    """Spans with words on them, in as few rows as leave them apart. What is too much for `ROWS` is in the last one,
-    without words.
-    """
+    """Spans with words on them, in as few rows as keep them apart. Those that need more than `ROWS` have no words."""
     rows: List[Lane] = []
     ends: List[float] = []
     for span in sorted(spans):
@@ -187,8 +180,16 @@ def height(shown: Sequence[Curves], lanes: int) -> float:
 
 def draw(sheet: Sheet, left: float, top: float, shown: Sequence[Curves], rows: Sequence[Lane], timeline: Timeline,
          since: str = "the start") -> None:
-    """Draw strips under each other, and below the last the axis of time, which counts since something; `left`, `top`:
-    inches.
+    """Draw strips under each other, and the axis of time below the last.
+
+    Args:
+        sheet: to draw on.
+        left: inches, of the axes.
+        top: inches, of the first strip.
+        shown: strips of curves.
+        rows: lanes, below them.
+        timeline: of the axis.
+        since: what the axis counts from.
     """
     width = RIGHT - left
     drawn = []

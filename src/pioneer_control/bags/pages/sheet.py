@@ -33,8 +33,15 @@ class Sheet:
         return left / WIDTH, 1.0 - top / self.height
 
     def text(self, left: float, middle: float, words: str, room: float = WIDTH, size: float = BODY, **look: Any) -> Any:
-        """One line of text, by its left end and middle height; cut off, with dots, where it would take more than `room`
-        inches.
+        """One line of text, cut off with dots where it is too long.
+
+        Args:
+            left: inches, its left end.
+            middle: inches, its middle height.
+            words: of the text.
+            room: inches that it may take.
+            size: points.
+            look: what else matplotlib is told.
         """
         words = plain(words)
         text = self.figure.text(*self.at(left, middle), words,
@@ -49,8 +56,14 @@ class Sheet:
         return text.get_window_extent(self.figure.canvas.get_renderer()).width / self.figure.dpi
 
     def lines(self, words: str, room: float, most: int, size: float = BODY, **look: Any) -> List[str]:
-        """Words broken into at most so many lines of at most so many inches; where they are more the last one ends in
-        dots.
+        """Words broken into lines.
+
+        Args:
+            words: of the text.
+            room: inches that a line may take.
+            most: lines; where there are more, the last one ends in dots.
+            size: points.
+            look: what else matplotlib is told.
         """
         probe, lines = self.figure.text(0, 0, "", fontsize=size, **look), [""]
         for word in words.split():

@@ -1,6 +1,4 @@
-"""Several runs compared on one page, A4 wide: their paths laid over each other, a table of figures, velocities and
-distances over time.
-"""
+"""Several runs compared on one page, A4 wide: their paths laid over each other, figures, velocities and distances."""
 
 import os
 import re
@@ -49,8 +47,10 @@ class Compared(NamedTuple):
 
 
 def compared(runs: Sequence[Run]) -> Tuple[Compared, ...]:
-    """Runs with their figures; the first is what the others are held against. Raises UsageError when they are too many
-    for a page.
+    """Runs with their figures; each is compared with the first.
+
+    Raises:
+        UsageError: they are too many for a page.
     """
     check_number(len(runs))
     true = all(run.truth is not None for run in runs)
@@ -66,9 +66,7 @@ def check_number(runs: int) -> None:
 
 
 def names(runs: Sequence[Run]) -> List[str]:
-    """Files without their ending; with the robot's name too, or the directory's, where that tells apart what would have
-    the same name.
-    """
+    """Files without their ending. Where two are the same, the robot's name is added, or that of the directory."""
     files = [stem(os.path.basename(run.path)) for run in runs]
     if len(set(files)) == len(files):
         return files

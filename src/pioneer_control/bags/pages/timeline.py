@@ -54,8 +54,13 @@ def how_long(seconds: float) -> str:
 
 
 def spread(places: Sequence[float], apart: float, low: float, high: float) -> List[float]:
-    """Places (rising) moved as little as needed to lie ``apart`` from each other between ``low`` and ``high``, if there
-    is room at all.
+    """Places moved as little as needed, so that they lie apart.
+
+    Args:
+        places: rising.
+        apart: least distance, unless there is less room.
+        low: lower end of the room.
+        high: upper end of the room.
     """
     places, room = list(places), high - low
     apart = min(apart, room / max(len(places) - 1, 1))

@@ -28,11 +28,11 @@ LONGER = 1.2
 BEGIN = 5.0
 """s for which rosbag may first list all it subscribes to, so that what is said here stands below."""
 GRACE = 10.0
-"""s after which it is said what nobody publishes; drivers start beside the recorder."""
+"""s from the start until the node says which topics have no publisher; drivers start beside the recorder."""
 NO_CLOCK = LogLine("warning",
                    "nothing is recorded yet: this master has simulated time (/use_sim_time), perhaps of an earlier "
                    "replay, and "
-                   "nobody tells it on /clock. For a robot: end this, rosparam set /use_sim_time false, and start it "
+                   "nothing publishes /clock. For a robot: end this, rosparam set /use_sim_time false, and start it "
                    "again")
 SAY = {"info": rospy.loginfo, "warning": rospy.logwarn, "error": rospy.logerr}
 
@@ -73,8 +73,7 @@ class Descriptions:
 
 
 def silent(plan: RecordingPlan, state: Sequence[Any]) -> Iterator[LogLine]:
-    """What nobody publishes although it was meant to be recorded; `state`: what the master's getSystemState() returned.
-    """
+    """Topics that are to be recorded and have no publisher; `state`: what the master's getSystemState() returned."""
     published = {topic for topic, nodes in state[0] if nodes}
     robots = sorted({topic.rpartition("/")[0].strip("/") for topic in published if topic.endswith("/pose")})
     gone = []
@@ -90,7 +89,7 @@ def silent(plan: RecordingPlan, state: Sequence[Any]) -> Iterator[LogLine]:
     for topic in plan.asked_for:
         if topic not in published and not any(topic.startswith("/%s/" % robot) for robot in gone):
             how = " (set the driver's publish_wire)" if topic.endswith("/wire") else ""
-            yield LogLine("warning", "nobody publishes %s, which was asked for%s" % (topic, how))
+            yield LogLine("warning", "nothing publishes %s, which was asked for%s" % (topic, how))
 
 
 def ask(master: Any) -> Optional[Tuple[Sequence[Any], Dict[str, Any]]]:
@@ -178,7 +177,7 @@ def first_words(plan: RecordingPlan, free: int) -> LogLine:
 
 
 def last_words(plan: RecordingPlan, free: int) -> LogLine:
-    """What to say when the recorder has ended and nobody asked this node to end too; `free`: bytes on the disk."""
+    """What to say when the recorder has ended and nothing asked this node to end too; `free`: bytes on the disk."""
     there = plan.parts
     unfinished = [path for path in there if path.endswith(".active")]
     if unfinished:

@@ -1,5 +1,4 @@
-"""What a recording says of itself: a text (YAML) on the latched topic ``recording`` of each robot in it, so that it
-travels with the bag.
+"""What a recording says of itself: a text (YAML) on the latched topic ``recording`` of each robot in it.
 
 ::
 
@@ -113,9 +112,7 @@ def versions(source: str = __file__) -> Dict[str, str]:
 
 
 def commit_of(path: str) -> Optional[str]:
-    """The git commit that a file is of; None where it is in no repository. With changes that nobody committed it says
-    so.
-    """
+    """The git commit of a file, with a word if it has changes; None where the file is in no repository."""
     folder = os.path.dirname(os.path.abspath(path))
 
     def git(*arguments: str) -> str:

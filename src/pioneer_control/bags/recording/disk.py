@@ -1,6 +1,4 @@
-"""Sizes for people, and for how long there is room for a recording. That the disk gets full rosbag itself says, and
-ends.
-"""
+"""Sizes for people, and for how long a recording has room. rosbag itself warns of a full disk, and ends."""
 
 KB, MB, GB = 2 ** 10, 2 ** 20, 2 ** 30
 USUAL_RATE = {"lz4": 25 * MB, "bz2": 22 * MB, "none": 120 * MB}

@@ -43,7 +43,7 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
                         help="space on the disk that rosbag leaves, such as 1GB (%s)" % in_words(KEEP_FREE)),
     "--topics": dict(default="", metavar="FILE", help="another list than config/record.yaml"),
 }
-"""Of the command line. record.launch gives all of it, empty for what nobody said."""
+"""Of the command line. record.launch gives all of them; an empty one counts as not given."""
 
 
 class LogLine(NamedTuple):
@@ -61,7 +61,7 @@ class RecordingPlan(NamedTuple):
     topics: Tuple[str, ...]
     """whole names"""
     asked_for: Tuple[str, ...]
-    """those of them that somebody asked for on top of the usual ones"""
+    """those of them in groups that are kept only when asked for"""
     stem: str
     """absolute path without .bag"""
     compression: str
@@ -146,9 +146,7 @@ def split_of(text: str) -> Tuple[str, int]:
 
 
 def stem_of(bag: str, robots: Sequence[str], now: time.struct_time) -> str:
-    """The absolute path of the bag without its ending: as it was given, or in the given directory, named by robots and
-    time.
-    """
+    """The absolute path of the bag without its ending; where no file is given it is named by robots and time."""
     path = os.path.abspath(os.path.expanduser(bag)) if bag else os.getcwd()
     if bag and not bag.endswith("/") and not os.path.isdir(path):
         return stem(path)

@@ -83,7 +83,7 @@ def _rows(given: Any) -> Iterator[KeptTopic]:
 
 
 def _items(what: str, given: Any) -> Iterator[Tuple[str, Any]]:
-    """Keys and values of a mapping; none of nothing."""
+    """Keys and values of a mapping; there are none in an empty one."""
     if not isinstance(given, (dict, type(None))):
         raise UsageError("%s is to have rows 'name: ...', not %r" % (what, given))
     for key, value in (given or {}).items():
@@ -93,7 +93,7 @@ def _items(what: str, given: Any) -> Iterator[Tuple[str, Any]]:
 
 
 def groups_to_ask_for(rows: Iterable[KeptTopic]) -> Tuple[str, ...]:
-    """The groups that are not kept unless somebody says so."""
+    """The groups that are kept only when asked for."""
     return tuple(dict.fromkeys(row.group for row in rows if row.asked_for))
 
 

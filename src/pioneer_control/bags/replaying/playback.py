@@ -1,6 +1,4 @@
-"""How ``rosbag play`` brings a bag back so that none of its commands reaches anything that listens: they come back
-under ``recorded/``.
-"""
+"""How ``rosbag play`` brings a bag back without commanding anything: commands come back under ``recorded/``."""
 
 import re
 from typing import Dict, List, Mapping, Sequence

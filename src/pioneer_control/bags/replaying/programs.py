@@ -1,6 +1,4 @@
-"""What a re-run and a re-drive need of ROS: a node of their own, programs that they start and end, and what the master
-knows.
-"""
+"""What a re-run and a re-drive need of ROS: their node, programs that they start and end, what the master knows."""
 
 import ctypes
 import os
@@ -28,7 +26,7 @@ DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 class Interrupted(PioneerError):
-    """Ctrl-C, or another end that somebody asked for."""
+    """Ctrl-C, or another request to end."""
 
 
 def no_master() -> UsageError:
@@ -152,9 +150,7 @@ def nodes() -> List[str]:
 
 
 def possible_robots() -> List[str]:
-    """Nodes that may be a robot, or move one, because they report motors or listen to commands; each with a topic that
-    shows it.
-    """
+    """Nodes that report motors or listen to commands, each with such a topic: each may be a robot, or move one."""
     publishers, subscribers, _ = graph()
     found = [(node, topic) for topic, names in publishers.items() if topic.rpartition("/")[2] == "motor_state"
              for node in names]
@@ -163,7 +159,7 @@ def possible_robots() -> List[str]:
 
 
 def _commands_robot(topic: str) -> bool:
-    """Whether a node that listens to a topic may be moved by it; commands that a replay puts aside move nobody."""
+    """Whether a node that listens to a topic may be moved by it; commands that a replay puts aside move no robot."""
     *_, folder, name = ["", *topic.split("/")]
     return name in VELOCITIES + OTHERS and folder not in ASIDE
 
@@ -189,7 +185,6 @@ def restore_parameter(name: str, value: Any) -> None:
 
 
 def explain_roslaunch() -> None:
-    """Say that what roslaunch prints at the end of a required node is no error, where roslaunch started this program.
-    """
+    """Where roslaunch started this program: say that its last words in red are no error."""
     if any(word.startswith("__log:=") for word in sys.argv):
         say("(roslaunch now says in red that a required process has died: it means that this is done.)\n")

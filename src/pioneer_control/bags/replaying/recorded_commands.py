@@ -65,9 +65,9 @@ def read_commands(files: Sequence[str], robot: str, commands: Mapping[str, type]
     told = sorted(name for name, found in robots.items() if set(found.messages) & set(commands))
     chosen = robot.strip("/")
     if chosen and chosen not in told or not told:
-        who = "robot %r was told nothing" % chosen if chosen else "nobody was told anything"
+        who = "robot %r was told nothing" % chosen if chosen else "no robot was told anything"
         raise BagError("%s: %s in it (%s)%s" % (files[0], who, ", ".join(commands),
-                                                "; who was: " + ", ".join(told) if told else ""))
+                                                "; these robots were: " + ", ".join(told) if told else ""))
     if not chosen and len(told) > 1:
         raise BagError("%s: %s robots were told something: %s. Choose one with robot:=NAME"
                        % (files[0], len(told), ", ".join(told)))

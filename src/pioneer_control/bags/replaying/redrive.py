@@ -1,5 +1,4 @@
-"""Tell a simulated robot what the recorded one was told, and compare their paths: ``rosrun pioneer_control replay
-redrive FILE.bag``.
+"""Tell a simulated robot what the recorded one was told, and compare their paths: ``replay redrive FILE.bag``.
 
 The simulated robot is of the model, in the world and at the place that the bag has. It and its driver are started here,
 in a namespace of their own, and end here. What it did is kept in a bag, compared and drawn.
@@ -206,7 +205,7 @@ class Redrive:
     # Before anything moves
 
     def _refuse_a_shared_name(self) -> None:
-        """Refuse simulated time, and a namespace in which somebody else is."""
+        """Refuse simulated time, and a namespace in which there are nodes already."""
         if rospy.get_param("/use_sim_time", False):
             raise UsageError("this master has simulated time (/use_sim_time), perhaps of an earlier replay. When none "
                              "goes on: "

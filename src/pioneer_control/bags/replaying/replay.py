@@ -6,7 +6,7 @@
 ``redrive``  a simulated robot is told what the recorded robot was told, and their paths are compared
 ===========  ===============================================================================================
 
-In none of them does a command of the bag reach anything that was there before.
+No command of the bag reaches a node that was there before.
 """
 
 import argparse

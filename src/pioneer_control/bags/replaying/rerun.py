@@ -1,5 +1,4 @@
-"""Let a program hear the bag, and compare what it commands with what it commanded: ``rosrun pioneer_control replay
-rerun FILE.bag``.
+"""Let a program hear the bag, and compare what it commands with what it commanded then: ``replay rerun FILE.bag``.
 
 The bag is played with its own clock. The commands in it come back under ``recorded/``; what the program commands goes
 under ``rerun/``. Neither reaches a robot. The program gets the parameters that it had, as far as the bag tells.
@@ -90,9 +89,7 @@ def read_live(files: Sequence[str], robot: str, program: str) -> Live:
 
 
 def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
-    """Parameters by which a program decides the same again: the seed, and the stamps (s) of each wander's first and
-    last decision.
-    """
+    """Parameters to decide the same again: the seed, and when (s) each wander decided first and last."""
     stamps: Dict[int, List[float]] = {}
     for decision in decisions:
         stamps.setdefault(decision.wander, []).append(decision.header.stamp.to_sec())
@@ -104,8 +101,7 @@ def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
 
 
 def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Verdict:
-    """Compare everything that was commanded. Decisions say whether it is the same; where there were none, velocities
-    and gripper do.
+    """Compare everything that was commanded. Decisions count; without them velocities and gripper do.
 
     Whether a program asks for the motors depends on whether they are on already: that is told, but does not count.
 
@@ -195,9 +191,7 @@ class Rerun:
         self._time = message.clock
 
     def _refuse_company(self) -> None:
-        """Refuse a robot on this master: the program must hear the bag alone. And a node of the program's name, which
-        it would end.
-        """
+        """Refuse robots on this master, for the program must hear the bag alone, and a node of its name."""
         if self._live.node in nodes():
             raise UsageError("%s is running: a program of that name was recorded, and would end it. End it first"
                              % self._live.node)
@@ -245,9 +239,7 @@ class Rerun:
         self._wait_for_end(bag, program, recorder)
 
     def _wait_for_subscribers(self, program: subprocess.Popen, bag: subprocess.Popen) -> None:
-        """Wait until the program listens to all it is going to, and is connected with the player, or seems to wait for
-        the time to go on.
-        """
+        """Wait until the program listens to all it is going to, or seems to wait for the time to go on."""
         played = {absolute(topic) for topic in self._topics}
         before: Any = None
         since = time.monotonic()
@@ -292,8 +284,8 @@ class Rerun:
                 again.setdefault(topic.rpartition("/")[2], []).append((nanoseconds * 1e-9, decode(connection, data)))
         verdict = compare(self._live.commanded, again, self._enough)
         same = "THE SAME on the bag as" if verdict.same else "SOMETHING ELSE on the bag than"
-        say("\n" + "\n".join([*verdict.sentences,
-                              "%s commands %s." % (self._given.program, same + " beside the robot" if again else "NOTHING on the bag"),
+        commands = same + " beside the robot" if again else "NOTHING on the bag"
+        say("\n" + "\n".join([*verdict.sentences, "%s commands %s." % (self._given.program, commands),
                               *["bag      %s" % recorder.path] * bool(again)]))
         explain_roslaunch()
         return 0 if verdict.same else 1

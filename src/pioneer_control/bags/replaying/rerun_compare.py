@@ -1,5 +1,4 @@
-"""Does a program command the same again? What it commanded beside the robot is compared with what it commands on the
-bag. Pure.
+"""Does a program command the same on the bag as beside the robot? Pure.
 
 Decisions (msg/Decision.msg) are compared exactly, in every field. Of any other program the velocities are compared as
 they held at each moment, with some tolerance: a program may be a little faster or slower than it was. Whatever else it
@@ -20,8 +19,12 @@ NOT_COMPARED = {"header.seq"}
 
 
 class TimedVelocity(NamedTuple):
-    """A velocity: when it was commanded (s), and its two numbers: m/s and rad/s of a cmd_vel, m/s of each side of a
-    cmd_wheels.
+    """A velocity.
+
+    Attributes:
+        time: when it was commanded, s.
+        first: m/s forward of a cmd_vel, m/s of the left side of a cmd_wheels.
+        second: rad/s of a cmd_vel, m/s of the right side of a cmd_wheels.
     """
 
     time: float
@@ -75,8 +78,7 @@ def first_difference(live: Sequence[Any], again: Sequence[Any]) -> Optional[Diff
 
 def likeness(live: Sequence[TimedVelocity], again: Sequence[TimedVelocity], tolerance: Tuple[float, float] = TOLERANCE,
              late: float = LATE) -> Likeness:
-    """How alike are the velocities that hold at each moment, from the first command of either to the end of the last
-    one?
+    """How alike are the velocities that hold, from the first command of either to the end of the last one?
 
     A moment is alike when what was commanded then is met, within the tolerance, at some moment not more than `late` s
     away. After `redrive_schedule.VALID` without a command a robot stands.
@@ -108,8 +110,13 @@ def _held(velocities: Sequence[TimedVelocity], begin: float, moments: np.ndarray
 
 
 def _nearest(one: np.ndarray, other: np.ndarray, around: int, tolerance: Tuple[float, float]) -> np.ndarray:
-    """How far the numbers of `one` are from the nearest of `other` at moments not more than `around` steps away; (m,
-    2).
+    """How far numbers are from the nearest at moments near by, (m, 2).
+
+    Args:
+        one: velocities (m, 2).
+        other: those to look for, (m, 2).
+        around: steps that a moment may be away.
+        tolerance: unit of either number.
     """
     padded = np.pad(other, ((around, around), (0, 0)))
     shifted = np.stack([np.abs(one - padded[start:start + len(one)]) for start in range(2 * around + 1)])
@@ -132,7 +139,13 @@ def judge_decisions(live: Sequence[Any], again: Sequence[Any]) -> Verdict:
 
 def judge_velocities(topic: str, live: Sequence[TimedVelocity], again: Sequence[TimedVelocity],
                      enough: float) -> Verdict:
-    """Compare the velocities of one topic. They are the same where they are alike for this share of the time: `enough`.
+    """Compare the velocities of one topic.
+
+    Args:
+        topic: last name.
+        live: beside the robot.
+        again: on the bag.
+        enough: share of the time for which they must be alike.
     """
     alike = likeness(live, again)
     units = ("m/s", "rad/s") if topic == "cmd_vel" else ("m/s left", "m/s right")

@@ -53,7 +53,7 @@ class TopicRecorder:
         self._write(topic, message, message._connection_header)
 
     def write(self, topic: str, message: genpy.Message) -> None:
-        """Write a message, as of now."""
+        """Write a message with the present time."""
         self._write(topic, message, dict(type=message._type, md5sum=message._md5sum,
                                          message_definition=message._full_text))
 
