@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""What it costs to read a run from a bag: time and memory per GB,
-side by side with a bare loop over rosbag.Bag(path).read_messages().
+"""What it costs to read a run from a bag, per GB, beside a bare loop over rosbag.Bag(path).read_messages().
 
     ./pioneer shell /usr/bin/python3 bench/report.py            # ten minutes; writes bench/report.md
     ./pioneer shell /usr/bin/python3 bench/report.py --quick    # a minute, small bags; writes nothing
-    ./pioneer shell /usr/bin/python3 bench/report.py --huge 10  # once,
-    a bag of so many GB with images (--no-images: without), read_run alone
+    ./pioneer shell /usr/bin/python3 bench/report.py --huge 10  # once: a bag of so many GB with images, read_run alone
+
+`--no-images` leaves the images out of that bag.
 
 The bags are made, read, and removed: one of what record.launch keeps of a robot that drives all the time, and one with
 camera images in it. Each reading is a process of its own, the two kinds by turns; its time is the processor's, its
