@@ -1,17 +1,19 @@
-"""How a node's private parameters are checked: by a table, once, all mistakes told at once. No ROS in here.
+"""How values that a user gives are checked: parameters of nodes, and what stands in files. No ROS in here.
 
-The table is a frozen dataclass, and each of its fields is a row::
+A kind of value has `legal`, which says to people what may be given, and `accept`, which turns what was given into the
+value that is used, or raises ValueError.
+
+The private parameters of a node are a table, a frozen dataclass. Each of its fields is a row::
 
     port: str = parameter("/dev/ttyUSB0", Text(), "serial device, or socket://host:port")
 
-A kind of value has `legal`, which says to people what may be given, and `accept`, which turns what was given into the
-field's value or raises ValueError.
+`check` compares what the parameter server holds with the table, once, and tells all mistakes at once.
 """
 
 import difflib
 import math
 from dataclasses import field, fields
-from typing import Any, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
 from .errors import ParameterError
 
@@ -20,11 +22,12 @@ class Number(NamedTuple):
     """A finite number in [low, high]; a whole number will do, a bool or a text will not."""
 
     low: float
-    high: float
+    high: float = math.inf
 
     @property
     def legal(self) -> str:
-        return f"a number from {self.low:g} to {self.high:g}"
+        """Which numbers, for people."""
+        return "a number" + _range(self.low, self.high)
 
     def accept(self, value: Any) -> float:
         """The value as float. Raises ValueError when it is not legal."""
@@ -36,7 +39,7 @@ class Number(NamedTuple):
 
 
 class Rate(NamedTuple):
-    """A number whose size, which is what counts, is in [least, high], or 0 for none given; ``signed``: may it be negative?"""
+    """A number whose size counts. The size is in [least, high], or 0 for none given; ``signed``: may it be negative?"""
 
     least: float
     high: float
@@ -44,11 +47,13 @@ class Rate(NamedTuple):
 
     @property
     def low(self) -> float:
+        """The least number."""
         return -self.high if self.signed else 0.0
 
     @property
     def legal(self) -> str:
-        return f"0 or a number from {self.least:g} to {self.high:g}" + (", with any sign" if self.signed else "")
+        """Which numbers, for people."""
+        return "0 or a number%s%s" % (_range(self.least, self.high), ", with any sign" if self.signed else "")
 
     def accept(self, value: Any) -> float:
         """The size as float. Raises ValueError when it is not legal."""
@@ -66,13 +71,21 @@ class Whole(NamedTuple):
 
     @property
     def legal(self) -> str:
-        return "a whole number" + (f" from {self.low} to {self.high}" if math.isfinite(self.low) else "")
+        """Which numbers, for people."""
+        return "a whole number" + _range(self.low, self.high, "%d")
 
     def accept(self, value: Any) -> int:
         """The value itself. Raises ValueError when it is not legal."""
         if isinstance(value, bool) or not isinstance(value, int) or not self.low <= value <= self.high:
             raise ValueError
         return value
+
+
+def _range(low: float, high: float, form: str = "%g") -> str:
+    """The limits in words, as far as there are any."""
+    if math.isinf(low):
+        return ""
+    return " from %s" % form % low + (" up" if math.isinf(high) else " to %s" % form % high)
 
 
 class Choice(NamedTuple):
@@ -82,6 +95,7 @@ class Choice(NamedTuple):
 
     @property
     def legal(self) -> str:
+        """Which ones, for people."""
         return "one of " + ", ".join(map(str, self.choices))
 
     def accept(self, value: Any) -> Any:
@@ -92,19 +106,21 @@ class Choice(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """So many numbers, or any (None), each in [low, high]."""
+    """So many numbers (None: any number of them), each in [low, high]."""
 
-    count: Optional[int]
+    length: Optional[int]
     low: float
     high: float
 
     @property
     def legal(self) -> str:
-        return ("numbers" if self.count is None else f"{self.count} numbers") + f" from {self.low:g} to {self.high:g}, as a list"
+        """Which numbers, for people."""
+        how_many = "numbers" if self.length is None else "%d numbers" % self.length
+        return "%s%s, as a list" % (how_many, _range(self.low, self.high))
 
     def accept(self, value: Any) -> Tuple[float, ...]:
         """The numbers as floats. Raises ValueError when it is not legal."""
-        if not isinstance(value, (list, tuple)) or self.count not in (None, len(value)):
+        if not isinstance(value, (list, tuple)) or self.length not in (None, len(value)):
             raise ValueError
         return tuple(map(Number(self.low, self.high).accept, value))
 
@@ -142,6 +158,7 @@ class Text(NamedTuple):
 
     @property
     def legal(self) -> str:
+        """Which texts, for people."""
         return "a text" + ("" if self.empty else ", not empty") + ("" if self.slash else ", not beginning with '/'")
 
     def accept(self, value: Any) -> str:
@@ -156,11 +173,19 @@ def parameter(default: Any, kind: Any, meaning: str, unit: str = "", live: bool 
     return field(default=default, metadata={"kind": kind, "unit": unit, "meaning": meaning, "live": live})
 
 
-def check(table: type, given: Mapping[str, Any]) -> Tuple[Any, List[str]]:
-    """What the parameter server holds -> (an instance of the table, names that it does not know and that are near none of its own).
+def nearest(name: Any, known: Iterable[str]) -> Optional[str]:
+    """The known name that somebody may have meant who misspelt it."""
+    return next(iter(difflib.get_close_matches(str(name).lower(), known, n=1, cutoff=0.7)), None)
 
-    Raises ParameterError naming every illegal parameter, its value and what is legal, and every unknown name that
-    looks like a misspelt known one.
+
+def check(table: type, given: Mapping[str, Any]) -> Tuple[Any, List[str]]:
+    """Compare what the parameter server holds with a table.
+
+    Returns:
+        An instance of the table, and the unknown names that are no misspelt known ones.
+
+    Raises:
+        ParameterError: names every illegal parameter, its value and what is legal, and every misspelt name.
     """
     known = {entry.name: entry.metadata for entry in fields(table)}
     accepted, unknown, problems = {}, [], []
@@ -169,14 +194,14 @@ def check(table: type, given: Mapping[str, Any]) -> Tuple[Any, List[str]]:
             try:
                 accepted[name] = row["kind"].accept(given[name])
             except ValueError:
-                unit = f" ({row['unit']})" if row["unit"] else ""
-                problems.append(f"~{name} = {given[name]!r} is not legal: give {row['kind'].legal}{unit}")
+                unit = " (%s)" % row["unit"] if row["unit"] else ""
+                problems.append("~%s = %r is not legal: give %s%s" % (name, given[name], row["kind"].legal, unit))
     for name in sorted(set(given) - set(known)):
-        near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.7)
-        if near:
-            problems.append(f"~{name} is not a parameter of this node: did you mean ~{near[0]}?")
-        else:
+        near = nearest(name, known)
+        if near is None:
             unknown.append(name)
+        else:
+            problems.append("~%s is not a parameter of this node: did you mean ~%s?" % (name, near))
     if problems:
         raise ParameterError("; ".join(problems))
     return table(**accepted), unknown

@@ -38,15 +38,15 @@ from .flags import (GRIPPER_VALUES, ChargeState, DigitalIn, FaultFlags, Flags, F
 from .framing import PARTIAL_TIMEOUT, DecoderCounts, Frame, FrameDecoder, checksum, encode_frame
 from .packets import (IO, TCM2, Arm, ArmInfo, ArmJoint, Battery, BatteryInfo, Encoder, Gripper, Gyro, GyroReading,
                       Joystick, MalformedPacket, Playlist, Reset, SerialAux, SyncEcho, SyncReply, UnknownPacket,
-                      decode_motion, decode_packet, encode_packet)
-from .sip import COUNT_RANGE, MOVING, STOPPED, Sip, SipMotion, SonarReading, wrapped
+                      decode_packet, encode_packet)
+from .sip import COUNT_RANGE, MOVING, STOPPED, Sip, SonarReading, wrapped
 
 __all__ = [
     "PARTIAL_TIMEOUT", "DecoderCounts", "Frame", "FrameDecoder", "checksum", "encode_frame",
     "BAUD_RATES", "COMMANDS", "UNKNOWN_TO", "Command", "Argument", "encode_command", "decode_command",
     "ReceivedCommand", "knows", "two_bytes", "SYNC0", "SYNC1", "SYNC2",
-    "decode_packet", "decode_motion", "encode_packet", "UnknownPacket", "MalformedPacket",
-    "SyncEcho", "SyncReply", "Config", "Sip", "SipMotion", "SonarReading", "STOPPED", "MOVING", "COUNT_RANGE",
+    "decode_packet", "encode_packet", "UnknownPacket", "MalformedPacket",
+    "SyncEcho", "SyncReply", "Config", "Sip", "SonarReading", "STOPPED", "MOVING", "COUNT_RANGE",
     "wrapped",
     "Encoder", "SerialAux", "Gripper", "IO", "Gyro", "GyroReading", "Joystick", "TCM2", "Playlist", "Arm", "ArmInfo",
     "ArmJoint", "BatteryInfo", "Battery", "Reset",

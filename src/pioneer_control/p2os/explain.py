@@ -49,16 +49,14 @@ def parse_hex(text: str) -> bytes:
 def pieces(data: bytes) -> List[Piece]:
     """`data` cut into whole frames and what lies between them, each with what is wrong with it."""
     found: List[Piece] = []
-    noise_from = at = 0
+    at = 0
     while at < len(data):
         frame = _frame_at(data, at)
-        if frame is None:
-            at += 1
-            continue
-        found += _noise(data, noise_from, at)
-        found.append(Piece(data[at:at + frame.length], frame))
-        noise_from = at = at + frame.length
-    return found + list(_noise(data, noise_from, at))
+        header = data.find(HEADER, at + 1)
+        end = at + frame.length if frame is not None else header if header >= 0 else len(data)
+        found.append(_broken(data[at:end], data[at:at + LONGEST]) if frame is None else Piece(data[at:end], frame))
+        at = end
+    return found
 
 
 def _frame_at(data: bytes, at: int) -> Optional[Frame]:
@@ -67,15 +65,6 @@ def _frame_at(data: bytes, at: int) -> Optional[Frame]:
     length = 3 + data[at + 2]
     frames = FrameDecoder().feed(data[at:at + length])
     return frames[0] if frames and frames[0].length == length else None
-
-
-def _noise(data: bytes, start: int, end: int) -> Iterator[Piece]:
-    """`data[start:end]`, in which no frame is whole, cut before each header."""
-    while start < end:
-        following = data.find(HEADER, start + 1, end)
-        following = following if following >= 0 else end
-        yield _broken(data[start:following], data[start:start + LONGEST])
-        start = following
 
 
 def _broken(noise: bytes, rest: bytes) -> Piece:

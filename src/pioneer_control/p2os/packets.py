@@ -4,7 +4,7 @@ The large ones, `Sip` and `Config`, have files of their own.
 """
 
 from dataclasses import dataclass
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Tuple
 
 from ..errors import EncodingError
 from .config import Config
@@ -12,7 +12,7 @@ from .fields import (BYTE, INT16, INT32, REST, STRING, UINT16, UINT32, Many, Rec
                      read_fields, rows, wire, write_fields)
 from .flags import GripperSwitches, GripState
 from .framing import Frame, encode_frame
-from .sip import Sip, SipMotion
+from .sip import Sip
 
 
 @dataclass(frozen=True)
@@ -334,7 +334,6 @@ def _with_switches(table: Table) -> Table:
     return Table(row._replace(type=BYTE.of(GripperSwitches)) if row.name == "state" else row for row in table)
 
 
-_SIP_IDS = frozenset(id for id, _ in _IDS[Sip])
 _TABLES = {True: {packet_class: rows(packet_class) for packet_class in _IDS}}
 _TABLES[False] = {**_TABLES[True], Sip: _port_first(rows(Sip)), Gripper: _with_switches(rows(Gripper))}
 
@@ -368,12 +367,6 @@ def decode_packet(frame: Frame, grip_state_first: bool = True) -> Any:
         return MalformedPacket(number, data, "%s.%s" % (packet_class.__name__, short))
     values.update(said_by_id)
     return made(packet_class, values)
-
-
-def decode_motion(frame: Frame) -> Optional[SipMotion]:
-    """What a SIP says of the robot's motion; None where `decode_packet` gives no `Sip`."""
-    sip = decode_packet(frame) if frame.id in _SIP_IDS else None
-    return SipMotion(*(getattr(sip, name) for name in SipMotion._fields)) if isinstance(sip, Sip) else None
 
 
 def encode_packet(packet: Any, grip_state_first: bool = True) -> bytes:

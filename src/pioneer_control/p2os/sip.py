@@ -1,7 +1,7 @@
 """The standard SIP: what the robot reports of itself ten times a second (protocol section 4)."""
 
 from dataclasses import dataclass
-from typing import NamedTuple, Optional, Tuple
+from typing import Optional, Tuple
 
 from .fields import BYTE, INT8, INT16, UINT16, UINT32, Many, Record, later, wire
 from .flags import ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripState, StallBits
@@ -62,14 +62,3 @@ class Sip:
     state_of_charge_percent: Optional[int] = later(BYTE, "%", "state of charge; 0 means not provided")
     controller_time_us: Optional[int] = later(UINT32, "us", "time of the controller (Pioneer LX)")
     flags3: Optional[int] = later(UINT32.of(Flags3), "", "more flags (Pioneer LX)")
-
-
-class SipMotion(NamedTuple):
-    """What of a `Sip` says where the robot is and how fast it moves; the same fields."""
-
-    x_counts: int
-    y_counts: int
-    heading_units: int
-    left_velocity_units: int
-    right_velocity_units: int
-    rotation_velocity_ddeg_s: Optional[int]

@@ -49,26 +49,6 @@ def test_however_it_is_cut_a_stream_says_the_same(stream, places):
     assert whole == parts and one.counts == other.counts and one._held == other._held
 
 
-SIP_DATA = [p2os.FrameDecoder().feed(bytes.fromhex(text))[0].data for text in (
-    "FAFB2833D204C8FF0002BE00D20080000200020700000203DC05049808210500F00080000020000000260D",
-    "FAFB1B3200000000000000000000820000000000000000000000FFFF337E",
-    "FAFB2532F87F0A0000F8000000007E010100F8200000010088136201FFCF05FD000100000800AF70")]
-CHANGES = some.lists(some.tuples(some.integers(0, 80), some.integers(0, 255)))
-
-
-@given(some.integers(0x2F, 0x36), some.sampled_from(SIP_DATA), some.binary(max_size=12), some.integers(0, 80), CHANGES)
-def test_the_motion_is_read_of_just_those_frames_that_are_a_sip_and_is_the_same(id, data, more, length, changes):
-    data = bytearray(data + more)
-    for place, value in changes:
-        data[place % len(data)] = value
-    frame = p2os.Frame(id, bytes(data[:length]))
-    for grip_state_first in (True, False):
-        packet = p2os.decode_packet(frame, grip_state_first)
-        whole = [getattr(packet, name) for name in p2os.SipMotion._fields] if isinstance(packet, p2os.Sip) else None
-        motion = p2os.decode_motion(frame)
-        assert (motion and list(motion)) == whole
-
-
 @given(STREAMS)
 def test_every_byte_is_part_of_a_frame_or_counted_as_none(stream):
     frames, decoder = all_frames([stream])
