@@ -1,9 +1,9 @@
-"""What the values in messages mean: names for numbers that the frozen messages cannot name themselves, headings as quaternions.
+"""What the values in messages mean: names for the numbers of the frozen messages, headings as quaternions.
 
 For the driver that sends them and every program that hears them. No ROS in here.
 
-The numbers of a status and of a command differ although both travel in the same message: grip.state 3 is "moving" in a
-status, "stop" in a command. Hence two enums for each.
+Status and commands of the gripper travel in the same message with different numbers: grip.state 3 is "moving" in a
+status, and "stop" in a command. So there are two enums for each part.
 """
 
 import math
@@ -11,9 +11,9 @@ from enum import IntEnum
 from typing import Tuple
 
 NO_ECHO = 5.0
-"""Range (m) of a SonarArray that says: nothing in sight. Nothing greater is published."""
+"""Range (m) in a SonarArray that says: nothing in sight. Nothing greater is published."""
 NOT_HEARD = 0.0
-"""Range (m) that says: this transducer was not heard of late. It reads as an obstacle, which is the safe side."""
+"""Range (m) that says: this transducer has not been heard lately. It reads as an obstacle, which is the safe side."""
 
 
 class GripStatus(IntEnum):

@@ -1,4 +1,7 @@
-"""What all our pictures from above have in common: paper, ink, frame, and how they are written to a file. matplotlib's objects come as arguments."""
+"""What all our pictures from above have in common: colours, frame, and how they are written to a file.
+
+matplotlib's objects come as arguments.
+"""
 
 import contextlib
 import io
@@ -10,33 +13,40 @@ from .errors import UsageError
 FORMATS = (".png", ".pdf", ".svg")
 WALL, FLOOR, BEYOND = "#3c3c3c", "#ffffff", "#e4e4e4"
 INK, FAINT = "#222222", "#8a8a8a"
-# Okabe and Ito's colours: they stay apart for colour-blind eyes. In grey print line styles and hatches tell what colours do not.
+# Okabe and Ito's colours: colour-blind people can tell them apart. In grey print line styles and hatches differ.
 BLUE, SKY, VERMILLION, ORANGE, GREEN, PURPLE = "#0072b2", "#56b4e9", "#d55e00", "#e69f00", "#009e73", "#cc79a7"
 SCALE_BARS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # m
 
 
 def check_output(output: str) -> None:
-    """Raise UsageError where no picture of this name could be written: before the work, not after it."""
+    """Raise UsageError when no picture of this name can be written: before the work, not after it."""
     if not output.endswith(FORMATS):
-        raise UsageError(f"{output}: a picture's name ends in {', '.join(FORMATS)}")
+        raise UsageError("%s: a picture's name ends in %s" % (output, ", ".join(FORMATS)))
     folder = os.path.dirname(output) or "."
     if not os.path.isdir(folder):
-        raise UsageError(f"cannot write {output}: there is no directory {folder}")
+        raise UsageError("cannot write %s: there is no directory %s" % (output, folder))
     if os.path.isdir(output) or not os.access(output if os.path.exists(output) else folder, os.W_OK):
-        raise UsageError(f"cannot write {output}: it is a directory, or yours to read only")
+        raise UsageError("cannot write %s: it is a directory, or yours to read only" % output)
 
 
 def write(figure: Callable[[], Any], output: str, dpi: int) -> None:
-    """Make a matplotlib Figure and write it to a file; the file's ending, one of `FORMATS`, chooses the format.
+    """Make a matplotlib Figure and write it to a file.
 
-    Raises UsageError for another ending, for a place where nothing can be written, and where there is no matplotlib.
+    Args:
+        figure: makes it.
+        output: name of the file; its ending, one of `FORMATS`, chooses the format.
+        dpi: dots per inch.
+
+    Raises:
+        UsageError: another ending, a place where nothing can be written, or no matplotlib.
     """
     check_output(output)
     drawn = io.BytesIO()    # whole before the first byte is written
     try:
         figure().savefig(drawn, dpi=dpi, format=os.path.splitext(output)[1][1:])
     except ModuleNotFoundError as error:
-        raise UsageError(f"pictures need matplotlib, and there is no {error.name}: install python3-matplotlib, or with pip .[pictures]") from error
+        raise UsageError("pictures need matplotlib, and there is no %s: install python3-matplotlib, or with pip "
+                         ".[pictures]" % error.name) from error
     part = output + ".part"
     try:
         with open(part, "wb") as file:
@@ -45,15 +55,22 @@ def write(figure: Callable[[], Any], output: str, dpi: int) -> None:
     except OSError as error:
         with contextlib.suppress(OSError):
             os.remove(part)
-        raise UsageError(f"cannot write {output}: {error.strerror}") from error
+        raise UsageError("cannot write %s: %s" % (output, error.strerror)) from error
 
 
-def draw_frame(axes, low_x: float, high_x: float) -> None:
-    """Axes in metres, kept faint, and above them on the right a bar of a round length."""
+def draw_frame(axes: Any, low_x: float, high_x: float) -> None:
+    """Draw faint axes in metres, and above them on the right a bar of a round length.
+
+    Args:
+        axes: of matplotlib.
+        low_x, high_x: how far they reach (m).
+    """
     length = max(bar for bar in SCALE_BARS if bar <= max(SCALE_BARS[0], 0.15 * (high_x - low_x)))
     top = axes.get_xaxis_transform()
-    axes.plot([high_x - length, high_x], [1.012, 1.012], color=INK, linewidth=3, solid_capstyle="butt", transform=top, clip_on=False)
-    axes.text(high_x - length / 2, 1.02, f"{length:g} m", ha="center", va="bottom", fontsize=9, color=INK, transform=top)
+    axes.plot([high_x - length, high_x], [1.012, 1.012], color=INK, linewidth=3, solid_capstyle="butt", transform=top,
+              clip_on=False)
+    axes.text(high_x - length / 2, 1.02, "%g m" % length, ha="center", va="bottom", fontsize=9, color=INK,
+              transform=top)
     axes.grid(color=FAINT, linewidth=0.4, alpha=0.35, zorder=1)
     axes.set_axisbelow(True)
     axes.tick_params(colors=FAINT, labelsize=8, length=2)

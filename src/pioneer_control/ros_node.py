@@ -1,4 +1,7 @@
-"""How every node of ours begins, ends at a signal, and asks a master that may hang: it takes connections, but never answers."""
+"""How each of our nodes begins, ends at a signal, and asks the ROS master.
+
+A master may hang: then it takes connections, but never answers.
+"""
 
 import atexit
 import contextlib
@@ -30,18 +33,20 @@ WAITING_CONNECTIONS = 128
 
 
 def init_node(name: str) -> None:
-    """rospy.init_node, and a signal (Ctrl-C, SIGTERM, a closed terminal) ends the node as ``rosnode kill`` does: beside the main thread.
+    """As rospy.init_node, but a signal (Ctrl-C, SIGTERM, a closed terminal) ends the node in a thread of its own.
 
-    rospy's own handlers run the shutdown on top of whatever the main thread was just doing, and then wait for ever for locks that
-    it holds: those of its talk with the master, which even `rospy.loginfo` takes (seen with 1.15.15). ``nohup`` is respected.
+    rospy's own handlers run the shutdown in the main thread, on top of what it was just doing. Then they wait for ever
+    for locks that it holds: even `rospy.loginfo` takes one while it talks with the master (seen with 1.15.15).
+    ``nohup`` is respected.
 
-    A signal that comes while this function runs ends the program here, with code 0. A master that hangs keeps no node from its end, nor who logs
-    something.
+    A signal that comes while this function runs ends the program here, with code 0. A master that hangs holds up
+    neither the end of a node nor a thread that logs something.
     """
     _send_each_line(sys.stdout, sys.stderr)
-    asked: "queue.SimpleQueue[str]" = queue.SimpleQueue()   # to end, and why; takes no lock: it may be used in a signal handler
+    # Each entry asks to end, and says why. It takes no lock, so that a signal handler may use it.
+    asked: "queue.SimpleQueue[str]" = queue.SimpleQueue()
     hooks_ran, over, ended = threading.Event(), threading.Event(), threading.Event()
-    signals = []
+    signals: List[int] = []
     log = logging.handlers.QueueListener(queue.SimpleQueue())
     log.start()
 
@@ -59,7 +64,7 @@ def init_node(name: str) -> None:
             sys.stdout.flush()
             os._exit(0)     # the main thread, too, waits for the master, and nothing wakes it
 
-    def hear(number: int, frame: Any) -> None:
+    def on_signal(number: int, frame: Any) -> None:
         signals.append(number)
         asked.put("signal %d" % number)
 
@@ -73,7 +78,7 @@ def init_node(name: str) -> None:
     atexit.register(at_exit)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if number != signal.SIGHUP or signal.getsignal(number) == signal.SIG_DFL:
-            signal.signal(number, hear)
+            signal.signal(number, on_signal)
     try:
         rospy.init_node(name, disable_signals=True)
     except Exception:
@@ -81,33 +86,37 @@ def init_node(name: str) -> None:
             raise
     if signals or rospy.core.is_shutdown_requested():
         sys.exit(0)
-    _let_many_connect()
-    _publish_log_by(log)
+    _raise_listen_backlog()
+    _publish_log_in_thread_of(log)
 
 
 def _send_each_line(*streams: Any) -> None:
-    """A file or a pipe has each line when it is said, not when the program ends. What stands in their place (None, a test's) stays as it is."""
+    """Let a file or a pipe have each line at once, not at the end of the program. Other streams stay as they are."""
     for stream in streams:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(line_buffering=True)
 
 
-def _let_many_connect() -> None:
-    """A recorder comes for thirty topics at once. rospy lets five connections wait to be taken: the others would try again only a second later."""
+def _raise_listen_backlog() -> None:
+    """Let many connections wait until rospy takes them. It allows five, and a recorder opens thirty at once.
+
+    The others would try again only a second later.
+    """
     server = init_tcpros_server()
     server.start_server()       # where none runs yet
-    with contextlib.suppress(OSError):      # the end came first
+    with contextlib.suppress(OSError):      # the node has ended meanwhile
         server.tcp_ros_server.server_sock.listen(WAITING_CONNECTIONS)
 
 
-def _publish_log_by(listener: logging.handlers.QueueListener) -> None:
-    """rospy asks the master with every line that is logged, and publishes it on /rosout: let that be the work of the listener's thread.
+def _publish_log_in_thread_of(listener: logging.handlers.QueueListener) -> None:
+    """Let the listener's thread publish what is logged on /rosout: rospy asks the master with each line.
 
-    It does so without the lock of rospy's handler: the end of the program waits for that.
+    That thread does not take the lock of rospy's handler, because the end of the program waits for it.
     """
     logger = logging.getLogger("rosout")
     handlers = [handler for handler in logger.handlers if isinstance(handler, RosOutHandler)]
-    listener.handlers = [types.SimpleNamespace(handle=handler.emit) for handler in handlers]
+    emitters = (types.SimpleNamespace(handle=handler.emit) for handler in handlers)
+    listener.handlers = tuple(emitters)  # type: ignore[arg-type]  # the listener calls handle() and nothing else
     for handler in handlers:
         logger.removeHandler(handler)
         logger.addHandler(logging.handlers.QueueHandler(listener.queue))
@@ -116,7 +125,7 @@ def _publish_log_by(listener: logging.handlers.QueueListener) -> None:
 def wait_for_clock() -> None:
     """Return once ROS time goes on. Raises ROSInterruptException when ROS shuts down.
 
-    Where it is simulated this says what is waited for: nobody may tell it yet, or it may be paused.
+    Simulated time may not have begun, or may be paused. Then the log says what is waited for.
     """
     if not rospy.rostime.is_wallclock():
         rospy.loginfo("waiting for the time on /clock to go on (use_sim_time is set)")
@@ -124,7 +133,10 @@ def wait_for_clock() -> None:
 
 
 def sleep(duration: float) -> None:
-    """rospy.sleep (s), which is begun again when time jumps back; rospy's raises then. Raises ROSInterruptException when ROS shuts down."""
+    """As rospy.sleep (s), but it begins again when time jumps back, where rospy's raises an exception.
+
+    Raises ROSInterruptException when ROS shuts down.
+    """
     while True:
         try:
             return rospy.sleep(duration)
@@ -135,7 +147,8 @@ def sleep(duration: float) -> None:
 def ticks(rate: float, duration: float) -> Iterator[None]:
     """Yields `rate` times a second for `duration` seconds of ROS time, or until ROS shuts down.
 
-    Not while time is paused, and no oftener when it jumps back: who drives by it drives no farther.
+    It yields nothing while time is paused, and not more often when time jumps back: a robot that is driven at each tick
+    drives no farther then.
     """
     pace = rospy.Rate(rate, reset=True)
     for _ in range(round(rate * duration)):
@@ -146,11 +159,11 @@ def ticks(rate: float, duration: float) -> Iterator[None]:
 
 
 NO_ANSWER = OSError, http.client.HTTPException, xmlrpc.client.Error
-"""What it raises to ask a master or a node that is not there, or hangs."""
+"""Errors of a question to a master or a node that is not there, or hangs."""
 
 
-class Impatient(xmlrpc.client.Transport):
-    """Waits so many seconds for each piece of an answer; then it raises OSError."""
+class ImpatientTransport(xmlrpc.client.Transport):
+    """An XML-RPC transport that waits ``timeout`` s for each piece of an answer, and then raises OSError."""
 
     def __init__(self, timeout: float) -> None:
         super().__init__()
@@ -162,20 +175,27 @@ class Impatient(xmlrpc.client.Transport):
         return connection
 
 
+def peer(address: str, timeout: float) -> Any:
+    """The master or node at an XML-RPC address. To be asked in a ``with`` block; each answer may take ``timeout`` s.
+
+    A question raises one of NO_ANSWER when there is no answer. With rospy it would wait for ever.
+    """
+    return xmlrpc.client.ServerProxy(address, transport=ImpatientTransport(timeout))
+
+
 def is_offered(service: str, timeout: float) -> Optional[bool]:
-    """Whether some node offers a service (its full name); None when the master does not say within ``timeout`` s. rospy would wait for ever."""
+    """Whether some node offers a service (its full name); None when the master does not say within ``timeout`` s."""
     try:
-        with xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=Impatient(timeout)) as master:
-            code, _, _ = master.lookupService(rospy.get_caller_id(), service)
+        with peer(rosgraph.get_master_uri(), timeout) as master:
+            return bool(master.lookupService(rospy.get_caller_id(), service)[0] == 1)
     except NO_ANSWER:
         return None
-    return code == 1
 
 
 def listeners(timeout: float) -> Dict[str, List[str]]:
-    """The nodes that listen to each topic, as the master knows; none when it does not say within ``timeout`` s."""
+    """The nodes that listen to each topic; none when the master does not say within ``timeout`` s."""
     try:
-        with xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=Impatient(timeout)) as master:
+        with peer(rosgraph.get_master_uri(), timeout) as master:
             _, _, (_, subscribers, _) = master.getSystemState(rospy.get_caller_id())
     except NO_ANSWER:
         return {}
@@ -192,13 +212,16 @@ def name_for(program: str, robot: str) -> str:
 
 
 def is_at_work(node: str, timeout: float) -> bool:
-    """Whether a node (its full name) is there and answers; each question may take ``timeout`` s. Raises one of NO_ANSWER when the master does not."""
-    with xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=Impatient(timeout)) as master:
+    """Whether a node (its full name) is there and answers; each question may take ``timeout`` s.
+
+    Raises one of NO_ANSWER when the master does not answer.
+    """
+    with peer(rosgraph.get_master_uri(), timeout) as master:
         code, _, address = master.lookupNode(rospy.get_caller_id(), node)
     if code != 1:
         return False
     try:
-        with xmlrpc.client.ServerProxy(address, transport=Impatient(timeout)) as known:
-            return known.getPid(rospy.get_caller_id())[0] == 1
-    except NO_ANSWER:
-        return False    # it was killed
+        with peer(address, timeout) as known:
+            return bool(known.getPid(rospy.get_caller_id())[0] == 1)
+    except NO_ANSWER:       # it was killed
+        return False

@@ -1,11 +1,13 @@
-"""What sonar and battery report as messages that other packages know, and what robot it is: for the driver, which sends them live, and for old bags.
+"""Sonar and battery as messages that other packages know, and RobotInfo. Pure functions.
 
-Units and axes are those of REP 103, ranges those of REP 117. Pure functions.
+The driver sends them live, and the programs of `bags` make them of old bags. ``stamp`` is a rospy.Time.
+
+Source: REP 103 for units and axes, REP 117 for ranges.
 """
 
 import math
 import struct
-from typing import Iterable, Tuple
+from typing import Any, Iterable, Tuple
 
 from geometry_msgs.msg import Point32, Pose2D, Quaternion, TransformStamped, Vector3
 from sensor_msgs.msg import BatteryState, PointCloud2, PointField, Range
@@ -26,7 +28,7 @@ POINT = struct.Struct("<fff")
 FIELDS = [PointField(axis, 4 * place, PointField.FLOAT32, 1) for place, axis in enumerate("xyz")]
 
 
-def sonar_range(number: int, distance: float, stamp, frame_prefix: str, no_echo: float = math.inf) -> Range:
+def sonar_range(number: int, distance: float, stamp: Any, frame_prefix: str, no_echo: float = math.inf) -> Range:
     """What one transducer heard (m); ``no_echo`` (m) where nothing is in sight: infinity (REP 117), or NO_ECHO."""
     return Range(
         header=Header(stamp=stamp, frame_id=frame_of(number, frame_prefix)),
@@ -38,7 +40,7 @@ def sonar_range(number: int, distance: float, stamp, frame_prefix: str, no_echo:
     )
 
 
-def sonar_points(points: Iterable[Tuple[float, float]], stamp, base_link_frame: str) -> PointCloud2:
+def sonar_points(points: Iterable[Tuple[float, float]], stamp: Any, base_link_frame: str) -> PointCloud2:
     """Places of echoes (m, base_link; see `echo_place`) as a cloud at the height of the transducers."""
     data = b"".join(POINT.pack(*point, HEIGHT) for point in points)
     return PointCloud2(
@@ -53,8 +55,17 @@ def sonar_points(points: Iterable[Tuple[float, float]], stamp, base_link_frame: 
     )
 
 
-def echo_place(transducer: Transducer, distance: float, age: float, linear: float, angular: float) -> Tuple[float, float]:
-    """Where (m) an echo is in base_link, after the robot has gone on at its present speed (m/s, rad/s) since it was heard, ``age`` s ago."""
+def echo_place(
+    transducer: Transducer, distance: float, age: float, linear: float, angular: float,
+) -> Tuple[float, float]:
+    """Where (m) an echo is in base_link now.
+
+    Args:
+        transducer: it heard the echo.
+        distance: of the echo then (m).
+        age: s since then.
+        linear, angular: speed of the robot (m/s, rad/s), at which it went on meanwhile.
+    """
     turn, way = angular * age, linear * age
     x = transducer.x + distance * math.cos(transducer.heading) - way * math.cos(turn / 2)
     y = transducer.y + distance * math.sin(transducer.heading) - way * math.sin(turn / 2)
@@ -62,11 +73,12 @@ def echo_place(transducer: Transducer, distance: float, age: float, linear: floa
     return cosine * x + sine * y, cosine * y - sine * x
 
 
-def sonar_frames(transducers: Iterable[Transducer], stamp, base_link_frame: str, frame_prefix: str) -> TFMessage:
+def sonar_frames(transducers: Iterable[Transducer], stamp: Any, base_link_frame: str, frame_prefix: str) -> TFMessage:
     """Where each transducer sits and looks. All in one message: /tf_static keeps only the last one of a node."""
     transforms = TFMessage()
     for transducer in transducers:
-        message = TransformStamped(Header(stamp=stamp, frame_id=base_link_frame), frame_of(transducer.number, frame_prefix), None)
+        header = Header(stamp=stamp, frame_id=base_link_frame)
+        message = TransformStamped(header, frame_of(transducer.number, frame_prefix), None)
         message.transform.translation = Vector3(transducer.x, transducer.y, HEIGHT)
         message.transform.rotation = Quaternion(*quaternion_of(transducer.heading))
         transforms.transforms.append(message)
@@ -79,9 +91,10 @@ def frame_of(number: int, frame_prefix: str) -> str:
 
 
 def battery(
-    voltage: float, stamp, base_link_frame: str, percentage: float = math.nan, status: int = BatteryState.POWER_SUPPLY_STATUS_UNKNOWN,
+    voltage: float, stamp: Any, base_link_frame: str, percentage: float = math.nan,
+    status: int = BatteryState.POWER_SUPPLY_STATUS_UNKNOWN,
 ) -> BatteryState:
-    """Voltage (V), charge (0 to 1) and what the charger does where they are known; what no Pioneer measures is NaN."""
+    """Voltage (V), and if known charge (0 to 1) and status of the charger. What no Pioneer measures is NaN."""
     return BatteryState(
         header=Header(stamp=stamp, frame_id=base_link_frame),
         voltage=voltage,
@@ -96,8 +109,11 @@ def battery(
     )
 
 
-def robot_info(model: RobotModel, has_gripper: bool, stamp, base_link_frame: str) -> RobotInfo:
-    """What a model is: limits, where its transducers look and what its outline is (m, rad, base_link). What a robot tells of itself is left empty."""
+def robot_info(model: RobotModel, has_gripper: bool, stamp: Any, base_link_frame: str) -> RobotInfo:
+    """What a model is: limits, poses of its transducers and outline (m, rad, base_link).
+
+    The fields that only a connected robot can fill stay empty.
+    """
     message = RobotInfo(
         header=Header(stamp=stamp, frame_id=base_link_frame),
         subtype=model.subtype,

@@ -42,7 +42,7 @@ def server(monkeypatch):
 
 
 def test_all_are_made_at_once(server):
-    ros_node._let_many_connect()
+    ros_node._raise_listen_backlog()
     assert connected(server) == AT_ONCE
 
 
@@ -52,4 +52,4 @@ def test_rospy_alone_would_let_some_wait(server):
 
 def test_a_node_that_has_ended_already(server):
     server.close()
-    ros_node._let_many_connect()
+    ros_node._raise_listen_backlog()

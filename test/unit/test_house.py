@@ -26,7 +26,7 @@ ROOMS = {
     "ros_node": set(),
     "pictures": set(),
     "p2os": set(),
-    "robots": {"p2os"},
+    "robots": {"p2os", "parameters"},
     "client": {"p2os", "robots"},
     "driver": {"message_values", "standard_messages", "parameters", "ros_node", "p2os", "robots", "client", "msg"},
     "simulator": {"message_values", "parameters", "ros_node", "pictures", "p2os", "robots"},

@@ -1,7 +1,7 @@
 """Bits and numbers with a name: what single bits of a packet mean, and the sub-commands of the gripper.
 
-`IntFlag` values are integers: ``sip.flags & Flags.MOTORS_ENABLED`` works, unknown bits are kept. The names of bits stand
-in their order, from the lowest.
+`IntFlag` values are integers: ``sip.flags & Flags.MOTORS_ENABLED`` works, unknown bits are kept. The names of bits
+stand in their order, from the lowest.
 """
 
 from enum import IntEnum, IntFlag

@@ -1,4 +1,4 @@
-"""``python3 -m pioneer_control.robots [FILE]``: all models as a table in Markdown. docs/models.md has it; a test compares."""
+"""``python3 -m pioneer_control.robots [FILE]`` prints all models as a table in Markdown, as docs/models.md has it."""
 
 import argparse
 import math
@@ -45,7 +45,8 @@ def table(models: Dict[str, RobotModel]) -> List[str]:
 
 def main(arguments: Optional[List[str]] = None) -> int:
     """Print the table. Returns the exit code: 0 printed, 2 a models file that makes no sense."""
-    parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.robots", description="Print all robot models as a table in Markdown.")
+    parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.robots",
+                                     description="Print all robot models as a table in Markdown.")
     parser.add_argument("file", metavar="FILE", nargs="?", help="a models file that overrides or adds models")
     options = parser.parse_args(arguments)
     try:

@@ -1,6 +1,9 @@
-"""The values of one robot model, in SI units and in the frame base_link (REP 103: x forward, y left, counter-clockwise).
+"""The values of one robot model, in SI units and in the frame base_link.
 
-Factors that turn units of the wire into millimetres and radians keep the unit in their names; everything else is metres, radians, seconds.
+Factors that turn units of the wire into millimetres and radians have the unit in their names. Everything else is in
+metres, radians and seconds.
+
+Source: REP 103 (x forward, y left, counter-clockwise positive).
 """
 
 import functools
@@ -55,8 +58,9 @@ class GripperShape:
 class RobotModel:
     """One row of the model table.
 
-    ``sonar`` holds the transducers that are fitted, in the order of their numbers; numbers may have gaps. ``angle_rad_per_unit`` is
-    the exact fraction of a turn, not a rounded number from a parameter file; ``wheel_radius`` is None where nobody knows it.
+    ``sonar`` holds the transducers that are fitted, in the order of their numbers; numbers may have gaps.
+    ``angle_rad_per_unit`` is the exact fraction of a turn, not a rounded number from a parameter file. ``wheel_radius``
+    is None where it is not known.
     """
 
     subtype: str
@@ -92,12 +96,16 @@ class RobotModel:
 
     @property
     def grip_state_first(self) -> bool:
-        """Whether the gripper's state is the first of the two bytes after the SIP's sonar block (else the analog port is)."""
+        """Whether the gripper's state is the first of the two bytes after the sonar of a SIP."""
         return self.firmware_family in GRIP_STATE_FIRST
 
     @functools.lru_cache(maxsize=None)
     def outline(self, gripper: bool = False) -> Tuple[Point, ...]:
-        """Outline of the body seen from above, counter-clockwise from the rear right corner; open paddles included on request."""
+        """Outline of the body from above (m), counter-clockwise from the rear right corner.
+
+        Args:
+            gripper: include the open paddles.
+        """
         front, rear, side = self.length_front, -self.length_rear, self.width / 2
         if not gripper:
             return ((rear, -side), (front, -side), (front, side), (rear, side))
@@ -107,10 +115,11 @@ class RobotModel:
 
     @functools.lru_cache(maxsize=None)
     def with_arrays(self, front: bool, rear: bool) -> "RobotModel":
-        """This model without the sonar arrays that its owner did not have fitted (CONFIGpac says so: FrontSonar, RearSonar)."""
-        return replace(self, sonar=tuple(each for each in self.sonar if (front if self._array_looks_ahead(each) else rear)))
+        """This model without the sonar arrays that are not fitted (CONFIGpac says it: FrontSonar, RearSonar)."""
+        fitted = (each for each in self.sonar if (front if self._array_looks_ahead(each) else rear))
+        return replace(self, sonar=tuple(fitted))
 
     def _array_looks_ahead(self, transducer: Transducer) -> bool:
-        """Whether most of the array of a transducer looks ahead: an AmigoBot's only array does, though two of it look back."""
+        """Whether most of the array of a transducer looks ahead. An AmigoBot's only array does; two of it look back."""
         array = [each for each in self.sonar if each.number // ARRAY_SIZE == transducer.number // ARRAY_SIZE]
         return sum(math.cos(each.heading) for each in array) > -1e-9

@@ -3,7 +3,6 @@
 import os
 import shutil
 import threading
-import xmlrpc.client
 from time import monotonic
 from typing import Any, Callable, Dict, Iterable, Iterator, Optional, Sequence, Tuple
 
@@ -11,7 +10,7 @@ import rosgraph
 import rospy
 from std_msgs.msg import String
 
-from ...ros_node import NO_ANSWER, Impatient, init_node
+from ...ros_node import NO_ANSWER, init_node, peer
 from .description import Description, nodes_of, now, text_of, versions
 from .disk import USUAL_RATE, in_words, room
 from .plan import WHAT_TO_DO, LogLine, RecordingPlan
@@ -150,7 +149,7 @@ def attend(plan: RecordingPlan, recorder: int, name: str, lines: Sequence[LogLin
     publishers = [rospy.Publisher(whole_name(robot, "recording"), String, queue_size=1, latch=True)
                   for robot in plan.robots]
     descriptions = Descriptions(plan, lambda text: [publisher.publish(text) for publisher in publishers])
-    master = xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=Impatient(PATIENCE))
+    master = peer(rosgraph.get_master_uri(), PATIENCE)
     due, told = start, False
     while not rospy.is_shutdown() and os.getppid() == recorder:
         if monotonic() >= due:
