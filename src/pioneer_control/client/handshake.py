@@ -15,7 +15,10 @@ before it. On a serial line all packets of an open robot may have been lost: it 
          └─SIPs, or noise──> CLOSE until silent <─────┴────────────────────────────────┘
                                    └─ noise goes on ── 2 tries: next line speed
 
-No answer at all: try again. A robot that said its name but was never opened is silent, too. On a serial line CLOSE ends that, on TCP a SYNC1 after an
+On TCP an open robot may hear SYNC0 and not be heard: SYNC0 is a sign of life to it, and it drives on. So CLOSE follows when all tries were in vain, right
+before the client hangs up.
+
+No answer at all: try again. A robot that answers later than that gets more time at each further try. A robot that said its name but was never opened is silent, too. On a serial line CLOSE ends that, on TCP a SYNC1 after an
 unanswered SYNC0: it is OPEN to that robot, and the next step to one that is slow.
 
 A robot to which CLOSE is SYNC2 is closed by one CLOSE and opened by the next. An even number leaves it as it was, an odd number closes it if it was open:
@@ -56,6 +59,7 @@ DRAIN = 0.1             # s for what was under way when CLOSE was sent, and for 
 QUIET = 0.2             # s of silence after that: the robot waits for a SYNC now
 CLOSE_TRIES = 10
 SYNC_TIMEOUT = 0.25     # s for the echo of each SYNC
+LONGEST_SYNC_TIMEOUT = 1.0  # s for that of a robot that answers too late: it gets twice as long at each further try
 SYNC_TRIES = 2          # per line speed
 SYNC_TRIES_AGAIN = 4    # at the speed at which the robot was found before
 TCP_TRIES = 6
@@ -86,12 +90,16 @@ class Handshake:
         """Bytes so far that belonged to no packet."""
         self.said_its_name = False
         """Whether the robot has. SIPs from then on belong to a new session."""
+        self.last_words = b""
+        """For a robot that hears us and is not heard, if this leads nowhere: on TCP a SYNC0 may have revived its old speed."""
         self._line = line
         self._url = url
         self._rates = rates
         self._clock = clock
         self._own_rate = rates[0] if again and rates else None
         self._heard_open = False    # a packet came that only an open robot sends, or noise
+        self._answers_late = False  # an echo came for which nobody waited any more
+        self._sync_timeout = SYNC_TIMEOUT
 
     def script(self) -> Generator[float, Any, p2os.SyncReply]:
         """Find the robot. Raises NoAnswerError that says what was tried."""
@@ -126,10 +134,13 @@ class Handshake:
         return SYNC_TRIES_AGAIN if rate == self._own_rate else 1
 
     def _tried(self, tries: int) -> Generator[float, Any, Optional[p2os.SyncReply]]:
-        """Synchronise with a silent robot. One that answers as an open robot is closed at once, and gets as many tries again."""
+        """Synchronise with a silent robot. One that answers as an open robot is closed at once. Such a one, and a slow one, gets as many tries again."""
+        self._answers_late, self._sync_timeout = False, SYNC_TIMEOUT
         for attempt in range(2 * tries):
-            if attempt >= tries and not self._heard_open:
+            if attempt >= tries and not self._heard_open and not self._answers_late:
                 break
+            if self._answers_late:
+                self._sync_timeout = min(2 * self._sync_timeout, LONGEST_SYNC_TIMEOUT)
             if attempt > 0 and self._heard_open and not (yield from self._silenced()):
                 return None
             reply = yield from self._synced(attempt)
@@ -180,6 +191,8 @@ class Handshake:
         if self._rates:
             for _ in range(CLOSES - 1):
                 self._line.command(self._clock(), CLOSE)
+        else:
+            self.last_words = CLOSE * CLOSES
         also_sync1 = not self._rates and attempt == TCP_TRY_WITH_SYNC1
         for number, packet in enumerate(SYNC):
             self._line.command(self._clock(), *((CLOSE,) if self._rates and number == p2os.SYNC0 else ()), packet)
@@ -193,7 +206,7 @@ class Handshake:
 
         Unless the robot says its name before the echo of SYNC0: it took the CLOSEs for SYNC2 and CLOSE in turn, and sent SIPs in between.
         """
-        deadline = self._clock() + SYNC_TIMEOUT
+        deadline = self._clock() + self._sync_timeout
         took_closes_for_sync2 = False
         while self._clock() < deadline:
             packet = yield from self._hear(deadline)
@@ -203,6 +216,8 @@ class Handshake:
                 took_closes_for_sync2 = True
             if isinstance(packet, p2os.SyncEcho) and packet.number == number != p2os.SYNC2:
                 return packet
+            if isinstance(packet, p2os.SyncEcho):
+                self._answers_late = True
             if isinstance(packet, p2os.Sip) and not took_closes_for_sync2:
                 return None
             if isinstance(packet, p2os.Reset) and number != p2os.SYNC0:    # a CLOSE before SYNC0 may be "wrong" to it

@@ -219,7 +219,9 @@ class Connecting(ScriptedPhase):
 
     def _resume(self, packet: Any) -> Optional[Outcome]:
         self._handshake.noise = self._link.decoder.counts.discarded_bytes
-        return super()._resume(packet)
+        outcome = super()._resume(packet)
+        self.last_words = self._handshake.last_words
+        return outcome
 
     def _steps(self) -> Script:
         return Named((yield from self._handshake.script()))

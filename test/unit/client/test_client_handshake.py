@@ -62,13 +62,63 @@ def test_on_tcp_a_silent_robot_hears_sync0_and_nothing_before_it():
     assert written.startswith(bytes.fromhex("FAFB03000000 FAFB03010001 FAFB03020002 FAFB03010001 FAFB031D001D"))
 
 
-def test_on_tcp_a_silent_robot_hears_no_close_at_any_try():
+def test_on_tcp_a_silent_robot_hears_no_close_at_any_try_but_when_the_client_hangs_up():
     robot = FakeRobot()
     robot.deaf = lambda heard: True
     bench = Bench(robot)
     bench.run_until(lambda: bench.finished)
-    assert robot.names() == ["PULSE"] * (TCP_TRY_WITH_SYNC1 + 1) + ["OPEN"] + ["PULSE"] * (TCP_TRIES - TCP_TRY_WITH_SYNC1 - 1)
-    assert len(robot.heard) < 10, "the vendor's simulator hangs up after ten packets"
+    tries = ["PULSE"] * (TCP_TRY_WITH_SYNC1 + 1) + ["OPEN"] + ["PULSE"] * (TCP_TRIES - TCP_TRY_WITH_SYNC1 - 1)
+    assert robot.names() == tries + ["CLOSE"] * CLOSES
+    assert len(tries) < 10, "the vendor's simulator hangs up after ten packets"
+    assert {heard.time for heard in robot.heard[len(tries):]} == {bench.now}
+
+
+@pytest.mark.parametrize("ends", ["in vain", "closed by its user"])
+def test_on_tcp_an_open_robot_that_hears_and_is_not_heard_does_not_drive_on(ends):
+    """As over a radio that reaches only one way. Each SYNC0 would revive its old speed, at one attempt after the other."""
+    robot = left_open(FakeRobot())
+    robot.mute = lambda packet: True
+    bench = Bench(robot)
+    bench.run_until(lambda: robot.revived)
+    if ends == "closed by its user":
+        bench.close()
+    bench.run_until(lambda: bench.finished)
+    bench.run(0.1)
+    assert robot.phase == WAITING and not robot.moving and not robot.motors
+
+
+class Delayed:
+    """Another robot, behind a line that needs ``delay`` s each way."""
+
+    def __init__(self, robot, delay):
+        self.robot, self.delay = robot, delay
+        self.baud, self.noisy = None, ()
+        self._to_robot, self._to_client = [], []
+
+    def names(self):
+        return [heard[-2] for heard in self.robot.heard]
+
+    def receive(self, data, now):
+        self._to_robot.append((now + self.delay, data))
+
+    def advance(self, now):
+        while self._to_robot and self._to_robot[0][0] <= now:
+            self.robot.receive(self._to_robot.pop(0)[1], now)
+        self._to_client.append((now + self.delay, self.robot.advance(now)))
+        arrived = b""
+        while self._to_client[0][0] <= now:
+            arrived += self._to_client.pop(0)[1]
+            if not self._to_client:
+                break
+        return arrived
+
+
+@pytest.mark.parametrize("echo_after", [0.0, 0.2, 0.24, 0.26, 0.3, 0.35, 0.4, 0.45])
+@pytest.mark.parametrize("kind", ["TCP", "serial", "strict on TCP"])
+def test_a_robot_that_answers_late_is_connected_at_the_first_attempt(kind, echo_after):
+    robot = StrictRobot() if kind == "strict on TCP" else FakeRobot()
+    Bench(Delayed(robot, echo_after / 2), rates=(9600,) if kind == "serial" else ()).until_ready()
+    assert kind != "strict on TCP" or robot.hang_ups == 0
 
 
 def test_on_serial_a_robot_that_seems_silent_is_closed_all_the_same_before_it_is_synced():
@@ -284,8 +334,8 @@ def test_on_tcp_an_open_robot_that_is_heard_late_is_closed_at_whichever_packet_f
     robot.deaf = lambda heard: heard.time < tenths / 10
     bench = Bench(robot)
     bench.until_ready() if tenths < 20 else bench.run_until(lambda: bench.finished or bench.session.connected)
-    if "CLOSE" in robot.names():
-        obeyed = [heard for heard in robot.heard if heard.time >= tenths / 10]
+    obeyed = [heard for heard in robot.heard if heard.time >= tenths / 10]
+    if "CLOSE" in [heard.name for heard in obeyed]:
         closed = next(heard.time for heard in obeyed if heard.name == "CLOSE")
         assert closed - obeyed[0].time < 0.11 and not robot.moving
 
