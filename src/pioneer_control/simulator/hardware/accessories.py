@@ -74,9 +74,7 @@ class RateGyro:
         return self.drift != 0.0 and self.kind == GYRO_OF_ROBOT and self.mode == GYRO_ONLY
 
     def step(self, now_us: int, step_us: int, turned: float) -> None:
-        """A step that ended at `now_us`, in which the robot turned by `turned` (rad)."""
-        if self.kind != GYRO_OF_CLIENT:
-            return
+        """A step that ended at `now_us`, in which the robot turned by `turned` (rad), for a gyro of the client."""
         turned += self.drift * (step_us * 1e-6)
         before, self._angle = self._angle, self._angle + turned
         if self._next_us <= now_us - step_us:
@@ -154,6 +152,7 @@ class JoystickDrive:
 
     Attributes:
         allowed: the client allows it.
+        drove: it drove in the last step.
     """
 
     def __init__(self, numbers: JoystickNumbers, drives: Drives):
@@ -162,17 +161,17 @@ class JoystickDrive:
 
     def reset(self) -> None:
         """Allow nothing, as at power-on."""
-        self.allowed = self._drove = False
+        self.allowed = self.drove = False
 
     def step(self, joystick: Optional[JoystickState], motors_enabled: bool) -> None:
         """Tell the drives what the joystick says now."""
         if joystick is not None and joystick.button_1 and self.allowed and motors_enabled:
             self._drives.set_speeds(
                 joystick.forward * self._numbers.linear_mm_s / 1000.0, joystick.leftward * math.radians(self._numbers.angular_deg_s))
-            self._drove = True
-        elif self._drove:
+            self.drove = True
+        elif self.drove:
             self._drives.set_speeds(0.0, 0.0)
-            self._drove = False
+            self.drove = False
 
 
 class UserPorts:

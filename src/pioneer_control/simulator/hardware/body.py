@@ -91,7 +91,7 @@ class Body:
 
     def make_way(self, pose: Pose) -> bool:
         """Push cans aside for the body at `pose`; False when one is jammed, and nothing was moved."""
-        return make_way(self._world, pose, lambda radius: (self.box,), (), self.box.reach)
+        return not self._world.cans or make_way(self._world, pose, lambda radius: (self.box,), (), self.box.reach)
 
     @property
     def outline(self) -> List[Point]:

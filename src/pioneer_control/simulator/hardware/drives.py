@@ -136,6 +136,8 @@ class Stall:
     Attributes:
         held: something holds the wheels, so that they stall when driven.
         left, right: these wheels have stalled.
+        pressed_s: for so long (s) they have tried to turn in vain.
+        rest_s: for so long (s) the drives give up from now on.
     """
 
     def __init__(self, numbers: DriveNumbers):
@@ -146,37 +148,23 @@ class Stall:
     def clear(self) -> None:
         """No wheel has stalled, and none presses."""
         self.left = self.right = False
-        self._pressed_s = self._rest_s = 0.0
-
-    @property
-    def pressing(self) -> bool:
-        """Whether the wheels try to turn and cannot."""
-        return self._pressed_s > 0.0
-
-    @property
-    def resting(self) -> bool:
-        """Whether the drives have given up for the moment."""
-        return self._rest_s > 0.0
+        self.pressed_s = self.rest_s = 0.0
 
     def hold(self, held: bool) -> None:
         """Hold the wheels, or let them go."""
         self.held = held
 
-    def turn_freely(self) -> None:
-        """The wheels have turned as they should."""
-        self._pressed_s = 0.0
-
     def press(self, dt: float, bumped: bool, left: bool, right: bool) -> None:
         """The wheels have tried in vain for `dt` seconds; `left` and `right` say which. A bumper that stalls ends that at once."""
-        self._pressed_s += dt
-        if self._pressed_s >= self._numbers.stall_time - 1e-9 or bumped:
+        self.pressed_s += dt
+        if self.pressed_s >= self._numbers.stall_time - 1e-9 or bumped:
             self.left, self.right = left, right
-            self._pressed_s, self._rest_s = 0.0, self._numbers.stall_recovery
+            self.pressed_s, self.rest_s = 0.0, self._numbers.stall_recovery
 
     def rest(self, dt: float) -> None:
         """Wait for `dt` seconds before the next try."""
-        self._rest_s -= dt
-        if self._rest_s <= 1e-9:
+        self.rest_s -= dt
+        if self.rest_s <= 1e-9:
             self.clear()
 
 
@@ -230,11 +218,6 @@ class MotorPower:
         """Say whether the STOP button takes the power from the motors, from now on and if it is pressed already."""
         self.stop_button_stalls = stalls
         self._obey_stop_button()
-
-    def step(self) -> None:
-        """Take the power from the motors when the battery is empty."""
-        if self.enabled and self._battery.is_empty:
-            self.disable()
 
     def _obey_stop_button(self) -> None:
         if self.e_stalled:

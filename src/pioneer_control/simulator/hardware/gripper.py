@@ -248,6 +248,8 @@ class ParallelGripper:
 
     def make_way(self, pose: Pose) -> bool:
         """Push cans aside for a robot that goes to `pose`; False when one is jammed, and nothing was moved."""
+        if not self._world.cans:
+            return True
         self.carry(pose)
         return make_way(self._world, pose, self.blocks_for, self.held if self.is_low else (), self._reach)
 

@@ -9,7 +9,7 @@ from ...errors import ParameterError
 from ...robots import RobotModel
 from ..world.geometry import Pose
 from ..world.world import World
-from .accessories import AuxPort, Compass, JoystickDrive, JoystickState, RateGyro, UserPorts
+from .accessories import GYRO_OF_CLIENT, AuxPort, Compass, JoystickDrive, JoystickState, RateGyro, UserPorts
 from .battery import BatteryPack
 from .body import Body
 from .bumpers import BumperRing
@@ -122,31 +122,34 @@ class Hardware:
         """Advance one physics step, which ends at `now_us`. `paused`: the watchdog keeps the drives at zero."""
         dt = self._step_us * 1e-6
         heading = self.body.pose[2]
-        self._joystick_drive.step(self.joystick, self.motors.enabled)
-        self.motors.step()
-        if self.stall.resting:
+        if self.joystick is not None or self._joystick_drive.drove:
+            self._joystick_drive.step(self.joystick, self.motors.enabled)
+        if self.motors.enabled and self.battery.is_empty:
+            self.motors.disable()
+        if self.stall.rest_s > 0.0:
             self.stall.rest(dt)
-        elif self.drives.driven or self.stall.pressing:
+        elif self.drives.driven or self.stall.pressed_s > 0.0:
             self._drive(dt, paused)
         elif self.gyro.turns_alone:
             self.odometry.add(0.0, self.gyro.drift * dt)
         if self.gripper is not None:
             self.gripper.step(dt, self.body.pose)
-        self.gyro.step(now_us, self._step_us, self.body.pose[2] - heading)
+        if self.gyro.kind == GYRO_OF_CLIENT:
+            self.gyro.step(now_us, self._step_us, self.body.pose[2] - heading)
         self.sonar.step(now_us, self.body.pose)
-        self._charge()
+        if self.charger.plugged_in or self.charger.asks_dock or self.battery.charging:
+            self._charge()
         self.battery.step(self._step_us, self.drives.moving)
 
     def _drive(self, dt: float, paused: bool) -> None:
         """Let the drives turn the wheels, as far as nothing holds them or stands in the way."""
-        distance, turn = self.wheels.within_power(*self.drives.step(dt, paused), dt)
-        turned = self.wheels.turned(distance, turn)
+        (distance, turn), turned = self.wheels.turn(*self.drives.step(dt, paused), dt)
         really = self._wheel_errors.moved(*turned)
         if not distance and not turn:
             self.body.blocked = False
-            self.stall.turn_freely()
+            self.stall.pressed_s = 0.0
         elif not self.stall.held and self._move(*really):
-            self.stall.turn_freely()
+            self.stall.pressed_s = 0.0
             self.odometry.add(distance, self.gyro.heading_change(turn, really[1], dt))
             self.wheels.count(*turned)
         else:

@@ -46,18 +46,23 @@ class Wheels:
         """Encoder ticks of the left and the right wheels since power-on."""
         return round(self._left_mm * self._true_ticks_per_mm), round(self._right_mm * self._true_ticks_per_mm)
 
-    def turned(self, distance: float, turn: float) -> Motion:
-        """How far the wheels turn while the firmware, which counts their ticks, takes it for `distance` and `turn`."""
-        return distance * self.ticks_per_mm / self._true_ticks_per_mm, turn * self.rev_count / REV_COUNT
+    def turn(self, distance: float, turn: float, dt: float) -> Tuple[Motion, Motion]:
+        """What the wheels do in a step of `dt` seconds for which the drives want `distance` and `turn`.
 
-    def within_power(self, distance: float, turn: float, dt: float) -> Motion:
-        """As much of `distance` and `turn` as the motors can do in `dt` seconds, whatever calibration makes of them."""
-        ahead, round_ = self._model.max_linear * dt, self._model.max_angular * dt
-        turned = self.turned(distance, turn)
-        if abs(turned[0]) > ahead or abs(turned[1]) > round_:
+        Returns:
+            What the firmware, which counts ticks, takes it for: all that is wanted, or what the motors can do. And what it really is.
+        """
+        turned = self._turned(distance, turn)
+        ahead, around = self._model.max_linear * dt, self._model.max_angular * dt
+        if abs(turned[0]) > ahead or abs(turned[1]) > around:
             distance *= min(1.0, ahead / (abs(turned[0]) or ahead))
-            turn *= min(1.0, round_ / (abs(turned[1]) or round_))
-        return distance, turn
+            turn *= min(1.0, around / (abs(turned[1]) or around))
+            turned = self._turned(distance, turn)
+        return (distance, turn), turned
+
+    def _turned(self, distance: float, turn: float) -> Motion:
+        """How far the wheels turn while the firmware takes it for `distance` and `turn`."""
+        return distance * self.ticks_per_mm / self._true_ticks_per_mm, turn * self.rev_count / REV_COUNT
 
     def count(self, distance: float, turn: float) -> None:
         """Count a step of the wheels."""

@@ -41,8 +41,6 @@ def make_way(
     if not near:
         return True
     robot = _Robot(pose, blocks_for, held)
-    others = [body for body in world.crowd.near(pose[0], pose[1], PUSHED_FAR) if body.pose != pose]
-    standing_by = [_Robot(body.pose, _always(body.box), ()) for body in others]
     standing = [can for can in world.cans if can.held_by is None]
     pending = [key for key, can in enumerate(standing) if any(can is other for other in near)]
     places = [(can.x, can.y) for can in standing]
@@ -53,7 +51,8 @@ def make_way(
         for key in pending:
             place = robot.push(places[key], standing[key].radius)
             if place is None and key in moved:
-                place = _off_walls(world, places[key], standing[key].radius) or _off_robots(standing_by, places[key], standing[key].radius)
+                place = (_off_walls(world, places[key], standing[key].radius)
+                         or _off_robots(world, pose, places[key], standing[key].radius))
             if place is not None:
                 places[key] = place
                 changed.add(key)
@@ -120,9 +119,14 @@ def _off_walls(world: World, place: Point, radius: float) -> Optional[Point]:
     return x + slope_x * step, y + slope_y * step
 
 
-def _off_robots(robots: Sequence["_Robot"], place: Point, radius: float) -> Optional[Point]:
-    """Where a can goes that overlaps another robot, which does not give way; None when it overlaps none."""
-    return next((away for away in (robot.push(place, radius) for robot in robots) if away is not None), None)
+def _off_robots(world: World, pose: Pose, place: Point, radius: float) -> Optional[Point]:
+    """Where a can goes that overlaps a robot other than the one at `pose`, which does not give way; None when it overlaps none."""
+    for body in world.crowd.near(pose[0], pose[1], PUSHED_FAR):
+        if body.pose != pose:
+            away = _Robot(body.pose, _always(body.box), ()).push(place, radius)
+            if away is not None:
+                return away
+    return None
 
 
 class _Robot:
