@@ -23,8 +23,11 @@ def room(world: World, x: float, y: float, clearance: float = 0.5) -> float:
 
     A world *has room* for a wander when this is above 1.5 m.
 
-    :param clearance: the least distance its middle keeps from walls and posts, at most 1 m.
-    :returns: 0 where it cannot stand at all.
+    Args:
+        clearance: the least distance its middle keeps from walls and posts, at most 1 m.
+
+    Returns:
+        0 where it cannot stand at all.
     """
     column_x, row_y, distance = _grid(world)
     reached = flood(_nearest_cell(column_x, row_y, x, y), distance >= clearance)
@@ -39,8 +42,9 @@ def gap_open(world: World, x: float, y: float, width: float = 1.0, reach: float 
     wall is farther, since its own middle is at least `body` this side of the wall and the middle of the way half the
     width beyond.
 
-    :param reach: how far from the spot the way has to lead.
-    :param body: half the width of the robot; as it stands, of the narrowest there is.
+    Args:
+        reach: how far from the spot the way has to lead.
+        body: half the width of the robot; as it stands, of the narrowest there is.
     """
     column_x, row_y, distance = _grid(world)
     from_spot = np.sqrt((column_x - x) ** 2 + (row_y[:, None] - y) ** 2)

@@ -31,8 +31,11 @@ class Floor(NamedTuple):
 def random_world(seed: int, kind: Optional[str] = None) -> World:
     """The world of a seed: always the same for the same seed and kind.
 
-    :param kind: one of `KINDS`; None takes them in turn, so that any run of seeds has them all.
-    :raises WorldError: for another kind.
+    Args:
+        kind: one of `KINDS`; None takes them in turn, so that any run of seeds has them all.
+
+    Raises:
+        WorldError: for another kind.
     """
     kind = sorted(KINDS)[seed % len(KINDS)] if kind is None else kind
     if kind not in KINDS:

@@ -11,15 +11,15 @@ from typing import List, Optional
 from ..errors import ParameterError, PioneerError
 from ..p2os.recording import Entry, read_record
 from ..robots import find_model, load_models
+from .hardware.robot_numbers import load_numbers
 from .line.faults import KINDS, fault_of, load_faults, rows
-from .world.world_loader import known_worlds, load_world
+from .line.line_recorder import LineRecorder
+from .line.line_simulation import LineSimulation
+from .line.server import SPEEDS, STANDARD_PORT, Server
 from .played.played_client import compare, play_client
 from .played.played_robot import PlayedRobot
-from .line.line_recorder import LineRecorder
-from .hardware.robot_numbers import load_numbers
-from .line.server import SPEEDS, STANDARD_PORT, Server
 from .simulation import MOST_ROBOTS, Simulation, simulate
-from .line.line_simulation import LineSimulation
+from .world.world_loader import known_worlds, load_world
 
 
 def main(arguments: Optional[List[str]] = None) -> int:

@@ -30,14 +30,14 @@ from ..message_values import quaternion_of
 from ..robots import find_model
 from ..ros_node import init_node
 from ..srv import AddFault, AddFaultResponse
-from .world.poses import compose
-from .line.faults import fault_of, load_faults
 from .firmware.firmware import Firmware
-from .world.world_loader import load_world
-from .parameters import SimulatorParameters, check_parameters
 from .hardware.robot_numbers import load_numbers
+from .line.faults import fault_of, load_faults
 from .line.server import Server
+from .parameters import SimulatorParameters, check_parameters
 from .simulation import Simulation, simulate
+from .world.poses import compose
+from .world.world_loader import load_world
 
 PERIOD = 0.1
 """Seconds between two publications, of real time."""

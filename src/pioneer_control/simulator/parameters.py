@@ -5,9 +5,9 @@ from typing import Any, Mapping, NamedTuple, Optional, Union
 
 from ..errors import ParameterError
 from ..parameters import AutoSwitch, Number, Numbers, Switch, Text, Whole, check, parameter
-from .world.geometry import Pose
 from .line.server import SPEEDS
 from .simulation import MOST_ROBOTS
+from .world.geometry import Pose
 
 
 class TcpAddress(NamedTuple):

@@ -15,9 +15,9 @@ from ..errors import PioneerError
 from ..pictures import BEYOND, FLOOR, INK, WALL, draw_frame, write
 from ..robots import find_model
 from .world.geometry import Point, Pose
-from .world.world_loader import known_worlds, load_world
 from .world.start_poses import standing_places
 from .world.world import FREE, OCCUPIED, World
+from .world.world_loader import known_worlds, load_world
 
 CAN, START, DOCK, GOAL, ROBOT = "#e69f00", "#009e73", "#0072b2", "#cc79a7", "#d55e00"
 LEAST_SPAN = 4.0  # m: a world without anything is drawn this wide
@@ -33,7 +33,8 @@ Standing = Tuple[Outline, Pose]
 def draw_world(world: World, output: str, robots: Sequence[Standing] = (), title: Optional[str] = None) -> None:
     """Write the picture of a world to a file; see `pictures.write`.
 
-    :param robots: for each its outline (base_link) and its pose (map frame).
+    Args:
+        robots: for each its outline (base_link) and its pose (map frame).
     """
     write(lambda: figure(world, robots, title), output, DPI)
 

@@ -30,7 +30,8 @@ MOST_ROBOTS = 2000
 class Simulation:
     """Robots that share a world. Each is a `Firmware`: give it bytes with `receive`, but let time pass here only.
 
-    :param world: the `World`, from now on this simulation's alone.
+    Args:
+        world: the `World`, from now on this simulation's alone.
     """
 
     def __init__(self, world: World):
@@ -43,10 +44,13 @@ class Simulation:
     def add(self, model: RobotModel, pose: Optional[Pose] = None, **options) -> Firmware:
         """One robot more, switched on now.
 
-        :param model: which robot.
-        :param pose: where it stands (x, y, heading; map frame); the world's next start if None.
-        :param options: whatever else `Firmware` takes.
-        :raises ParameterError: it would stand in something, or the world has no start left.
+        Args:
+            model: which robot.
+            pose: where it stands (x, y, heading; map frame); the world's next start if None.
+            options: whatever else `Firmware` takes.
+
+        Raises:
+            ParameterError: it would stand in something, or the world has no start left.
         """
         if pose is None:
             pose = self._next_start()
@@ -59,8 +63,11 @@ class Simulation:
     def advance(self, seconds: float) -> List[bytes]:
         """Let simulated time pass for all.
 
-        :param seconds: from 0 up; microseconds count, fractions of them are carried over to the next call.
-        :returns: what each robot sent meanwhile, in the order of `robots`.
+        Args:
+            seconds: from 0 up; microseconds count, fractions of them are carried over to the next call.
+
+        Returns:
+            What each robot sent meanwhile, in the order of `robots`.
         """
         self.run_to(self.clock.after(seconds))
         return [robot.take_sent() for robot in self.robots]
@@ -85,10 +92,13 @@ class Simulation:
 def simulate(world: World, model: RobotModel, count: int, name: Optional[str], seed: int, **options) -> Simulation:
     """Robots of one model in a world, as the command line and the ROS node offer them.
 
-    :param name: of a robot alone; several are numbered, ``NAME_0001`` and up, ``sim_0001`` and up if None.
-    :param seed: of the first one; each has another.
-    :param options: whatever else `Firmware` takes.
-    :raises ParameterError: they cannot all stand there, or `Firmware` raises it.
+    Args:
+        name: of a robot alone; several are numbered, ``NAME_0001`` and up, ``sim_0001`` and up if None.
+        seed: of the first one; each has another.
+        options: whatever else `Firmware` takes.
+
+    Raises:
+        ParameterError: they cannot all stand there, or `Firmware` raises it.
     """
     simulation = Simulation(world)
     for number, pose in enumerate(standing_places(world, model, count)):

@@ -8,8 +8,9 @@ US_PER_MINUTE = 6e7
 class BatteryPack:
     """A battery of the 12 V or the 24 V class.
 
-    :param numbers: voltages of the 12 V class and how fast they fall and rise (`BatteryNumbers`).
-    :param nominal: 12 or 24.
+    Args:
+        numbers: voltages of the 12 V class and how fast they fall and rise (`BatteryNumbers`).
+        nominal: 12 or 24.
     """
 
     def __init__(self, numbers, nominal: int):

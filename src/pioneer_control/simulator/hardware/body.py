@@ -28,10 +28,11 @@ def box_round(outline: Sequence[Point], skin: float) -> Tuple[Point, ...]:
 class Body:
     """A solid outline that moves through `world` and is stopped by its walls and posts.
 
-    :param world: answers ``touches``.
-    :param outline: corners of the body in its own frame (m, base_link).
-    :param pose: where it starts (map frame).
-    :param hull: what of it is so tall that sonar sees it; all if None.
+    Args:
+        world: answers ``touches``.
+        outline: corners of the body in its own frame (m, base_link).
+        pose: where it starts (map frame).
+        hull: what of it is so tall that sonar sees it; all if None.
     """
 
     def __init__(self, world: World, outline: Sequence[Point], pose: Pose, hull: Optional[Sequence[Point]] = None):

@@ -9,8 +9,8 @@ import random
 from typing import Dict, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from ...robots import ARRAY_SIZE, Transducer
-from ..world.trigonometry import Heading, unit
 from ..world.geometry import Point, Pose
+from ..world.trigonometry import Heading, unit
 
 LONGEST_SEQUENCE = 16
 """Firings that the sequence of one array can name (ARCOS manual)."""
@@ -31,14 +31,15 @@ class Mount(NamedTuple):
 class Sonar:
     """The transducers that are fitted to a robot, and their firing.
 
-    :param transducers: as `RobotModel.sonar` lists them.
-    :param numbers: ranges, cone, specular loss, cycle and noise (`SonarNumbers`).
-    :param world: has an ``ear``.
-    :param noise: every range is off by up to this much (m).
-    :param seed: of the noise.
-    :param body: that it is on, which it does not hear.
-
     `arrays` are the numbers (from 0) of those arrays that have a transducer, `firing` of those that are switched on.
+
+    Args:
+        transducers: as `RobotModel.sonar` lists them.
+        numbers: ranges, cone, specular loss, cycle and noise (`SonarNumbers`).
+        world: has an ``ear``.
+        noise: every range is off by up to this much (m).
+        seed: of the noise.
+        body: that it is on, which it does not hear.
     """
 
     def __init__(self, transducers: Sequence[Transducer], numbers, world, noise: float, seed: int, body=None):

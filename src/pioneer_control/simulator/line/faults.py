@@ -103,7 +103,8 @@ class Fault(NamedTuple):
 def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
     """The fault that a text or a mapping describes.
 
-    :raises ParameterError: names what makes no sense in it, and what is legal.
+    Raises:
+        ParameterError: names what makes no sense in it, and what is legal.
     """
     def fail(problem: str) -> ParameterError:
         return ParameterError("fault %r: %s" % (str(words), problem))
@@ -147,7 +148,8 @@ def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
 def load_faults(path: str) -> List[Fault]:
     """The faults of a timeline file.
 
-    :raises ParameterError: names the file and what makes no sense in it.
+    Raises:
+        ParameterError: names the file and what makes no sense in it.
     """
     listed = read_values(path)
     if not isinstance(listed, list):

@@ -9,8 +9,11 @@ from ...p2os.recording import TITLE, Entry, written
 class LineRecorder:
     """A file that is being written.
 
-    :param path: of the file; None: nothing is written anywhere. An older one of that name is replaced.
-    :raises ParameterError: it cannot be written; says why.
+    Args:
+        path: of the file; None: nothing is written anywhere. An older one of that name is replaced.
+
+    Raises:
+        ParameterError: it cannot be written; says why.
     """
 
     def __init__(self, path: Optional[str]):

@@ -37,8 +37,11 @@ def _nobody(file: Any) -> None:
 class TcpLine:
     """A TCP port that welcomes one client at a time.
 
-    :param address: a port (0: any free one) of this machine only, or ``"host:port"``.
-    :raises PortError: it cannot be opened; says what to do.
+    Args:
+        address: a port (0: any free one) of this machine only, or ``"host:port"``.
+
+    Raises:
+        PortError: it cannot be opened; says what to do.
     """
 
     def __init__(self, address: Union[int, str]):
@@ -115,7 +118,8 @@ class TcpLine:
     def plug(self, in_: bool) -> None:
         """Pull the cable out, which hangs up on the client and refuses others, or put it back.
 
-        :raises PortError: somebody else has the port now.
+        Raises:
+            PortError: somebody else has the port now.
         """
         if not in_:
             self.close()
@@ -176,9 +180,12 @@ class PtyLine:
 
     Like a serial line it garbles what goes through while its two ends have different speeds.
 
-    :param link: path of the link; a link that an earlier simulator left there is replaced, anything else is not touched.
-    :param baud: speed of the robot's end; also that of the client's until a client sets it.
-    :raises PortError: the link cannot be made; says why.
+    Args:
+        link: path of the link; a link that an earlier simulator left there is replaced, anything else is not touched.
+        baud: speed of the robot's end; also that of the client's until a client sets it.
+
+    Raises:
+        PortError: the link cannot be made; says why.
     """
 
     def __init__(self, link: str, baud: int = 9600):
@@ -293,7 +300,8 @@ Line = Union[TcpLine, PtyLine]
 def host_and_port(address: Union[int, str]) -> Tuple[str, int]:
     """Host and port of a TCP address, of this machine only when it names no host.
 
-    :raises PortError: it is none.
+    Raises:
+        PortError: it is none.
     """
     host, _, port = str(address).rpartition(":")
     if not port.isdigit() or int(port) > 65535:

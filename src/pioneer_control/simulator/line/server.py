@@ -85,17 +85,22 @@ class Server:
     TCP finds a robot that waits (protocol section 8), for the vendor's client has no way with one that still drives.
     A terminal takes the time that a serial line takes.
 
-    :param robots: them (`Simulation`), or one that is alone in its world (`Firmware`). While the server runs, touch them only under `lock`.
-    :param tcp: port of this machine (0: any free one), or ``"host:port"``, for the first robot, the ports after it for the others;
-        `STANDARD_PORT` if `pty` is not given either.
-    :param pty: path of a link to be made to a pseudo-terminal; with several robots each one's number (from 1) is put behind it.
-    :param speed: how many simulated seconds pass in a real one.
-    :param seed: of the luck on the lines.
-    :param faults: which come, times in simulated seconds from the start.
-    :param record: file to which everything is written that goes over the lines.
-    :param say: told of each fault when it begins and ends.
-    :raises PortError: a line cannot be opened.
-    :raises ParameterError: a speed, a fault or a record that cannot be.
+    Args:
+        robots: them (`Simulation`), or one that is alone in its world (`Firmware`). While the server runs, touch them
+            only under `lock`.
+        tcp: port of this machine (0: any free one), or ``"host:port"``, for the first robot, the ports after it for
+            the others; `STANDARD_PORT` if `pty` is not given either.
+        pty: path of a link to be made to a pseudo-terminal; with several robots each one's number (from 1) is put
+            behind it.
+        speed: how many simulated seconds pass in a real one.
+        seed: of the luck on the lines.
+        faults: which come, times in simulated seconds from the start.
+        record: file to which everything is written that goes over the lines.
+        say: told of each fault when it begins and ends.
+
+    Raises:
+        PortError: a line cannot be opened.
+        ParameterError: a speed, a fault or a record that cannot be.
     """
 
     def __init__(

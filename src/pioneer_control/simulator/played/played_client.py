@@ -13,8 +13,8 @@ from ...errors import UsageError
 from ...p2os import FrameDecoder
 from ...p2os.recording import Entry
 from ...robots import RobotModel
-from ..world.trigonometry import hypot
 from ..line.line_simulation import LineSimulation
+from ..world.trigonometry import hypot
 
 SAME_MOMENT = 0.1
 """SIPs that are further apart (s) are not compared."""
@@ -56,8 +56,11 @@ class Comparison(NamedTuple):
 def play_client(entries: Iterable[Entry], lines: LineSimulation) -> List[Entry]:
     """Tell the robots what the record's were told.
 
-    :returns: the record as it is now: what their clients wrote, and what these robots answer.
-    :raises UsageError: the record has more robots than there are.
+    Returns:
+        The record as it is now: what their clients wrote, and what these robots answer.
+
+    Raises:
+        UsageError: the record has more robots than there are.
     """
     made: List[Entry] = []
 

@@ -41,10 +41,13 @@ class RecordedStep(NamedTuple):
 class PlayedRobot:
     """One robot of a record.
 
-    :param entries: of the record.
-    :param robot: its number in there (from 1).
-    :param say: told what the client does otherwise than that of the record: seconds of the record, and a sentence.
-    :raises UsageError: the record has no such robot, or no beginning of a connection, so that no client could connect.
+    Args:
+        entries: of the record.
+        robot: its number in there (from 1).
+        say: told what the client does otherwise than that of the record: seconds of the record, and a sentence.
+
+    Raises:
+        UsageError: the record has no such robot, or no beginning of a connection, so that no client could connect.
     """
 
     line_takes_time = False
@@ -222,7 +225,8 @@ class PlayedRobot:
 def steps_of(entries: Iterable[Entry], robot: int) -> List[RecordedStep]:
     """What a record has of one robot, with the places where the robot answered to a connection.
 
-    :raises UsageError: it has nothing of it.
+    Raises:
+        UsageError: it has nothing of it.
     """
     steps: List[RecordedStep] = []
     ears = {True: FrameDecoder(), False: FrameDecoder()}

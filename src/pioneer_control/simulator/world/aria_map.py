@@ -43,8 +43,9 @@ CAIRN_FORM = 'Cairn: TYPE x y theta "" ICON "NAME" [x1 y1 x2 y2]'
 def read_aria_map(path: Path, text: str) -> World:
     """The world of a map.
 
-    :param path: for the world's name and for errors.
-    :param text: all of the file.
+    Args:
+        path: for the world's name and for errors.
+        text: all of the file.
     """
     return _AriaMap(path).world(text)
 

@@ -11,8 +11,8 @@ from typing import Dict, Iterable, List, Optional, Sequence, Tuple
 import numpy as np
 
 from ...errors import UsageError
-from .trigonometry import unit
 from .geometry import Point, Solids
+from .trigonometry import unit
 
 SQUARE = 1.0
 """Side (m) of the squares of floor for which is found out what can be heard there."""
@@ -36,11 +36,14 @@ _unpacked = struct.Struct("6d").iter_unpack
 class Ear:
     """What hears in a world for sonar transducers of one kind.
 
-    :param world: a `World`.
-    :param half_width: angle between the axis of a cone and its edge, above 0 and at most pi / 4.
-    :param maximum: how far they hear (m).
-    :param slant: tangent of the greatest angle at which sound may meet a wall (0: squarely) and still come back.
-    :raises UsageError: for a wider cone.
+    Args:
+        world: a `World`.
+        half_width: angle between the axis of a cone and its edge, above 0 and at most pi / 4.
+        maximum: how far they hear (m).
+        slant: tangent of the greatest angle at which sound may meet a wall (0: squarely) and still come back.
+
+    Raises:
+        UsageError: for a wider cone.
     """
 
     def __init__(self, world, half_width: float, maximum: float, slant: float):
@@ -59,11 +62,14 @@ class Ear:
 
         Exact, not sampled by rays. Nothing hides the nearest point of a cone, so nothing has to be hidden.
 
-        :param x: position of the transducer, as `y`.
-        :param heading: the way it looks (rad).
-        :param right: unit vector along the right edge of its cone, as `left`.
-        :param listener: the body that it is on, which it does not hear.
-        :returns: the maximum where nothing is nearer, 0 inside a post.
+        Args:
+            x: position of the transducer, as `y`.
+            heading: the way it looks (rad).
+            right: unit vector along the right edge of its cone, as `left`.
+            listener: the body that it is on, which it does not hear.
+
+        Returns:
+            The maximum where nothing is nearer, 0 inside a post.
         """
         square = math.floor(x / SQUARE), math.floor(y / SQUARE)
         earshot = self._earshots.get(square) or self._listen(*square)
@@ -102,13 +108,14 @@ class Ear:
 class Earshot:
     """What can be heard from a small square of floor, for cones of one width: by sector of the way they look, and nearest first.
 
-    :param solids: all that is within the sonar's maximum of any place of the square, and maybe more.
-    :param x: middle of the square, as `y`.
-    :param spread: from there to its corners.
-    :param rights: for each sector the unit vector along the rightmost of the right edges of its cones, (sectors, 2).
-    :param lefts: the same of their left edges.
-
     `sectors` are the lists that have been asked for by `candidates`.
+
+    Args:
+        solids: all that is within the sonar's maximum of any place of the square, and maybe more.
+        x: middle of the square, as `y`.
+        spread: from there to its corners.
+        rights: for each sector the unit vector along the rightmost of the right edges of its cones, (sectors, 2).
+        lefts: the same of their left edges.
     """
 
     def __init__(self, solids: Solids, x: float, y: float, spread: float, rights: np.ndarray, lefts: np.ndarray):
@@ -152,9 +159,12 @@ def outline_candidates(outline: Sequence[Point]) -> List[Candidate]:
 def echo(candidates: Iterable[Candidate], x: float, y: float, right: Point, left: Point, maximum: float, slant: float) -> float:
     """Distance from a sensor to the nearest candidate in its cone.
 
-    :param right: unit vector along the right edge of the cone, as `left`.
-    :param slant: tangent of the greatest angle at which sound may meet a wall (0: squarely) and still come back.
-    :returns: `maximum` if nothing is nearer, 0 inside a post.
+    Args:
+        right: unit vector along the right edge of the cone, as `left`.
+        slant: tangent of the greatest angle at which sound may meet a wall (0: squarely) and still come back.
+
+    Returns:
+        `maximum` if nothing is nearer, 0 inside a post.
     """
     right_x, right_y = right
     left_x, left_y = left

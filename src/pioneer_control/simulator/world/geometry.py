@@ -21,9 +21,10 @@ TOUCH = 1e-5
 class Solids:
     """Walls and posts, laid out for fast questions: all that sonar sees and a body bumps into.
 
-    :param walls: (n, 4) array, one segment ``x1 y1 x2 y2`` a row, none of length zero.
-    :param posts: (m, 3) array, one disc ``x y radius`` a row.
-    :param frames: start, unit vector and length of each wall, in rows, where they are known; worked out if None.
+    Args:
+        walls: (n, 4) array, one segment ``x1 y1 x2 y2`` a row, none of length zero.
+        posts: (m, 3) array, one disc ``x y radius`` a row.
+        frames: start, unit vector and length of each wall, in rows, where they are known; worked out if None.
     """
 
     def __init__(self, walls: np.ndarray, posts: np.ndarray, frames: Optional[np.ndarray] = None):
@@ -76,8 +77,9 @@ class Solids:
 
         Plain loops: where a body is, there are few solids, and arrays only pay for many.
 
-        :param outline: corners in order, either way round, convex or not.
-        :param x: middle of a circle round the polygon, as `y` and its `radius`; saves work on solids outside it.
+        Args:
+            outline: corners in order, either way round, convex or not.
+            x: middle of a circle round the polygon, as `y` and its `radius`; saves work on solids outside it.
         """
         for start_x, start_y, ux, uy, length in self.frames.T.tolist():
             to_x, to_y = start_x - x, start_y - y

@@ -23,7 +23,8 @@ def relative(frame: Pose, pose: Pose) -> Pose:
 def along_arc(pose: Pose, distance: float, turn: float, direction: Callable[[float], Point] = unit) -> Pose:
     """The pose after driving `distance` while turning by `turn`, both evenly: exact, straight lines included.
 
-    :param direction: works out the unit vector of an angle (rad).
+    Args:
+        direction: works out the unit vector of an angle (rad).
     """
     x, y, heading = pose
     if not distance:

@@ -32,10 +32,13 @@ def make_way(
 ) -> bool:
     """Push cans out of the way of a robot at `pose`, and whatever they push out of theirs.
 
-    :param blocks_for: the blocks that a can of a given radius meets.
-    :param held: cans in the gripper that push others as they go.
-    :param reach: how far from the middle of the robot anything of it can meet a can.
-    :returns: whether all found a place; if not (one is jammed against a wall or another robot), none was moved.
+    Args:
+        blocks_for: the blocks that a can of a given radius meets.
+        held: cans in the gripper that push others as they go.
+        reach: how far from the middle of the robot anything of it can meet a can.
+
+    Returns:
+        Whether all found a place; if not (one is jammed against a wall or another robot), none was moved.
     """
     near = cans_near(world, pose, reach)
     if not near:

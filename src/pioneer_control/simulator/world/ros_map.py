@@ -116,7 +116,8 @@ class _MapReader(NodeReader):
 def _occupancy(grey: np.ndarray, negate: bool, raw: bool) -> np.ndarray:
     """The occupancy of every cell, from 0 to 1, NaN where it is unknown.
 
-    :param raw: values 0 to 100 are percent, and all above are unknown.
+    Args:
+        raw: values 0 to 100 are percent, and all above are unknown.
     """
     if raw:
         return np.where(grey <= 100.0, grey / 100.0, math.nan)

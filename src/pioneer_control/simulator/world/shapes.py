@@ -2,8 +2,8 @@
 
 from typing import List, Sequence, Tuple
 
-from .trigonometry import unit
 from .geometry import Point
+from .trigonometry import unit
 
 Wall = Tuple[float, float, float, float]
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from ...errors import ParameterError
 from ...robots import RobotModel
-from .trigonometry import hypot
-from .grids import flood
 from .geometry import Pose
+from .grids import flood
+from .trigonometry import hypot
 from .world import World
 
 RESOLUTION = 0.05
@@ -21,7 +21,8 @@ MARGIN = 0.1
 def standing_places(world: World, model: RobotModel, count: int) -> List[Pose]:
     """So many poses (x, y, heading; map frame), the nearest to the first start first, all within reach of a start.
 
-    :raises ParameterError: there is no room for so many; says for how many there is.
+    Raises:
+        ParameterError: there is no room for so many; says for how many there is.
     """
     starts = world.starts[:count]
     if len(starts) == count:

@@ -11,10 +11,10 @@ import numpy as np
 
 from ...errors import WorldError
 from .crowd import Crowd
-from .trigonometry import hypot, unit
-from .grids import flood
-from .geometry import Finder, Pose, Solids
 from .echoes import Ear
+from .geometry import Finder, Pose, Solids
+from .grids import flood
+from .trigonometry import hypot, unit
 
 SONAR_PLANE = 0.17
 """Height of the sonar above the floor (m): what is lower is not seen."""
@@ -52,14 +52,17 @@ def begin_at(start: Pose) -> str:
 class World:
     """Walls and posts that never move, cans that may, and the poses where a robot starts, charges or may be sent to.
 
-    :param walls: segments ``(x1, y1, x2, y2)``, none of length zero.
-    :param posts: discs ``(x, y, radius)``, like the walls taller than the sonar plane.
-    :param cans: what can be picked up; the list and its cans are the caller's to change.
-    :param starts: poses ``(x, y, heading)``, at least one.
-    :param docks: poses ``(x, y, heading)`` that a robot has while it stands in a charging station; see `docks.dock_at`.
-    :param goals: places by name, each a pose ``(x, y, heading)``; nothing here acts on them.
-    :param skipped: what the file that it comes from says and this world has not, a sentence each.
-    :raises WorldError: for numbers that are not finite, a wall without length, a post or a can without size, no start.
+    Args:
+        walls: segments ``(x1, y1, x2, y2)``, none of length zero.
+        posts: discs ``(x, y, radius)``, like the walls taller than the sonar plane.
+        cans: what can be picked up; the list and its cans are the caller's to change.
+        starts: poses ``(x, y, heading)``, at least one.
+        docks: poses ``(x, y, heading)`` that a robot has while it stands in a charging station; see `docks.dock_at`.
+        goals: places by name, each a pose ``(x, y, heading)``; nothing here acts on them.
+        skipped: what the file that it comes from says and this world has not, a sentence each.
+
+    Raises:
+        WorldError: for numbers that are not finite, a wall without length, a post or a can without size, no start.
     """
 
     def __init__(
@@ -123,7 +126,8 @@ class World:
     def touches(self, outline_xy: Sequence[Sequence[float]]) -> bool:
         """Whether a body overlaps any wall or post, also one that is wholly inside it. Cans give way and do not count.
 
-        :param outline_xy: (k, 2) corners of the body's polygon in order, convex or not.
+        Args:
+            outline_xy: (k, 2) corners of the body's polygon in order, convex or not.
         """
         centre_x, centre_y, radius = _middle(*zip(*outline_xy))
         solids = self._near(centre_x, centre_y, radius)
@@ -140,7 +144,8 @@ class World:
     def clearances(self, column_x: np.ndarray, row_y: np.ndarray, limit: float = math.inf) -> np.ndarray:
         """Clearance at every crossing of a grid: (rows, columns), `limit` where it is more. A low limit saves much time.
 
-        :param column_x: growing, as `row_y`.
+        Args:
+            column_x: growing, as `row_y`.
         """
         grid = np.full((len(row_y), len(column_x)), limit)
         for solid in self._solids.each():
@@ -154,11 +159,14 @@ class World:
     def occupancy(self, resolution: float = 0.05, margin: float = 0.5) -> Tuple[np.ndarray, Tuple[float, float]]:
         """The world as a map of square cells, for RViz and pictures.
 
-        :param resolution: side of a cell.
-        :param margin: how far the map goes beyond everything in the world.
-        :returns: int8 array (rows of growing y, columns of growing x) of `OCCUPIED` where a wall or post touches a cell's middle
-            or passes within half a cell of it, `FREE` where a start can be reached from, else `UNKNOWN`; and the map-frame
-            position of the corner with the smallest x and y.
+        Args:
+            resolution: side of a cell.
+            margin: how far the map goes beyond everything in the world.
+
+        Returns:
+            Int8 array (rows of growing y, columns of growing x) of `OCCUPIED` where a wall or post touches a cell's
+            middle or passes within half a cell of it, `FREE` where a start can be reached from, else `UNKNOWN`; and
+            the map-frame position of the corner with the smallest x and y.
         """
         low_x, low_y, high_x, high_y = self.bounds
         origin = (low_x - margin, low_y - margin)

@@ -16,8 +16,9 @@ from .yaml_nodes import NodeReader
 def read_world_file(path: Path, root: Optional[yaml.Node], load_map: Callable[[Path], World]) -> World:
     """The world of a file.
 
-    :param root: of its nodes.
-    :param load_map: reads the map of another kind that the file may name.
+    Args:
+        root: of its nodes.
+        load_map: reads the map of another kind that the file may name.
     """
     return _WorldReader(path, load_map).world(root)
 

@@ -48,7 +48,8 @@ def load_world(name_or_path: Union[str, Path]) -> World:
 
     `World.skipped` tells what a map of another kind has and a world has not.
 
-    :raises WorldError: names the file, the line, the value, and what is legal there.
+    Raises:
+        WorldError: names the file, the line, the value, and what is legal there.
     """
     path = _find(name_or_path)
     return _read(path) or read_world_file(path, compose(path, _text(path)), _load_map)

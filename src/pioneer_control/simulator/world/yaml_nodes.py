@@ -14,7 +14,8 @@ from .geometry import Point
 def read_values(path: str) -> Any:
     """What a file holds, as plain values.
 
-    :raises ParameterError: it cannot be read, or does not parse.
+    Raises:
+        ParameterError: it cannot be read, or does not parse.
     """
     try:
         with open(path, encoding="utf-8") as stream:
@@ -38,7 +39,8 @@ def compose(path: Path, text: str) -> Optional[yaml.Node]:
 class NodeReader:
     """Turns nodes into values: one method for each kind of value.
 
-    :param path: of the file, for errors.
+    Args:
+        path: of the file, for errors.
     """
 
     def __init__(self, path: Path):
@@ -54,7 +56,8 @@ class NodeReader:
     ) -> Dict[str, Any]:
         """The values of a mapping that has all the keys of `needs` and perhaps some of `may`, each read by its function.
 
-        :param skip: is told the nodes of all other keys; None: there may be none.
+        Args:
+            skip: is told the nodes of all other keys; None: there may be none.
         """
         legal = {**needs, **(may or {})}
         if not isinstance(node, yaml.MappingNode):
