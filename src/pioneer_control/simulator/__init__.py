@@ -2,7 +2,8 @@
 
 Each room has a front that says what to open first. Imports go down this list, never up:
 
-``line``        what a client connects to: TCP port, pseudo-terminal, faults of the line and the robot, the server in real time
+``line``        what a client connects to: TCP port, pseudo-terminal, faults of the line and the robot, the server in
+real time
 ``played``      a recorded robot, or a recorded client, instead of a simulated one
 ``simulation``  several robots in one world and one simulated time
 ``firmware``    the robot's side of the protocol: sessions, commands, packets

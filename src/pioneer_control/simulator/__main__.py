@@ -63,12 +63,18 @@ def simulation_of(options: argparse.Namespace) -> Simulation:
 
 
 def played_robot(options: argparse.Namespace) -> PlayedRobot:
-    """The robot of a record. Raises UsageError for a record that makes no sense, and for faults that only a simulated robot can have."""
+    """The robot of a record.
+
+    Raises UsageError for a record that makes no sense, and for faults that only a simulated robot can have.
+    """
     return PlayedRobot(read_record(options.play), options.robot, lambda time, sentence: say("%.3f s of the record: %s" % (time, sentence)))
 
 
 def compare_with(options: argparse.Namespace) -> int:
-    """Let simulated robots hear what those of a record heard, and say how their answers differ. Returns the exit code, as `main`."""
+    """Let simulated robots hear what those of a record heard, and say how their answers differ.
+
+    Returns the exit code, as `main`.
+    """
     try:
         simulation, recorded = simulation_of(options), read_record(options.client)
         recording, notes = LineRecorder(options.record), []

@@ -1,11 +1,17 @@
-"""Simulated robots as a ROS node: their lines for drivers, the truth about their world for pictures and tests, and faults on demand.
+"""Simulated robots as a ROS node: their lines for drivers, the truth about their world for pictures and tests, and
+faults on demand.
 
 *Publishes* ``map`` (nav_msgs/OccupancyGrid, latched), ``world`` (std_msgs/String, latched: its name), ``world_markers``
-(visualization_msgs/MarkerArray, latched: walls and posts), ``markers`` (visualization_msgs/MarkerArray, 10 Hz: cans, grippers and outlines of the
-robots), ``cans`` (geometry_msgs/PoseArray in the map's frame, latched, on change; z is how high a can is lifted, x of a pose points up, so that
-arrows stand). For each robot ``ground_truth`` (nav_msgs/Odometry in the map's frame, 10 Hz) and tf map -> odom (true pose of the odometry's
-origin); of several robots under ``robot1/`` and up, frames too. ``/clock`` (rosgraph_msgs/Clock) when the speed is not 1.
-*Subscribes* ``stop_button`` (std_msgs/Bool), of several robots under ``robot1/`` and up: presses the robot's STOP button, or lets it go.
+(visualization_msgs/MarkerArray, latched: walls and posts), ``markers`` (visualization_msgs/MarkerArray, 10 Hz: cans,
+grippers and outlines of the
+robots), ``cans`` (geometry_msgs/PoseArray in the map's frame, latched, on change; z is how high a can is lifted, x of
+a pose points up, so that
+arrows stand). For each robot ``ground_truth`` (nav_msgs/Odometry in the map's frame, 10 Hz) and tf map -> odom (true
+pose of the odometry's
+origin); of several robots under ``robot1/`` and up, frames too. ``/clock`` (rosgraph_msgs/Clock) when the speed is not
+1.
+*Subscribes* ``stop_button`` (std_msgs/Bool), of several robots under ``robot1/`` and up: presses the robot's STOP
+button, or lets it go.
 *Services* ``~add_fault`` (AddFault), ``~list_faults`` and ``~clear_faults`` (std_srvs/Trigger).
 *Parameters*: `SimulatorParameters`.
 """
@@ -44,7 +50,9 @@ PERIOD = 0.1
 CLOCK_PERIODS = 0.001, 0.01
 """Seconds of real time, at least and at most, between two messages on /clock."""
 CLOCK_STEP = 0.02
-"""Simulated seconds between two of them, within those bounds: packets, which come every 0.1 s, keep stamps of their own and in order."""
+"""Simulated seconds between two of them, within those bounds: packets, which come every 0.1 s, keep stamps of their
+own and in order.
+"""
 MAP_RESOLUTION = 0.025
 """Side (m) of a cell of the map."""
 UP = Quaternion(y=-math.sqrt(0.5), w=math.sqrt(0.5))
@@ -163,7 +171,10 @@ class Node:
         rospy.on_shutdown(self._stop.set)
 
     def run(self) -> int:
-        """Publish until ROS shuts down (0) or the robots die (1). Real time paces it, so that it also works under simulated time."""
+        """Publish until ROS shuts down (0) or the robots die (1).
+
+        Real time paces it, so that it also works under simulated time.
+        """
         due = time.monotonic()
         while not self._stop.wait(self._period):
             if not self._server.running:

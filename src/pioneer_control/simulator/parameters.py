@@ -1,4 +1,7 @@
-"""The private parameters of the simulator's ROS node, in one table: defaults, what is legal, and what each does. No ROS in here."""
+"""The private parameters of the simulator's ROS node, in one table: defaults, what is legal, and what each does.
+
+No ROS in here.
+"""
 
 from dataclasses import dataclass, fields
 from typing import Any, Mapping, NamedTuple, Optional, Union

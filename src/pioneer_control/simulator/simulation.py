@@ -1,4 +1,5 @@
-"""One world with any number of robots in one simulated time: they see each other with their sonar and bump into each other.
+"""One world with any number of robots in one simulated time: they see each other with their sonar and bump into each
+other.
 
 >>> from pioneer_control.robots import find_model
 >>> from pioneer_control.simulator.world import load_world
@@ -9,7 +10,8 @@
 >>> [sent.hex() for sent in simulation.advance(0.1)]
 ['', 'fafb03000000']
 
-No thread, clock or socket is in here: the same bytes at the same simulated times give the same answers however the time is split.
+No thread, clock or socket is in here: the same bytes at the same simulated times give the same answers however the
+time is split.
 """
 
 from typing import List, Optional

@@ -1,7 +1,8 @@
-"""What each client command does to the robot: one row each, by its name in the protocol's table (`HANDLERS`, `IGNORED`).
+"""What each client command does to the robot: one row each, by its name in the protocol's table.
 
-A handler gets the robot and the command's value. Numbers arrive in the units of the wire (mm, mm/s, deg, deg/s) and leave in SI.
-``docs/simulator-commands.md`` shows the same rows to people; `documented` makes them.
+`HANDLERS` are the commands that do something, `IGNORED` the others. A handler gets the robot and the command's value.
+Numbers arrive in the units of the wire (mm, mm/s, deg, deg/s) and leave in SI. ``docs/simulator-commands.md`` shows
+the same rows to people; `documented` makes them.
 """
 
 import math
@@ -21,12 +22,17 @@ SETTINGS = dict(
     rotation_kp=40, rotation_kv=20, rotation_ki=0, translation_kp=40, translation_kv=30, translation_ki=0, drift_factor=0,
     gyro_cw=0, gyro_ccw=0, aux1_baud=0, aux2_baud=0, aux3_baud=0, sounds_on=1,
 )
-"""What a client may set besides what the hardware obeys, as at power-on, by its name in CONFIGpac."""
+"""What a client may set and the hardware does not obey, as at power-on, by its name in CONFIGpac."""
 
 LETTERS = {family: frozenset(letters) for family, letters in dict(
     PSOS="S", P2OS="P", AmigOS="G", AROS="A", ARCOS="C", AmigoSH="C", uARCS="CU", MARCOS="CM",
 ).items()}
-"""Firmware families as the protocol notes write them (section 3): S PSOS, P P2OS, G AmigOS, A AROS, C ARCOS and its kin, U uARCS, M MARCOS."""
+"""Firmware families, and the letters that stand for them.
+
+S is PSOS, P P2OS, G AmigOS, A AROS, C ARCOS and its kin, U uARCS, M MARCOS.
+
+Source: protocol sheet 3.
+"""
 ALL, NOT_PSOS, LATER, ARCOS = "SPGAC", "PGAC", "AC", "C"
 
 
@@ -69,44 +75,27 @@ class CommandedRobot(Protocol):
 
 
 class Handler(NamedTuple):
-    """A row: the type that the value must have (None: the value is ignored), what to do with it, and who knows the command."""
+    """A row of the table."""
 
     value: Optional[type]
+    """The type that the value must have; None: the value is ignored."""
     act: Callable[[Any, Any], None]
+    """What the command does: it is given the robot (`CommandedRobot`) and the value."""
     families: str = ALL
+    """Letters of the firmware families that know the command."""
+    does: str = ""
+    """What it does, for people."""
 
     def known_to(self, family: str) -> bool:
         """Whether firmware of this family obeys it; to the others it is an unknown number."""
         return is_one_of(family, self.families)
 
 
-# -- session
-
-def pulse(robot: CommandedRobot, _: Any) -> None:
-    """Feeds the watchdog, as every packet does; a robot that it stopped takes up its old set points."""
+def do_nothing(robot: CommandedRobot, _: Any) -> None:
+    """Do what every command does: keep the session alive."""
 
 
-def open_again(robot: CommandedRobot, _: Any) -> None:
-    """Begins a session after SYNC0, SYNC1, SYNC2: motors off, sonar on, pose 0, a SIP every 100 ms. Inside a session: nothing."""
-
-
-def close(robot: CommandedRobot, _: Any) -> None:
-    """Ends the session: motors and sonar off, no more packets, parameters as at power-on; the next client is welcome at once."""
-    robot.close_session()
-
-
-def reset(robot: CommandedRobot, _: Any) -> None:
-    """Ends the session as a fresh start of the controller, and says so with 0xFF."""
-    robot.restart()
-
-
-def host_baud(robot: CommandedRobot, code: int) -> None:
-    """Another speed of the line (a pseudo-terminal garbles what comes at the old one), until the session ends."""
-    if 0 <= code < len(BAUD_RATES):
-        robot.baud = BAUD_RATES[code]
-
-
-# -- motion; with the motors off nothing of it is remembered either
+# -- motion: with the motors off it is forgotten
 
 def may_drive(robot: CommandedRobot) -> bool:
     """Whether the motors are on. If so, what VEL2 told the wheels ends."""
@@ -116,7 +105,7 @@ def may_drive(robot: CommandedRobot) -> bool:
 
 
 def enable(robot: CommandedRobot, on: int) -> None:
-    """Motor power on, unless the STOP button or an empty battery forbids it, or off."""
+    """ENABLE."""
     if on:
         robot.hardware.motors.enable()
     else:
@@ -124,124 +113,92 @@ def enable(robot: CommandedRobot, on: int) -> None:
 
 
 def velocity(robot: CommandedRobot, mm_s: int) -> None:
-    """Translate at this speed (mm/s), within SETV, with the ramps of SETA; forgotten while the motors are off, as all motion commands."""
+    """VEL."""
     if may_drive(robot):
         robot.hardware.drives.linear.set_speed(mm_s / 1000.0)
 
 
 def rotation(robot: CommandedRobot, deg_s: int) -> None:
-    """Rotate at this speed (deg/s), within SETRV, with the ramps of SETRA."""
+    """RVEL and ROTATE."""
     if may_drive(robot):
         robot.hardware.drives.angular.set_speed(math.radians(deg_s))
 
 
 def wheels(robot: CommandedRobot, value: int) -> None:
-    """Left wheel in the high byte, right in the low one, in the model's VEL2 unit. ARCOS makes translation and rotation of it, with their limits;
-    before, each wheel has its own speed, and only SETA counts."""
+    """VEL2."""
     if robot.hardware.motors.enabled:
         left, right = (units * robot.model.vel2_mm_s_per_unit / 1000.0 for units in two_bytes(value))
         robot.hardware.drives.turn_wheels(left, right)
 
 
 def move(robot: CommandedRobot, mm: int) -> None:
-    """Translate this far (mm; negative: backward) at SETV, with the ramps of SETA, and stop there."""
+    """MOVE."""
     if may_drive(robot):
         robot.hardware.drives.linear.set_distance(mm / 1000.0)
 
 
 def head(robot: CommandedRobot, deg: int) -> None:
-    """Turn to this heading (deg) of the robot's own frame, the shortest way."""
-    _turn_by(robot, math.remainder(math.radians(deg) - robot.hardware.odometry.pose[2], 2.0 * math.pi))
-
-
-def turn(robot: CommandedRobot, deg: int) -> None:
-    """Turn by this angle (deg) from the present heading."""
-    _turn_by(robot, math.radians(deg))
+    """HEAD."""
+    turn_by(robot, math.remainder(math.radians(deg) - robot.hardware.odometry.pose[2], 2.0 * math.pi))
 
 
 def turn_goal(robot: CommandedRobot, deg: int) -> None:
-    """Turn by this angle (deg) from the heading it is turning to."""
-    hardware = robot.hardware
-    _turn_by(robot, hardware.heading_goal - hardware.odometry.pose[2] + math.radians(deg))
+    """DCHEAD."""
+    turn_by(robot, robot.hardware.heading_goal - robot.hardware.odometry.pose[2] + math.radians(deg))
 
 
-def _turn_by(robot: CommandedRobot, angle: float) -> None:
+def turn_by(robot: CommandedRobot, angle: float) -> None:
+    """Turn by an angle (rad) from the present heading."""
     if may_drive(robot):
         robot.hardware.drives.angular.set_distance(angle)
 
 
 def stop(robot: CommandedRobot, _: Any) -> None:
-    """Ramp down; the motors stay on."""
+    """STOP."""
     robot.hardware.drives.cancel_wheels()
     robot.hardware.drives.set_speeds(0.0, 0.0)
 
 
 def emergency_stop(robot: CommandedRobot, _: Any) -> None:
-    """Stop as fast as the drives can, until the next motion command."""
+    """E_STOP and QSTOP."""
     robot.hardware.drives.cancel_wheels()
     robot.hardware.drives.emergency_stop()
 
 
-def set_origin(robot: CommandedRobot, _: Any) -> None:
-    """The robot's own pose becomes 0, 0, 0."""
-    robot.hardware.reset_odometry()
-
-
-def set_linear_limit(robot: CommandedRobot, mm_s: int) -> None:
-    """Speed limit (mm/s) of later commands."""
-    robot.hardware.drives.linear.limits.set_limit(mm_s / 1000.0)
-
-
-def set_angular_limit(robot: CommandedRobot, deg_s: int) -> None:
-    """Speed limit (deg/s) of later commands."""
-    robot.hardware.drives.angular.limits.set_limit(math.radians(deg_s))
-
-
 def set_turning_limit(robot: CommandedRobot, deg_s: int) -> None:
-    """Speed limit (deg/s) of later turns counter-clockwise, or when negative clockwise. Sources give it two numbers, both are obeyed."""
+    """SETRVDIR."""
     robot.hardware.drives.angular.limits.set_limit_towards(math.radians(deg_s))
-
-
-def set_linear_rate(robot: CommandedRobot, mm_s2: int) -> None:
-    """Acceleration, or when negative deceleration (mm/s^2)."""
-    robot.hardware.drives.linear.limits.set_rate(mm_s2 / 1000.0)
-
-
-def set_angular_rate(robot: CommandedRobot, deg_s2: int) -> None:
-    """Acceleration, or when negative deceleration (deg/s^2)."""
-    robot.hardware.drives.angular.limits.set_rate(math.radians(deg_s2))
 
 
 # -- sonar, inputs, outputs
 
 def sonar(robot: CommandedRobot, value: int) -> None:
-    """Bit 0: on or off; bits 1 to 4: which of arrays 1 to 4, as FLAGS numbers them (AROS and later; our reading), none set: all."""
+    """SONAR."""
     arrays = [array for array in range(4) if value >> array + 1 & 1]
     single = is_one_of(robot.model.firmware_family, LATER) and value > 0
     robot.hardware.sonar.switch(bool(value & 1), robot.clock.now_us, arrays if single and arrays else None)
 
 
 def polling(robot: CommandedRobot, numbers: bytes) -> None:
-    """A new firing sequence of the arrays that it names (numbers count from 1, repeats allowed, 16 for an array); empty: sonar off,
-    sequences kept."""
+    """POLLING."""
     robot.hardware.sonar.set_sequence([number - 1 for number in numbers if 1 <= number <= 32], robot.clock.now_us)
 
 
 def sonar_cycle(robot: CommandedRobot, milliseconds: int) -> None:
-    """Time of a firing, 2 to 120 ms, in every array."""
+    """SONARCYCLE."""
     if 2 <= milliseconds <= 120:
         robot.hardware.sonar.cycle_us = milliseconds * 1000
 
 
 def digital_out(robot: CommandedRobot, value: int) -> None:
-    """Mask of the outputs to change in the high byte, their new states in the low one."""
+    """DIGOUT."""
     mask, states = (byte & 0xFF for byte in two_bytes(value))
     ports = robot.hardware.ports
     ports.digital_out = (ports.digital_out & ~mask | states & mask) & 0xFF
 
 
 def analog_select(robot: CommandedRobot, port: int) -> None:
-    """The analog port that the SIP shows: 1 to 5, on ARCOS 0 to 7."""
+    """ADSEL."""
     if port in (range(8) if is_one_of(robot.model.firmware_family, ARCOS) else range(1, 6)):
         robot.hardware.ports.analog_port = port
 
@@ -249,21 +206,18 @@ def analog_select(robot: CommandedRobot, port: int) -> None:
 # -- requests
 
 def config(robot: CommandedRobot, _: Any) -> None:
-    """Send CONFIGpac, at once."""
+    """CONFIG."""
     robot.send(reports.config(robot.hardware, robot.name, robot.numbers, robot.settings))
 
 
 def request(kind: str, what: str, families: str) -> Handler:
-    """A handler that asks for packets of a kind: 0 stops them, 1 sends one, more sends them with every SIP."""
-    def ask(robot: CommandedRobot, how: int) -> None:
-        robot.request(kind, how)
-    ask.__doc__ = "0 no %s, 1 one with the next SIP, more: one with every SIP." % what
-    return Handler(int, ask, families)
+    """The row of a command that asks for packets of a kind."""
+    return Handler(int, lambda robot, how: robot.request(kind, how), families,
+                   "0 no %s, 1 one with the next SIP, more: one with every SIP." % what)
 
 
 def gyro(robot: CommandedRobot, how: int) -> None:
-    """Gyro read by the client (HasGyro 1): 1 sends GYROpac before every SIP, 0 ends that. Gyro in the robot (2): the heading is made of
-    0 the encoders, 1 both, 2 the gyro alone. Without a gyro: nothing."""
+    """GYRO."""
     if robot.hardware.gyro.kind == GYRO_OF_CLIENT:
         robot.request("gyro", 2 if how > 0 else 0)
         robot.hardware.gyro.take_readings()
@@ -272,135 +226,69 @@ def gyro(robot: CommandedRobot, how: int) -> None:
 
 
 def compass(robot: CommandedRobot, how: int) -> None:
-    """Where a compass is fitted: 0 off, 1 shown in the SIP, 2 one TCM2pac, 3 one with every SIP, 6 one and then as 1, 7 as after power-on.
-    4 and 5 calibrate, which changes nothing here."""
+    """TCM2."""
     if robot.hardware.compass.fitted and 0 <= how <= 7:
         robot.hardware.compass.on = how != 0
         robot.request("compass", {2: 1, 3: 2, 6: 1}.get(how, 0))
 
 
 def playlist(robot: CommandedRobot, number: int) -> None:
-    """Send PLAYLIST: AmigOS its sounds, all for 0; the others 25 zero bytes."""
+    """PLAYLIST."""
     for packet in reports.playlist(robot.model.firmware_family, number, robot.settings["sounds_on"]):
         robot.send(packet)
 
 
-def arm_info(robot: CommandedRobot, _: Any) -> None:
-    """Send ARMINFOpac: no arm."""
-    robot.send(reports.NO_ARM_INFO)
+# -- the line, and auxiliary serial ports
 
+def host_baud(robot: CommandedRobot, code: int) -> None:
+    """HOSTBAUD."""
+    if 0 <= code < len(BAUD_RATES):
+        robot.baud = BAUD_RATES[code]
 
-# -- auxiliary serial ports
 
 def aux_write(port: int) -> Handler:
-    """A handler that passes bytes on to what hangs at an auxiliary port."""
-    def write(robot: CommandedRobot, data: bytes) -> None:
-        robot.hardware.aux[port - 1].write(data)
-    write.__doc__ = "Bytes to the device at AUX%d (none, unless a program hangs one there: `robot.hardware.aux[%d].device`)." % (
-        port, port - 1)
-    return Handler(bytes, write, ARCOS if port == 3 else NOT_PSOS)
+    """The row of a command that passes bytes on to what is connected to an auxiliary port."""
+    return Handler(
+        bytes, lambda robot, data: robot.hardware.aux[port - 1].write(data), ARCOS if port == 3 else NOT_PSOS,
+        "Bytes to the device at AUX%d (none, unless a program connects one: `robot.hardware.aux[%d].device`)." % (port, port - 1))
 
 
 def aux_read(port: int) -> Handler:
-    """A handler that asks for bytes of what hangs at an auxiliary port."""
-    def read(robot: CommandedRobot, count: int) -> None:
-        if count >= 0:
-            robot.hardware.aux[port - 1].want(count)
-    read.__doc__ = "So many bytes (197 at most) of the device at AUX%s in one packet behind the SIP, once they are there; 0 flushes." % port
-    return Handler(int, read, ARCOS if port == 3 else NOT_PSOS)
+    """The row of a command that asks for bytes of what is connected to an auxiliary port."""
+    return Handler(
+        int, lambda robot, count: robot.hardware.aux[port - 1].want(count), ARCOS if port == 3 else NOT_PSOS,
+        "So many bytes (197 at most) of the device at AUX%d in one packet behind the SIP, once they are there; 0 flushes." % port)
 
 
-def aux_baud(port: int) -> Handler:
-    """A handler that keeps the speed of an auxiliary port."""
-    def keep(robot: CommandedRobot, code: int) -> None:
-        if 0 <= code < len(BAUD_RATES):
-            robot.settings["aux%d_baud" % port] = code
-    keep.__doc__ = "Shown in CONFIGpac, until the session ends; the devices hear at any speed."
-    return Handler(int, keep, ARCOS if port == 3 else NOT_PSOS)
-
-
-# -- docking, sounds, joystick
+# -- docking, sounds, gripper
 
 def dock(robot: CommandedRobot, how: int) -> None:
-    """0 off; 1, 2: takes power where it stands in a dock of the world; 2 also stops then."""
+    """DOCK and CHARGE."""
     robot.hardware.charger.asks_dock = how in (1, 2)
     robot.hardware.charger.stops_in_dock = how == 2
 
 
-def charge(robot: CommandedRobot, on: int) -> None:
-    """1: takes power where it stands in a dock of the world, 0: no longer."""
-    robot.hardware.charger.asks_dock = bool(on)
-
-
 def sounds(robot: CommandedRobot, on: int) -> None:
-    """Shown in PLAYLIST; nobody hears anything."""
+    """SOUNDTOG."""
     robot.settings["sounds_on"] = int(on != 0)
 
 
-def joystick_drive(robot: CommandedRobot, on: int) -> None:
-    """Whether a joystick that is plugged in (`robot.hardware.joystick`) drives while its first button is pressed."""
-    robot.hardware.allow_joystick(bool(on))
-
-
-# -- gripper
-
 def gripper(robot: CommandedRobot, number: int) -> None:
-    """One of the sub-commands 1 to 8 and 15 at once; 16 and 17 wait for their GRIPPERVAL. Without a gripper: nothing."""
+    """GRIPPER."""
     fitted = robot.hardware.gripper
     if fitted is not None and number in GRIPPER_ACTIONS:
         GRIPPER_ACTIONS[number](fitted)
 
 
 def gripper_value(robot: CommandedRobot, units: int) -> None:
-    """Right behind GRIPPER 16: the grasp time, 1 to 100; behind 17: how far the lift goes, -255 to 255; anywhere else nothing."""
-    fitted = robot.hardware.gripper
-    before = robot.previous
+    """GRIPPERVAL."""
+    fitted, before = robot.hardware.gripper, robot.previous
     if fitted is None or before is None or before.name != "GRIPPER":
         return
     if before.value == GripperCommand.PRESSURE and 1 <= units <= 100:
         fitted.grasp_time = units * GRIPPER_UNIT
     elif before.value == GripperCommand.CARRY and 1 <= abs(units) <= 255:
         fitted.lift.move_for(units * GRIPPER_UNIT)
-
-
-# -- safety and tuning
-
-def bump_stall(robot: CommandedRobot, which: int) -> None:
-    """Which bumpers stop the wheels at once: bit 0 the front ones, bit 1 the rear ones; at first both."""
-    robot.hardware.bumpers.front_stalls = bool(which & 1)
-    robot.hardware.bumpers.rear_stalls = bool(which & 2)
-
-
-def rev_count(robot: CommandedRobot, count: int) -> None:
-    """Encoder count of a turn: a greater one makes wider turns of the same angle told."""
-    if count >= 1:
-        robot.hardware.wheels.rev_count = count
-
-
-def ticks_per_mm(robot: CommandedRobot, ticks: int) -> None:
-    """Encoder ticks of a mm: more make longer metres of the same distance told."""
-    if ticks >= 1:
-        robot.hardware.wheels.ticks_per_mm = ticks
-
-
-def setting(name: str, families: str, lowest: int = 0) -> Handler:
-    """A handler that keeps a number under its name in CONFIGpac, unless it is too low to mean anything."""
-    def keep(robot: CommandedRobot, number: int) -> None:
-        if number >= lowest:
-            robot.settings[name] = number
-    keep.__doc__ = "Shown in CONFIGpac, until the session ends; it drives no differently."
-    return Handler(int, keep, families)
-
-
-def e_stall(robot: CommandedRobot, on: int) -> None:
-    """Whether the STOP button takes the power from the motors: at first it does, before AROS it does not."""
-    robot.hardware.motors.set_stop_button_stalls(bool(on))
-
-
-def battery_test(robot: CommandedRobot, decivolts: int) -> None:
-    """Pretend a battery voltage (0.1 V), 0 for the real one."""
-    if decivolts >= 0:
-        robot.hardware.battery.pretend(decivolts / 10.0)
 
 
 GRIPPER_ACTIONS: Dict[int, Callable[[ParallelGripper], None]] = {
@@ -415,51 +303,135 @@ GRIPPER_ACTIONS: Dict[int, Callable[[ParallelGripper], None]] = {
     GripperCommand.HALT: ParallelGripper.halt,
 }
 
+# -- safety and tuning
+
+
+def bump_stall(robot: CommandedRobot, which: int) -> None:
+    """BUMPSTALL."""
+    robot.hardware.bumpers.front_stalls = bool(which & 1)
+    robot.hardware.bumpers.rear_stalls = bool(which & 2)
+
+
+def rev_count(robot: CommandedRobot, count: int) -> None:
+    """REVCOUNT."""
+    if count >= 1:
+        robot.hardware.wheels.rev_count = count
+
+
+def ticks_per_mm(robot: CommandedRobot, ticks: int) -> None:
+    """TICKSMM."""
+    if ticks >= 1:
+        robot.hardware.wheels.ticks_per_mm = ticks
+
+
+def battery_test(robot: CommandedRobot, decivolts: int) -> None:
+    """BATTEST."""
+    if decivolts >= 0:
+        robot.hardware.battery.pretend(decivolts / 10.0)
+
+
+def setting(
+    name: str, families: str, lowest: int = 0, highest: int = 0x7FFF,
+    does: str = "Shown in CONFIGpac, until the session ends; it drives no differently.",
+) -> Handler:
+    """The row of a command that keeps a number under its name in CONFIGpac, unless the number has no meaning."""
+    def keep(robot: CommandedRobot, number: int) -> None:
+        if lowest <= number <= highest:
+            robot.settings[name] = number
+    return Handler(int, keep, families, does)
+
+
+def aux_baud(port: int) -> Handler:
+    """The row of a command that keeps the speed of an auxiliary port."""
+    return setting("aux%d_baud" % port, ARCOS if port == 3 else NOT_PSOS, 0, len(BAUD_RATES) - 1,
+                   "Shown in CONFIGpac, until the session ends; the devices hear at any speed.")
+
+
+_ROTATE = "Rotate at this speed (deg/s), within SETRV, with the ramps of SETRA."
+_EMERGENCY_STOP = "Stop as fast as the drives can, until the next motion command."
+_TURNING_LIMIT = (
+    "Speed limit (deg/s) of later turns counter-clockwise, or when negative clockwise. Sources give it two numbers, both are"
+    " obeyed.")
+
 HANDLERS: Dict[str, Handler] = {
-    "PULSE": Handler(None, pulse),
-    "OPEN": Handler(None, open_again),
-    "CLOSE": Handler(None, close),
-    "RESET": Handler(None, reset, ARCOS),
-    "HOSTBAUD": Handler(int, host_baud, NOT_PSOS),
-    "ENABLE": Handler(int, enable),
-    "VEL": Handler(int, velocity),
-    "RVEL": Handler(int, rotation),
-    "ROTATE": Handler(int, rotation, NOT_PSOS),
-    "VEL2": Handler(int, wheels),
-    "MOVE": Handler(int, move, NOT_PSOS),
-    "HEAD": Handler(int, head),
-    "DHEAD": Handler(int, turn),
-    "DCHEAD": Handler(int, turn_goal, NOT_PSOS),
-    "STOP": Handler(None, stop, NOT_PSOS),
-    "E_STOP": Handler(None, emergency_stop, NOT_PSOS),
-    "QSTOP": Handler(None, emergency_stop, "M"),
-    "SETO": Handler(None, set_origin),
-    "SETV": Handler(int, set_linear_limit),
-    "SETRV": Handler(int, set_angular_limit),
-    "SETRVDIR_ARCOS": Handler(int, set_turning_limit, ARCOS),
-    "SETRVDIR": Handler(int, set_turning_limit, ARCOS),
-    "SETA": Handler(int, set_linear_rate, NOT_PSOS),
-    "SETRA": Handler(int, set_angular_rate, NOT_PSOS),
-    "SONAR": Handler(int, sonar),
-    "POLLING": Handler(bytes, polling),
-    "SONARCYCLE": Handler(int, sonar_cycle, LATER),
-    "DIGOUT": Handler(int, digital_out),
-    "ADSEL": Handler(int, analog_select, NOT_PSOS),
-    "CONFIG": Handler(None, config, NOT_PSOS),
+    "PULSE": Handler(None, do_nothing, ALL,
+                     "Feeds the watchdog, as every packet does; a robot that it stopped takes up its old set points."),
+    "OPEN": Handler(None, do_nothing, ALL,
+                    "Begins a session after SYNC0, SYNC1, SYNC2: motors off, sonar on, pose 0, a SIP every 100 ms."
+                    " Inside a session: nothing."),
+    "CLOSE": Handler(None, lambda robot, _: robot.close_session(), ALL,
+                     "Ends the session: motors and sonar off, no more packets, parameters as at power-on; the next client is"
+                     " welcome at once."),
+    "RESET": Handler(None, lambda robot, _: robot.restart(), ARCOS,
+                     "Ends the session as a fresh start of the controller, and says so with 0xFF."),
+    "HOSTBAUD": Handler(int, host_baud, NOT_PSOS,
+                        "Another speed of the line (a pseudo-terminal garbles what comes at the old one), until the session"
+                        " ends."),
+    "ENABLE": Handler(int, enable, ALL, "Motor power on, unless the STOP button or an empty battery forbids it, or off."),
+    "VEL": Handler(int, velocity, ALL,
+                   "Translate at this speed (mm/s), within SETV, with the ramps of SETA; forgotten while the motors are off, as"
+                   " all motion commands."),
+    "RVEL": Handler(int, rotation, ALL, _ROTATE),
+    "ROTATE": Handler(int, rotation, NOT_PSOS, _ROTATE),
+    "VEL2": Handler(int, wheels, ALL,
+                    "Left wheel in the high byte, right in the low one, in the model's VEL2 unit. ARCOS makes translation and"
+                    " rotation of it, with their limits; before, each wheel has its own speed, and only SETA counts."),
+    "MOVE": Handler(int, move, NOT_PSOS,
+                    "Translate this far (mm; negative: backward) at SETV, with the ramps of SETA, and stop there."),
+    "HEAD": Handler(int, head, ALL, "Turn to this heading (deg) of the robot's own frame, the shortest way."),
+    "DHEAD": Handler(int, lambda robot, deg: turn_by(robot, math.radians(deg)), ALL,
+                     "Turn by this angle (deg) from the present heading."),
+    "DCHEAD": Handler(int, turn_goal, NOT_PSOS, "Turn by this angle (deg) from the heading it is turning to."),
+    "STOP": Handler(None, stop, NOT_PSOS, "Ramp down; the motors stay on."),
+    "E_STOP": Handler(None, emergency_stop, NOT_PSOS, _EMERGENCY_STOP),
+    "QSTOP": Handler(None, emergency_stop, "M", _EMERGENCY_STOP),
+    "SETO": Handler(None, lambda robot, _: robot.hardware.reset_odometry(), ALL, "The robot's own pose becomes 0, 0, 0."),
+    "SETV": Handler(int, lambda robot, mm_s: robot.hardware.drives.linear.limits.set_limit(mm_s / 1000.0), ALL,
+                    "Speed limit (mm/s) of later commands."),
+    "SETRV": Handler(int, lambda robot, deg_s: robot.hardware.drives.angular.limits.set_limit(math.radians(deg_s)), ALL,
+                     "Speed limit (deg/s) of later commands."),
+    "SETRVDIR_ARCOS": Handler(int, set_turning_limit, ARCOS, _TURNING_LIMIT),
+    "SETRVDIR": Handler(int, set_turning_limit, ARCOS, _TURNING_LIMIT),
+    "SETA": Handler(int, lambda robot, mm_s2: robot.hardware.drives.linear.limits.set_rate(mm_s2 / 1000.0), NOT_PSOS,
+                    "Acceleration, or when negative deceleration (mm/s^2)."),
+    "SETRA": Handler(int, lambda robot, deg_s2: robot.hardware.drives.angular.limits.set_rate(math.radians(deg_s2)), NOT_PSOS,
+                     "Acceleration, or when negative deceleration (deg/s^2)."),
+    "SONAR": Handler(int, sonar, ALL,
+                     "Bit 0: on or off; bits 1 to 4: which of arrays 1 to 4, as FLAGS numbers them (AROS and later; our"
+                     " reading), none set: all."),
+    "POLLING": Handler(bytes, polling, ALL,
+                       "A new firing sequence of the arrays that it names (numbers count from 1, repeats allowed, 16 for an"
+                       " array); empty: sonar off, sequences kept."),
+    "SONARCYCLE": Handler(int, sonar_cycle, LATER, "Time of a firing, 2 to 120 ms, in every array."),
+    "DIGOUT": Handler(int, digital_out, ALL,
+                      "Mask of the outputs to change in the high byte, their new states in the low one."),
+    "ADSEL": Handler(int, analog_select, NOT_PSOS, "The analog port that the SIP shows: 1 to 5, on ARCOS 0 to 7."),
+    "CONFIG": Handler(None, config, NOT_PSOS, "Send CONFIGpac, at once."),
     "ENCODER": request("encoder", "ENCODERpac", NOT_PSOS),
     "GRIPREQUEST": request("gripper", "GRIPPERpac", NOT_PSOS),
     "IOREQUEST": request("io", "IOpac", NOT_PSOS),
     "BATTERYINFO": request("battery", "battery information", ARCOS),
     "JOYREQUEST": request("joystick", "JOYSTICKpac (before the SIP)", LATER),
-    "JOYDRIVE": Handler(int, joystick_drive, NOT_PSOS),
-    "GYRO": Handler(int, gyro, LATER),
+    "JOYDRIVE": Handler(int, lambda robot, on: robot.hardware.allow_joystick(bool(on)), NOT_PSOS,
+                        "Whether a joystick that is plugged in (`robot.hardware.joystick`) drives while its first button is"
+                        " pressed."),
+    "GYRO": Handler(int, gyro, LATER,
+                    "Gyro read by the client (HasGyro 1): 1 sends GYROpac before every SIP, 0 ends that. Gyro in the robot"
+                    " (2): the heading is made of 0 the encoders, 1 both, 2 the gyro alone. Without a gyro: nothing."),
     "GYROCALCW": setting("gyro_cw", ARCOS),
     "GYROCALCCW": setting("gyro_ccw", ARCOS),
-    "TCM2": Handler(int, compass, NOT_PSOS),
-    "PLAYLIST": Handler(int, playlist, "GPA"),
-    "SOUNDTOG": Handler(int, sounds, "GAC"),
-    "GRIPPER": Handler(int, gripper, NOT_PSOS),
-    "GRIPPERVAL": Handler(int, gripper_value, NOT_PSOS),
+    "TCM2": Handler(int, compass, NOT_PSOS,
+                    "Where a compass is fitted: 0 off, 1 shown in the SIP, 2 one TCM2pac, 3 one with every SIP, 6 one and then"
+                    " as 1, 7 as after power-on. 4 and 5 calibrate, which changes nothing here."),
+    "PLAYLIST": Handler(int, playlist, "GPA",
+                        "Send PLAYLIST: AmigOS its sounds, all for 0; the others 25 zero bytes."),
+    "SOUNDTOG": Handler(int, sounds, "GAC", "Shown in PLAYLIST; nobody hears anything."),
+    "GRIPPER": Handler(int, gripper, NOT_PSOS,
+                       "One of the sub-commands 1 to 8 and 15 at once; 16 and 17 wait for their GRIPPERVAL."
+                       " Without a gripper: nothing."),
+    "GRIPPERVAL": Handler(int, gripper_value, NOT_PSOS,
+                          "Right behind GRIPPER 16: the grasp time, 1 to 100; behind 17: how far the lift goes, -255 to 255;"
+                          " anywhere else nothing."),
     "TTY2": aux_write(1),
     "TTY3": aux_write(2),
     "TTY4": aux_write(3),
@@ -469,21 +441,27 @@ HANDLERS: Dict[str, Handler] = {
     "AUX1BAUD": aux_baud(1),
     "AUX2BAUD": aux_baud(2),
     "AUX3BAUD": aux_baud(3),
-    "DOCK": Handler(int, dock, "PG"),
-    "CHARGE": Handler(int, charge, LATER),
-    "BUMPSTALL": Handler(int, bump_stall, NOT_PSOS),
-    "E_STALL": Handler(int, e_stall, NOT_PSOS),
-    "BATTEST": Handler(int, battery_test, ARCOS),
+    "DOCK": Handler(int, dock, "PG",
+                    "0 off; 1, 2: takes power where it stands in a dock of the world; 2 also stops then."),
+    "CHARGE": Handler(int, lambda robot, on: robot.hardware.charger.ask_dock(bool(on)), LATER,
+                      "1: takes power where it stands in a dock of the world, 0: no longer."),
+    "BUMPSTALL": Handler(int, bump_stall, NOT_PSOS,
+                         "Which bumpers stop the wheels at once: bit 0 the front ones, bit 1 the rear ones; at first both."),
+    "E_STALL": Handler(int, lambda robot, on: robot.hardware.motors.set_stop_button_stalls(bool(on)), NOT_PSOS,
+                       "Whether the STOP button takes the power from the motors: at first it does, before AROS it does not."),
+    "BATTEST": Handler(int, battery_test, ARCOS, "Pretend a battery voltage (0.1 V), 0 for the real one."),
     "ROTKP": setting("rotation_kp", NOT_PSOS),
     "ROTKV": setting("rotation_kv", NOT_PSOS),
     "ROTKI": setting("rotation_ki", NOT_PSOS),
     "TRANSKP": setting("translation_kp", NOT_PSOS),
     "TRANSKV": setting("translation_kv", NOT_PSOS),
     "TRANSKI": setting("translation_ki", NOT_PSOS),
-    "REVCOUNT": Handler(int, rev_count, NOT_PSOS),
-    "TICKSMM": Handler(int, ticks_per_mm, ARCOS),
+    "REVCOUNT": Handler(int, rev_count, NOT_PSOS,
+                        "Encoder count of a turn: a greater one makes wider turns of the same angle told."),
+    "TICKSMM": Handler(int, ticks_per_mm, ARCOS,
+                       "Encoder ticks of a mm: more make longer metres of the same distance told."),
     "DRIFTFACTOR": setting("drift_factor", ARCOS, lowest=-0x7FFF),
-    "ARM_INFO": Handler(None, arm_info, NOT_PSOS),
+    "ARM_INFO": Handler(None, lambda robot, _: robot.send(reports.NO_ARM_INFO), NOT_PSOS, "Send ARMINFOpac: no arm."),
     "ARM_STATUS": request("arm", "ARMpac (no arm)", NOT_PSOS),
 }
 
@@ -509,21 +487,26 @@ IGNORED: Dict[str, str] = {
     "WHEELINFO_REQUEST": _OTHER_ROBOT, "POWER_DEVICE": _OTHER_ROBOT, "POWER_AUX_PC": _OTHER_ROBOT, "POWER_TOUCHSCREEN": _OTHER_ROBOT,
     "POWER_PTZ": _OTHER_ROBOT, "POWER_AUDIO": _OTHER_ROBOT, "POWER_LRF2": _OTHER_ROBOT,
 }
-"""Commands of the protocol that change nothing here whatever the firmware, and why: they only keep the session alive."""
+"""Commands of the protocol that change nothing here whatever the firmware, and why: they only keep the session alive.
+"""
 
 COLUMNS = ("PSOS", "P2OS", "AmigOS", "AROS", "ARCOS")
 """Families that the table for people has a column for; AmigoSH, uARCS and MARCOS are as ARCOS."""
 
 
 def documented() -> List[List[str]]:
-    """The rows of the table for people, by number: number, name, whether each of `COLUMNS` obeys, what it does or why nothing."""
+    """The rows of the table for people, by number.
+
+    Returns:
+        For each command its number, its name, whether each of `COLUMNS` obeys, and what it does or why nothing.
+    """
     rows = []
     for command in sorted(COMMANDS.values()):
         handler = HANDLERS.get(command.name)
         if handler is None:
-            rows.append([str(command.number), command.name, *("-" for _ in COLUMNS), "ignored: %s" % IGNORED[command.name]])
+            known, does = ["-"] * len(COLUMNS), "ignored: %s" % IGNORED[command.name]
         else:
             known = ["yes" if handler.known_to(family) else "-" for family in COLUMNS]
-            only = "MARCOS only: " if "yes" not in known else ""
-            rows.append([str(command.number), command.name, *known, only + " ".join((handler.act.__doc__ or "").split())])
+            does = ("" if "yes" in known else "MARCOS only: ") + handler.does
+        rows.append([str(command.number), command.name, *known, does])
     return rows

@@ -7,7 +7,8 @@
 >>> robot.advance(0.1).hex()
 'fafb03000000'
 
-No thread, clock of the computer or socket is in here: the same bytes at the same simulated times, with the same seed, give the same
+No thread, clock of the computer or socket is in here: the same bytes at the same simulated times, with the same seed,
+give the same
 answer however the time is split.
 """
 
@@ -53,7 +54,8 @@ class OpenSession:
         last_command_us: when its last command came.
         next_sip_us: when the next SIP is due.
         previous: its command before the present one.
-        requests: kinds of packets that it asked for; the value says whether they come with every SIP, not with the next one only.
+        requests: kinds of packets that it asked for; the value says whether they come with every SIP, not with the
+            next one only.
     """
 
     def __init__(self, now_us: int, next_sip_us: int):

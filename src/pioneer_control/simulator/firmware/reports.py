@@ -48,9 +48,12 @@ FLAGS = tuple(map(int, (
 )))
 UNDERVOLTAGE = int(FaultFlags.UNDERVOLTAGE)
 OLDER_ANALOG = frozenset(["PSOS", "P2OS", "AmigOS", "AROS"])
-"""Families whose IOpac has ports 1 to 5, 2047 for 5 V; the others have ports 0 to 7 and the battery, 1023 for 5 V (protocol 5.5)."""
+"""Families whose IOpac has ports 1 to 5, 2047 for 5 V; the others have ports 0 to 7 and the battery, 1023 for 5 V
+(protocol 5.5).
+"""
 BATTERY_DIVIDER = 4.0
-"""By what the voltage of a 12 V battery is divided before it comes to the last analog input (the manuals do not say)."""
+"""By what the voltage of a 12 V battery is divided before it comes to the last analog input (the manuals do not say).
+"""
 PLAYLIST_ID = 0xD0
 SOUNDS: List[Tuple[str, int]] = [("~greetings", 0), ("hello", 8000), ("goodbye", 6400)]
 """Stored sounds of an AmigoBot: name and length in bytes; a leading ~ marks a group."""
@@ -224,7 +227,9 @@ def tcm2(hardware: Hardware) -> p2os.TCM2:
 
 
 def playlist(family: str, number: int, sounds_on: int) -> List[Any]:
-    """Answer to PLAYLIST: the stored sounds of an AmigoBot, all of them for 0; the others have none, and say so with zeros."""
+    """Answer to PLAYLIST: the stored sounds of an AmigoBot, all of them for 0; the others have none, and say so with
+    zeros.
+    """
     if family != "AmigOS":
         return [p2os.UnknownPacket(PLAYLIST_ID, bytes(25))]
     asked = range(1, len(SOUNDS) + 1) if number == 0 else [number] if 1 <= number <= len(SOUNDS) else []

@@ -1,4 +1,5 @@
-"""What can be fitted to a robot beside drives, sonar and gripper: gyro, compass, joystick, user inputs and outputs, serial ports.
+"""What can be fitted to a robot beside drives, sonar and gripper: gyro, compass, joystick, user inputs and outputs,
+serial ports.
 
 Knows no packets; numbers are raw readings where the wire carries raw readings.
 """
@@ -35,7 +36,8 @@ AUX_KEPT = 4096
 class RateGyro:
     """The gyro of a robot, if it has one.
 
-    One that the client reads gives it a raw reading every 25 ms, smaller than the centre while the robot turns counter-clockwise. What
+    One that the client reads gives it a raw reading every 25 ms, smaller than the centre while the robot turns
+    counter-clockwise. What
     rounding leaves over goes into the next reading, so that the sum of the readings is the angle turned.
 
     Attributes:
@@ -63,7 +65,9 @@ class RateGyro:
         self.drift = drift
 
     def heading_change(self, by_wheels: float, really: float, dt: float) -> float:
-        """The turn (rad) of a step of `dt` seconds as the robot adds it up: by its wheels, or by a gyro that it reads itself."""
+        """The turn (rad) of a step of `dt` seconds as the robot adds it up: by its wheels, or by a gyro that it reads
+        itself.
+        """
         if self.kind == GYRO_OF_ROBOT and self.mode != ENCODERS_ONLY:
             return really + self.drift * dt
         return by_wheels
@@ -128,7 +132,10 @@ class Compass:
 
 @dataclass
 class JoystickState:
-    """A joystick that is plugged into the robot. Axes go from 0 to 1023, 512 in the middle; x grows to the right, y forward."""
+    """A joystick that is plugged into the robot.
+
+    Axes go from 0 to 1023, 512 in the middle; x grows to the right, y forward.
+    """
 
     button_1: bool = False
     button_2: bool = False
@@ -198,7 +205,8 @@ class UserPorts:
 
 
 class AuxPort:
-    """An auxiliary serial port. `device` is what hangs there: it gets the bytes of each TTY command and returns what it answers at once;
+    """An auxiliary serial port. `device` is what hangs there: it gets the bytes of each TTY command and returns what
+    it answers at once;
     with `put` it speaks unasked. Nothing hangs there at first.
     """
 
@@ -218,8 +226,9 @@ class AuxPort:
 
     def want(self, count: int) -> None:
         """The client wants so many bytes in one packet, once they are there; 0 throws away what waits."""
-        self._wanted = min(count, AUX_MOST)
-        if not count:
+        if count >= 0:
+            self._wanted = min(count, AUX_MOST)
+        if count == 0:
             self._waiting = b""
 
     def take(self) -> Optional[bytes]:

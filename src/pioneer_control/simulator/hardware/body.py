@@ -112,7 +112,9 @@ class Body:
         return x * x + y * y < together * together
 
     def touches(self, polygon: Sequence[Point]) -> bool:
-        """Whether a polygon of the body's own frame, at its present pose, overlaps anything solid, other robots included."""
+        """Whether a polygon of the body's own frame, at its present pose, overlaps anything solid, other robots
+        included.
+        """
         corners = placed(polygon, self.pose)
         if self._world.touches(corners):
             return True

@@ -25,7 +25,8 @@ class BumperRing:
         self.front_stalls = self.rear_stalls = True
 
     def bits(self) -> Tuple[int, int]:
-        """Pressed segments of the front and of the rear bumper; bit 0 is the left one in front, the right one behind."""
+        """Pressed segments of the front and of the rear bumper; bit 0 is the left one in front, the right one behind.
+        """
         front, rear = self._model.length_front, -self._model.length_rear
         return self._pressed(self._model.front_bumpers, front, 1.0), self._pressed(self._model.rear_bumpers, rear, -1.0)
 

@@ -1,6 +1,8 @@
-"""What feeds the battery: a charger that somebody plugs in, or a dock of the world that the robot stands in and asks for power.
+"""What feeds the battery: a charger that somebody plugs in, or a dock of the world that the robot stands in and asks
+for power.
 
-A dock is the pose (m, rad; map frame) that a robot has while it charges there. The station itself is drawn as walls or boxes, or not
+A dock is the pose (m, rad; map frame) that a robot has while it charges there. The station itself is drawn as walls or
+boxes, or not
 at all.
 """
 
@@ -30,6 +32,10 @@ class Charger:
     def reset(self) -> None:
         """Ask no dock for power, as at power-on."""
         self.asks_dock = self.stops_in_dock = False
+
+    def ask_dock(self, asks: bool) -> None:
+        """Take power in a dock from now on, or no longer."""
+        self.asks_dock = asks
 
     def plug(self, in_: bool) -> None:
         """Plug a charger in, or pull it out."""

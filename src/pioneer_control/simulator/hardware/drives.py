@@ -1,4 +1,5 @@
-"""The drives: translation and rotation, or each wheel by itself, on their ramps; what makes them give up; and their power.
+"""The drives: translation and rotation, or each wheel by itself, on their ramps; what makes them give up; and their
+power.
 
 SI units; knows neither packets nor walls.
 """
@@ -155,7 +156,10 @@ class Stall:
         self.held = held
 
     def press(self, dt: float, bumped: bool, left: bool, right: bool) -> None:
-        """The wheels have tried in vain for `dt` seconds; `left` and `right` say which. A bumper that stalls ends that at once."""
+        """The wheels have tried in vain for `dt` seconds; `left` and `right` say which.
+
+        A bumper that stalls ends that at once.
+        """
         self.pressed_s += dt
         if self.pressed_s >= self._numbers.stall_time - 1e-9 or bumped:
             self.left, self.right = left, right

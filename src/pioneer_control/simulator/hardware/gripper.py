@@ -181,7 +181,8 @@ class ParallelGripper:
     def contacts(self) -> Tuple[bool, bool]:
         """Whether something presses on the left and on the right paddle: a can, or the other paddle.
 
-        Closed paddles press on each other where they press on nothing else, so contacts alone do not show that something is held.
+        Closed paddles press on each other where they press on nothing else, so contacts alone do not show that
+        something is held.
 
         Source: protocol sheet 6.4.
         """

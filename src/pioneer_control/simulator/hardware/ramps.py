@@ -33,7 +33,8 @@ def ramp(speed: float, target: float, rise: float, fall: float, dt: float) -> Tu
 
 
 def approach(speed: float, remaining: float, limit: float, rise: float, fall: float, dt: float) -> Tuple[float, float]:
-    """Speed after `dt` seconds on the way to a point `remaining` ahead (behind when negative), and the distance covered.
+    """Speed after `dt` seconds on the way to a point `remaining` ahead (behind when negative), and the distance
+    covered.
 
     The speed stays within `limit`, and such that `fall` still stops the drive at the point: it arrives with speed
     zero and never runs past.
@@ -133,7 +134,10 @@ class Channel:
         self._emergency = True
 
     def step(self, dt: float, held: bool) -> float:
-        """Advance by `dt` seconds and return the distance covered. `held` stops the drive but keeps what it was told."""
+        """Advance by `dt` seconds and return the distance covered.
+
+        `held` stops the drive but keeps what it was told.
+        """
         limits = self.limits
         if held or self._remaining is None:
             target = 0.0 if held else self._target

@@ -19,7 +19,9 @@ Reading = Tuple[int, float]
 
 
 class Mount(NamedTuple):
-    """Where on a robot a transducer sits and looks (m, rad, base_link), and the unit vectors along the edges of its cone."""
+    """Where on a robot a transducer sits and looks (m, rad, base_link), and the unit vectors along the edges of its
+    cone.
+    """
 
     x: float
     y: float
@@ -66,7 +68,9 @@ class Sonar:
         self._next_us = 0
 
     def switch(self, on: bool, now_us: int, arrays: Optional[Sequence[int]] = None) -> None:
-        """Start firing some arrays (all if None), the first of all with the first of their transducers one cycle from now, or stop them."""
+        """Start firing some arrays (all if None), the first of all with the first of their transducers one cycle from
+        now, or stop them.
+        """
         named = set(self.arrays if arrays is None else arrays)
         before = self.firing
         self.firing = [array for array in self.arrays if (on if array in named else array in before)]
@@ -131,7 +135,9 @@ class Sonar:
 
 @functools.lru_cache(maxsize=None)
 def _mounts(transducers: Sequence[Transducer], half_width: float) -> Dict[int, Mount]:
-    """How transducers sit, by number: the same for all robots of a model, so that many of them need not be read from memory again and again."""
+    """How transducers sit, by number: the same for all robots of a model, so that many of them need not be read from
+    memory again and again.
+    """
     return {number: Mount(x, y, to, unit(to - half_width), unit(to + half_width)) for number, x, y, to in transducers}
 
 

@@ -1,6 +1,7 @@
 """The wheels: what the firmware takes their turning for, what their encoders count, and what the body really does.
 
-Lengths are metres, angles radians, counter-clockwise positive. The firmware counts ticks of the encoders, so its calibration (TicksMM,
+Lengths are metres, angles radians, counter-clockwise positive. The firmware counts ticks of the encoders, so its
+calibration (TicksMM,
 RevCount) decides how far the wheels turn. Real wheels are not what the firmware takes them for, and they slip.
 """
 
@@ -50,7 +51,8 @@ class Wheels:
         """What the wheels do in a step of `dt` seconds for which the drives want `distance` and `turn`.
 
         Returns:
-            What the firmware, which counts ticks, takes it for: all that is wanted, or what the motors can do. And what it really is.
+            What the firmware, which counts ticks, takes it for: all that is wanted, or what the motors can do. And
+                what it really is.
         """
         turned = self._turned(distance, turn)
         ahead, around = self._model.max_linear * dt, self._model.max_angular * dt
@@ -99,7 +101,10 @@ class WheelErrors:
         return (left + right) / 2.0, (right - left) / 2.0 * self._really_rad_per_metre
 
     def _on_floor(self, way: float) -> float:
-        """The way (m) of one wheel over the floor while it rolls `way`. Noise grows with the root of the way, in steps of any size."""
+        """The way (m) of one wheel over the floor while it rolls `way`.
+
+        Noise grows with the root of the way, in steps of any size.
+        """
         if self._slip:
             way *= 1.0 - self._random.uniform(0.0, self._slip)
         if self._noise:

@@ -1,4 +1,5 @@
-"""The lines between robots and their clients. Open ``line_simulation`` first: robots with their lines in simulated time.
+"""The lines between robots and their clients. Open ``line_simulation`` first: robots with their lines in simulated
+time.
 
 ``robot_link``     one robot with its line: what faults act on
 ``faults``         what can go wrong with a robot and its line, and when

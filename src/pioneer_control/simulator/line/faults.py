@@ -1,4 +1,5 @@
-"""What can go wrong with a simulated robot and its line: one table, how a fault is written, and when each begins and ends. No I/O, no clock.
+"""What can go wrong with a simulated robot and its line: one table, how a fault is written, and when each begins and
+ends. No I/O, no clock.
 
 A fault in words, as on the command line and in the services of the ROS node::
 
@@ -38,7 +39,10 @@ class Kind(NamedTuple):
     unit: str
     meaning: str
     act: Optional[Callable[[RobotLink, List[Any]], None]] = None
-    """Lets a robot have the faults of this kind that are on: their values, newest last. None: a fault of the line, see `LineErrors`."""
+    """Lets a robot have the faults of this kind that are on: their values, newest last.
+
+    None: a fault of the line, see `LineErrors`.
+    """
     lasts: float = math.inf
     """Seconds until it ends when that is not said."""
 
@@ -85,7 +89,10 @@ KINDS: Dict[str, Kind] = {kind.name: kind for kind in (
 
 
 class Fault(NamedTuple):
-    """One fault. Times are simulated seconds; `robot` counts from 1, None: every robot; `way`: one of `WAYS`, None: both."""
+    """One fault.
+
+    Times are simulated seconds; `robot` counts from 1, None: every robot; `way`: one of `WAYS`, None: both.
+    """
 
     kind: str
     value: Any = None

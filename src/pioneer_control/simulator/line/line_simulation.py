@@ -1,15 +1,18 @@
-"""A simulation and the lines to its robots, in one simulated time: bytes take as long as the line needs, and faults come and go.
+"""A simulation and the lines to its robots, in one simulated time: bytes take as long as the line needs, and faults
+come and go.
 
 >>> from pioneer_control.robots import find_model
 >>> from pioneer_control.simulator.line.faults import fault_of
 >>> from pioneer_control.simulator.firmware.firmware import Firmware
 >>> from pioneer_control.simulator.world.world_loader import load_world
->>> lines = LineSimulation(Firmware(find_model("p3dx-sh"), load_world("empty")), faults=[fault_of("silence from 1 to 2")])
+>>> lines = LineSimulation(Firmware(find_model("p3dx-sh"), load_world("empty")), faults=[fault_of("silence from 1 to
+2")])
 >>> lines.send(0, bytes.fromhex("FAFB03000000"), baud=9600)    # SYNC0, six bytes: 6.25 ms there, 6.25 ms back
 >>> [(arrival.time_us, arrival.data.hex()) for arrival in lines.advance(0.1)]
 [(12500, 'fafb03000000')]
 
-No thread, clock or socket is in here: the same bytes at the same simulated times, with the same seed, have the same answers
+No thread, clock or socket is in here: the same bytes at the same simulated times, with the same seed, have the same
+answers
 and the same luck. `Server` runs one in real time.
 """
 
@@ -42,7 +45,8 @@ class LineSimulation:
     """Robots with their lines.
 
     Args:
-        simulation: the robots: a `Simulation`, to which no robot is added from now on, or one robot that is alone in its world.
+        simulation: the robots: a `Simulation`, to which no robot is added from now on, or one robot that is alone in
+            its world.
         seed: of the luck on the lines.
         faults: which come; more may be added to `faults` at any time.
         say: told of each fault when it begins and ends: simulated seconds, and a sentence.
@@ -90,7 +94,10 @@ class LineSimulation:
 
     @property
     def news_us(self) -> int:
-        """When a client may next be told something, if none says anything. Until then steps may be put off, and nobody sees it."""
+        """When a client may next be told something, if none says anything.
+
+        Until then steps may be put off, and nobody sees it.
+        """
         return min(self._news_us, self._due[0][0] if self._due else NEVER_US, self.faults.next_us)
 
     def send(self, robot: int, data: bytes, baud: Optional[int] = None) -> None:

@@ -1,7 +1,8 @@
 """The lines that a simulated robot can be reached by: a TCP port and a pseudo-terminal. Non-blocking, one client each.
 
 A line never waits and never fills up: what a client does not read in time is lost, oldest first, as on a serial line.
-Whoever waits for several sets `opened` and `closing`: they are told of each file to be waited on, when it is there and before it is closed.
+Whoever waits for several sets `opened` and `closing`: they are told of each file to be waited on, when it is there and
+before it is closed.
 """
 
 import array
@@ -20,14 +21,20 @@ from ...p2os import BAUD_RATES
 from .uart import as_heard
 
 UNREAD_LIMIT = 8 * 1024
-"""Bytes kept for a TCP client that does not read: about ten seconds of SIPs; the kernel is asked to keep as much again."""
+"""Bytes kept for a TCP client that does not read: about ten seconds of SIPs; the kernel is asked to keep as much
+again.
+"""
 PTY_UNREAD_LIMIT = 1024
-"""Bytes left in a pseudo-terminal that nobody reads: about a second of SIPs, so that who opens it later hears no old news."""
+"""Bytes left in a pseudo-terminal that nobody reads: about a second of SIPs, so that who opens it later hears no old
+news.
+"""
 BACKLOG = 4
 CHUNK = 4096
 ISPEED, OSPEED = 4, 5
 BAUD_RATE_OF = {getattr(termios, "B%s" % baud): baud for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400)}
-"""Speeds (baud) that a terminal can have, by the number that stands for them; a client that sets another one is not disturbed."""
+"""Speeds (baud) that a terminal can have, by the number that stands for them; a client that sets another one is not
+disturbed.
+"""
 
 
 def _nobody(file: Any) -> None:
@@ -155,7 +162,9 @@ class TcpLine:
         return True
 
     def _receive(self, flags: int = 0) -> Optional[bytes]:
-        """The next bytes of the client; None if they have not come yet, empty if none will: it has hung up, or there is no client."""
+        """The next bytes of the client; None if they have not come yet, empty if none will: it has hung up, or there
+        is no client.
+        """
         if self._client is None:
             return b""
         try:
@@ -243,7 +252,10 @@ class PtyLine:
         """Nothing to do: nobody can tell one client of a terminal from the next."""
 
     def plug(self, in_: bool) -> None:
-        """Pull the cable out, as one pulls out a USB adapter: terminal and link are gone. Or put it back: there is another terminal."""
+        """Pull the cable out, as one pulls out a USB adapter: terminal and link are gone.
+
+        Or put it back: there is another terminal.
+        """
         if in_ and not self._plugged:
             self._open()
             self.opened(self._master)

@@ -1,4 +1,5 @@
-"""One direction of a robot's line, in simulated time: what goes in comes out when the line has carried it, spoilt by its faults.
+"""One direction of a robot's line, in simulated time: what goes in comes out when the line has carried it, spoilt by
+its faults.
 
 No socket, no clock. A serial line takes ten bits for a byte; TCP takes no time here.
 """

@@ -1,4 +1,7 @@
-"""One robot with its line: what faults act on. And what a line needs to know of a robot, whether simulated or played from a record."""
+"""One robot with its line: what faults act on.
+
+And what a line needs to know of a robot, whether simulated or played from a record.
+"""
 
 from typing import Callable, Optional, Protocol, Sequence
 

@@ -1,4 +1,5 @@
-"""Runs simulated robots in real time and connects them to clients: here, and in `lines`, are all sockets, terminals and clocks.
+"""Runs simulated robots in real time and connects them to clients: here, and in `lines`, are all sockets, terminals
+and clocks.
 
 >>> with Server(firmware, tcp=0) as server:
 ...     print(server.url)
@@ -27,7 +28,9 @@ LONGEST_LAG = 0.25
 PATIENCE = 2.0
 """Real silence (s) after which a client on one line gives way to a client on the other."""
 LONGEST_BACKLOG = 0.5
-"""When the line is busy for so long (s) with what the client wrote to its terminal, the rest waits there, as in the computer's own buffer."""
+"""When the line is busy for so long (s) with what the client wrote to its terminal, the rest waits there, as in the
+computer's own buffer.
+"""
 SPEEDS = (0.01, 100.0)
 """Legal real-time factors."""
 
@@ -78,10 +81,13 @@ class Berth:
 
 
 class Server:
-    """Simulated robots that clients can connect to, by TCP, by a pseudo-terminal, or by either. One thread serves them all.
+    """Simulated robots that clients can connect to, by TCP, by a pseudo-terminal, or by either. One thread serves them
+    all.
 
-    One client at a time for each. A client that ends its session with CLOSE makes room for the next at once; one that vanishes
-    leaves the robot open and sending to nobody, as a pulled cable would. The next client finds it so on a terminal; a new connection over
+    One client at a time for each. A client that ends its session with CLOSE makes room for the next at once; one that
+    vanishes
+    leaves the robot open and sending to nobody, as a pulled cable would. The next client finds it so on a terminal; a
+    new connection over
     TCP finds a robot that waits (protocol section 8), for the vendor's client has no way with one that still drives.
     A terminal takes the time that a serial line takes.
 
@@ -114,7 +120,9 @@ class Server:
         self.lock = threading.RLock()
         self.speed = speed
         self.watched = False
-        """Whether somebody looks at the robots also between what they send: then no step of theirs is put off, at some cost."""
+        """Whether somebody looks at the robots also between what they send: then no step of theirs is put off, at some
+        cost.
+        """
         self._say = say
         self._recording = LineRecorder(None)
         self.simulation = LineSimulation(robots, seed, faults, self._tell)

@@ -6,7 +6,8 @@ BITS = 8
 
 
 def as_heard(data: bytes, sent_baud: int, heard_baud: int) -> bytes:
-    """The bytes that a receiver at `heard_baud` gets when these come back to back at `sent_baud`: the same ones only if the speeds are.
+    """The bytes that a receiver at `heard_baud` gets when these come back to back at `sent_baud`: the same ones only
+    if the speeds are.
 
     Bit by bit: the receiver waits for the edge of a start bit, then samples in the middle of what it takes for bits.
     """

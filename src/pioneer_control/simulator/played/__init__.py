@@ -1,4 +1,6 @@
-"""Records of lines, played: ``played_robot`` says what a recorded robot said, ``played_client`` what a recorded client said."""
+"""Records of lines, played: ``played_robot`` says what a recorded robot said, ``played_client`` what a recorded client
+said.
+"""
 
 from .played_client import compare, play_client
 from .played_robot import PlayedRobot

@@ -1,7 +1,10 @@
-"""The client's side of a recorded line, for simulated robots: they are told what the robots of then were told, and their answers are compared.
+"""The client's side of a recorded line, for simulated robots: they are told what the robots of then were told, and
+their answers are compared.
 
-The bytes of the clients of a record (`p2os.recording`) come to the robots at their recorded times, over lines that take no time, as TCP. Of a
-record that a simulated robot made, the same robot, world, seed and faults give the same answers, byte by byte; a real robot's differ by what the
+The bytes of the clients of a record (`p2os.recording`) come to the robots at their recorded times, over lines that
+take no time, as TCP. Of a
+record that a simulated robot made, the same robot, world, seed and faults give the same answers, byte by byte; a real
+robot's differ by what the
 simulated one is not. No thread, clock or socket is in here.
 """
 

@@ -1,8 +1,12 @@
-"""The robot's side of a recorded line, for a `Server` in place of a `Firmware`: what the robot said then, said again to a client of today.
+"""The robot's side of a recorded line, for a `Server` in place of a `Firmware`: what the robot said then, said again
+to a client of today.
 
-A record (`p2os.recording`) is played at the pace at which it was made. Only where the robot of then answered to SYNC0, SYNC1, SYNC2 and OPEN, the
-record waits for the client to send the same; so every connection in it is one of the client's too. A client that ends its session is told what the
-robot of then said after the end. What the client sends otherwise than the record's is told once in each connection, and changes nothing.
+A record (`p2os.recording`) is played at the pace at which it was made. Only where the robot of then answered to SYNC0,
+SYNC1, SYNC2 and OPEN, the
+record waits for the client to send the same; so every connection in it is one of the client's too. A client that ends
+its session is told what the
+robot of then said after the end. What the client sends otherwise than the record's is told once in each connection,
+and changes nothing.
 
 No thread, clock or socket is in here.
 """
@@ -162,7 +166,8 @@ class PlayedRobot:
     def _connect(self, id: int) -> None:
         """SYNC0, SYNC1, SYNC2 or OPEN, as the record will have them; what is out of order is not answered, as then.
 
-        But the connection may begin anew; and who took an answer to SYNC2 that the record's client did not, is as far as that was later.
+        But the connection may begin anew; and who took an answer to SYNC2 that the record's client did not, is as far
+        as that was later.
         """
         staged = [at for at in range(len(self.steps)) if self.steps[at].stage is not None]
         before, ahead = [at for at in staged if at < self._at], [at for at in staged if at >= self._at]

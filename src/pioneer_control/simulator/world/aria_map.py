@@ -1,9 +1,12 @@
 """ARIA's and MobileSim's ``.map`` files as worlds: text, millimetres and degrees.
 
-Walls are the lines; points are taken only where there are no lines, on a grid half as fine as the scan, so that no gaps stay between them;
+Walls are the lines; points are taken only where there are no lines, on a grid half as fine as the scan, so that no
+gaps stay between them;
 its borders become few long segments, see `grids.borders`.
-``RobotHome`` is a start, ``Dock...`` a dock, ``Goal`` and ``GoalWithHeading`` are goals, ``Sim.BoxObstacle`` is a box (that stays where it
-is), ``Reflector`` a wall; everything else is skipped, and said. Without a home a robot begins at the origin of the map if there is room,
+``RobotHome`` is a start, ``Dock...`` a dock, ``Goal`` and ``GoalWithHeading`` are goals, ``Sim.BoxObstacle`` is a box
+(that stays where it
+is), ``Reflector`` a wall; everything else is skipped, and said. Without a home a robot begins at the origin of the map
+if there is room,
 else at the most spacious place, or outside.
 """
 

@@ -12,7 +12,9 @@ NOBODY: List = []
 
 
 class _Grid:
-    """Bodies listed by the square of floor they stand on, and by the eight round it: a question looks into one list only."""
+    """Bodies listed by the square of floor they stand on, and by the eight round it: a question looks into one list
+    only.
+    """
 
     def __init__(self, side: float):
         self.side = side
@@ -48,7 +50,8 @@ class _Grid:
 class Crowd:
     """The bodies that stand in a world.
 
-    All grids have squares whose side is a multiple of one: a body that stays in a square of that side stays in one of each.
+    All grids have squares whose side is a multiple of one: a body that stays in a square of that side stays in one of
+        each.
     """
 
     def __init__(self):
@@ -88,7 +91,9 @@ class Crowd:
                     grid.put(body)
 
     def beside(self, x: float, y: float) -> List:
-        """The bodies that could touch another body whose middle is at (x, y), that one included if it has entered, and some that could not."""
+        """The bodies that could touch another body whose middle is at (x, y), that one included if it has entered, and
+        some that could not.
+        """
         return self._smallest.near(x, y) if self._bodies else NOBODY
 
     def near(self, x: float, y: float, reach: float) -> List:

@@ -1,6 +1,7 @@
 """What sonar hears: the nearest point of anything solid in a cone.
 
-Lengths are metres, all coordinates in the map frame. A cone is given by the unit vectors along its right and its left edge, less than
+Lengths are metres, all coordinates in the map frame. A cone is given by the unit vectors along its right and its left
+edge, less than
 half a turn apart. Only ``+ - * / sqrt`` and comparisons decide what is heard, so that it is the same on every computer.
 """
 
@@ -58,7 +59,8 @@ class Ear:
         self._silence = Earshot(nothing, 0.0, 0.0, 0.0, self._rights, self._lefts)   # where there is nothing, which is the same everywhere
 
     def echo(self, x: float, y: float, heading: float, right: Point, left: Point, listener=None) -> float:
-        """The distance (m) from a transducer to the nearest wall, post or other robot in its cone. Cans are too low to be heard.
+        """The distance (m) from a transducer to the nearest wall, post or other robot in its cone. Cans are too low to
+        be heard.
 
         Exact, not sampled by rays. Nothing hides the nearest point of a cone, so nothing has to be hidden.
 
@@ -106,7 +108,8 @@ class Ear:
 
 
 class Earshot:
-    """What can be heard from a small square of floor, for cones of one width: by sector of the way they look, and nearest first.
+    """What can be heard from a small square of floor, for cones of one width: by sector of the way they look, and
+    nearest first.
 
     `sectors` are the lists that have been asked for by `candidates`.
 
@@ -128,7 +131,9 @@ class Earshot:
         self.sectors: List[Optional[bytes]] = [None] * SECTORS
 
     def candidates(self, number: int) -> bytes:
-        """What cones that look into a sector can reach from the square, and some that they cannot, nearest first, as bytes."""
+        """What cones that look into a sector can reach from the square, and some that they cannot, nearest first, as
+        bytes.
+        """
         candidates = self.sectors[number] = self._candidates[self._audible[number]].tobytes()
         return candidates
 
@@ -213,7 +218,8 @@ def echo(candidates: Iterable[Candidate], x: float, y: float, right: Point, left
 def disc_echo(x: float, y: float, radius: float, right: Point, left: Point) -> float:
     """Nearest point of a disc in a cone at the origin; infinite if there is none.
 
-    It is on the way to the disc's middle if that is in the cone, else where an edge that the middle is beyond enters the disc.
+    It is on the way to the disc's middle if that is in the cone, else where an edge that the middle is beyond enters
+    the disc.
     """
     distance = math.sqrt(x * x + y * y)
     if distance <= radius:

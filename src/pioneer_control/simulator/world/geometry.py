@@ -1,6 +1,7 @@
 """Exact plane geometry of the simulated robot: outlines and points against walls and posts.
 
-Lengths are metres, angles radians, all coordinates in the map frame. Arrays see only ``+ - * / sqrt``, comparisons, ``min`` and
+Lengths are metres, angles radians, all coordinates in the map frame. Arrays see only ``+ - * / sqrt``, comparisons,
+``min`` and
 ``max``, which IEEE 754 rounds the same everywhere: the same world and pose give the same bytes with every numpy.
 """
 
@@ -67,7 +68,10 @@ class Solids:
         return np.sqrt(aside * aside + beyond * beyond), np.sqrt(to_x * to_x + to_y * to_y) - radius
 
     def nearest(self, x: float, y: float) -> float:
-        """Distance from a point to the nearest solid: infinite where there is none, 0 inside a post. Plain loops, for few solids."""
+        """Distance from a point to the nearest solid: infinite where there is none, 0 inside a post.
+
+        Plain loops, for few solids.
+        """
         walls = (_from_origin(x1 - x, y1 - y, x2 - x, y2 - y) for x1, y1, x2, y2 in self.walls.tolist())
         posts = (hypot(px - x, py - y) - radius for px, py, radius in self.posts.tolist())
         return max(min(min(walls, default=math.inf), min(posts, default=math.inf)), 0.0)
@@ -101,7 +105,8 @@ def _frames(walls: np.ndarray) -> np.ndarray:
 class Finder:
     """Finds the few solids round a point among many: they are listed by squares of floor, once.
 
-    Each is listed by points so dense that none of its own is farther than a quarter of a square's side from the next of them.
+    Each is listed by points so dense that none of its own is farther than a quarter of a square's side from the next
+    of them.
     """
 
     def __init__(self, solids: Solids):

@@ -1,6 +1,7 @@
 """What a grid of cells tells of a floor: where the borders of its walls run, and where there is room.
 
-Cells are boolean arrays ``[row, column]``, row 0 the lowest y; all lengths are in cells, and cell [0, 0] lies between 0 and 1.
+Cells are boolean arrays ``[row, column]``, row 0 the lowest y; all lengths are in cells, and cell [0, 0] lies between
+0 and 1.
 """
 
 from typing import Dict, List, Optional, Sequence, Tuple
@@ -8,7 +9,9 @@ from typing import Dict, List, Optional, Sequence, Tuple
 import numpy as np
 
 STRAIGHTENED_SQUARED = 2
-"""Square of how far a straightened border may be from a cell's corner: the stairs of any slanted wall are no wider than that."""
+"""Square of how far a straightened border may be from a cell's corner: the stairs of any slanted wall are no wider
+than that.
+"""
 
 Corner = Tuple[int, int]
 Run = Tuple[Corner, Corner]
@@ -41,7 +44,8 @@ def flood(seeds: np.ndarray, free: np.ndarray) -> np.ndarray:
 
 
 def roomiest(free: np.ndarray, wanted: Optional[Tuple[float, float]], room: float) -> Optional[Tuple[float, float]]:
-    """A place (x, y) to stand: `wanted` if all within `room` of it is `free`, else the middle of the largest free square.
+    """A place (x, y) to stand: `wanted` if all within `room` of it is `free`, else the middle of the largest free
+    square.
 
     Of several such squares it is the one nearest to the middle of the grid. None when nothing at all is free.
     """
@@ -90,7 +94,9 @@ def _rings(walls: np.ndarray) -> List[List[Corner]]:
 
 
 def _turn(before: Run, after: Run) -> int:
-    """Negative where `after` leads off to the right of `before`: there two walls touch, and the border keeps them together."""
+    """Negative where `after` leads off to the right of `before`: there two walls touch, and the border keeps them
+    together.
+    """
     (x1, y1), (x2, y2), (x3, y3) = *before, after[1]
     return (x2 - x1) * (y3 - y2) - (y2 - y1) * (x3 - x2)
 
@@ -112,9 +118,11 @@ def _runs(walls: np.ndarray) -> List[Run]:
 
 
 def _straightened(ring: List[Corner]) -> List[Corner]:
-    """Those corners of a ring that matter: lines between them are nowhere farther from the ring than `STRAIGHTENED_SQUARED` says.
+    """Those corners of a ring that matter: lines between them are nowhere farther from the ring than
+    `STRAIGHTENED_SQUARED` says.
 
-    A corner between two sides of three cells or more is a real one, and stays: stairs have steps of one, rough ones of two.
+    A corner between two sides of three cells or more is a real one, and stays: stairs have steps of one, rough ones of
+        two.
     """
     points = np.array(ring, dtype=np.int64)
     points = np.roll(points, -int(np.lexsort((points[:, 1], points[:, 0]))[0]), axis=0)

@@ -1,4 +1,7 @@
-"""Poses: one seen from another, the arc that a robot drives, outlines where they stand. Metres and radians; headings are not wrapped."""
+"""Poses: one seen from another, the arc that a robot drives, outlines where they stand.
+
+Metres and radians; headings are not wrapped.
+"""
 
 from typing import Callable, List, Sequence
 

@@ -1,4 +1,5 @@
-"""Cans give way: what stands on the floor is pushed aside by whatever comes, and only jams against walls and other robots.
+"""Cans give way: what stands on the floor is pushed aside by whatever comes, and only jams against walls and other
+robots.
 
 Blocks are rectangles along the axes of the robot's own frame (m, base_link); cans stand in the map frame.
 """
@@ -11,7 +12,9 @@ from .trigonometry import hypot, unit
 from .world import Can, World
 
 ROUNDS = 200
-"""How often all pushes are gone through before a can counts as jammed: sliding out of a narrow wedge takes many small pushes."""
+"""How often all pushes are gone through before a can counts as jammed: sliding out of a narrow wedge takes many small
+pushes.
+"""
 PUSHED_FAR = 2.0
 """Other robots farther away (m) than this are not reached by any can that a robot pushes."""
 STILL = 1e-7
@@ -123,7 +126,9 @@ def _off_walls(world: World, place: Point, radius: float) -> Optional[Point]:
 
 
 def _off_robots(world: World, pose: Pose, place: Point, radius: float) -> Optional[Point]:
-    """Where a can goes that overlaps a robot other than the one at `pose`, which does not give way; None when it overlaps none."""
+    """Where a can goes that overlaps a robot other than the one at `pose`, which does not give way; None when it
+    overlaps none.
+    """
     for body in world.crowd.near(pose[0], pose[1], PUSHED_FAR):
         if body.pose != pose:
             away = _Robot(body.pose, _always(body.box), ()).push(place, radius)

@@ -1,4 +1,6 @@
-"""Where many robots can stand in a world at first: on its starts, and beyond those on free floor round the first of them."""
+"""Where many robots can stand in a world at first: on its starts, and beyond those on free floor round the first of
+them.
+"""
 
 import math
 from typing import List

@@ -1,6 +1,7 @@
 """Trigonometry that rounds the same on every computer, for everything whose result reaches the wire.
 
-Made of + - * / and sqrt alone, which IEEE 754 defines to the last bit; what :mod:`math` and numpy take from the C library may differ
+Made of + - * / and sqrt alone, which IEEE 754 defines to the last bit; what :mod:`math` and numpy take from the C
+library may differ
 in that bit from one Debian to the next. Right to 1e-13 for angles up to a million radians either way.
 """
 
@@ -30,7 +31,9 @@ def unit(angle: float) -> Tuple[float, float]:
 
 
 class Heading:
-    """The unit vector of an angle that stays the same for long, as that of what stands or goes straight on: worked out only when it changes."""
+    """The unit vector of an angle that stays the same for long, as that of what stands or goes straight on: worked out
+    only when it changes.
+    """
 
     def __init__(self):
         self._angle: Optional[float] = None

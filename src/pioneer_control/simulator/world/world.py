@@ -108,7 +108,10 @@ class World:
         return "World(%r, %s walls, %s posts, %s cans)" % (self.name, len(self.walls), len(self.posts), len(self.cans))
 
     def with_start(self, start: Pose) -> "World":
-        """The same world, in which the first robot stands at `start` and the others at its own starts. It takes over the cans."""
+        """The same world, in which the first robot stands at `start` and the others at its own starts.
+
+        It takes over the cans.
+        """
         return World(self.name, self.walls, self.posts, self.cans, [start, *self.starts], self.docks, self.goals, self.skipped)
 
     def ear(self, half_width: float, maximum: float, slant: float = math.inf) -> Ear:
@@ -119,7 +122,8 @@ class World:
         return self._ears[kind]
 
     def echoes(self, x: Sequence[float], y: Sequence[float], heading: Sequence[float], half_width: float, maximum: float) -> List[float]:
-        """What several transducers hear that look into directions (rad): distances, `maximum` where nothing is nearer."""
+        """What several transducers hear that look into directions (rad): distances, `maximum` where nothing is nearer.
+        """
         ear = self.ear(half_width, maximum)
         return [ear.echo(*place, to, unit(to - half_width), unit(to + half_width)) for *place, to in zip(x, y, heading)]
 
@@ -142,7 +146,8 @@ class World:
         return float(min(np.min(walls, initial=math.inf), np.min(posts, initial=math.inf)))
 
     def clearances(self, column_x: np.ndarray, row_y: np.ndarray, limit: float = math.inf) -> np.ndarray:
-        """Clearance at every crossing of a grid: (rows, columns), `limit` where it is more. A low limit saves much time.
+        """Clearance at every crossing of a grid: (rows, columns), `limit` where it is more. A low limit saves much
+        time.
 
         Args:
             column_x: growing, as `row_y`.

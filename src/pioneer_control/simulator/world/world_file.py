@@ -1,4 +1,7 @@
-"""Worlds in the package's own form: a YAML file of walls, furniture, cans and poses. `loading.load_world` has its keys."""
+"""Worlds in the package's own form: a YAML file of walls, furniture, cans and poses.
+
+`loading.load_world` has its keys.
+"""
 
 import math
 from pathlib import Path

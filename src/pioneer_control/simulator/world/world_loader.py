@@ -24,22 +24,28 @@ def known_worlds() -> List[str]:
 def load_world(name_or_path: Union[str, Path]) -> World:
     """A world of the package by its name, or of a file by its path: a `/` in it, or ending in one of `ENDINGS`.
 
-    What a file holds decides how it is read: a text whose first line is ``2D-Map`` as `aria_map` says, a YAML mapping with the key
-    ``image`` as `ros_map` says, any other as the package's own form. That is a YAML mapping; metres and degrees, as the keys say; x and y
+    What a file holds decides how it is read: a text whose first line is ``2D-Map`` as `aria_map` says, a YAML mapping
+        with the key
+    ``image`` as `ros_map` says, any other as the package's own form. That is a YAML mapping; metres and degrees, as
+    the keys say; x and y
     of the map frame; angles count counter-clockwise from x. Every section but `starts` may be left out::
 
         description: One line for people.
-        map: lab.yaml                         # walls, docks and goals of a map of another kind; the path counts from this file
+        map: lab.yaml                         # walls, docks and goals of a map of another kind; the path counts from
+            this file
         walls:                                # thin walls along a line of two corners or more
           - {corners_m: [[0, 0], [8, 0], [8, 6]]}
           - {corners_m: [[2, 2], [3, 2], [3, 3]], closed: true}
         boxes:                                # furniture: four walls
-          - {centre_m: [1, 5], size_m: [0.8, 0.4], angle_deg: 30}     # size along x and y before turning; angle_deg 0 if left out
-        posts:                                # cylinders: columns, legs; taller than the sonar plane, like all of the above
+          - {centre_m: [1, 5], size_m: [0.8, 0.4], angle_deg: 30}     # size along x and y before turning; angle_deg 0
+          if left out
+        posts:                                # cylinders: columns, legs; taller than the sonar plane, like all of the
+            above
           - {centre_m: [5, 3], diameter_m: 0.05}
         cans:                                 # what the gripper picks up: too low for the sonar
           - {centre_m: [2.2, 1], diameter_m: 0.066, height_m: 0.115}  # sizes as here if left out
-        starts:                               # where a robot stands at first; the first is the default, more robots take the next
+        starts:                               # where a robot stands at first; the first is the default, more robots
+            take the next
           - {position_m: [1, 1], heading_deg: 0}
         docks:                                # the pose of a robot while it charges
           - {position_m: [0.4, 1], heading_deg: 180}

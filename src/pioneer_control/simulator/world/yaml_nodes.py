@@ -1,4 +1,5 @@
-"""Reads YAML files: as plain values, or strictly, so that what a file does not say exactly is an error with its line."""
+"""Reads YAML files: as plain values, or strictly, so that what a file does not say exactly is an error with its line.
+"""
 
 import difflib
 import math
@@ -54,7 +55,8 @@ class NodeReader:
         self, node: yaml.Node, what: str, needs: Dict[str, Callable], may: Optional[Dict[str, Callable]] = None,
         skip: Optional[Callable[[yaml.Node], None]] = None,
     ) -> Dict[str, Any]:
-        """The values of a mapping that has all the keys of `needs` and perhaps some of `may`, each read by its function.
+        """The values of a mapping that has all the keys of `needs` and perhaps some of `may`, each read by its
+        function.
 
         Args:
             skip: is told the nodes of all other keys; None: there may be none.
