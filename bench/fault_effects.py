@@ -159,7 +159,7 @@ class Insistent:
 
 def room(picks: bool) -> World:
     """The room with a block in its middle; with a can on the way if the client picks it."""
-    walls = closed([(-0.9, -0.9), (4.4, -0.9), (4.4, 3.4), (-0.9, 3.4)]) + box_walls(1.7, 1.25, 1.6, 0.9, 0.0)
+    walls = closed([(-0.9, -0.9), (4.4, -0.9), (4.4, 3.4), (-0.9, 3.4)]) + box_walls((1.7, 1.25), (1.6, 0.9), 0.0)
     return World("room", walls, posts=[(2.6, 3.1, 0.1)], cans=[Can(2.0, 0.0)] if picks else [])
 
 

@@ -106,7 +106,7 @@ def clutter(rng: random.Random) -> Floor:
         length, breadth = rng.uniform(0.15, 1.4), rng.uniform(0.15, 0.8)
         inset = math.sqrt(length * length + breadth * breadth) / 2.0
         x, y = rng.uniform(inset, width - inset), rng.uniform(inset, depth - inset)
-        walls += box_walls(x, y, length, breadth, rng.uniform(-math.pi, math.pi))
+        walls += box_walls((x, y), (length, breadth), rng.uniform(-math.pi, math.pi))
     return Floor(walls, [], start)
 
 

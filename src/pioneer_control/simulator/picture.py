@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import PioneerError
 from ..pictures import BEYOND, FLOOR, INK, WALL, draw_frame, write
 from ..robots import find_model
-from .world.geometry import Point, Pose
+from .world.geometry import Array, Point, Pose
 from .world.start_poses import standing_places
 from .world.world import FREE, OCCUPIED, World
 from .world.world_loader import known_worlds, load_world
@@ -66,7 +66,7 @@ def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] =
     return page
 
 
-def _extent(world: World) -> Tuple[np.ndarray, np.ndarray]:
+def _extent(world: World) -> Tuple[Array, Array]:
     """Lower left and upper right corner of what is to be seen, m, with a margin."""
     low, high = np.array(world.bounds[:2]), np.array(world.bounds[2:])
     margin = np.maximum((LEAST_SPAN if not len(world.walls) else 0.0) - (high - low), 0.0) / 2.0 + 0.02 * (high - low).max() + 0.1
@@ -110,12 +110,12 @@ def draw_cans(axes, world: World) -> None:
             axes.add_patch(Circle((can.x, can.y), can.radius, facecolor=CAN, edgecolor=INK, linewidth=0.5, zorder=4.1))
 
 
-def _arrow(pose: Pose, length: float) -> np.ndarray:
+def _arrow(pose: Pose, length: float) -> Array:
     """A triangle whose middle is at a pose and that points along it."""
     return _placed(((length * 0.6, 0.0), (-length * 0.4, length * 0.38), (-length * 0.2, 0.0), (-length * 0.4, -length * 0.38)), pose)
 
 
-def _placed(outline: Outline, pose: Pose) -> np.ndarray:
+def _placed(outline: Outline, pose: Pose) -> Array:
     x, y, heading = pose
     points, cosine, sine = np.array(outline), math.cos(heading), math.sin(heading)
     return points @ ((cosine, sine), (-sine, cosine)) + (x, y)

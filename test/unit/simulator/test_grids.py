@@ -90,8 +90,8 @@ def distance(x, y, segment):
 
 
 def test_segments_in_metres():
-    assert place([(0, 0, 4, 2)], (-1.0, 2.0), 0.05).tolist() == [[-1.0, 2.0, -0.8, 2.1]]
-    assert place([], (0.0, 0.0), 1.0).shape == (0, 4)
+    assert place([(0, 0, 4, 2)], (-1.0, 2.0), 0.05) == [(-1.0, 2.0, -0.8, 2.1)]
+    assert place([], (0.0, 0.0), 1.0) == []
 
 
 FREE = grid(

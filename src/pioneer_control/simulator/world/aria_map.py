@@ -184,12 +184,14 @@ class _AriaMap:
         low = np.floor(points.min(axis=0) / side)
         columns, rows = (np.floor(points.max(axis=0) / side) - low + 1).tolist()
         if max(columns, rows) > MOST_CELLS:
-            raise WorldError("world file %s: its points lie %g m by %g m apart; with Resolution"
-                             " %g mm at most %g m are legal" % (self._path, columns * side, rows * side, self._resolution * 1000, MOST_CELLS * side))
+            raise WorldError(
+                "world file %s: its points lie %g m by %g m apart; with Resolution %g mm at most %g m are legal" % (
+                    self._path, columns * side, rows * side, self._resolution * 1000, MOST_CELLS * side))
         cells = np.zeros((int(rows), int(columns)), dtype=bool)
         at_column, at_row = (np.floor(points / side) - low).astype(int).T
         cells[at_row, at_column] = True
-        return [tuple(wall) for wall in place(borders(cells), tuple(low * side), side).tolist()]
+        left, lower = (low * side).tolist()
+        return place(borders(cells), (left, lower), side)
 
     def _find_start(self, walls: List[Wall]) -> Pose:
         if not walls:
@@ -197,16 +199,17 @@ class _AriaMap:
         world = World(self._path.stem, walls)
         low_x, low_y, high_x, high_y = world.bounds
         side = max(START_CELL, max(high_x - low_x, high_y - low_y) / 1000.0)
-        column_x, row_y = (low + side * (np.arange(int((high - low) / side) + 1) + 0.5) for low, high in ((low_x, high_x), (low_y, high_y)))
+        column_x, row_y = [low + side * (np.arange(int((high - low) / side) + 1) + 0.5)
+                           for low, high in ((low_x, high_x), (low_y, high_y))]
         free = world.clearances(column_x, row_y, limit=side) >= side
         found = roomiest(free, (-low_x / side, -low_y / side), START_CLEARANCE / side)
         x, y = (low_x + found[0] * side, low_y + found[1] * side) if found else (low_x, low_y)
         return (x, y, 0.0) if world.clearance(x, y) >= START_CLEARANCE else (low_x - OUTSIDE, low_y - OUTSIDE, 0.0)
 
 
-SECTIONS: Dict[str, Callable] = {"LINES": _AriaMap._wall, "DATA": _AriaMap._point}
+SECTIONS: Dict[str, Callable[[_AriaMap, str], None]] = {"LINES": _AriaMap._wall, "DATA": _AriaMap._point}
 """Heads of sections, and what takes each of their lines."""
-OBJECTS: Tuple[Tuple[str, Callable], ...] = (
+OBJECTS: Tuple[Tuple[str, Callable[[_AriaMap, Pose, str, str], None]], ...] = (
     ("RobotHome", _AriaMap._start),
     (r"Dock\w*", _AriaMap._dock),
     ("Goal|GoalWithHeading", _AriaMap._goal),

@@ -1,27 +1,57 @@
-"""Who else stands near: the bodies of one world, found by place, as obstacles to each other.
-
-Metres, map frame. A body belongs to the crowd from `enter` to `leave`, and says with `moved` when it has.
-"""
+"""The bodies that stand in a world, found by place: obstacles to each other. Metres, map frame."""
 
 import math
-from typing import Any, Dict, List, Tuple
+from typing import Dict, List, Protocol, Sequence, Tuple
+
+from .geometry import Block, Point, Pose
 
 Cell = Tuple[int, int]
-NOBODY: List = []
+Candidate = Tuple[float, float, float, float, float, float]
+"""A wall or a post, as sonar hears it: no nearer than the first number, then x and y of its start or middle.
+
+Behind that come the wall's unit vector and length, or the post's radius, 0 and -1.
+"""
+
+
+class Obstacle(Protocol):
+    """A body, as others meet it.
+
+    Attributes:
+        pose: where it stands.
+        reach: no point of it is farther (m) from its middle.
+        box: the rectangle that it is to a can (base_link).
+    """
+
+    pose: Pose
+    reach: float
+    box: Block
+
+    @property
+    def outline(self) -> Sequence[Point]:
+        """Its corners where it stands now."""
+
+    @property
+    def candidates(self) -> Sequence[Candidate]:
+        """What sonar can hear of it."""
+
+    def is_close(self, pose: Pose, reach: float) -> bool:
+        """Whether something within `reach` of the middle of `pose` could touch it."""
+
+
+NOBODY: List[Obstacle] = []
 """Never added to."""
+NOWHERE = 1 << 60, 1 << 60
 
 
 class _Grid:
-    """Bodies listed by the square of floor they stand on, and by the eight round it: a question looks into one list
-    only.
-    """
+    """Bodies listed by the square of floor they stand on, and by the eight round it: a question looks into one list."""
 
     def __init__(self, side: float):
         self.side = side
-        self._cells: Dict[Cell, List] = {}
+        self._cells: Dict[Cell, List[Obstacle]] = {}
         self._where: Dict[int, Cell] = {}
 
-    def put(self, body) -> None:
+    def put(self, body: Obstacle) -> None:
         """List a body where it stands now."""
         x, y, _ = body.pose
         cell = math.floor(x / self.side), math.floor(y / self.side)
@@ -34,53 +64,55 @@ class _Grid:
         for around in _around(cell):
             self._cells.setdefault(around, []).append(body)
 
-    def drop(self, body) -> None:
-        """List it nowhere."""
+    def drop(self, body: Obstacle) -> None:
+        """List a body nowhere."""
         for around in _around(self._where.pop(id(body))):
             bodies = self._cells[around]
             bodies.remove(body)
             if not bodies:
                 del self._cells[around]
 
-    def near(self, x: float, y: float) -> List:
+    def near(self, x: float, y: float) -> List[Obstacle]:
         """All that stand within a side of a point, and some that stand farther."""
         return self._cells.get((math.floor(x / self.side), math.floor(y / self.side)), NOBODY)
 
 
 class Crowd:
-    """The bodies that stand in a world.
+    """The bodies that stand in a world, from `enter` to `leave`.
 
-    All grids have squares whose side is a multiple of one: a body that stays in a square of that side stays in one of
-        each.
+    The squares of all grids have sides that are multiples of one. So a body that stays in a square of that side stays in
+    one square of each grid.
+
+    Attributes:
+        reach: no body reaches farther (m) from its middle.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.reach = 0.0
-        """No body reaches farther (m) from its middle."""
-        self._bodies: Dict[int, Any] = {}
+        self._bodies: Dict[int, Obstacle] = {}
         self._squares: Dict[int, Cell] = {}
         self._start_grids()
 
     def __len__(self) -> int:
         return len(self._bodies)
 
-    def enter(self, body) -> None:
-        """From now on this body is in everybody's way."""
+    def enter(self, body: Obstacle) -> None:
+        """Let a body be in the way of all others."""
         self._bodies[id(body)] = body
         if body.reach > self.reach:
             self.reach = body.reach
             self._start_grids()
-        self._squares = dict.fromkeys(self._bodies, (math.inf, math.inf))   # nowhere yet
+        self._squares = dict.fromkeys(self._bodies, NOWHERE)
         self.moved(body)
 
-    def leave(self, body) -> None:
-        """From now on it no longer is."""
+    def leave(self, body: Obstacle) -> None:
+        """Let a body be in nobody's way."""
         del self._bodies[id(body)], self._squares[id(body)]
         for grid in self._grids.values():
             grid.drop(body)
 
-    def moved(self, body) -> None:
-        """The body stands elsewhere now; nothing to one that has not entered."""
+    def moved(self, body: Obstacle) -> None:
+        """The body stands elsewhere now. Nothing happens for a body that has not entered."""
         before = self._squares.get(id(body))
         if before is not None:
             x, y, _ = body.pose
@@ -90,13 +122,14 @@ class Crowd:
                 for grid in self._grids.values():
                     grid.put(body)
 
-    def beside(self, x: float, y: float) -> List:
-        """The bodies that could touch another body whose middle is at (x, y), that one included if it has entered, and
-        some that could not.
+    def beside(self, x: float, y: float) -> List[Obstacle]:
+        """The bodies that could touch another body whose middle is at (x, y), and some that could not.
+
+        The other body is among them if it has entered.
         """
         return self._smallest.near(x, y) if self._bodies else NOBODY
 
-    def near(self, x: float, y: float, reach: float) -> List:
+    def near(self, x: float, y: float, reach: float) -> List[Obstacle]:
         """The bodies that have a point within `reach` of (x, y), and some that have none."""
         if not self._bodies:
             return NOBODY
@@ -104,8 +137,8 @@ class Crowd:
         return (self._grids.get(sides) or self._add_grid(sides)).near(x, y)
 
     def _start_grids(self) -> None:
+        """Begin with no grid but the smallest: two bodies that touch stand in the same of its squares or in neighbours."""
         self._side = 2.0 * self.reach
-        """Of the smallest squares (m): two bodies that touch stand in the same or in neighbours."""
         self._grids: Dict[int, _Grid] = {}
         self._smallest = self._add_grid(1)
 

@@ -1,18 +1,19 @@
 """What sonar hears: the nearest point of anything solid in a cone.
 
 Lengths are metres, all coordinates in the map frame. A cone is given by the unit vectors along its right and its left
-edge, less than
-half a turn apart. Only ``+ - * / sqrt`` and comparisons decide what is heard, so that it is the same on every computer.
+edge, less than half a turn apart. Only ``+ - * / sqrt`` and comparisons decide what is heard, so that it is the same
+on every computer.
 """
 
 import math
 import struct
-from typing import Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 
 from ...errors import UsageError
-from .geometry import Point, Solids
+from .crowd import Candidate, Crowd, Obstacle
+from .geometry import Array, Point, Solids
 from .trigonometry import unit
 
 SQUARE = 1.0
@@ -26,19 +27,24 @@ SECTORS_PER_RADIAN = SECTORS / (2.0 * math.pi)
 _NUDGE = 1e-13  # m: a sensor exactly on a wall's line counts as this far beside it, so that it hears the wall's end
 _SPARE = 1e-6  # m: rounding must not drop what just touches a sector
 
-# A wall or post as it is heard: no nearer than the first number, then x, y and either the wall's unit vector and length,
-# or the post's radius, 0 and -1.
-Candidate = Tuple[float, float, float, float, float, float]
-
 # Kept as bytes they need a fifth of the memory: with many robots it is memory that takes time.
-_unpacked = struct.Struct("6d").iter_unpack
+_unpacked: Callable[[bytes], Iterator[Any]] = struct.Struct("6d").iter_unpack
+
+
+class Surroundings(Protocol):
+    """What an `Ear` hears: a `World`."""
+
+    crowd: Crowd
+
+    def within(self, x: float, y: float, reach: float) -> Solids:
+        """The walls and posts that come within `reach` of a point."""
 
 
 class Ear:
     """What hears in a world for sonar transducers of one kind.
 
     Args:
-        world: a `World`.
+        world: where it hears.
         half_width: angle between the axis of a cone and its edge, above 0 and at most pi / 4.
         maximum: how far they hear (m).
         slant: tangent of the greatest angle at which sound may meet a wall (0: squarely) and still come back.
@@ -47,7 +53,7 @@ class Ear:
         UsageError: for a wider cone.
     """
 
-    def __init__(self, world, half_width: float, maximum: float, slant: float):
+    def __init__(self, world: Surroundings, half_width: float, maximum: float, slant: float):
         if not 0.0 < half_width <= math.pi / 4.0:
             raise UsageError("half_width %r rad: a sonar cone's must be above 0 and at most pi / 4" % half_width)
         self._world, self._maximum, self._slant = world, maximum, slant
@@ -56,13 +62,16 @@ class Ear:
         self._lefts = np.array([unit(border + 2.0 * math.pi / SECTORS + half_width) for border in borders])
         self._earshots: Dict[Point, Earshot] = {}
         nothing = Solids(np.empty((0, 4)), np.empty((0, 3)))
-        self._silence = Earshot(nothing, 0.0, 0.0, 0.0, self._rights, self._lefts)   # where there is nothing, which is the same everywhere
+        # Where there is nothing, which is the same everywhere:
+        self._silence = Earshot(nothing, 0.0, 0.0, 0.0, self._rights, self._lefts)
 
-    def echo(self, x: float, y: float, heading: float, right: Point, left: Point, listener=None) -> float:
-        """The distance (m) from a transducer to the nearest wall, post or other robot in its cone. Cans are too low to
-        be heard.
+    def echo(
+        self, x: float, y: float, heading: float, right: Point, left: Point, listener: Optional[Obstacle] = None,
+    ) -> float:
+        """The distance (m) from a transducer to the nearest wall, post or other robot in its cone.
 
-        Exact, not sampled by rays. Nothing hides the nearest point of a cone, so nothing has to be hidden.
+        Exact, not sampled by rays. Nothing hides the nearest point of a cone, so nothing has to be hidden. Cans are too
+        low to be heard.
 
         Args:
             x: position of the transducer, as `y`.
@@ -92,7 +101,8 @@ class Ear:
                 reach = body.reach
                 if right_y * to_x - right_x * to_y > reach or left_x * to_y - left_y * to_x > reach:
                     continue    # wholly beside the cone, as most are
-                if to_x * to_x + to_y * to_y < room * room and body is not listener and disc_echo(to_x, to_y, reach, right, left) < nearest:
+                if (to_x * to_x + to_y * to_y < room * room and body is not listener
+                        and disc_echo(to_x, to_y, reach, right, left) < nearest):
                     nearest = echo(body.candidates, x, y, right, left, nearest, self._slant)
         return nearest
 
@@ -108,10 +118,10 @@ class Ear:
 
 
 class Earshot:
-    """What can be heard from a small square of floor, for cones of one width: by sector of the way they look, and
-    nearest first.
+    """What can be heard from a small square of floor, for cones of one width, by the sector that they look into.
 
-    `sectors` are the lists that have been asked for by `candidates`.
+    Attributes:
+        sectors: for each sector what can be heard there, nearest first; None until `candidates` is asked for it.
 
     Args:
         solids: all that is within the sonar's maximum of any place of the square, and maybe more.
@@ -121,7 +131,7 @@ class Earshot:
         lefts: the same of their left edges.
     """
 
-    def __init__(self, solids: Solids, x: float, y: float, spread: float, rights: np.ndarray, lefts: np.ndarray):
+    def __init__(self, solids: Solids, x: float, y: float, spread: float, rights: Array, lefts: Array):
         walls, posts = solids.distances(np.array(x), np.array(y))
         least = np.concatenate((walls, posts)) - (spread + _SPARE)
         order = np.argsort(least, kind="stable")
@@ -134,11 +144,12 @@ class Earshot:
         """What cones that look into a sector can reach from the square, and some that they cannot, nearest first, as
         bytes.
         """
-        candidates = self.sectors[number] = self._candidates[self._audible[number]].tobytes()
+        candidates: bytes = self._candidates[self._audible[number]].tobytes()
+        self.sectors[number] = candidates
         return candidates
 
 
-def _audible(solids: Solids, x: float, y: float, spread: float, rights: np.ndarray, lefts: np.ndarray) -> np.ndarray:
+def _audible(solids: Solids, x: float, y: float, spread: float, rights: Array, lefts: Array) -> Array:
     """Whether a cone that looks into a sector can reach a solid: (sectors, solids). Sure where it says no."""
     ends_x = np.concatenate((solids.walls[:, 0::2].T, np.tile(solids.posts[:, 0], (2, 1))), axis=1) - x
     ends_y = np.concatenate((solids.walls[:, 1::2].T, np.tile(solids.posts[:, 1], (2, 1))), axis=1) - y
@@ -161,7 +172,9 @@ def outline_candidates(outline: Sequence[Point]) -> List[Candidate]:
     return candidates
 
 
-def echo(candidates: Iterable[Candidate], x: float, y: float, right: Point, left: Point, maximum: float, slant: float) -> float:
+def echo(
+    candidates: Iterable[Candidate], x: float, y: float, right: Point, left: Point, maximum: float, slant: float,
+) -> float:
     """Distance from a sensor to the nearest candidate in its cone.
 
     Args:
@@ -185,8 +198,9 @@ def echo(candidates: Iterable[Candidate], x: float, y: float, right: Point, left
         aside = at_x * uy - at_y * ux
         if aside >= nearest or -aside >= nearest:
             continue
-        # Along a wall `t` counts from the foot of the perpendicular, `aside` away. An edge of the cone that leads towards the
-        # wall's line cuts it at one t; one that leads away does so at one or the other infinity, as far as the cone goes.
+        # Along a wall `t` counts from the foot of the perpendicular, `aside` away. An edge of the cone that leads towards
+        # the wall's line cuts it at one t; one that leads away does so at one or the other infinity, as far as the cone
+        # goes.
         beside = aside + _NUDGE
         along, across = right_x * ux + right_y * uy, right_x * uy - right_y * ux
         facing = across * beside > 0.0

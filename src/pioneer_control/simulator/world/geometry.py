@@ -6,12 +6,14 @@ Lengths are metres, angles radians, all coordinates in the map frame. Arrays see
 """
 
 import math
-from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from .trigonometry import hypot
 
+Array = Union["np.ndarray[Any, Any]"]
+"""An array of numpy; its shape is said where it is used."""
 Point = Tuple[float, float]
 Pose = Tuple[float, float, float]
 """x, y, heading (counter-clockwise from x)."""
@@ -28,7 +30,7 @@ class Solids:
         frames: start, unit vector and length of each wall, in rows, where they are known; worked out if None.
     """
 
-    def __init__(self, walls: np.ndarray, posts: np.ndarray, frames: Optional[np.ndarray] = None):
+    def __init__(self, walls: Array, posts: Array, frames: Optional[Array] = None):
         self.walls = walls
         self.posts = posts
         self.frames = _frames(walls) if frames is None else frames
@@ -36,7 +38,7 @@ class Solids:
     def __len__(self) -> int:
         return len(self.walls) + len(self.posts)
 
-    def some(self, walls, posts) -> "Solids":
+    def some(self, walls: Any, posts: Any) -> "Solids":
         """Those of them that two indices of arrays choose."""
         return Solids(self.walls[walls], self.posts[posts], self.frames[:, walls])
 
@@ -57,7 +59,7 @@ class Solids:
         walls, posts = self.distances(np.array(x), np.array(y))
         return self.some(walls <= reach, posts <= reach)
 
-    def distances(self, x: np.ndarray, y: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    def distances(self, x: Array, y: Array) -> Tuple[Array, Array]:
         """From points to every wall (..., n) and to the rim of every post (..., m; negative inside a post)."""
         start_x, start_y, ux, uy, length = self.frames
         to_x, to_y = start_x - x[..., None], start_y - y[..., None]
@@ -95,7 +97,7 @@ class Solids:
         return any(_meets_disc(outline, *post) for post in self.posts.tolist())
 
 
-def _frames(walls: np.ndarray) -> np.ndarray:
+def _frames(walls: Array) -> Array:
     """Start, unit vector and length of walls, in rows."""
     along_x, along_y = walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
     length = np.sqrt(along_x * along_x + along_y * along_y)
@@ -113,7 +115,7 @@ class Finder:
         self._solids = solids
         lengths = solids.frames[4]
         self._side = max(2.0, float(lengths.max(initial=0.0)) * len(lengths) / 1e6)  # a few million points at most
-        owners, x, y = (np.concatenate(parts) for parts in zip(self._points_of_walls(), self._points_of_posts()))
+        owners, x, y = [np.concatenate(parts) for parts in zip(self._points_of_walls(), self._points_of_posts())]
         columns, rows = np.floor(x / self._side).astype(np.int64), np.floor(y / self._side).astype(np.int64)
         self._low = (int(columns.min(initial=0)), int(rows.min(initial=0)))
         self._high = (int(columns.max(initial=0)), int(rows.max(initial=0)))
@@ -124,23 +126,23 @@ class Finder:
     def within(self, x: float, y: float, reach: float) -> Solids:
         """The solids that come within `reach` of a point."""
         wide = reach + self._side / 4.0
-        (low_column, high_column), (low_row, high_row) = (
+        (low_column, high_column), (low_row, high_row) = [
             (max(low, math.floor((at - wide) / self._side)), min(high, math.floor((at + wide) / self._side)))
             for at, low, high in zip((x, y), self._low, self._high)
-        )
+        ]
         rows = np.arange(low_row, high_row + 1)
-        begins = np.searchsorted(self._squares, self._number(low_column, rows))
-        ends = np.searchsorted(self._squares, self._number(high_column, rows), side="right")
+        begins: Array = np.searchsorted(self._squares, self._number(low_column, rows))
+        ends: Array = np.searchsorted(self._squares, self._number(high_column, rows), side="right")
         owners = [self._owners[begin:end] for begin, end in zip(begins.tolist(), ends.tolist())]
         found = np.unique(np.concatenate(owners)) if owners and low_column <= high_column else np.empty(0, dtype=int)
         walls = len(self._solids.walls)
         return self._solids.some(found[found < walls], found[found >= walls] - walls).within(x, y, reach)
 
-    def _number(self, column, row):
-        """Squares are numbered row by row."""
+    def _number(self, column: Any, row: Any) -> Any:
+        """Numbers of squares, row by row, from their columns and rows: numbers or arrays of them."""
         return (row - self._low[1]) * (self._high[0] - self._low[0] + 1) + column - self._low[0]
 
-    def _points_of_walls(self) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _points_of_walls(self) -> Tuple[Array, Array, Array]:
         """Number of the solid, x and y of every point."""
         steps = np.ceil(self._solids.frames[4] / (self._side / 2.0)).astype(int)
         owners = np.repeat(np.arange(len(steps)), steps + 1)
@@ -149,7 +151,7 @@ class Finder:
         x1, y1, x2, y2 = self._solids.walls[owners].T
         return owners, x1 + (x2 - x1) * share, y1 + (y2 - y1) * share
 
-    def _points_of_posts(self) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _points_of_posts(self) -> Tuple[Array, Array, Array]:
         """The same: of a small post its middle, of a large one a lattice over it."""
         points = []
         for owner, (x, y, radius) in enumerate(self._solids.posts.tolist(), len(self._solids.walls)):

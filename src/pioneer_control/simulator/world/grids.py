@@ -4,9 +4,13 @@ Cells are boolean arrays ``[row, column]``, row 0 the lowest y; all lengths are 
 0 and 1.
 """
 
+import functools
 from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
+
+from .geometry import Array, Point
+from .shapes import Wall
 
 STRAIGHTENED_SQUARED = 2
 """Square of how far a straightened border may be from a cell's corner: the stairs of any slanted wall are no wider
@@ -17,7 +21,7 @@ Corner = Tuple[int, int]
 Run = Tuple[Corner, Corner]
 
 
-def borders(walls: np.ndarray) -> List[Tuple[int, int, int, int]]:
+def borders(walls: Array) -> List[Tuple[int, int, int, int]]:
     """The borders between cells that are `walls` and cells that are not, as few long segments ``x1 y1 x2 y2``.
 
     Walls that touch at a corner only are joined: nothing gets through there.
@@ -31,7 +35,7 @@ def borders(walls: np.ndarray) -> List[Tuple[int, int, int, int]]:
     return [first + second for first, second in segments]
 
 
-def flood(seeds: np.ndarray, free: np.ndarray) -> np.ndarray:
+def flood(seeds: Array, free: Array) -> Array:
     """The cells of `free` that can be reached from `seeds` by steps to a side: boolean arrays (rows, columns)."""
     width = free.shape[1] + 2
     unvisited = np.pad(free, 1).ravel()  # with a border that is not free nothing steps over the edge
@@ -43,7 +47,7 @@ def flood(seeds: np.ndarray, free: np.ndarray) -> np.ndarray:
     return free & ~unvisited.reshape(-1, width)[1:-1, 1:-1]
 
 
-def roomiest(free: np.ndarray, wanted: Optional[Tuple[float, float]], room: float) -> Optional[Tuple[float, float]]:
+def roomiest(free: Array, wanted: Optional[Tuple[float, float]], room: float) -> Optional[Tuple[float, float]]:
     """A place (x, y) to stand: `wanted` if all within `room` of it is `free`, else the middle of the largest free
     square.
 
@@ -69,27 +73,29 @@ def roomiest(free: np.ndarray, wanted: Optional[Tuple[float, float]], room: floa
     return float(x[nearest]), float(y[nearest])
 
 
-def _squares(sums: np.ndarray, side: int) -> np.ndarray:
+def _squares(sums: Array, side: int) -> Array:
     """Where a square of this side lies wholly on free cells, by its lowest corner."""
-    return sums[side:, side:] - sums[:-side, side:] - sums[side:, :-side] + sums[:-side, :-side] == side * side
+    whole: Array = sums[side:, side:] - sums[:-side, side:] - sums[side:, :-side] + sums[:-side, :-side] == side * side
+    return whole
 
 
-def _rings(walls: np.ndarray) -> List[List[Corner]]:
+def _rings(walls: Array) -> List[List[Corner]]:
     """Every closed border by its corners, with the wall on its left."""
     starting: Dict[Corner, List[Run]] = {}
     for run in _runs(walls):
         starting.setdefault(run[0], []).append(run)
-    rings = []
+    rings: List[List[Corner]] = []
     while starting:
         run = next(iter(starting.values()))[0]
-        ring = []
-        while run is not None:
-            ring.append(run[0])
+        rings.append([])
+        while True:
+            rings[-1].append(run[0])
             starting[run[0]].remove(run)
             if not starting[run[0]]:
                 del starting[run[0]]
-            run = min(starting.get(run[1], ()), key=lambda after, before=run: _turn(before, after), default=None)
-        rings.append(ring)
+            if run[1] not in starting:
+                break
+            run = min(starting[run[1]], key=functools.partial(_turn, run))
     return rings
 
 
@@ -101,7 +107,7 @@ def _turn(before: Run, after: Run) -> int:
     return (x2 - x1) * (y3 - y2) - (y2 - y1) * (x3 - x2)
 
 
-def _runs(walls: np.ndarray) -> List[Run]:
+def _runs(walls: Array) -> List[Run]:
     """Every straight piece of a border, from corner to corner, with the wall on its left."""
     cells = np.pad(walls, 1).astype(np.int8)
     runs = []
@@ -118,11 +124,10 @@ def _runs(walls: np.ndarray) -> List[Run]:
 
 
 def _straightened(ring: List[Corner]) -> List[Corner]:
-    """Those corners of a ring that matter: lines between them are nowhere farther from the ring than
-    `STRAIGHTENED_SQUARED` says.
+    """Those corners of a ring that matter: lines between them are nowhere farther off than `STRAIGHTENED_SQUARED` says.
 
-    A corner between two sides of three cells or more is a real one, and stays: stairs have steps of one, rough ones of
-        two.
+    A corner between two sides of three cells or more is a real one, and stays: stairs have steps of one, rough ones
+    of two.
     """
     points = np.array(ring, dtype=np.int64)
     points = np.roll(points, -int(np.lexsort((points[:, 1], points[:, 0]))[0]), axis=0)
@@ -137,22 +142,24 @@ def _straightened(ring: List[Corner]) -> List[Corner]:
         first, last = open_ends.pop()
         if last - first < 2:
             continue
-        squared = _squared_distances(points[first + 1 : last], points[first], points[last])
+        squared = _squared_distances(points[first + 1:last], points[first], points[last])
         if (first, last) in sides or squared.max() > STRAIGHTENED_SQUARED:
             worst = first + 1 + int(np.argmax(squared))
             kept.add(worst)
             open_ends += [(first, worst), (worst, last)]
-    return [tuple(points[index].tolist()) for index in sorted(kept)]
+    return [(x, y) for x, y in points[sorted(kept)].tolist()]
 
 
-def _squared_distances(points: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+def _squared_distances(points: Array, first: Array, last: Array) -> Array:
     """From points to the segment between two others."""
     (along_x, along_y), (x, y) = last - first, (points - first).T
     length_squared = max(along_x * along_x + along_y * along_y, 1)
     share = np.clip((x * along_x + y * along_y) / length_squared, 0.0, 1.0)
-    return np.square(x - share * along_x) + np.square(y - share * along_y)
+    squared: Array = np.square(x - share * along_x) + np.square(y - share * along_y)
+    return squared
 
 
-def place(segments: Sequence[Sequence[float]], origin: Tuple[float, float], side: float) -> np.ndarray:
-    """Segments in cells as walls in metres: (n, 4), from the position of the grid's corner and the side of a cell."""
-    return np.array(segments, dtype=float).reshape(-1, 4) * side + (*origin, *origin)
+def place(segments: Sequence[Wall], origin: Point, side: float) -> List[Wall]:
+    """Segments in cells as walls in metres, from the position of the grid's corner and the side of a cell."""
+    left, lower = origin
+    return [(x1 * side + left, y1 * side + lower, x2 * side + left, y2 * side + lower) for x1, y1, x2, y2 in segments]

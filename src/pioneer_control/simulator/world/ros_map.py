@@ -15,7 +15,7 @@ import numpy as np
 import yaml
 
 from ...errors import WorldError
-from .geometry import Pose
+from .geometry import Array, Pose
 from .grids import borders, place, roomiest
 from .shapes import turned
 from .world import START_CLEARANCE, World, begin_at
@@ -26,7 +26,7 @@ FORMATS = ("PPM", "PNG")
 """Pillow's names for the formats of images: a PGM is one of its PPMs."""
 
 
-def is_ros_map(root: Optional[yaml.Node]) -> bool:
+def is_ros_map(root: yaml.Node) -> bool:
     """Whether the root of a YAML file's nodes is that of a map of map_server."""
     return isinstance(root, yaml.MappingNode) and any(key.value == "image" for key, _ in root.value)
 
@@ -59,7 +59,7 @@ class _MapReader(NodeReader):
             ahead, aside = turned((at_x, at_y), heading)
             return x + ahead, y + aside
 
-        walls = place(borders(occupancy > values["occupied_thresh"]), (0.0, 0.0), side).tolist()
+        walls = place(borders(occupancy > values["occupied_thresh"]), (0.0, 0.0), side)
         beginning = (*placed(start[0] * side, start[1] * side), 0.0)
         skipped.append("no start in a map of this kind: %s" % begin_at(beginning))
         return World(
@@ -69,7 +69,7 @@ class _MapReader(NodeReader):
             skipped=skipped,
         )
 
-    def image(self, node: yaml.Node) -> np.ndarray:
+    def image(self, node: yaml.Node) -> Array:
         """Grey values (rows from the top, columns), 0 to 255; NaN where the image is transparent."""
         from PIL import Image  # here: nothing else needs it
 
@@ -112,10 +112,10 @@ class _MapReader(NodeReader):
         """How values of the image are meant."""
         if node.value not in MODES:
             self.fail(node, "mode must be one of %s, not %r" % (", ".join(MODES), node.value))
-        return node.value
+        return str(node.value)
 
 
-def _occupancy(grey: np.ndarray, negate: bool, raw: bool) -> np.ndarray:
+def _occupancy(grey: Array, negate: bool, raw: bool) -> Array:
     """The occupancy of every cell, from 0 to 1, NaN where it is unknown.
 
     Args:

@@ -21,7 +21,15 @@ def closed(corners: Sequence[Point]) -> List[Wall]:
     return [first + second for first, second in zip(corners, corners[1:] + corners[:1]) if first != second]
 
 
-def box_walls(x: float, y: float, length: float, width: float, angle: float) -> List[Wall]:
-    """The four walls of a box: its middle, its sides along x and y before it is turned by `angle`."""
-    corners = [turned((ahead * length / 2.0, aside * width / 2.0), angle) for ahead, aside in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+def box_walls(centre: Point, size: Point, angle: float) -> List[Wall]:
+    """The four walls of a box.
+
+    Args:
+        centre: its middle.
+        size: its sides along x and y before it is turned.
+        angle: by which it is turned (rad).
+    """
+    (x, y), (length, width) = centre, size
+    sides = [(ahead * length / 2.0, aside * width / 2.0) for ahead, aside in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    corners = [turned(side, angle) for side in sides]
     return closed([(x + ahead, y + aside) for ahead, aside in corners])

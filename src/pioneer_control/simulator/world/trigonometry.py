@@ -35,7 +35,7 @@ class Heading:
     only when it changes.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._angle: Optional[float] = None
         self._unit = 1.0, 0.0
 
@@ -59,17 +59,3 @@ def sin(angle: float) -> float:
 def hypot(x: float, y: float) -> float:
     """Length of a vector that is neither tiny nor huge."""
     return math.sqrt(x * x + y * y)
-
-
-def atan2(y: float, x: float) -> float:
-    """Direction (rad) of a vector, from -pi to pi; 0 of one without length."""
-    length = hypot(x, y)
-    if length == 0.0:
-        return 0.0
-    tangent = y / (length + abs(x))  # of half the angle
-    for _ in range(2):
-        tangent /= 1.0 + math.sqrt(1.0 + tangent * tangent)  # of half of that
-    z = tangent * tangent
-    series = 1 / 3 - z * (1 / 5 - z * (1 / 7 - z * (1 / 9 - z * (1 / 11 - z * (1 / 13 - z * (1 / 15 - z / 17))))))
-    angle = 8.0 * (tangent - tangent * z * series)
-    return angle if x >= 0.0 else math.copysign(math.pi, y) - angle

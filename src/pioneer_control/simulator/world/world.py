@@ -5,14 +5,14 @@ A world knows nothing of robots' models or packets. Metres, radians, map frame (
 
 import math
 from dataclasses import dataclass
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Dict, List, Mapping, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 
 from ...errors import WorldError
 from .crowd import Crowd
 from .echoes import Ear
-from .geometry import Finder, Pose, Solids
+from .geometry import Array, Finder, Point, Pose, Solids
 from .grids import flood
 from .trigonometry import hypot, unit
 
@@ -30,18 +30,27 @@ _SIDE = 2.0  # m: of the squares of floor round which solids are found once
 _KEPT_NEIGHBOURHOODS = 4096
 
 
+class Holder(Protocol):
+    """A gripper that holds cans."""
+
+    @property
+    def height(self) -> float:
+        """How high (m) it lifts what it holds."""
+
+
 @dataclass
 class Can:
     """An upright tin, light enough to be pushed and small enough to be gripped; too low for the sonar.
 
-    `held_by` is whoever grips it, None while it stands on the floor.
+    Attributes:
+        held_by: the gripper that holds it, None while it stands on the floor.
     """
 
     x: float
     y: float
     radius: float = 0.033
     height: float = 0.115
-    held_by: Optional[Any] = None
+    held_by: Optional[Holder] = None
 
 
 def begin_at(start: Pose) -> str:
@@ -57,7 +66,7 @@ class World:
         posts: discs ``(x, y, radius)``, like the walls taller than the sonar plane.
         cans: what can be picked up; the list and its cans are the caller's to change.
         starts: poses ``(x, y, heading)``, at least one.
-        docks: poses ``(x, y, heading)`` that a robot has while it stands in a charging station; see `docks.dock_at`.
+        docks: poses ``(x, y, heading)`` that a robot has while it stands in a charging station; see `charger.dock_at`.
         goals: places by name, each a pose ``(x, y, heading)``; nothing here acts on them.
         skipped: what the file that it comes from says and this world has not, a sentence each.
 
@@ -89,7 +98,7 @@ class World:
         for number, (x1, y1, x2, y2) in enumerate(self.walls.tolist(), 1):
             if (x1, y1) == (x2, y2):
                 raise WorldError("world %s: wall %s at (%g, %g) has no length" % (name, number, x1, y1))
-        for kind, radii in (("post", self.posts[:, 2]), ("can", [can.radius for can in self.cans])):
+        for kind, radii in (("post", self.posts[:, 2].tolist()), ("can", [can.radius for can in self.cans])):
             for number, radius in enumerate(radii, 1):
                 if not radius > 0.0:
                     raise WorldError("world %s: %s %s has radius %g; must be above 0" % (name, kind, number, radius))
@@ -99,10 +108,12 @@ class World:
         self._neighbourhoods: Dict[Tuple[float, int, int], Solids] = {}
         self.crowd = Crowd()
         """The bodies of the robots of one `Simulation`, in each other's way."""
-        places = [pose[:2] for pose in (*self.starts, *self.docks, *self.goals.values())] + [(can.x, can.y) for can in self.cans]
-        points = [place + place for place in places]
+        places = [(x, y) for x, y, _ in (*self.starts, *self.docks, *self.goals.values())]
+        points = [place + place for place in places + [(can.x, can.y) for can in self.cans]]
         boxes = np.array(points + ([self._solids.bounds()] if len(self._solids) else []))
-        self.bounds = (*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist())
+        (low_x, low_y), (high_x, high_y) = boxes[:, :2].min(axis=0).tolist(), boxes[:, 2:].max(axis=0).tolist()
+        self.bounds: Tuple[float, float, float, float] = (low_x, low_y, high_x, high_y)
+        """Least x and y, greatest x and y of everything."""
 
     def __repr__(self) -> str:
         return "World(%r, %s walls, %s posts, %s cans)" % (self.name, len(self.walls), len(self.posts), len(self.cans))
@@ -112,7 +123,9 @@ class World:
 
         It takes over the cans.
         """
-        return World(self.name, self.walls, self.posts, self.cans, [start, *self.starts], self.docks, self.goals, self.skipped)
+        return World(
+            self.name, self.walls.tolist(), self.posts.tolist(), self.cans, [start, *self.starts], self.docks, self.goals,
+            self.skipped)
 
     def ear(self, half_width: float, maximum: float, slant: float = math.inf) -> Ear:
         """What hears in this world for transducers of a kind, the same for all of that kind; see `Ear`."""
@@ -121,13 +134,14 @@ class World:
             self._ears[kind] = Ear(self, *kind)
         return self._ears[kind]
 
-    def echoes(self, x: Sequence[float], y: Sequence[float], heading: Sequence[float], half_width: float, maximum: float) -> List[float]:
-        """What several transducers hear that look into directions (rad): distances, `maximum` where nothing is nearer.
-        """
+    def echoes(
+        self, xs: Sequence[float], ys: Sequence[float], headings: Sequence[float], half_width: float, maximum: float,
+    ) -> List[float]:
+        """What several transducers hear that look into directions (rad): distances, `maximum` where nothing is nearer."""
         ear = self.ear(half_width, maximum)
-        return [ear.echo(*place, to, unit(to - half_width), unit(to + half_width)) for *place, to in zip(x, y, heading)]
+        return [ear.echo(x, y, to, unit(to - half_width), unit(to + half_width)) for x, y, to in zip(xs, ys, headings)]
 
-    def touches(self, outline_xy: Sequence[Sequence[float]]) -> bool:
+    def touches(self, outline_xy: Sequence[Point]) -> bool:
         """Whether a body overlaps any wall or post, also one that is wholly inside it. Cans give way and do not count.
 
         Args:
@@ -145,12 +159,12 @@ class World:
         walls, posts = self._solids.distances(np.array(x), np.array(y))
         return float(min(np.min(walls, initial=math.inf), np.min(posts, initial=math.inf)))
 
-    def clearances(self, column_x: np.ndarray, row_y: np.ndarray, limit: float = math.inf) -> np.ndarray:
-        """Clearance at every crossing of a grid: (rows, columns), `limit` where it is more. A low limit saves much
-        time.
+    def clearances(self, column_x: Array, row_y: Array, limit: float = math.inf) -> Array:
+        """Clearance at every crossing of a grid: (rows, columns), `limit` where it is more.
 
         Args:
             column_x: growing, as `row_y`.
+            limit: a low one saves much time.
         """
         grid = np.full((len(row_y), len(column_x)), limit)
         for solid in self._solids.each():
@@ -158,10 +172,12 @@ class World:
             columns = slice(*np.searchsorted(column_x, (low_x - limit, high_x + limit)))
             rows = slice(*np.searchsorted(row_y, (low_y - limit, high_y + limit)))
             for distances in solid.distances(column_x[None, columns], row_y[rows, None]):
-                grid[rows, columns] = np.minimum(grid[rows, columns], np.minimum.reduce(distances, axis=2, initial=math.inf))
-        return np.maximum(grid, 0.0)
+                nearest = np.minimum.reduce(distances, axis=2, initial=math.inf)
+                grid[rows, columns] = np.minimum(grid[rows, columns], nearest)
+        clearances: Array = np.maximum(grid, 0.0)
+        return clearances
 
-    def occupancy(self, resolution: float = 0.05, margin: float = 0.5) -> Tuple[np.ndarray, Tuple[float, float]]:
+    def occupancy(self, resolution: float = 0.05, margin: float = 0.5) -> Tuple[Array, Tuple[float, float]]:
         """The world as a map of square cells, for RViz and pictures.
 
         Args:
@@ -218,7 +234,7 @@ def _poses(name: str, kind: str, rows: Sequence[Pose]) -> List[Pose]:
     return [(x, y, heading) for x, y, heading in _table(name, kind, rows, 3).tolist()]
 
 
-def _table(name: str, kind: str, rows: Sequence[Sequence[float]], width: int) -> np.ndarray:
+def _table(name: str, kind: str, rows: Sequence[Sequence[float]], width: int) -> Array:
     """Rows of numbers as a read-only array (n, width)."""
     table = np.array(rows, dtype=float).reshape(-1, width)
     wrong = np.flatnonzero(~np.isfinite(table).all(axis=1))

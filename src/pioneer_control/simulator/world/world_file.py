@@ -13,7 +13,7 @@ from ...errors import WorldError
 from .geometry import Point, Pose
 from .shapes import Wall, box_walls
 from .world import SONAR_PLANE, Can, World, begin_at
-from .yaml_nodes import NodeReader
+from .yaml_nodes import NodeReader, Read
 
 
 def read_world_file(path: Path, root: Optional[yaml.Node], load_map: Callable[[Path], World]) -> World:
@@ -64,10 +64,11 @@ class _WorldReader(NodeReader):
         return segments
 
     def boxes(self, node: yaml.Node) -> List[Wall]:
-        segments = []
+        segments: List[Wall] = []
         for entry in self.items(node, "boxes"):
-            box = self.mapping(entry, "a box", needs={"centre_m": self.point, "size_m": self.size}, may={"angle_deg": self.number})
-            segments += box_walls(*box["centre_m"], *box["size_m"], math.radians(box.get("angle_deg", 0.0)))
+            needs = {"centre_m": self.point, "size_m": self.size}
+            box = self.mapping(entry, "a box", needs, may={"angle_deg": self.number})
+            segments += box_walls(box["centre_m"], box["size_m"], math.radians(box.get("angle_deg", 0.0)))
         return segments
 
     def posts(self, node: yaml.Node) -> List[Tuple[float, ...]]:
@@ -85,11 +86,15 @@ class _WorldReader(NodeReader):
             cans.append(Can(*can["centre_m"], **own))
         return cans
 
-    def poses(self, node: yaml.Node, what: str, **more: Callable) -> List[Dict[str, Any]]:
+    def poses(self, node: yaml.Node, what: str, **more: Read) -> List[Dict[str, Any]]:
         """Entries with a `pose`, each with its node and with what else it `needs`."""
         needs = {**more, "position_m": self.point, "heading_deg": self.number}
-        entries = [{"node": entry, **self.mapping(entry, what, needs)} for entry in self.items(node, "%ss" % what.split()[1])]
-        return [{**entry, "pose": entry["position_m"] + (math.radians(entry["heading_deg"]),)} for entry in entries]
+        entries: List[Dict[str, Any]] = []
+        for entry in self.items(node, "%ss" % what.split()[1]):
+            values = self.mapping(entry, what, needs)
+            pose = values["position_m"] + (math.radians(values["heading_deg"]),)
+            entries.append({**values, "node": entry, "pose": pose})
+        return entries
 
     def starts(self, node: yaml.Node) -> List[Pose]:
         starts = [start["pose"] for start in self.poses(node, "a start")]

@@ -2,7 +2,9 @@
 
 import difflib
 from pathlib import Path
-from typing import List, Optional, Union
+from typing import Callable, List, Optional, Union
+
+import yaml
 
 from ...errors import WorldError
 from .aria_map import FIRST_LINE, read_aria_map
@@ -57,25 +59,28 @@ def load_world(name_or_path: Union[str, Path]) -> World:
     Raises:
         WorldError: names the file, the line, the value, and what is legal there.
     """
-    path = _find(name_or_path)
-    return _read(path) or read_world_file(path, compose(path, _text(path)), _load_map)
+    return _read(_find(name_or_path), lambda path, root: read_world_file(path, root, _load_map))
 
 
-def _read(path: Path) -> Optional[World]:
-    """The world of a map of ARIA or of map_server; None when the file holds none."""
+def _read(path: Path, read_other: Callable[[Path, Optional[yaml.Node]], World]) -> World:
+    """The world of a map of ARIA or of map_server. `read_other` gets the nodes of any other YAML file."""
     text = _text(path)
     if path.suffix == ".map" or text.split("\n", 1)[0].strip() == FIRST_LINE:
         return read_aria_map(path, text)
     root = compose(path, text)
-    return read_ros_map(path, root) if is_ros_map(root) else None
+    if root is not None and is_ros_map(root):
+        return read_ros_map(path, root)
+    return read_other(path, root)
 
 
 def _load_map(path: Path) -> World:
     """The map that a world names."""
-    world = _read(path)
-    if world is None:
-        raise WorldError("%s is neither an ARIA map (first line %s) nor one of map_server (YAML with the key image)" % (path, FIRST_LINE))
-    return world
+    return _read(path, _refuse)
+
+
+def _refuse(path: Path, root: Optional[yaml.Node]) -> World:
+    raise WorldError(
+        "%s is neither an ARIA map (first line %s) nor one of map_server (YAML with the key image)" % (path, FIRST_LINE))
 
 
 def _text(path: Path) -> str:

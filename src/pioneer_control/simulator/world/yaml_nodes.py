@@ -30,11 +30,16 @@ def read_values(path: str) -> Any:
 def compose(path: Path, text: str) -> Optional[yaml.Node]:
     """The root of a text's nodes, which know their lines; None of an empty one. `path` is for errors."""
     try:
-        return yaml.compose(text, Loader=yaml.SafeLoader)
+        root: Optional[yaml.Node] = yaml.compose(text, Loader=yaml.SafeLoader)
+        return root
     except yaml.YAMLError as error:
         mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None)
         line = ", line %s" % (mark.line + 1) if mark else ""
         raise WorldError("world file %s%s: not YAML: %s" % (path, line, problem or " ".join(str(error).split()))) from error
+
+
+Read = Callable[[yaml.Node], Any]
+"""Turns a node into a value, or fails."""
 
 
 class NodeReader:
@@ -52,7 +57,7 @@ class NodeReader:
         raise WorldError("world file %s, line %s: %s" % (self.path, node.start_mark.line + 1, message))
 
     def mapping(
-        self, node: yaml.Node, what: str, needs: Dict[str, Callable], may: Optional[Dict[str, Callable]] = None,
+        self, node: yaml.Node, what: str, needs: Dict[str, Read], may: Optional[Dict[str, Read]] = None,
         skip: Optional[Callable[[yaml.Node], None]] = None,
     ) -> Dict[str, Any]:
         """The values of a mapping that has all the keys of `needs` and perhaps some of `may`, each read by its
@@ -88,7 +93,8 @@ class NodeReader:
         """The entries of a list."""
         if not isinstance(node, yaml.SequenceNode):
             self.fail(node, "%s must be a list" % what)
-        return node.value
+        entries: List[yaml.Node] = node.value
+        return entries
 
     def point(self, node: yaml.Node) -> Point:
         """Two numbers."""
@@ -130,4 +136,4 @@ class NodeReader:
         """A text, not empty."""
         if node.tag != "tag:yaml.org,2002:str" or not node.value:
             self.fail(node, "text is needed here")
-        return node.value
+        return str(node.value)
