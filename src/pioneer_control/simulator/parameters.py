@@ -32,7 +32,10 @@ class Place(NamedTuple):
 
     def accept(self, value: Any) -> Optional[Pose]:
         """The pose, None for an empty text. Raises ValueError when it is neither."""
-        return None if isinstance(value, str) and not value.strip() else Numbers(3, -1e6, 1e6).accept(value)
+        if isinstance(value, str) and not value.strip():
+            return None
+        x, y, heading = Numbers(3, -1e6, 1e6).accept(value)
+        return x, y, heading
 
 
 @dataclass(frozen=True)
@@ -64,8 +67,10 @@ class SimulatorParameters:
 def check_parameters(given: Mapping[str, Any]) -> SimulatorParameters:
     """The parameters as set by a user, those not given at their defaults.
 
-    Raises ParameterError, as `parameters.check` does, and for every unknown name.
+    Raises:
+        ParameterError: as `parameters.check` raises it, and for every unknown name.
     """
+    parameters: SimulatorParameters
     parameters, unknown = check(SimulatorParameters, given)
     if unknown:
         known = ", ~".join(entry.name for entry in fields(SimulatorParameters))

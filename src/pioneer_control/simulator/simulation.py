@@ -14,7 +14,7 @@ No thread, clock or socket is in here: the same bytes at the same simulated time
 time is split.
 """
 
-from typing import List, Optional
+from typing import Any, List, Optional
 
 from ..errors import ParameterError
 from ..robots import RobotModel
@@ -43,7 +43,7 @@ class Simulation:
         self.robots: List[Firmware] = []
         self.next_step_us = NEVER_US
 
-    def add(self, model: RobotModel, pose: Optional[Pose] = None, **options) -> Firmware:
+    def add(self, model: RobotModel, pose: Optional[Pose] = None, **options: Any) -> Firmware:
         """One robot more, switched on now.
 
         Args:
@@ -91,7 +91,7 @@ class Simulation:
         return starts[len(self.robots)]
 
 
-def simulate(world: World, model: RobotModel, count: int, name: Optional[str], seed: int, **options) -> Simulation:
+def simulate(world: World, model: RobotModel, count: int, name: Optional[str], seed: int, **options: Any) -> Simulation:
     """Robots of one model in a world, as the command line and the ROS node offer them.
 
     Args:

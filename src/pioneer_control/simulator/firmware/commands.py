@@ -79,8 +79,8 @@ class Handler(NamedTuple):
 
     value: Optional[type]
     """The type that the value must have; None: the value is ignored."""
-    act: Callable[[Any, Any], None]
-    """What the command does: it is given the robot (`CommandedRobot`) and the value."""
+    act: Callable[[CommandedRobot, Any], None]
+    """What the command does, given the robot and the value."""
     families: str = ALL
     """Letters of the firmware families that know the command."""
     does: str = ""

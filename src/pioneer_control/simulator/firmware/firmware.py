@@ -256,7 +256,7 @@ class Firmware:
     @property
     def previous(self) -> Optional[ReceivedCommand]:
         """The command before the present one, in this session."""
-        return self._open and self._open.previous
+        return None if self._open is None else self._open.previous
 
     @property
     def watchdog_expired(self) -> bool:

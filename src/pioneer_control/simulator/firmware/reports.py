@@ -96,7 +96,8 @@ def sip(hardware: Hardware) -> p2os.Sip:
         if end != "charge_state":
             rotation = round(math.degrees(hardware.drives.angular.speed) * 10.0)
             values.update(rotation_velocity_ddeg_s=rotation, fault_flags=UNDERVOLTAGE if hardware.battery.is_low else 0)
-    return made(p2os.Sip, values)
+    packet: p2os.Sip = made(p2os.Sip, values)
+    return packet
 
 
 def counts(hardware: Hardware) -> Tuple[int, int]:
@@ -260,7 +261,7 @@ def config(hardware: Hardware, name: str, numbers: RobotNumbers, settings: Dict[
     model, drive, linear, angular = hardware.model, numbers.drive, hardware.drives.linear.limits, hardware.drives.angular.limits
     front = model.with_arrays(front=False, rear=True) != model
     rear = model.with_arrays(front=True, rear=False) != model
-    values = dict(
+    values: Dict[str, Any] = dict(
         type="Pioneer", subtype=model.subtype, serial=numbers.session.serial, four_motors=0,
         rotation_velocity_top_deg_s=_degrees(angular.top), translation_velocity_top_mm_s=_millimetres(linear.top),
         rotation_acceleration_top_deg_s2=_degrees(angular.rate_top),

@@ -1,6 +1,7 @@
 """The battery: it falls with time, faster while the robot drives, and rises while a charger feeds it."""
 
 from ...p2os import ChargeState
+from .robot_numbers import BatteryNumbers
 
 US_PER_MINUTE = 6e7
 
@@ -9,11 +10,11 @@ class BatteryPack:
     """A battery of the 12 V or the 24 V class.
 
     Args:
-        numbers: voltages of the 12 V class and how fast they fall and rise (`BatteryNumbers`).
+        numbers: voltages of the 12 V class and how fast they fall and rise.
         nominal: 12 or 24.
     """
 
-    def __init__(self, numbers, nominal: int):
+    def __init__(self, numbers: BatteryNumbers, nominal: int):
         self._numbers = numbers
         self.scale = nominal / 12.0
         self._level = numbers.full

@@ -5,7 +5,8 @@ Metres and radians in the map frame; knows neither motors nor packets.
 
 from typing import List, Optional, Sequence, Tuple
 
-from ..world.echoes import Candidate, outline_candidates
+from ..world.crowd import Candidate
+from ..world.echoes import outline_candidates
 from ..world.geometry import Block, Point, Pose, outlines_meet
 from ..world.poses import along_arc, placed, relative
 from ..world.pushing import make_way
@@ -29,7 +30,7 @@ class Body:
     """A solid outline that moves through `world` and is stopped by its walls and posts.
 
     Args:
-        world: answers ``touches``.
+        world: where it moves.
         outline: corners of the body in its own frame (m, base_link).
         pose: where it starts (map frame).
         hull: what of it is so tall that sonar sees it; all if None.

@@ -3,7 +3,7 @@
 SI units; knows no packets. `Hardware.step` is the only place where simulated time passes for them.
 """
 
-from typing import Optional
+from typing import List, Optional, Protocol
 
 from ...errors import ParameterError
 from ...robots import RobotModel
@@ -20,6 +20,13 @@ from .odometry import DeadReckoning
 from .robot_numbers import RobotNumbers
 from .sonar import Sonar
 from .wheels import WheelErrors, Wheels
+
+
+class Device(Protocol):
+    """Something with parameters that a client may change."""
+
+    def reset(self) -> None:
+        """Take the parameters of power-on."""
 
 
 class Hardware:
@@ -92,10 +99,10 @@ class Hardware:
 
     def reset_parameters(self) -> None:
         """Limits, calibration, sonar sequence, safety settings and modes as they are at power-on."""
-        for device in (
-            self.drives, self.motors, self.wheels, self.bumpers, self.sonar, self.gyro, self.compass, self.charger, self._joystick_drive,
-            self.ports, *self.aux,
-        ):
+        devices: List[Device] = [
+            self.drives, self.motors, self.wheels, self.bumpers, self.sonar, self.gyro, self.compass, self.charger,
+            self._joystick_drive, self.ports, *self.aux]
+        for device in devices:
             device.reset()
 
     def reset_odometry(self) -> None:

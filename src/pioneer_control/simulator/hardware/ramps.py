@@ -151,9 +151,10 @@ class Channel:
         self.speed, travelled = approach(self.speed, self._remaining, self._target, limits.rise, limits.fall, dt)
         left = self._remaining - travelled
         if abs(left) < self._arrived and abs(self.speed) * dt < self._arrived:
-            travelled, left, self.speed = self._remaining, None, 0.0
-            self._target = 0.0
-        self._remaining = left
+            travelled, self.speed, self._target = self._remaining, 0.0, 0.0
+            self._remaining = None
+        else:
+            self._remaining = left
         return travelled
 
     def blocked(self, travelled: float) -> None:

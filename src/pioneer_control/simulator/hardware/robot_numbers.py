@@ -161,8 +161,9 @@ class RobotNumbers:
 def load_numbers(override_file: Optional[str] = None) -> RobotNumbers:
     """The simulator's numbers, each overridden by `override_file` where that names it.
 
-    Raises ParameterError, naming the file and the entry, for a file that does not parse, an unknown name, or
-    a value that is not positive or of another type than ours.
+    Raises:
+        ParameterError: a file does not parse, a name is unknown, or a value is not legal or of another type than ours;
+            it names the file and the entry.
     """
     values = _read(OWN_FILE)
     if override_file is not None:
@@ -196,11 +197,12 @@ def _checked(path: str, section: str, name: str, value: Any, known: Dict[str, An
     if not isinstance(value, wanted) or isinstance(value, bool) != isinstance(own, bool):
         raise ParameterError("%s: %s.%s is %r, wanted something like %r" % (path, section, name, value, own))
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        least, most = LEGAL.get("%s.%s" % (section, name), (None, None))
-        if least is not None and not least <= value <= most:
-            raise ParameterError("%s: %s.%s is %r, legal: from %g to %g" % (path, section, name, value, least, most))
-        if least is None and not 0 < value < float("inf"):
+        limits = LEGAL.get("%s.%s" % (section, name))
+        if limits is not None and not limits[0] <= value <= limits[1]:
+            raise ParameterError("%s: %s.%s is %r, legal: from %g to %g" % (path, section, name, value, *limits))
+        if limits is None and not 0 < value < float("inf"):
             raise ParameterError("%s: %s.%s is %r, wanted a positive number" % (path, section, name, value))
     if name == "host_baud" and value not in BAUD_RATES:
-        raise ParameterError("%s: %s.%s is %r, legal: %s" % (path, section, name, value, ", ".join(map(str, BAUD_RATES))))
+        legal = ", ".join(map(str, BAUD_RATES))
+        raise ParameterError("%s: %s.%s is %r, legal: %s" % (path, section, name, value, legal))
     return value

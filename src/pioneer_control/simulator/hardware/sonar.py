@@ -11,6 +11,9 @@ from typing import Dict, Iterable, List, NamedTuple, Optional, Sequence, Set, Tu
 from ...robots import ARRAY_SIZE, Transducer
 from ..world.geometry import Point, Pose
 from ..world.trigonometry import Heading, unit
+from ..world.world import World
+from .body import Body
+from .robot_numbers import SonarNumbers
 
 LONGEST_SEQUENCE = 16
 """Firings that the sequence of one array can name (ARCOS manual)."""
@@ -37,14 +40,17 @@ class Sonar:
 
     Args:
         transducers: as `RobotModel.sonar` lists them.
-        numbers: ranges, cone, specular loss, cycle and noise (`SonarNumbers`).
-        world: has an ``ear``.
+        numbers: ranges, cone, specular loss, cycle and noise.
+        world: where it hears.
         noise: every range is off by up to this much (m).
         seed: of the noise.
         body: that it is on, which it does not hear.
     """
 
-    def __init__(self, transducers: Sequence[Transducer], numbers, world, noise: float, seed: int, body=None):
+    def __init__(
+        self, transducers: Sequence[Transducer], numbers: SonarNumbers, world: World, noise: float, seed: int,
+        body: Optional[Body] = None,
+    ):
         half_width = math.radians(numbers.cone_deg) / 2.0
         self._mounts = _mounts(tuple(transducers), half_width)
         self._numbers, self._noise, self._body = numbers, noise, body

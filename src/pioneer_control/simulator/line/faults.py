@@ -34,7 +34,7 @@ class Kind(NamedTuple):
     """A kind of fault."""
 
     name: str
-    value: Union[None, Number, Whole]
+    value: Union[Number, Whole, None]
     """What it takes; None when it takes none."""
     unit: str
     meaning: str
@@ -127,12 +127,13 @@ def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
         near = difflib.get_close_matches(str(given.get("fault")).lower(), KINDS, n=1)
         meant = "did you mean %r? " % near[0] if near else ""
         raise fail("no kind %r; %sthere are %s" % (given.get("fault"), meant, ", ".join(KINDS)))
-    checks = {"robot": Whole(1, 100000), "from": Number(0.0, 1e9), "to": Number(0.0, 1e9)}
+    checks: Dict[str, Union[Number, Whole]] = {
+        "robot": Whole(1, 100000), "from": Number(0.0, 1e9), "to": Number(0.0, 1e9)}
     if kind.value is not None:
         checks["value"] = kind.value
     elif "value" in given:
         raise fail("%s takes no value, and %r is one" % (kind.name, given["value"]))
-    accepted = {}
+    accepted: Dict[str, Any] = {}
     for key, check in checks.items():
         if key in given:
             try:
@@ -276,12 +277,10 @@ def _split(text: str, fail: Callable[[str], ParameterError]) -> Dict[str, Any]:
 
 
 def _number(word: str) -> Union[int, float, str]:
-    for kind in (int, float):
-        try:
-            return kind(word)
-        except ValueError:
-            continue
-    return word
+    try:
+        return float(word) if set(word) & set(".eEnN") else int(word)
+    except ValueError:
+        return word
 
 
 def rows() -> List[Tuple[str, str, str, str]]:

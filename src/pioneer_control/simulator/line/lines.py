@@ -1,8 +1,7 @@
 """The lines that a simulated robot can be reached by: a TCP port and a pseudo-terminal. Non-blocking, one client each.
 
 A line never waits and never fills up: what a client does not read in time is lost, oldest first, as on a serial line.
-Whoever waits for several sets `opened` and `closing`: they are told of each file to be waited on, when it is there and
-before it is closed.
+A server that waits for several lines sets `opened` and `closing`.
 """
 
 import array
@@ -21,27 +20,66 @@ from ...p2os import BAUD_RATES
 from .uart import as_heard
 
 UNREAD_LIMIT = 8 * 1024
-"""Bytes kept for a TCP client that does not read: about ten seconds of SIPs; the kernel is asked to keep as much
-again.
-"""
+"""Bytes kept for a TCP client that does not read: about ten seconds of SIPs. The kernel is asked to keep as much again."""
 PTY_UNREAD_LIMIT = 1024
-"""Bytes left in a pseudo-terminal that nobody reads: about a second of SIPs, so that who opens it later hears no old
-news.
-"""
+"""Bytes left in a pseudo-terminal that nobody reads: about a second of SIPs. A later client hears nothing older."""
 BACKLOG = 4
 CHUNK = 4096
 ISPEED, OSPEED = 4, 5
+"""Where `termios.tcgetattr` has the speeds."""
 BAUD_RATE_OF = {getattr(termios, "B%s" % baud): baud for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400)}
-"""Speeds (baud) that a terminal can have, by the number that stands for them; a client that sets another one is not
-disturbed.
-"""
+"""Speeds (baud) that a terminal can have, by the number that stands for them. Another speed of the client garbles nothing."""
 
 
 def _nobody(file: Any) -> None:
     """Nobody wants to know."""
 
 
-class TcpLine:
+class Line:
+    """What a TCP port and a pseudo-terminal have in common.
+
+    Attributes:
+        baud: speed of the robot's end; a TCP port has none, and does not use it.
+        opened, closing: told of each file to be waited on, when it is there and before it is closed.
+        welcomed: told of each new client, where one can be told from the next.
+    """
+
+    def __init__(self, baud: int):
+        self.baud = baud
+        self.opened: Callable[[Any], None] = _nobody
+        self.closing: Callable[[Any], None] = _nobody
+        self.welcomed: Callable[[Any], None] = _nobody
+
+    @property
+    def client_baud(self) -> Optional[int]:
+        """Speed of the client's end; None where lines have no speed."""
+        return None
+
+    def files(self) -> List[Any]:
+        """What to wait on for something to read."""
+        raise NotImplementedError
+
+    def read(self, busy: bool) -> bytes:
+        """What clients sent since the last call; thrown away when `busy`."""
+        raise NotImplementedError
+
+    def write(self, data: bytes) -> None:
+        """Send to the client, if there is one."""
+        raise NotImplementedError
+
+    def finish(self) -> None:
+        """The client has ended its session. Nothing to do where nobody can tell one client from the next."""
+
+    def plug(self, in_: bool) -> None:
+        """Pull the cable out, or put it back."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Give everything back."""
+        raise NotImplementedError
+
+
+class TcpLine(Line):
     """A TCP port that welcomes one client at a time.
 
     Args:
@@ -52,31 +90,19 @@ class TcpLine:
     """
 
     def __init__(self, address: Union[int, str]):
+        super().__init__(0)
         self._listener = _listener(*host_and_port(address))
         self.host, self.port = self._listener.getsockname()
-        self.url = "socket://%s:%s" % (self.host, self.port)
-        self.baud: Optional[int] = None
-        """Has no effect here."""
-        self.client_baud: Optional[int] = None
-        """There is none here."""
-        self.opened: Callable[[Any], None] = _nobody
-        self.closing: Callable[[Any], None] = _nobody
-        self.welcomed: Callable[[Any], None] = _nobody
+        self.url = "socket://%s:%d" % (self.host, self.port)
         self._plugged = True
         self._client: Optional[socket.socket] = None
         self._unsent: Deque[bytes] = collections.deque()
-        self._unsent_bytes = 0
         self._finished = False
 
     @property
     def has_client(self) -> bool:
-        """Whether somebody is connected."""
+        """Whether a client is connected."""
         return self._client is not None
-
-    @property
-    def unsent(self) -> bool:
-        """Whether something waits for room to be sent."""
-        return bool(self._unsent)
 
     def files(self) -> List[socket.socket]:
         """What to wait on for something to read."""
@@ -88,7 +114,7 @@ class TcpLine:
         Welcomes the next client when this one has ended its session or hung up.
         """
         data = self._receive()
-        if not data and self._welcome(busy):    # not before the last of the present one has been read, which may end its session
+        if not data and self._welcome(busy):    # not before the last bytes of this client, which may end its session
             data = self._receive()
         if data:
             self._finished = False
@@ -97,22 +123,17 @@ class TcpLine:
         return b"" if busy else data or b""
 
     def write(self, data: bytes) -> None:
-        """Send to the client, if there is one."""
+        """Send to the client, if there is one, and what it has not read before. One that does not read loses the oldest."""
         if self._client is None:
             return
-        if data:
-            self._unsent.append(data)
-            self._unsent_bytes += len(data)
-        while self._unsent_bytes > UNREAD_LIMIT and len(self._unsent) > 1:
-            self._unsent_bytes -= len(self._unsent[1])
-            del self._unsent[1]  # the first may be half sent already
+        self._unsent.append(data)
+        while sum(map(len, self._unsent)) > UNREAD_LIMIT and len(self._unsent) > 1:
+            del self._unsent[1]     # the first may be half sent already
         try:
             while self._unsent:
-                sent = self._client.send(self._unsent[0])
-                self._unsent_bytes -= sent
-                rest = self._unsent.popleft()[sent:]
-                if rest:
-                    self._unsent.appendleft(rest)
+                self._unsent[0] = self._unsent[0][self._client.send(self._unsent[0]):]
+                if not self._unsent[0]:
+                    self._unsent.popleft()
         except BlockingIOError:
             return
         except OSError:
@@ -126,7 +147,7 @@ class TcpLine:
         """Pull the cable out, which hangs up on the client and refuses others, or put it back.
 
         Raises:
-            PortError: somebody else has the port now.
+            PortError: another program has the port now.
         """
         if not in_:
             self.close()
@@ -144,7 +165,7 @@ class TcpLine:
             self._listener.close()
 
     def _welcome(self, busy: bool) -> bool:
-        """Let the next one in, if there is one, or turn it away; whether it is in."""
+        """Let the next client in, if there is one, or turn it away; whether it is in."""
         try:
             client, _ = self._listener.accept()
         except OSError:     # nobody, or gone again
@@ -162,8 +183,10 @@ class TcpLine:
         return True
 
     def _receive(self, flags: int = 0) -> Optional[bytes]:
-        """The next bytes of the client; None if they have not come yet, empty if none will: it has hung up, or there
-        is no client.
+        """The next bytes of the client.
+
+        Returns:
+            None if they have not come yet; empty if none will: the client has hung up, or there is none.
         """
         if self._client is None:
             return b""
@@ -178,13 +201,11 @@ class TcpLine:
         if self._client is not None:
             self.closing(self._client)
             self._client.close()
-        self._client = None
+        self._client, self._finished = None, False
         self._unsent.clear()
-        self._unsent_bytes = 0
-        self._finished = False
 
 
-class PtyLine:
+class PtyLine(Line):
     """A pseudo-terminal, found under a link whose name stays the same from one start to the next.
 
     Like a serial line it garbles what goes through while its two ends have different speeds.
@@ -198,12 +219,8 @@ class PtyLine:
     """
 
     def __init__(self, link: str, baud: int = 9600):
+        super().__init__(baud)
         self.link = link
-        self.baud = baud
-        self.unsent = False
-        """Nothing ever waits here."""
-        self.opened: Callable[[Any], None] = _nobody
-        self.closing: Callable[[Any], None] = _nobody
         self._plugged = False
         self._check_link()
         self._open()
@@ -247,9 +264,6 @@ class PtyLine:
             os.write(self._master, data)
         except BlockingIOError:
             termios.tcflush(self._slave, termios.TCIFLUSH)
-
-    def finish(self) -> None:
-        """Nothing to do: nobody can tell one client of a terminal from the next."""
 
     def plug(self, in_: bool) -> None:
         """Pull the cable out, as one pulls out a USB adapter: terminal and link are gone.
@@ -304,9 +318,6 @@ class PtyLine:
     def _close_files(self) -> None:
         os.close(self._master)
         os.close(self._slave)
-
-
-Line = Union[TcpLine, PtyLine]
 
 
 def host_and_port(address: Union[int, str]) -> Tuple[str, int]:

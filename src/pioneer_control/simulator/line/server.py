@@ -11,7 +11,7 @@ import functools
 import selectors
 import threading
 import time
-from typing import Any, Callable, List, Optional, Sequence, Set, Tuple, Union
+from typing import Any, Callable, List, Optional, Sequence, Tuple, Union
 
 from ...errors import LinkError, ParameterError
 from ..firmware.firmware import Firmware, FirmwareState
@@ -129,13 +129,11 @@ class Server:
         """The robots, their lines and faults."""
         self.berths: List[Berth] = []
         self._selector = selectors.DefaultSelector()
-        self._unsent: Set[Line] = set()     # those that wait for room to send
         self._held_up: List[Tuple[Berth, Line]] = []    # those that are read no more until the line has carried what was read
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulated robots", daemon=True)
         try:
-            for berth_of in self._places(tcp, pty):
-                self.berths.append(Berth(*berth_of))
+            self._open_berths(tcp, pty)
             self._recording = LineRecorder(record)
         except (LinkError, ParameterError):
             self._close()
@@ -188,20 +186,21 @@ class Server:
     def __enter__(self) -> "Server":
         return self.start()
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stop()
 
     @property
     def _lines(self) -> List[Line]:
         return [line for berth in self.berths for line in berth.lines]
 
-    def _places(self, tcp: Union[int, str, None], pty: Optional[str]):
-        """What to make a `Berth` of, for each robot."""
+    def _open_berths(self, tcp: Union[int, str, None], pty: Optional[str]) -> None:
+        """Open the lines of all robots."""
         host, port = host_and_port(tcp) if tcp is not None else ("", 0)
         several = len(self.simulation.robots) > 1
         for number, robot in enumerate(self.simulation.robots):
-            address = None if tcp is None else "%s:%s" % (host, port + number if port else 0)
-            yield number, robot, address, "%s%s" % (pty, number + 1) if pty is not None and several else pty
+            address = None if tcp is None else "%s:%d" % (host, port + number if port else 0)
+            link = "%s%d" % (pty, number + 1) if pty is not None and several else pty
+            self.berths.append(Berth(number, robot, address, link))
 
     # -- its thread
 
@@ -217,26 +216,24 @@ class Server:
                     target_us += min((now - last) * self.speed, LONGEST_LAG) * 1e6
                     last = now
                     self._deliver(self.simulation.run_to(int(target_us)))
-                    for key, events in ready:
-                        self._serve(*key.data, events, now)
+                    for key, _ in ready:
+                        berth, line = key.data
+                        self._serve(berth, line, now)
                     if self._held_up:
                         self._let_go()
         finally:
             self._close()
 
-    def _serve(self, berth: Berth, line: Line, events: int, now: float) -> None:
-        """Something can be read from a line, or written to it."""
-        if events & selectors.EVENT_WRITE:
-            self._write(berth, line, b"")
-        if not events & selectors.EVENT_READ:
-            return
+    def _serve(self, berth: Berth, line: Line, now: float) -> None:
+        """Something can be read from a line."""
         line.baud = berth.robot.baud
         data = line.read(berth.busy_elsewhere(line, now))
         if data:
             berth.line, berth.heard = line, now
             self._recording.put(self.simulation.time, berth.number + 1, True, data)
             self.simulation.send(berth.number, data, line.client_baud)
-            self._deliver(self.simulation.run_to(self.simulation.clock.now_us))    # before another client takes the place of this one
+            # Before another client takes the place of this one:
+            self._deliver(self.simulation.run_to(self.simulation.clock.now_us))
             if line.client_baud and self.simulation.backlog(berth.number) > LONGEST_BACKLOG:
                 for file in line.files():
                     self._unwatch(file)
@@ -255,18 +252,11 @@ class Server:
             if berth.line is not None:
                 berth.line.baud = arrival.baud or berth.robot.baud
                 self._recording.put(arrival.time_us * 1e-6, arrival.robot + 1, False, arrival.data)
-                self._write(berth, berth.line, arrival.data)
+                berth.line.write(arrival.data)
         while self.simulation.ended:
             line = self.berths[self.simulation.ended.pop()].line
             if line is not None:
                 line.finish()
-
-    def _write(self, berth: Berth, line: Line, data: bytes) -> None:
-        line.write(data)
-        if line.unsent != (line in self._unsent):
-            self._unsent ^= {line}
-            for file in line.files():
-                self._selector.modify(file, selectors.EVENT_READ | (selectors.EVENT_WRITE if line.unsent else 0), (berth, line))
 
     # -- what is waited for
 

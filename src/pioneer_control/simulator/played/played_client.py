@@ -50,10 +50,12 @@ class Comparison(NamedTuple):
 
     def __str__(self) -> str:
         if self.same:
-            return "robot %s: %s packets, and the simulated robot says the same, byte by byte" % (self.robot, self.recorded)
-        apart = "poses at most %.3f m and %.1f degrees apart, %.3f m at the end" % (self.apart, math.degrees(self.turned_apart), self.apart_at_end)
-        return ("robot %s: %s packets in the record, %s of the simulated robot; %s\n"
-                "  the first that differ: %s" % (self.robot, self.recorded, self.simulated, apart, self.first))
+            return "robot %d: %d packets, and the simulated robot says the same, byte by byte" % (self.robot, self.recorded)
+        return (
+            "robot %d: %d packets in the record, %d of the simulated robot;"
+            " poses at most %.3f m and %.1f degrees apart, %.3f m at the end\n  the first that differ: %s" % (
+                self.robot, self.recorded, self.simulated, self.apart, math.degrees(self.turned_apart), self.apart_at_end,
+                self.first))
 
 
 def play_client(entries: Iterable[Entry], lines: LineSimulation) -> List[Entry]:
@@ -90,31 +92,32 @@ def compare(recorded: Iterable[Entry], simulated: Iterable[Entry], models: List[
     both = [list(recorded), list(simulated)]
     found = []
     for robot, model in enumerate(models, 1):
-        bytes_of = [b"".join(entry.data for entry in entries if entry.robot == robot and not entry.to_robot) for entries in both]
-        then, now = ([*_packets(entries, robot, model)] for entries in both)
-        apart = [*_apart(then, now, model)]
+        said_then, said_now = [[entry for entry in entries if entry.robot == robot and not entry.to_robot] for entries in both]
+        same = b"".join(entry.data for entry in said_then) == b"".join(entry.data for entry in said_now)
+        then, now = [[*_packets(entries, model)] for entries in (said_then, said_now)]
+        ways, turns = zip(*_apart(then, now, model), (0.0, 0.0))
         found.append(Comparison(
-            robot, len(then), len(now), bytes_of[0] == bytes_of[1], _first(then, now) or ("" if bytes_of[0] == bytes_of[1] else "bytes of no packet"),
-            max((way for way, _ in apart), default=0.0), max((turn for _, turn in apart), default=0.0), apart[-1][0] if apart else 0.0))
+            robot, len(then), len(now), same, _first(then, now) or ("" if same else "bytes of no packet"), max(ways), max(turns),
+            ways[-2] if len(ways) > 1 else 0.0))
     return found
 
 
-def _packets(entries: List[Entry], robot: int, model: RobotModel) -> Iterator[Packet]:
-    ear = FrameDecoder()
+def _packets(entries: List[Entry], model: RobotModel) -> Iterator[Packet]:
+    decoder = FrameDecoder()
     for entry in entries:
-        if entry.robot == robot and not entry.to_robot:
-            for frame in ear.feed(entry.data):
-                yield Packet(entry.time, p2os.decode_packet(frame, model.grip_state_first))
+        for frame in decoder.feed(entry.data):
+            yield Packet(entry.time, p2os.decode_packet(frame, model.grip_state_first))
 
 
 def _first(then: List[Packet], now: List[Packet]) -> str:
     """The first packets that differ, in words."""
     for before, after in zip(then, now):
         if before.value != after.value:
-            if type(before.value) is not type(after.value):
+            if not isinstance(after.value, type(before.value)):
                 return "at %.3f s %s, simulated at %.3f s %s" % (before.time, _kind(before), after.time, _kind(after))
-            fields = ["%s %s, simulated %s" % (name, value, vars(after.value)[name]) for name, value in vars(before.value).items()
-                      if value != vars(after.value)[name]]
+            simulated = vars(after.value)
+            fields = ["%s %s, simulated %s" % (name, value, simulated[name])
+                      for name, value in vars(before.value).items() if value != simulated[name]]
             return "%s at %.3f s: %s" % (_kind(before), before.time, "; ".join(fields))
     for rest, whose in ((then[len(now):], "the record"), (now[len(then):], "the simulated robot")):
         if rest:
@@ -128,16 +131,16 @@ def _kind(packet: Packet) -> str:
 
 def _apart(then: List[Packet], now: List[Packet], model: RobotModel) -> Iterator[Tuple[float, float]]:
     """How far (m, rad) the poses of SIPs of the same moment lie apart."""
-    sips = [packet for packet in now if isinstance(packet.value, p2os.Sip)]
+    sips = [(time, value) for time, value in now if isinstance(value, p2os.Sip)]
     at = 0
     for time, sip in then:
         if not isinstance(sip, p2os.Sip):
             continue
-        while at + 1 < len(sips) and abs(sips[at + 1].time - time) <= abs(sips[at].time - time):
+        while at + 1 < len(sips) and abs(sips[at + 1][0] - time) <= abs(sips[at][0] - time):
             at += 1
-        if at < len(sips) and abs(sips[at].time - time) <= SAME_MOMENT:
-            other = sips[at].value
-            x, y = (p2os.wrapped(before - after, p2os.COUNT_RANGE) * model.dist_mm_per_unit / 1000
-                    for before, after in ((sip.x_counts, other.x_counts), (sip.y_counts, other.y_counts)))
-            turn = p2os.wrapped(sip.heading_units - other.heading_units, model.angle_units_per_rev) * model.angle_rad_per_unit
-            yield hypot(x, y), abs(turn)
+        if at < len(sips) and abs(sips[at][0] - time) <= SAME_MOMENT:
+            other = sips[at][1]
+            x = p2os.wrapped(sip.x_counts - other.x_counts, p2os.COUNT_RANGE) * model.dist_mm_per_unit / 1000
+            y = p2os.wrapped(sip.y_counts - other.y_counts, p2os.COUNT_RANGE) * model.dist_mm_per_unit / 1000
+            turn = p2os.wrapped(sip.heading_units - other.heading_units, model.angle_units_per_rev)
+            yield hypot(x, y), abs(turn * model.angle_rad_per_unit)

@@ -11,9 +11,8 @@ and changes nothing.
 No thread, clock or socket is in here.
 """
 
-import math
 from collections import Counter
-from typing import Callable, Dict, Iterable, List, NamedTuple, Optional
+from typing import Callable, Counter as CounterType, Dict, Iterable, List, NamedTuple, Optional
 
 from ... import p2os
 from ...errors import UsageError
@@ -77,7 +76,7 @@ class PlayedRobot:
         self._sent: List[bytes] = []
         self._over_told = False
         self._expected: Optional[List[Frame]] = None    # of the client, in this connection; None once it did otherwise
-        self._counts: "Counter[str]" = Counter()        # of commands: the record's less the client's
+        self._counts: CounterType[str] = Counter()      # of commands: the record's less the client's
 
     @property
     def over(self) -> bool:
@@ -164,24 +163,24 @@ class PlayedRobot:
         return frame is not None and frame.id == CLOSE_ID and self.steps[at].stage is None
 
     def _connect(self, id: int) -> None:
-        """SYNC0, SYNC1, SYNC2 or OPEN, as the record will have them; what is out of order is not answered, as then.
+        """Take SYNC0, SYNC1, SYNC2 or OPEN, in the order of the record. What is out of order is not answered, as then.
 
-        But the connection may begin anew; and who took an answer to SYNC2 that the record's client did not, is as far
-        as that was later.
+        Two things are let pass. The client may begin the connection again. And it may send OPEN after an answer to
+        SYNC2 that the record's client had not heard: then the record goes on at the OPEN that came later.
         """
-        staged = [at for at in range(len(self.steps)) if self.steps[at].stage is not None]
-        before, ahead = [at for at in staged if at < self._at], [at for at in staged if at >= self._at]
-        fits = bool(ahead) and id == IDS[self.steps[ahead[0]].stage]
+        stages = [(at, step.stage) for at, step in enumerate(self.steps) if step.stage is not None]
+        before, ahead = [each for each in stages if each[0] < self._at], [each for each in stages if each[0] >= self._at]
+        fits = bool(ahead) and id == IDS[ahead[0][1]]
+        places: List[int] = []
         if fits:
-            at = ahead[0]
+            places = [ahead[0][0]]
         elif id == SYNC0 and ahead:
-            at = max((at for at in before if self.steps[at].stage == SYNC0), default=None)
-        elif id == IDS[OPEN] and before and self.steps[before[-1]].stage == SYNC2:
-            at = next((at for at in ahead if self.steps[at].stage == OPEN), None)
-        else:
-            at = None
-        if at is None:
+            places = [at for at, stage in before if stage == SYNC0][-1:]
+        elif id == IDS[OPEN] and before and before[-1][1] == SYNC2:
+            places = [at for at, stage in ahead if stage == OPEN]
+        if not places:
             return
+        at = places[0]
         if fits and id != SYNC0:
             self._sent += [step.data for step in self.steps[self._at:at]]
         self._go_to(at + 1)
@@ -209,7 +208,7 @@ class PlayedRobot:
         if _is_question(frame):
             return
         command = p2os.decode_command(frame)
-        if command.name == "HOSTBAUD" and command.value in range(len(p2os.BAUD_RATES)):
+        if command.name == "HOSTBAUD" and isinstance(command.value, int) and 0 <= command.value < len(p2os.BAUD_RATES):
             self.baud = p2os.BAUD_RATES[command.value]
         self._counts[_name(frame)] -= 1
         if self._expected is not None and (not self._expected or self._expected.pop(0) != frame):
@@ -235,12 +234,15 @@ def steps_of(entries: Iterable[Entry], robot: int) -> List[RecordedStep]:
     """
     steps: List[RecordedStep] = []
     ears = {True: FrameDecoder(), False: FrameDecoder()}
-    asked: Dict[Optional[int], int] = {}    # the step in which the client last asked for each stage; for OPEN: first, once SYNC2 was answered
+    # The step in which the client last asked for each stage. For OPEN: in which it first did, once SYNC2 was answered.
+    asked: Dict[Optional[int], int] = {}
     synced = False
     for entry in entries:
         if entry.robot != robot or entry.note:
             continue
-        time_us = max(round(entry.time * 1e6), steps[-1].time_us if steps else -math.inf)     # the order counts where a clock jumped back
+        time_us = round(entry.time * 1e6)
+        if steps:
+            time_us = max(time_us, steps[-1].time_us)   # the order counts where a clock jumped back
         for frame in ears[entry.to_robot].feed(entry.data):
             if entry.to_robot:
                 if synced and frame.id == IDS[OPEN]:
@@ -281,4 +283,4 @@ def _name(frame: Frame) -> str:
 
 def _told(frame: Frame) -> str:
     value = p2os.decode_command(frame).value
-    return _name(frame) if value is None else "%s %s" % (_name(frame), value)
+    return _name(frame) if value is None else "%s %s" % (_name(frame), str(value))

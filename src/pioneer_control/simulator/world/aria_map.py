@@ -73,7 +73,7 @@ class _AriaMap:
         self._line = 1
         if lines[0].strip() != FIRST_LINE:
             self.fail("the first line of an ARIA map must be %s, not %r" % (FIRST_LINE, lines[0].strip()[:40]))
-        take = _AriaMap._header
+        take: Callable[[_AriaMap, str], None] = _AriaMap._header
         for self._line, line in enumerate(lines[1:], 2):
             line = line.strip()
             if line.rstrip(":") in SECTIONS:

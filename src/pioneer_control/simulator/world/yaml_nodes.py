@@ -4,7 +4,7 @@
 import difflib
 import math
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NoReturn, Optional
+from typing import Any, Callable, Dict, List, Mapping, NoReturn, Optional
 
 import yaml
 
@@ -30,7 +30,8 @@ def read_values(path: str) -> Any:
 def compose(path: Path, text: str) -> Optional[yaml.Node]:
     """The root of a text's nodes, which know their lines; None of an empty one. `path` is for errors."""
     try:
-        root: Optional[yaml.Node] = yaml.compose(text, Loader=yaml.SafeLoader)
+        # The stubs of PyYAML leave this function without types.
+        root: Optional[yaml.Node] = yaml.compose(text, Loader=yaml.SafeLoader)  # type: ignore[no-untyped-call]
         return root
     except yaml.YAMLError as error:
         mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None)
@@ -57,7 +58,7 @@ class NodeReader:
         raise WorldError("world file %s, line %s: %s" % (self.path, node.start_mark.line + 1, message))
 
     def mapping(
-        self, node: yaml.Node, what: str, needs: Dict[str, Read], may: Optional[Dict[str, Read]] = None,
+        self, node: yaml.Node, what: str, needs: Mapping[str, Read], may: Optional[Mapping[str, Read]] = None,
         skip: Optional[Callable[[yaml.Node], None]] = None,
     ) -> Dict[str, Any]:
         """The values of a mapping that has all the keys of `needs` and perhaps some of `may`, each read by its
