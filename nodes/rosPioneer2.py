@@ -43,10 +43,11 @@ def run(robot, given):
         robot.wander(given.duration, stop_at_can=given.stop_at_can)
         robot.stop()
         sleep(2)
-        picked += not robot.holding and robot.pick()
+        held = robot.holding
+        picked += robot.pick() and not held
         sleep(2)
-    held = "its wheels stalled %d times" % robot.stalls if robot.stalls else "nothing held it on its way"
-    rospy.loginfo("the end: %.1f m driven, %d of 2 picks got something, %s", robot.driven, picked, held)
+    way = "its wheels stalled %d times" % robot.stalls if robot.stalls else "nothing held it on its way"
+    rospy.loginfo("the end: %.1f m driven, %d of 2 picks got something, %s", robot.driven, picked, way)
 
 
 def main():

@@ -1,7 +1,7 @@
 """What a program tells its robot, on the robot's topics."""
 
 import time
-from typing import Callable, List
+from typing import List
 
 import genpy
 import rospy
@@ -12,6 +12,9 @@ from ..msg import Decision, GripperState, MotorState
 from ..ros_node import listeners
 from .reports import MOTORS_ON
 from .sender import Sender
+from .sights import Sight
+from .wander import Move
+from .wandering import Wandering
 
 ASK_AGAIN = 0.1  #: s between two questions to the master
 
@@ -19,12 +22,12 @@ ASK_AGAIN = 0.1  #: s between two questions to the master
 class Commander:
     """Publishes what the robot shall do. After `end` it raises ROSInterruptException instead."""
 
-    def __init__(self, name: Callable[[str], str]):
-        """Advertise the topics. `name` makes the name of one."""
-        self._velocity = rospy.Publisher(name("cmd_vel"), Twist, queue_size=1)
-        self._motors = rospy.Publisher(name("cmd_motor_state"), MotorState, queue_size=1)
-        self._gripper = rospy.Publisher(name("gripper_control"), GripperState, queue_size=2)
-        self._decisions = rospy.Publisher(name("decision"), Decision, queue_size=0)  # 0: none is ever dropped
+    def __init__(self, prefix: str):
+        """Advertise the robot's topics, which begin with `prefix`."""
+        self._velocity = rospy.Publisher(prefix + "cmd_vel", Twist, queue_size=1)
+        self._motors = rospy.Publisher(prefix + "cmd_motor_state", MotorState, queue_size=1)
+        self._gripper = rospy.Publisher(prefix + "gripper_control", GripperState, queue_size=2)
+        self._decisions = rospy.Publisher(prefix + "decision", Decision, queue_size=0)  # 0: none is ever dropped
         self._sender = Sender(self._velocity, Twist())
         self._driving = self._ended = False
 
@@ -51,9 +54,11 @@ class Commander:
         message.grip.state, message.lift.state = grip, lift
         self._send(self._gripper, message)
 
-    def tell(self, decision: Decision) -> None:
-        """Publish what was decided."""
-        self._send(self._decisions, decision)
+    def tell(self, number: int, wandering: Wandering, sight: Sight, move: Move) -> None:
+        """Publish what the wander of this number decided on a sight."""
+        message = Decision(wander=number, seed=wandering.seed, speed=wandering.speed, **move._asdict())
+        message.header.stamp = rospy.Time(nsecs=sight.stamp)
+        self._send(self._decisions, message)
 
     def end(self) -> None:
         """Command the robot to stand, and command nothing any more."""

@@ -19,14 +19,12 @@ import rospy
 
 from ..errors import NoAnswerError, NotConfirmedError, RefusedError, UsageError
 from ..message_values import GripCommand, LiftCommand
-from ..msg import Decision
 from ..robots import find_model
 from .commander import Commander
 from .pick import CLOSE, LOWER, OPEN, PICK, RAISE, Outcome, Step, holds, judge
 from .reports import Reports, Stopwatch
-from .sights import Sight
 from .snapshot import Grip, Lift, Pose, Snapshot
-from .wander import SPEED, STALE, Move, can_leave, no_news
+from .wander import SPEED, STALE, can_leave, no_news
 from .wandering import WanderEnd, Wandering
 
 CONNECT_TIMEOUT = 15.0  #: s for driver and first data; a robot may need ten to answer
@@ -35,7 +33,6 @@ MOTORS_TIMEOUT = 5.0  #: s for the robot to report that its motors are on
 STEP_TIMEOUT = 10.0  #: s for one movement of the gripper; the slowest takes 3.5
 ASK_AGAIN = 0.5  #: s between two requests for the motors
 SILENCE = 2.0  #: s without news before that is said: in slow time each message is late
-LINK_LOST = 1.0  #: s without a pose: after that the link was down, and the driver has switched the motors off
 TELL_AGAIN = 15.0  #: s after which the same is told again, with the numbers of now
 LOOK_AGAIN = 0.25  #: s between two looks whether there is news
 
@@ -65,13 +62,14 @@ class Pioneer:
             UsageError: the speed is not above 0, or the seed is no whole number.
             UnknownModelError: there is no such model.
         """
-        self._namespace, self._speed = namespace, _number("speed", speed, "m/s", above=0)
+        self._prefix = namespace.rstrip("/") + "/" if namespace else ""
+        self._speed = _number("speed", speed, "m/s", above=0)
         self._seed = int(time.time()) if seed is None else _whole("seed", seed)
         self._begin_at, self._end_at, self._wanders = begin_at, end_at, 0
         self._leaving = False  # something was put down just before
         shape = find_model(model) if model else None
-        self._commander = Commander(self._name)
-        self._reports = Reports(self._name)
+        self._commander = Commander(self._prefix)
+        self._reports = Reports(self._prefix)
         if shape:
             self._reports.take_for(shape, gripper)
         rospy.on_shutdown(self.close)
@@ -149,7 +147,8 @@ class Pioneer:
             missing = ", ".join(self._missing())
             rospy.logwarn("ROS time stands or is slow (use_sim_time is set): waiting on for %s", missing)
         if not reports.wait(lambda: not self._missing(), timeout - passed(), passed):
-            raise NoAnswerError("after %.0f s still no %s. %s" % (timeout, ", ".join(self._missing()), self._advice()))
+            missing = ", ".join(self._missing())
+            raise NoAnswerError("after %.0f s still no %s. %s" % (timeout, missing, self._advice()))
         self._commander.wait_for_listeners(LISTENERS_TIMEOUT)
 
     def enable_motors(self, timeout: float = MOTORS_TIMEOUT) -> None:
@@ -161,7 +160,8 @@ class Pioneer:
         passed = Stopwatch()
         while not self._reports.heard.motors:
             if passed() > timeout:
-                raise NotConfirmedError("the motors stay off after %.0f s of asking: %s" % (timeout, self._why_off()))
+                why = self._reports.why_motors_off()
+                raise NotConfirmedError("the motors stay off after %.0f s of asking: %s" % (timeout, why))
             self._commander.enable_motors()
             self._reports.wait(lambda: self._reports.heard.motors, ASK_AGAIN)
 
@@ -169,17 +169,17 @@ class Pioneer:
         heard = self._reports.heard
         needed = [
             ("/clock", rospy.rostime.is_wallclock() or rospy.get_time()),
-            (self._name("robot_info"), heard.robot),
-            (self._name("pose"), heard.pose),
-            (self._name("motor_state"), heard.motors is not None),
-            (self._name("sonar (is use_sonar on?)"), heard.ranges),
-            (self._name("gripper_state"), heard.grip or not self.has_gripper),
+            (self._prefix + "robot_info", heard.robot),
+            (self._prefix + "pose", heard.pose),
+            (self._prefix + "motor_state", heard.motors is not None),
+            (self._prefix + "sonar (is use_sonar on?)", heard.ranges),
+            (self._prefix + "gripper_state", heard.grip or not self.has_gripper),
         ]
         return self._commander.unheard() + [name for name, there in needed if not there]
 
     def _advice(self) -> str:
         """What to do about what is missing."""
-        if self._missing() == [self._name("robot_info")]:
+        if self._missing() == [self._prefix + "robot_info"]:
             return (
                 "A driver runs, but not this package's: it tells neither the robot's outline nor where its sonars "
                 "look. Name the model, and both come from a table: _model:=p3dx-sh, or Pioneer(model=...) in a program "
@@ -189,19 +189,6 @@ class Pioneer:
         return (
             "Does the driver run (roslaunch pioneer_control pioneer.launch sim:=true, or with the port of your robot), "
             "and in this namespace?")
-
-    def _why_off(self) -> str:
-        """Why the motors are off, as far as the robot tells, and what to do."""
-        heard, age = self._reports.heard, self._reports.age
-        if age > LINK_LOST:
-            return "the link to the robot is down, it told nothing for %.1f s. The driver's log says why" % age
-        if heard.stop_button:
-            return "its STOP button is pressed. Release it and start again"
-        if heard.silence > LINK_LOST:
-            return (
-                "the link to the robot was down for %.1f s, and after that its motors stay off until somebody asks for "
-                "them. Start again; the driver's log says why it was down" % heard.silence)
-        return "was its STOP button pressed? Release it and start again; the driver's log tells more"
 
     # Driving
 
@@ -214,7 +201,7 @@ class Pioneer:
         """
         linear, angular = _number("linear", linear, "m/s"), _number("angular", angular, "rad/s")
         if not self._reports.heard.motors:
-            raise RefusedError("the robot's motors are off, it does not drive: %s" % self._why_off())
+            raise RefusedError("the robot's motors are off, it does not drive: %s" % self._reports.why_motors_off())
         self._commander.drive(linear, angular)
 
     def stop(self) -> None:
@@ -287,12 +274,7 @@ class Pioneer:
                 self.drive(move.linear, move.angular)
                 narrator.tell(move.reason)
             if move:
-                self._tell(wandering, sight, move)
-
-    def _tell(self, wandering: Wandering, sight: Sight, move: Move) -> None:
-        message = Decision(wander=self._wanders, seed=wandering.seed, speed=wandering.speed, **move._asdict())
-        message.header.stamp = rospy.Time(nsecs=sight.stamp)
-        self._commander.tell(message)
+                self._commander.tell(self._wanders, wandering, sight, move)
 
     # The gripper
 
@@ -360,7 +342,7 @@ class Pioneer:
             self._commander.move_gripper(GripCommand.STOP, LiftCommand.STOP)
             outcome = Outcome.TIMED_OUT
             if self._reports.age > SILENCE:
-                raise NoAnswerError("the gripper did not %s: %s" % (step.name, self._why_off()))
+                raise NoAnswerError("the gripper did not %s: %s" % (step.name, self._reports.why_motors_off()))
         rospy.loginfo("gripper, %s: %s", step.name, outcome.value)
         return outcome
 
@@ -370,9 +352,6 @@ class Pioneer:
         """Stand still and command nothing any more. Also called when ROS shuts down."""
         self._reports.end()
         self._commander.end()
-
-    def _name(self, topic: str) -> str:
-        return "%s/%s" % (self._namespace.rstrip("/"), topic) if self._namespace else topic
 
 
 def _whole(name: str, value: int) -> int:

@@ -17,6 +17,7 @@ from .sights import KEPT, Sight, Sights
 from .snapshot import Grip, Heard, Lift, Pose, RobotShape
 
 MOTORS_ON = 1  #: of motor_state and cmd_motor_state
+LINK_LOST = 1.0  #: s without a pose: the link was down, and the driver has switched the motors off
 NO_STEP = 0.5  #: m; a pose that is farther from the one before has been reset
 
 
@@ -39,21 +40,21 @@ class Stopwatch:
 class Reports:
     """The newest that a robot reported, `heard`, and the `sights` that nobody has decided on yet."""
 
-    def __init__(self, name: Callable[[str], str]):
-        """Subscribe to the robot's topics. `name` makes the name of one."""
+    def __init__(self, prefix: str):
+        """Subscribe to the robot's topics, which begin with `prefix`."""
         self.heard = Heard()
         self.sights: Deque[Tuple[float, Sight]] = deque(maxlen=KEPT)  #: each with when it came [s], monotonic
         self._sights = Sights()
         self._news = threading.Condition()
         self._ended = False
         self._subscribers = [  # those of the sights without a queue_size: then rospy drops no message
-            rospy.Subscriber(name("pose"), Odometry, self._hear_pose),
-            rospy.Subscriber(name("sonar"), SonarArray, self._hear_sonar),
-            rospy.Subscriber(name("stall"), Stall, self._hear_stall),
-            rospy.Subscriber(name("gripper_state"), GripperState, self._hear_gripper, queue_size=1),
-            rospy.Subscriber(name("motor_state"), MotorState, self._hear_motors, queue_size=1),
-            rospy.Subscriber(name("e_stop"), Bool, self._hear_stop_button, queue_size=1),
-            rospy.Subscriber(name("robot_info"), RobotInfo, self._hear_info, queue_size=1),
+            rospy.Subscriber(prefix + "pose", Odometry, self._hear_pose),
+            rospy.Subscriber(prefix + "sonar", SonarArray, self._hear_sonar),
+            rospy.Subscriber(prefix + "stall", Stall, self._hear_stall),
+            rospy.Subscriber(prefix + "gripper_state", GripperState, self._hear_gripper, queue_size=1),
+            rospy.Subscriber(prefix + "motor_state", MotorState, self._hear_motors, queue_size=1),
+            rospy.Subscriber(prefix + "e_stop", Bool, self._hear_stop_button, queue_size=1),
+            rospy.Subscriber(prefix + "robot_info", RobotInfo, self._hear_info, queue_size=1),
         ]
 
     @property
@@ -64,6 +65,19 @@ class Reports:
     def take_for(self, model: RobotModel, gripper: bool) -> None:
         """Take the robot for a model until it says itself what it is. `gripper`: is one fitted?"""
         self._hear(robot=RobotShape.of_model(model), has_gripper=gripper)
+
+    def why_motors_off(self) -> str:
+        """Why the motors are off, as far as the robot tells, and what to do."""
+        heard, age = self.heard, self.age
+        if age > LINK_LOST:
+            return "the link to the robot is down, it told nothing for %.1f s. The driver's log says why" % age
+        if heard.stop_button:
+            return "its STOP button is pressed. Release it and start again"
+        if heard.silence > LINK_LOST:
+            return (
+                "the link to the robot was down for %.1f s, and after that its motors stay off until somebody asks for "
+                "them. Start again; the driver's log says why it was down" % heard.silence)
+        return "was its STOP button pressed? Release it and start again; the driver's log tells more"
 
     def wait(
             self, condition: Callable[[], object], timeout: float, clock: Callable[[], float] = time.monotonic) -> bool:

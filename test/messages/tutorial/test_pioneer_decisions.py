@@ -548,6 +548,7 @@ def test_it_backs_away_from_what_it_put_down(started, packets):
         graph.hand_out("sonar", SonarArray(sonar.header, 16, [5.0] * 16))
         time.sleep(0.002)
     assert ended == [(True, WanderEnd.TIME_UP)]
+    graph.wait(lambda: graph.of("decision"))
     assert graph.of("decision")[0].reason.startswith("backing off: ")
 
 
@@ -561,6 +562,6 @@ def test_a_step_of_the_gripper_fails_loudly_when_the_link_is_down(started, packe
     graph, robot = holding(started, packets)
     monkeypatch.setattr(pioneer, "STEP_TIMEOUT", 0.0)
     monkeypatch.setattr(pioneer, "SILENCE", 0.0)
-    monkeypatch.setattr(pioneer, "LINK_LOST", 0.0)
+    monkeypatch.setattr(reports, "LINK_LOST", 0.0)
     with pytest.raises(NoAnswerError, match="the gripper did not open: the link to the robot is down"):
         robot.gripper_open()
