@@ -1,5 +1,6 @@
 """What a user is warned of, and how often. Pure: time (monotonic, s) is an argument."""
 
+import re
 from typing import Dict, List, NamedTuple, Optional
 
 from ..client import RobotIdentity, RobotState
@@ -12,6 +13,7 @@ EMPTY_BATTERY_12_V = 11.0
 """Level (V) at which a 12 V robot switches itself off that does not report its own (CONFIGpac ShutdownVolts)."""
 SAME_COMMANDER = 5.0
 """Velocities that come further apart (s) than this are two drives, not one slow commander."""
+NUMBER = re.compile("[0-9]+")
 
 
 class Notice(NamedTuple):
@@ -72,7 +74,8 @@ class Throttle:
         self._last: Dict[str, float] = {}
 
     def passes(self, kind: str, now: float) -> bool:
-        """Whether a warning of this kind may be given now; if so it counts as given."""
+        """Whether a warning of this kind may be given now; if so it counts as given. Numbers in a kind make no other of it."""
+        kind = NUMBER.sub("", kind)
         last = self._last.get(kind)
         if last is not None and now - last < self._period:
             return False

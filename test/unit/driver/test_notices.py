@@ -109,3 +109,12 @@ def test_the_throttle_lets_each_kind_pass_once_a_period():
     throttle = Throttle()
     assert throttle.passes("a", 0.0) and throttle.passes("b", 0.1)
     assert not throttle.passes("a", PERIOD - 0.1) and throttle.passes("a", PERIOD + 0.1)
+
+
+def test_the_same_trouble_with_another_number_in_it_is_no_news():
+    """Each attempt at a line that carries noise counts other bytes."""
+    throttle = Throttle()
+    text = "link: socket://robot:8101: nothing answers as a robot, tried over TCP (%d bytes came that make no packet)"
+    assert [throttle.passes(text % count, 4.0 * attempt) for attempt, count in enumerate((280000, 303000, 17, 4))] == [
+        True, False, False, True]
+    assert throttle.passes("link: socket://robot:8101: connection refused", 4.0)
