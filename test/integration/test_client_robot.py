@@ -112,6 +112,43 @@ def test_an_exception_in_a_listener_stops_the_robot_and_is_kept(server, monkeypa
     robot.close()
 
 
+def test_when_both_threads_fail_the_robot_is_stopped_and_nobody_waits_for_them(server, monkeypatch):
+    loud = []
+    monkeypatch.setattr(threading, "excepthook", loud.append)
+    with Robot(server.url) as robot:
+        robot.enable_motors()
+        monkeypatch.setattr(threads.Session, "events", lambda session: 1 / 0)
+        assert robot.wait_until_ended(LIMIT)
+        until(lambda: len(loud) == 2, "both have failed")
+        until(lambda: waiting(server), "closed")
+        with pytest.raises(LinkLostError):
+            robot.set_velocity(0.1, 0.0)
+
+
+@pytest.mark.parametrize("at", ["before the write", "after it"])
+def test_a_signal_handler_that_closes_in_the_midst_of_a_command_has_the_last_word(server, at):
+    """The handler runs on the thread that gives the command, which goes on when the robot is stopped and closed."""
+    with Robot(server.url, command_timeout=10 * LIMIT) as robot:
+        robot.enable_motors()
+        transport, written = robot._link.connection.transport, []
+        write = transport.write
+
+        def interrupted_write(data):
+            interrupted = b"".join(written) == b"" and encode_command("VEL", 300) in data
+            if interrupted and at == "before the write":
+                robot.close(wait=False)
+            written.append(data)
+            write(data)
+            if interrupted and at == "after it":
+                robot.close(wait=False)
+
+        transport.write = interrupted_write
+        robot.set_velocity(0.3, 0.0)
+        said = b"".join(written)
+        assert said.index(encode_command("VEL", 300)) < said.rindex(encode_command("STOP")), "when the command returns"
+        assert robot.wait_until_ended(LIMIT) and waiting(server)
+
+
 class Hang:
     """A listener that hangs from a moment on, until the test lets it go."""
 

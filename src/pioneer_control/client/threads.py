@@ -203,6 +203,9 @@ class LinkThreads:
                 raise self.failure(LinkLostError("%s: no link to the robot" % self.url))
             yield connected
             connection.send()
+            if self._closing and not connection.session.finished:   # meanwhile, by a signal handler: that stopped the robot too early
+                connection.session.line.say(connected.last_words)
+                connection.try_send()
 
     def failure(self, otherwise: PioneerError) -> BaseException:
         """The error that stands in the way, as one that can be raised here."""
@@ -229,9 +232,12 @@ class LinkThreads:
         except BaseException as error:      # of a listener, most likely; threading prints it
             with self.changed:
                 self.error, self._closing = error, True
+                self._threads = [thread for thread in self._threads if thread is not threading.current_thread()]
+                if not self._threads:       # the other has failed, too
+                    self.ended.set()
+                self.changed.notify_all()
                 if self.connection is not None:
                     self.connection.give_up(LinkLostError("%s: a listener failed" % self.url))
-                self.changed.notify_all()
             raise
 
     def _keep_link(self) -> bool:
@@ -299,8 +305,8 @@ class LinkThreads:
             self._notice(session, events)
             over = session.finished
         if over:
-            connection.transport.close()
             connection.is_open = False
+            connection.transport.close()
             events += self._finish(session)
         return events
 

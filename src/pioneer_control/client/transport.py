@@ -166,7 +166,10 @@ class SerialTransport(Transport):
         self.baud = baud
 
     def close(self) -> None:
-        self._port.close()
+        try:
+            self._port.close()
+        except OSError:     # an adapter that is unplugged may say so once more
+            pass
         super().close()
 
 

@@ -137,6 +137,17 @@ def test_the_other_side_is_gone_pty(pseudo_terminal):
     line.close()
 
 
+def test_an_unplugged_adapter_that_fails_once_more_at_its_end_ends_no_program(pseudo_terminal, monkeypatch):
+    def fail():
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    line = open_transport(pseudo_terminal[1], 9600)
+    close = line._port.close
+    monkeypatch.setattr(line._port, "close", fail)
+    line.close()
+    close()
+
+
 def test_a_line_that_takes_no_bytes_is_lost(peer):
     line, other = connected(peer)
     with pytest.raises(LinkLostError, match="takes no more bytes"):
