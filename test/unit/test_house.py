@@ -349,6 +349,10 @@ def test_a_class_name_used_twice_is_seen():
     assert repeated_classes(texts) == ["A in p.a, p.b"]
 
 
+def test_no_class_holds_too_much():
+    assert large_classes(FILES) == []
+
+
 def class_text(attributes=0, methods=1, head="class A:"):
     lines = ["    def m%d(self): pass" % number for number in range(methods - 1)] + ["    def __init__(self):"]
     lines += ["        self.a%d = self.b%d, self.c = 1, 2" % (number, number) for number in range(attributes - 1)]
