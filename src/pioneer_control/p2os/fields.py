@@ -51,7 +51,7 @@ class Row(NamedTuple):
 
     @property
     def length(self) -> int:
-        """How many rows it is."""
+        """How many rows it is, as a part of a table."""
         return 1
 
 

@@ -356,14 +356,14 @@ def decode_packet(frame: Frame, grip_state_first: bool = True) -> Any:
             AmigOS, with the port first and with switches in GRIPPERpac.
     """
     number, data = frame
-    if number == 2 and not data:
-        return SyncEcho(2)
     if number not in PACKETS:
         return UnknownPacket(number, data)
     packet_class, said_by_id = PACKETS[number]
     try:
         values, _ = read_fields(_TABLES[grip_state_first][packet_class], data)
     except TooShort as short:
+        if number == 2 and not data:
+            return SyncEcho(2)
         return MalformedPacket(number, data, "%s.%s" % (packet_class.__name__, short))
     values.update(said_by_id)
     return made(packet_class, values)

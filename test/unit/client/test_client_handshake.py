@@ -2,6 +2,7 @@
 
 import inspect
 import math
+import random
 import re
 
 import pytest
@@ -360,6 +361,20 @@ def test_a_strict_robot_is_connected_whatever_it_heard_before(line, reached):
     bench.run_until(lambda: bench.finished)
     bench.run(0.2)
     assert not robot.open
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_strict_robot_on_a_pseudo_terminal_is_connected_whatever_it_heard_in_any_order(seed):
+    chance, robot = random.Random(seed), StrictRobot(tcp=False)
+    heard = [p2os.encode_frame(number) for number in range(3)] + [
+        p2os.encode_command("STOP"), p2os.encode_command("VEL", 100), p2os.encode_command("ENABLE", 1),
+        b"\xFA\xFB\x06\x0B", b"noise"]
+    for _ in range(chance.randrange(12)):
+        robot.receive(chance.choice(heard), 0.0)
+    robot.advance(0.0)
+    del robot.echoes[:]
+    bench = Bench(as_on_bench(robot), rates=(9600,)).until_ready()
+    assert bench.now < 1.5 and not robot.echoes
 
 
 def as_on_bench(robot):
