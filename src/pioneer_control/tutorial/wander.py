@@ -179,8 +179,8 @@ def wander(snapshot: Snapshot, memory: Memory) -> Tuple[Move, Memory]:
 
 def can_leave(snapshot: Snapshot) -> bool:
     """Is there room behind the robot to leave what it puts down, and do its sonars look there?"""
-    view, _ = _look(snapshot, Memory())
-    return snapshot.robot.sees_behind and _behind(view) > BACK_CLEAR + BACK_WAY
+    _, points = remember((), snapshot, turning=False)
+    return snapshot.robot.sees_behind and _clear_behind(snapshot, points) > BACK_CLEAR + BACK_WAY
 
 
 def no_news(age: float) -> Move:
@@ -305,13 +305,14 @@ def _take_best_way(view: View, memory: Memory) -> Tuple[Move, Memory]:
     return Move(0.0, 0.0, "waiting: no way out seen yet"), memory
 
 
-def _behind(view: View) -> float:
-    """How far the way behind is clear, as far as sonars look there [m], at most 1."""
-    return view.snapshot.robot.outline.straight(view.points, WIDE.side, 1.0, -1)
+def _clear_behind(snapshot: Snapshot, points: List[Point]) -> float:
+    """How far the way behind is clear [m], at most 1, if sonars look there."""
+    return snapshot.robot.outline.straight(points, WIDE.side, 1.0, -1)
 
 
 def _can_back_off(view: View, memory: Memory) -> bool:
-    return not memory.backed and view.snapshot.robot.sees_behind and _behind(view) > BACK_CLEAR
+    sees_behind = view.snapshot.robot.sees_behind
+    return sees_behind and not memory.backed and _clear_behind(view.snapshot, view.points) > BACK_CLEAR
 
 
 def _begin_to_back_off(view: View, memory: Memory) -> Tuple[Move, Memory]:
@@ -320,7 +321,7 @@ def _begin_to_back_off(view: View, memory: Memory) -> Tuple[Move, Memory]:
 
 def _back_off(view: View, memory: Memory) -> Tuple[Move, Memory]:
     """Straight back, while sonars look there and see that it is clear."""
-    speed, behind = BACK_SPEED * memory.speed, _behind(view)
+    speed, behind = BACK_SPEED * memory.speed, _clear_behind(view.snapshot, view.points)
     if behind > BACK_CLEAR - 0.05 and view.snapshot.time - memory.since < BACK_WAY / speed:
         return Move(-speed, 0.0, "backing off: %.1f m clear behind" % behind), memory
     return Move(0.0, 0.0, "halting: to look again"), replace(memory, going=Going.LOOKING)
