@@ -107,15 +107,17 @@ class Session:
     def data_to_send(self) -> List[Action]:
         """What is to be done on the line, in order; each only once."""
         actions = self.line.data_to_send()
-        if any(isinstance(action, SetBaud) for action in actions):
-            self._link.decoder.drop_partial()   # what came at the old speed
+        for action in actions:
+            if isinstance(action, SetBaud):
+                self._link.decoder.drop_partial()   # what came at the old speed
         return actions
 
     def events(self) -> List[Event]:
         """What the listeners are to be told, in order; each only once."""
-        events = self._link.events[:]
-        self._link.events.clear()
-        return events
+        events = self._link.events
+        taken = events[:]
+        events.clear()
+        return taken
 
     @property
     def counts(self) -> Counts:

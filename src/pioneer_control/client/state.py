@@ -107,6 +107,7 @@ class StateReader:
         """The robot says again what it is. There never are fewer readings than before: who has the old model still looks for them."""
         self.identity = identity
         self._sonar += [None] * (identity.model.sonar_count - len(self._sonar))
+        self._m_per_range_unit = identity.model.range_mm_per_unit / 1000
         self._fitted = frozenset(transducer.number for transducer in identity.model.sonar)
         self._said: Optional[Tuple] = None
         self._status: Dict[str, Any] = {}
@@ -181,10 +182,11 @@ class StateReader:
         return (odometry.travel - half_difference) / model.wheel_radius, (odometry.travel + half_difference) / model.wheel_radius
 
     def _take_sonar(self, sip: p2os.Sip, time: float) -> None:
-        mm_per_unit, fitted, sonar = self.identity.model.range_mm_per_unit, self._fitted, self._sonar
+        m_per_unit, fitted, sonar = self._m_per_range_unit, self._fitted, self._sonar
         for reading in sip.sonar:
-            if reading.number in fitted:
-                sonar[reading.number] = SonarRange(reading.range_units * mm_per_unit / 1000, time)
+            number = reading.number
+            if number in fitted:
+                sonar[number] = SonarRange(reading.range_units * m_per_unit, time)
             else:
                 self.unknown_sonar += 1
 

@@ -1,23 +1,27 @@
-"""Robot state to ROS messages: pure functions; all messages of one packet carry one stamp.
-
-Where it is, is in `prompt_messages`; what its sonar heard is in `ranges`.
+"""Robot state to ROS messages: pure functions; all messages of one packet carry one stamp. Frames of the transducers are in `standard_messages`.
 
 Units and axes are those of REP 103; the encoding of the frozen messages is that of p2os, so that its peers and bags go on working.
 """
 
 import math
-from typing import Optional, Sequence, Tuple
+from typing import Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import sensor_msgs.msg
-from geometry_msgs.msg import Quaternion
+from geometry_msgs.msg import Point, Pose, Quaternion, Transform, TransformStamped, Vector3
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import PointCloud2, Range
 from std_msgs.msg import Bool, Header
+from tf2_msgs.msg import TFMessage
 
 from .. import p2os, standard_messages
 from ..client import GripperReading, RobotIdentity, RobotState
-from ..message_values import GripStatus, LiftStatus, quaternion_of
-from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, GripState, LiftState, MotorState, RobotInfo, Stall
-from .parameters import UNKNOWN
+from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, LiftStatus, quaternion_of
+from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, GripState, LiftState, MotorState, RobotInfo, SonarArray, Stall
+from ..robots import Transducer
+from .parameters import UNKNOWN, DriverParameters
 
+SONAR_LIFETIME = 2.0
+"""Age (s) at which a reading expires; a full round of an array takes 0.32 s."""
 WHEEL_JOINTS = ("left_wheel_joint", "right_wheel_joint")
 """Names in urdf/, the left one first."""
 COMPASS_VARIANCE = 0.01
@@ -40,10 +44,73 @@ ANALOG_FULL_SCALE = {5: 2047, 9: 1023}
 """What 5 V are in an IOpac with so many analog inputs: AROS has 5, ARCOS 9 (protocol 5.5)."""
 
 
+class Covariances(NamedTuple):
+    """Row-major 6 x 6, of x, y, z, roll, pitch, yaw."""
+
+    pose: Tuple[float, ...]
+    twist: Tuple[float, ...]
+
+
 def diagonal(variances: Sequence[float]) -> Tuple[float, ...]:
     """A covariance, row-major, of numbers that do not depend on each other."""
     size = len(variances)
     return tuple(variances[row] if row == column else 0.0 for row in range(size) for column in range(size))
+
+
+def covariances(parameters: DriverParameters) -> Dict[bool, Covariances]:
+    """What goes into odometry while the robot moves (True) and while it stands (False)."""
+    return {
+        True: Covariances(diagonal(parameters.pose_covariance_moving), diagonal(parameters.twist_covariance_moving)),
+        False: Covariances(diagonal(parameters.pose_covariance_still), diagonal(parameters.twist_covariance_still)),
+    }
+
+
+def odometry(state: RobotState, stamp, odom_frame: str, base_link_frame: str, covariance: Covariances) -> Odometry:
+    """Pose in the odometry frame (m, rad), twist in base_link (m/s, rad/s)."""
+    message = Odometry(header=Header(stamp=stamp, frame_id=odom_frame), child_frame_id=base_link_frame)
+    message.pose.pose = Pose(Point(state.x, state.y, 0.0), Quaternion(*quaternion_of(state.heading)))
+    message.twist.twist.linear.x, message.twist.twist.angular.z = state.linear, state.angular
+    message.pose.covariance, message.twist.covariance = covariance
+    return message
+
+
+def transform(state: RobotState, stamp, odom_frame: str, base_link_frame: str) -> TFMessage:
+    """Odometry frame -> base_link, the same as the pose (m, rad)."""
+    place = Transform(Vector3(state.x, state.y, 0.0), Quaternion(*quaternion_of(state.heading)))
+    return TFMessage([TransformStamped(Header(stamp=stamp, frame_id=odom_frame), base_link_frame, place)])
+
+
+def sonar(state: RobotState, stamp, base_link_frame: str) -> SonarArray:
+    """Ranges (m) by sonar number."""
+    ranges = ranges_by_number(state)
+    return SonarArray(Header(stamp=stamp, frame_id=base_link_frame), len(ranges), ranges)
+
+
+def ranges_by_number(state: RobotState) -> List[float]:
+    """Ranges (m) by sonar number; NO_ECHO where nothing is in sight, NOT_HEARD where the last reading has expired."""
+    return [NOT_HEARD if _expired(reading, state) else min(reading.range, NO_ECHO) for reading in state.sonar]
+
+
+def sonar_ranges(state: RobotState, stamp, frame_prefix: str, no_echo: float) -> List[Range]:
+    """One message for each transducer that this packet brought; ``no_echo`` (m) where nothing is in sight: infinity (REP 117), or NO_ECHO."""
+    return [
+        standard_messages.sonar_range(number, reading.range, stamp, frame_prefix, no_echo)
+        for number, reading in enumerate(state.sonar)
+        if reading is not None and reading.time == state.time
+    ]
+
+
+def sonar_points(state: RobotState, stamp, base_link_frame: str, transducers: Iterable[Transducer]) -> PointCloud2:
+    """The newest echo of each transducer, in base_link as it now stands; none where nothing is in sight or heard."""
+    heard = ((transducer, state.sonar[transducer.number]) for transducer in transducers)
+    return standard_messages.sonar_points(
+        [standard_messages.echo_place(transducer, reading.range, state.time - reading.time, state.linear, state.angular)
+         for transducer, reading in heard if not _expired(reading, state) and reading.range < NO_ECHO],
+        stamp, base_link_frame)
+
+
+def _expired(reading, state: RobotState) -> bool:
+    return reading is None or state.time - reading.time > SONAR_LIFETIME
 
 
 def joint_states(state: RobotState, stamp, wheel_radius: float) -> sensor_msgs.msg.JointState:

@@ -21,7 +21,7 @@ from ..ros_node import init_node
 from .diagnostics import Diagnostics
 from .notices import Notice, Throttle, Watch, unmoved
 from .parameters import TUNING, DriverParameters, check_parameters
-from .prompt_connection import send_promptly
+from .prompt import send_promptly
 from .publications import Publications
 from .reconfigure import Reconfiguration
 from .requests import Requests
@@ -177,7 +177,8 @@ class DriverNode:
 def main() -> int:
     """Run the node. Returns the exit code: 0 shut down, 1 the robot cannot be driven, 2 a parameter makes no sense."""
     init_node("p2os")
-    send_promptly()
+    if not send_promptly():
+        rospy.logdebug("this rospy is not as driver/prompt.py expects it: messages go its own way")
     try:
         parameters, warnings = check_parameters(rospy.get_param("~", {}))
         for warning in warnings:

@@ -19,9 +19,9 @@ from ..client.gripper import is_on_general_io, with_switches
 from ..client.gyro import GyroReader, is_for_client
 from ..message_values import NO_ECHO
 from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, MotorState, RobotInfo, SonarArray, Stall
-from . import conversions, ranges
+from . import conversions
 from .parameters import DriverParameters
-from .prompt_messages import PoseMessage, SonarMessage, TransformMessage, covariances
+from .prompt import converters
 
 QUEUE = 10
 CLOSE_TIMEOUT = 0.1
@@ -89,17 +89,16 @@ class Publications:
         odom, base, prefix = parameters.odom_frame, parameters.base_link_frame, parameters.frame_prefix
         no_echo = math.inf if parameters.sonar_no_echo == "inf" else NO_ECHO
 
-        pose, transform = PoseMessage(odom, base, covariances(parameters)), TransformMessage(odom, base)
-        echoes = SonarMessage(base)
+        pose, transform, sonar = converters(odom, base, conversions.covariances(parameters))
 
         def has_sonar(identity):
             return identity.model.sonar
 
         return (
-            PublishedTopic("pose", Odometry, RobotState, pose.of),
-            *([PublishedTopic("/tf", TFMessage, RobotState, transform.of)] if parameters.publish_tf else []),
-            PublishedTopic("sonar", SonarArray, RobotState, lambda state, stamp: echoes.of(state, stamp) if state.sonar_enabled else None, available_if=has_sonar),
-            PublishedTopic("sonar_ranges", Range, RobotState, lambda state, stamp: ranges.sonar_ranges(state, stamp, prefix, no_echo), available_if=has_sonar),
+            PublishedTopic("pose", Odometry, RobotState, pose),
+            *([PublishedTopic("/tf", TFMessage, RobotState, transform)] if parameters.publish_tf else []),
+            PublishedTopic("sonar", SonarArray, RobotState, lambda state, stamp: sonar(state, stamp) if state.sonar_enabled else None, available_if=has_sonar),
+            PublishedTopic("sonar_ranges", Range, RobotState, lambda state, stamp: conversions.sonar_ranges(state, stamp, prefix, no_echo), available_if=has_sonar),
             PublishedTopic("sonar_points", PointCloud2, RobotState, lambda state, stamp: self._sonar_points(state, stamp, base), available_if=has_sonar),
             PublishedTopic("/tf_static", TFMessage, RobotIdentity,
                   lambda identity, stamp: standard_messages.sonar_frames(identity.model.sonar, stamp, base, prefix), available_if=has_sonar, latch=lambda identity: identity),
@@ -212,7 +211,7 @@ class Publications:
     # Conversions that need more than the packet.
 
     def _sonar_points(self, state: RobotState, stamp: rospy.Time, base_link_frame: str) -> Optional[PointCloud2]:
-        return ranges.sonar_points(state, stamp, base_link_frame, self._identity.model.sonar) if state.sonar_enabled else None
+        return conversions.sonar_points(state, stamp, base_link_frame, self._identity.model.sonar) if state.sonar_enabled else None
 
     def _gripper_state(self, state: RobotState) -> Optional[GripperState]:
         if state.gripper is None:

@@ -10,7 +10,7 @@ from pioneer_control import client, p2os
 from pioneer_control.client.identity import identify
 from pioneer_control.client.odometry import Odometry
 from pioneer_control.client.state import StateReader
-from pioneer_control.driver import prompt_messages as prompt
+from pioneer_control.driver import conversions, prompt
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.msg import SonarArray
 from pioneer_control.p2os import Flags
@@ -65,7 +65,7 @@ def received(message, kind):
 
 def odometry_of(motion, stamp=STAMP, odom_frame="odom", base_link_frame="base_link", parameters=DriverParameters()):
     """What a subscriber to `pose` has."""
-    return received(prompt.PoseMessage(odom_frame, base_link_frame, prompt.covariances(parameters)).of(motion, stamp), nav_msgs.msg.Odometry)
+    return received(prompt.PoseMessage(odom_frame, base_link_frame, conversions.covariances(parameters)).of(motion, stamp), nav_msgs.msg.Odometry)
 
 
 def sonar_array_of(state, stamp=STAMP, base_link_frame="base_link"):

@@ -11,8 +11,7 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from pioneer_control.driver import conversions
-from pioneer_control.driver import prompt_messages as prompt
+from pioneer_control.driver import conversions, prompt
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.msg import SonarArray
 from pioneer_control.p2os import ChargeState, Flags
@@ -83,7 +82,7 @@ def test_the_sonar_is_written_as_the_message_that_it_stands_for(count):
 
 def test_pose_and_transform_are_written_as_the_messages_that_they_stand_for():
     parameters = DriverParameters(pose_covariance_moving=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0))
-    message = prompt.PoseMessage("zwei/ödom", "zwei/base_link", prompt.covariances(parameters))
+    message = prompt.PoseMessage("zwei/ödom", "zwei/base_link", conversions.covariances(parameters))
     transforms = prompt.TransformMessage("zwei/ödom", "zwei/base_link")
     for heading in (-3.0, 0.0, 1.0):
         state = dataclasses.replace(STATE, heading=heading)

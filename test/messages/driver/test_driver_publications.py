@@ -11,7 +11,7 @@ import rospy
 
 from pioneer_control import p2os
 from pioneer_control.client import PacketReceived
-from pioneer_control.driver import conversions, prompt_messages, publications, ranges
+from pioneer_control.driver import conversions, prompt, publications
 from pioneer_control.driver.parameters import DriverParameters
 
 from robot_reports import DRIVING, GRIPPER_SWITCHES, GYRO, IO, OLD, STATE, identity_of, packet_of, received, state_of
@@ -137,12 +137,11 @@ def test_another_robot_brings_its_own_topics_and_takes_those_of_the_one_before(d
 
 def test_nothing_is_made_for_nobody(driver, topics, monkeypatch):
     driver.identity(identity_of("peoplebot-sh", gripper=True, has_gyro=1))
-    for name in ("quaternion_of", "ranges_by_number"):
-        monkeypatch.setattr(prompt_messages, name, None)    # calling it would raise
-    for module in (conversions, ranges):
-        for name, function in list(vars(module).items()):
-            if callable(function) and getattr(function, "__module__", "") == module.__name__ and name != "e_stop":
-                monkeypatch.setattr(module, name, None)
+    for name in ("ranges_by_number", "sin"):
+        monkeypatch.setattr(prompt, name, None)     # calling it would raise
+    for name, function in list(vars(conversions).items()):
+        if callable(function) and getattr(function, "__module__", "") == conversions.__name__ and name != "e_stop":
+            monkeypatch.setattr(conversions, name, None)
     monkeypatch.setattr(driver._gripper, "message", None)
     monkeypatch.setattr(driver._gyro, "rate", None)
     driver.state(dataclasses.replace(STATE, compass=1.0))

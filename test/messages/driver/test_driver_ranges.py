@@ -8,7 +8,7 @@ import pytest
 
 from pioneer_control import standard_messages
 from pioneer_control.client import SonarRange
-from pioneer_control.driver import ranges
+from pioneer_control.driver import conversions
 from pioneer_control.robots import find_model
 from sensor_msgs.msg import Range
 from sensor_msgs.point_cloud2 import read_points
@@ -28,7 +28,7 @@ def heard(state=STANDING, **readings):
 
 
 def points(state):
-    return list(read_points(ranges.sonar_points(state, STAMP, "base_link", SONAR)))
+    return list(read_points(conversions.sonar_points(state, STAMP, "base_link", SONAR)))
 
 
 def test_the_array_expires_to_zero_and_ends_at_no_echo():
@@ -38,7 +38,7 @@ def test_the_array_expires_to_zero_and_ends_at_no_echo():
 
 
 def test_ranges_are_those_of_this_packet_only():
-    first, second = ranges.sonar_ranges(state_of(DRIVING), STAMP, "two/", math.inf)
+    first, second = conversions.sonar_ranges(state_of(DRIVING), STAMP, "two/", math.inf)
     assert (first.header.frame_id, second.header.frame_id) == ("two/sonar_3", "two/sonar_4")
     assert (first.range, second.range) == (1.5, 2.2) and first.header.stamp == second.header.stamp == STAMP
     assert (first.radiation_type, first.min_range, first.max_range) == (Range.ULTRASOUND, 0.1, 5.0)
@@ -46,8 +46,8 @@ def test_ranges_are_those_of_this_packet_only():
 
 
 def test_a_packet_without_sonar_makes_no_ranges():
-    assert ranges.sonar_ranges(state_of(OLD, identity_of("p2dx")), STAMP, "", math.inf) == []
-    assert ranges.sonar_ranges(heard(s3=(1.0, 0.1)), STAMP, "", math.inf) == [], "heard before"
+    assert conversions.sonar_ranges(state_of(OLD, identity_of("p2dx")), STAMP, "", math.inf) == []
+    assert conversions.sonar_ranges(heard(s3=(1.0, 0.1)), STAMP, "", math.inf) == [], "heard before"
 
 
 @pytest.mark.parametrize("distance, no_echo, expected", [
@@ -55,7 +55,7 @@ def test_a_packet_without_sonar_makes_no_ranges():
     (0.1, math.inf, 0.1), (0.0, math.inf, 0.1),
 ])
 def test_no_echo_is_infinite_or_the_maximum_and_nothing_is_below_the_minimum(distance, no_echo, expected):
-    message, = ranges.sonar_ranges(heard(s0=(distance, 0.0)), STAMP, "", no_echo)
+    message, = conversions.sonar_ranges(heard(s0=(distance, 0.0)), STAMP, "", no_echo)
     assert message.range == expected
 
 
@@ -68,12 +68,12 @@ def test_points_lie_where_the_echoes_came_from():
 
 def test_what_is_not_in_sight_or_no_longer_heard_is_no_point():
     assert points(heard(s0=(5.0, 0.0), s1=(5.4, 0.0), s2=(1.0, 2.1))) == []
-    cloud = ranges.sonar_points(heard(), STAMP, "base_link", SONAR)
+    cloud = conversions.sonar_points(heard(), STAMP, "base_link", SONAR)
     assert (cloud.width, cloud.height, cloud.row_step, bytes(cloud.data)) == (0, 1, 0, b"")
 
 
 def test_the_cloud_is_laid_out_as_it_says():
-    cloud = ranges.sonar_points(heard(s7=(1.0, 0.0), s8=(1.0, 0.0)), STAMP, "two/base_link", SONAR)
+    cloud = conversions.sonar_points(heard(s7=(1.0, 0.0), s8=(1.0, 0.0)), STAMP, "two/base_link", SONAR)
     assert (cloud.header.stamp, cloud.header.frame_id) == (STAMP, "two/base_link")
     assert [(field.name, field.offset, field.datatype, field.count) for field in cloud.fields] == [("x", 0, 7, 1), ("y", 4, 7, 1), ("z", 8, 7, 1)]
     assert (cloud.width, cloud.height, cloud.point_step, cloud.row_step, cloud.is_dense, cloud.is_bigendian) == (2, 1, 12, 24, True, False)

@@ -7,7 +7,7 @@ from typing import List, Tuple
 import pytest
 
 from pioneer_control import standard_messages
-from pioneer_control.driver import ranges, requests
+from pioneer_control.driver import conversions, requests
 from pioneer_control.driver.health import TASKS
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.driver.publications import Publications
@@ -52,9 +52,9 @@ def test_what_the_readme_names_is_there():
 
 @pytest.mark.parametrize("sentence, number", [
     ("it, %g s at most, and otherwise says why not", requests.CONFIRM_TIMEOUT),
-    ("0.0: not heard for %g s", ranges.SONAR_LIFETIME),
-    ("not older than %g s", ranges.SONAR_LIFETIME),
-    ("%.1f: no echo", ranges.NO_ECHO),
+    ("0.0: not heard for %g s", conversions.SONAR_LIFETIME),
+    ("not older than %g s", conversions.SONAR_LIFETIME),
+    ("%.1f: no echo", conversions.NO_ECHO),
     ("From %g m on", standard_messages.MIN_RANGE),
     ("of the transducers, %g m above the floor", standard_messages.HEIGHT),
 ])

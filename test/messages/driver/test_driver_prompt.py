@@ -1,14 +1,22 @@
-"""Messages leave at once, in order, and no subscriber holds up who publishes."""
+"""Messages leave at once, in order, no subscriber holds up who publishes, and without all that the same is published."""
 
+import dataclasses
 import errno
 import socket
 import threading
 
 import pytest
+import rospy.msg
 import rospy.topics
+from nav_msgs.msg import Odometry
+from tf2_msgs.msg import TFMessage
 
-from pioneer_control.driver import prompt_connection
-from pioneer_control.driver.prompt_connection import PromptConnection
+from pioneer_control.driver import conversions, prompt
+from pioneer_control.driver.parameters import DriverParameters
+from pioneer_control.driver.prompt import PromptConnection
+from pioneer_control.msg import SonarArray
+
+from robot_reports import STAMP, STATE
 
 PATIENCE = 20.0     # s for what happens at once
 
@@ -23,7 +31,8 @@ class Transport:
             self.subscriber.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1)
         self.subscriber.settimeout(PATIENCE)
         self.done, self.cleanup_cb, self.endpoint_id = False, None, "subscriber"
-        self.writers = []
+        self.writers = []       # threads that wrote as rospy does
+        self.stat_bytes = self.stat_num_msg = 0
 
     def fileno(self):
         return self.socket.fileno()
@@ -66,7 +75,7 @@ def test_a_message_is_written_by_who_publishes_it():
     for number in range(3):
         assert connection.write_data(message(number))
     assert numbers(received(transport, 1500)) == [0, 1, 2]
-    assert set(transport.writers) == {threading.current_thread()}
+    assert transport.writers == [] and (transport.stat_bytes, transport.stat_num_msg) == (1500, 3)
 
 
 def test_a_subscriber_that_does_not_read_holds_up_nobody_and_then_gets_the_newest_in_order():
@@ -78,7 +87,7 @@ def test_a_subscriber_that_does_not_read_holds_up_nobody_and_then_gets_the_newes
     while not read or read[-1] != 999:
         read += numbers(received(transport, 500))
     assert read == sorted(set(read)) and read[-10:] == list(range(990, 1000)) and len(read) < 1000, "in order, whole, the oldest lost"
-    assert len(set(transport.writers)) == 2
+    assert len(set(transport.writers)) == 1
 
 
 def test_what_waits_goes_before_what_comes():
@@ -94,7 +103,8 @@ def test_a_connection_that_breaks_says_so_to_who_publishes_and_closes_itself():
     connection = PromptConnection(transport, 10)
     transport.subscriber.close()
     with pytest.raises(OSError) as raised:
-        connection.write_data(message(1))
+        for _ in range(1000000):
+            connection.write_data(message(1))
     assert raised.value.errno == errno.EPIPE and transport.done
 
 
@@ -120,7 +130,9 @@ def test_its_thread_ends_with_the_connection():
 
 
 def test_a_connection_that_breaks_while_it_is_written_to_and_while_rospy_drops_it_is_no_deadlock():
-    """A subscriber that was killed is back at once: rospy drops its old connection, and holds a lock which a write that fails needs too."""
+    """A subscriber that was killed is back at once: rospy drops its old connection, and holds a lock which a write
+    that fails needs too.
+    """
     writes, drops = threading.Event(), threading.Event()
 
     class Breaking(Transport):
@@ -132,12 +144,15 @@ def test_a_connection_that_breaks_while_it_is_written_to_and_while_rospy_drops_i
 
     topic = rospy.topics._PublisherImpl("/somewhere", rospy.AnyMsg)
     topic.queue_size = None
-    connection = PromptConnection(Breaking(), 10)
+    transport = Breaking()
+    transport.subscriber.close()
+    connection = PromptConnection(transport, 10)
     topic.add_connection(connection)
 
     def write():
         with pytest.raises(BrokenPipeError):
-            connection.write_data(message(1))
+            while True:
+                connection.write_data(message(1))
 
     def drop():
         assert writes.wait(PATIENCE)
@@ -155,14 +170,20 @@ def test_a_connection_that_breaks_while_it_is_written_to_and_while_rospy_drops_i
 
 def test_what_is_written_in_the_middle_of_a_write_waits_its_turn():
     """A signal handler that says something, on the thread that is just saying something else."""
-    class Interrupted(Transport):
-        def write_data(self, data):
+    class Interrupted:
+        def __init__(self, connected):
+            self._socket = connected
+
+        def send(self, data, flags):
+            count = self._socket.send(data[:100], flags)
             if data == message(0):
                 for number in (1, 2):
                     connection.write_data(message(number))
-            return super().write_data(data)
+            return count
 
-    transport = Interrupted()
+    transport = Transport()
+    transport.socket, sendall = Interrupted(transport.socket), transport.socket.sendall
+    transport.write_data = sendall
     connection = PromptConnection(transport, 10)
     connection.write_data(message(0))
     assert numbers(received(transport, 1500)) == [0, 1, 2]
@@ -195,10 +216,75 @@ def test_all_else_is_asked_of_the_transport():
         connection.nothing_like_that
 
 
-def test_rospy_takes_it(monkeypatch):
+@pytest.fixture
+def rospys_own(monkeypatch):
+    """What rospy has; put back afterwards."""
     monkeypatch.setattr(rospy.topics, "QueuedConnection", rospy.topics.QueuedConnection)
-    prompt_connection.send_promptly()
+    return rospy.topics.QueuedConnection
+
+
+def connected_by_rospy(transport):
     topic = rospy.topics._PublisherImpl("/somewhere", rospy.AnyMsg)
     topic.set_queue_size(3)
-    topic.add_connection(Transport())
-    assert [type(connection) for connection in topic.connections] == [PromptConnection]
+    topic.add_connection(transport)
+    connection, = topic.connections
+    return connection
+
+
+def test_rospy_takes_it(rospys_own):
+    assert prompt.send_promptly()
+    assert type(connected_by_rospy(Transport())) is PromptConnection
+
+
+def test_a_connection_that_is_no_socket_goes_rospys_own_way(rospys_own):
+    assert prompt.send_promptly()
+    transport = Transport()
+    number = transport.fileno()
+    transport.tcp, transport.socket, transport.fileno = transport.socket, None, lambda: number
+    connection = connected_by_rospy(transport)
+    transport.close()
+    assert type(connection) is rospys_own
+
+
+def test_a_rospy_that_makes_connections_in_another_way_is_left_as_it_is(rospys_own, monkeypatch):
+    class Another:
+        def __init__(self, connection, queue_size, newly_invented):
+            pass
+
+    monkeypatch.setattr(rospy.topics, "QueuedConnection", Another)
+    assert not prompt.send_promptly() and rospy.topics.QueuedConnection is Another
+    monkeypatch.delattr(rospy.topics, "QueuedConnection")
+    assert not prompt.send_promptly() and not hasattr(rospy.topics, "QueuedConnection")
+
+
+@pytest.fixture
+def converters():
+    return lambda: prompt.converters("odom", "base_link", conversions.covariances(DriverParameters()))
+
+
+def test_messages_write_themselves_where_rospy_publishes_them_so(converters):
+    assert [type(convert(STATE, STAMP)).__name__ for convert in converters()] == [
+        "PoseMessage", "TransformMessage", "SonarMessage"]
+
+
+@pytest.mark.parametrize("name, instead", [
+    ("serialize_message", lambda buffer, sequence, message: buffer.write(message.header.frame_id.encode())),
+    ("args_kwds_to_message", lambda kind, given, named: kind(*[getattr(given[0], name) for name in kind.__slots__])),
+    ("serialize_message", None), ("args_kwds_to_message", None)])
+def test_where_rospy_is_another_ordinary_messages_are_published(converters, monkeypatch, name, instead):
+    if instead is None:
+        monkeypatch.delattr(rospy.msg, name)
+    else:
+        monkeypatch.setattr(rospy.msg, name, instead)
+    assert [type(convert(STATE, STAMP)) for convert in converters()] == [Odometry, TFMessage, SonarArray]
+
+
+@pytest.mark.parametrize("state", [STATE, dataclasses.replace(STATE, linear=0.0, angular=0.0, heading=-3.0, sonar=())])
+def test_both_kinds_of_messages_say_the_same(converters, monkeypatch, state):
+    with monkeypatch.context() as another_rospy:
+        another_rospy.delattr(rospy.msg, "serialize_message")
+        plain = converters()
+    for kind, one, other in zip(prompt.KINDS, converters(), plain):
+        messages = one(state, STAMP), other(state, STAMP)
+        assert type(messages[0]) is not type(messages[1])
+        assert prompt._published(kind, messages[0]) == prompt._published(kind, messages[1]) is not None
