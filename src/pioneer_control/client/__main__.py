@@ -24,11 +24,11 @@ def main(arguments: Optional[List[str]] = None) -> int:
     try:
         robot = Robot(options.port, baud=options.baud, model=options.model, models_file=options.models_file)
         with robot:
-            identity, state = robot.identity, robot.state
-            first = state.time
-            while state.time - first < SONAR_ROUND:
+            state = robot.wait_for_state()
+            until = state.time + SONAR_ROUND
+            while state.time < until:
                 state = robot.wait_for_state()
-            link = robot.link
+            identity, link = robot.wait_until_ready(), robot.link
     except KeyboardInterrupt:
         return 130
     except PioneerError as error:
@@ -69,7 +69,7 @@ def _health(identity: RobotIdentity, state: RobotState) -> Iterable[Row]:
     if state.left_stall or state.right_stall:
         yield "stalled", " and ".join(side for side, stalled in (("left", state.left_stall), ("right", state.right_stall)) if stalled)
     if state.fault_flags:
-        yield "faults", ", ".join(flag.name for flag in p2os.FaultFlags if flag & state.fault_flags)
+        yield "faults", ", ".join(str(flag.name) for flag in p2os.FaultFlags if flag & state.fault_flags)
 
 
 def _fitted(identity: RobotIdentity, state: RobotState) -> Iterable[Row]:

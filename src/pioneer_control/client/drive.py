@@ -206,7 +206,7 @@ class Drive:
         """Say once that a robot stands although it is told to drive and nothing that it reports keeps it."""
         if state.moving:
             self._unmoved = False
-        if (state.moving or self._wanted is None or max(map(abs, self._wanted)) < SURE_TO_MOVE
+        if (state.moving or self._wanted is None or all(abs(rate) < SURE_TO_MOVE for rate in self._wanted)
                 or not state.motors_enabled or state.left_stall or state.right_stall):
             self._excused_at = now
         elif now > self._excused_at + MOVES_WITHIN and not self._unmoved:

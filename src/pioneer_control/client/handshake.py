@@ -47,7 +47,7 @@ from typing import Any, Generator, List, Optional, Tuple
 from .. import p2os
 from ..errors import NoAnswerError
 from .line import Line
-from .script import Clock
+from .procedure import Clock
 
 RATES = (9600, 38400, 19200, 115200, 57600)     # in the order of their likelihood
 
@@ -73,7 +73,7 @@ BEFORE_A_SESSION = (p2os.SyncEcho, p2os.SyncReply, p2os.Reset)
 
 
 class Handshake:
-    """One attempt. The session keeps ``packets`` and ``noise`` up to date before it resumes the script.
+    """One attempt. The session keeps ``packets`` and ``noise`` up to date before it resumes the procedure.
 
     Args:
         line: to send on.
@@ -101,7 +101,7 @@ class Handshake:
         self._answers_late = False  # an echo came for which nobody waited any more
         self._sync_timeout = SYNC_TIMEOUT
 
-    def script(self) -> Generator[float, Any, p2os.SyncReply]:
+    def procedure(self) -> Generator[float, Any, p2os.SyncReply]:
         """Find the robot. Raises NoAnswerError that says what was tried."""
         noise, packets = self.noise, self.packets
         rates, fell_back, listens = self._speeds(), False, True
@@ -123,8 +123,10 @@ class Handshake:
         """The line speeds in the order in which they are tried: the one of a robot that was there before also after each other one."""
         if self._own_rate is None:
             return list(self._rates) or [None]
-        own, *others = self._rates
-        return [own] + [speed for other in others for speed in (other, own)]
+        speeds: List[Optional[int]] = [self._own_rate]
+        for other in self._rates[1:]:
+            speeds += [other, self._own_rate]
+        return speeds
 
     def _tries_at(self, rate: Optional[int]) -> int:
         if rate is None:
@@ -194,6 +196,7 @@ class Handshake:
         else:
             self.last_words = CLOSE * CLOSES
         also_sync1 = not self._rates and attempt == TCP_TRY_WITH_SYNC1
+        answer: Optional[p2os.SyncReply] = None
         for number, packet in enumerate(SYNC):
             self._line.command(self._clock(), *((CLOSE,) if self._rates and number == p2os.SYNC0 else ()), packet)
             answer = yield from self._answer(number)

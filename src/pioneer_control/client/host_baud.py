@@ -18,7 +18,7 @@ from ..errors import LinkLostError
 from .events import LineSpeed
 from .identity import CONFIG
 from .line import GAP, Line
-from .script import Clock, Script, pause
+from .procedure import Clock, Procedure, pause
 
 CAN_CHANGE = (1, 2)     # autobaud in CONFIGpac: HOSTBAUD is obeyed; autobaud besides
 COME_TO_REST = 1.0      # s that a robot gets which still rolls when it is found
@@ -42,7 +42,7 @@ class HostBaud:
         self.wanted = wanted
         self._breaks = 0    # times in a row that it was begun, and the link broke over it
 
-    def script(self, line: Line, url: str, clock: Clock, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, List[LineSpeed]]:
+    def procedure(self, line: Line, url: str, clock: Clock, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, List[LineSpeed]]:
         """Take a serial line there, if the robot stands. Returns what there is to say; LinkLostError when the robot was lost over it.
 
         Args:
@@ -106,7 +106,7 @@ def _change_baud(line: Line, baud: int, clock: Clock) -> Generator[float, Any, O
     return old
 
 
-def _change(line: Line, baud: int, clock: Clock, times: int) -> Script:
+def _change(line: Line, baud: int, clock: Clock, times: int) -> Procedure:
     for _ in range(times):
         line.command(clock(), p2os.encode_command("HOSTBAUD", p2os.BAUD_RATES.index(baud)))
     while line.waiting or line.busy(clock()):

@@ -26,7 +26,7 @@ from .identity import CONFIG, RobotIdentity, identify
 from .line import LONGEST_QUEUE, Line
 from .link_check import LinkCheck
 from .odometry import Odometry
-from .script import Script, pause
+from .procedure import Procedure, pause
 from .settings import Settings
 from .state import StateReader
 from .tuner import Tuner
@@ -170,13 +170,13 @@ class Phase:
         """The user wants something else from now on. Most phases have nothing to do for that."""
 
 
-class ScriptedPhase(Phase):
-    """A phase that follows a script: step by step until it returns its outcome."""
+class SteppedPhase(Phase):
+    """A phase that follows a procedure: step by step until it returns its outcome."""
 
     def __init__(self, link: Link, odometry: Optional[Odometry]) -> None:
         super().__init__(link, odometry)
         self._due = -math.inf   # it begins at once
-        self._script = self._steps()
+        self._procedure = self._steps()
 
     @property
     def due(self) -> float:
@@ -188,12 +188,12 @@ class ScriptedPhase(Phase):
     def tick(self, now: float) -> Optional[Outcome]:
         return self._resume(None) if now >= self._due else None
 
-    def _steps(self) -> Script:
+    def _steps(self) -> Procedure:
         raise NotImplementedError
 
     def _resume(self, packet: Any) -> Optional[Outcome]:
         try:
-            self._due = self._script.send(packet)
+            self._due = self._procedure.send(packet)
         except StopIteration as end:
             outcome: Outcome = end.value
             return outcome
@@ -202,7 +202,7 @@ class ScriptedPhase(Phase):
         return None
 
 
-class Connecting(ScriptedPhase):
+class Connecting(SteppedPhase):
     """Nobody knows yet whether there is a robot: listen, close one that was left open, sync."""
 
     def __init__(self, link: Link, rates: Tuple[int, ...], odometry: Optional[Odometry]) -> None:
@@ -223,11 +223,11 @@ class Connecting(ScriptedPhase):
         self.last_words = self._handshake.last_words
         return outcome
 
-    def _steps(self) -> Script:
-        return Named((yield from self._handshake.script()))
+    def _steps(self) -> Procedure:
+        return Named((yield from self._handshake.procedure()))
 
 
-class Synced(ScriptedPhase):
+class Synced(SteppedPhase):
     """The robot has said who it is, and is not open: it would ignore another SYNC before a CLOSE."""
 
     last_words = CLOSE
@@ -240,7 +240,7 @@ class Synced(ScriptedPhase):
             link.events.append(BaudFound(self.own_baud))
         super().__init__(link, before.odometry)
 
-    def _steps(self) -> Script:
+    def _steps(self) -> Procedure:
         reply, settings = self.reply, self._link.settings
         try:
             model = find_model(settings.model or reply.subtype, settings.models_file)
@@ -251,7 +251,7 @@ class Synced(ScriptedPhase):
         return Recognised(model)
 
 
-class Opening(ScriptedPhase):
+class Opening(SteppedPhase):
     """OPEN is sent: wait until the robot streams with its motors off, and learn what it is."""
 
     last_words = LAST_WORDS
@@ -272,7 +272,7 @@ class Opening(ScriptedPhase):
             return Failed(self._link.lost("the robot's controller restarted"))
         return super().take(packet, sent_time)
 
-    def _steps(self) -> Script:
+    def _steps(self) -> Procedure:
         link = self._link
         if self.odometry is not None:
             self.odometry.rebase()      # OPEN begins a new frame
@@ -288,7 +288,7 @@ class Opening(ScriptedPhase):
                 link.line.command(link.now, *((OPEN,) if self._newest is None else ()), MOTORS[False], CONFIG)
             yield asked_at + ASK_AGAIN
         assert self._newest is not None
-        said = yield from link.host_baud.script(link.line, link.url, link.clock, self._config, self._newest[0])
+        said = yield from link.host_baud.procedure(link.line, link.url, link.clock, self._config, self._newest[0])
         link.events += said
         return Learned(self._config, *self._newest)
 
@@ -416,7 +416,7 @@ class Connected(Phase):
         return max(line.last_sent + pulse, line.free_at) if pulse else math.inf
 
 
-class Closing(ScriptedPhase):
+class Closing(SteppedPhase):
     """Stop, let the robot come to rest for a moment, motors off, CLOSE until it is silent."""
 
     last_words = LAST_WORDS
@@ -433,7 +433,7 @@ class Closing(ScriptedPhase):
     def counts(self) -> ConnectedCounts:
         return self._counts
 
-    def _steps(self) -> Script:
+    def _steps(self) -> Procedure:
         link = self._link
         link.line.stop(link.now, *STOP)
         deadline = link.now + STAND_TIMEOUT

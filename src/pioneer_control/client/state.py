@@ -107,9 +107,9 @@ class StateReader:
         """The robot says again what it is. There never are fewer readings than before: who has the old model still looks for them."""
         self.identity = identity
         self._sonar += [None] * (identity.model.sonar_count - len(self._sonar))
-        self._m_per_range_unit = identity.model.range_mm_per_unit / 1000
+        self._mm_per_range_unit = identity.model.range_mm_per_unit
         self._fitted = frozenset(transducer.number for transducer in identity.model.sonar)
-        self._said: Optional[Tuple] = None
+        self._said: Optional[Tuple[Any, ...]] = None
         self._status: Dict[str, Any] = {}
 
     def read(self, sip: p2os.Sip, time: float, sent_time: float) -> Optional[RobotState]:
@@ -132,7 +132,7 @@ class StateReader:
             angular = (right - left) / 2 * 1000 * model.diff_rad_per_mm
         else:
             angular = math.radians(sip.rotation_velocity_ddeg_s / 10)
-        return made(RobotState, {
+        state: RobotState = made(RobotState, {
             "time": time,
             "sent_time": sent_time,
             "x": x,
@@ -148,6 +148,7 @@ class StateReader:
             "analog_voltage": None if sip.analog is None else sip.analog * 5 / 255,
             **self._status,
         })
+        return state
 
     def _read_status(self, sip: p2os.Sip) -> Dict[str, Any]:
         """All that stays the same from one SIP to the next, nearly always."""
@@ -182,11 +183,11 @@ class StateReader:
         return (odometry.travel - half_difference) / model.wheel_radius, (odometry.travel + half_difference) / model.wheel_radius
 
     def _take_sonar(self, sip: p2os.Sip, time: float) -> None:
-        m_per_unit, fitted, sonar = self._m_per_range_unit, self._fitted, self._sonar
+        mm_per_unit, fitted, sonar = self._mm_per_range_unit, self._fitted, self._sonar
         for reading in sip.sonar:
             number = reading.number
             if number in fitted:
-                sonar[number] = SonarRange(reading.range_units * m_per_unit, time)
+                sonar[number] = SonarRange(reading.range_units * mm_per_unit / 1000, time)
             else:
                 self.unknown_sonar += 1
 

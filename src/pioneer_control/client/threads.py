@@ -9,7 +9,7 @@ import contextlib
 import threading
 from dataclasses import replace
 from time import monotonic
-from typing import Any, Callable, Iterator, List, Optional, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
 
 from ..errors import LinkError, LinkLostError, PioneerError
 from .events import Event, LinkDown, PacketReceived, Ready, StatesMissed
@@ -34,8 +34,7 @@ class Audience:
     def __init__(self) -> None:
         self.missed = 0
         """States and packets that were dropped since the start, because the listeners were too slow."""
-        self._on_state: List[Callable[[RobotState], None]] = []
-        self._on_event: List[Callable[[Event], None]] = []
+        self._listeners: Dict[bool, List[Callable[[Any], None]]] = {True: [], False: []}    # to states, to other events
         self._waiting: List[Event] = []
         self._missed_untold = 0
         self._telling = False
@@ -43,8 +42,9 @@ class Audience:
 
     def listen(self, on_state: Optional[Callable[[RobotState], None]], on_event: Optional[Callable[[Any], None]]) -> None:
         """Add listeners; they are called in this order."""
-        self._on_state += [on_state] if on_state is not None else []
-        self._on_event += [on_event] if on_event is not None else []
+        for is_state, listener in ((True, on_state), (False, on_event)):
+            if listener is not None:
+                self._listeners[is_state].append(listener)
 
     def put(self, events: List[Event]) -> None:
         """Let these wait to be told. Never waits for a listener."""
@@ -73,8 +73,8 @@ class Audience:
                     events.insert(0, StatesMissed(self._missed_untold))
                     self._missed_untold = 0
             for event in events:
-                for listener in self._on_state if isinstance(event, RobotState) else self._on_event:
-                    listener(event)     # type: ignore[arg-type]  # each list has the listeners for this kind
+                for listener in self._listeners[isinstance(event, RobotState)]:
+                    listener(event)
             with self._lock:
                 self._telling = False
 
@@ -220,7 +220,8 @@ class LinkThreads:
         """What all sessions have counted, and how often the link came back."""
         with self.changed:
             present = Counts() if self.connection is None else self.connection.session.counts
-            return Counts(*map(sum, zip(self._past, present))), max(0, self._reconnects)
+            counts = Counts(*(past + now for past, now in zip(self._past, present)))
+            return counts, max(0, self._reconnects)
 
     # What the threads do
 

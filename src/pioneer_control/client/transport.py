@@ -147,7 +147,7 @@ def tap(transport: Transport, tell: Callable[[bool, bytes], None]) -> None:
         tell(True, data)
         write(data)
 
-    transport.read, transport.write = told_read, told_write
+    vars(transport).update(read=told_read, write=told_write)
 
 
 class SerialTransport(Transport):

@@ -74,9 +74,10 @@ class Tuner:
     def _wanted(self) -> Dict[str, float]:
         wanted = dict(self._tuning.values)
         for name in [name for name in self._told if name not in wanted]:
-            own = ROWS[name].shown(self._own)
-            if own is not None and own >= ROWS[name].low:
-                wanted[name] = ROWS[name].value(own)
+            number = ROWS[name].shown(self._own)
+            own = None if number is None or number < ROWS[name].low else ROWS[name].value(number)
+            if own is not None:
+                wanted[name] = own
             elif not self._unknown(name):
                 problem = "what it had itself is not known: it stays %.6g until the next connect" % self._told.pop(name)
                 self._events.append(Tuned((Change(name, ROWS[name].unit, None, None, None, problem),), self._identity))

@@ -16,7 +16,7 @@ DEGREE = math.radians(1)        # rad, or rad/s^2
 INT, UINT = 0x7FFF, 0xFFFF      # largest numbers of the wire
 
 
-class Row(NamedTuple):
+class TuningRow(NamedTuple):
     """How a field travels: the command, with its number between ``low`` and ``high`` and then ``sign``; the field of CONFIGpac that shows it.
 
     ``scale`` is one unit of the wire in the field's own ``unit``; None for a whole number that travels as it is.
@@ -48,8 +48,7 @@ class Row(NamedTuple):
 
     def check(self, name: str, value: Any) -> None:
         """Raises ParameterError that names the value and what is legal."""
-        kind = int if self.scale is None else (int, float)
-        sane = isinstance(value, kind) and not isinstance(value, bool) and abs(value) < 1e9     # NaN is not
+        sane = isinstance(value, int if self.scale is None else (int, float)) and not isinstance(value, bool) and abs(value) < 1e9     # NaN is not
         if not sane or not self.low <= self.number(value) <= self.high:
             legal = "a whole number from %d to %d" % (self.low, self.high)
             if self.scale is not None:
@@ -58,7 +57,7 @@ class Row(NamedTuple):
 
 
 def _row(*row: Any, **more: Any) -> Any:
-    return field(default=None, metadata={"row": Row(*row, **more)})
+    return field(default=None, metadata={"row": TuningRow(*row, **more)})
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,7 @@ class Tuning:
         return {name: getattr(self, name) for name in ROWS if getattr(self, name) is not None}
 
 
-ROWS: Dict[str, Row] = {entry.name: entry.metadata["row"] for entry in fields(Tuning)}
+ROWS: Dict[str, TuningRow] = {entry.name: entry.metadata["row"] for entry in fields(Tuning)}
 """The table, by the names of the fields."""
 
 

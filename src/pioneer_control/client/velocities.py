@@ -120,7 +120,8 @@ class WheelVelocities(Velocity):
     def _excess(self, left: float, right: float) -> float:
         """How many times the tightest limit these are (units of VEL2)."""
         pairs = ((left, WHEEL_LIMIT), (right, WHEEL_LIMIT), (left + right, self._max_sum), (right - left, self._max_difference))
-        return max(abs(rate) / limit if limit else math.inf if rate else 0.0 for rate, limit in pairs)
+        excess: float = max(abs(rate) / limit if limit else math.inf if rate else 0.0 for rate, limit in pairs)
+        return excess
 
     def _within(self, left: float, right: float) -> Tuple[float, float]:
         excess = max(1.0, self._excess(left, right))
@@ -128,7 +129,8 @@ class WheelVelocities(Velocity):
 
     def _nearest(self, left: float, right: float) -> Tuple[int, int]:
         """The whole units within the limits that are nearest to a pair within them."""
-        choices = itertools.product(*(range(math.floor(aim) - 1, math.floor(aim) + 3) for aim in (left, right)))
+        first, second = (range(math.floor(aim) - 1, math.floor(aim) + 3) for aim in (left, right))
+        choices = itertools.product(first, second)
         legal = (choice for choice in choices if self._excess(*choice) <= LEGAL)
         return min(legal, key=lambda choice: (choice[0] - left) ** 2 + (choice[1] - right) ** 2, default=(0, 0))
 
