@@ -39,7 +39,7 @@ class Number(NamedTuple):
 
 
 class Rate(NamedTuple):
-    """A number whose size counts. The size is in [least, high], or 0 for none given; ``signed``: may it be negative?"""
+    """A number whose size, without the sign, is in [least, high], or 0 for none. ``signed``: it may be negative."""
 
     least: float
     high: float
@@ -64,7 +64,7 @@ class Rate(NamedTuple):
 
 
 class Whole(NamedTuple):
-    """A whole number in [low, high], or any."""
+    """A whole number in [low, high]; without limits, any."""
 
     low: float = -math.inf
     high: float = math.inf
@@ -106,7 +106,7 @@ class Choice(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """So many numbers (None: any number of them), each in [low, high]."""
+    """A list of ``length`` numbers (None: of any length), each in [low, high]."""
 
     length: Optional[int]
     low: float
@@ -126,7 +126,7 @@ class Numbers(NamedTuple):
 
 
 class Switch(NamedTuple):
-    """True or false, and nothing that merely looks like it (1, "yes")."""
+    """True or false. What only looks like it (1, "yes") is not legal."""
 
     legal: str = "true or false"
 
@@ -151,7 +151,7 @@ class AutoSwitch(NamedTuple):
 
 
 class Text(NamedTuple):
-    """A text; may it be empty, and may it begin with a slash (frames of tf2 may not)?"""
+    """A text. ``empty``: it may be empty. ``slash``: it may begin with a slash (frames of tf2 may not)."""
 
     empty: bool = False
     slash: bool = True
@@ -174,7 +174,7 @@ def parameter(default: Any, kind: Any, meaning: str, unit: str = "", live: bool 
 
 
 def nearest(name: Any, known: Iterable[str]) -> Optional[str]:
-    """The known name that somebody may have meant who misspelt it."""
+    """The known name that is most like a misspelt one; None if none is like it."""
     return next(iter(difflib.get_close_matches(str(name).lower(), known, n=1, cutoff=0.7)), None)
 
 

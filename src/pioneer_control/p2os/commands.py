@@ -1,6 +1,6 @@
-"""Commands to the robot: one table (protocol section 3), read by encoder, decoder and explainer alike.
+"""Commands to the robot: one table (protocol sheet 3), read by encoder, decoder and explainer alike.
 
-An argument is one of (protocol 1.3)::
+An argument is one of (protocol sheet 1.3)::
 
     (nothing)              no argument at all
     3B low high            an integer, not negative
@@ -191,12 +191,12 @@ COMMAND_NUMBERS: Dict[int, Command] = {command.number: command for command in CO
 
 
 def knows(family: str, command: str) -> bool:
-    """Whether firmware of a family knows a command; each knows what is not in `UNKNOWN_TO`."""
+    """Whether firmware of a family knows a command. Each family knows all that is not in `UNKNOWN_TO`."""
     return family not in UNKNOWN_TO.get(command, ())
 
 
 class OtherMeaning(NamedTuple):
-    """A number that somebody else gave a meaning. Where a Pioneer has one too, the Pioneer's wins here."""
+    """A number that others use with another meaning. If a Pioneer knows the number too, its own meaning counts here."""
 
     number: int
     who: str

@@ -1,4 +1,4 @@
-"""CONFIGpac: what the robot says it is (protocol 5.1). Asked for with CONFIG, sent once."""
+"""CONFIGpac: what the robot says it is (protocol sheet 5.1). Asked for with CONFIG, sent once."""
 
 from dataclasses import dataclass
 from typing import Optional

@@ -23,7 +23,7 @@ LONGEST = 3 + 0xFF
 class Piece(NamedTuple):
     """Some bytes of a stream: a whole frame, or bytes that belong to none, with what is `wrong` with them.
 
-    Bytes with a wrong checksum have a frame all the same: what they would say.
+    Bytes with a wrong checksum have a frame, too: what they would say.
     """
 
     data: bytes
@@ -68,7 +68,7 @@ def _frame_at(data: bytes, at: int) -> Optional[Frame]:
 
 
 def _broken(noise: bytes, rest: bytes) -> Piece:
-    """What is wrong with `noise`; `rest` is what the stream has from there on, as far as a frame can reach."""
+    """What is wrong with `noise`. `rest` is the stream from there on, as far as a frame can reach."""
     if noise[:2] != HEADER:
         return Piece(noise, None, "noise: no header FA FB")
     if len(rest) == 2:
@@ -92,8 +92,8 @@ def explain(data: bytes, to_robot: bool = True, from_robot: bool = True,
 
     Args:
         data: any bytes of a line.
-        to_robot, from_robot: the directions to be considered. A number is one thing to the robot and another from it:
-            of both, a reading that makes no sense is left out when the other one does.
+        to_robot, from_robot: the directions to consider. A number means one thing to the robot and another from it.
+            If only one of the two readings makes sense, only that one is given.
         grip_state_first: as in `decode_packet`.
     """
     for piece in pieces(data):
@@ -198,7 +198,7 @@ def _explain_packet(frame: Frame, grip_state_first: bool) -> Iterator[str]:
 
 
 def _value(value: Any, row: Optional[Row] = None) -> str:
-    """`value` for people. Without a row it is what the id of a frame says."""
+    """`value` for people. A value that the id of a frame says has no row."""
     if isinstance(value, tuple):
         return "; ".join(map(_item, value)) or "none"
     if isinstance(value, bytes):

@@ -6,7 +6,7 @@ A packet is a frozen dataclass, and the dataclass is its table: each field is a 
 
 in the order in which the bytes travel (`later` instead of `wire` if older firmware stops before it). A field with
 neither is not in the data: the frame's id says it.
-All integers are little-endian, negative ones two's complement; strings end with a NUL (protocol 1.4).
+All integers are little-endian, negative ones two's complement; strings end with a NUL (protocol sheet 1.4).
 
 Neighbouring numbers are read and written together, with one `struct`: a robot says the same forty of them ten times a
 second. Only when one of them does not fit are they taken one by one, to find out which.
@@ -27,7 +27,7 @@ class TooShort(Exception):
 
 
 class Row(NamedTuple):
-    """One field of a packet. `unit` is that of one step. An `optional` field may be missing, with all behind it."""
+    """One field of a packet. `unit` is that of one step. If an `optional` field is missing, all that follow are, too."""
 
     name: str
     type: Any
@@ -36,7 +36,7 @@ class Row(NamedTuple):
     optional: bool
 
     def read(self, data: bytes, at: int) -> Tuple[Tuple[Any, ...], int]:
-        """The value at `at`, alone, and where the next field begins; None if it is optional and missing."""
+        """The value at `at` in a tuple, and where the next field begins. A missing optional value is None."""
         try:
             value, end = self.type.read(data, at)
         except TooShort as short:
@@ -46,7 +46,7 @@ class Row(NamedTuple):
         return (value,), end
 
     def write(self, values: Sequence[Any], owner: str) -> bytes:
-        """The bytes of the one value, if it is there. `owner` is the packet that an error names."""
+        """The bytes of the one value, or no bytes for no value. `owner` is the packet that an error names."""
         return b"".join(self.type.write(value, "%s.%s" % (owner, self.name)) for value in values)
 
     @property
@@ -78,7 +78,7 @@ class Reader(NamedTuple):
 
 
 class NumberRun:
-    """Neighbouring rows of a table that are numbers; one of them may be a byte and so many records of numbers."""
+    """Neighbouring rows of a table that are numbers. One may be records of numbers, and a byte says how many."""
 
     def __init__(self, rows: Sequence[Row]) -> None:
         self.length = len(rows)
@@ -138,19 +138,19 @@ class NumberRun:
         return None
 
     def _make_struct(self, number: int, records: int) -> struct.Struct:
-        """Of the first rows, with so many records."""
+        """The `struct` of the first rows, with so many records."""
         letters = (BYTE.letter + row.type.item.letters * records if isinstance(row.type, Many) else row.type.letter
                    for row in self._rows[:number])
         return struct.Struct("<" + "".join(letters))
 
     def _read_one_by_one(self, data: bytes, at: int) -> Tuple[Tuple[Any, ...], int]:
-        """As read(): to find out which one is missing. Raises TooShort."""
+        """As read(), but it finds out which row is missing. Raises TooShort that names it."""
         for row in self._rows:
             _, at = row.read(data, at)
         raise AssertionError("no row is missing")
 
     def _write_one_by_one(self, values: Sequence[Any], owner: str) -> bytes:
-        """As write(): it names the value that does not fit."""
+        """As write(), but it finds out which value does not fit. Raises EncodingError that names it."""
         return b"".join(row.write((value,), owner) for row, value in zip(self._rows, values))
 
 
@@ -159,12 +159,12 @@ class Table(Tuple[Row, ...]):
 
     @cached_property
     def names(self) -> Tuple[str, ...]:
-        """Those of the rows."""
+        """The names of the rows."""
         return tuple(row.name for row in self)
 
     @cached_property
     def parts(self) -> List[Union[NumberRun, Row]]:
-        """The rows as they are read and written together."""
+        """The rows in the groups in which they are read and written."""
         found: List[Union[NumberRun, Row]] = []
         for are_numbers, group in groupby(self, lambda row: bool(row.type.is_plain)):
             rows = tuple(group)
@@ -195,7 +195,7 @@ def read_fields(table: Table, data: bytes, at: int = 0) -> Tuple[Dict[str, Any],
 
 
 def made(packet_class: Type[Any], values: Dict[str, Any]) -> Any:
-    """A packet or record of these values: what its __init__ does one by one, as a frozen dataclass must, in one go."""
+    """A packet or record with these values, set at once. The __init__ of a frozen dataclass sets them one by one."""
     packet = object.__new__(packet_class)
     object.__setattr__(packet, "__dict__", values)
     return packet

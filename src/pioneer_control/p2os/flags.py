@@ -20,7 +20,7 @@ Flags = IntFlag("Flags", [
     "CHARGER_POWER",
     "HIGH_TEMPERATURE",
 ])
-"""FLAGS of the standard SIP (protocol 4.1)."""
+"""FLAGS of the standard SIP (protocol sheet 4.1)."""
 
 FaultFlags = IntFlag("FaultFlags", [
     "LASER_POWER",                 # bit 0
@@ -40,7 +40,7 @@ FaultFlags = IntFlag("FaultFlags", [
     "REVERSE_SPEED_EXCEEDED",
     "JOYSTICK_WITH_SAFETY_OFF",
 ])
-"""FAULTFLAGS of the standard SIP, later ARCOS (protocol 4.2)."""
+"""FAULTFLAGS of the standard SIP, later ARCOS (protocol sheet 4.2)."""
 
 Flags3 = IntFlag("Flags3", [
     "JOYSTICK_OVERRIDE",           # bit 0
@@ -50,7 +50,7 @@ Flags3 = IntFlag("Flags3", [
     "ROTATION_LOOP_DISABLED",      # bit 4
     "ROTATION_INTEGRATOR_SATURATED",
 ])
-"""FLAGS3 of the standard SIP, Pioneer LX (protocol 4.2)."""
+"""FLAGS3 of the standard SIP, Pioneer LX (protocol sheet 4.2)."""
 
 StallBits = IntFlag("StallBits", [
     "STALLED",                     # bit 0
@@ -74,7 +74,7 @@ GripState = IntFlag("GripState", [
     "LIFT_MOVING",
     "LIFT_ERROR",
 ])
-"""GRIP_STATE (protocol 6.2). Neither or both of open and closed (of up and down): in between, or not known."""
+"""GRIP_STATE (protocol sheet 6.2). Neither or both of open and closed (of up and down): in between, or not known."""
 
 DigitalIn = IntFlag("DigitalIn", [
     "PADDLES_NOT_OPEN",            # bit 0
@@ -86,7 +86,7 @@ DigitalIn = IntFlag("DigitalIn", [
     "INPUT_6",
     "INPUT_7",
 ])
-"""User digital inputs as a gripper there drives them (protocol 6.4); any other wiring gives them another meaning.
+"""User digital inputs as a gripper there drives them (protocol sheet 6.4); any other wiring gives them another meaning.
 
     A set bit means what its name says. With nothing connected all float high: both beams look broken.
     """
@@ -101,11 +101,11 @@ GripperSwitches = IntFlag("GripperSwitches", [
     "LIFT_MOVING",
     "PADDLES_MOVING",
 ])
-"""State byte of GRIPPERpac as P2OS fills it (protocol 6.3). AROS and ARCOS send a `GripState` there instead."""
+"""State byte of GRIPPERpac as P2OS fills it (protocol sheet 6.3). AROS and ARCOS send a `GripState` there instead."""
 
 
 class ChargeState(IntEnum):
-    """CHARGE STATE of the standard SIP (protocol 4)."""
+    """CHARGE STATE of the standard SIP (protocol sheet 4)."""
 
     NOT_CHARGING = 0
     BULK = 1
@@ -116,7 +116,7 @@ class ChargeState(IntEnum):
 
 
 class GripperCommand(IntEnum):
-    """Arguments of the GRIPPER command (protocol 6.1). PRESSURE and CARRY need a GRIPPERVAL right behind them."""
+    """Arguments of the GRIPPER command (protocol sheet 6.1). PRESSURE and CARRY need a GRIPPERVAL right behind them."""
 
     OPEN = 1
     CLOSE = 2

@@ -1,4 +1,4 @@
-"""Frames: where a packet begins and ends on the line, and whether it arrived whole (protocol section 1).
+"""Frames: where a packet begins and ends on the line, and whether it arrived whole (protocol sheet 1).
 
 ::
 

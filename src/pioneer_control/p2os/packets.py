@@ -1,4 +1,4 @@
-"""Every packet a robot sends, as a frozen dataclass, and which id brings which (protocol sections 2 and 5).
+"""Every packet a robot sends, as a frozen dataclass, and which id brings which (protocol sheet 2 and 5).
 
 The large ones, `Sip` and `Config`, have files of their own.
 """

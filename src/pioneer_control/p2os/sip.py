@@ -1,4 +1,4 @@
-"""The standard SIP: what the robot reports of itself ten times a second (protocol section 4)."""
+"""The standard SIP: what the robot reports of itself ten times a second (protocol sheet 4)."""
 
 from dataclasses import dataclass
 from typing import Optional, Tuple
@@ -9,7 +9,7 @@ from .flags import ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripState,
 STOPPED, MOVING = 0x32, 0x33
 """Frame ids of a SIP: only a hint, the velocities say more. 0x31 is no motor power on PSOS."""
 COUNT_RANGE = 0x8000
-"""x and y wrap at this many counts (protocol 4.3)."""
+"""x and y wrap at this many counts (protocol sheet 4.3)."""
 
 
 def wrapped(difference: int, full: int) -> int:

@@ -45,12 +45,12 @@ class GripperShape:
 
     @property
     def reach(self) -> float:
-        """How far the tips of the paddles stand ahead of the front of the body (m)."""
+        """Distance (m) from the front of the body to the tips of the paddles."""
         return self.paddle_start + self.paddle_length
 
     @property
     def width(self) -> float:
-        """Over the outsides of the fully open paddles (m)."""
+        """Width (m) over the outsides of the fully open paddles."""
         return self.opening + 2 * self.paddle_thickness
 
 

@@ -80,7 +80,7 @@ class ModelTable:
     excluded: Dict[str, str]
 
     def find(self, subtype: str) -> RobotModel:
-        """The model of the subtype that a robot announces, in any case.
+        """The model of the subtype that a robot announces. Upper and lower case are the same.
 
         Raises:
             UnknownModelError: names near models, or the reason why this one is excluded.
