@@ -129,7 +129,7 @@ def close_above(robot: SimulatedRobot) -> None:
 
 
 def pick_before(robot: SimulatedRobot) -> None:
-    """It holds the can already: the pick puts it down first."""
+    """It holds the can already: lower and open put it down, and it is picked again."""
     pick(robot)
 
 

@@ -35,7 +35,7 @@ class Outline:
     def straight(self, points: Iterable[Point], margin: float, limit: float, direction: int = 1) -> float:
         """How far the body can go straight ahead (`direction` 1) or back (-1) before it touches [m], at most `limit`.
 
-        What the body would pass at less than `margin` counts as touched; what stands beside it already does not.
+        A point that the body would pass at less than `margin` counts as touched, unless it is beside the body already.
         """
         free, width = limit, self.half_width + margin
         for x, y in points:
@@ -64,8 +64,8 @@ class Outline:
     def circle_straight(self, points: Iterable[Point], margin: float, limit: float) -> float:
         """How far the body can go straight ahead and still turn on the spot all the way [m], at most `limit`.
 
-        Its turning circle, wider by `margin`, goes until it touches. What is within that margin already hinders only
-        where the bare circle would touch it.
+        Its turning circle, wider by `margin`, goes until it touches. A point that is within the margin already counts
+        only if the circle itself would touch it.
         """
         free = limit
         for x, y in points:
@@ -77,7 +77,7 @@ class Outline:
     def turn(self, points: Iterable[Point], side: int, margin: float, limit: float) -> float:
         """How far the body can turn on the spot to the left (`side` 1) or right (-1) [rad], at most `limit`.
 
-        What stands nearer than `margin` hinders only a turn that brings it nearer still.
+        A point that is nearer than `margin` already stops the turn only if the turn brings it nearer still.
         """
         near = [(x, y, self.distance(x, y)) for x, y in points if x * x + y * y < (self.reach + margin) ** 2]
         angle = 0.0
