@@ -78,7 +78,7 @@ class Whole(NamedTuple):
         """The value itself. Raises ValueError when it is not legal."""
         if isinstance(value, bool) or not isinstance(value, int) or not self.low <= value <= self.high:
             raise ValueError
-        return value
+        return int(value)
 
 
 def _range(low: float, high: float, form: str = "%g") -> str:

@@ -1,6 +1,7 @@
 """``python3 -m pioneer_control.p2os FA FB 03 1D 00 1D`` explains bytes to a person, ``--record FILE`` a record."""
 
 import argparse
+import os
 import sys
 from typing import List, Optional
 
@@ -40,7 +41,7 @@ def _print_record(path: str, long: bool, grip_state_first: bool) -> None:
         for line in explain_record(record, long, grip_state_first):
             print(line)
     except BrokenPipeError:     # a reader such as `head` has seen enough; Python must not flush to it either
-        sys.stdout = None  # type: ignore[assignment]  # the documented way to have no standard output
+        sys.stdout = open(os.devnull, "w")
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -4,7 +4,7 @@ import dataclasses
 import functools
 import os
 from dataclasses import dataclass
-from typing import Any, Dict, Optional, Tuple
+from typing import Any, Dict, Optional, Tuple, get_type_hints
 
 from ...errors import ParameterError
 from ...p2os import BAUD_RATES
@@ -173,7 +173,7 @@ def load_numbers(override_file: Optional[str] = None) -> RobotNumbers:
             for name, value in entries.items():
                 values[section][name] = _checked(override_file, section, name, value, values[section])
     values["gripper"]["fitted_by_default"] = tuple(values["gripper"]["fitted_by_default"])
-    return RobotNumbers(**{field.name: field.type(**values[field.name]) for field in dataclasses.fields(RobotNumbers)})
+    return RobotNumbers(**{name: kind(**values[name]) for name, kind in get_type_hints(RobotNumbers).items()})
 
 
 @functools.lru_cache(maxsize=None)

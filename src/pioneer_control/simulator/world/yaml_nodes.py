@@ -30,8 +30,8 @@ def read_values(path: str) -> Any:
 def compose(path: Path, text: str) -> Optional[yaml.Node]:
     """The root of a text's nodes, which know their lines; None of an empty one. `path` is for errors."""
     try:
-        # The stubs of PyYAML leave this function without types.
-        root: Optional[yaml.Node] = yaml.compose(text, Loader=yaml.SafeLoader)  # type: ignore[no-untyped-call]
+        read: Any = yaml.compose        # some stubs of PyYAML have no types for it
+        root: Optional[yaml.Node] = read(text, Loader=yaml.SafeLoader)
         return root
     except yaml.YAMLError as error:
         mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None)
