@@ -149,6 +149,26 @@ def test_a_signal_handler_that_closes_in_the_midst_of_a_command_has_the_last_wor
         assert robot.wait_until_ended(LIMIT) and waiting(server)
 
 
+def test_nothing_is_written_to_a_line_that_is_closed(server, monkeypatch):
+    """Its descriptor may be another file's by then, or the next connection's: those would be the first bytes that a waiting robot hears."""
+    monkeypatch.setattr(threads, "BACK_OFF", 10 * LIMIT)
+    events, written = [], []
+
+    def fail(data):
+        written.append(data)
+        raise LinkLostError("broken")
+
+    with Robot(server.url, reconnect=True, on_event=events.append) as robot:
+        robot.enable_motors()
+        robot.set_velocity(0.3, 0.0)
+        robot._link.connection.transport.write = fail
+        until(lambda: [event for event in events if isinstance(event, LinkDown)], "the thread that repeats it has noticed")
+        count = len(written)
+        robot.set_limits(0.2, None, 0.6)
+        robot.close()
+        assert count == len(written) > 0
+
+
 class Hang:
     """A listener that hangs from a moment on, until the test lets it go."""
 
@@ -328,6 +348,16 @@ def test_closing_without_waiting_has_written_the_stop_and_the_rest_follows(serve
     assert robot.wait_until_ended(LIMIT)
     assert waiting(server)
     robot.close()
+
+
+def test_who_waits_for_a_robot_that_is_closed_hears_that_and_of_no_time(server):
+    with Robot(server.url) as robot:
+        threading.Timer(0.3, robot.close).start()
+        with pytest.raises(LinkLostError, match=": closed$"):
+            while True:
+                robot.wait_for_state(10 * LIMIT)
+    with pytest.raises(LinkLostError, match=": closed$"):
+        robot.set_velocity(0.1, 0.0)
 
 
 def test_closing_is_quick_and_can_be_repeated(server):

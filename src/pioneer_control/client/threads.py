@@ -91,6 +91,8 @@ class Connection:
 
     def send(self) -> None:
         """Carry out what the session wants done. Raises LinkLostError, and then the session is over."""
+        if not self.is_open:    # the descriptor may be another file's by now
+            return
         try:
             for action in self.session.data_to_send():
                 if isinstance(action, SetBaud):
@@ -214,6 +216,8 @@ class LinkThreads:
             return type(error)(*error.args)
         if error is not None:
             otherwise.__cause__ = error
+        elif self._closing:
+            return LinkLostError("%s: closed" % self.url)
         return otherwise
 
     def counts(self) -> Tuple[Counts, int]:
@@ -304,9 +308,8 @@ class LinkThreads:
             connection.try_send()
             events = session.events()
             self._notice(session, events)
-            over = session.finished
-        if over:
-            connection.is_open = False
+            connection.is_open = not session.finished
+        if not connection.is_open:
             connection.transport.close()
             events += self._finish(session)
         return events
