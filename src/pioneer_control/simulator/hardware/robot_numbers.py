@@ -1,6 +1,5 @@
 """The numbers of the simulated robot, from ``robot.yaml`` and, where wanted, a file of the user's own."""
 
-import dataclasses
 import functools
 import os
 from dataclasses import dataclass
