@@ -27,7 +27,7 @@ class TooShort(Exception):
 
 
 class Row(NamedTuple):
-    """One field of a packet. `unit` is that of one step. If an `optional` field is missing, all that follow are, too."""
+    """One field of a packet. `unit` is that of one step. If an `optional` field is missing, so are all behind it."""
 
     name: str
     type: Any
