@@ -70,6 +70,25 @@ def _every_second(rows: array, width: int) -> array:
     return array("d", np.array(rows).reshape(-1, width)[::2].reshape(-1).tobytes())
 
 
+class Sampled:
+    """Rows of numbers: all of them, or of so many one when they are more than `ROWS`."""
+
+    def __init__(self, width: int) -> None:
+        self.rows = array("d")
+        self._width = width
+        self._share, self._passed = 1, 0    # one of so many is kept; passed over since the last one
+
+    def add(self, *row: float) -> None:
+        """Take a row."""
+        self._passed += 1
+        if self._passed >= self._share:
+            self._passed = 0
+            self.rows.extend(row)
+            if len(self.rows) > ROWS * self._width:
+                self.rows = _every_second(self.rows, self._width)
+                self._share *= 2
+
+
 class VelocityCollector:
     """Velocities of geometry_msgs/Twist: what a robot was told, or measured."""
 
@@ -144,10 +163,8 @@ class EchoCollector:
     """What the sonar heard, of SonarArray: a driver repeats each reading until its transducer's next turn."""
 
     def __init__(self) -> None:
-        self._rows = array("d")
+        self._readings = Sampled(3)
         self._ranges: Sequence[float] = ()
-        self._share = 1     # of so many new readings one is kept
-        self._passed = 0
 
     def add(self, time: float, message: Any) -> None:
         """Take in a message that came at a time (s)."""
@@ -156,18 +173,12 @@ class EchoCollector:
             return
         for number, reading in enumerate(self._ranges):
             if NOT_HEARD < reading < NO_ECHO and not (number < len(before) and before[number] == reading):
-                self._passed += 1
-                if self._passed >= self._share:
-                    self._passed = 0
-                    self._rows.extend((time, number, reading))
-        if len(self._rows) > 3 * ROWS:
-            self._rows = _every_second(self._rows, 3)
-            self._share *= 2
+                self._readings.add(time, number, reading)
 
     @property
     def echoes(self) -> Echoes:
         """All echoes."""
-        return Echoes(*np.array(self._rows).reshape(-1, 3).T)
+        return Echoes(*np.array(self._readings.rows).reshape(-1, 3).T)
 
 
 class GripperCollector:
@@ -366,8 +377,7 @@ class SilenceCollector:
 
     def __init__(self) -> None:
         self._last: Optional[float] = None
-        self._periods = array("d")      # every so many-th
-        self._every, self._passed = 1, 0
+        self._periods = Sampled(1)
         self._silences: List[Tuple[float, float, float]] = []   # the longest: length, begin, end
 
     def add(self, time: float, _: Any = None) -> None:
@@ -375,13 +385,7 @@ class SilenceCollector:
         last, self._last = self._last, time
         if last is None:
             return
-        self._passed += 1
-        if self._passed >= self._every:
-            self._passed = 0
-            self._periods.append(time - last)
-            if len(self._periods) > ROWS:
-                self._periods = _every_second(self._periods, 1)
-                self._every *= 2
+        self._periods.add(time - last)
         if time - last > SHORTEST_GAP:
             self._keep(last, time)
 
@@ -391,10 +395,10 @@ class SilenceCollector:
 
     def gaps(self, topic: str, end: float) -> List[Span]:
         """Gaps of this topic until the recording's end (s)."""
-        if self._last is None or len(self._periods) < FEWEST:
+        if self._last is None or len(self._periods.rows) < FEWEST:
             return []
         self._keep(self._last, end)
-        most = max(SHORTEST_GAP, SILENCE * float(np.median(np.array(self._periods))))
+        most = max(SHORTEST_GAP, SILENCE * float(np.median(np.array(self._periods.rows))))
         return sorted(Span(begin, end, topic) for length, begin, end in self._silences if length > most)
 
 

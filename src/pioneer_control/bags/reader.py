@@ -26,8 +26,6 @@ OVERHEAD = 200
 """Bytes that Python takes for each of them on top."""
 TAIL = 1 << 24
 """Bytes at the end in which the index of a bag is, where it is not known; of 100 GB it has about as many."""
-STEP = 0.005
-"""Share of all bytes between two calls of progress."""
 LONGEST_ARRAY = 1 << 20
 """Values of an array of fixed length that a definition may have: each message has room for all of them."""
 NEVER = 1 << 63
@@ -495,7 +493,7 @@ class BagReader:
     """Iterate over it, once, for the Messages of a recording. Made by `read_bag`."""
 
     def __init__(self, paths: Sequence[str], is_wanted: Callable[[Connection], bool],
-                 progress: Optional[Progress]) -> None:
+                 progress: Progress) -> None:
         self._progress = progress
         self._files: List[_File] = []
         self._refused: List[str] = []
@@ -512,17 +510,10 @@ class BagReader:
 
     def __iter__(self) -> Iterator[Message]:
         whole, done = sum(file.size for file in self._files), 0
-        told = -whole
         latched: Optional[Latched] = {} if self._several else None
         for file in self._files:
-            def progress(position: int) -> None:
-                nonlocal told
-                if self._progress and (done + position - told >= whole * STEP or done + position == whole):
-                    told = done + position
-                    self._progress(told, whole)
-
             try:
-                yield from file.messages(progress, latched)
+                yield from file.messages(lambda position: self._progress(done + position, whole), latched)
             except OSError as error:
                 raise BagError("%s cannot be read: %s" % (file.path, error.strerror or error)) from None
             done += file.size
@@ -562,25 +553,22 @@ class BagReader:
 
 def read_bag(paths: Union[str, Sequence[str]],
              topics: Union[None, Collection[str], Callable[[Connection], bool]] = None,
-             progress: Optional[Progress] = None) -> BagReader:
+             progress: Progress = lambda done, total: None) -> BagReader:
     """Read a bag, or the parts of one recording in their order.
 
     Args:
         paths: one file, or several; of several, what the recorder only repeated at the begin of a part is passed over.
         topics: the names of those wanted, or what says of a Connection whether it is; None: all.
-        progress: called now and then with the bytes done and all bytes.
+        progress: called with the bytes done and all bytes, for each chunk.
 
     Raises:
         BagError: a file is missing, empty, or no bag. What is damaged in a bag raises nothing: see `BagReader.damage`.
     """
-    if topics is None:
-        is_wanted = lambda connection: True     # noqa: E731
-    elif callable(topics):
-        is_wanted = topics
-    else:
-        names = set(topics)
-        is_wanted = lambda connection: connection.topic in names    # noqa: E731
-    return BagReader([paths] if isinstance(paths, str) else list(paths), is_wanted, progress)
+    paths = [paths] if isinstance(paths, str) else list(paths)
+    if callable(topics):
+        return BagReader(paths, topics, progress)
+    names = None if topics is None else set(topics)
+    return BagReader(paths, lambda connection: names is None or connection.topic in names, progress)
 
 
 def _check_arrays(definition: str) -> None:

@@ -135,13 +135,13 @@ class RunCollector:
 
 
 def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None,
-             progress: Optional[Callable[[int, int], Any]] = None) -> Run:
+             progress: Callable[[int, int], Any] = lambda done, total: None) -> Run:
     """Read the run of a robot.
 
     Args:
         paths: a bag, or the parts of one recording.
         robot: its namespace; None: the only one there is.
-        progress: called now and then with the bytes done and all bytes.
+        progress: called with the bytes done and all bytes.
 
     Raises:
         BagError: it cannot be read, or has no such robot.

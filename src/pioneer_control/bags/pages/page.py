@@ -76,7 +76,7 @@ def figure(run: Run, title: Optional[str] = None) -> Any:
         sheet.text(LEFT, TOP + 0.43 + LINE * number, line, **look)
     axes = sheet.axes(*where.map)
     from_above.draw(axes, view, timeline, where.map[2])
-    draw_frame(axes, view.low[0], view.high[0])
+    draw_frame(axes, float(view.low[0]), float(view.high[0]))
     _write_legend(sheet, axes, run, timeline, *where.legend)
     over_time.draw(sheet, *where.strips, shown, over_time.lanes(run, wrong, timeline, RIGHT - where.strips[0]),
                    timeline)

@@ -111,7 +111,7 @@ def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
     _write_head(sheet, rows, title)
     axes = sheet.axes(LEFT, TOP + head, width, height)
     _draw_paths(axes, laid, walls, low, high, width)
-    draw_frame(axes, low[0], high[0])
+    draw_frame(axes, float(low[0]), float(high[0]))
     _write_table(sheet, TOP + head + height + AXIS + ROW / 2, rows)
     over_time.draw(sheet, over_time.NAMES, TOP + head + height + AXIS + table, shown, (), timeline,
                    "each began to move")
