@@ -8,14 +8,14 @@ import textwrap
 import threading
 from typing import List, Optional
 
-from ..errors import ParameterError, PioneerError
+from ..errors import PioneerError
 from ..p2os.recording import Entry, read_record
 from ..robots import find_model, load_models
 from .hardware.robot_numbers import load_numbers
-from .line.faults import KINDS, fault_of, load_faults, rows
+from .line.faults import Fault, fault_of, load_faults, rows
 from .line.line_recorder import LineRecorder
 from .line.line_simulation import LineSimulation
-from .line.server import SPEEDS, STANDARD_PORT, Server
+from .line.server import SPEEDS, STANDARD_PORT, Berth, Server
 from .played.played_client import compare, play_client
 from .played.played_robot import PlayedRobot
 from .simulation import MOST_ROBOTS, Simulation, simulate
@@ -25,7 +25,8 @@ from .world.world_loader import known_worlds, load_world
 def main(arguments: Optional[List[str]] = None) -> int:
     """Run until Ctrl-C or SIGTERM; with --client, compare.
 
-    Returns the exit code: 0 ended, or all is the same; 1 something failed, or differs; 2 something makes no sense.
+    Returns:
+        The exit code: 0 ended, or all is the same; 1 something failed, or differs; 2 an argument makes no sense.
     """
     options = parser().parse_args(arguments)
     if options.client is not None:
@@ -35,17 +36,18 @@ def main(arguments: Optional[List[str]] = None) -> int:
         signal.signal(number, lambda *_: stop.set())
     try:
         allow_many_files()
+        simulation = None if options.play is not None else simulation_of(options)
         server = Server(
-            played_robot(options) if options.play is not None else simulation_of(options), options.tcp, options.pty, speed=options.speed,
-            seed=options.seed, faults=faults_of(options), record=options.record, say=say,
-        )
+            simulation or played_robot(options), options.tcp, options.pty, speed=options.speed, seed=options.seed,
+            faults=faults_of(options), record=options.record, say=say)
     except PioneerError as error:
         print("simulator: %s" % error, file=sys.stderr)
         return 2 if isinstance(error, ValueError) else 1
     try:
-        print(welcome(server))
+        print("\n".join(played_welcome(server) if simulation is None else welcome(server, simulation)))
         if server.open_to_others:
-            print("simulator: every machine that reaches this one can drive it: the protocol knows no password", file=sys.stderr)
+            print("simulator: every machine that reaches this one can drive it: the protocol knows no password",
+                  file=sys.stderr)
         print("Ctrl-C ends it.", flush=True)
         server.start()  # only now: a fault that begins at once would be told in the middle of that
         while server.running and not stop.wait(0.2):
@@ -56,29 +58,40 @@ def main(arguments: Optional[List[str]] = None) -> int:
 
 
 def simulation_of(options: argparse.Namespace) -> Simulation:
-    """The world and the robots that the command line asks for. Raises UsageError for what makes no sense."""
+    """The world and the robots that the command line asks for.
+
+    Raises:
+        UsageError: an option makes no sense.
+    """
     return simulate(
-        load_world(options.world), find_model(options.model, options.models), options.robots, options.name, options.seed, gripper=options.gripper,
-        rear_sonar=options.rear_sonar, noise=options.noise, numbers=load_numbers(options.numbers))
+        load_world(options.world), find_model(options.model, options.models), options.robots, options.name, options.seed,
+        gripper=options.gripper, rear_sonar=options.rear_sonar, noise=options.noise, numbers=load_numbers(options.numbers))
 
 
 def played_robot(options: argparse.Namespace) -> PlayedRobot:
     """The robot of a record.
 
-    Raises UsageError for a record that makes no sense, and for faults that only a simulated robot can have.
+    Raises:
+        UsageError: the record makes no sense.
     """
-    return PlayedRobot(read_record(options.play), options.robot, lambda time, sentence: say("%.3f s of the record: %s" % (time, sentence)))
+    return PlayedRobot(
+        read_record(options.play), options.robot,
+        lambda time, sentence: say("%.3f s of the record: %s" % (time, sentence)))
 
 
 def compare_with(options: argparse.Namespace) -> int:
     """Let simulated robots hear what those of a record heard, and say how their answers differ.
 
-    Returns the exit code, as `main`.
+    Returns:
+        The exit code, as `main`.
     """
+    notes: List[Entry] = []
     try:
         simulation, recorded = simulation_of(options), read_record(options.client)
-        recording, notes = LineRecorder(options.record), []
-        lines = LineSimulation(simulation, options.seed, faults_of(options), lambda time, sentence: notes.append(Entry(time, 0, False, b"", sentence)))
+        recording = LineRecorder(options.record)
+        lines = LineSimulation(
+            simulation, options.seed, faults_of(options),
+            lambda time, sentence: notes.append(Entry(time, 0, False, b"", sentence)))
         made = sorted(notes + play_client(recorded, lines), key=lambda entry: entry.time)
         for entry in made:
             recording.put(*entry)
@@ -91,31 +104,39 @@ def compare_with(options: argparse.Namespace) -> int:
     return 0 if all(each.same for each in found) else 1
 
 
-def faults_of(options: argparse.Namespace) -> list:
-    """The faults that the command line asks for. Raises ParameterError for what makes no sense."""
+def faults_of(options: argparse.Namespace) -> List[Fault]:
+    """The faults that the command line asks for.
+
+    Raises:
+        ParameterError: one makes no sense.
+    """
     return [fault_of(words) for words in options.fault] + [fault for path in options.faults for fault in load_faults(path)]
 
 
-def welcome(server: Server) -> str:
-    """Which robots there are, and where to connect to each."""
-    robots = server.simulation.robots
-    if isinstance(robots[0], PlayedRobot):
-        places = [place for place in (server.url, server.pty_link) if place is not None]
-        return "\n".join(["A robot that says what %s of the record said. Connect to it at" % robots[0].name, *("    %s" % place for place in places)])
-    first, world = robots[0].model.subtype, robots[0].world
+def played_welcome(server: Server) -> List[str]:
+    """Lines that say which robot of a record there is, and where to connect to it."""
+    robot = server.berths[0].robot
+    return ["A robot that says what %s of the record said. Connect to it at" % robot.name, *places_of(server.berths[0])]
+
+
+def welcome(server: Server, simulation: Simulation) -> List[str]:
+    """Lines that say which robots there are, and where to connect to each."""
+    count, model, world = len(simulation.robots), simulation.robots[0].model.subtype, simulation.world
     lines = ["World file, skipped: %s" % skipped for skipped in world.skipped]
-    if len(robots) == 1:
-        lines += ["A simulated %s stands in the world %r. Connect to it at" % (first, world.name)]
-    else:
-        lines += ["%s simulated %s stand in the world %r. Connect to them at" % (len(robots), first, world.name)]
-    for berth in server.berths:
-        places = [place for place in (berth.url, berth.pty_link) if place is not None]
-        lines += ["    %s" % place for place in places] if len(robots) == 1 else ["    " + "  ".join([berth.robot.name, *places])]
-    return "\n".join(lines)
+    if count == 1:
+        lines += ["A simulated %s stands in the world %r. Connect to it at" % (model, world.name)]
+        return lines + places_of(server.berths[0])
+    lines += ["%d simulated %s stand in the world %r. Connect to them at" % (count, model, world.name)]
+    return lines + ["    " + berth.robot.name + "".join(places_of(berth, "  ")) for berth in server.berths]
+
+
+def places_of(berth: Berth, before: str = "    ") -> List[str]:
+    """Where to connect to a robot, each with something `before` it."""
+    return [before + place for place in (berth.url, berth.pty_link) if place is not None]
 
 
 def say(sentence: str) -> None:
-    """A line for whoever looks on."""
+    """Print a line at once."""
     print(sentence, flush=True)
 
 

@@ -1,26 +1,31 @@
-"""Simulated robots as a ROS node: their lines for drivers, the truth about their world for pictures and tests, and
-faults on demand.
+"""Simulated robots as a ROS node: lines for their drivers, the truth about their world, and faults on demand.
 
-*Publishes* ``map`` (nav_msgs/OccupancyGrid, latched), ``world`` (std_msgs/String, latched: its name), ``world_markers``
-(visualization_msgs/MarkerArray, latched: walls and posts), ``markers`` (visualization_msgs/MarkerArray, 10 Hz: cans,
-grippers and outlines of the
-robots), ``cans`` (geometry_msgs/PoseArray in the map's frame, latched, on change; z is how high a can is lifted, x of
-a pose points up, so that
-arrows stand). For each robot ``ground_truth`` (nav_msgs/Odometry in the map's frame, 10 Hz) and tf map -> odom (true
-pose of the odometry's
-origin); of several robots under ``robot1/`` and up, frames too. ``/clock`` (rosgraph_msgs/Clock) when the speed is not
-1.
+*Publishes*
+``map`` (nav_msgs/OccupancyGrid, latched);
+``world`` (std_msgs/String, latched): its name;
+``world_markers`` (visualization_msgs/MarkerArray, latched): walls and posts;
+``markers`` (visualization_msgs/MarkerArray, 10 Hz): cans, grippers and outlines of the robots;
+``cans`` (geometry_msgs/PoseArray in the map's frame, latched, on change): z is how high a can is lifted, x of a pose
+points up, so that arrows stand;
+for each robot ``ground_truth`` (nav_msgs/Odometry in the map's frame, 10 Hz) and tf map -> odom (true pose of the
+odometry's origin); of several robots under ``robot1/`` and up, frames too;
+``/clock`` (rosgraph_msgs/Clock) when the speed is not 1.
+
 *Subscribes* ``stop_button`` (std_msgs/Bool), of several robots under ``robot1/`` and up: presses the robot's STOP
 button, or lets it go.
+
 *Services* ``~add_fault`` (AddFault), ``~list_faults`` and ``~clear_faults`` (std_srvs/Trigger).
+
 *Parameters*: `SimulatorParameters`.
+
+It says in the log when a robot has pushed a can, and how far.
 """
 
 import math
 import sys
 import threading
 import time
-from typing import List, Tuple
+from typing import Any, List, Optional, Tuple
 
 import rospy
 import tf
@@ -37,12 +42,15 @@ from ..robots import find_model
 from ..ros_node import init_node
 from ..srv import AddFault, AddFaultResponse
 from .firmware.firmware import Firmware
+from .hardware.gripper import ParallelGripper
 from .hardware.robot_numbers import load_numbers
 from .line.faults import fault_of, load_faults
 from .line.server import Server
 from .parameters import SimulatorParameters, check_parameters
+from .shoves import ShoveWatch
 from .simulation import Simulation, simulate
 from .world.poses import compose
+from .world.world import World
 from .world.world_loader import load_world
 
 PERIOD = 0.1
@@ -92,7 +100,7 @@ def main() -> int:
             rospy.loginfo("a simulated %s stands in the world %s, at %s", parameters.model, simulation.world.name, places)
         if server.open_to_others:
             rospy.logwarn("every machine that reaches this one can drive the simulated robots: the protocol knows no password")
-        return Node(server, parameters).run()
+        return Node(server, simulation, parameters).run()
 
 
 def simulation_of(parameters: SimulatorParameters) -> Simulation:
@@ -106,10 +114,10 @@ def simulation_of(parameters: SimulatorParameters) -> Simulation:
         numbers=load_numbers(parameters.numbers_file or None))
 
 
-class Face:
+class RobotTruth:
     """What is published of one robot: its truth, under `prefix` where there are several."""
 
-    def __init__(self, firmware: Firmware, prefix: str, parameters: SimulatorParameters, lock):
+    def __init__(self, firmware: Firmware, prefix: str, parameters: SimulatorParameters, lock: Any):
         self._firmware = firmware
         self._lock = lock
         self._map_frame = parameters.map_frame
@@ -122,7 +130,8 @@ class Face:
     def publish(self, now: rospy.Time) -> None:
         """Say where it is."""
         with self._lock:
-            pose, velocity, (x, y, heading) = self._firmware.true_pose, self._firmware.velocity, self._firmware.hardware.odometry.origin
+            pose, velocity = self._firmware.true_pose, self._firmware.velocity
+            x, y, heading = self._firmware.hardware.odometry.origin
         truth = Odometry()
         truth.header.stamp, truth.header.frame_id = now, self._map_frame
         truth.child_frame_id = self._base_frame
@@ -137,24 +146,32 @@ class Face:
 
 
 class Node:
-    """Publishes what is true of the simulated robots behind `server`, and passes faults on to it."""
+    """Publishes what is true of the simulated robots, and passes faults on to their server.
 
-    def __init__(self, server: Server, parameters: SimulatorParameters):
-        self._server = server
+    Args:
+        server: of the robots.
+        simulation: the robots.
+        parameters: of the node.
+    """
+
+    def __init__(self, server: Server, simulation: Simulation, parameters: SimulatorParameters):
+        self._server, self._simulation = server, simulation
+        self._lines = server.simulation
+        self._shoves = ShoveWatch(simulation.world.cans)
         server.watched = True
         self._frame = parameters.map_frame
         self._own_clock = parameters.speed != 1.0
         self._period = min(max(CLOCK_STEP / parameters.speed, CLOCK_PERIODS[0]), CLOCK_PERIODS[1]) if self._own_clock else PERIOD
         self._stop = threading.Event()
-        self._cans_told = None
+        self._cans_told: Optional[CanPlaces] = None
         self._epoch = time.time()
-        several = parameters.robots > 1
-        self._faces = [
-            Face(robot, "robot%s/" % number if several else "", parameters, server.lock) for number, robot in enumerate(server.simulation.robots, 1)]
+        prefixes = ["robot%d/" % number for number in range(1, parameters.robots + 1)] if parameters.robots > 1 else [""]
+        self._names = [prefix.rstrip("/") or "the robot" for prefix in prefixes]
+        self._truths = [RobotTruth(robot, prefix, parameters, server.lock) for robot, prefix in zip(simulation.robots, prefixes)]
         self._cans = rospy.Publisher("cans", PoseArray, queue_size=1, latch=True)
         self._markers = rospy.Publisher("markers", MarkerArray, queue_size=1)
         self._latched = []
-        world = server.firmware.world
+        world = simulation.world
         for topic, kind, message in (
                 ("map", OccupancyGrid, map_message(world, self._frame)), ("world", String, String(world.name)),
                 ("world_markers", MarkerArray, world_markers(world, self._frame))):
@@ -185,17 +202,23 @@ class Node:
             if time.monotonic() >= due:
                 due = time.monotonic() + PERIOD - CLOCK_PERIODS[1] / 2.0
                 self._publish(self._now())
+        for sentence in self._shoves.finish():
+            rospy.loginfo("%s", sentence)
         return 0
 
     def _now(self) -> rospy.Time:
         """The time of the stamps: ROS's, or the simulation's where that is ROS's."""
-        return rospy.Time.from_sec(self._epoch + self._server.simulation.time) if self._own_clock else rospy.Time.now()
+        return rospy.Time.from_sec(self._epoch + self._lines.time) if self._own_clock else rospy.Time.now()
 
     def _publish(self, now: rospy.Time) -> None:
-        for face in self._faces:
-            face.publish(now)
+        for truth in self._truths:
+            truth.publish(now)
         with self._server.lock:
-            cans = can_places(self._server.simulation.robots)
+            cans = can_places(self._simulation)
+            robots = [(name, robot.true_pose[:2]) for name, robot in zip(self._names, self._simulation.robots)]
+            shoves = self._shoves.look(self._lines.time, robots)
+        for sentence in shoves:
+            rospy.loginfo("%s", sentence)
         if cans != self._cans_told:
             self._cans_told = cans
             message = PoseArray(poses=[Pose(Point(*place), UP) for place in cans])
@@ -203,38 +226,38 @@ class Node:
             self._cans.publish(message)
         if self._markers.get_num_connections():
             with self._server.lock:
-                markers = moving_markers(self._server.simulation.robots, self._frame)
+                markers = moving_markers(self._simulation, self._frame)
             self._markers.publish(markers)
 
     # -- faults
 
-    def _add_fault(self, request) -> AddFaultResponse:
+    def _add_fault(self, request: Any) -> AddFaultResponse:
         try:
             fault = fault_of(request.fault)
             with self._server.lock:
-                self._server.simulation.faults.add(fault, self._server.simulation.clock.now_us)
+                self._lines.faults.add(fault, self._lines.clock.now_us)
         except ParameterError as error:
             return AddFaultResponse(False, str(error))
         begins = "in %g s" % fault.start if fault.start else "now"
         ends = "until it is cleared" if math.isinf(fault.end) else "for %g s" % (fault.end - fault.start)
         return AddFaultResponse(True, "%s: %s, %s" % (fault, begins, ends))
 
-    def _list_faults(self, request) -> TriggerResponse:
+    def _list_faults(self, request: Any) -> TriggerResponse:
         with self._server.lock:
-            return TriggerResponse(True, "; ".join(self._server.simulation.faults.told(self._server.simulation.clock.now_us)) or "none")
+            return TriggerResponse(True, "; ".join(self._lines.faults.told(self._lines.clock.now_us)) or "none")
 
-    def _clear_faults(self, request) -> TriggerResponse:
+    def _clear_faults(self, request: Any) -> TriggerResponse:
         with self._server.lock:
-            ended = self._server.simulation.faults.clear(self._server.simulation.clock.now_us)
+            ended = self._lines.faults.clear(self._lines.clock.now_us)
         return TriggerResponse(True, "%s ended" % ended)
 
 
-def can_places(robots: List[Firmware]) -> CanPlaces:
+def can_places(simulation: Simulation) -> CanPlaces:
     """Where every can of the world stands or hangs: x, y and how high it is lifted (m, map frame)."""
-    return [(can.x, can.y, 0.0 if can.held_by is None else can.held_by.height) for can in robots[0].world.cans]
+    return [(can.x, can.y, 0.0 if can.held_by is None else can.held_by.height) for can in simulation.world.cans]
 
 
-def map_message(world, frame: str) -> OccupancyGrid:
+def map_message(world: World, frame: str) -> OccupancyGrid:
     """The world as a map."""
     cells, origin = world.occupancy(MAP_RESOLUTION)
     message = OccupancyGrid()
@@ -247,7 +270,7 @@ def map_message(world, frame: str) -> OccupancyGrid:
     return message
 
 
-def world_markers(world, frame: str) -> MarkerArray:
+def world_markers(world: World, frame: str) -> MarkerArray:
     """What never moves: walls as upright rectangles, posts as cylinders."""
     walls = marker(frame, "wall", 0, Marker.TRIANGLE_LIST, Pose(orientation=LEVEL), (1.0, 1.0, 1.0))
     for x1, y1, x2, y2 in world.walls:
@@ -259,25 +282,25 @@ def world_markers(world, frame: str) -> MarkerArray:
     return MarkerArray([walls] * bool(walls.points) + posts)
 
 
-def moving_markers(robots: List[Firmware], frame: str) -> MarkerArray:
+def moving_markers(simulation: Simulation, frame: str) -> MarkerArray:
     """What moves: cans as cylinders, the paddles of each gripper as boxes, and the outline of each robot."""
     markers = []
-    for number, (can, (x, y, z)) in enumerate(zip(robots[0].world.cans, can_places(robots))):
+    for number, (can, (x, y, z)) in enumerate(zip(simulation.world.cans, can_places(simulation))):
         size = (2.0 * can.radius, 2.0 * can.radius, can.height)
         markers.append(marker(frame, "can", number, Marker.CYLINDER, Pose(Point(x, y, z + can.height / 2.0), LEVEL), size))
-    for number, robot in enumerate(robots):
+    for number, robot in enumerate(simulation.robots):
         corners = [compose(robot.true_pose, (x, y, 0.0)) for x, y in robot.model.outline(False)]
         outline = marker(frame, "outline", number, Marker.LINE_STRIP, Pose(orientation=LEVEL), (0.01, 0.0, 0.0))
         outline.points = [Point(x, y, 0.01) for x, y, _ in corners + corners[:1]]
         markers.append(outline)
         if robot.gripper is not None:
-            markers += paddle_markers(robot, number, frame)
+            markers += paddle_markers(robot, robot.gripper, number, frame)
     return MarkerArray(markers)
 
 
-def paddle_markers(robot: Firmware, number: int, frame: str) -> List[Marker]:
+def paddle_markers(robot: Firmware, gripper: ParallelGripper, number: int, frame: str) -> List[Marker]:
     """The two paddles of a robot's gripper, where they are and as far open as they are."""
-    gripper, shape = robot.gripper, robot.gripper.shape
+    shape = gripper.shape
     ahead = robot.model.length_front + shape.paddle_start + shape.paddle_length / 2.0
     aside = (gripper.opening + shape.paddle_thickness) / 2.0
     markers = []

@@ -8,7 +8,7 @@ and ``--robots`` put robots on their starts. No display is needed. Colours are O
 import argparse
 import math
 import sys
-from typing import List, Optional, Sequence, Tuple
+from typing import Any, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def draw_world(world: World, output: str, robots: Sequence[Standing] = (), title
     write(lambda: figure(world, robots, title), output, DPI)
 
 
-def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] = None):
+def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] = None) -> Any:
     """The matplotlib Figure of a world."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # here: it takes a second to load
     from matplotlib.figure import Figure
@@ -73,7 +73,7 @@ def _extent(world: World) -> Tuple[Array, Array]:
     return low - margin, high + margin
 
 
-def draw_floor(axes, world: World, resolution: float) -> None:
+def draw_floor(axes: Any, world: World, resolution: float) -> None:
     """What cannot be reached from a start, shaded: outside, and inside of furniture."""
     from matplotlib.colors import ListedColormap
 
@@ -89,7 +89,7 @@ def draw_floor(axes, world: World, resolution: float) -> None:
     axes.set(xlim=limits[0], ylim=limits[1])
 
 
-def draw_solids(axes, world: World) -> None:
+def draw_solids(axes: Any, world: World) -> None:
     """Walls as lines, posts to scale."""
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Circle
@@ -99,7 +99,7 @@ def draw_solids(axes, world: World) -> None:
         axes.add_patch(Circle((x, y), radius, facecolor=WALL, edgecolor=WALL, linewidth=1.2, zorder=3))
 
 
-def draw_cans(axes, world: World) -> None:
+def draw_cans(axes: Any, world: World) -> None:
     """Cans to scale, but never too small to be found."""
     from matplotlib.patches import Circle
 
@@ -121,7 +121,7 @@ def _placed(outline: Outline, pose: Pose) -> Array:
     return points @ ((cosine, sine), (-sine, cosine)) + (x, y)
 
 
-def _size(axes) -> float:
+def _size(axes: Any) -> float:
     """How long (m) an arrow must be to be seen well."""
     return 0.045 * max(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim()))
 
@@ -129,14 +129,14 @@ def _size(axes) -> float:
 _PAPER = dict(boxstyle="round,pad=0.12", facecolor="white", edgecolor="none", alpha=0.8)
 
 
-def _label(axes, pose: Pose, text: str, colour: str, points: float = 11.0) -> None:
+def _label(axes: Any, pose: Pose, text: str, colour: str, points: float = 11.0) -> None:
     """A word below or, when the arrow points down, above it."""
     down = math.sin(pose[2]) < -0.3
     axes.annotate(text, pose[:2], (0, points if down else -points), textcoords="offset points", ha="center", va="center", fontsize=8, color=colour,
                   zorder=7, bbox=_PAPER, annotation_clip=False)
 
 
-def _draw_starts(axes, world: World) -> None:
+def _draw_starts(axes: Any, world: World) -> None:
     from matplotlib.patches import Polygon
 
     for number, pose in enumerate(world.starts, 1):
@@ -145,7 +145,7 @@ def _draw_starts(axes, world: World) -> None:
         _label(axes, pose, "start %s" % number if len(world.starts) > 1 else "start", START, 15.0)
 
 
-def _draw_docks(axes, world: World) -> None:
+def _draw_docks(axes: Any, world: World) -> None:
     """A bracket before the robot that charges there, open to where it comes from."""
     from matplotlib.patches import Polygon
 
@@ -157,7 +157,7 @@ def _draw_docks(axes, world: World) -> None:
         _label(axes, pose, "dock", DOCK, 23.0)
 
 
-def _draw_goals(axes, world: World) -> None:
+def _draw_goals(axes: Any, world: World) -> None:
     from matplotlib.patches import Polygon
 
     for name, pose in world.goals.items():
@@ -166,7 +166,7 @@ def _draw_goals(axes, world: World) -> None:
         _label(axes, pose, name, "#9c4f7c", 14.0)
 
 
-def draw_robot(axes, outline: Outline, pose: Pose, colour: str = ROBOT) -> None:
+def draw_robot(axes: Any, outline: Outline, pose: Pose, colour: str = ROBOT) -> None:
     """The outline of a robot (base_link), to scale, and its heading."""
     from matplotlib.patches import Polygon
 
@@ -174,7 +174,7 @@ def draw_robot(axes, outline: Outline, pose: Pose, colour: str = ROBOT) -> None:
     axes.add_patch(Polygon(_arrow(pose, 0.28), facecolor="white", edgecolor="none", zorder=6))
 
 
-def _draw_ticks(axes, span: float) -> None:
+def _draw_ticks(axes: Any, span: float) -> None:
     """A round number of metres apart, no more than a dozen over the longer side (m)."""
     from matplotlib.ticker import MultipleLocator
 
@@ -183,7 +183,7 @@ def _draw_ticks(axes, span: float) -> None:
     axes.yaxis.set_major_locator(MultipleLocator(step))
 
 
-def _write_texts(page, axes, world: World, title: Optional[str]) -> None:
+def _write_texts(page: Any, axes: Any, world: World, title: Optional[str]) -> None:
     """Name and size above."""
     width, height = page.get_size_inches()
     low_x, low_y, high_x, high_y = world.bounds
