@@ -22,6 +22,7 @@ from .simulation import Simulation, simulate
 from .world import Can, World, known_worlds, load_world
 
 __all__ = [
-    "Can", "Fault", "Firmware", "FirmwareState", "LineSimulation", "PlayedRobot", "Server", "Simulation", "World", "fault_of",
+    "Can", "Fault", "Firmware", "FirmwareState", "LineSimulation", "PlayedRobot", "Server", "Simulation", "World",
+    "fault_of",
     "known_worlds", "load_world", "simulate",
 ]

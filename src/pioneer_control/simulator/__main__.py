@@ -64,8 +64,10 @@ def simulation_of(options: argparse.Namespace) -> Simulation:
         UsageError: an option makes no sense.
     """
     return simulate(
-        load_world(options.world), find_model(options.model, options.models), options.robots, options.name, options.seed,
-        gripper=options.gripper, rear_sonar=options.rear_sonar, noise=options.noise, numbers=load_numbers(options.numbers))
+        load_world(options.world), find_model(options.model, options.models), options.robots, options.name,
+        options.seed,
+        gripper=options.gripper, rear_sonar=options.rear_sonar, noise=options.noise,
+        numbers=load_numbers(options.numbers))
 
 
 def played_robot(options: argparse.Namespace) -> PlayedRobot:
@@ -110,7 +112,8 @@ def faults_of(options: argparse.Namespace) -> List[Fault]:
     Raises:
         ParameterError: one makes no sense.
     """
-    return [fault_of(words) for words in options.fault] + [fault for path in options.faults for fault in load_faults(path)]
+    return [fault_of(words) for words in options.fault] + [fault for path in options.faults
+                                                           for fault in load_faults(path)]
 
 
 def played_welcome(server: Server) -> List[str]:
@@ -159,28 +162,41 @@ def parser() -> argparse.ArgumentParser:
         prog="python3 -m pioneer_control.simulator", description="Simulated Pioneers that speak P2OS.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="\n".join([
-            "worlds: %s" % ", ".join(known_worlds()), "", *textwrap.wrap("models: %s" % ", ".join(load_models()), 79, break_on_hyphens=False), "",
-            "faults, written as KIND [VALUE] [way to-robot|from-robot] [robot N] [from S] [to S], S in simulated seconds:",
+            "worlds: %s" % ", ".join(known_worlds()), "",
+            *textwrap.wrap("models: %s" % ", ".join(load_models()), 79, break_on_hyphens=False), "",
+            "faults, written as KIND [VALUE] [way to-robot|from-robot] [robot N] [from S] [to S], S in simulated"
+            " seconds:",
             *("  %-17s %s" % (name + (" " + unit if unit else ""), meaning) for name, _, unit, meaning in rows())]),
     )
     add = result.add_argument
     add("--model", default="p3dx-sh", help="robot model, by its subtype: see below (default: %(default)s)")
-    add("--world", default="tutorial", help="name of a world, or path of a world file or a map: see below (default: %(default)s)")
+    add("--world", default="tutorial",
+        help="name of a world, or path of a world file or a map: see below (default: %(default)s)")
     add("--robots", type=count, default=1, metavar="N", help="so many of them (default: %(default)s)")
-    add("--tcp", metavar="PORT", help="TCP port of the first robot, the next ones for the others; 0 for any free ones; for this machine only unless "
+    add("--tcp", metavar="PORT",
+        help="TCP port of the first robot, the next ones for the others; 0 for any free ones; for this machine only"
+             " unless "
         "HOST:PORT is given, such as 0.0.0.0:8101 (default: %s, unless --pty is given)" % STANDARD_PORT)
-    add("--pty", metavar="LINK", help="make a pseudo-terminal, and this link to it; of several robots LINK1, LINK2, ...")
+    add("--pty", metavar="LINK",
+        help="make a pseudo-terminal, and this link to it; of several robots LINK1, LINK2, ...")
     add("--seed", type=int, default=0, help="of all that is left to chance (default: %(default)s)")
     add("--speed", type=float, default=1.0, metavar="X",
         help="simulated seconds in a real one, %g to %g (default: %%(default)s)" % SPEEDS)
-    add("--record", metavar="FILE", help="write there what goes over the lines; python3 -m pioneer_control.p2os --record FILE explains it")
+    add("--record", metavar="FILE",
+        help="write there what goes over the lines; python3 -m pioneer_control.p2os --record FILE explains it")
     played = result.add_mutually_exclusive_group()
-    played.add_argument("--play", metavar="FILE", help="no simulated robot, but the one in this record: it says again what it said; see docs/wire.md")
-    played.add_argument("--client", metavar="FILE", help="tell the simulated robots what those in this record were told, and say how they differ")
-    add("--robot", type=count, default=1, metavar="N", help="which robot of the record is played (default: %(default)s)")
-    add("--fault", action="append", default=[], metavar="WORDS", help="such as 'loss 0.1 from 10 to 20'; may be given again; see below")
+    played.add_argument("--play", metavar="FILE",
+                        help="no simulated robot, but the one in this record: it says again what it said; see"
+                             " docs/wire.md")
+    played.add_argument("--client", metavar="FILE",
+                        help="tell the simulated robots what those in this record were told, and say how they differ")
+    add("--robot", type=count, default=1, metavar="N",
+        help="which robot of the record is played (default: %(default)s)")
+    add("--fault", action="append", default=[], metavar="WORDS",
+        help="such as 'loss 0.1 from 10 to 20'; may be given again; see below")
     add("--faults", action="append", default=[], metavar="FILE", help="a YAML list of faults; may be given again")
-    add("--noise", type=float, metavar="M", help="sonar ranges are off by up to this much (default: as robot.yaml says)")
+    add("--noise", type=float, metavar="M",
+        help="sonar ranges are off by up to this much (default: as robot.yaml says)")
     fitted = result.add_mutually_exclusive_group()
     fitted.add_argument("--gripper", action="store_true", default=None, help="fit a gripper (default: on a p3dx-sh)")
     fitted.add_argument("--no-gripper", action="store_false", dest="gripper", help="fit no gripper")

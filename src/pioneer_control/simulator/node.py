@@ -71,7 +71,8 @@ WALL_HEIGHT = 0.3
 PADDLE_HEIGHT = 0.05
 """How high (m) the paddles of a gripper are drawn."""
 COLOURS = {
-    "wall": ColorRGBA(0.45, 0.45, 0.5, 1.0), "post": ColorRGBA(0.35, 0.35, 0.4, 1.0), "can": ColorRGBA(0.90, 0.62, 0.0, 1.0),
+    "wall": ColorRGBA(0.45, 0.45, 0.5, 1.0), "post": ColorRGBA(0.35, 0.35, 0.4, 1.0),
+    "can": ColorRGBA(0.90, 0.62, 0.0, 1.0),
     "paddle": ColorRGBA(0.0, 0.45, 0.70, 1.0), "outline": ColorRGBA(0.0, 0.45, 0.70, 0.8),
 }
 
@@ -87,7 +88,8 @@ def main() -> int:
         faults += load_faults(parameters.faults_file) if parameters.faults_file else []
         simulation = simulation_of(parameters)
         server = Server(
-            simulation, parameters.tcp, parameters.pty or None, speed=parameters.speed, seed=parameters.seed, faults=faults,
+            simulation, parameters.tcp, parameters.pty or None, speed=parameters.speed, seed=parameters.seed,
+            faults=faults,
             record=parameters.record or None, say=lambda sentence: rospy.logwarn("simulated %s", sentence))
     except PioneerError as error:
         rospy.logfatal("%s", error)
@@ -97,9 +99,11 @@ def main() -> int:
             rospy.loginfo("world file, skipped: %s", skipped)
         for berth in server.berths:
             places = " and ".join(place for place in (berth.url, berth.pty_link) if place)
-            rospy.loginfo("a simulated %s stands in the world %s, at %s", parameters.model, simulation.world.name, places)
+            rospy.loginfo("a simulated %s stands in the world %s, at %s", parameters.model, simulation.world.name,
+                          places)
         if server.open_to_others:
-            rospy.logwarn("every machine that reaches this one can drive the simulated robots: the protocol knows no password")
+            rospy.logwarn("every machine that reaches this one can drive the simulated robots: the protocol knows no"
+                          " password")
         return Node(server, simulation, parameters).run()
 
 
@@ -110,7 +114,8 @@ def simulation_of(parameters: SimulatorParameters) -> Simulation:
         world = world.with_start(parameters.start)
     return simulate(
         world, find_model(parameters.model, parameters.models_file or None), parameters.robots,
-        parameters.name if parameters.robots == 1 else None, parameters.seed, gripper=parameters.gripper, rear_sonar=parameters.rear_sonar,
+        parameters.name if parameters.robots == 1 else None, parameters.seed, gripper=parameters.gripper,
+        rear_sonar=parameters.rear_sonar,
         numbers=load_numbers(parameters.numbers_file or None))
 
 
@@ -161,13 +166,18 @@ class Node:
         server.watched = True
         self._frame = parameters.map_frame
         self._own_clock = parameters.speed != 1.0
-        self._period = min(max(CLOCK_STEP / parameters.speed, CLOCK_PERIODS[0]), CLOCK_PERIODS[1]) if self._own_clock else PERIOD
+        self._period = PERIOD
+        if self._own_clock:
+            self._period = min(max(CLOCK_STEP / parameters.speed, CLOCK_PERIODS[0]), CLOCK_PERIODS[1])
         self._stop = threading.Event()
         self._cans_told: Optional[CanPlaces] = None
         self._epoch = time.time()
-        prefixes = ["robot%d/" % number for number in range(1, parameters.robots + 1)] if parameters.robots > 1 else [""]
+        prefixes = [""]
+        if parameters.robots > 1:
+            prefixes = ["robot%d/" % number for number in range(1, parameters.robots + 1)]
         self._names = [prefix.rstrip("/") or "the robot" for prefix in prefixes]
-        self._truths = [RobotTruth(robot, prefix, parameters, server.lock) for robot, prefix in zip(simulation.robots, prefixes)]
+        self._truths = [
+            RobotTruth(robot, prefix, parameters, server.lock) for robot, prefix in zip(simulation.robots, prefixes)]
         self._cans = rospy.Publisher("cans", PoseArray, queue_size=1, latch=True)
         self._markers = rospy.Publisher("markers", MarkerArray, queue_size=1)
         self._latched = []
@@ -181,7 +191,8 @@ class Node:
         if self._own_clock:
             self._clock = rospy.Publisher("/clock", Clock, queue_size=10)
             if not rospy.get_param("/use_sim_time", False):
-                rospy.logwarn("the speed is not 1: /clock is published; set /use_sim_time to true before other nodes start, or they keep real time")
+                rospy.logwarn("the speed is not 1: /clock is published; set /use_sim_time to true before other nodes"
+                              " start, or they keep real time")
         rospy.Service("~add_fault", AddFault, self._add_fault)
         rospy.Service("~list_faults", Trigger, self._list_faults)
         rospy.Service("~clear_faults", Trigger, self._clear_faults)
@@ -277,7 +288,8 @@ def world_markers(world: World, frame: str) -> MarkerArray:
         low, high = (Point(x1, y1, 0.0), Point(x2, y2, 0.0)), (Point(x1, y1, WALL_HEIGHT), Point(x2, y2, WALL_HEIGHT))
         walls.points += [low[0], low[1], high[1], low[0], high[1], high[0]]
     posts = [
-        marker(frame, "post", number, Marker.CYLINDER, Pose(Point(x, y, WALL_HEIGHT / 2.0), LEVEL), (2.0 * radius, 2.0 * radius, WALL_HEIGHT))
+        marker(frame, "post", number, Marker.CYLINDER, Pose(Point(x, y, WALL_HEIGHT / 2.0), LEVEL),
+               (2.0 * radius, 2.0 * radius, WALL_HEIGHT))
         for number, (x, y, radius) in enumerate(world.posts)]
     return MarkerArray([walls] * bool(walls.points) + posts)
 
@@ -287,7 +299,8 @@ def moving_markers(simulation: Simulation, frame: str) -> MarkerArray:
     markers = []
     for number, (can, (x, y, z)) in enumerate(zip(simulation.world.cans, can_places(simulation))):
         size = (2.0 * can.radius, 2.0 * can.radius, can.height)
-        markers.append(marker(frame, "can", number, Marker.CYLINDER, Pose(Point(x, y, z + can.height / 2.0), LEVEL), size))
+        markers.append(marker(frame, "can", number, Marker.CYLINDER, Pose(Point(x, y, z + can.height / 2.0), LEVEL),
+                              size))
     for number, robot in enumerate(simulation.robots):
         corners = [compose(robot.true_pose, (x, y, 0.0)) for x, y in robot.model.outline(False)]
         outline = marker(frame, "outline", number, Marker.LINE_STRIP, Pose(orientation=LEVEL), (0.01, 0.0, 0.0))
@@ -308,13 +321,15 @@ def paddle_markers(robot: Firmware, gripper: ParallelGripper, number: int, frame
         x, y, heading = compose(robot.true_pose, (ahead, aside if side == 0 else -aside, 0.0))
         pose = pose_message(x, y, heading)
         pose.position.z = gripper.height + PADDLE_HEIGHT / 2.0
-        markers.append(marker(frame, "paddle", 2 * number + side, Marker.CUBE, pose, (shape.paddle_length, shape.paddle_thickness, PADDLE_HEIGHT)))
+        markers.append(marker(frame, "paddle", 2 * number + side, Marker.CUBE, pose,
+                              (shape.paddle_length, shape.paddle_thickness, PADDLE_HEIGHT)))
     return markers
 
 
 def marker(frame: str, kind: str, number: int, shape: int, pose: Pose, size: Tuple[float, float, float]) -> Marker:
     """One marker; without a stamp, so that RViz takes the newest transform."""
-    result = Marker(ns=kind, id=number, type=shape, action=Marker.ADD, pose=pose, scale=Vector3(*size), color=COLOURS[kind])
+    result = Marker(ns=kind, id=number, type=shape, action=Marker.ADD, pose=pose, scale=Vector3(*size),
+                    color=COLOURS[kind])
     result.header.frame_id = frame
     return result
 

@@ -69,7 +69,8 @@ def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] =
 def _extent(world: World) -> Tuple[Array, Array]:
     """Lower left and upper right corner of what is to be seen, m, with a margin."""
     low, high = np.array(world.bounds[:2]), np.array(world.bounds[2:])
-    margin = np.maximum((LEAST_SPAN if not len(world.walls) else 0.0) - (high - low), 0.0) / 2.0 + 0.02 * (high - low).max() + 0.1
+    margin = np.maximum((LEAST_SPAN if not len(world.walls) else 0.0) - (high - low),
+                        0.0) / 2.0 + 0.02 * (high - low).max() + 0.1
     return low - margin, high + margin
 
 
@@ -85,7 +86,8 @@ def draw_floor(axes: Any, world: World, resolution: float) -> None:
     shades = np.where((cells == FREE) | (cells == OCCUPIED), 0, 1)
     closed = shades[0].any()  # else the floor goes on beyond the picture
     axes.set_facecolor(BEYOND if closed else FLOOR)
-    axes.imshow(shades, cmap=ListedColormap([FLOOR, BEYOND]), vmin=0, vmax=1, origin="lower", extent=extent, interpolation="nearest", zorder=0)
+    axes.imshow(shades, cmap=ListedColormap([FLOOR, BEYOND]), vmin=0, vmax=1, origin="lower", extent=extent,
+                interpolation="nearest", zorder=0)
     axes.set(xlim=limits[0], ylim=limits[1])
 
 
@@ -94,7 +96,8 @@ def draw_solids(axes: Any, world: World) -> None:
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Circle
 
-    axes.add_collection(LineCollection(world.walls.reshape(-1, 2, 2), colors=WALL, linewidths=1.6, capstyle="round", zorder=3))
+    axes.add_collection(LineCollection(world.walls.reshape(-1, 2, 2), colors=WALL, linewidths=1.6, capstyle="round",
+                                       zorder=3))
     for x, y, radius in world.posts.tolist():
         axes.add_patch(Circle((x, y), radius, facecolor=WALL, edgecolor=WALL, linewidth=1.2, zorder=3))
 
@@ -104,15 +107,18 @@ def draw_cans(axes: Any, world: World) -> None:
     from matplotlib.patches import Circle
 
     for number, can in enumerate(world.cans):
-        dot = dict(color=CAN, markeredgecolor=INK, markeredgewidth=0.5, markersize=CAN_DOT, linestyle="none", marker="o", zorder=4)
+        dot = dict(color=CAN, markeredgecolor=INK, markeredgewidth=0.5, markersize=CAN_DOT, linestyle="none",
+                   marker="o", zorder=4)
         axes.plot(can.x, can.y, **dot, label=None if number else "can")
-        if 2.0 * can.radius > CAN_DOT / 72.0 * np.ptp(axes.get_xlim()) / (axes.get_position().width * axes.figure.get_figwidth()):
+        width = axes.get_position().width * axes.figure.get_figwidth()  # inches
+        if 2.0 * can.radius > CAN_DOT / 72.0 * np.ptp(axes.get_xlim()) / width:
             axes.add_patch(Circle((can.x, can.y), can.radius, facecolor=CAN, edgecolor=INK, linewidth=0.5, zorder=4.1))
 
 
 def _arrow(pose: Pose, length: float) -> Array:
     """A triangle whose middle is at a pose and that points along it."""
-    return _placed(((length * 0.6, 0.0), (-length * 0.4, length * 0.38), (-length * 0.2, 0.0), (-length * 0.4, -length * 0.38)), pose)
+    return _placed(((length * 0.6, 0.0), (-length * 0.4, length * 0.38), (-length * 0.2, 0.0),
+                    (-length * 0.4, -length * 0.38)), pose)
 
 
 def _placed(outline: Outline, pose: Pose) -> Array:
@@ -123,7 +129,7 @@ def _placed(outline: Outline, pose: Pose) -> Array:
 
 def _size(axes: Any) -> float:
     """How long (m) an arrow must be to be seen well."""
-    return 0.045 * max(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim()))
+    return float(0.045 * max(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())))
 
 
 _PAPER = dict(boxstyle="round,pad=0.12", facecolor="white", edgecolor="none", alpha=0.8)
@@ -132,7 +138,8 @@ _PAPER = dict(boxstyle="round,pad=0.12", facecolor="white", edgecolor="none", al
 def _label(axes: Any, pose: Pose, text: str, colour: str, points: float = 11.0) -> None:
     """A word below or, when the arrow points down, above it."""
     down = math.sin(pose[2]) < -0.3
-    axes.annotate(text, pose[:2], (0, points if down else -points), textcoords="offset points", ha="center", va="center", fontsize=8, color=colour,
+    axes.annotate(text, pose[:2], (0, points if down else -points), textcoords="offset points", ha="center",
+                  va="center", fontsize=8, color=colour,
                   zorder=7, bbox=_PAPER, annotation_clip=False)
 
 
@@ -151,7 +158,8 @@ def _draw_docks(axes: Any, world: World) -> None:
 
     for pose in world.docks:
         size = _size(axes)
-        bracket = _placed(((-0.2 * size, 0.6 * size), (0.6 * size, 0.6 * size), (0.6 * size, -0.6 * size), (-0.2 * size, -0.6 * size)), pose)
+        bracket = _placed(((-0.2 * size, 0.6 * size), (0.6 * size, 0.6 * size), (0.6 * size, -0.6 * size),
+                           (-0.2 * size, -0.6 * size)), pose)
         axes.plot(*bracket.T, color=DOCK, linewidth=2.0, zorder=5, solid_joinstyle="miter")
         axes.add_patch(Polygon(_arrow(pose, 0.7 * size), facecolor=DOCK, edgecolor="none", zorder=5))
         _label(axes, pose, "dock", DOCK, 23.0)
@@ -170,7 +178,8 @@ def draw_robot(axes: Any, outline: Outline, pose: Pose, colour: str = ROBOT) -> 
     """The outline of a robot (base_link), to scale, and its heading."""
     from matplotlib.patches import Polygon
 
-    axes.add_patch(Polygon(_placed(outline, pose), facecolor=colour, edgecolor=colour, alpha=0.85, linewidth=0.8, zorder=6))
+    axes.add_patch(Polygon(_placed(outline, pose), facecolor=colour, edgecolor=colour, alpha=0.85, linewidth=0.8,
+                           zorder=6))
     axes.add_patch(Polygon(_arrow(pose, 0.28), facecolor="white", edgecolor="none", zorder=6))
 
 
@@ -187,18 +196,23 @@ def _write_texts(page: Any, axes: Any, world: World, title: Optional[str]) -> No
     """Name and size above."""
     width, height = page.get_size_inches()
     low_x, low_y, high_x, high_y = world.bounds
-    parts = ["%.3g × %.3g m" % (high_x - low_x, high_y - low_y)] if len(world.walls) or len(world.posts) else ["nothing, as far as anybody drives"]
+    parts = ["%.3g × %.3g m"
+             % (high_x - low_x,
+                high_y - low_y)] if len(world.walls) or len(world.posts) else ["nothing, as far as anybody drives"]
     counts = ((len(world.walls), "walls"), (len(world.posts), "posts"), (len(world.cans), "cans"))
     parts += ["%s %s" % (count, what if count > 1 else what[:-1]) for count, what in counts if count]
-    page.text(0.55 / width, 1 - 0.22 / height, title or world.name, fontsize=15, fontweight="bold", color=INK, va="center")
+    page.text(0.55 / width, 1 - 0.22 / height, title or world.name, fontsize=15, fontweight="bold", color=INK,
+              va="center")
     page.text(0.55 / width, 1 - 0.47 / height, "  ·  ".join(parts), fontsize=9.5, color=INK, va="center")
     if axes.get_legend_handles_labels()[0]:
-        page.legend(loc="lower right", bbox_to_anchor=(1 - 0.2 / width, 0.0), frameon=False, fontsize=8.5, ncol=4, handletextpad=0.2, columnspacing=1.2)
+        page.legend(loc="lower right", bbox_to_anchor=(1 - 0.2 / width, 0.0), frameon=False, fontsize=8.5, ncol=4,
+                    handletextpad=0.2, columnspacing=1.2)
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
     """Draw a world; 0 when the picture is written, 2 when there is nothing to draw."""
-    parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.simulator.picture", description="Draw a world of the simulated robot.",
+    parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.simulator.picture",
+                                     description="Draw a world of the simulated robot.",
                                      epilog="Worlds: %s." % ", ".join(known_worlds()))
     parser.add_argument("world", help="name of a world, or path of a world file (.yaml, .map)")
     parser.add_argument("-o", "--output", metavar="FILE", help="the picture (default: world-NAME.png)")

@@ -87,7 +87,8 @@ class Simulation:
     def _next_start(self) -> Pose:
         starts = self.world.starts
         if len(self.robots) >= len(starts):
-            raise ParameterError("the world %r has %s starts: say where robot %s is to stand" % (self.world.name, len(starts), len(self.robots) + 1))
+            raise ParameterError("the world %r has %s starts: say where robot %s is to stand"
+                                 % (self.world.name, len(starts), len(self.robots) + 1))
         return starts[len(self.robots)]
 
 

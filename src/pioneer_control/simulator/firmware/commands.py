@@ -19,7 +19,8 @@ from . import reports
 from .reports import GRIPPER_UNIT
 
 SETTINGS = dict(
-    rotation_kp=40, rotation_kv=20, rotation_ki=0, translation_kp=40, translation_kv=30, translation_ki=0, drift_factor=0,
+    rotation_kp=40, rotation_kv=20, rotation_ki=0, translation_kp=40, translation_kv=30, translation_ki=0,
+    drift_factor=0,
     gyro_cw=0, gyro_ccw=0, aux1_baud=0, aux2_baud=0, aux3_baud=0, sounds_on=1,
 )
 """What a client may set and the hardware does not obey, as at power-on, by its name in CONFIGpac."""
@@ -250,14 +251,16 @@ def aux_write(port: int) -> Handler:
     """The row of a command that passes bytes on to what is connected to an auxiliary port."""
     return Handler(
         bytes, lambda robot, data: robot.hardware.aux[port - 1].write(data), ARCOS if port == 3 else NOT_PSOS,
-        "Bytes to the device at AUX%d (none, unless a program connects one: `robot.hardware.aux[%d].device`)." % (port, port - 1))
+        "Bytes to the device at AUX%d (none, unless a program connects one: `robot.hardware.aux[%d].device`)."
+        % (port, port - 1))
 
 
 def aux_read(port: int) -> Handler:
     """The row of a command that asks for bytes of what is connected to an auxiliary port."""
     return Handler(
         int, lambda robot, count: robot.hardware.aux[port - 1].want(count), ARCOS if port == 3 else NOT_PSOS,
-        "So many bytes (197 at most) of the device at AUX%d in one packet behind the SIP, once they are there; 0 flushes." % port)
+        "So many bytes (197 at most) of the device at AUX%d in one packet behind the SIP, once they are there; 0"
+        " flushes." % port)
 
 
 # -- docking, sounds, gripper
@@ -350,7 +353,8 @@ def aux_baud(port: int) -> Handler:
 _ROTATE = "Rotate at this speed (deg/s), within SETRV, with the ramps of SETRA."
 _EMERGENCY_STOP = "Stop as fast as the drives can, until the next motion command."
 _TURNING_LIMIT = (
-    "Speed limit (deg/s) of later turns counter-clockwise, or when negative clockwise. Sources give it two numbers, both are"
+    "Speed limit (deg/s) of later turns counter-clockwise, or when negative clockwise. Sources give it two numbers,"
+    " both are"
     " obeyed.")
 
 HANDLERS: Dict[str, Handler] = {
@@ -360,21 +364,26 @@ HANDLERS: Dict[str, Handler] = {
                     "Begins a session after SYNC0, SYNC1, SYNC2: motors off, sonar on, pose 0, a SIP every 100 ms."
                     " Inside a session: nothing."),
     "CLOSE": Handler(None, lambda robot, _: robot.close_session(), ALL,
-                     "Ends the session: motors and sonar off, no more packets, parameters as at power-on; the next client is"
+                     "Ends the session: motors and sonar off, no more packets, parameters as at power-on; the next"
+                     " client is"
                      " welcome at once."),
     "RESET": Handler(None, lambda robot, _: robot.restart(), ARCOS,
                      "Ends the session as a fresh start of the controller, and says so with 0xFF."),
     "HOSTBAUD": Handler(int, host_baud, NOT_PSOS,
-                        "Another speed of the line (a pseudo-terminal garbles what comes at the old one), until the session"
+                        "Another speed of the line (a pseudo-terminal garbles what comes at the old one), until the"
+                        " session"
                         " ends."),
-    "ENABLE": Handler(int, enable, ALL, "Motor power on, unless the STOP button or an empty battery forbids it, or off."),
+    "ENABLE": Handler(int, enable, ALL,
+                      "Motor power on, unless the STOP button or an empty battery forbids it, or off."),
     "VEL": Handler(int, velocity, ALL,
-                   "Translate at this speed (mm/s), within SETV, with the ramps of SETA; forgotten while the motors are off, as"
+                   "Translate at this speed (mm/s), within SETV, with the ramps of SETA; forgotten while the motors"
+                   " are off, as"
                    " all motion commands."),
     "RVEL": Handler(int, rotation, ALL, _ROTATE),
     "ROTATE": Handler(int, rotation, NOT_PSOS, _ROTATE),
     "VEL2": Handler(int, wheels, ALL,
-                    "Left wheel in the high byte, right in the low one, in the model's VEL2 unit. ARCOS makes translation and"
+                    "Left wheel in the high byte, right in the low one, in the model's VEL2 unit. ARCOS makes"
+                    " translation and"
                     " rotation of it, with their limits; before, each wheel has its own speed, and only SETA counts."),
     "MOVE": Handler(int, move, NOT_PSOS,
                     "Translate this far (mm; negative: backward) at SETV, with the ramps of SETA, and stop there."),
@@ -385,7 +394,8 @@ HANDLERS: Dict[str, Handler] = {
     "STOP": Handler(None, stop, NOT_PSOS, "Ramp down; the motors stay on."),
     "E_STOP": Handler(None, emergency_stop, NOT_PSOS, _EMERGENCY_STOP),
     "QSTOP": Handler(None, emergency_stop, "M", _EMERGENCY_STOP),
-    "SETO": Handler(None, lambda robot, _: robot.hardware.reset_odometry(), ALL, "The robot's own pose becomes 0, 0, 0."),
+    "SETO": Handler(None, lambda robot, _: robot.hardware.reset_odometry(), ALL,
+                    "The robot's own pose becomes 0, 0, 0."),
     "SETV": Handler(int, lambda robot, mm_s: robot.hardware.drives.linear.limits.set_limit(mm_s / 1000.0), ALL,
                     "Speed limit (mm/s) of later commands."),
     "SETRV": Handler(int, lambda robot, deg_s: robot.hardware.drives.angular.limits.set_limit(math.radians(deg_s)), ALL,
@@ -394,13 +404,15 @@ HANDLERS: Dict[str, Handler] = {
     "SETRVDIR": Handler(int, set_turning_limit, ARCOS, _TURNING_LIMIT),
     "SETA": Handler(int, lambda robot, mm_s2: robot.hardware.drives.linear.limits.set_rate(mm_s2 / 1000.0), NOT_PSOS,
                     "Acceleration, or when negative deceleration (mm/s^2)."),
-    "SETRA": Handler(int, lambda robot, deg_s2: robot.hardware.drives.angular.limits.set_rate(math.radians(deg_s2)), NOT_PSOS,
+    "SETRA": Handler(int, lambda robot, deg_s2: robot.hardware.drives.angular.limits.set_rate(math.radians(deg_s2)),
+                     NOT_PSOS,
                      "Acceleration, or when negative deceleration (deg/s^2)."),
     "SONAR": Handler(int, sonar, ALL,
                      "Bit 0: on or off; bits 1 to 4: which of arrays 1 to 4, as FLAGS numbers them (AROS and later; our"
                      " reading), none set: all."),
     "POLLING": Handler(bytes, polling, ALL,
-                       "A new firing sequence of the arrays that it names (numbers count from 1, repeats allowed, 16 for an"
+                       "A new firing sequence of the arrays that it names (numbers count from 1, repeats allowed, 16"
+                       " for an"
                        " array); empty: sonar off, sequences kept."),
     "SONARCYCLE": Handler(int, sonar_cycle, LATER, "Time of a firing, 2 to 120 ms, in every array."),
     "DIGOUT": Handler(int, digital_out, ALL,
@@ -413,15 +425,18 @@ HANDLERS: Dict[str, Handler] = {
     "BATTERYINFO": request("battery", "battery information", ARCOS),
     "JOYREQUEST": request("joystick", "JOYSTICKpac (before the SIP)", LATER),
     "JOYDRIVE": Handler(int, lambda robot, on: robot.hardware.allow_joystick(bool(on)), NOT_PSOS,
-                        "Whether a joystick that is plugged in (`robot.hardware.joystick`) drives while its first button is"
+                        "Whether a joystick that is plugged in (`robot.hardware.joystick`) drives while its first"
+                        " button is"
                         " pressed."),
     "GYRO": Handler(int, gyro, LATER,
-                    "Gyro read by the client (HasGyro 1): 1 sends GYROpac before every SIP, 0 ends that. Gyro in the robot"
+                    "Gyro read by the client (HasGyro 1): 1 sends GYROpac before every SIP, 0 ends that. Gyro in the"
+                    " robot"
                     " (2): the heading is made of 0 the encoders, 1 both, 2 the gyro alone. Without a gyro: nothing."),
     "GYROCALCW": setting("gyro_cw", ARCOS),
     "GYROCALCCW": setting("gyro_ccw", ARCOS),
     "TCM2": Handler(int, compass, NOT_PSOS,
-                    "Where a compass is fitted: 0 off, 1 shown in the SIP, 2 one TCM2pac, 3 one with every SIP, 6 one and then"
+                    "Where a compass is fitted: 0 off, 1 shown in the SIP, 2 one TCM2pac, 3 one with every SIP, 6 one"
+                    " and then"
                     " as 1, 7 as after power-on. 4 and 5 calibrate, which changes nothing here."),
     "PLAYLIST": Handler(int, playlist, "GPA",
                         "Send PLAYLIST: AmigOS its sounds, all for 0; the others 25 zero bytes."),
@@ -430,7 +445,8 @@ HANDLERS: Dict[str, Handler] = {
                        "One of the sub-commands 1 to 8 and 15 at once; 16 and 17 wait for their GRIPPERVAL."
                        " Without a gripper: nothing."),
     "GRIPPERVAL": Handler(int, gripper_value, NOT_PSOS,
-                          "Right behind GRIPPER 16: the grasp time, 1 to 100; behind 17: how far the lift goes, -255 to 255;"
+                          "Right behind GRIPPER 16: the grasp time, 1 to 100; behind 17: how far the lift goes, -255"
+                          " to 255;"
                           " anywhere else nothing."),
     "TTY2": aux_write(1),
     "TTY3": aux_write(2),
@@ -446,9 +462,11 @@ HANDLERS: Dict[str, Handler] = {
     "CHARGE": Handler(int, lambda robot, on: robot.hardware.charger.ask_dock(bool(on)), LATER,
                       "1: takes power where it stands in a dock of the world, 0: no longer."),
     "BUMPSTALL": Handler(int, bump_stall, NOT_PSOS,
-                         "Which bumpers stop the wheels at once: bit 0 the front ones, bit 1 the rear ones; at first both."),
+                         "Which bumpers stop the wheels at once: bit 0 the front ones, bit 1 the rear ones; at first"
+                         " both."),
     "E_STALL": Handler(int, lambda robot, on: robot.hardware.motors.set_stop_button_stalls(bool(on)), NOT_PSOS,
-                       "Whether the STOP button takes the power from the motors: at first it does, before AROS it does not."),
+                       "Whether the STOP button takes the power from the motors: at first it does, before AROS it does"
+                       " not."),
     "BATTEST": Handler(int, battery_test, ARCOS, "Pretend a battery voltage (0.1 V), 0 for the real one."),
     "ROTKP": setting("rotation_kp", NOT_PSOS),
     "ROTKV": setting("rotation_kv", NOT_PSOS),
@@ -479,12 +497,17 @@ IGNORED: Dict[str, str] = {
     "LCDWRITE": "no display; the meaning of its control bytes is not known for sure",
     "CALCOMP": "the compass needs no calibration",
     "POWER_PC": _NO_SUPPLY, "POWER_LRF": _NO_SUPPLY, "POWER_5V": _NO_SUPPLY, "POWER_12V": _NO_SUPPLY,
-    "MAINTENANCE": "a robot in maintenance hears nothing until somebody opens it: nobody can want that of a simulated one",
-    "ARM_INIT": _NO_ARM, "ARM_CHECK": _NO_ARM, "ARM_POWER": _NO_ARM, "ARM_HOME": _NO_ARM, "ARM_PARK": _NO_ARM, "ARM_POS": _NO_ARM,
+    "MAINTENANCE": "a robot in maintenance hears nothing until somebody opens it: nobody can want that of a simulated"
+                   " one",
+    "ARM_INIT": _NO_ARM, "ARM_CHECK": _NO_ARM, "ARM_POWER": _NO_ARM, "ARM_HOME": _NO_ARM, "ARM_PARK": _NO_ARM,
+    "ARM_POS": _NO_ARM,
     "ARM_SPEED": _NO_ARM, "ARM_STOP": _NO_ARM, "ARM_AUTOPARK": _NO_ARM, "ARM_GRIPPARK": _NO_ARM,
-    "LATVEL": _OTHER_ROBOT, "LATACCEL": _OTHER_ROBOT, "RECENTERWHEELS": _OTHER_ROBOT, "ROTVEL_CLOSEDLOOP_ENABLE": _OTHER_ROBOT,
-    "ACCELINFO": _OTHER_ROBOT, "TORQUEINFO": _OTHER_ROBOT, "HEADINGINFO": _OTHER_ROBOT, "SAFETY_STATE_INFO": _OTHER_ROBOT,
-    "WHEELINFO_REQUEST": _OTHER_ROBOT, "POWER_DEVICE": _OTHER_ROBOT, "POWER_AUX_PC": _OTHER_ROBOT, "POWER_TOUCHSCREEN": _OTHER_ROBOT,
+    "LATVEL": _OTHER_ROBOT, "LATACCEL": _OTHER_ROBOT, "RECENTERWHEELS": _OTHER_ROBOT,
+    "ROTVEL_CLOSEDLOOP_ENABLE": _OTHER_ROBOT,
+    "ACCELINFO": _OTHER_ROBOT, "TORQUEINFO": _OTHER_ROBOT, "HEADINGINFO": _OTHER_ROBOT,
+    "SAFETY_STATE_INFO": _OTHER_ROBOT,
+    "WHEELINFO_REQUEST": _OTHER_ROBOT, "POWER_DEVICE": _OTHER_ROBOT, "POWER_AUX_PC": _OTHER_ROBOT,
+    "POWER_TOUCHSCREEN": _OTHER_ROBOT,
     "POWER_PTZ": _OTHER_ROBOT, "POWER_AUDIO": _OTHER_ROBOT, "POWER_LRF2": _OTHER_ROBOT,
 }
 """Commands of the protocol that change nothing here whatever the firmware, and why: they only keep the session alive.

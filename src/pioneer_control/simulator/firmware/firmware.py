@@ -361,4 +361,3 @@ class Firmware:
     def send(self, packet: object) -> None:
         """Send a packet, behind all others."""
         self._sent.append(p2os.encode_packet(packet, self.model.grip_state_first))
-

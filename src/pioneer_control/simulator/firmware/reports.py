@@ -22,7 +22,8 @@ MOST_READINGS = 50
 """Sonar readings in one SIP, so that its byte count stays below 200."""
 
 SIP_ENDS = {
-    "PSOS": "digital_out", "P2OS": "digital_out", "AmigOS": "digital_out", "AROS": "digital_out", "AmigoSH": "charge_state",
+    "PSOS": "digital_out", "P2OS": "digital_out", "AmigOS": "digital_out", "AROS": "digital_out",
+    "AmigoSH": "charge_state",
 }
 """Last field of the SIP by firmware family (protocol section 4); all others end as ARCOS does."""
 CONFIG_ENDS = {
@@ -92,7 +93,8 @@ def sip(hardware: Hardware) -> p2os.Sip:
     )
     end = SIP_ENDS.get(model.firmware_family)
     if end != "digital_out":
-        values.update(battery_x10_dv=min(0xFFFF, round(hardware.battery.voltage * 10.0)), charge_state=hardware.battery.charge_state)
+        values.update(battery_x10_dv=min(0xFFFF, round(hardware.battery.voltage * 10.0)),
+                      charge_state=hardware.battery.charge_state)
         if end != "charge_state":
             rotation = round(math.degrees(hardware.drives.angular.speed) * 10.0)
             values.update(rotation_velocity_ddeg_s=rotation, fault_flags=UNDERVOLTAGE if hardware.battery.is_low else 0)
@@ -124,7 +126,8 @@ def _flags(hardware: Hardware) -> int:
     fires = 0 in arrays, 1 in arrays, 2 in arrays, 3 in arrays
     motors = hardware.motors
     button = hardware.joystick is not None and hardware.joystick.button_1
-    return _bits(FLAGS, (motors.enabled,) + fires + (motors.stop_button, motors.e_stalled, hardware.battery.charging, button))
+    return _bits(FLAGS, (motors.enabled,) + fires
+                 + (motors.stop_button, motors.e_stalled, hardware.battery.charging, button))
 
 
 def grip_state(hardware: Hardware) -> int:
@@ -211,7 +214,8 @@ def gyro(hardware: Hardware) -> p2os.Gyro:
 def joystick(hardware: Hardware) -> p2os.Joystick:
     """JOYSTICKpac; with none plugged in, all in the middle."""
     stick = hardware.joystick or JoystickState()
-    return p2os.Joystick(int(stick.button_1), int(stick.button_2), *(max(0, min(1023, axis)) for axis in (stick.x, stick.y, stick.throttle)))
+    return p2os.Joystick(int(stick.button_1), int(stick.button_2),
+                         *(max(0, min(1023, axis)) for axis in (stick.x, stick.y, stick.throttle)))
 
 
 def tcm2(hardware: Hardware) -> p2os.TCM2:
@@ -223,7 +227,8 @@ def tcm2(hardware: Hardware) -> p2os.TCM2:
         magnetic_x_hundredths=round(field.horizontal_field * cos(angle) * 100.0),
         magnetic_y_hundredths=round(-field.horizontal_field * sin(angle) * 100.0),
         magnetic_z_hundredths=round(field.vertical_field * 100.0),
-        temperature_dc=round(field.temperature_c * 10.0), error_bits=0, calibration_h=9, calibration_v=9, calibration_m_hundredths=1200,
+        temperature_dc=round(field.temperature_c * 10.0), error_bits=0, calibration_h=9, calibration_v=9,
+        calibration_m_hundredths=1200,
     )
 
 
@@ -258,7 +263,8 @@ def battery_info(hardware: Hardware) -> p2os.BatteryInfo:
 
 def config(hardware: Hardware, name: str, numbers: RobotNumbers, settings: Dict[str, int]) -> p2os.Config:
     """CONFIGpac, as far as the firmware of this family fills it."""
-    model, drive, linear, angular = hardware.model, numbers.drive, hardware.drives.linear.limits, hardware.drives.angular.limits
+    model, drive = hardware.model, numbers.drive
+    linear, angular = hardware.drives.linear.limits, hardware.drives.angular.limits
     front = model.with_arrays(front=False, rear=True) != model
     rear = model.with_arrays(front=True, rear=False) != model
     values: Dict[str, Any] = dict(
@@ -289,7 +295,8 @@ def config(hardware: Hardware, name: str, numbers: RobotNumbers, settings: Dict[
 
 BEFORE_SIP: Mapping[str, Callable[[Hardware], object]] = {"gyro": gyro, "joystick": joystick}
 BEHIND_SIP: Mapping[str, Callable[[Hardware], object]] = {
-    "encoder": encoder, "gripper": gripper, "io": io, "battery": battery_info, "compass": tcm2, "arm": lambda hardware: NO_ARM,
+    "encoder": encoder, "gripper": gripper, "io": io, "battery": battery_info, "compass": tcm2,
+    "arm": lambda hardware: NO_ARM,
 }
 """The packets that a client can ask for, in the order in which they go out with a SIP."""
 

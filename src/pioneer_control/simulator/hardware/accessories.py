@@ -174,7 +174,8 @@ class JoystickDrive:
         """Tell the drives what the joystick says now."""
         if joystick is not None and joystick.button_1 and self.allowed and motors_enabled:
             self._drives.set_speeds(
-                joystick.forward * self._numbers.linear_mm_s / 1000.0, joystick.leftward * math.radians(self._numbers.angular_deg_s))
+                joystick.forward * self._numbers.linear_mm_s / 1000.0,
+                joystick.leftward * math.radians(self._numbers.angular_deg_s))
             self.drove = True
         elif self.drove:
             self._drives.set_speeds(0.0, 0.0)

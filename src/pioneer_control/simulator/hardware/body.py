@@ -68,7 +68,8 @@ class Body:
             return self._stopped()
         crowd = self._world.crowd
         for body in crowd.beside(pose[0], pose[1]):
-            if body is not self and body.is_close(pose, self.reach) and outlines_meet(placed(self._outline, pose), body.outline):
+            close = body is not self and body.is_close(pose, self.reach)
+            if close and outlines_meet(placed(self._outline, pose), body.outline):
                 return self._stopped()
         self.pose = pose
         self.blocked = False

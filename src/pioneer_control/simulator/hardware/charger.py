@@ -61,6 +61,7 @@ def dock_at(pose: Pose, docks: Sequence[Pose], distance: float, angle: float) ->
     for dock in docks:
         away_x, away_y = x - dock[0], y - dock[1]
         near = away_x * away_x + away_y * away_y <= distance * distance
-        if near and abs(math.remainder(heading - dock[2], 2.0 * math.pi)) <= angle:  # remainder is exact: no library rounds it
+        # remainder is exact: no library rounds it
+        if near and abs(math.remainder(heading - dock[2], 2.0 * math.pi)) <= angle:
             return dock
     return None

@@ -52,10 +52,12 @@ class Hardware:
     """
 
     def __init__(
-        self, model: RobotModel, world: World, pose: Pose, gripper: bool, numbers: RobotNumbers, noise: float, seed: int,
+        self, model: RobotModel, world: World, pose: Pose, gripper: bool, numbers: RobotNumbers,
+        noise: float, seed: int,
     ):
         if gripper and not model.can_carry_gripper:
-            raise ParameterError("the model %s cannot carry a gripper: leave it out or choose another model" % model.subtype)
+            raise ParameterError("the model %s cannot carry a gripper: leave it out or choose another model"
+                                 % model.subtype)
         self.body = Body(world, model.outline(gripper), pose, model.outline())
         if self.body.touches(model.outline(gripper)):
             raise ParameterError(
@@ -162,7 +164,8 @@ class Hardware:
         else:
             self.drives.blocked(distance, turn)
             difference = turn / self.model.diff_rad_per_mm / 1000.0
-            self.stall.press(dt, self.bumpers.stall(distance), distance - difference != 0.0, distance + difference != 0.0)
+            left, right = distance - difference, distance + difference
+            self.stall.press(dt, self.bumpers.stall(distance), left != 0.0, right != 0.0)
 
     def _move(self, distance: float, turn: float) -> bool:
         """Move the body, pushing cans aside; False when walls or a jammed can keep it where it is."""

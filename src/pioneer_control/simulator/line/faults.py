@@ -77,14 +77,17 @@ KINDS: Dict[str, Kind] = {kind.name: kind for kind in (
     Kind("stop_button", None, "", "the STOP button is pressed",
          lambda link, values: link.hardware.motors.press_stop_button(bool(values))),
     Kind("stall", None, "", "something holds the wheels", lambda link, values: link.hardware.stall.hold(bool(values))),
-    Kind("battery", Number(0.0, 40.0), "V", "another battery, of this voltage, which falls from there; its own is back at the end",
+    Kind("battery", Number(0.0, 40.0), "V",
+         "another battery, of this voltage, which falls from there; its own is back at the end",
          lambda link, values: link.set_voltage(values[-1] if values else None)),
     Kind("transducer", Whole(0, 31), "number", "this sonar transducer is dead: it hears nothing",
          lambda link, values: link.hardware.sonar.deafen(values)),
     Kind("gyro", Number(-360.0, 360.0), "deg/s", "the gyro drifts, + counter-clockwise",
          lambda link, values: link.hardware.gyro.set_drift(_radians_together(values))),
-    Kind("gripper", None, "", "stuck: neither paddles nor lift move", lambda link, values: link.hardware.jam_gripper(bool(values))),
-    Kind("charger", None, "", "no fault: somebody plugs a charger in", lambda link, values: link.hardware.charger.plug(bool(values))),
+    Kind("gripper", None, "", "stuck: neither paddles nor lift move",
+         lambda link, values: link.hardware.jam_gripper(bool(values))),
+    Kind("charger", None, "", "no fault: somebody plugs a charger in",
+         lambda link, values: link.hardware.charger.plug(bool(values))),
 )}
 
 
@@ -118,7 +121,8 @@ def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
 
     given = _split(words, fail) if isinstance(words, str) else words
     if not isinstance(given, Mapping) or not given:
-        raise fail("write a kind, perhaps its value, and 'way', 'robot', 'from' and 'to' with theirs: loss 0.1 from 10 to 20")
+        raise fail("write a kind, perhaps its value, and 'way', 'robot', 'from' and 'to' with theirs: loss 0.1 from 10"
+                   " to 20")
     unknown = [key for key in given if key not in KEYS]
     if unknown:
         raise fail("it has no %r; there are %s" % (unknown[0], ", ".join(KEYS)))
@@ -145,7 +149,8 @@ def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
         raise fail("%s needs a value: %s (%s)" % (kind.name, kind.value.legal, kind.unit))
     way = given.get("way")
     if way is not None and (way not in WAYS or not kind.on_line):
-        raise fail("way %r is not legal: " % way + ("give %s" % " or ".join(WAYS) if kind.on_line else "%s has no way" % kind.name))
+        raise fail("way %r is not legal: " % way
+                   + ("give %s" % " or ".join(WAYS) if kind.on_line else "%s has no way" % kind.name))
     start = accepted.get("from", 0.0)
     end = accepted.get("to", start + kind.lasts)
     if end <= start:
@@ -201,7 +206,8 @@ class Faults:
     def told(self, now_us: int) -> List[str]:
         """In words, those that are on, and behind them those that are to come, and when."""
         to_come = [(str(timed.fault), (timed.start_us - now_us) / 1e6) for timed in self._waiting]
-        return [str(fault) for fault in self.on] + ["%s, in %.1f s" % (words, wait) if wait > 0.0 else words for words, wait in to_come]
+        on = [str(fault) for fault in self.on]
+        return on + ["%s, in %.1f s" % (words, wait) if wait > 0.0 else words for words, wait in to_come]
 
     def add(self, fault: Fault, now_us: int = 0) -> None:
         """One more; its times count from `now_us`.
@@ -210,9 +216,11 @@ class Faults:
             ParameterError: there is no such robot, or it is a played one that cannot have this fault.
         """
         if fault.robot is not None and fault.robot > len(self._links):
-            raise ParameterError("fault '%s': there is no robot %d; there are 1 to %d" % (fault, fault.robot, len(self._links)))
+            raise ParameterError("fault '%s': there is no robot %d; there are 1 to %d"
+                                 % (fault, fault.robot, len(self._links)))
         if KINDS[fault.kind].needs_simulated_robot and any(link.firmware is None for link in self._links):
-            raise ParameterError("fault '%s': a played robot only says what the record has; its line can have faults" % str(fault))
+            raise ParameterError("fault '%s': a played robot only says what the record has; its line can have faults"
+                                 % str(fault))
         end_us = NEVER_US if math.isinf(fault.end) else now_us + round(fault.end * 1e6)
         self._waiting.append(_Timed(fault, now_us + round(fault.start * 1e6), end_us))
         self._waiting.sort(key=lambda timed: timed.start_us)
@@ -285,4 +293,5 @@ def _number(word: str) -> Union[int, float, str]:
 
 def rows() -> List[Tuple[str, str, str, str]]:
     """The table for people: name, legal values, unit, meaning."""
-    return [(kind.name, "" if kind.value is None else kind.value.legal, kind.unit, kind.meaning) for kind in KINDS.values()]
+    return [(kind.name, "" if kind.value is None else kind.value.legal, kind.unit, kind.meaning)
+            for kind in KINDS.values()]

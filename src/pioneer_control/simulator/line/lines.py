@@ -20,7 +20,7 @@ from ...p2os import BAUD_RATES
 from .uart import as_heard
 
 UNREAD_LIMIT = 8 * 1024
-"""Bytes kept for a TCP client that does not read: about ten seconds of SIPs. The kernel is asked to keep as much again."""
+"""Bytes kept for a TCP client that does not read: about ten seconds of SIPs. The kernel may keep as much again."""
 PTY_UNREAD_LIMIT = 1024
 """Bytes left in a pseudo-terminal that nobody reads: about a second of SIPs. A later client hears nothing older."""
 BACKLOG = 4
@@ -28,7 +28,7 @@ CHUNK = 4096
 ISPEED, OSPEED = 4, 5
 """Where `termios.tcgetattr` has the speeds."""
 BAUD_RATE_OF = {getattr(termios, "B%s" % baud): baud for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400)}
-"""Speeds (baud) that a terminal can have, by the number that stands for them. Another speed of the client garbles nothing."""
+"""Speeds (baud) of terminals, by the numbers that stand for them. Another speed of the client garbles nothing."""
 
 
 def _nobody(file: Any) -> None:
@@ -123,7 +123,7 @@ class TcpLine(Line):
         return b"" if busy else data or b""
 
     def write(self, data: bytes) -> None:
-        """Send to the client, if there is one, and what it has not read before. One that does not read loses the oldest."""
+        """Send to the client, if there is one, oldest first. What it does not read in time is lost, oldest first."""
         if self._client is None:
             return
         self._unsent.append(data)
@@ -313,7 +313,8 @@ class PtyLine(Line):
             raise PortError("cannot make the link %s: %s; choose another path" % (self.link, error.strerror)) from error
         target = os.readlink(self.link) if stat.S_ISLNK(mode) else None
         if target is None or not (target.startswith("/dev/pts/") or not os.path.exists(self.link)):
-            raise PortError("%s exists and is not the link of a simulated robot: remove it or choose another path" % self.link)
+            raise PortError("%s exists and is not the link of a simulated robot: remove it or choose another path"
+                            % self.link)
 
     def _close_files(self) -> None:
         os.close(self._master)
@@ -348,7 +349,8 @@ def _listener(host: str, port: int) -> socket.socket:
 
 def _why_not(host: str, port: int, error: OSError) -> str:
     if error.errno == errno.EADDRINUSE:
-        return "TCP port %s is in use, perhaps by another simulator: stop that one, or choose another port (0 takes any free one)" % port
+        return ("TCP port %d is in use, perhaps by another simulator: stop that one, or choose another port"
+                " (0 takes any free one)" % port)
     if error.errno == errno.EACCES:
         return "TCP port %s may not be opened by this user: choose one above 1023" % port
     return "cannot open TCP port %s of %s: %s" % (port, host, error.strerror or error)

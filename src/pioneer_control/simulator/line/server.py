@@ -111,7 +111,8 @@ class Server:
 
     def __init__(
         self, robots: RobotsInTime, tcp: Union[int, str, None] = None, pty: Optional[str] = None, *, speed: float = 1.0,
-        seed: int = 0, faults: Sequence[Fault] = (), record: Optional[str] = None, say: Callable[[str], None] = lambda sentence: None,
+        seed: int = 0, faults: Sequence[Fault] = (), record: Optional[str] = None,
+        say: Callable[[str], None] = lambda sentence: None,
     ):
         if not SPEEDS[0] <= speed <= SPEEDS[1]:
             raise ParameterError("speed %r is not legal: give a number from %g to %g" % (speed, *SPEEDS))
@@ -129,7 +130,8 @@ class Server:
         """The robots, their lines and faults."""
         self.berths: List[Berth] = []
         self._selector = selectors.DefaultSelector()
-        self._held_up: List[Tuple[Berth, Line]] = []    # those that are read no more until the line has carried what was read
+        # those that are read no more until the line has carried what was read
+        self._held_up: List[Tuple[Berth, Line]] = []
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulated robots", daemon=True)
         try:
@@ -241,7 +243,8 @@ class Server:
 
     def _let_go(self) -> None:
         """Read again what has been held up long enough."""
-        for berth, line in [each for each in self._held_up if self.simulation.backlog(each[0].number) <= LONGEST_BACKLOG]:
+        for berth, line in [each for each in self._held_up
+                            if self.simulation.backlog(each[0].number) <= LONGEST_BACKLOG]:
             self._held_up.remove((berth, line))
             for file in line.files():
                 line.opened(file)

@@ -50,11 +50,13 @@ class Comparison(NamedTuple):
 
     def __str__(self) -> str:
         if self.same:
-            return "robot %d: %d packets, and the simulated robot says the same, byte by byte" % (self.robot, self.recorded)
+            return "robot %d: %d packets, and the simulated robot says the same, byte by byte" % (
+                self.robot, self.recorded)
         return (
             "robot %d: %d packets in the record, %d of the simulated robot;"
             " poses at most %.3f m and %.1f degrees apart, %.3f m at the end\n  the first that differ: %s" % (
-                self.robot, self.recorded, self.simulated, self.apart, math.degrees(self.turned_apart), self.apart_at_end,
+                self.robot, self.recorded, self.simulated, self.apart, math.degrees(self.turned_apart),
+                self.apart_at_end,
                 self.first))
 
 
@@ -92,12 +94,14 @@ def compare(recorded: Iterable[Entry], simulated: Iterable[Entry], models: List[
     both = [list(recorded), list(simulated)]
     found = []
     for robot, model in enumerate(models, 1):
-        said_then, said_now = [[entry for entry in entries if entry.robot == robot and not entry.to_robot] for entries in both]
+        said_then, said_now = [[entry for entry in entries if entry.robot == robot and not entry.to_robot]
+                               for entries in both]
         same = b"".join(entry.data for entry in said_then) == b"".join(entry.data for entry in said_now)
         then, now = [[*_packets(entries, model)] for entries in (said_then, said_now)]
         ways, turns = zip(*_apart(then, now, model), (0.0, 0.0))
         found.append(Comparison(
-            robot, len(then), len(now), same, _first(then, now) or ("" if same else "bytes of no packet"), max(ways), max(turns),
+            robot, len(then), len(now), same, _first(then, now) or ("" if same else "bytes of no packet"), max(ways),
+            max(turns),
             ways[-2] if len(ways) > 1 else 0.0))
     return found
 

@@ -56,10 +56,13 @@ class PlayedRobot:
     line_takes_time = False
     """On a terminal, too: the record's times have it in them."""
 
-    def __init__(self, entries: Iterable[Entry], robot: int = 1, say: Callable[[float, str], None] = lambda time, sentence: None):
+    def __init__(
+        self, entries: Iterable[Entry], robot: int = 1, say: Callable[[float, str], None] = lambda time, sentence: None,
+    ):
         self.steps = steps_of(entries, robot)
         if not any(step.stage == OPEN for step in self.steps):
-            raise UsageError("no connection begins in the record of robot %d: no client could connect to it. Recorder first, then the driver" % robot)
+            raise UsageError("no connection begins in the record of robot %d: no client could connect to it. Recorder"
+                             " first, then the driver" % robot)
         self._last = max(at for at, step in enumerate(self.steps) if step.data)
         self.name = "robot %s" % robot
         self.clock = Clock()
@@ -169,7 +172,8 @@ class PlayedRobot:
         SYNC2 that the record's client had not heard: then the record goes on at the OPEN that came later.
         """
         stages = [(at, step.stage) for at, step in enumerate(self.steps) if step.stage is not None]
-        before, ahead = [each for each in stages if each[0] < self._at], [each for each in stages if each[0] >= self._at]
+        before, ahead = [each for each in stages if each[0] < self._at], [each for each in stages
+                                                                          if each[0] >= self._at]
         fits = bool(ahead) and id == IDS[ahead[0][1]]
         places: List[int] = []
         if fits:

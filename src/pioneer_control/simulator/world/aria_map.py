@@ -33,7 +33,8 @@ LEAST_CELL = 0.02
 MOST_CELLS = 10000
 """Cells that a grid of points may have along x and along y."""
 QUIET_KEYS = {
-    "MinPos", "MaxPos", "NumPoints", "PointsAreSorted", "Resolution", "LineMinPos", "LineMaxPos", "NumLines", "LinesAreSorted",
+    "MinPos", "MaxPos", "NumPoints", "PointsAreSorted", "Resolution", "LineMinPos", "LineMaxPos", "NumLines",
+    "LinesAreSorted",
     "OriginLatLongAlt", "MapInfo",
 }
 """Keys of the header that a world needs nothing of, or only a little: nobody misses them."""
@@ -80,7 +81,8 @@ class _AriaMap:
                 take = SECTIONS[line.rstrip(":")]
             elif line:
                 take(self, line)
-        skipped = ["%s, %s from line %s" % (kind, len(at), at[0]) if len(at) > 1 else "%s, line %s" % (kind, at[0]) for kind, at in self._skipped.items()]
+        skipped = ["%s, %s from line %s" % (kind, len(at), at[0]) if len(at) > 1 else "%s, line %s" % (kind, at[0])
+                   for kind, at in self._skipped.items()]
         if self._points and self._walls:
             skipped.append("%s points: lines alone make the walls" % len(self._points))
         walls = (self._walls or self._walls_of_points()) + self._boxes

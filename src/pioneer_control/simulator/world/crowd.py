@@ -80,8 +80,8 @@ class _Grid:
 class Crowd:
     """The bodies that stand in a world, from `enter` to `leave`.
 
-    The squares of all grids have sides that are multiples of one. So a body that stays in a square of that side stays in
-    one square of each grid.
+    The squares of all grids have sides that are multiples of one. So a body that stays in a square of that side stays
+    in one square of each grid.
 
     Attributes:
         reach: no body reaches farther (m) from its middle.
@@ -137,7 +137,7 @@ class Crowd:
         return (self._grids.get(sides) or self._add_grid(sides)).near(x, y)
 
     def _start_grids(self) -> None:
-        """Begin with no grid but the smallest: two bodies that touch stand in the same of its squares or in neighbours."""
+        """Begin with the smallest grid alone: two bodies that touch stand in one of its squares, or in neighbours."""
         self._side = 2.0 * self.reach
         self._grids: Dict[int, _Grid] = {}
         self._smallest = self._add_grid(1)

@@ -7,7 +7,7 @@ on every computer.
 
 import math
 import struct
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Protocol, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Protocol, Sequence
 
 import numpy as np
 
@@ -198,7 +198,8 @@ def echo(
         aside = at_x * uy - at_y * ux
         if aside >= nearest or -aside >= nearest:
             continue
-        # Along a wall `t` counts from the foot of the perpendicular, `aside` away. An edge of the cone that leads towards
+        # Along a wall `t` counts from the foot of the perpendicular, `aside` away. An edge of the cone that leads
+        # towards
         # the wall's line cuts it at one t; one that leads away does so at one or the other infinity, as far as the cone
         # goes.
         beside = aside + _NUDGE

@@ -91,7 +91,8 @@ class Solids:
             to_x, to_y = start_x - x, start_y - y
             low = to_x * ux + to_y * uy
             if abs(to_x * uy - to_y * ux) <= radius and -length - radius <= low <= radius:
-                in_frame = [((px - start_x) * ux + (py - start_y) * uy, (py - start_y) * ux - (px - start_x) * uy) for px, py in outline]
+                in_frame = [((px - start_x) * ux + (py - start_y) * uy, (py - start_y) * ux - (px - start_x) * uy)
+                            for px, py in outline]
                 if _crosses_axis(in_frame, length):
                     return True
         return any(_meets_disc(outline, *post) for post in self.posts.tolist())

@@ -34,7 +34,8 @@ def along_arc(pose: Pose, distance: float, turn: float, direction: Callable[[flo
         return x, y, heading + turn
     half = turn / 2.0
     z = half * half
-    share = 1.0 - z / 6.0 * (1.0 - z / 20.0 * (1.0 - z / 42.0)) if z < 0.01 else sin(half) / half  # of the arc, its chord
+    # of the arc, its chord
+    share = 1.0 - z / 6.0 * (1.0 - z / 20.0 * (1.0 - z / 42.0)) if z < 0.01 else sin(half) / half
     cosine, sine = direction(heading + half)
     return x + distance * share * cosine, y + distance * share * sine, heading + turn
 

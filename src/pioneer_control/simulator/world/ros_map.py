@@ -9,7 +9,7 @@ origin of the map's frame if there is room, else at the most spacious free place
 
 import math
 from pathlib import Path
-from typing import List, Optional, Tuple
+from typing import List, Tuple
 
 import numpy as np
 import yaml
@@ -46,7 +46,8 @@ class _MapReader(NodeReader):
         values = self.mapping(root, "a map", needs, may={"mode": self.mode}, skip=lambda key: skipped.append(
             "line %s: %r, which means nothing here" % (key.start_mark.line + 1, key.value)))
         if values["free_thresh"] >= values["occupied_thresh"]:
-            self.fail(root, "free_thresh %g must be below occupied_thresh %g" % (values["free_thresh"], values["occupied_thresh"]))
+            self.fail(root, "free_thresh %g must be below occupied_thresh %g"
+                      % (values["free_thresh"], values["occupied_thresh"]))
         occupancy = _occupancy(values["image"], bool(values["negate"]), values.get("mode") == "raw")[::-1]
         side, (x, y, heading) = values["resolution"], values["origin"]
         free = occupancy < values["free_thresh"]

@@ -18,8 +18,12 @@ def unit(angle: float) -> Tuple[float, float]:
     quarters = math.floor(angle * _QUARTERS_PER_RADIAN + 0.5)
     x = (angle - quarters * _QUARTER_HIGH) - quarters * _QUARTER_LOW
     z = x * x
-    sine = x + x * z * (-1 / 6 + z * (1 / 120 + z * (-1 / 5040 + z * (1 / 362880 + z * (-1 / 39916800 + z * (1 / 6227020800))))))
-    cosine = 1.0 + z * (-0.5 + z * (1 / 24 + z * (-1 / 720 + z * (1 / 40320 + z * (-1 / 3628800 + z * (1 / 479001600 - z / 87178291200))))))
+    sine = x + x * z * (-1 / 6 + z * (1 / 120 + z * (-1 / 5040
+                                                     + z * (1 / 362880 + z * (-1 / 39916800 + z * (1 / 6227020800))))))
+    cosine = 1.0 + z * (-0.5
+                        + z * (1 / 24
+                               + z * (-1 / 720
+                                      + z * (1 / 40320 + z * (-1 / 3628800 + z * (1 / 479001600 - z / 87178291200))))))
     quarters &= 3
     if quarters == 0:
         return cosine, sine

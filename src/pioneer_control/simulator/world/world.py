@@ -124,7 +124,8 @@ class World:
         It takes over the cans.
         """
         return World(
-            self.name, self.walls.tolist(), self.posts.tolist(), self.cans, [start, *self.starts], self.docks, self.goals,
+            self.name, self.walls.tolist(), self.posts.tolist(), self.cans, [start, *self.starts], self.docks,
+            self.goals,
             self.skipped)
 
     def ear(self, half_width: float, maximum: float, slant: float = math.inf) -> Ear:
@@ -137,7 +138,7 @@ class World:
     def echoes(
         self, xs: Sequence[float], ys: Sequence[float], headings: Sequence[float], half_width: float, maximum: float,
     ) -> List[float]:
-        """What several transducers hear that look into directions (rad): distances, `maximum` where nothing is nearer."""
+        """What several transducers hear: distances, `maximum` where nothing is nearer. `headings` are in rad."""
         ear = self.ear(half_width, maximum)
         return [ear.echo(x, y, to, unit(to - half_width), unit(to + half_width)) for x, y, to in zip(xs, ys, headings)]
 

@@ -37,7 +37,8 @@ class _WorldReader(NodeReader):
         if root is None:
             raise WorldError("world file %s is empty; it needs at least 'starts'" % self.path)
         sections = self.mapping(root, "a world", needs={"starts": self.starts}, may={
-            "description": self.text, "map": self.map, "walls": self.walls, "boxes": self.boxes, "posts": self.posts, "cans": self.cans,
+            "description": self.text, "map": self.map, "walls": self.walls, "boxes": self.boxes, "posts": self.posts,
+            "cans": self.cans,
             "docks": self.docks, "goals": self.goals,
         })
         below = sections.get("map")
@@ -49,7 +50,8 @@ class _WorldReader(NodeReader):
             starts=sections["starts"],
             docks=(below.docks if below else []) + sections.get("docks", []),
             goals={**(below.goals if below else {}), **sections.get("goals", {})},
-            skipped=[sentence for sentence in below.skipped if not sentence.endswith(begin_at(below.starts[0]))] if below else (),
+            skipped=[sentence for sentence in below.skipped if not sentence.endswith(begin_at(below.starts[0]))]
+            if below else (),
         )
 
     def walls(self, node: yaml.Node) -> List[Wall]:
@@ -59,7 +61,8 @@ class _WorldReader(NodeReader):
             corners = wall["corners_m"] + (wall["corners_m"][:1] if wall.get("closed") else [])
             for first, second in zip(corners, corners[1:]):
                 if first == second:
-                    self.fail(entry, "a wall from %s to itself; corners that follow each other must differ" % list(first))
+                    self.fail(entry, "a wall from %s to itself; corners that follow each other must differ"
+                              % list(first))
                 segments.append(first + second)
         return segments
 
@@ -128,5 +131,6 @@ class _WorldReader(NodeReader):
     def can_height(self, node: yaml.Node) -> float:
         value = self.positive(node)
         if value >= SONAR_PLANE:
-            self.fail(node, "a can must be lower than the sonar, %s m, not %g; a post is what the sonar sees" % (SONAR_PLANE, value))
+            self.fail(node, "a can must be lower than the sonar, %s m, not %g; a post is what the sonar sees"
+                      % (SONAR_PLANE, value))
         return value

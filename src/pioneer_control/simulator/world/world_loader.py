@@ -80,7 +80,8 @@ def _load_map(path: Path) -> World:
 
 def _refuse(path: Path, root: Optional[yaml.Node]) -> World:
     raise WorldError(
-        "%s is neither an ARIA map (first line %s) nor one of map_server (YAML with the key image)" % (path, FIRST_LINE))
+        "%s is neither an ARIA map (first line %s) nor one of map_server (YAML with the key image)"
+        % (path, FIRST_LINE))
 
 
 def _text(path: Path) -> str:
@@ -89,18 +90,21 @@ def _text(path: Path) -> str:
         return path.read_text(encoding="utf-8", errors="replace" if path.suffix == ".map" else "strict")
     except (OSError, UnicodeDecodeError) as error:
         hint = "; of a picture, give the YAML file beside it" if path.suffix in PICTURES else ""
-        raise WorldError("world file %s cannot be read: %s%s" % (path, getattr(error, "strerror", None) or error, hint)) from error
+        raise WorldError("world file %s cannot be read: %s%s"
+                         % (path, getattr(error, "strerror", None) or error, hint)) from error
 
 
 def _find(name_or_path: Union[str, Path]) -> Path:
     name = str(name_or_path)
     if "/" in name or name.endswith(ENDINGS + PICTURES):
         if not Path(name).is_file():
-            what = "is a directory" if Path(name).is_dir() else "does not exist" if Path(name).is_absolute() else "does not exist below %s" % Path.cwd()
+            what = "does not exist" if Path(name).is_absolute() else "does not exist below %s" % Path.cwd()
+            what = "is a directory" if Path(name).is_dir() else what
             raise WorldError("world file %s %s; worlds known by name: %s" % (name, what, ", ".join(known_worlds())))
         return Path(name)
     if name not in known_worlds():
         near = difflib.get_close_matches(name, known_worlds(), n=1)
         hint = "did you mean %r? " % near[0] if near else ""
-        raise WorldError("no world named %r; %sknown: %s; or give the path of a file (.yaml, .map)" % (name, hint, ", ".join(known_worlds())))
+        raise WorldError("no world named %r; %sknown: %s; or give the path of a file (.yaml, .map)"
+                         % (name, hint, ", ".join(known_worlds())))
     return GALLERY / ("%s.yaml" % name)

@@ -36,7 +36,8 @@ def compose(path: Path, text: str) -> Optional[yaml.Node]:
     except yaml.YAMLError as error:
         mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None)
         line = ", line %s" % (mark.line + 1) if mark else ""
-        raise WorldError("world file %s%s: not YAML: %s" % (path, line, problem or " ".join(str(error).split()))) from error
+        raise WorldError("world file %s%s: not YAML: %s"
+                         % (path, line, problem or " ".join(str(error).split()))) from error
 
 
 Read = Callable[[yaml.Node], Any]
