@@ -42,7 +42,7 @@ class _Velocity(NamedTuple):
 
 
 class Line:
-    """The outgoing half of a connection. What is due now is in data_to_send() after each call.
+    """The outgoing half of a connection. What is due now is in ``to_send`` after each call.
 
     Order: a stop at once; then commands, first come first served, and the newest velocity, in turn. ``now`` is monotonic time in s everywhere.
 
@@ -61,7 +61,8 @@ class Line:
         self.free_at = -math.inf
         """When all that was written is carried, and the robot is ready for more: by GAP."""
         self._carried_at = -math.inf    # when all that was written is carried
-        self._to_send: List[Action] = []
+        self.to_send: List[Action] = []
+        """What is to be done on the line now, in order. The session takes it."""
         self._revival = revival
         self._stopped = False           # no velocity was written since the last stop
         self._commands: Deque[Sequence[bytes]] = deque()
@@ -90,19 +91,14 @@ class Line:
         """How long (s) so many bytes are under way, in either direction."""
         return count * self.byte_time
 
-    def data_to_send(self) -> List[Action]:
-        """What is to be done on the line now, in order; each only once."""
-        actions, self._to_send = self._to_send, []
-        return actions
-
     def set_baud(self, baud: int) -> None:
         """Go on at another line speed."""
         self.baud, self.byte_time = baud, BITS_PER_BYTE / baud
-        self._to_send.append(SetBaud(baud))
+        self.to_send.append(SetBaud(baud))
 
     def say(self, data: bytes) -> None:
         """Send this at once, behind what is on its way, whatever the line carries: for a link that has no time left."""
-        self._to_send.append(data)
+        self.to_send.append(data)
 
     def drop(self) -> None:
         """Forget all that waits."""
@@ -164,4 +160,4 @@ class Line:
         self._carried_at = max(now, self._carried_at) + seconds
         self.free_at = max(now, self.free_at) + max(seconds, len(packets) * GAP)
         self.last_sent = now
-        self._to_send.append(data)
+        self.to_send.append(data)

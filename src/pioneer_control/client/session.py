@@ -106,7 +106,7 @@ class Session:
 
     def data_to_send(self) -> List[Action]:
         """What is to be done on the line, in order; each only once."""
-        actions = self.line.data_to_send()
+        actions, self.line.to_send = self.line.to_send, []
         for action in actions:
             if isinstance(action, SetBaud):
                 self._link.decoder.drop_partial()   # what came at the old speed

@@ -46,6 +46,8 @@ class Bottle:
         self.line = None
         self.set_parameters = {}                # on the parameter server
         self.ready_at = None
+        self.listened = None                    # topics that somebody listens to; None: all
+        self.at_write = self.at_publish = lambda *_: None       # called at each
         self.deaf_to = set()                    # commands that do not reach the robot
         self.is_offered = lambda service, timeout: False    # what the master says; None: it does not
         self._plugged = True
@@ -124,9 +126,10 @@ class Bottle:
 
             def publish(self, message):
                 bottle.published[self.name].append((bottle.now, received(message, self.kind)))  # it is written at once
+                bottle.at_publish(self.name)
 
             def get_num_connections(self):
-                return 1
+                return int(bottle.listened is None or self.name in bottle.listened)
 
             def unregister(self):
                 pass
@@ -205,6 +208,7 @@ class Line:
         return data
 
     def write(self, data):
+        self._bottle.at_write(data)
         if not self.lost:
             self._bottle.hear(data)
 

@@ -206,7 +206,7 @@ def test_as_many_velocities_may_wait_as_the_line_takes_in_a_row():
     """Those that go at once, and the one that waits. Fewer, and rospy drops one that would have had its turn; more, and old ones go first."""
     written = []
     line = Line(None, ())
-    line._to_send = written
+    line.to_send = written
     for _ in range(10):
         line.velocity(0.0, b"VEL", b"RVEL")
     assert [topic.queue for topic in TOPICS if topic.name in ("cmd_vel", "cmd_wheels")] == 2 * [len(written) + 1]

@@ -11,7 +11,7 @@ NINE = b"123456789"
 def line_to(written, baud, revival):
     """A line, and a list that has all that it sends."""
     line = Line(baud, revival)
-    line._to_send = written
+    line.to_send = written
     return line
 
 
