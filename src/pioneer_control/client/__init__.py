@@ -9,8 +9,8 @@
         robot.set_velocity(0.2, 0.0)                        # m/s, rad/s; again within 0.6 s, or it stops
         print(robot.wait_for_state())
 
-Leaving the block in any way stops the robot, switches its motors off and closes the connection. ``python3 -m pioneer_control.client PORT``
-prints what the robot is and moves nothing.
+Leaving the block in any way stops the robot, switches its motors off and closes the connection. ``python3 -m
+pioneer_control.client PORT`` prints what the robot is and moves nothing.
 
 Open ``robot.py`` first, then ``session.py`` and ``phases.py``. From the wire upwards:
 
@@ -39,16 +39,19 @@ Open ``robot.py`` first, then ``session.py`` and ``phases.py``. From the wire up
 ``robot``          the calls that a program makes
 =================  ====================================================================================
 
-**How a connection lives.** A Session has a phase, and the phase has what is true in it: a connected robot has its drive, odometry, tuner and so on,
-and no other phase has them. A phase returns an outcome when it is over; one table (phases.TRANSITIONS) says what follows. A packet is decoded once,
-and a SIP becomes one RobotState. Nobody is called back in the midst of a change: the owner asks data_to_send() and events() when a call has returned.
+**How a connection lives.** A Session has a phase, and the phase has what is true in it: a connected robot has its
+drive, odometry, tuner and so on, and no other phase has them. A phase returns an outcome when it is over; one table
+(phases.TRANSITIONS) says what follows. A packet is decoded once, and a SIP becomes one RobotState. Nobody is called
+back in the midst of a change: the owner asks data_to_send() and events() when a call has returned.
 
-**How the threads work.** Two threads take turns. One has the port: it reads, keeps the time and sends. When there is something to tell, it leaves the
-port to the other and tells the listeners itself. A command is written by the thread that gives it, under the same lock. So neither a listener nor a
-program that is busy holds up the line: the dead man and every stop work on.
+**How the threads work.** Two threads take turns. One has the port: it reads, keeps the time and sends. When there is
+something to tell, it leaves the port to the other and tells the listeners itself. A command is written by the thread
+that gives it, under the same lock. So neither a listener nor a program that is busy holds up the line: the dead man and
+every stop work on.
 """
 
-from .events import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, MotionCleared, MotorsAnswered, PacketReceived, Ready, StatesMissed, Tuned,
+from .events import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, MotionCleared, MotorsAnswered,
+                     PacketReceived, Ready, StatesMissed, Tuned,
                      Unmoved)
 from .gripper import GripperReading
 from .identity import RobotIdentity

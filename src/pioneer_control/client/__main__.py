@@ -18,7 +18,10 @@ Row = Tuple[str, str]
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
-    """Print the report. Returns the exit code: 0 printed, 1 no robot or no port, 2 a wrong argument or an unknown model."""
+    """Print the report.
+
+    Returns the exit code: 0 printed, 1 no robot or no port, 2 a wrong argument or an unknown model.
+    """
     options = _parser().parse_args(arguments)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:
@@ -44,7 +47,8 @@ def report(port: str, identity: RobotIdentity, state: RobotState, link: LinkCoun
     rows += _who(identity)
     rows += _health(identity, state)
     rows += _fitted(identity, state)
-    rows.append(("link", "%d packets, %d bad checksums, %d bytes discarded" % (link.sips, link.bad_checksums, link.discarded_bytes)))
+    rows.append(("link", "%d packets, %d bad checksums, %d bytes discarded"
+                 % (link.sips, link.bad_checksums, link.discarded_bytes)))
     return "\n".join("%-12s %s" % row for row in rows)
 
 
@@ -67,7 +71,8 @@ def _health(identity: RobotIdentity, state: RobotState) -> Iterable[Row]:
     yield "motors", "on" if state.motors_enabled else "off"
     yield "STOP button", "PRESSED: motors stay off until it is released" if state.stop_button else "released"
     if state.left_stall or state.right_stall:
-        yield "stalled", " and ".join(side for side, stalled in (("left", state.left_stall), ("right", state.right_stall)) if stalled)
+        sides = (("left", state.left_stall), ("right", state.right_stall))
+        yield "stalled", " and ".join(side for side, stalled in sides if stalled)
     if state.fault_flags:
         yield "faults", ", ".join(str(flag.name) for flag in p2os.FaultFlags if flag & state.fault_flags)
 
@@ -95,7 +100,8 @@ def _gripper(state: RobotState) -> str:
     paddles = _first_true(moving=gripper.paddles_moving, open=gripper.paddles_open, closed=gripper.paddles_closed)
     lift = _first_true(moving=gripper.lift_moving, up=gripper.lift_up, down=gripper.lift_down)
     broken = [name for name, beam in (("inner", gripper.inner_beam), ("outer", gripper.outer_beam)) if beam]
-    return "paddles %s, lift %s, beams %s" % (paddles, lift, "clear" if not broken else " and ".join(broken) + " broken")
+    return "paddles %s, lift %s, beams %s" % (paddles, lift,
+                                              "clear" if not broken else " and ".join(broken) + " broken")
 
 
 def _first_true(**states: bool) -> str:
@@ -103,9 +109,11 @@ def _first_true(**states: bool) -> str:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.client", description="Say what robot is on a port. Nothing moves.")
+    parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.client",
+                                     description="Say what robot is on a port. Nothing moves.")
     parser.add_argument("port", metavar="PORT", help="/dev/ttyUSB0, the path of a pty, or socket://host:port")
-    parser.add_argument("--baud", type=int, default=9600, help="line speed of a serial port (default: %(default)s); the others follow")
+    parser.add_argument("--baud", type=int, default=9600,
+                        help="line speed of a serial port (default: %(default)s); the others follow")
     parser.add_argument("--model", help="take it for this model, whatever it says it is")
     parser.add_argument("--models-file", metavar="FILE", help="a models file that overrides or adds robot models")
     return parser

@@ -1,7 +1,9 @@
-"""Packets that a robot sends besides the SIP when it is asked for them (protocol 3.2). They arrive as PacketReceived events.
+"""Packets that a robot sends besides the SIP when it is asked for them (protocol 3.2). They arrive as PacketReceived
+events.
 
-Nothing says that a request was heard but the packets themselves: one for packets is repeated a few times until they come, one for silence
-when they still come. What a robot does not have it never sends, and that is no error. CLOSE ends them all, so nothing is stopped before it.
+Nothing says that a request was heard but the packets themselves: one for packets is repeated a few times until they
+come, one for silence when they still come. What a robot does not have it never sends, and that is no error. CLOSE ends
+them all, so nothing is stopped before it.
 """
 
 import math
@@ -18,7 +20,9 @@ AGAIN = 0.5             # s for the first of them: five SIP cycles, for on a slo
 
 
 class DataKind(NamedTuple):
-    """One kind of packet: the command that asks for it, its values for each time (on) and for no more, and what then comes."""
+    """One kind of packet: the command that asks for it, its values for each time (on) and for no more, and what then
+    comes.
+    """
 
     command: str
     on: int

@@ -1,4 +1,7 @@
-"""What the wheels are told: velocities, the dead man, the motors. Nothing on this line is acknowledged, so all is said until the robot shows it."""
+"""What the wheels are told: velocities, the dead man, the motors.
+
+Nothing on this line is acknowledged, so all is said until the robot shows it.
+"""
 
 import math
 from typing import List, Optional, Tuple
@@ -15,7 +18,8 @@ TAKE_BACK = 2.0             # s in which the robot has to show that motors that 
 REFRESH = 0.2               # s between repetitions of what the robot may have missed
 MOVES_WITHIN = 2.0          # s in which a robot that is told to drive begins to
 SURE_TO_MOVE = 0.05         # m/s or rad/s: slower, friction may hold it
-UNDER_WAY = 0.1             # s that a SIP travels at 9600 baud: what arrives sooner was said before it could have heard us
+# s that a SIP travels at 9600 baud: what arrives sooner was said before it could have heard us.
+UNDER_WAY = 0.1
 
 ZERO_VELOCITY = (encode_command("VEL", 0), encode_command("RVEL", 0))
 STOP = (encode_command("STOP"),) + ZERO_VELOCITY
@@ -47,12 +51,14 @@ class MotorsRequest:
 
 
 class Drive:
-    """Set points and motors of one connected robot. ``now`` is monotonic time in s; what happened by itself is appended to ``events``.
+    """Set points and motors of one connected robot. ``now`` is monotonic time in s; what happened by itself is appended
+    to ``events``.
 
     ``companion`` goes with each velocity.
     """
 
-    def __init__(self, line: Line, identity: RobotIdentity, command_timeout: float, events: List[Event], companion: Companion) -> None:
+    def __init__(self, line: Line, identity: RobotIdentity, command_timeout: float, events: List[Event],
+                 companion: Companion) -> None:
         self._line = line
         self._companion = companion
         self.command_timeout = command_timeout
@@ -110,9 +116,11 @@ class Drive:
         self._stand(now, STOP)
 
     def request_motors(self, on: bool, now: float, timeout: float) -> MotorsRequest:
-        """Ask for the motors; an open request for the opposite is overtaken, one for the same is joined. Watch the result.
+        """Ask for the motors; an open request for the opposite is overtaken, one for the same is joined. Watch the
+        result.
 
-        Who joins waits no longer than who asked first: else a topic that asks again and again would keep them all waiting for ever.
+        Who joins waits no longer than who asked first: else a topic that asks again and again would keep them all
+        waiting for ever.
         """
         request = self._motors
         if request is None or request.on != on:
@@ -131,9 +139,11 @@ class Drive:
     def saw(self, state: RobotState) -> None:
         """Take what the robot reports."""
         now, before, self._state = state.time, self._state, state
-        if self._wanted is None and now > self._sent_at:    # whatever it seemed before: it may have been a SIP from before a stop that was lost
+        # Whatever it seemed before: it may have been a SIP from before a stop that was lost.
+        if self._wanted is None and now > self._sent_at:
             self._stopping = state.moving
-        if before is not None and before.motors_enabled and not state.motors_enabled and not (self._motors and not self._motors.on):
+        asked_off = self._motors is not None and not self._motors.on
+        if before is not None and before.motors_enabled and not state.motors_enabled and not asked_off:
             reason = "the STOP button is pressed" if state.stop_button else "the robot switched its motors off"
             self._events.append(MotionCleared(reason))
             self._stand(now, STOP)
@@ -189,12 +199,15 @@ class Drive:
             self._line.command(now, MOTORS[request.on])
 
     def _judge_motors(self, now: float, seen: bool) -> None:
-        """Finish the request when the robot's flags answer it: with what they say after it was sent, or at once with a pressed STOP button."""
+        """Finish the request when the robot's flags answer it: with what they say after it was sent, or at once with a
+        pressed STOP button.
+        """
         request, state = self._motors, self._state
         if request is None or state is None:
             return
         if request.on and state.stop_button:
-            self._answer_motors(request, RefusedError("motors stay off: the STOP button is pressed; release it and ask again"))
+            self._answer_motors(request,
+                                RefusedError("motors stay off: the STOP button is pressed; release it and ask again"))
             if seen:
                 self._take_back(now)
         elif seen and now > request.answer_from and state.motors_enabled == request.on:
@@ -221,10 +234,13 @@ class Drive:
         what = "on" if request.on else "off"
         stalled = self._state is not None and (self._state.left_stall or self._state.right_stall)
         why = ": it is stalled, something holds its wheels" if stalled else ""
-        self._answer_motors(request, NotConfirmedError("asked to switch its motors %s, the robot did not confirm it in time%s" % (what, why)))
+        self._answer_motors(request, NotConfirmedError(
+            "asked to switch its motors %s, the robot did not confirm it in time%s" % (what, why)))
 
     def _answer_motors(self, request: MotorsRequest, error: Optional[PioneerError] = None) -> None:
-        """An ENABLE 1 that still waits for the line must not be said any more: the robot may have taken the motors away meanwhile."""
+        """An ENABLE 1 that still waits for the line must not be said any more: the robot may have taken the motors away
+        meanwhile.
+        """
         request.finish(error)
         if request.asked:
             self._events.append(MotorsAnswered(request.on, request.changes, error))
@@ -232,7 +248,9 @@ class Drive:
             self._line.withdraw(MOTORS[True])
 
     def _take_back(self, now: float) -> None:
-        """Whoever asked for the motors hears that they are off: an ENABLE 1 that the robot obeys late must not stand, nor an ENABLE 0 be lost."""
+        """Whoever asked for the motors hears that they are off: an ENABLE 1 that the robot obeys late must not stand,
+        nor an ENABLE 0 be lost.
+        """
         self._motors = MotorsRequest(False, now, TAKE_BACK, changes=True, asked=False)
         self._send_motors(self._motors, now)
 

@@ -1,4 +1,5 @@
-"""What a listener is told: the states of the robot, and one small value for each other thing that happens on the link."""
+"""What a listener is told: the states of the robot, and one small value for each other thing that happens on the link.
+"""
 
 from typing import Any, NamedTuple, Optional, Tuple, Union
 
@@ -15,7 +16,10 @@ class Ready(NamedTuple):
 
 
 class LinkDown(NamedTuple):
-    """No link: the port did not open, nothing answered, or it worked and is gone. What to do is in the message of ``error``."""
+    """No link: the port did not open, nothing answered, or it worked and is gone.
+
+    What to do is in the message of ``error``.
+    """
 
     error: PioneerError
     retry_in: float
@@ -30,13 +34,18 @@ class CommandTimedOut(NamedTuple):
 
 
 class MotionCleared(NamedTuple):
-    """The robot took the motors away (STOP button, stall, MOTORS button): set points are zero now and stay so until a new command."""
+    """The robot took the motors away (STOP button, stall, MOTORS button): set points are zero now and stay so until a
+    new command.
+    """
 
     reason: str
 
 
 class Unmoved(NamedTuple):
-    """The robot was told to drive, its motors are on, no wheel is stalled, and yet it stands: it may not hear. Said once, until it has moved."""
+    """The robot was told to drive, its motors are on, no wheel is stalled, and yet it stands: it may not hear.
+
+    Said once, until it has moved.
+    """
 
     age: float
     """s for which it has stood."""
@@ -54,7 +63,10 @@ class MotorsAnswered(NamedTuple):
 
 
 class StatesMissed(NamedTuple):
-    """The listeners were too slow: the oldest states and packets that waited for them were dropped. No other event ever is."""
+    """The listeners were too slow: the oldest states and packets that waited for them were dropped.
+
+    No other event ever is.
+    """
 
     number: int
     """since the last time that this was told"""
@@ -75,7 +87,9 @@ class LineSpeed(NamedTuple):
 
 
 class Tuned(NamedTuple):
-    """Settings were sent, after connecting or by tune(), and the robot was asked for what it has now; or set_limits() changed the limits."""
+    """Settings were sent, after connecting or by tune(), and the robot was asked for what it has now; or set_limits()
+    changed the limits.
+    """
 
     changes: Tuple[Change, ...]
     """one per value sent; its ``problem`` says if the robot did not take it"""
@@ -94,4 +108,5 @@ class PacketReceived(NamedTuple):
 
 
 Event = Union[
-    RobotState, Ready, LinkDown, CommandTimedOut, MotionCleared, Unmoved, MotorsAnswered, StatesMissed, BaudFound, LineSpeed, Tuned, PacketReceived]
+    RobotState, Ready, LinkDown, CommandTimedOut, MotionCleared, Unmoved, MotorsAnswered, StatesMissed, BaudFound,
+    LineSpeed, Tuned, PacketReceived]

@@ -1,7 +1,8 @@
-"""The gripper: what it is told, and what the robot reports of it in every SIP: a state byte, and switches on digital inputs (protocol 6).
+"""The gripper: what it is told, and what the robot reports of it in every SIP: a state byte, and switches on digital
+inputs (protocol 6).
 
-What differs: a Pioneer 1 has one motor and other switches; a gripper on the general I/O port of a P2OS robot leaves the digital inputs alone,
-and its switches come in a GRIPPERpac that has to be asked for.
+What differs: a Pioneer 1 has one motor and other switches; a gripper on the general I/O port of a P2OS robot leaves the
+digital inputs alone, and its switches come in a GRIPPERpac that has to be asked for.
 """
 
 from dataclasses import dataclass, replace
@@ -19,8 +20,8 @@ ON_GENERAL_IO = 2       # has_gripper in CONFIGpac, and in GRIPPERpac
 class GripperReading:
     """Paddles, lift and switches of one SIP; every field True when the thing named is so.
 
-    Neither open nor closed, or neither up nor down: in between. A beam is True when something breaks it, a contact when its paddle
-    presses on something.
+    Neither open nor closed, or neither up nor down: in between. A beam is True when something breaks it, a contact when
+    its paddle presses on something.
     """
 
     paddles_open: bool
@@ -60,7 +61,9 @@ def read_gripper(grip_state: int, digital_in: int) -> GripperReading:
 
 
 def read_pioneer_1_gripper(digital_in: int) -> GripperReading:
-    """Read the DIGIN of a Pioneer 1, whose one motor opens the paddles at the bottom; it tells neither motion nor errors (protocol 6.4)."""
+    """Read the DIGIN of a Pioneer 1, whose one motor opens the paddles at the bottom; it tells neither motion nor
+    errors (protocol 6.4).
+    """
     at_top, closed, opened, touching = (not digital_in & bit for bit in (1, 2, 4, 32))
     return GripperReading(
         paddles_open=opened,
@@ -79,8 +82,12 @@ def read_pioneer_1_gripper(digital_in: int) -> GripperReading:
 
 
 def is_on_general_io(identity: RobotIdentity) -> bool:
-    """Whether the gripper's switches are not on the digital inputs but in GRIPPERpac. (To AROS and ARCOS the same number is a PeopleBot's.)"""
-    return identity.config is not None and identity.config.has_gripper == ON_GENERAL_IO and not identity.model.grip_state_first
+    """Whether the gripper's switches are not on the digital inputs but in GRIPPERpac.
+
+    (To AROS and ARCOS the same number is a PeopleBot's.)
+    """
+    config = identity.config
+    return config is not None and config.has_gripper == ON_GENERAL_IO and not identity.model.grip_state_first
 
 
 def with_switches(reading: GripperReading, switches: GripperSwitches) -> GripperReading:
@@ -95,7 +102,10 @@ def with_switches(reading: GripperReading, switches: GripperSwitches) -> Gripper
 
 
 def gripper_packets(command: GripperCommand, value: Optional[int]) -> Tuple[bytes, ...]:
-    """One sub-command, with the value (20 ms) of those that need one. Raises UsageError for a number that means nothing."""
+    """One sub-command, with the value (20 ms) of those that need one.
+
+    Raises UsageError for a number that means nothing.
+    """
     try:
         command = GripperCommand(command)
     except ValueError:
@@ -107,7 +117,8 @@ def gripper_packets(command: GripperCommand, value: Optional[int]) -> Tuple[byte
         return (encode_command("GRIPPER", int(command)),)
     low, high = GRIPPER_VALUES[command]
     if value is None or not low <= value <= high or not value:
-        raise UsageError("gripper command %s needs a value in %d..%d (units of 20 ms), not 0; got %r" % (command.name, low, high, value))
+        raise UsageError("gripper command %s needs a value in %d..%d (units of 20 ms), not 0; got %r"
+                         % (command.name, low, high, value))
     return encode_command("GRIPPER", int(command)), encode_command("GRIPPERVAL", value)
 
 

@@ -6,11 +6,13 @@ from typing import List, Optional
 from .. import p2os
 from .identity import RobotIdentity
 
-RAD_S_PER_UNIT = math.radians(5 / 1023 * 300 / 2.5 * 1.626)     # volts, full scale, and the calibration that all models share
+# volts, full scale, and the calibration that all models share.
+RAD_S_PER_UNIT = math.radians(5 / 1023 * 300 / 2.5 * 1.626)
 NOMINAL_CENTRE = 512.0      # what a gyro at rest reads, more or less
 NEAR_CENTRE = 30.0          # how much more or less; beyond, the robot is turned although its wheels stand
 MOST_AT_REST = 200          # readings (5 s) over which the centre is averaged
-FOR_CLIENT = 1              # has_gyro in CONFIGpac; from 2 on the robot reads it, and GYRO chooses what its heading is made of
+# has_gyro in CONFIGpac; from 2 on the robot reads it, and GYRO chooses what its heading is made of.
+FOR_CLIENT = 1
 
 
 def is_for_client(identity: RobotIdentity) -> bool:
@@ -26,7 +28,10 @@ class GyroReader:
         self._at_rest = 0
 
     def rate(self, packet: p2os.Gyro, standing: bool) -> Optional[float]:
-        """The mean turn rate (rad/s, counter-clockwise) of one packet; None for an empty one. ``standing``: the wheels do not turn."""
+        """The mean turn rate (rad/s, counter-clockwise) of one packet; None for an empty one.
+
+        ``standing``: the wheels do not turn.
+        """
         rates = [reading.rate for reading in packet.readings]
         if not rates:
             return None

@@ -1,34 +1,42 @@
 """From a port in an unknown state to a robot that has said its name (protocol 2.2, 13).
 
-Before a session the numbers 0, 1, 2 mean SYNC0, SYNC1, SYNC2; in one they mean PULSE, OPEN, CLOSE. Two mistakes are possible:
+Before a session the numbers 0, 1, 2 mean SYNC0, SYNC1, SYNC2; in one they mean PULSE, OPEN, CLOSE. Two mistakes are
+possible:
 
-* A robot that a crashed program left open takes SYNC0 for a sign of life, and drives on at its old speed. It streams, so listen first.
-* To a robot that waits, every packet is a step of the handshake. CLOSE is SYNC2 to it. The vendor's simulator then opens, or gives up.
+* A robot that a crashed program left open takes SYNC0 for a sign of life, and drives on at its old speed. It streams,
+  so listen first.
+* To a robot that waits, every packet is a step of the handshake. CLOSE is SYNC2 to it. The vendor's simulator then
+  opens, or gives up.
 
-So a robot that is heard gets CLOSE until it is silent. What a silent robot gets depends on the line. On TCP nothing is lost: it gets SYNC0, and nothing
-before it. On a serial line all packets of an open robot may have been lost: it gets CLOSE several times, because nothing acknowledges it, then SYNC0.
+So a robot that is heard gets CLOSE until it is silent. What a silent robot gets depends on the line. On TCP nothing is
+lost: it gets SYNC0, and nothing before it. On a serial line all packets of an open robot may have been lost: it gets
+CLOSE several times, because nothing acknowledges it, then SYNC0.
 
 ::
 
-    listen 0.26 s ──silence──────────────> [serial: CLOSE six times] SYNC0 ─echo─> SYNC1 ─echo─> SYNC2 ─> name, type, subtype
+    listen 0.26 s ──silence──────────────> [serial: CLOSE six times] SYNC0 ─echo─> SYNC1 ─echo─> SYNC2 ─> its name
          │                                            │ a SIP: it was open after all ──┐
          └─SIPs, or noise──> CLOSE until silent <─────┴────────────────────────────────┘
                                    └─ noise goes on ── 2 tries: next line speed
 
-On TCP an open robot may hear SYNC0 and not be heard: SYNC0 is a sign of life to it, and it drives on. So CLOSE follows when all tries were in vain, right
-before the client hangs up.
+On TCP an open robot may hear SYNC0 and not be heard: SYNC0 is a sign of life to it, and it drives on. So CLOSE follows
+when all tries were in vain, right before the client hangs up.
 
-No answer at all: try again. A robot that answers later than that gets more time at each further try. A robot that said its name but was never opened is silent, too. On a serial line CLOSE ends that, on TCP a SYNC1 after an
-unanswered SYNC0: it is OPEN to that robot, and the next step to one that is slow.
+No answer at all: try again. A robot that answers later than that gets more time at each further try. A robot that said
+its name but was never opened is silent, too. On a serial line CLOSE ends that, on TCP a SYNC1 after an unanswered
+SYNC0: it is OPEN to that robot, and the next step to one that is slow.
 
-A robot to which CLOSE is SYNC2 is closed by one CLOSE and opened by the next. An even number leaves it as it was, an odd number closes it if it was open:
-so a silent robot gets an even number, one that is heard an odd number.
+A robot to which CLOSE is SYNC2 is closed by one CLOSE and opened by the next. An even number leaves it as it was, an
+odd number closes it if it was open: so a silent robot gets an even number, one that is heard an odd number.
 
-A robot that was left open at a speed which HOSTBAUD had raised falls back to its own at CLOSE: then the others are tried once more.
+A robot that was left open at a speed which HOSTBAUD had raised falls back to its own at CLOSE: then the others are
+tried once more.
 
-A robot that was there before is most likely at the line speed it had: that is tried four times, and again after each other speed, which is tried once.
+A robot that was there before is most likely at the line speed it had: that is tried four times, and again after each
+other speed, which is tried once.
 
-At the latest it takes from the first byte until the robot is ready, with firmware that does not know CONFIG (0.9 s less with any other):
+At the latest it takes from the first byte until the robot is ready, with firmware that does not know CONFIG (0.9 s less
+with any other):
 
 =============================================  =================  ====================
 the robot                                      at a known speed   at any of the five
@@ -52,8 +60,9 @@ from .procedure import Clock
 RATES = (9600, 38400, 19200, 115200, 57600)     # in the order of their likelihood
 
 LISTEN = 0.26           # s: two SIP cycles and some, and one of the longest that can be set (255 ms)
-CLOSES = 6              # to a silent robot on a serial line: half of all packets may get lost. Even, and with three SYNCs fewer than the ten packets
-                        # after which the vendor's simulator hangs up
+# To a silent robot on a serial line: half of all packets may get lost. It is even, and with three SYNCs fewer than the
+# ten packets after which the vendor's simulator hangs up.
+CLOSES = 6
 CLOSES_IF_HEARD = 7     # odd
 DRAIN = 0.1             # s for what was under way when CLOSE was sent, and for CLOSE itself
 QUIET = 0.2             # s of silence after that: the robot waits for a SYNC now
@@ -91,7 +100,9 @@ class Handshake:
         self.said_its_name = False
         """Whether the robot has. SIPs from then on belong to a new session."""
         self.last_words = b""
-        """For a robot that hears us and is not heard, if this leads nowhere: on TCP a SYNC0 may have revived its old speed."""
+        """For a robot that hears us and is not heard, if this leads nowhere: on TCP a SYNC0 may have revived its old
+        speed.
+        """
         self._line = line
         self._url = url
         self._rates = rates
@@ -120,7 +131,9 @@ class Handshake:
         raise NoAnswerError(self._what_to_do(self.noise - noise, self.packets - packets))
 
     def _speeds(self) -> List[Optional[int]]:
-        """The line speeds in the order in which they are tried: the one of a robot that was there before also after each other one."""
+        """The line speeds in the order in which they are tried: the one of a robot that was there before also after
+        each other one.
+        """
         if self._own_rate is None:
             return list(self._rates) or [None]
         speeds: List[Optional[int]] = [self._own_rate]
@@ -136,7 +149,10 @@ class Handshake:
         return SYNC_TRIES_AGAIN if rate == self._own_rate else 1
 
     def _tried(self, tries: int) -> Generator[float, Any, Optional[p2os.SyncReply]]:
-        """Synchronise with a silent robot. One that answers as an open robot is closed at once. Such a one, and a slow one, gets as many tries again."""
+        """Synchronise with a silent robot.
+
+        One that answers as an open robot is closed at once. Such a one, and a slow one, gets as many tries again.
+        """
         self._answers_late, self._sync_timeout = False, SYNC_TIMEOUT
         for attempt in range(2 * tries):
             if attempt >= tries and not self._heard_open and not self._answers_late:
@@ -162,7 +178,8 @@ class Handshake:
         return packet
 
     def _is_silent(self, seconds: float) -> Generator[float, Any, bool]:
-        """Whether no open robot, and no noise, is heard for so long; returns as soon as a packet of an open robot is."""
+        """Whether no open robot, and no noise, is heard for so long; returns as soon as a packet of an open robot is.
+        """
         self._heard_open = False
         deadline = self._clock() + seconds
         while self._clock() < deadline and not self._heard_open:
@@ -187,7 +204,8 @@ class Handshake:
     def _synced(self, attempt: int) -> Generator[float, Any, Optional[p2os.SyncReply]]:
         """The three SYNCs, each after the echo of the one before; None when the robot does not play along.
 
-        On a serial line CLOSE goes ahead, the last one in one write with SYNC0: the cable of an open robot may be put back at this very moment.
+        On a serial line CLOSE goes ahead, the last one in one write with SYNC0: the cable of an open robot may be put
+        back at this very moment.
         """
         self._heard_open = False
         if self._rates:
@@ -205,9 +223,11 @@ class Handshake:
         return answer
 
     def _answer(self, number: int) -> Generator[float, Any, Any]:
-        """The robot's answer to one SYNC. Late echoes of earlier ones are passed over; a SIP means that it was open after all.
+        """The robot's answer to one SYNC. Late echoes of earlier ones are passed over; a SIP means that it was open
+        after all.
 
-        Unless the robot says its name before the echo of SYNC0: it took the CLOSEs for SYNC2 and CLOSE in turn, and sent SIPs in between.
+        Unless the robot says its name before the echo of SYNC0: it took the CLOSEs for SYNC2 and CLOSE in turn, and
+        sent SIPs in between.
         """
         deadline = self._clock() + self._sync_timeout
         took_closes_for_sync2 = False
@@ -231,9 +251,10 @@ class Handshake:
         tried = "at %s baud" % ", ".join(map(str, self._rates)) if self._rates else "over TCP"
         heard = " (%d bytes came that make no packet: is this the robot's port?)" % noise if noise else ""
         if packets:
-            heard = " (%d packets came: from a robot that does not obey CLOSE, or one that another program drives)" % packets
+            heard = (" (%d packets came: from a robot that does not obey CLOSE, or one that another program drives)"
+                     % packets)
         return (
             "%s: nothing answers as a robot, tried %s%s. Is it switched on, its controller running, the cable in its "
-            "serial port, and no other program connected? Without a robot: python3 -m pioneer_control.simulator simulates "
-            "one; in ROS, pioneer.launch with sim:=true" % (self._url, tried, heard)
+            "serial port, and no other program connected? Without a robot: python3 -m pioneer_control.simulator "
+            "simulates one; in ROS, pioneer.launch with sim:=true" % (self._url, tried, heard)
         )

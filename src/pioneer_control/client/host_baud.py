@@ -1,12 +1,15 @@
 """Another speed of the line for one session: HOSTBAUD (protocol 2.6), for a robot that is open and stands.
 
-Nothing acknowledges HOSTBAUD. The proof is an answer to a question and a SIP at the new speed: that takes both directions of the line.
+Nothing acknowledges HOSTBAUD. The proof is an answer to a question and a SIP at the new speed: that takes both
+directions of the line.
 
 ::
 
     HOSTBAUD new, change ──> CONFIG? ──CONFIGpac and SIP──> new speed
-      ^                        └─ none in 0.9 s ──> HOSTBAUD old, change back ──> CONFIG? ──CONFIGpac and SIP──> once more, then old speed
-      └──────────────────────────────────────────────────────────────────────────────────┘   └─ none in 0.9 s ──> no speed works
+                               └─ none in 0.9 s ──> HOSTBAUD old, change back ──> CONFIG? ─┐
+                                                                                           │
+              once more from the beginning, then the old speed <──CONFIGpac and SIP────────┤
+                                                no speed works <──none in 0.9 s────────────┘
 
 The robot returns to its own speed at CLOSE and at a reset.
 """
@@ -32,7 +35,8 @@ ASK_AGAIN = 0.2         # s; CONFIGpac alone takes 0.14 s at 9600 baud
 
 
 class HostBaud:
-    """Another speed, where it is wanted and the robot can. One for all connections of a client: what does not work is not tried again.
+    """Another speed, where it is wanted and the robot can. One for all connections of a client: what does not work is
+    not tried again.
 
     Attributes:
         wanted: the other speed (baud); None: the robot's own will do.
@@ -42,8 +46,10 @@ class HostBaud:
         self.wanted = wanted
         self._breaks = 0    # times in a row that it was begun, and the link broke over it
 
-    def procedure(self, line: Line, url: str, clock: Clock, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, List[LineSpeed]]:
-        """Take a serial line there, if the robot stands. Returns what there is to say; LinkLostError when the robot was lost over it.
+    def procedure(self, line: Line, url: str, clock: Clock, config: Optional[p2os.Config],
+                  sip: p2os.Sip) -> Generator[float, Any, List[LineSpeed]]:
+        """Take a serial line there, if the robot stands. Returns what there is to say; LinkLostError when the robot was
+        lost over it.
 
         Args:
             line: to the robot, at its own speed.
@@ -57,7 +63,8 @@ class HostBaud:
             return []
         if self._breaks == MOST_BREAKS:
             self.wanted = None
-            problem = "the link broke %d times when its line was to change to %d baud; not tried again" % (MOST_BREAKS, wanted)
+            problem = "the link broke %d times when its line was to change to %d baud; not tried again" % (MOST_BREAKS,
+                                                                                                           wanted)
             return [LineSpeed(own, problem)]
         problem = yield from _hindrance(own, clock, config, sip)
         if problem:
@@ -69,8 +76,10 @@ class HostBaud:
         if works == wanted:
             return [LineSpeed(wanted, "")]
         self.wanted = None
-        if works is None:       # it may be at the other speed now, out of reach until it is switched off and on: that is risked only once
-            raise LinkLostError("%s: lost the robot when its line was to change from %d to %d baud; not tried again" % (url, own, wanted))
+        # It may be at the other speed now, out of reach until it is switched off and on: that is risked only once.
+        if works is None:
+            raise LinkLostError("%s: lost the robot when its line was to change from %d to %d baud; not tried again"
+                                % (url, own, wanted))
         return [LineSpeed(works, "no answer at %d baud; not tried again" % wanted)]
 
 
@@ -93,7 +102,10 @@ def stands(sip: p2os.Sip) -> bool:
 
 
 def _change_baud(line: Line, baud: int, clock: Clock) -> Generator[float, Any, Optional[int]]:
-    """Take robot and line to ``baud``. Returns the speed at which they understand each other then; None if at neither."""
+    """Take robot and line to ``baud``.
+
+    Returns the speed at which they understand each other then; None if at neither.
+    """
     old = line.baud
     assert old is not None
     for _ in range(TRIES):

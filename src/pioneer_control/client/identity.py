@@ -17,9 +17,10 @@ CONFIG = p2os.encode_command("CONFIG", 1)
 class RobotIdentity:
     """Name, model and limits of a connected robot.
 
-    ``name``, ``type``, ``subtype`` come from the SYNC2 reply; ``firmware`` and ``serial`` from CONFIGpac (None when the robot never sent one).
-    ``model`` is the table's entry with the sonar arrays and bumpers that CONFIGpac says are fitted. ``max_linear`` (m/s) and ``max_angular``
-    (rad/s) are what set_velocity() clamps to: the smallest of the robot's own working and hard limits (CONFIGpac, else the table) and what the user allows.
+    ``name``, ``type``, ``subtype`` come from the SYNC2 reply; ``firmware`` and ``serial`` from CONFIGpac (None when the
+    robot never sent one). ``model`` is the table's entry with the sonar arrays and bumpers that CONFIGpac says are
+    fitted. ``max_linear`` (m/s) and ``max_angular`` (rad/s) are what set_velocity() clamps to: the smallest of the
+    robot's own working and hard limits (CONFIGpac, else the table) and what the user allows.
     """
 
     name: str
@@ -50,13 +51,16 @@ def identify(
     max_angular: Optional[float] = None,
     has_gripper: Optional[bool] = None,
 ) -> RobotIdentity:
-    """Join the robot's own words with the model; the robot's win, the user's limits (m/s, rad/s) and ``has_gripper`` win over both."""
+    """Join the robot's own words with the model; the robot's win, the user's limits (m/s, rad/s) and ``has_gripper``
+    win over both.
+    """
     firmware = serial = None
     linear, angular, gripper, watchdog = model.max_linear, model.max_angular, False, DEFAULT_WATCHDOG
     if config is not None:
         firmware, serial = config.firmware_version or None, config.serial or None
         linear = _least(0.001, linear, config.translation_velocity_max_mm_s, config.translation_velocity_top_mm_s)
-        angular = _least(math.radians(1), angular, config.rotation_velocity_max_deg_s, config.rotation_velocity_top_deg_s)
+        angular = _least(math.radians(1), angular, config.rotation_velocity_max_deg_s,
+                         config.rotation_velocity_top_deg_s)
         watchdog = _least(0.001, watchdog, config.watchdog_ms)
         gripper = bool(config.has_gripper)
         model = _fitted(model, config)
@@ -81,7 +85,9 @@ def _least(unit: float, otherwise: float, *values: Optional[int]) -> float:
 
 
 def _fitted(model: RobotModel, config: p2os.Config) -> RobotModel:
-    """The model with the bumpers and sonar arrays that are there; a robot that reports neither array is one that does not say."""
+    """The model with the bumpers and sonar arrays that are there; a robot that reports neither array is one that does
+    not say.
+    """
     if config.rear_bumpers is not None:
         model = replace(model, front_bumpers=config.front_bumpers, rear_bumpers=config.rear_bumpers)
     front, rear = bool(config.front_sonar), bool(config.rear_sonar)

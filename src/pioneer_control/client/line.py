@@ -1,8 +1,9 @@
-"""When bytes may go out: robots lose commands that come too fast, and a serial line that is fed faster than it carries delays a stop.
+"""When bytes may go out: robots lose commands that come too fast, and a serial line that is fed faster than it carries
+delays a stop.
 
-Nothing is handed to the operating system before the line can carry it, so no queue builds up where a stop could not overtake it. Only velocities that
-come in a bunch, as a busy computer delivers them, and stops in a flood may be a little ahead of the robot and of a fast line: of 100 velocities a
-second none is lost there.
+Nothing is handed to the operating system before the line can carry it, so no queue builds up where a stop could not
+overtake it. Only velocities that come in a bunch, as a busy computer delivers them, and stops in a flood may be a
+little ahead of the robot and of a fast line: of 100 velocities a second none is lost there.
 """
 
 import math
@@ -10,8 +11,11 @@ from collections import deque
 from typing import Callable, Deque, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 GAP = 0.004             # s per command: firmware may drop what comes faster than one in 3 to 5 ms (ARCOS manual)
-AHEAD_OF_ROBOT = 3 * GAP    # s by which a velocity may be ahead of that: two go at once, and a STOP behind them is still of the six in a row of ARIA
-AHEAD_OF_LINE = 0.007       # s in which the line must have carried a velocity that is ahead of it: two at 57600 baud, one below
+# s by which a velocity may be ahead of that: two go at once, and a STOP behind them is still of the six in a row of
+# ARIA.
+AHEAD_OF_ROBOT = 3 * GAP
+# s in which the line must have carried a velocity that is ahead of it: two at 57600 baud, one below.
+AHEAD_OF_LINE = 0.007
 BITS_PER_BYTE = 10      # start, eight data, stop
 LONGEST_QUEUE = 32      # commands
 
@@ -34,7 +38,9 @@ def alone(now: float) -> Sequence[bytes]:
 
 
 class _Velocity(NamedTuple):
-    """What waits for the line: packets (of a velocity, or of a stop in a flood), when they are too old to be sent, and what goes with them."""
+    """What waits for the line: packets (of a velocity, or of a stop in a flood), when they are too old to be sent, and
+    what goes with them.
+    """
 
     packets: Tuple[bytes, ...]
     until: float
@@ -44,12 +50,13 @@ class _Velocity(NamedTuple):
 class Line:
     """The outgoing half of a connection. What is due now is in ``to_send`` after each call.
 
-    Order: a stop at once; then commands, first come first served, and the newest velocity, in turn. ``now`` is monotonic time in s everywhere.
+    Order: a stop at once; then commands, first come first served, and the newest velocity, in turn. ``now`` is
+    monotonic time in s everywhere.
 
     Args:
         baud: of a serial line; None when only the robot's pace counts.
-        revival: what must go ahead of anything else after a silence of ``watchdog`` s, because any packet would bring a robot's old set points
-            back to life (protocol 2.4).
+        revival: what must go ahead of anything else after a silence of ``watchdog`` s, because any packet would bring a
+            robot's old set points back to life (protocol 2.4).
     """
 
     def __init__(self, baud: Optional[int], revival: Sequence[bytes]) -> None:
@@ -67,7 +74,8 @@ class Line:
         self._stopped = False           # no velocity was written since the last stop
         self._commands: Deque[Sequence[bytes]] = deque()
         self._velocity: Optional[_Velocity] = None
-        self._velocity_next = False     # a flood of commands must not keep the robot at an old speed, nor velocities hold up commands
+        # a flood of commands must not keep the robot at an old speed, nor velocities hold up commands.
+        self._velocity_next = False
 
     @property
     def due(self) -> float:
@@ -119,7 +127,8 @@ class Line:
         self.tick(now)
 
     def velocity(self, now: float, *packets: bytes, until: float = math.inf, companion: Companion = alone) -> None:
-        """Send a velocity now, or as soon as it may go, instead of the one that waits; from ``until`` on it is too old to be sent.
+        """Send a velocity now, or as soon as it may go, instead of the one that waits; from ``until`` on it is too old
+        to be sent.
 
         What ``companion`` says when it is written goes with it.
         """
@@ -127,7 +136,10 @@ class Line:
         self.tick(now)
 
     def stop(self, now: float, *packets: bytes) -> None:
-        """Send at once, ahead of all that waits; a velocity that waits is forgotten. A flood of stops is sent at the pace of the line."""
+        """Send at once, ahead of all that waits; a velocity that waits is forgotten.
+
+        A flood of stops is sent at the pace of the line.
+        """
         self._velocity = None
         if self._stopped and self.busy(now):
             self._velocity = _Velocity(packets, math.inf, alone)

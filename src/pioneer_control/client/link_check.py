@@ -1,8 +1,10 @@
-"""Whether what is sent arrives. No command is acknowledged, so every now and then a question goes with a velocity, and the answers are counted.
+"""Whether what is sent arrives. No command is acknowledged, so every now and then a question goes with a velocity, and
+the answers are counted.
 
-The question is ENCODER 1: short, without any effect, and answered once (by early P2OS for ever; then it is told to stop that; protocol 3.2). It only
-ever follows a velocity, in one write: alone it could be what revives a robot whose stop was lost (protocol 2.4). So a robot that stands is asked
-nothing. (Of one write the question may be all that arrives, as RVEL may; the next velocity follows within 0.2 s.)
+The question is ENCODER 1: short, without any effect, and answered once (by early P2OS for ever; then it is told to stop
+that; protocol 3.2). It only ever follows a velocity, in one write: alone it could be what revives a robot whose stop
+was lost (protocol 2.4). So a robot that stands is asked nothing. (Of one write the question may be all that arrives, as
+RVEL may; the next velocity follows within 0.2 s.)
 """
 
 import math
@@ -11,7 +13,8 @@ from typing import Callable, Deque, Sequence
 
 from ..p2os import Encoder, encode_command, encode_packet
 
-EVERY = 0.15                # s between two questions at least: 5 a second with velocities at 10 Hz, or repeated every 0.2 s
+# s between two questions at least: 5 a second with velocities at 10 Hz, or repeated every 0.2 s.
+EVERY = 0.15
 CYCLES = 1.5                # of SIPs between two questions at least: two in one may get one answer
 SHARE = 0.03                # of the line that answers may take
 ANSWERED_WITHIN = 1.5       # s; one cycle of SIPs is usual
@@ -50,7 +53,9 @@ class LinkCheck:
 
     @property
     def unanswered(self) -> int:
-        """How many were not answered in time: the question was lost on its way to the robot, or the answer on its way back."""
+        """How many were not answered in time: the question was lost on its way to the robot, or the answer on its way
+        back.
+        """
         return self._unanswered if self._answered else 0
 
     @property
@@ -74,7 +79,10 @@ class LinkCheck:
         return (QUESTION,)
 
     def saw_answer(self) -> bool:
-        """Take an answer, as that to the newest question: where one was lost, the next must not stand for it. Returns whether a question was open."""
+        """Take an answer, as that to the newest question: where one was lost, the next must not stand for it.
+
+        Returns whether a question was open.
+        """
         if not self.asks:
             return False
         self._surplus += 1

@@ -1,12 +1,12 @@
 """Odometry without rounding: 15-bit counts unwrapped into exact integers, scaled once to a pose in metres.
 
-The robot counts x and y in its own units in fifteen bits that wrap (protocol 4.3). Here the steps between packets are summed as integers, so
-that packets lost in between lose nothing as long as the robot moved less than half the range meanwhile (16 m on a p3dx-sh, 8 m on a p3dx) and
-turned less than half a turn.
+The robot counts x and y in its own units in fifteen bits that wrap (protocol 4.3). Here the steps between packets are
+summed as integers, so that packets lost in between lose nothing as long as the robot moved less than half the range
+meanwhile (16 m on a p3dx-sh, 8 m on a p3dx) and turned less than half a turn.
 
-The frame is ours and starts at zero. The robot's starts anew with every OPEN, so the first packet after it only ties its frame to the pose we had;
-a robot that was left open when the link was lost still counts in the one before. Resetting is a new tie, too: SETO is never sent, so no packet that
-was on its way meanwhile can be mistaken for a jump.
+The frame is ours and starts at zero. The robot's starts anew with every OPEN, so the first packet after it only ties
+its frame to the pose we had; a robot that was left open when the link was lost still counts in the one before.
+Resetting is a new tie, too: SETO is never sent, so no packet that was on its way meanwhile can be mistaken for a jump.
 """
 
 import math
@@ -21,7 +21,8 @@ SLACK = 0.5, 0.5            # m, rad: packets that were held up come together
 class Odometry:
     """Pose in the odometry frame, from the raw x, y and heading of successive SIPs.
 
-    ``x_counts``, ``y_counts``, ``heading_units``: sums of all steps since the first packet, exact integers in the robot's own units and frame.
+    ``x_counts``, ``y_counts``, ``heading_units``: sums of all steps since the first packet, exact integers in the
+    robot's own units and frame.
     ``travel``: m, the sum of the way straight ahead, back is negative.
     """
 
@@ -39,11 +40,12 @@ class Odometry:
         self._tie(0.0, 0.0, 0.0)
 
     def update(self, x_raw: int, y_raw: int, heading_raw: int, seconds: float = math.inf) -> bool:
-        """Take the numbers of the next SIP as they came, ``seconds`` after those of the last; any 16-bit form of them will do.
+        """Take the numbers of the next SIP as they came, ``seconds`` after those of the last; any 16-bit form of them
+        will do.
 
-        Returns whether they are believed. No robot is as fast as some packets would have it that a bad line has changed and whose checksum, of
-        16 bits, fits by chance: they change nothing. Two that agree do: then the robot counts from elsewhere now, and our pose goes on from
-        where it is.
+        Returns whether they are believed. No robot is as fast as some packets would have it that a bad line has changed
+        and whose checksum, of 16 bits, fits by chance: they change nothing. Two that agree do: then the robot counts
+        from elsewhere now, and our pose goes on from where it is.
         """
         if self._tied:
             forward, left, turn = self._steps(self._raw, x_raw, y_raw, heading_raw)
@@ -77,7 +79,8 @@ class Odometry:
     def _possible(self, forward: int, left: int, turn: int, seconds: float) -> bool:
         """Whether a robot gets as far as these steps in so many seconds."""
         metres = (abs(forward) + abs(left)) * self._mm_per_count / 1000
-        return metres <= FASTEST[0] * seconds + SLACK[0] and abs(turn) * self._rad_per_unit <= FASTEST[1] * seconds + SLACK[1]
+        turned = abs(turn) * self._rad_per_unit
+        return metres <= FASTEST[0] * seconds + SLACK[0] and turned <= FASTEST[1] * seconds + SLACK[1]
 
     @property
     def turned(self) -> float:

@@ -1,4 +1,5 @@
-"""The phases of one connection, sans-I/O. Each is an object that has what is true in its phase; one table says what follows what.
+"""The phases of one connection, sans-I/O. Each is an object that has what is true in its phase; one table says what
+follows what.
 
 ::
 
@@ -276,7 +277,8 @@ class Opening(SteppedPhase):
         link = self._link
         if self.odometry is not None:
             self.odometry.rebase()      # OPEN begins a new frame
-        for packets in ((OPEN,), STOP, (MOTORS[False],), (p2os.encode_command("SONAR", int(link.settings.use_sonar)),), (CONFIG,)):
+        for packets in ((OPEN,), STOP, (MOTORS[False],), (p2os.encode_command("SONAR", int(link.settings.use_sonar)),),
+                        (CONFIG,)):
             link.line.command(link.now, *packets)
         opened_at = asked_at = link.now
         while not self._motors_are_off or (self._config is None and link.now - opened_at < CONFIG_TIMEOUT):
@@ -334,13 +336,15 @@ class Connected(Phase):
 
     @property
     def due(self) -> float:
-        return min(self.drive.due, self.data.due, self.tuner.due, self.link_check.due, self._link.last_sip + SILENCE, self._pulse_at)
+        return min(self.drive.due, self.data.due, self.tuner.due, self.link_check.due, self._link.last_sip + SILENCE,
+                   self._pulse_at)
 
     def command(self, now: float, *packets: bytes) -> None:
         """Send packets that belong together. Raises RefusedError when LONGEST_QUEUE others wait for the line."""
         line = self._link.line
         if line.full:
-            raise RefusedError("%s: the line is too slow for so many commands: %d wait already" % (self._link.url, LONGEST_QUEUE))
+            raise RefusedError("%s: the line is too slow for so many commands: %d wait already"
+                               % (self._link.url, LONGEST_QUEUE))
         line.command(now, *packets)
 
     def use(self, settings: Settings, now: float) -> None:
@@ -352,7 +356,8 @@ class Connected(Phase):
         self.tuner.tune(settings.tuning, now)
         self.data.want(settings.data, now)
         self.link_check.asks = (
-            settings.link_check and p2os.knows(self._model.firmware_family, "ENCODER") and "encoder" not in settings.data)
+            settings.link_check and "encoder" not in settings.data
+            and p2os.knows(self._model.firmware_family, "ENCODER"))
 
     def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
         link = self._link
@@ -402,10 +407,13 @@ class Connected(Phase):
 
     def _identify(self) -> RobotIdentity:
         settings = self._link.settings
-        return identify(self._reply, self._model, self._config, settings.max_linear, settings.max_angular, settings.has_gripper)
+        return identify(self._reply, self._model, self._config, settings.max_linear, settings.max_angular,
+                        settings.has_gripper)
 
     def _sign_of_life(self) -> Tuple[bytes, ...]:
-        """A stop in one packet while the robot shall stand: whatever else comes through alone revives a set point whose stop was lost."""
+        """A stop in one packet while the robot shall stand: whatever else comes through alone revives a set point whose
+        stop was lost.
+        """
         if not self.drive.shall_stand:
             return (PULSE,)
         return STOP[:1] if p2os.knows(self._model.firmware_family, "STOP") else STOP

@@ -1,6 +1,7 @@
 """Procedures: what is done on a line step by step, as generators. No clock in here either: they are given one.
 
-A procedure yields the time (monotonic, s) until which it waits, and is sent a packet that came, or None when that time has come.
+A procedure yields the time (monotonic, s) until which it waits, and is sent a packet that came, or None when that time
+has come.
 """
 
 from typing import Any, Callable, Generator

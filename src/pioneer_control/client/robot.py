@@ -1,4 +1,7 @@
-"""The Robot class: a robot on a port, driven from plain Python. See the folder's docstring for the few lines that do it."""
+"""The Robot class: a robot on a port, driven from plain Python.
+
+See the folder's docstring for the few lines that do it.
+"""
 
 import atexit
 import contextlib
@@ -40,28 +43,31 @@ class Robot:
     """A Pioneer on a serial port, a pty or TCP.
 
     Args:
-        url: ``/dev/ttyUSB0``, a pty's path, ``socket://host:port`` (``tcp://host:port`` and ``host:port`` are the same).
+        url: ``/dev/ttyUSB0``, a pty's path, ``socket://host:port`` (``tcp://host:port`` and ``host:port`` are the
+            same).
         baud: line speed of a serial port; the others are tried when nothing answers.
         model: use this model whatever the robot announces. Without it an unknown subtype is an error.
         models_file: a file of the user's that overrides values of the table of models.
-        pulse: s between signs of life (PULSE; a stop while the robot shall stand) when nothing else is sent; 0 sends none, and then the robot's
-            own watchdog stops it after 2 s.
+        pulse: s between signs of life (PULSE; a stop while the robot shall stand) when nothing else is sent; 0 sends
+            none, and then the robot's own watchdog stops it after 2 s.
         use_sonar: sonar on after connecting.
         command_timeout: s after which a velocity that nobody renewed means stop.
         max_linear, max_angular: limits in m/s, rad/s below the robot's own; None for just the robot's.
         has_gripper: None believes the robot (CONFIGpac).
         tuning: settings of the robot itself, sent after every connecting when it stands; see tune().
-        on_state: called with every RobotState. Listeners are called one at a time, in order, beside the program and with no lock held; they may call
-            anything of this class, and may take their time: nothing else waits for them. To one that is too slow the oldest states and packets are
-            not told; StatesMissed says how many. A listener that raises ends the connection: the robot is stopped and closed, and the next
-            command raises.
+        on_state: called with every RobotState. Listeners are called one at a time, in order, beside the program and
+            with no lock held; they may call anything of this class, and may take their time: nothing else waits for
+            them. To one that is too slow the oldest states and packets are not told; StatesMissed says how many. A
+            listener that raises ends the connection: the robot is stopped and closed, and the next command raises.
         on_event: called with every Event (client.events) but the states, likewise.
-        on_wire: called with every piece of bytes: whether it goes to the robot, and they. In the order in which they go over the line, on the thread that
-            writes or reads, which holds the lock while it writes: only put them aside.
-        host_baud: line speed to change to once the robot is open, if it is a serial line and the robot can; else the one at which it was found
-            stays. None for that one.
-        link_check: while velocities are sent, ask the robot for its encoders a few times a second, only to count the answers: what gets lost on
-            its way to the robot hardly shows otherwise. A program that requests "encoder" gets them all, and none are counted.
+        on_wire: called with every piece of bytes: whether it goes to the robot, and they. In the order in which they go
+            over the line, on the thread that writes or reads, which holds the lock while it writes: only put them
+            aside.
+        host_baud: line speed to change to once the robot is open, if it is a serial line and the robot can; else the
+            one at which it was found stays. None for that one.
+        link_check: while velocities are sent, ask the robot for its encoders a few times a second, only to count the
+            answers: what gets lost on its way to the robot hardly shows otherwise. A program that requests "encoder"
+            gets them all, and none are counted.
         reconnect: keep trying to get the link, for ever; else the first failure is final.
     """
 
@@ -88,12 +94,14 @@ class Robot:
     ) -> None:
         self.url = url
         settings = Settings(
-            model, models_file, pulse, use_sonar, command_timeout, max_linear, max_angular, has_gripper, tuning, host_baud, link_check)
+            model, models_file, pulse, use_sonar, command_timeout, max_linear, max_angular, has_gripper, tuning,
+            host_baud, link_check)
         self._audience = Audience()
         self._audience.listen(on_state, on_event)
         self._link = LinkThreads(url, baud, settings, self._audience, reconnect, on_wire)
 
-    def listen(self, on_state: Optional[Callable[[RobotState], None]] = None, on_event: Optional[Callable[[Any], None]] = None) -> None:
+    def listen(self, on_state: Optional[Callable[[RobotState], None]] = None,
+               on_event: Optional[Callable[[Any], None]] = None) -> None:
         """Add listeners, behind those that are there. Call it before start()."""
         self._audience.listen(on_state, on_event)
 
@@ -104,7 +112,8 @@ class Robot:
         return self
 
     def close(self, wait: bool = True) -> None:
-        """Stop the robot, motors off, CLOSE, port closed; within about a second, whatever the robot does. Can be called twice.
+        """Stop the robot, motors off, CLOSE, port closed; within about a second, whatever the robot does. Can be called
+        twice.
 
         Without ``wait`` only the stop is written when this returns; the rest follows: see wait_until_ended().
         """
@@ -147,7 +156,10 @@ class Robot:
             return link.state
 
     def wait_until_ended(self, timeout: Optional[float] = None) -> bool:
-        """Block until nothing more will be tried: closed, a failure that is final, or a listener that raised. Whether that came in time (s)."""
+        """Block until nothing more will be tried: closed, a failure that is final, or a listener that raised.
+
+        Whether that came in time (s).
+        """
         return self._link.ended.wait(timeout)
 
     @property
@@ -167,7 +179,9 @@ class Robot:
 
     @property
     def tuning(self) -> Tuning:
-        """The settings that the robot is to have; ``tune(dataclasses.replace(robot.tuning, ...))`` changes some of them."""
+        """The settings that the robot is to have; ``tune(dataclasses.replace(robot.tuning, ...))`` changes some of
+        them.
+        """
         return self._link.settings.tuning
 
     @property
@@ -189,7 +203,8 @@ class Robot:
     # Commands. Each is written before it returns if the line is idle.
 
     def set_velocity(self, linear: float, angular: float) -> None:
-        """Drive at ``linear`` m/s (forward positive) and ``angular`` rad/s (counter-clockwise positive) until command_timeout.
+        """Drive at ``linear`` m/s (forward positive) and ``angular`` rad/s (counter-clockwise positive) until
+        command_timeout.
 
         Clamped to the identity's limits. On an idle line the command is written before this returns.
         Raises UsageError on NaN and infinity (and sends nothing), LinkError (what stands in the way) without a link.
@@ -198,37 +213,46 @@ class Robot:
             robot.drive.set_velocity(linear, angular, monotonic())
 
     def set_wheel_velocities(self, left: float, right: float) -> None:
-        """Drive the left and the right wheels at these speeds (m/s, forward positive) until command_timeout; in steps of 20 mm/s, fair on average.
+        """Drive the left and the right wheels at these speeds (m/s, forward positive) until command_timeout; in steps
+        of 20 mm/s, fair on average.
 
-        Where a wheel or the robot as a whole would go beyond a limit, both are made smaller alike: the curve stays. Otherwise as set_velocity().
+        Where a wheel or the robot as a whole would go beyond a limit, both are made smaller alike: the curve stays.
+        Otherwise as set_velocity().
         """
         with self._link.commanding() as robot:
             robot.drive.set_wheel_velocities(left, right, monotonic())
 
     def set_limits(self, max_linear: Optional[float], max_angular: Optional[float], command_timeout: float) -> None:
-        """These three as the constructor takes them, from now on; a robot that drives faster is slowed down within 0.2 s.
+        """These three as the constructor takes them, from now on; a robot that drives faster is slowed down within 0.2
+        s.
 
         The identity with the new limits comes as the event Tuned. Raises ParameterError, and then all stays as it was.
         """
         self._link.change(max_linear=max_linear, max_angular=max_angular, command_timeout=command_timeout)
 
     def tune(self, tuning: Tuning) -> None:
-        """Settings of the robot itself from now on, instead of those of before: what differs is sent at once, and all of it after every connecting.
+        """Settings of the robot itself from now on, instead of those of before: what differs is sent at once, and all
+        of it after every connecting.
 
-        What ``tuning`` leaves open and an earlier one did not goes back to what the robot had. Without a link all is kept for the next one.
-        What the robot made of it comes as the event Tuned; it forgets it at the end of the session.
+        What ``tuning`` leaves open and an earlier one did not goes back to what the robot had. Without a link all is
+        kept for the next one. What the robot made of it comes as the event Tuned; it forgets it at the end of the
+        session.
         """
         self._link.change(tuning=tuning)
 
     def stop(self) -> None:
-        """Stop, ahead of all that waits; repeated until the robot reports that it stands. No error without a link: a link begins with a stop."""
+        """Stop, ahead of all that waits; repeated until the robot reports that it stands.
+
+        No error without a link: a link begins with a stop.
+        """
         with contextlib.suppress(PioneerError), self._link.commanding() as robot:
             robot.drive.stop(monotonic())
 
     def enable_motors(self, timeout: float = 2.0) -> None:
         """Motors on; returns when the robot reports it.
 
-        Raises RefusedError with the reason (STOP button), NotConfirmedError after ``timeout`` s, LinkError without a link.
+        Raises RefusedError with the reason (STOP button), NotConfirmedError after ``timeout`` s, LinkError without a
+        link.
         """
         self.request_motors(True, timeout)()
 
@@ -237,7 +261,8 @@ class Robot:
         self.request_motors(False, timeout)()
 
     def request_motors(self, on: bool, timeout: float = 2.0) -> Callable[[], None]:
-        """Ask for the motors and return at once. Returns a function that waits for the answer, and raises as enable_motors() does.
+        """Ask for the motors and return at once. Returns a function that waits for the answer, and raises as
+        enable_motors() does.
 
         The answer comes as the event MotorsAnswered, too.
         """
@@ -273,10 +298,11 @@ class Robot:
         self._command(encode_command("DIGOUT", mask, states))
 
     def request_data(self, kind: str, on: bool = True) -> None:
-        """Packets of this kind with every SIP, as PacketReceived events, or no more of them; asked for again after a reconnect.
+        """Packets of this kind with every SIP, as PacketReceived events, or no more of them; asked for again after a
+        reconnect.
 
-        ``kind`` is one of data_requests.DATA: "io", "gyro", "encoder", "battery", ... What the robot does not have never comes. Without a link it
-        is asked for as soon as there is one. Raises UsageError for another kind.
+        ``kind`` is one of data_requests.DATA: "io", "gyro", "encoder", "battery", ... What the robot does not have
+        never comes. Without a link it is asked for as soon as there is one. Raises UsageError for another kind.
         """
         if kind not in DATA:
             raise UsageError("there are no packets called %r; legal: %s" % (kind, ", ".join(DATA)))

@@ -1,7 +1,8 @@
 """One connection to one robot, sans-I/O: bytes and time go in, bytes and events come out.
 
-The owner of a session calls receive() with what was read and tick() at ``wake_at`` at the latest. After each call of any kind it sends data_to_send()
-and hands events() to the listeners. Nothing in here knows a clock, a thread or a port. What happens when is in `phases`.
+The owner of a session calls receive() with what was read and tick() at ``wake_at`` at the latest. After each call of
+any kind it sends data_to_send() and hands events() to the listeners. Nothing in here knows a clock, a thread or a port.
+What happens when is in `phases`.
 """
 
 import math
@@ -45,7 +46,8 @@ class Session:
         phase: what is true now; one of the classes of `phases`.
     """
 
-    def __init__(self, url: str, rates: Tuple[int, ...], settings: Settings, now: float, odometry: Optional[Odometry] = None,
+    def __init__(self, url: str, rates: Tuple[int, ...], settings: Settings, now: float,
+                 odometry: Optional[Odometry] = None,
                  host_baud: Optional[HostBaud] = None) -> None:
         self.line = Line(rates[0] if rates else None, STOP)
         self._link = Link(url, settings, self.line, now, host_baud or HostBaud(settings.host_baud))
@@ -123,7 +125,8 @@ class Session:
     def counts(self) -> Counts:
         """What the line brought."""
         link, counts = self._link, self._link.decoder.counts
-        return Counts(link.sips, counts.bad_checksums + counts.bad_counts, counts.discarded_bytes, link.unreadable, *self.phase.counts)
+        return Counts(link.sips, counts.bad_checksums + counts.bad_counts, counts.discarded_bytes, link.unreadable,
+                      *self.phase.counts)
 
     def _read(self, frames: List[p2os.Frame]) -> None:
         link, byte_time = self._link, self.line.byte_time

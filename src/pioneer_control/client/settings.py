@@ -14,7 +14,8 @@ from .tuning import Tuning
 class Settings:
     """See Robot for the meaning of each.
 
-    Raises ParameterError that names the value and its legal range, UnknownModelError and UsageError for a model or a models file that is none.
+    Raises ParameterError that names the value and its legal range, UnknownModelError and UsageError for a model or a
+    models file that is none.
     """
 
     model: Optional[str] = None
@@ -39,7 +40,8 @@ class Settings:
             if value is not None:
                 _check(name, value, value >= 0, "0 or more, or None for the robot's own limit")
         if self.host_baud is not None and self.host_baud not in BAUD_RATES:
-            raise ParameterError("host_baud is %r; legal: %s, or None for the robot's own" % (self.host_baud, ", ".join(map(str, BAUD_RATES))))
+            raise ParameterError("host_baud is %r; legal: %s, or None for the robot's own"
+                                 % (self.host_baud, ", ".join(map(str, BAUD_RATES))))
         if self.model is not None:
             find_model(self.model, self.models_file)
         elif self.models_file is not None:

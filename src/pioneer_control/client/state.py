@@ -17,13 +17,15 @@ NO_ECHO = 5.0           # m: what the firmware says for no echo
 LARGEST_COMPASS = 180   # units of 2 degrees; 0 and what is larger mean that there is no compass
 ARRAYS = Flags.SONAR_1 | Flags.SONAR_2 | Flags.SONAR_3 | Flags.SONAR_4
 STATUS = attrgetter(
-    "flags", "left_stall_bits", "right_stall_bits", "battery_dv", "battery_x10_dv", "compass", "grip_state", "digital_in", "digital_out", "analog_port",
+    "flags", "left_stall_bits", "right_stall_bits", "battery_dv", "battery_x10_dv", "compass", "grip_state",
+    "digital_in", "digital_out", "analog_port",
     "charge_state", "fault_flags", "temperature_c", "state_of_charge_percent")
 """What of a SIP says how the robot is, and not where or how fast."""
 
 
 class SonarRange(NamedTuple):
-    """The newest reading of one transducer: range (m; NO_ECHO when nothing is in sight) and monotonic time heard (s)."""
+    """The newest reading of one transducer: range (m; NO_ECHO when nothing is in sight) and monotonic time heard (s).
+    """
 
     range: float
     time: float
@@ -31,7 +33,8 @@ class SonarRange(NamedTuple):
 
 @dataclass(frozen=True)
 class RobotState:
-    """All that the robot reported in one SIP, in SI units; one stamp for all of it. A field that older firmware does not send is None.
+    """All that the robot reported in one SIP, in SI units; one stamp for all of it. A field that older firmware does
+    not send is None.
 
     Poses are in the odometry frame, velocities in base_link (REP 103: x forward, y left, counter-clockwise positive).
     """
@@ -39,7 +42,9 @@ class RobotState:
     time: float
     """Monotonic time (s) at which the packet was whole."""
     sent_time: float
-    """... at which the robot began to send it: ``time`` without what the serial line took to carry the whole packet; on TCP the same as ``time``"""
+    """... at which the robot began to send it: ``time`` without what the serial line took to carry the whole packet; on
+    TCP the same as ``time``
+    """
     x: float
     """m"""
     y: float
@@ -93,7 +98,9 @@ class RobotState:
 
 
 class StateReader:
-    """Turns the SIPs of one robot into states; remembers what a single SIP does not carry: odometry and the sonar's last words."""
+    """Turns the SIPs of one robot into states; remembers what a single SIP does not carry: odometry and the sonar's
+    last words.
+    """
 
     def __init__(self, identity: RobotIdentity, odometry: Odometry) -> None:
         self.odometry = odometry
@@ -104,7 +111,10 @@ class StateReader:
         self.follow(identity)
 
     def follow(self, identity: RobotIdentity) -> None:
-        """The robot says again what it is. There never are fewer readings than before: who has the old model still looks for them."""
+        """The robot says again what it is.
+
+        There never are fewer readings than before: who has the old model still looks for them.
+        """
         self.identity = identity
         self._sonar += [None] * (identity.model.sonar_count - len(self._sonar))
         self._mm_per_range_unit = identity.model.range_mm_per_unit
@@ -113,7 +123,8 @@ class StateReader:
         self._status: Dict[str, Any] = {}
 
     def read(self, sip: p2os.Sip, time: float, sent_time: float) -> Optional[RobotState]:
-        """The state after this SIP, which was whole at ``time`` and begun at ``sent_time`` (monotonic, s). Once for each.
+        """The state after this SIP, which was whole at ``time`` and begun at ``sent_time`` (monotonic, s). Once for
+        each.
 
         None for one that nobody can believe: it would have the robot where it cannot be (Odometry.update).
         """
@@ -128,7 +139,8 @@ class StateReader:
         x, y, heading = odometry.pose
         m_s_per_unit = model.vel_mm_s_per_unit / 1000
         left, right = sip.left_velocity_units * m_s_per_unit, sip.right_velocity_units * m_s_per_unit
-        if sip.rotation_velocity_ddeg_s is None:        # firmware without ROTVEL leaves it to the difference of the wheels
+        # Firmware without ROTVEL leaves it to the difference of the wheels.
+        if sip.rotation_velocity_ddeg_s is None:
             angular = (right - left) / 2 * 1000 * model.diff_rad_per_mm
         else:
             angular = math.radians(sip.rotation_velocity_ddeg_s / 10)
@@ -170,17 +182,21 @@ class StateReader:
             fault_flags=None if faults is None else p2os.FaultFlags(faults),
             compass=math.radians(2 * sip.compass) if 0 < sip.compass <= LARGEST_COMPASS else None,
             charge_state=sip.charge_state,
-            temperature=None if sip.temperature_c is None or sip.temperature_c in NO_TEMPERATURE else float(sip.temperature_c),
+            temperature=None if sip.temperature_c is None or sip.temperature_c in NO_TEMPERATURE
+            else float(sip.temperature_c),
             state_of_charge=sip.state_of_charge_percent / 100 if sip.state_of_charge_percent else None,
         )
 
     def _wheel_angles(self) -> Optional[Tuple[float, float]]:
-        """From the way that the robot went and turned: its own odometry is made of the same wheels, and no packet has to be asked for."""
+        """From the way that the robot went and turned: its own odometry is made of the same wheels, and no packet has
+        to be asked for.
+        """
         model, odometry = self.identity.model, self.odometry
         if model.wheel_radius is None:
             return None
         half_difference = odometry.turned / model.diff_rad_per_mm / 1000
-        return (odometry.travel - half_difference) / model.wheel_radius, (odometry.travel + half_difference) / model.wheel_radius
+        left, right = odometry.travel - half_difference, odometry.travel + half_difference
+        return left / model.wheel_radius, right / model.wheel_radius
 
     def _take_sonar(self, sip: p2os.Sip, time: float) -> None:
         mm_per_unit, fitted, sonar = self._mm_per_range_unit, self._fitted, self._sonar

@@ -1,8 +1,9 @@
 """What runs beside the program: two threads that keep the link of one robot, and tell its listeners.
 
-The threads take turns. One of them has the port: it opens it, reads, keeps the time, and sends what is due. When there is something to tell, it
-leaves the port to the other thread and tells the listeners itself. So a listener can never hold up the line, whatever it does, and a state need not
-wait until another thread has woken up. Listeners are called one at a time, and in order.
+The threads take turns. One of them has the port: it opens it, reads, keeps the time, and sends what is due. When there
+is something to tell, it leaves the port to the other thread and tells the listeners itself. So a listener can never
+hold up the line, whatever it does, and a state need not wait until another thread has woken up. Listeners are called
+one at a time, and in order.
 """
 
 import contextlib
@@ -25,7 +26,8 @@ from .transport import Transport, open_transport, tap
 
 BACK_OFF = 0.2                      # s before the next attempt to connect
 CLOSE_TIMEOUT = 0.9                 # s that close() waits for the threads
-LONGEST_QUEUE = 100                 # events that wait for the listeners; of more, the oldest states and packets are dropped
+# Events that wait for the listeners; of more, the oldest states and packets are dropped.
+LONGEST_QUEUE = 100
 
 
 class Audience:
@@ -40,7 +42,8 @@ class Audience:
         self._telling = False
         self._lock = threading.Lock()
 
-    def listen(self, on_state: Optional[Callable[[RobotState], None]], on_event: Optional[Callable[[Any], None]]) -> None:
+    def listen(self, on_state: Optional[Callable[[RobotState], None]],
+               on_event: Optional[Callable[[Any], None]]) -> None:
         """Add listeners; they are called in this order."""
         for is_state, listener in ((True, on_state), (False, on_event)):
             if listener is not None:
@@ -122,7 +125,8 @@ class Connection:
 
 
 class LinkThreads:
-    """The two threads, and what they and the program share: to be used while ``changed`` is held, which is notified of every change.
+    """The two threads, and what they and the program share: to be used while ``changed`` is held, which is notified of
+    every change.
 
     Args:
         url, baud, reconnect, on_wire: as Robot takes them.
@@ -140,7 +144,8 @@ class LinkThreads:
                  on_wire: Optional[Callable[[bool, bytes], None]]) -> None:
         self.url = url
         self.settings = settings
-        self.changed = threading.Condition(threading.RLock())   # reentrant: a signal handler may call close() while its thread holds it
+        # reentrant: a signal handler may call close() while its thread holds it.
+        self.changed = threading.Condition(threading.RLock())
         self.connection: Optional[Connection] = None
         self.identity: Optional[RobotIdentity] = None
         self.state: Optional[RobotState] = None
@@ -155,7 +160,8 @@ class LinkThreads:
         self._pause = 0.0       # s before the next attempt to connect
         self._past, self._reconnects = Counts(), -1
         self._host_baud = HostBaud(settings.host_baud)
-        self._threads = [threading.Thread(target=self.run, name="pioneer %s %d" % (url, number), daemon=True) for number in (1, 2)]
+        self._threads = [threading.Thread(target=self.run, name="pioneer %s %d" % (url, number), daemon=True)
+                         for number in (1, 2)]
 
     # What the program does, on any thread
 
@@ -198,14 +204,18 @@ class LinkThreads:
 
     @contextlib.contextmanager
     def commanding(self) -> Iterator[Connected]:
-        """Hold the lock, with a robot that obeys; what it is told is written at the end. Raises LinkError, which says what stands in the way."""
+        """Hold the lock, with a robot that obeys; what it is told is written at the end.
+
+        Raises LinkError, which says what stands in the way.
+        """
         with self.changed:
             connection, connected = self.connection, self.connected
             if connection is None or connected is None:
                 raise self.failure(LinkLostError("%s: no link to the robot" % self.url))
             yield connected
             connection.send()
-            if self._closing and not connection.session.finished:   # meanwhile, by a signal handler: that stopped the robot too early
+            # meanwhile, by a signal handler: that stopped the robot too early.
+            if self._closing and not connection.session.finished:
                 connection.session.line.say(connected.last_words)
                 connection.try_send()
 
@@ -281,7 +291,8 @@ class LinkThreads:
         """Line speeds to try; none on TCP."""
         if transport.baud is None:
             return ()
-        raised = () if self._host_baud.wanted is None else (self._host_baud.wanted,)    # a crash may have left the robot at that
+        # a crash may have left the robot at that.
+        raised = () if self._host_baud.wanted is None else (self._host_baud.wanted,)
         return tuple(dict.fromkeys((transport.baud, *raised, *RATES)))
 
     def _serve(self, connection: Connection) -> List[Event]:

@@ -1,7 +1,7 @@
 """Bytes to a robot and back: a serial port, a pty or TCP, chosen by the URL alone. The only file that knows pyserial.
 
-pyserial opens and configures serial ports; reading and writing then go to the file descriptor, for sockets and serial ports alike. Its own
-``socket://`` is not used: it cannot be woken from a read, and closes only after 0.3 s.
+pyserial opens and configures serial ports; reading and writing then go to the file descriptor, for sockets and serial
+ports alike. Its own ``socket://`` is not used: it cannot be woken from a read, and closes only after 0.3 s.
 """
 
 import errno
@@ -26,9 +26,12 @@ WRITE_TIMEOUT = 0.25            # s for a few dozen bytes: 25 ms at 9600 baud
 DRAIN_TIMEOUT = 0.15            # s that close() leaves the other side of a socket to take the last bytes
 READ_SIZE = 4096
 WITHOUT_A_ROBOT = (
-    "Without a robot: python3 -m pioneer_control.simulator --tcp %d simulates one; in ROS, pioneer.launch with sim:=true")
+    "Without a robot: python3 -m pioneer_control.simulator --tcp %d simulates one; "
+    "in ROS, pioneer.launch with sim:=true")
 
-TCP_URL = re.compile(r"^(?:(?:socket|tcp)://(?P<host>[^/:]+|\[[^\]]+\])(?::(?P<port>\d+))?/?|(?P<bare_host>[^/:]+|\[[^\]]+\]):(?P<bare_port>\d+))$")
+TCP_URL = re.compile(
+    r"^(?:(?:socket|tcp)://(?P<host>[^/:]+|\[[^\]]+\])(?::(?P<port>\d+))?/?"
+    r"|(?P<bare_host>[^/:]+|\[[^\]]+\]):(?P<bare_port>\d+))$")
 
 
 class Address(NamedTuple):
@@ -39,7 +42,9 @@ class Address(NamedTuple):
 
 
 def tcp_address(url: str) -> Optional[Address]:
-    """The address in ``socket://host:port``, ``tcp://host:port`` or ``host:port``; None when it is the path of a serial port."""
+    """The address in ``socket://host:port``, ``tcp://host:port`` or ``host:port``; None when it is the path of a serial
+    port.
+    """
     match = TCP_URL.match(url)
     if match is None:
         return None
@@ -57,7 +62,9 @@ def open_transport(url: str, baud: int) -> "Transport":
     if address is not None:
         return SocketTransport(url, _connect(url, address))
     if url.isdigit():
-        raise PortError("cannot understand the port %r: for a robot on that TCP port of this machine give socket://localhost:%s" % (url, url))
+        raise PortError(
+            "cannot understand the port %r: for a robot on that TCP port of this machine give socket://localhost:%s"
+            % (url, url))
     if "://" in url:
         raise PortError("cannot understand the port %r: give a path such as /dev/ttyUSB0, or socket://host:port" % url)
     return SerialTransport(url, _open_serial(url, baud))
@@ -98,12 +105,17 @@ class Transport:
             except OSError as error:
                 raise LinkLostError("%s: the line broke: %s" % (self.url, error.strerror)) from error
             if not data:
-                raise LinkLostError("%s: the other side closed the line: switched off, cable pulled, or another program is connected" % self.url)
+                raise LinkLostError(
+                    "%s: the other side closed the line: switched off, cable pulled, or another program is connected"
+                    % self.url)
             return data
         return b""
 
     def write(self, data: bytes) -> None:
-        """Write all of ``data``. Raises LinkLostError when it does not go within WRITE_TIMEOUT: then nobody takes it."""
+        """Write all of ``data``.
+
+        Raises LinkLostError when it does not go within WRITE_TIMEOUT: then nobody takes it.
+        """
         deadline = time.monotonic() + WRITE_TIMEOUT
         while data:
             try:
@@ -131,9 +143,11 @@ class Transport:
 
 
 def tap(transport: Transport, tell: Callable[[bool, bytes], None]) -> None:
-    """Tell of all bytes from now on, in the order in which they go over the line: whether they go to the robot, and they.
+    """Tell of all bytes from now on, in the order in which they go over the line: whether they go to the robot, and
+    they.
 
-    On the thread that reads or writes them; of what is written right before that, for an answer must not be told of first.
+    On the thread that reads or writes them; of what is written right before that, for an answer must not be told of
+    first.
     """
     read, write = transport.read, transport.write
 
@@ -161,7 +175,8 @@ class SerialTransport(Transport):
         try:
             self._port.baudrate = baud
             self._port.reset_input_buffer()
-        except (serial.SerialException, OSError, ValueError) as error:      # ValueError: a speed that this adapter does not have
+        # ValueError: a speed that this adapter does not have.
+        except (serial.SerialException, OSError, ValueError) as error:
             raise LinkLostError("%s: cannot change to %d baud: %s" % (self.url, baud, error)) from error
         self.baud = baud
 
@@ -183,7 +198,9 @@ class SocketTransport(Transport):
         self._connection = connection
 
     def close(self) -> None:
-        """Half-close, and read on until the other side has taken all: a close with unread input would cancel our last bytes (RST)."""
+        """Half-close, and read on until the other side has taken all: a close with unread input would cancel our last
+        bytes (RST).
+        """
         deadline = time.monotonic() + DRAIN_TIMEOUT
         try:
             self._connection.shutdown(socket.SHUT_WR)
@@ -208,7 +225,8 @@ def _connect(url: str, address: Address) -> socket.socket:
     except (socket.gaierror, UnicodeError) as error:
         raise PortError("%s: no such host: %s" % (url, getattr(error, "strerror", error))) from error
     except socket.timeout as error:
-        raise PortError("%s: no answer from %s within %.0f s: is it switched on and in this network?" % (url, address.host, CONNECT_TIMEOUT)) from error
+        raise PortError("%s: no answer from %s within %.0f s: is it switched on and in this network?"
+                        % (url, address.host, CONNECT_TIMEOUT)) from error
     except OSError as error:
         raise PortError("%s: cannot connect: %s" % (url, error)) from error
 
@@ -228,7 +246,8 @@ def _why_not_open(path: str, error: serial.SerialException) -> str:
         if os.path.isabs(path) and not path.startswith("/dev/"):
             return "%s: no such port. Does the simulated robot run that makes it?" % path
         ports = ", ".join(sorted(port.device for port in list_ports.comports())) or "none"
-        return "%s: no such port. Serial ports of this machine: %s. %s" % (path, ports, WITHOUT_A_ROBOT % DEFAULT_TCP_PORT)
+        return "%s: no such port. Serial ports of this machine: %s. %s" % (path, ports,
+                                                                           WITHOUT_A_ROBOT % DEFAULT_TCP_PORT)
     if error.errno in (errno.EACCES, errno.EPERM):
         return "%s: no permission. %s" % (path, _how_to_get_permission(path))
     if error.errno in (errno.EBUSY, errno.EAGAIN):

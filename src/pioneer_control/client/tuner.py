@@ -1,4 +1,6 @@
-"""How a Tuning gets into a robot: nothing is acknowledged, so each value is sent until CONFIGpac shows it, or the robot has had its chances."""
+"""How a Tuning gets into a robot: nothing is acknowledged, so each value is sent until CONFIGpac shows it, or the robot
+has had its chances.
+"""
 
 import math
 from typing import Dict, List, Optional
@@ -17,8 +19,9 @@ AGAIN = 0.4             # s for the answer to a round: CONFIGpac alone takes 0.1
 class Tuner:
     """The settings of one ready robot. ``now`` is monotonic time in s; what came of a Tuning is appended to ``events``.
 
-    The first values are not sent before the robot has shown that it stands, later ones at once. They go out in rounds, each with a question
-    for CONFIGpac where that shows any of them; a value that CONFIGpac never shows (bump_stall) goes out in every round, for it may get lost.
+    The first values are not sent before the robot has shown that it stands, later ones at once. They go out in rounds,
+    each with a question for CONFIGpac where that shows any of them; a value that CONFIGpac never shows (bump_stall)
+    goes out in every round, for it may get lost.
     """
 
     def __init__(self, line: Line, identity: RobotIdentity, tuning: Tuning, events: List[Event]) -> None:
@@ -37,7 +40,9 @@ class Tuner:
         """When tick() has something to do at the latest."""
 
     def tune(self, tuning: Tuning, now: float) -> None:
-        """Values instead of those of before: only what the robot was not told last is sent; what is left open now goes back to what it had itself."""
+        """Values instead of those of before: only what the robot was not told last is sent; what is left open now goes
+        back to what it had itself.
+        """
         self._tuning = tuning
         if not self.waits_for_rest:
             self._begin(now)

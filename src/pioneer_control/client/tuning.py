@@ -1,4 +1,5 @@
-"""What a user may set in the robot itself: ramps, PID, bumpers, calibration. A field is a row of a table: its command, its place in CONFIGpac.
+"""What a user may set in the robot itself: ramps, PID, bumpers, calibration. A field is a row of a table: its command,
+its place in CONFIGpac.
 
 The robot forgets all of it at CLOSE (protocol 2.5), so it is told again after each OPEN. See tuner for how it is told.
 """
@@ -17,7 +18,8 @@ INT, UINT = 0x7FFF, 0xFFFF      # largest numbers of the wire
 
 
 class TuningRow(NamedTuple):
-    """How a field travels: the command, with its number between ``low`` and ``high`` and then ``sign``; the field of CONFIGpac that shows it.
+    """How a field travels: the command, with its number between ``low`` and ``high`` and then ``sign``; the field of
+    CONFIGpac that shows it.
 
     ``scale`` is one unit of the wire in the field's own ``unit``; None for a whole number that travels as it is.
     """
@@ -48,7 +50,8 @@ class TuningRow(NamedTuple):
 
     def check(self, name: str, value: Any) -> None:
         """Raises ParameterError that names the value and what is legal."""
-        sane = isinstance(value, int if self.scale is None else (int, float)) and not isinstance(value, bool) and abs(value) < 1e9     # NaN is not
+        sane = isinstance(value, int if self.scale is None else (int, float)) and not isinstance(value, bool)
+        sane = sane and abs(value) < 1e9        # NaN is not
         if not sane or not self.low <= self.number(value) <= self.high:
             legal = "a whole number from %d to %d" % (self.low, self.high)
             if self.scale is not None:
@@ -64,14 +67,17 @@ def _row(*row: Any, **more: Any) -> Any:
 class Tuning:
     """Settings of the robot, valid while it is connected; None leaves each as the robot has it.
 
-    Raises ParameterError that names the value and its legal range. Accelerations and decelerations are magnitudes; the robot clips them to limits of
-    its own. What the numbers of the PID and of the calibration mean, the robot's manual says.
+    Raises ParameterError that names the value and its legal range. Accelerations and decelerations are magnitudes; the
+    robot clips them to limits of its own. What the numbers of the PID and of the calibration mean, the robot's manual
+    says.
     """
 
     max_linear_acceleration: Optional[float] = _row("SETA", "translation_acceleration_mm_s2", 1, INT, MM, "m/s^2")
-    max_linear_deceleration: Optional[float] = _row("SETA", "translation_deceleration_mm_s2", 1, INT, MM, "m/s^2", sign=-1)
+    max_linear_deceleration: Optional[float] = _row("SETA", "translation_deceleration_mm_s2", 1, INT, MM, "m/s^2",
+                                                    sign=-1)
     max_angular_acceleration: Optional[float] = _row("SETRA", "rotation_acceleration_deg_s2", 1, INT, DEGREE, "rad/s^2")
-    max_angular_deceleration: Optional[float] = _row("SETRA", "rotation_deceleration_deg_s2", 1, INT, DEGREE, "rad/s^2", sign=-1)
+    max_angular_deceleration: Optional[float] = _row("SETRA", "rotation_deceleration_deg_s2", 1, INT, DEGREE, "rad/s^2",
+                                                     sign=-1)
     rotation_kp: Optional[int] = _row("ROTKP", "rotation_kp", 0, UINT)
     rotation_kv: Optional[int] = _row("ROTKV", "rotation_kv", 0, UINT)
     rotation_ki: Optional[int] = _row("ROTKI", "rotation_ki", 0, UINT)

@@ -1,8 +1,9 @@
-"""From velocities in SI to commands in whole units of the wire: the robot's (VEL, RVEL) or its wheels' (VEL2), within the limits of both.
+"""From velocities in SI to commands in whole units of the wire: the robot's (VEL, RVEL) or its wheels' (VEL2), within
+the limits of both.
 
-**Rounding.** The robot takes whole mm/s and deg/s, and for its wheels steps of 20 mm/s. A rate between two units is sent as now the lower, now the
-higher one, so that its average over a second is the rate asked for: a turn of 0.4 deg/s makes 24 degrees in a minute, where plain rounding makes
-none. Zero is always exactly zero.
+**Rounding.** The robot takes whole mm/s and deg/s, and for its wheels steps of 20 mm/s. A rate between two units is
+sent as now the lower, now the higher one, so that its average over a second is the rate asked for: a turn of 0.4 deg/s
+makes 24 degrees in a minute, where plain rounding makes none. Zero is always exactly zero.
 """
 
 import itertools
@@ -17,7 +18,8 @@ from .identity import RobotIdentity
 WIRE_LIMIT = 32767              # the largest number that VEL and RVEL carry
 WHEEL_LIMIT = COMMANDS["VEL2"].high[0]
 ROUNDING_PERIOD = 1.0           # s over which a rate is exact on average
-HOLD = 0.2                      # s for which wheels keep one of two steps: their ramps take 0.07 s, and what is shorter they average wrongly
+# s for which wheels keep one of two steps: their ramps take 0.07 s, and what is shorter they average wrongly.
+HOLD = 0.2
 LEGAL = 1 + 1e-9                # times a limit
 FASTEST = 1000.0                # m/s: more than any wheel does, and small enough to reckon with
 
@@ -81,12 +83,15 @@ class BodyVelocity(Velocity):
 
     def packets(self, linear: float, angular: float, now: float) -> Tuple[bytes, ...]:
         rates = (linear * 1000, math.degrees(angular))
-        vel, rvel = [rounding.units(rate, limit, now) for rounding, rate, limit in zip(self._rounding, rates, self._limits)]
+        vel, rvel = [rounding.units(rate, limit, now)
+                     for rounding, rate, limit in zip(self._rounding, rates, self._limits)]
         return packet("VEL", vel), packet("RVEL", rvel)
 
 
 class WheelVelocities(Velocity):
-    """Left and right wheel (m/s), both made smaller alike where one of them or the robot as a whole would go beyond a limit: the curve stays."""
+    """Left and right wheel (m/s), both made smaller alike where one of them or the robot as a whole would go beyond a
+    limit: the curve stays.
+    """
 
     def __init__(self, identity: RobotIdentity) -> None:
         super().__init__(identity)
@@ -115,11 +120,13 @@ class WheelVelocities(Velocity):
 
     def _still_near(self, left: float, right: float) -> bool:
         """Whether the present units are among those that a pair is rounded to."""
-        return abs(self._units[0] - left) < 1 and abs(self._units[1] - right) < 1 and self._excess(*self._units) <= LEGAL
+        units = self._units
+        return abs(units[0] - left) < 1 and abs(units[1] - right) < 1 and self._excess(*units) <= LEGAL
 
     def _excess(self, left: float, right: float) -> float:
         """How many times the tightest limit these are (units of VEL2)."""
-        pairs = ((left, WHEEL_LIMIT), (right, WHEEL_LIMIT), (left + right, self._max_sum), (right - left, self._max_difference))
+        pairs = ((left, WHEEL_LIMIT), (right, WHEEL_LIMIT), (left + right, self._max_sum),
+                 (right - left, self._max_difference))
         excess: float = max(abs(rate) / limit if limit else math.inf if rate else 0.0 for rate, limit in pairs)
         return excess
 

@@ -1,4 +1,7 @@
-"""Incoming messages: what is obeyed, what is refused, and why. Pure functions; a refusal is a UsageError with the reason."""
+"""Incoming messages: what is obeyed, what is refused, and why.
+
+Pure functions; a refusal is a UsageError with the reason.
+"""
 
 from typing import List, NamedTuple, Optional
 
@@ -58,23 +61,27 @@ def motors_wanted(message: MotorState) -> bool:
 def gripper_orders(message: GripperState) -> List[GripperOrder]:
     """The sub-commands in a gripper_control message, paddles first; 0 leaves that part alone.
 
-    The messages of p2os have no field for the value of PRESSURE and CARRY. It is taken from ``dir`` beside the number, which no other command
+    The messages of p2os have no field for the value of PRESSURE and CARRY. It is taken from ``dir`` beside the number,
+    which no other command
     uses: for CARRY its sign is the direction, as in a status.
 
-    Refuses the whole message when a number means nothing, or when its lift.state is that of a status: then it is a gripper_state, and
-    would move the paddles.
+    Refuses the whole message when a number means nothing, or when its lift.state is that of a status: then it is a
+    gripper_state, and would move the paddles.
     """
     grip, lift = message.grip.state, message.lift.state
     if lift in list(LiftStatus):
-        raise UsageError("gripper_control refused: lift.state %d is a status as gripper_state reports it, not a command (%s)" % (lift, LEGAL_LIFT))
+        raise UsageError(
+            "gripper_control refused: lift.state %d is a status as gripper_state reports it, not a command (%s)"
+            % (lift, LEGAL_LIFT))
     if grip not in (LEAVE_ALONE, *GripCommand):
         raise UsageError("gripper_control refused: grip.state is %d (%s)" % (grip, LEGAL_GRIP))
     if lift not in (LEAVE_ALONE, *LiftCommand):
         raise UsageError("gripper_control refused: lift.state is %d (%s)" % (lift, LEGAL_LIFT))
     if grip in MOVES_BOTH and lift != LEAVE_ALONE:
-        raise UsageError("gripper_control refused: grip.state %d moves the lift too, so lift.state must be 0, not %d" % (grip, lift))
-    return [_order(part, GripperCommand(number), value)
-            for part, number, value in (("grip", grip, message.grip.dir), ("lift", lift, message.lift.dir)) if number != LEAVE_ALONE]
+        raise UsageError("gripper_control refused: grip.state %d moves the lift too, so lift.state must be 0, not %d"
+                         % (grip, lift))
+    parts = ("grip", grip, message.grip.dir), ("lift", lift, message.lift.dir)
+    return [_order(part, GripperCommand(number), value) for part, number, value in parts if number != LEAVE_ALONE]
 
 
 def _order(part: str, command: GripperCommand, value: int) -> GripperOrder:

@@ -1,6 +1,8 @@
-"""Robot state to ROS messages: pure functions; all messages of one packet carry one stamp. Frames of the transducers are in `standard_messages`.
+"""Robot state to ROS messages: pure functions; all messages of one packet carry one stamp. Frames of the transducers
+are in `standard_messages`.
 
-Units and axes are those of REP 103; the encoding of the frozen messages is that of p2os, so that its peers and bags go on working.
+Units and axes are those of REP 103; the encoding of the frozen messages is that of p2os, so that its peers and bags go
+on working.
 """
 
 import math
@@ -16,7 +18,8 @@ from tf2_msgs.msg import TFMessage
 from .. import p2os, standard_messages
 from ..client import GripperReading, RobotIdentity, RobotState
 from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, LiftStatus, quaternion_of
-from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, GripState, LiftState, MotorState, RobotInfo, SonarArray, Stall
+from ..msg import (AIO, DIO, IO, BatteryState, Bumpers, GripperState, GripState, LiftState, MotorState, RobotInfo,
+                   SonarArray, Stall)
 from ..robots import Transducer
 from .parameters import UNKNOWN, DriverParameters
 
@@ -92,7 +95,9 @@ def ranges_by_number(state: RobotState) -> List[float]:
 
 
 def sonar_ranges(state: RobotState, stamp, frame_prefix: str, no_echo: float) -> List[Range]:
-    """One message for each transducer that this packet brought; ``no_echo`` (m) where nothing is in sight: infinity (REP 117), or NO_ECHO."""
+    """One message for each transducer that this packet brought; ``no_echo`` (m) where nothing is in sight: infinity
+    (REP 117), or NO_ECHO.
+    """
     return [
         standard_messages.sonar_range(number, reading.range, stamp, frame_prefix, no_echo)
         for number, reading in enumerate(state.sonar)
@@ -176,7 +181,9 @@ def battery_state(state: RobotState, stamp, base_link_frame: str) -> BatteryStat
 
 
 def battery(state: RobotState, stamp, base_link_frame: str) -> sensor_msgs.msg.BatteryState:
-    """Voltage (V), state of charge where the robot reports it, and what the charger does; what it does not measure is NaN."""
+    """Voltage (V), state of charge where the robot reports it, and what the charger does; what it does not measure is
+    NaN.
+    """
     status = POWER_SUPPLY_STATUS.get(state.charge_state, _Power.POWER_SUPPLY_STATUS_UNKNOWN)
     if status == _Power.POWER_SUPPLY_STATUS_DISCHARGING and state.flags & p2os.Flags.CHARGER_POWER:
         status = _Power.POWER_SUPPLY_STATUS_NOT_CHARGING
@@ -212,7 +219,8 @@ def analog_input(state: RobotState) -> Optional[AIO]:
 def ports(packet: p2os.IO, stamp, base_link_frame: str) -> IO:
     """Every port of an IOpac: digital ones as they came, analog ones in V."""
     volts = 5.0 / ANALOG_FULL_SCALE.get(len(packet.analog), 1023)
-    return IO(Header(stamp=stamp, frame_id=base_link_frame), packet.digital_in, packet.digital_out, [value * volts for value in packet.analog])
+    return IO(Header(stamp=stamp, frame_id=base_link_frame), packet.digital_in, packet.digital_out,
+              [value * volts for value in packet.analog])
 
 
 def turn_rate(rate: float, stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
@@ -224,7 +232,10 @@ def turn_rate(rate: float, stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
 
 
 def compass(state: RobotState, stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
-    """What a compass tells: the heading, by REP 103 from magnetic east counter-clockwise. It counts from north, clockwise."""
+    """What a compass tells: the heading, by REP 103 from magnetic east counter-clockwise.
+
+    It counts from north, clockwise.
+    """
     message = _imu(stamp, base_link_frame)
     message.orientation = Quaternion(*quaternion_of(math.remainder(math.pi / 2 - state.compass, 2 * math.pi)))
     message.orientation_covariance = diagonal((UNKNOWN, UNKNOWN, COMPASS_VARIANCE))
@@ -243,8 +254,10 @@ def _imu(stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
 
 
 def robot_info(identity: RobotIdentity, stamp, base_link_frame: str) -> RobotInfo:
-    """What the robot is: name, model, limits, where its transducers look and what its outline is (m, rad, base_link)."""
+    """What the robot is: name, model, limits, where its transducers look and what its outline is (m, rad, base_link).
+    """
     message = standard_messages.robot_info(identity.model, identity.has_gripper, stamp, base_link_frame)
-    message.name, message.type, message.subtype, message.firmware = identity.name, identity.type, identity.subtype, identity.firmware or ""
+    message.name, message.type, message.subtype = identity.name, identity.type, identity.subtype
+    message.firmware = identity.firmware or ""
     message.max_linear, message.max_angular = identity.max_linear, identity.max_angular
     return message

@@ -1,8 +1,10 @@
-"""Out: how well everything is, on /diagnostics, once a second and when a level changes, while somebody listens. What is said is decided in `health`.
+"""Out: how well everything is, on /diagnostics, once a second and when a level changes, while somebody listens. What is
+said is decided in `health`.
 
-Names are those of diagnostic_updater, ``NODE: TASK`` (``pioneer/p2os: Link``), so two robots never share one; the id of the hardware is the robot's
-name. A second is one of real time, also where the clock of ROS stands, jumps or runs slower: a thread of its own waits for it.
-``launch/diagnostics.launch`` gathers the tasks of each robot under its name on /diagnostics_agg. (rqt_robot_monitor, to see them, is not in Debian.)
+Names are those of diagnostic_updater, ``NODE: TASK`` (``pioneer/p2os: Link``), so two robots never share one; the id of
+the hardware is the robot's name. A second is one of real time, also where the clock of ROS stands, jumps or runs
+slower: a thread of its own waits for it. ``launch/diagnostics.launch`` gathers the tasks of each robot under its name
+on /diagnostics_agg. (rqt_robot_monitor, to see them, is not in Debian.)
 """
 
 import threading

@@ -2,31 +2,34 @@
 
 One finding per task, always the same six, so that who watches can miss one:
 
-===========  ===================================================================================================================
-task         OK                        WARN                                          ERROR
-===========  ===================================================================================================================
-Link         packets come as often     fewer come than the robot sends; damaged      no link, and why
-             as the robot sends them   packets, stray bytes or several questions
-                                       without an answer in the last seconds
-Battery      above the alarm level     below it; below the next, but charging        below the level of switching itself off
-Motors       on, or off                the STOP button is pressed; the robot took    a fault of the drives or of the safety
-                                       them away; told to drive, it stands; a        system
-                                       lasting fault that leaves them working
-Stall        wheels turn freely        a wheel is stalled
-Bumpers      free, or none fitted      a segment is pressed
-Temperature  as it should be, or       near the level of switching itself off        beyond it, or the robot says it is too hot
-             the robot reports none
-===========  ===================================================================================================================
+===========  ======================  ==============================================  =========================
+task         OK                      WARN                                            ERROR
+===========  ======================  ==============================================  =========================
+Link         packets come as often   fewer come than the robot sends; damaged        no link, and why
+             as the robot sends      packets, stray bytes or several questions
+             them                    without an answer in the last seconds
+Battery      above the alarm level   below it; below the next, but charging          below the level of
+                                                                                     switching itself off
+Motors       on, or off              the STOP button is pressed; the robot took      a fault of the drives or
+                                     them away; told to drive, it stands; a          of the safety system
+                                     lasting fault that leaves them working
+Stall        wheels turn freely      a wheel is stalled
+Bumpers      free, or none fitted    a segment is pressed
+Temperature  as it should be, or     near the level of switching itself off          beyond it, or the robot
+             the robot reports none                                                  says it is too hot
+===========  ======================  ==============================================  =========================
 
-WARN is what passes when somebody helps, ERROR what keeps the robot from its work or harms it. Without a link all but Link are STALE, the level
-of REP 107 for what is not heard of any more: neither an OK nor the alarm of an hour ago would be true.
+WARN is what passes when somebody helps, ERROR what keeps the robot from its work or harms it. Without a link all but
+Link are STALE, the level of REP 107 for what is not heard of any more: neither an OK nor the alarm of an hour ago would
+be true.
 """
 
 from collections import deque
 from operator import attrgetter
 from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Tuple
 
-from ..client import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready, RobotIdentity, RobotState,
+from ..client import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready,
+                      RobotIdentity, RobotState,
                       Unmoved)
 from ..client.identity import DEFAULT_SIP_CYCLE
 from ..p2os import ChargeState, FaultFlags, Flags
@@ -45,7 +48,8 @@ RATE_OK = 0.9
 NO_LIMIT = (None, -128)
 NEAR_LIMIT = 5.0
 """A temperature (deg C) this close to the limit is a warning."""
-CHARGING = {ChargeState.BULK: "bulk", ChargeState.OVERCHARGE: "overcharge", ChargeState.FLOAT: "float", ChargeState.BALANCE: "balance"}
+CHARGING = {ChargeState.BULK: "bulk", ChargeState.OVERCHARGE: "overcharge", ChargeState.FLOAT: "float",
+            ChargeState.BALANCE: "balance"}
 
 
 class Finding(NamedTuple):
@@ -113,7 +117,8 @@ def _finding(problems: List[Problem], otherwise: str, values: List[Tuple[str, st
 def _faults(state: RobotState, task: str) -> List[Problem]:
     """What the robot's own fault flags say about a task."""
     flags = state.fault_flags or 0
-    return [Problem(fault.level, fault.text) for flag, fault in FAULTS.items() if fault.task == task and flags & flag] if flags else []
+    return [Problem(fault.level, fault.text) for flag, fault in FAULTS.items() if fault.task == task
+            and flags & flag] if flags else []
 
 
 def _link(facts: Facts) -> Finding:
@@ -129,29 +134,34 @@ def _link(facts: Facts) -> Finding:
     rate = None if recent is None else recent.packets / recent.seconds
     if facts.no_link is None:
         values += [
-            ("Packets a second", "not known yet" if rate is None else "%.1f" % rate), ("Packets a second the robot sends", "%.1f" % (1 / cycle)),
+            ("Packets a second", "not known yet" if rate is None else "%.1f" % rate),
+            ("Packets a second the robot sends", "%.1f" % (1 / cycle)),
             ("Packets of this link that got lost", str(max(0, facts.lost)))]
     if counts is not None:
-        unanswered = "%d of %d" % (counts.unanswered, counts.questions) if counts.questions else "not known: none was asked, or none answered"
+        unanswered = "%d of %d" % (
+            counts.unanswered, counts.questions) if counts.questions else "not known: none was asked, or none answered"
         values += [
-            ("Packets", str(counts.sips)), ("Bad checksums", str(counts.bad_checksums)), ("Stray bytes", str(counts.discarded_bytes)),
-            ("Packets nobody understands", str(counts.unreadable)), ("Readings of unknown sonar", str(counts.unknown_sonar)),
+            ("Packets", str(counts.sips)), ("Bad checksums", str(counts.bad_checksums)),
+            ("Stray bytes", str(counts.discarded_bytes)),
+            ("Packets nobody understands", str(counts.unreadable)),
+            ("Readings of unknown sonar", str(counts.unknown_sonar)),
             ("Questions without an answer", unanswered),
             ("Reconnects", str(counts.reconnects)), ("Last error", counts.last_error or "none")]
     problems = []
     if facts.no_link is not None:
         problems.append(Problem(Level.ERROR, "no link: %s" % facts.no_link))
     elif recent is not None:
-        if recent.packets + 1 < RATE_OK * recent.seconds / cycle:   # one may be about to come: in a link's first second that is a tenth
-            problems.append(Problem(
-                Level.WARN, "only %.1f of %.1f packets a second arrive: check cable, radio and the computer's load" % (rate, 1 / cycle)))
+        # One may be about to come: in a link's first second that is a tenth.
+        if recent.packets + 1 < RATE_OK * recent.seconds / cycle:
+            text = "only %.1f of %.1f packets a second arrive: check cable, radio and the computer's load"
+            problems.append(Problem(Level.WARN, text % (rate, 1 / cycle)))
         if recent.bad_checksums or recent.stray_bytes:
-            problems.append(Problem(Level.WARN, "%d packets with a bad checksum and %d stray bytes within %.0f s: check cable and plugs" % (
-                recent.bad_checksums, recent.stray_bytes, recent.seconds)))
+            text = "%d packets with a bad checksum and %d stray bytes within %.0f s: check cable and plugs"
+            problems.append(Problem(Level.WARN, text % (recent.bad_checksums, recent.stray_bytes, recent.seconds)))
         if recent.questions - recent.unanswered + 1 < RATE_OK * recent.questions:       # one may always get lost
-            problems.append(Problem(Level.WARN, (
-                "%d of %d questions within %.0f s were not answered in time: what is sent to the robot gets lost, or late: check cable and radio"
-                % (recent.unanswered, recent.questions, recent.seconds))))
+            text = ("%d of %d questions within %.0f s were not answered in time: what is sent to the robot gets lost, "
+                    "or late: check cable and radio")
+            problems.append(Problem(Level.WARN, text % (recent.unanswered, recent.questions, recent.seconds)))
     return _finding(problems, "connected" if rate is None else "connected, %.1f packets a second" % rate, values)
 
 
@@ -161,14 +171,16 @@ def _battery(facts: Facts) -> Finding:
     charges, charger = _charger(state)
     problems = []
     values = [
-        ("Voltage (V)", "%.1f" % voltage), ("Alarm level (V)", "%.1f" % levels.low), ("Switches itself off at (V)", "%.1f" % levels.empty),
+        ("Voltage (V)", "%.1f" % voltage), ("Alarm level (V)", "%.1f" % levels.low),
+        ("Switches itself off at (V)", "%.1f" % levels.empty),
         ("Charger", charger)]
     if state.state_of_charge is not None:
         percent = state.state_of_charge * 100
         low, empty = (0, 0) if config is None else (config.charge_low_percent or 0, config.charge_shutdown_percent or 0)
         values.append(("State of charge (%)", "%.0f" % percent))
         if percent < max(low, empty):
-            problems.append(_running_out("battery low: %.0f %% of its charge is left" % percent, percent < empty, charges))
+            problems.append(_running_out("battery low: %.0f %% of its charge is left" % percent, percent < empty,
+                                         charges))
     if voltage < levels.empty:
         text = "battery nearly empty: %.1f V, the robot switches itself off at %.1f V" % (voltage, levels.empty)
         problems.append(_running_out(text, True, charges))
@@ -197,19 +209,22 @@ def _running_out(text: str, is_empty: bool, charges: bool) -> Problem:
 def _motors(facts: Facts) -> Finding:
     state = facts.state
     values = [
-        ("Motors", "on" if state.motors_enabled else "off"), ("STOP button", "pressed" if state.stop_button else "not pressed"),
+        ("Motors", "on" if state.motors_enabled else "off"),
+        ("STOP button", "pressed" if state.stop_button else "not pressed"),
         ("Stopped by itself last", facts.last_stop or "never")]
     problems = _faults(state, "Motors")
     if state.stop_button:
         problems.append(Problem(Level.WARN, stop_button_pressed(facts.how_to_enable)))
     elif state.flags & Flags.E_STALL:
-        problems.append(Problem(Level.WARN, "an emergency stop holds the wheels: release it, then %s" % facts.how_to_enable))
+        problems.append(Problem(Level.WARN,
+                                "an emergency stop holds the wheels: release it, then %s" % facts.how_to_enable))
     elif facts.motors_gone:
         text = "the robot took its motors away (STOP or MOTORS button, a fault): see why, then %s"
         problems.append(Problem(Level.WARN, text % facts.how_to_enable))
     if facts.unmoved:
         problems.append(Problem(Level.WARN, unmoved(facts.unmoved)))
-    return _finding(problems, "motors are on" if state.motors_enabled else "motors are off; to switch them on: %s" % facts.how_to_enable, values)
+    return _finding(problems, "motors are on" if state.motors_enabled else "motors are off; to switch them on: %s"
+                    % facts.how_to_enable, values)
 
 
 def _stall(facts: Facts) -> Finding:
@@ -227,10 +242,11 @@ def _bumpers(facts: Facts) -> Finding:
     problems, values = [], []
     for name, segments in bumpers:
         pressed = [str(number) for number, segment in enumerate(segments, 1) if segment]
-        values.append((name.capitalize(), ("pressed: " + ", ".join(pressed) if pressed else "free") if segments else "none fitted"))
+        values.append((name.capitalize(),
+                       ("pressed: " + ", ".join(pressed) if pressed else "free") if segments else "none fitted"))
         if pressed:
-            problems.append(Problem(Level.WARN, "the %s bumper is pressed (segment %s of %d): drive away from what touches it" % (
-                name, " and ".join(pressed), len(segments))))
+            text = "the %s bumper is pressed (segment %s of %d): drive away from what touches it"
+            problems.append(Problem(Level.WARN, text % (name, " and ".join(pressed), len(segments))))
     return _finding(problems, "free" if any(segments for _, segments in bumpers) else "no bumpers are fitted", values)
 
 
@@ -271,15 +287,22 @@ def find(task: str, facts: Facts) -> Finding:
 
 
 class LinkWindow:
-    """What the line brought lately, from the counts since the start. A new link begins anew: the noise of connecting does not count."""
+    """What the line brought lately, from the counts since the start.
+
+    A new link begins anew: the noise of connecting does not count.
+    """
 
     def __init__(self) -> None:
         self._samples: Deque[Tuple[float, LinkCounts]] = deque()
 
     def recent(self, now: float, counts: LinkCounts) -> Optional[Recent]:
-        """Take the counts of this moment. Returns what came since those of WINDOW ago; None within the first second of a link."""
+        """Take the counts of this moment.
+
+        Returns what came since those of WINDOW ago; None within the first second of a link.
+        """
         samples = self._samples
-        if samples and (samples[-1][1].reconnects != counts.reconnects or now - samples[-1][0] > 2 * WINDOW):   # or nobody asked
+        # Or nobody asked.
+        if samples and (samples[-1][1].reconnects != counts.reconnects or now - samples[-1][0] > 2 * WINDOW):
             samples.clear()
         if not samples or now - samples[-1][0] >= SAMPLING:
             samples.append((now, counts))
@@ -292,7 +315,8 @@ class LinkWindow:
             "sips", "bad_checksums", "discarded_bytes", "questions", "unanswered")))
 
 
-JUDGED = ("flags", "motors_enabled", "stop_button", "fault_flags", "left_stall", "right_stall", "front_bumpers", "rear_bumpers", "battery_voltage",
+JUDGED = ("flags", "motors_enabled", "stop_button", "fault_flags", "left_stall", "right_stall", "front_bumpers",
+          "rear_bumpers", "battery_voltage",
           "charge_state", "temperature", "state_of_charge")
 """All of a state that findings depend on: most states differ from the one before in nothing of it."""
 _judged = attrgetter(*JUDGED)
@@ -345,7 +369,11 @@ class Health:
         return changed
 
     def event(self, event: Event) -> bool:
-        """Take an event. Whether the link has gone or the level of any task has changed by it; that the link is there shows with the first state."""
+        """Take an event.
+
+        Whether the link has gone or the level of any task has changed by it; that the link is there shows with the
+        first state.
+        """
         facts, was_gone = self._facts, self._facts.no_link not in (None, NOT_YET)
         if isinstance(event, Ready):
             self._cycle = event.identity.sip_cycle

@@ -1,11 +1,14 @@
-"""The driver node: a robot on a port, offered to ROS. All names are relative to the node's namespace (`pioneer` in pioneer.launch).
+"""The driver node: a robot on a port, offered to ROS. All names are relative to the node's namespace (`pioneer` in
+pioneer.launch).
 
-What it offers is tables: `publications` what goes out, `requests` what comes in, `parameters` what can be set, `health` what diagnostics say.
-docs/driver.md has them all with units and meanings, and what happens when something goes wrong; tests hold it against these tables.
+What it offers is tables: `publications` what goes out, `requests` what comes in, `parameters` what can be set, `health`
+what diagnostics say. docs/driver.md has them all with units and meanings, and what happens when something goes wrong;
+tests hold it against these tables.
 
-Commands that `rosbag play` publishes are refused unless ``accept_replay`` is set. Motors are never switched on unless somebody asks, be it
-by ``enable_motors_on_start``, which counts once, for the first connection: never after a reconnect. Every way
-out stops the robot, switches its motors off and ends the session. All safety timers run in the client, on monotonic time.
+Commands that `rosbag play` publishes are refused unless ``accept_replay`` is set. Motors are never switched on unless
+somebody asks, be it by ``enable_motors_on_start``, which counts once, for the first connection: never after a
+reconnect. Every way out stops the robot, switches its motors off and ends the session. All safety timers run in the
+client, on monotonic time.
 """
 
 import sys
@@ -14,7 +17,8 @@ from typing import Any, Callable, Dict, Iterable
 
 import rospy
 
-from ..client import (BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, MotorsAnswered, Ready, Robot, RobotState, StatesMissed,
+from ..client import (BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, MotorsAnswered, Ready, Robot,
+                      RobotState, StatesMissed,
                       Tuned, Unmoved)
 from ..errors import ParameterError, PioneerError, PortError
 from ..ros_node import init_node
@@ -28,7 +32,8 @@ from .requests import Requests
 from .wire_topic import WirePublisher
 
 START_GRACE = 3.0
-"""Seconds from the start in which a port that is not there yet is no news: a simulated robot starts beside its driver."""
+"""Seconds from the start in which a port that is not there yet is no news: a simulated robot starts beside its driver.
+"""
 
 
 class DriverNode:
@@ -97,7 +102,10 @@ class DriverNode:
         return 0 if self._asked_to_end else 1
 
     def _end(self) -> None:
-        """ROS shuts down (a signal, rosnode kill): stop first, whatever thread this is. `run` waits for the rest, while ROS takes its own time."""
+        """ROS shuts down (a signal, rosnode kill): stop first, whatever thread this is.
+
+        `run` waits for the rest, while ROS takes its own time.
+        """
         self._asked_to_end = True
         self._robot.close(wait=False)
         self._diagnostics.stop()
@@ -152,13 +160,15 @@ class DriverNode:
         self._warn([Notice(event.reason, "the robot stopped: %s; it stands until a new command" % event.reason)])
 
     def _timed_out(self, event: CommandTimedOut) -> None:
-        self._warn([Notice("timed out", "the robot was stopped: no velocity came for %.1f s (cmd_vel_timeout)" % event.age)])
+        self._warn([Notice("timed out",
+                           "the robot was stopped: no velocity came for %.1f s (cmd_vel_timeout)" % event.age)])
 
     def _unmoved(self, event: Unmoved) -> None:
         self._warn([Notice("unmoved", unmoved(event.age))])
 
     def _missed(self, event: StatesMissed) -> None:
-        self._warn([Notice("missed", "this computer is too slow: %d states and packets of the robot were not published" % event.number)])
+        self._warn([Notice("missed", "this computer is too slow: %d states and packets of the robot were not published"
+                           % event.number)])
 
     def _line_speed(self, event: LineSpeed) -> None:
         problem = ": " + event.problem if event.problem else ""

@@ -53,7 +53,8 @@ def stalled_wheels(state: RobotState) -> str:
     stalled = [name for name, stall in (("left", state.left_stall), ("right", state.right_stall)) if stall]
     if not stalled or state.stop_button:
         return ""
-    return "the %s wheel%s stalled: something holds the robot" % (" and the ".join(stalled), "s are" if len(stalled) > 1 else " is")
+    return "the %s wheel%s stalled: something holds the robot" % (" and the ".join(stalled),
+                                                                  "s are" if len(stalled) > 1 else " is")
 
 
 def stop_button_pressed(how_to_enable: str) -> str:
@@ -63,7 +64,8 @@ def stop_button_pressed(how_to_enable: str) -> str:
 
 def unmoved(age: float) -> str:
     """What to say of a robot that has stood for ``age`` s with its motors on, told to drive."""
-    return "told to drive, the robot has not moved for %.0f s: does it hear? check the wire to it; then what holds its wheels" % age
+    return ("told to drive, the robot has not moved for %.0f s: does it hear? check the wire to it; "
+            "then what holds its wheels" % age)
 
 
 class Throttle:
@@ -74,7 +76,10 @@ class Throttle:
         self._last: Dict[str, float] = {}
 
     def passes(self, kind: str, now: float) -> bool:
-        """Whether a warning of this kind may be given now; if so it counts as given. Numbers in a kind make no other of it."""
+        """Whether a warning of this kind may be given now; if so it counts as given.
+
+        Numbers in a kind make no other of it.
+        """
         kind = NUMBER.sub("", kind)
         last = self._last.get(kind)
         if last is not None and now - last < self._period:
@@ -119,13 +124,15 @@ class Watch:
         """What is to be said about a velocity command that arrived, `moving` unless it is zero."""
         notices = []
         if moving and state is not None and not state.motors_enabled:
-            notices.append(Notice("motors off", "a velocity arrived, but the motors are off; to switch them on: %s" % self._how_to_enable))
+            notices.append(Notice("motors off", "a velocity arrived, but the motors are off; to switch them on: %s"
+                                  % self._how_to_enable))
         gap = now - self._last_command if self._last_command is not None else 0.0
         self._gaps = self._gaps + 1 if self._was_moving and self.cmd_vel_timeout < gap < SAME_COMMANDER else 0
         if self._gaps > 1:  # one alone may be the pause between two drives
             notices.append(Notice(
                 "slow",
-                "velocities come every %.1f s, but are too old after %.1f s (cmd_vel_timeout): the robot stops in between; publish at 10 Hz"
+                "velocities come every %.1f s, but are too old after %.1f s (cmd_vel_timeout): the robot stops in "
+                "between; publish at 10 Hz"
                 % (gap, self.cmd_vel_timeout),
             ))
         self._last_command, self._was_moving = now, moving

@@ -1,5 +1,5 @@
-"""Everything that can be set on the driver, in one table: a field is a private parameter of the node, with its default, what is
-legal, its unit and what it does.
+"""Everything that can be set on the driver, in one table: a field is a private parameter of the node, with its default,
+what is legal, its unit and what it does.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -17,9 +17,11 @@ VARIANCES = Numbers(6, 0.0, 1e9)
 Variances = Tuple[float, float, float, float, float, float]     # of x, y, z (m^2), roll, pitch, yaw (rad^2)
 
 WITHOUT_EFFECT = {
-    **dict.fromkeys("use_tcp tcp_remote_host tcp_remote_port".split(), "give the address as the port: port:=socket://host:8101"),
+    **dict.fromkeys("use_tcp tcp_remote_host tcp_remote_port".split(),
+                    "give the address as the port: port:=socket://host:8101"),
     **dict.fromkeys("radio joystick direct_wheel_vel_control".split(), "it never had one in p2os either"),
-    **dict.fromkeys("bumpers_frame sonar_frame".split(), "bumpers are in the robot's frame, each transducer has its own"),
+    **dict.fromkeys("bumpers_frame sonar_frame".split(),
+                    "bumpers are in the robot's frame, each transducer has its own"),
     **dict.fromkeys("lat_accel lat_decel".split(), "no robot is driven sideways"),
     "trans_accel": "it is called max_xaccel here",
     "trans_decel": "it is called max_xdecel here",
@@ -44,7 +46,9 @@ TUNING = {
     "drift_factor": "drift_factor",
     "rev_count": "rev_count",
 }
-"""Parameters that are set in the robot, by their names in client.Tuning; at its default each leaves the robot's own value."""
+"""Parameters that are set in the robot, by their names in client.Tuning; at its default each leaves the robot's own
+value.
+"""
 
 
 @dataclass(frozen=True)
@@ -59,42 +63,56 @@ class DriverParameters:
     gripper: Optional[bool] = parameter(None, AutoSwitch(), "is a gripper fitted? auto: what the robot says")
     beam_polarity: int = parameter(1, Choice((0, 1)), "what the gripper's beams read when something breaks them")
     pulse: float = parameter(1.0, Number(-1.0, 1.5), "time between signs of life to the robot; 0 or less: none", "s")
-    link_check: bool = parameter(True, Switch(), "ask the robot a few times a second while it is driven, to see whether commands arrive")
+    link_check: bool = parameter(
+        True, Switch(), "ask the robot a few times a second while it is driven, to see whether commands arrive")
     use_sonar: bool = parameter(True, Switch(), "sonar on; false: off, and no sonar topic is fed")
-    max_xspeed: float = parameter(0.5, Number(0.01, 3.0), "no forward or backward command goes beyond", "m/s", live=True)
+    max_xspeed: float = parameter(0.5, Number(0.01, 3.0), "no forward or backward command goes beyond", "m/s",
+                                  live=True)
     max_yawspeed: float = parameter(1.745, Number(0.02, 6.3), "no turn goes beyond", "rad/s", live=True)
     cmd_vel_timeout: float = parameter(0.6, Number(0.1, 2.0), "a velocity older than this means stop", "s", live=True)
     max_xaccel: float = parameter(0.0, Rate(0.01, 10.0), "acceleration; 0: the robot's own", "m/s^2", live=True)
-    max_xdecel: float = parameter(0.0, Rate(0.1, 10.0, signed=True), "deceleration, any sign; 0: the robot's own", "m/s^2", live=True)
-    max_yawaccel: float = parameter(0.0, Rate(0.1, 20.0), "acceleration of turns; 0: the robot's own", "rad/s^2", live=True)
-    max_yawdecel: float = parameter(0.0, Rate(0.2, 20.0, signed=True), "deceleration of turns, any sign; 0: the robot's own", "rad/s^2", live=True)
+    max_xdecel: float = parameter(0.0, Rate(0.1, 10.0, signed=True), "deceleration, any sign; 0: the robot's own",
+                                  "m/s^2", live=True)
+    max_yawaccel: float = parameter(0.0, Rate(0.1, 20.0), "acceleration of turns; 0: the robot's own", "rad/s^2",
+                                    live=True)
+    max_yawdecel: float = parameter(0.0, Rate(0.2, 20.0, signed=True),
+                                    "deceleration of turns, any sign; 0: the robot's own", "rad/s^2", live=True)
     rot_kp: int = parameter(-1, GAIN, "rotation PID, proportional; -1: the robot's own", live=True)
     rot_kv: int = parameter(-1, GAIN, "rotation PID, derivative; -1: the robot's own", live=True)
     rot_ki: int = parameter(-1, GAIN, "rotation PID, integral; -1: the robot's own", live=True)
     trans_kp: int = parameter(-1, GAIN, "translation PID, proportional; -1: the robot's own", live=True)
     trans_kv: int = parameter(-1, GAIN, "translation PID, derivative; -1: the robot's own", live=True)
     trans_ki: int = parameter(-1, GAIN, "translation PID, integral; -1: the robot's own", live=True)
-    bumpstall: int = parameter(-1, Whole(-1, 3), "bumpers that stall: 0 none, 1 front, 2 rear, 3 both; -1: the robot's own", live=True)
+    bumpstall: int = parameter(-1, Whole(-1, 3),
+                               "bumpers that stall: 0 none, 1 front, 2 rear, 3 both; -1: the robot's own", live=True)
     ticks_mm: int = parameter(0, Whole(0, 65535), "calibration TicksMM; 0: the robot's own", "1/mm", live=True)
-    drift_factor: int = parameter(NO_DRIFT_GIVEN, Whole(NO_DRIFT_GIVEN, 32767), "calibration DriftFactor; -32768: the robot's own", live=True)
+    drift_factor: int = parameter(NO_DRIFT_GIVEN, Whole(NO_DRIFT_GIVEN, 32767),
+                                  "calibration DriftFactor; -32768: the robot's own", live=True)
     rev_count: int = parameter(0, Whole(0, 65535), "calibration RevCount; 0: the robot's own", "1/turn", live=True)
-    enable_motors_on_start: bool = parameter(False, Switch(), "motors on when the robot is found for the first time, with nobody asking")
+    enable_motors_on_start: bool = parameter(False, Switch(),
+                                             "motors on when the robot is found for the first time, with nobody asking")
     accept_replay: bool = parameter(False, Switch(), "obey commands that `rosbag play` publishes")
     odom_frame_id: str = parameter("odom", Text(slash=False), "frame of the pose")
     base_link_frame_id: str = parameter("base_link", Text(slash=False), "frame of the robot")
     frame_prefix: str = parameter("", Text(empty=True, slash=False), "put before every frame name, e.g. robot2/")
     publish_tf: bool = parameter(True, Switch(), "publish the transform odom -> base_link")
     publish_wire: bool = parameter(False, Switch(), "publish every byte of the robot's line, both ways, on wire")
-    sonar_no_echo: str = parameter("inf", Choice(("inf", "max")), "range in sonar_ranges when nothing is in sight: inf or max")
-    pose_covariance_moving: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES, "of pose, while the robot moves")
-    pose_covariance_still: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES, "of pose, while it stands")
-    twist_covariance_moving: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES, "of twist, while the robot moves")
-    twist_covariance_still: Variances = parameter((1e-6, 1e-6, UNKNOWN, UNKNOWN, UNKNOWN, 1e-6), VARIANCES, "of twist, while it stands")
+    sonar_no_echo: str = parameter("inf", Choice(("inf", "max")),
+                                   "range in sonar_ranges when nothing is in sight: inf or max")
+    pose_covariance_moving: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES,
+                                                  "of pose, while the robot moves")
+    pose_covariance_still: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES,
+                                                 "of pose, while it stands")
+    twist_covariance_moving: Variances = parameter((1e-3, 1e-3, UNKNOWN, UNKNOWN, UNKNOWN, 1e-2), VARIANCES,
+                                                   "of twist, while the robot moves")
+    twist_covariance_still: Variances = parameter((1e-6, 1e-6, UNKNOWN, UNKNOWN, UNKNOWN, 1e-6), VARIANCES,
+                                                  "of twist, while it stands")
 
     @property
     def tuning(self) -> Tuning:
         """What is to be set in the robot; None where it is to be left as the robot has it."""
-        return Tuning(**{name: getattr(self, ours) for ours, name in TUNING.items() if getattr(self, ours) != getattr(DriverParameters, ours)})
+        return Tuning(**{name: getattr(self, ours) for ours, name in TUNING.items()
+                         if getattr(self, ours) != getattr(DriverParameters, ours)})
 
     @property
     def odom_frame(self) -> str:
@@ -112,7 +130,10 @@ LIVE = {entry.name: entry for entry in fields(DriverParameters) if entry.metadat
 
 
 def changed(parameters: DriverParameters, wanted: Mapping[str, Any]) -> DriverParameters:
-    """The parameters with some live ones changed. Raises ParameterError for what check_parameters() refuses, and for what is not live."""
+    """The parameters with some live ones changed.
+
+    Raises ParameterError for what check_parameters() refuses, and for what is not live.
+    """
     fixed = sorted(set(wanted) - set(LIVE))
     if fixed:
         raise ParameterError("~%s cannot change while the driver runs" % ", ~".join(fixed))

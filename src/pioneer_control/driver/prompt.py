@@ -1,7 +1,8 @@
-"""What makes messages leave sooner. A reader of the driver can skip this file: without it all is the same, and a little later.
+"""What makes messages leave sooner. A reader of the driver can skip this file: without it all is the same, and a little
+later.
 
-* rospy hands each message to a thread per subscriber, and that thread has to wake up first. Here the thread that publishes writes to the socket itself,
-  as far as that cannot hold it up.
+* rospy hands each message to a thread per subscriber, and that thread has to wake up first. Here the thread that
+  publishes writes to the socket itself, as far as that cannot hold it up.
 * genpy visits each field of a message. Pose, transform and sonar write themselves in one go here.
 
 bench/driver.md has what each of them gains. Where rospy is not as this file expects it, all goes rospy's own way.
@@ -55,8 +56,9 @@ def send_promptly() -> bool:
 class PromptConnection:
     """A connection to one subscriber, in the place of rospy's QueuedConnection, and with its interface.
 
-    The thread that publishes a message writes as much of it as the socket takes at once. What is left waits, and so does what is published meanwhile:
-    the newest ``queue_size`` messages (0: all). A thread writes what waits. So a subscriber that does not read holds up nobody.
+    The thread that publishes a message writes as much of it as the socket takes at once. What is left waits, and so
+    does what is published meanwhile: the newest ``queue_size`` messages (0: all). A thread writes what waits. So a
+    subscriber that does not read holds up nobody.
 
     Args:
         connection: rospy's connection; all else that is asked of this one is asked of it.
@@ -94,7 +96,10 @@ class PromptConnection:
         return True
 
     def _written_at_once(self, data: bytes) -> int:
-        """Write as many bytes as the socket takes at once; how many. A broken one takes none: the thread finds out, as rospy does."""
+        """Write as many bytes as the socket takes at once; how many.
+
+        A broken one takes none: the thread finds out, as rospy does.
+        """
         try:
             count: int = self._connection.socket.send(data, socket.MSG_DONTWAIT)
         except (OSError, AttributeError):       # AttributeError: it is closed
@@ -128,7 +133,9 @@ class PromptConnection:
 
 
 class PoseMessage:
-    """A nav_msgs/Odometry: pose in the odometry frame, twist in base_link, with the covariances for a robot that moves or stands."""
+    """A nav_msgs/Odometry: pose in the odometry frame, twist in base_link, with the covariances for a robot that moves
+    or stands.
+    """
 
     _type, _md5sum, _has_header = Odometry._type, Odometry._md5sum, True
 

@@ -38,15 +38,26 @@ class PublishedTopic(NamedTuple):
     convert: Callable[[Any, rospy.Time], Any]
     """From a source and its stamp: a message, a list of them, or None when there is nothing to say."""
     available_if: Optional[Callable[[RobotIdentity], Any]] = None
-    """Whether a robot can feed it: only then it is advertised. None: every robot can, so that it is there before the first one is."""
+    """Whether a robot can feed it: only then it is advertised.
+
+    None: every robot can, so that it is there before the first one is.
+    """
     asks: Optional[Callable[[RobotIdentity], str]] = None
-    """The kind of packets (client.data.DATA) that a robot has to be asked for while somebody listens; empty if it need not be."""
+    """The kind of packets (client.data_requests.DATA) that a robot has to be asked for while somebody listens.
+
+    Empty if it need not be.
+    """
     latch: Optional[Callable[[Any], Any]] = None
-    """What of the source it tells: published when that changes, whether somebody listens or not; else with each source, as long as somebody listens."""
+    """What of the source it tells: published when that changes, whether somebody listens or not; else with each source,
+    as long as somebody listens.
+    """
 
 
 class Listeners(rospy.SubscribeListener):
-    """Notices that somebody came or went. Asking every publisher for each packet would take longer than all else that a packet needs."""
+    """Notices that somebody came or went.
+
+    Asking every publisher for each packet would take longer than all else that a packet needs.
+    """
 
     def __init__(self) -> None:
         self.changed = True
@@ -72,7 +83,8 @@ class Publications:
         self._topics = self._table(parameters)
         self._publishers: Dict[str, rospy.Publisher] = {}
         self._listeners = Listeners()
-        self._wanted: Dict[type, List[PublishedTopic]] = {}      # what has to be made, by its source; latched ones always
+        # What has to be made, by its source; latched ones always.
+        self._wanted: Dict[type, List[PublishedTopic]] = {}
         self._latched: Dict[str, Any] = {}
         self._requested: Set[str] = set()
         self._identity: Optional[RobotIdentity] = None
@@ -91,39 +103,66 @@ class Publications:
 
         pose, transform, sonar = converters(odom, base, conversions.covariances(parameters))
 
-        def has_sonar(identity):
+        def has_sonar(identity: RobotIdentity) -> Any:
             return identity.model.sonar
+
+        def if_on(state: RobotState, message: Callable[[], Any]) -> Any:
+            return message() if state.sonar_enabled else None
 
         return (
             PublishedTopic("pose", Odometry, RobotState, pose),
             *([PublishedTopic("/tf", TFMessage, RobotState, transform)] if parameters.publish_tf else []),
-            PublishedTopic("sonar", SonarArray, RobotState, lambda state, stamp: sonar(state, stamp) if state.sonar_enabled else None, available_if=has_sonar),
-            PublishedTopic("sonar_ranges", Range, RobotState, lambda state, stamp: conversions.sonar_ranges(state, stamp, prefix, no_echo), available_if=has_sonar),
-            PublishedTopic("sonar_points", PointCloud2, RobotState, lambda state, stamp: self._sonar_points(state, stamp, base), available_if=has_sonar),
-            PublishedTopic("/tf_static", TFMessage, RobotIdentity,
-                  lambda identity, stamp: standard_messages.sonar_frames(identity.model.sonar, stamp, base, prefix), available_if=has_sonar, latch=lambda identity: identity),
-            PublishedTopic("joint_states", JointState, RobotState,
-                  lambda state, stamp: conversions.joint_states(state, stamp, self._identity.model.wheel_radius),
-                  available_if=lambda identity: identity.model.wheel_radius),
-            PublishedTopic("motor_state", MotorState, RobotState, lambda state, stamp: conversions.motor_state(state)),
-            PublishedTopic("e_stop", Bool, RobotState, lambda state, stamp: conversions.e_stop(state), latch=lambda state: state.stop_button),
+            PublishedTopic(
+                "sonar", SonarArray, RobotState,
+                lambda state, stamp: if_on(state, lambda: sonar(state, stamp)), has_sonar),
+            PublishedTopic(
+                "sonar_ranges", Range, RobotState,
+                lambda state, stamp: conversions.sonar_ranges(state, stamp, prefix, no_echo), has_sonar),
+            PublishedTopic(
+                "sonar_points", PointCloud2, RobotState,
+                lambda state, stamp: if_on(state, lambda: conversions.sonar_points(
+                    state, stamp, base, self._identity.model.sonar)), has_sonar),
+            PublishedTopic(
+                "/tf_static", TFMessage, RobotIdentity,
+                lambda identity, stamp: standard_messages.sonar_frames(identity.model.sonar, stamp, base, prefix),
+                has_sonar, latch=lambda identity: identity),
+            PublishedTopic(
+                "joint_states", JointState, RobotState,
+                lambda state, stamp: conversions.joint_states(state, stamp, self._identity.model.wheel_radius),
+                lambda identity: identity.model.wheel_radius),
+            PublishedTopic(
+                "motor_state", MotorState, RobotState, lambda state, stamp: conversions.motor_state(state)),
+            PublishedTopic(
+                "e_stop", Bool, RobotState, lambda state, stamp: conversions.e_stop(state),
+                latch=lambda state: state.stop_button),
             PublishedTopic("stall", Stall, RobotState, lambda state, stamp: conversions.stall(state, stamp, base)),
-            PublishedTopic("bumpers", Bumpers, RobotState, lambda state, stamp: conversions.bumpers(state, stamp, base),
-                  available_if=lambda identity: identity.model.front_bumpers or identity.model.rear_bumpers),
-            PublishedTopic("battery_state", BatteryState, RobotState, lambda state, stamp: conversions.battery_state(state, stamp, base)),
-            PublishedTopic("battery", Battery, RobotState, lambda state, stamp: conversions.battery(state, stamp, base)),
-            PublishedTopic("gripper_state", GripperState, RobotState, lambda state, stamp: self._gripper_state(state),
-                  available_if=lambda identity: identity.has_gripper, asks=lambda identity: "gripper" if is_on_general_io(identity) else ""),
+            PublishedTopic(
+                "bumpers", Bumpers, RobotState, lambda state, stamp: conversions.bumpers(state, stamp, base),
+                lambda identity: identity.model.front_bumpers or identity.model.rear_bumpers),
+            PublishedTopic(
+                "battery_state", BatteryState, RobotState,
+                lambda state, stamp: conversions.battery_state(state, stamp, base)),
+            PublishedTopic(
+                "battery", Battery, RobotState, lambda state, stamp: conversions.battery(state, stamp, base)),
+            PublishedTopic(
+                "gripper_state", GripperState, RobotState, lambda state, stamp: self._gripper_state(state),
+                lambda identity: identity.has_gripper,
+                lambda identity: "gripper" if is_on_general_io(identity) else ""),
             PublishedTopic("dio", DIO, RobotState, lambda state, stamp: conversions.digital_inputs(state)),
             PublishedTopic("aio", AIO, RobotState, lambda state, stamp: conversions.analog_input(state)),
-            PublishedTopic("io", IO, p2os.IO, lambda packet, stamp: conversions.ports(packet, stamp, base),
-                  available_if=lambda identity: p2os.knows(identity.model.firmware_family, "IOREQUEST"), asks=lambda identity: "io"),
-            PublishedTopic("imu", Imu, p2os.Gyro, lambda packet, stamp: self._imu(packet, stamp, base),
-                  available_if=is_for_client, asks=lambda identity: "gyro"),
-            PublishedTopic("compass", Imu, RobotState, lambda state, stamp: conversions.compass(state, stamp, base) if state.compass is not None else None,
-                  available_if=lambda identity: self._has_compass),
-            PublishedTopic("robot_info", RobotInfo, RobotIdentity, lambda identity, stamp: conversions.robot_info(identity, stamp, base),
-                  latch=lambda identity: identity),
+            PublishedTopic(
+                "io", IO, p2os.IO, lambda packet, stamp: conversions.ports(packet, stamp, base),
+                lambda identity: p2os.knows(identity.model.firmware_family, "IOREQUEST"), lambda identity: "io"),
+            PublishedTopic(
+                "imu", Imu, p2os.Gyro, lambda packet, stamp: self._imu(packet, stamp, base),
+                is_for_client, lambda identity: "gyro"),
+            PublishedTopic(
+                "compass", Imu, RobotState,
+                lambda state, stamp: None if state.compass is None else conversions.compass(state, stamp, base),
+                lambda identity: self._has_compass),
+            PublishedTopic(
+                "robot_info", RobotInfo, RobotIdentity,
+                lambda identity, stamp: conversions.robot_info(identity, stamp, base), latch=lambda identity: identity),
         )
 
     def state(self, state: RobotState) -> None:
@@ -157,7 +196,10 @@ class Publications:
             self._publish(RobotIdentity, identity, rospy.Time.now())
 
     def close(self) -> None:
-        """Publish nothing more: ROS shuts down, and closes topics before it says so. Who keeps the lock for longer waits for a master that hangs."""
+        """Publish nothing more: ROS shuts down, and closes topics before it says so.
+
+        Who keeps the lock for longer waits for a master that hangs.
+        """
         locked = self._lock.acquire(timeout=CLOSE_TIMEOUT)
         self._topics, self._wanted = (), {}
         if locked:
@@ -180,10 +222,12 @@ class Publications:
     def _advertise(self) -> None:
         """Offer what the robot can feed, and nothing else."""
         for topic in self._topics:
-            wanted = topic.available_if is None or self._identity is not None and bool(topic.available_if(self._identity))
+            available_if, identity = topic.available_if, self._identity
+            wanted = available_if is None or identity is not None and bool(available_if(identity))
             if wanted and topic.name not in self._publishers:
                 self._publishers[topic.name] = rospy.Publisher(
-                    topic.name, topic.message, self._listeners, tcp_nodelay=True, latch=topic.latch is not None, queue_size=QUEUE)
+                    topic.name, topic.message, self._listeners, tcp_nodelay=True, latch=topic.latch is not None,
+                    queue_size=QUEUE)
             elif not wanted and topic.name in self._publishers:
                 self._publishers.pop(topic.name).unregister()
                 self._latched.pop(topic.name, None)
@@ -210,13 +254,11 @@ class Publications:
 
     # Conversions that need more than the packet.
 
-    def _sonar_points(self, state: RobotState, stamp: rospy.Time, base_link_frame: str) -> Optional[PointCloud2]:
-        return conversions.sonar_points(state, stamp, base_link_frame, self._identity.model.sonar) if state.sonar_enabled else None
-
     def _gripper_state(self, state: RobotState) -> Optional[GripperState]:
         if state.gripper is None:
             return None
-        return self._gripper.message(state.gripper if self._switches is None else with_switches(state.gripper, self._switches))
+        reading = state.gripper if self._switches is None else with_switches(state.gripper, self._switches)
+        return self._gripper.message(reading)
 
     def _imu(self, packet: p2os.Gyro, stamp: rospy.Time, base_link_frame: str) -> Optional[Imu]:
         rate = self._gyro.rate(packet, self._standing)

@@ -1,13 +1,16 @@
-"""dynamic_reconfigure without a .cfg file: what may change while the driver runs, and within which bounds, is what the table of parameters says.
+"""dynamic_reconfigure without a .cfg file: what may change while the driver runs, and within which bounds, is what the
+table of parameters says.
 
-Its own server would move a value that is out of range to the bound, and let NaN pass; here it is refused, and the log says why.
+Its own server would move a value that is out of range to the bound, and let NaN pass; here it is refused, and the log
+says why.
 """
 
 import threading
 from typing import Any, Callable, Dict, Mapping
 
 import rospy
-from dynamic_reconfigure.msg import Config, ConfigDescription, DoubleParameter, Group, GroupState, IntParameter, ParamDescription
+from dynamic_reconfigure.msg import (Config, ConfigDescription, DoubleParameter, Group, GroupState, IntParameter,
+                                     ParamDescription)
 from dynamic_reconfigure.srv import Reconfigure, ReconfigureRequest, ReconfigureResponse
 
 from ..errors import PioneerError
@@ -38,8 +41,10 @@ def description() -> ConfigDescription:
     for name, row in LIVE.items():
         unit = " (%s)" % row.metadata["unit"] if row.metadata["unit"] else ""
         rows.append(ParamDescription(name, TYPES[type(row.default)][0], 0, row.metadata["meaning"] + unit, ""))
-    bounds = [encode({name: type(row.default)(getattr(row.metadata["kind"], bound)) for name, row in LIVE.items()}) for bound in ("low", "high")]
-    return ConfigDescription(groups=[Group(GROUP, "", rows, 0, 0)], min=bounds[0], max=bounds[1], dflt=encode(values_of(DriverParameters())))
+    bounds = [encode({name: type(row.default)(getattr(row.metadata["kind"], bound)) for name, row in LIVE.items()})
+              for bound in ("low", "high")]
+    return ConfigDescription(groups=[Group(GROUP, "", rows, 0, 0)], min=bounds[0], max=bounds[1],
+                             dflt=encode(values_of(DriverParameters())))
 
 
 def values_of(parameters: DriverParameters) -> Dict[str, Any]:
@@ -52,7 +57,8 @@ class Reconfiguration:
 
     Args:
         parameters: as they are.
-        apply: is given what they shall be, and makes it so; a PioneerError that it raises is the answer, and then nothing has changed.
+        apply: is given what they shall be, and makes it so; a PioneerError that it raises is the answer, and then
+            nothing has changed.
     """
 
     def __init__(self, parameters: DriverParameters, apply: Callable[[DriverParameters], None]) -> None:
@@ -88,4 +94,5 @@ class Reconfiguration:
         try:
             rospy.set_param("~" + name, value)
         except OSError as error:
-            rospy.logwarn("~%s is %s until this driver ends; the parameter server does not keep it: %s", name, value, error)
+            rospy.logwarn("~%s is %s until this driver ends; the parameter server does not keep it: %s", name, value,
+                          error)

@@ -1,4 +1,5 @@
-"""In: commands to the robot, from topics and services: a table of each, and what obeys by it. Called on threads of rospy's.
+"""In: commands to the robot, from topics and services: a table of each, and what obeys by it. Called on threads of
+rospy's.
 
 `commands` says which messages are obeyed.
 """
@@ -38,7 +39,8 @@ class Requests:
         warn: tells the user.
     """
 
-    def __init__(self, parameters: DriverParameters, robot: Robot, watch: Watch, warn: Callable[[Iterable[Notice]], None]) -> None:
+    def __init__(self, parameters: DriverParameters, robot: Robot, watch: Watch,
+                 warn: Callable[[Iterable[Notice]], None]) -> None:
         self._parameters = parameters
         self._robot = robot
         self._watch = watch
@@ -67,7 +69,8 @@ class Requests:
         elif answer.changed:
             rospy.loginfo("motors are %s", "on" if answer.on else "off")
 
-    # What is obeyed. Each raises PioneerError with the reason why not; those of services return what they say when it worked.
+    # What is obeyed. Each raises PioneerError with the reason why not; those of services return what they say when it
+    # worked.
 
     def drive(self, message: Twist) -> None:
         """Forward and turning speed."""
@@ -90,7 +93,10 @@ class Requests:
             self._robot.gripper(*order)
 
     def follow_motor_state(self, message: MotorState) -> None:
-        """Motors on or off. Nobody waits for the answer, for the next message may want the opposite; it comes to motors_answered()."""
+        """Motors on or off.
+
+        Nobody waits for the answer, for the next message may want the opposite; it comes to motors_answered().
+        """
         self._robot.request_motors(commands.motors_wanted(message), CONFIRM_TIMEOUT)
 
     def switch_motors(self, on: bool) -> str:
@@ -110,7 +116,8 @@ class Requests:
             except LinkError:       # who hears no is not to find it done after a reconnect
                 self._robot.use_sonar = before
                 raise
-        raise NotConfirmedError("asked to switch its sonar %s, the robot did not confirm it within %.0f s" % (what, CONFIRM_TIMEOUT))
+        raise NotConfirmedError("asked to switch its sonar %s, the robot did not confirm it within %.0f s"
+                                % (what, CONFIRM_TIMEOUT))
 
     def reset_odometry(self) -> str:
         """The robot stands at 0, 0, 0 of the odometry frame; the robot itself is told nothing."""
@@ -136,7 +143,9 @@ class Requests:
         return hear
 
     def _server(self, service: "OfferedService") -> Callable[[Any], Any]:
-        """What answers a service: with success and a text where it has fields for them, else with nothing, or with an error that says why."""
+        """What answers a service: with success and a text where it has fields for them, else with nothing, or with an
+        error that says why.
+        """
         response = service.kind._response_class
         tells = "success" in response.__slots__
 

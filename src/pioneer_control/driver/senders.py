@@ -37,16 +37,21 @@ class Senders:
         node = (connection or {}).get("callerid", "")
         replayed = self._plays_a_bag(topic, node, connection)
         if replayed:
-            return Notice("replay " + topic, "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic)
+            return Notice(
+                "replay " + topic,
+                "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic)
         if replayed is None and not stops(message):
-            return Notice("unknown " + topic, "%s refused: the ROS master does not say in time whether %s plays a bag" % (topic, node))
+            return Notice("unknown " + topic,
+                          "%s refused: the ROS master does not say in time whether %s plays a bag" % (topic, node))
         return None
 
     def _plays_a_bag(self, topic: str, node: str, connection: Any) -> Optional[bool]:
-        """Whether a node is a `rosbag play`, under whatever name: it offers a service of its own. None when the master does not say in time.
+        """Whether a node is a `rosbag play`, under whatever name: it offers a service of its own. None when the master
+        does not say in time.
 
-        No command waits longer for that than half of cmd_vel_timeout, nor do those behind it: after a question in vain none is asked for a while.
-        A new connection is asked about anew: a player may have the name of a program that was there before.
+        No command waits longer for that than half of cmd_vel_timeout, nor do those behind it: after a question in vain
+        none is asked for a while. A new connection is asked about anew: a player may have the name of a program that
+        was there before.
         """
         for senders, answer in ((self.known, False), (self._players, True)):
             if (topic, node) in senders and senders[topic, node] is connection:

@@ -1,7 +1,7 @@
 """Out: every byte of the robot's line, both ways, on the topic `wire`, with the parameter publish_wire.
 
-Whoever writes to the robot or reads from it only puts the bytes aside; a thread of its own looks for them now and then, and publishes them. To wake
-it at each write would cost more: it would take the processor from who is writing.
+Whoever writes to the robot or reads from it only puts the bytes aside; a thread of its own looks for them now and then,
+and publishes them. To wake it at each write would cost more: it would take the processor from who is writing.
 """
 
 import threading
@@ -16,13 +16,17 @@ from . import publications
 from .notices import Throttle
 
 QUEUE = 1000
-"""Messages that wait for one subscriber; beyond them it misses the oldest, and sees that their numbers (seq) have a gap."""
+"""Messages that wait for one subscriber; beyond them it misses the oldest, and sees that their numbers (seq) have a
+gap.
+"""
 LONGEST = 2000
 """Pieces that wait to be published: minutes of an idle line."""
 PERIOD, IDLE = 0.05, 0.5
 """Seconds between two looks, while somebody listens and while nobody does."""
 FIRST_LISTENER = 5.0
-"""Seconds, at most, for which the first bytes wait for a recorder that was there before: it needs a moment to hear of a new topic."""
+"""Seconds, at most, for which the first bytes wait for a recorder that was there before: it needs a moment to hear of a
+new topic.
+"""
 
 
 class WirePiece(NamedTuple):
@@ -86,7 +90,8 @@ class WirePublisher(rospy.SubscribeListener):
         message.header.stamp = rospy.Time.from_sec(max(0.0, publications.ros_time() - (monotonic() - piece.time)))
         if piece.left_out != self._told_left_out:
             if self._throttle.passes("left out", monotonic()):
-                rospy.logwarn("ROS was too slow for all bytes of the line: %d pieces are missing in wire until now", piece.left_out)
+                rospy.logwarn("ROS was too slow for all bytes of the line: %d pieces are missing in wire until now",
+                              piece.left_out)
             self._told_left_out = piece.left_out
             self._publisher.publish(message)
         message.data = piece.data

@@ -1,6 +1,7 @@
 """The whole driver in a bottle: DriverNode, its client and a simulated robot in one thread and in simulated time.
 
-No master, no sockets, no waiting: rospy's publishers, subscribers and services are replaced by lists, the clock by one that the line turns.
+No master, no sockets, no waiting: rospy's publishers, subscribers and services are replaced by lists, the clock by one
+that the line turns.
 """
 
 import inspect
@@ -31,8 +32,8 @@ FOREVER = 60.0      # s: no script is that long
 class Bottle:
     """One run of the driver.
 
-    ``script`` is a generator function of the bottle. It yields the seconds to wait next, looks at what happened, and acts through
-    send(), call() and the firmware; at its end ROS shuts down. It begins when the robot is ready.
+    ``script`` is a generator function of the bottle. It yields the seconds to wait next, looks at what happened, and
+    acts through send(), call() and the firmware; at its end ROS shuts down. It begins when the robot is ready.
     """
 
     def __init__(self, monkeypatch, script, firmware=None, caller="/somebody", before=None, **given):
@@ -138,9 +139,12 @@ class Bottle:
             return lambda text, *values: self.said.append((level, text % values if values else text))
 
         monkeypatch.setattr(rospy, "Publisher", Publisher)
-        monkeypatch.setattr(rospy, "Subscriber", lambda name, kind, callback, **_: self._topics.update({name: callback}))
-        monkeypatch.setattr(rospy, "Service", lambda name, kind, handler: self._services.update({name: (kind, handler)}))
-        monkeypatch.setattr("pioneer_control.driver.senders.is_offered", lambda service, timeout: self.is_offered(service, timeout))
+        monkeypatch.setattr(rospy, "Subscriber", lambda name, kind, callback,
+                            **_: self._topics.update({name: callback}))
+        monkeypatch.setattr(rospy, "Service", lambda name, kind,
+                            handler: self._services.update({name: (kind, handler)}))
+        monkeypatch.setattr("pioneer_control.driver.senders.is_offered", lambda service,
+                            timeout: self.is_offered(service, timeout))
         monkeypatch.setattr(rospy, "set_param", self.set_parameters.__setitem__)
         monkeypatch.setattr(rospy, "resolve_name", lambda name: "/" + name)
         monkeypatch.setattr(rospy, "on_shutdown", lambda hook: None)
@@ -152,11 +156,14 @@ class Bottle:
             if name.startswith("pioneer_control.") and hasattr(module, "monotonic"):
                 monkeypatch.setattr(module, "monotonic", lambda: self.now)
         quiet = types.SimpleNamespace(**dict.fromkeys(("start", "stop", "state", "event", "identity"), lambda *_: None))
-        monkeypatch.setattr(node_module, "Diagnostics", lambda *_, **__: quiet, raising=False)      # a thread of its own, in real time
+        # a thread of its own, in real time.
+        monkeypatch.setattr(node_module, "Diagnostics", lambda *_, **__: quiet, raising=False)
         monkeypatch.setattr("pioneer_control.client.threads.open_transport", self.open)
-        monkeypatch.setattr("pioneer_control.client.threads.BACK_OFF", 0.0)     # a wait in real time; open() makes up for it
+        # a wait in real time; open() makes up for it.
+        monkeypatch.setattr("pioneer_control.client.threads.BACK_OFF", 0.0)
         monkeypatch.setattr(Robot, "start", lambda robot: robot)
-        monkeypatch.setattr(Robot, "wait_until_ended", lambda robot, timeout=None: robot._link.run())   # what its threads do, in this one
+        # What its threads do, in this one.
+        monkeypatch.setattr(Robot, "wait_until_ended", lambda robot, timeout=None: robot._link.run())
 
     def pass_time(self, seconds):
         """Let time pass for the robot, then for the script. Returns what the robot sent."""
@@ -186,7 +193,10 @@ class Bottle:
 
 
 class Line:
-    """A Transport of the client that reaches the bottle's robot: a serial port unless it has an address. Waiting on it makes time pass."""
+    """A Transport of the client that reaches the bottle's robot: a serial port unless it has an address.
+
+    Waiting on it makes time pass.
+    """
 
     def __init__(self, bottle, url, baud):
         self.url = url

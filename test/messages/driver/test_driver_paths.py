@@ -1,4 +1,6 @@
-"""What a reader meets who follows one cmd_vel to the wire, or one SIP to its Odometry and SonarArray: as CONTRIBUTING.md says."""
+"""What a reader meets who follows one cmd_vel to the wire, or one SIP to its Odometry and SonarArray: as
+CONTRIBUTING.md says.
+"""
 
 import os
 import re
@@ -18,7 +20,8 @@ from bottle import Bottle
 
 ROOT = os.path.dirname(os.path.realpath(pioneer_control.driver.__file__))
 PACKAGE = os.path.dirname(ROOT) + os.sep
-BEFORE = {"cmd_vel": [], "SIP": ["client/transport.py", "client/threads.py"]}       # a bottle has no port to read from ...
+# a bottle has no port to read from ...
+BEFORE = {"cmd_vel": [], "SIP": ["client/transport.py", "client/threads.py"]}
 BEHIND = {"cmd_vel": ["client/transport.py"], "SIP": []}        # ... or to write to
 AT_MOST = {"cmd_vel": 9, "SIP": 13}     # files; of a SIP twelve, and driver/prompt.py, which can be skipped
 
@@ -102,7 +105,8 @@ def followed(request, monkeypatch):
         yield from request.param(bottle, path)
 
     try:
-        Bottle(monkeypatch, script, Firmware(find_model("p3dx-sh"), load_world("empty"), gripper=False), link_check=request.param is cmd_vel)
+        Bottle(monkeypatch, script, Firmware(find_model("p3dx-sh"), load_world("empty"), gripper=False),
+               link_check=request.param is cmd_vel)
     finally:
         path.end()
     return {cmd_vel: "cmd_vel", sip: "SIP"}[request.param], path
@@ -110,7 +114,8 @@ def followed(request, monkeypatch):
 
 def documented(what):
     text = (Path(PACKAGE).parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    return re.findall(r"`([a-z_0-9]+/[a-z_0-9]+\.py)`", re.search(r"^\* \*\*One `?%s`?\*\*(.*?)(?=^\* |^$)" % what, text, re.M | re.S)[1])
+    return re.findall(r"`([a-z_0-9]+/[a-z_0-9]+\.py)`",
+                      re.search(r"^\* \*\*One `?%s`?\*\*(.*?)(?=^\* |^$)" % what, text, re.M | re.S)[1])
 
 
 def test_a_reader_meets_these_files_in_this_order_and_no_others(followed):

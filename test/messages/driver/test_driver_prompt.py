@@ -1,4 +1,5 @@
-"""Messages leave at once, in order, no subscriber holds up who publishes, and without all that the same is published."""
+"""Messages leave at once, in order, no subscriber holds up who publishes, and without all that the same is published.
+"""
 
 import dataclasses
 import errno
@@ -86,7 +87,8 @@ def test_a_subscriber_that_does_not_read_holds_up_nobody_and_then_gets_the_newes
     read = []
     while not read or read[-1] != 999:
         read += numbers(received(transport, 500))
-    assert read == sorted(set(read)) and read[-10:] == list(range(990, 1000)) and len(read) < 1000, "in order, whole, the oldest lost"
+    assert read == sorted(set(read)) and read[-10:] == list(range(990, 1000)) and len(
+        read) < 1000, "in order, whole, the oldest lost"
     assert len(set(transport.writers)) == 1
 
 
@@ -200,7 +202,8 @@ def test_nobody_waits_for_a_subscriber_that_takes_crumbs(size):
         transport = Transport()
         transport.socket, _ = server.accept()
     connection = PromptConnection(transport, 10)
-    publisher = threading.Thread(target=lambda: all(connection.write_data(message(number, size)) for number in range(3000)), daemon=True)
+    publisher = threading.Thread(target=lambda: all(connection.write_data(message(number, size))
+                                                    for number in range(3000)), daemon=True)
     publisher.start()
     publisher.join(PATIENCE / 4)
     stuck = publisher.is_alive()
@@ -286,5 +289,5 @@ def test_both_kinds_of_messages_say_the_same(converters, monkeypatch, state):
         plain = converters()
     for kind, one, other in zip(prompt.KINDS, converters(), plain):
         messages = one(state, STAMP), other(state, STAMP)
-        assert type(messages[0]) is not type(messages[1])
+        assert isinstance(messages[1], kind) and not isinstance(messages[0], kind)
         assert prompt._published(kind, messages[0]) == prompt._published(kind, messages[1]) is not None

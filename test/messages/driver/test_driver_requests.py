@@ -1,4 +1,7 @@
-"""What the driver does with topics and services: on the robot's wire, in the answer, in the log. The whole driver, in simulated time."""
+"""What the driver does with topics and services: on the robot's wire, in the answer, in the log.
+
+The whole driver, in simulated time.
+"""
 
 import math
 import re
@@ -27,7 +30,10 @@ def run(monkeypatch):
 
 
 def ask(bottle, service, *values):
-    """Call a service that waits for the robot, from a thread of its own as rospy does. Answers (whether it worked, text)."""
+    """Call a service that waits for the robot, from a thread of its own as rospy does.
+
+    Answers (whether it worked, text).
+    """
     answers = []
 
     def call():
@@ -203,7 +209,10 @@ def test_wheel_velocities_drive_each_side_and_the_last_commander_wins(run):
 
 
 def test_as_many_velocities_may_wait_as_the_line_takes_in_a_row():
-    """Those that go at once, and the one that waits. Fewer, and rospy drops one that would have had its turn; more, and old ones go first."""
+    """Those that go at once, and the one that waits.
+
+    Fewer, and rospy drops one that would have had its turn; more, and old ones go first.
+    """
     written = []
     line = Line(None, ())
     line.to_send = written
@@ -224,7 +233,8 @@ def test_velocities_that_come_in_a_bunch_reach_the_robot_as_many_as_may_wait(run
         yield 0.1
 
     bottle = run(script, port="socket://robot:1")      # TCP: at 9600 baud only one of them would go
-    assert [value for _, value in bottle.commands("VEL") if value][:waiting] == [round(linear * 1000) for linear in bunch]
+    assert [value for _, value in bottle.commands("VEL") if value][:waiting] == [round(linear * 1000)
+                                                                                 for linear in bunch]
 
 
 def test_wheels_fall_silent_as_the_robot_does(run):
@@ -270,7 +280,8 @@ def test_what_a_bag_plays_is_refused_on_every_topic(run, topic, message, player)
 
     bottle = run(script, caller=player)
     assert bottle.says("%s refused: it is played back from a bag" % topic)
-    assert {(name, value) for _, name, value in bottle.heard} & {("VEL", 200), ("VEL2", 0x0A0A), ("ENABLE", 1), ("GRIPPER", 2)} == set()
+    assert {(name, value) for _, name, value in bottle.heard} & {("VEL", 200), ("VEL2", 0x0A0A), ("ENABLE", 1),
+                                                                 ("GRIPPER", 2)} == set()
 
 
 # Who sent it: the master says whether a node plays a bag under another name
@@ -279,7 +290,8 @@ COMMANDS = {
     "cmd_vel": (twist(0.3), twist(0.0), ("VEL", 300)),
     "cmd_wheels": (WheelVelocities(0.2, 0.2), WheelVelocities(0.0, 0.0), ("VEL2", 0x0A0A)),
     "cmd_motor_state": (MotorState(1), MotorState(0), ("ENABLE", 1)),
-    "gripper_control": (GripperState(GripState(state=2), LiftState()), GripperState(GripState(state=3), LiftState(state=6)), ("GRIPPER", 2)),
+    "gripper_control": (GripperState(GripState(state=2), LiftState()),
+                        GripperState(GripState(state=3), LiftState(state=6)), ("GRIPPER", 2)),
 }
 """{topic: what moves, what stops, what the robot hears of the former}"""
 
@@ -307,8 +319,10 @@ def test_whom_nobody_knows_is_refused_until_a_master_that_was_gone_is_back(run, 
         yield from send_for_a_while(bottle, topic, move)
 
     bottle = run(script)
-    assert bottle.says("%s refused: the ROS master does not say in time whether /somebody plays a bag" % topic) and not bottle.early
-    assert heard(bottle, moves) is not plays and bottle.says("%s refused: it is played back from a bag" % topic) is plays
+    assert bottle.says("%s refused: the ROS master does not say in time whether /somebody plays a bag"
+                       % topic) and not bottle.early
+    assert heard(bottle,
+                 moves) is not plays and bottle.says("%s refused: it is played back from a bag" % topic) is plays
 
 
 @pytest.mark.parametrize("topic", COMMANDS)
@@ -503,14 +517,17 @@ def test_a_time_out_that_is_made_shorter_holds_at_once(run):
 
 
 @pytest.mark.parametrize("config, says", [
-    (Config(doubles=[DoubleParameter("max_xspeed", 3.5)]), r"~max_xspeed = 3.5 is not legal: give a number from 0.01 to 3 \(m/s\)"),
-    (Config(doubles=[DoubleParameter("cmd_vel_timeout", 0.0)]), "~cmd_vel_timeout = 0.0 is not legal: give a number from 0.1 to 2"),
+    (Config(doubles=[DoubleParameter("max_xspeed", 3.5)]),
+     r"~max_xspeed = 3.5 is not legal: give a number from 0.01 to 3 \(m/s\)"),
+    (Config(doubles=[DoubleParameter("cmd_vel_timeout", 0.0)]),
+     "~cmd_vel_timeout = 0.0 is not legal: give a number from 0.1 to 2"),
     (Config(doubles=[DoubleParameter("max_yawspeed", math.nan)]), "~max_yawspeed = nan is not legal"),
     (Config(ints=[IntParameter("bumpstall", 4)]), "~bumpstall = 4 is not legal"),
     (Config(doubles=[DoubleParameter("pulse", 1.0)]), "~pulse cannot change while the driver runs"),
     (Config(ints=[IntParameter("bumpstal", 1)]), "~bumpstal cannot change"),
     (Config(bools=[BoolParameter("accept_replay", True)]), "~accept_replay cannot change"),
-    (Config(doubles=[DoubleParameter("max_xspeed", 0.2), DoubleParameter("max_yawspeed", 99.0)]), "~max_yawspeed = 99.0 is not legal"),
+    (Config(doubles=[DoubleParameter("max_xspeed", 0.2), DoubleParameter("max_yawspeed", 99.0)]),
+     "~max_yawspeed = 99.0 is not legal"),
 ])
 def test_what_is_not_legal_changes_nothing_at_all(run, config, says):
     def script(bottle):
@@ -520,5 +537,6 @@ def test_what_is_not_legal_changes_nothing_at_all(run, config, says):
         bottle.finished = True
 
     bottle = run(script)
-    assert bottle.finished and re.search(says, bottle.warned) and len(bottle.messages("~parameter_updates")) == 1 and bottle.set_parameters == {}
+    assert bottle.finished and re.search(says, bottle.warned) and len(
+        bottle.messages("~parameter_updates")) == 1 and bottle.set_parameters == {}
     assert bottle.messages("robot_info")[-1].max_linear == 0.5

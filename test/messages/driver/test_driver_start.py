@@ -1,4 +1,5 @@
-"""What a start of the driver loads: half of the time to the first pose is spent on that, and all of it stays in memory."""
+"""What a start of the driver loads: half of the time to the first pose is spent on that, and all of it stays in memory.
+"""
 
 import subprocess
 import sys

@@ -1,4 +1,6 @@
-"""Grippers that report in another way than most do (protocol 6.3, 6.4): Pioneer 1, and P2OS with the gripper on the general I/O port."""
+"""Grippers that report in another way than most do (protocol 6.3, 6.4): Pioneer 1, and P2OS with the gripper on the
+general I/O port.
+"""
 
 import dataclasses
 
@@ -13,7 +15,8 @@ from pioneer_control.robots import find_model
 from fake_robot import config
 
 AT_REST = GripperReading(*[False] * 12)
-SWITCHES = "FAFB06E002B30A930C"     # the P2OS example of protocol 5.4: nothing in the beams or between the paddles, the paddles move
+# The P2OS example of protocol 5.4: nothing in the beams or between the paddles, the paddles move.
+SWITCHES = "FAFB06E002B30A930C"
 
 
 def true_of(reading):
@@ -41,12 +44,14 @@ def test_switches_of_a_gripperpac_replace_the_digital_inputs():
 
 
 @pytest.mark.parametrize("bits, expected", [
-    (0b111000, {"inner_beam"}), (0b110100, {"outer_beam"}), (0b100000, {"left_contact"}), (0b010000, {"right_contact"})])
+    (0b111000, {"inner_beam"}), (0b110100, {"outer_beam"}), (0b100000, {"left_contact"}),
+    (0b010000, {"right_contact"})])
 def test_each_switch(bits, expected):
     assert true_of(with_switches(AT_REST, p2os.GripperSwitches(bits))) == expected
 
 
-@pytest.mark.parametrize("subtype, number, expected", [("p2dx", 2, True), ("p2dx", 1, False), ("p3dx-sh", 2, False), ("p2dx", 0, False)])
+@pytest.mark.parametrize("subtype, number, expected",
+                         [("p2dx", 2, True), ("p2dx", 1, False), ("p3dx-sh", 2, False), ("p2dx", 0, False)])
 def test_only_a_p2os_robot_that_says_2_has_it_on_the_general_port(subtype, number, expected):
     identity = identify(p2os.SyncReply("fake", "Pioneer", subtype), find_model(subtype), config(has_gripper=number))
     assert is_on_general_io(identity) is expected

@@ -76,7 +76,10 @@ def test_on_tcp_a_silent_robot_hears_no_close_at_any_try_but_when_the_client_han
 
 @pytest.mark.parametrize("ends", ["in vain", "closed by its user"])
 def test_on_tcp_an_open_robot_that_hears_and_is_not_heard_does_not_drive_on(ends):
-    """As over a radio that reaches only one way. Each SYNC0 would revive its old speed, at one attempt after the other."""
+    """As over a radio that reaches only one way.
+
+    Each SYNC0 would revive its old speed, at one attempt after the other.
+    """
     robot = left_open(FakeRobot())
     robot.mute = lambda packet: True
     bench = Bench(robot)
@@ -123,7 +126,10 @@ def test_a_robot_that_answers_late_is_connected_at_the_first_attempt(kind, echo_
 
 
 def test_on_serial_a_robot_that_seems_silent_is_closed_all_the_same_before_it_is_synced():
-    """One whose packets were all lost would take SYNC0 for a sign of life. Not faster than a robot takes commands, and nothing else."""
+    """One whose packets were all lost would take SYNC0 for a sign of life.
+
+    Not faster than a robot takes commands, and nothing else.
+    """
     robot = FakeRobot()
     bench = on_serial(robot).until_ready()
     assert robot.names()[:CLOSES + 3] == ["CLOSE"] * CLOSES + ["PULSE", "OPEN", "CLOSE"]
@@ -138,7 +144,8 @@ def test_how_often_close_is_said_leaves_a_robot_alone_that_takes_it_for_sync2():
 
 
 class AnswersInAnyOrder(FakeRobot):
-    """As the vendor's simulator does: a CLOSE before the session is a SYNC2 to it, and a SYNC1 right after one is OPEN."""
+    """As the vendor's simulator does: a CLOSE before the session is a SYNC2 to it, and a SYNC1 right after one is OPEN.
+    """
 
     last = 0
 
@@ -154,7 +161,8 @@ class AnswersInAnyOrder(FakeRobot):
 
 def test_a_robot_that_answers_each_of_them_is_synced_at_the_first_try():
     bench = on_serial(AnswersInAnyOrder()).until_ready()
-    assert bench.robot.names()[:CLOSES + 4] == ["CLOSE"] * CLOSES + ["PULSE", "OPEN", "CLOSE", "OPEN"] and bench.now < 0.65
+    assert bench.robot.names()[:CLOSES + 4] == ["CLOSE"] * CLOSES + ["PULSE", "OPEN", "CLOSE",
+                                                                     "OPEN"] and bench.now < 0.65
 
 
 @pytest.mark.parametrize("arrives", range(CLOSES))
@@ -262,7 +270,8 @@ def test_a_robot_that_was_synced_but_never_opened_is_dislodged(line):
     robot.phase = SYNCED
     bench = on_line(line, robot).until_ready()
     assert bench.now < 2.0
-    assert line == "serial" or robot.names()[:5] == ["PULSE", "PULSE", "PULSE", "OPEN", "CLOSE"], "CLOSE once it is heard"
+    assert line == "serial" or robot.names()[:5] == ["PULSE", "PULSE", "PULSE", "OPEN",
+                                                     "CLOSE"], "CLOSE once it is heard"
 
 
 @pytest.mark.parametrize("lost", [p2os.SyncEcho(0), p2os.SyncEcho(1), p2os.SyncReply("fake", "Pioneer", "p3dx-sh")])
@@ -274,7 +283,8 @@ def test_a_lost_echo_costs_one_try(lost):
 
 
 @LINES
-@pytest.mark.parametrize("wrong", [p2os.SyncEcho(1), p2os.Reset(0xFF, b""), p2os.SyncReply("other", "Pioneer", "p3at-sh")])
+@pytest.mark.parametrize("wrong",
+                         [p2os.SyncEcho(1), p2os.Reset(0xFF, b""), p2os.SyncReply("other", "Pioneer", "p3at-sh")])
 def test_an_answer_with_the_wrong_number_is_none(wrong, line):
     robot, swapped = FakeRobot(), []
 
@@ -287,7 +297,8 @@ def test_an_answer_with_the_wrong_number_is_none(wrong, line):
 
     robot.mute = swap
     bench = on_line(line, robot).until_ready()
-    assert robot.names().count("PULSE") == (2 if line == "serial" else 3), "this robot says nothing to a SYNC0 out of turn"
+    assert robot.names().count("PULSE") == (2 if line == "serial"
+                                            else 3), "this robot says nothing to a SYNC0 out of turn"
     assert bench.session.connected.identity.name == "fake"
 
 
@@ -311,7 +322,8 @@ def test_on_serial_no_sync_is_the_first_that_a_robot_hears_whose_cable_is_put_ba
 
 def test_late_echoes_of_an_earlier_try_do_no_harm():
     robot = FakeRobot()
-    robot.mute = lambda packet: isinstance(packet, p2os.SyncEcho) and packet.number == 1 and (robot.send(p2os.SyncEcho(0)) or False)
+    robot.mute = lambda packet: isinstance(packet, p2os.SyncEcho) and packet.number == 1 and (
+        robot.send(p2os.SyncEcho(0)) or False)
     Bench(robot).until_ready()
 
 
@@ -355,7 +367,8 @@ def test_a_strict_robot_is_connected_whatever_it_heard_before(line, reached):
     del robot.echoes[:]
     bench = Bench(as_on_bench(robot), rates=() if line == "TCP" else (9600,)).until_ready()
     assert not robot.echoes and robot.open and bench.session.connected.identity.name == "MobileSim"
-    assert line == "serial" or robot.hang_ups == 0 and robot.heard[:3] == [("PULSE", None), ("OPEN", None), ("CLOSE", None)]
+    assert line == "serial" or robot.hang_ups == 0 and robot.heard[:3] == [("PULSE", None), ("OPEN", None),
+                                                                           ("CLOSE", None)]
     assert bench.now < 1.5
     bench.close()
     bench.run_until(lambda: bench.finished)
@@ -429,8 +442,10 @@ def test_a_robot_left_open_at_any_speed_is_found_and_never_revived(baud):
 CLOSED = DRAIN + QUIET
 LONGEST_CYCLE = 0.255
 SILENT = LISTEN + SYNC_TRIES * SYNC_TIMEOUT                                 # at a speed at which nothing is heard
-NOISY = LISTEN + CLOSED                                                     # ... at which a streaming robot sounds like noise
-RAISED = LONGEST_CYCLE + CLOSED + SYNC_TRIES * SYNC_TIMEOUT                 # ... at which a robot obeys CLOSE, and is gone
+# ... at which a streaming robot sounds like noise.
+NOISY = LISTEN + CLOSED
+# ... at which a robot obeys CLOSE, and is gone.
+RAISED = LONGEST_CYCLE + CLOSED + SYNC_TRIES * SYNC_TIMEOUT
 NOBODY_ON_TCP = LISTEN + (TCP_TRIES + 1) * SYNC_TIMEOUT
 OPENED = BEFORE_OPEN + CONFIG_TIMEOUT
 WRONG = len(RATES) - 1
@@ -459,7 +474,8 @@ def test_the_docstring_says_what_the_constants_do():
     table = handshake.__doc__
     lines = [line for line in table.splitlines() if re.match(r"(waits|was left|is not)", line)]
     rows = [[float(number) for number in re.findall(r"([0-9.]+) s", line)] for line in lines]
-    assert [row[:2] for row in rows] == [[math.ceil(10 * bound - 1e-6) / 10 for bound in bounds] for bounds in BOUNDS.values()]
+    assert [row[:2] for row in rows] == [[math.ceil(10 * bound - 1e-6) / 10 for bound in bounds]
+                                         for bounds in BOUNDS.values()]
     assert rows[3][2] == math.ceil(10 * NOBODY_ON_TCP) / 10
 
 
@@ -513,7 +529,8 @@ def test_an_explicit_model_overrides_an_unknown_subtype():
     robot = FakeRobot()
     robot.subtype = "made-here"
     bench = Bench(robot, model="p3at-sh").until_ready()
-    assert bench.session.connected.identity.model.subtype == "p3at-sh" and bench.session.connected.identity.subtype == "made-here"
+    identity = bench.session.connected.identity
+    assert identity.model.subtype == "p3at-sh" and identity.subtype == "made-here"
 
 
 def test_the_subtype_is_compared_without_regard_to_case():
@@ -524,7 +541,8 @@ def test_the_subtype_is_compared_without_regard_to_case():
 
 def test_open_and_config_are_repeated_until_answered():
     robot, lost = FakeRobot(), []
-    robot.deaf = lambda heard: heard.name in ("OPEN", "CONFIG") and robot.phase == SYNCED and len(lost) < 2 and not lost.append(heard)
+    robot.deaf = lambda heard: (
+        heard.name in ("OPEN", "CONFIG") and robot.phase == SYNCED and len(lost) < 2 and not lost.append(heard))
     bench = Bench(robot).until_ready()
     assert bench.session.connected.identity.firmware == "2.9"
 
