@@ -27,7 +27,7 @@ from pioneer_control.bags.converting.sonar import BEAMS, ROUND, SonarHistory, so
 from pioneer_control.bags.reader import decode, read_bag
 from pioneer_control.bags.writer import BagWriter
 from pioneer_control.client import SonarRange
-from pioneer_control.driver import conversions, ranges
+from pioneer_control.driver import conversions
 from pioneer_control.robots import find_model
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "driver"))
@@ -177,12 +177,12 @@ class TestMade:
                 messages.append(("/two/%s" % topic, message, stamp.to_sec() + 0.001))
         path, _, _ = converted(bag(messages), "--model", "p3dx-sh", "points", "ranges", "battery")
         live = [reading for state, stamp in zip(states, stamps)
-                for reading in ranges.sonar_ranges(state, stamp, "two/", math.inf)]
+                for reading in conversions.sonar_ranges(state, stamp, "two/", math.inf)]
         assert [serialized(message) for message, _ in made(path, "/two/sonar_ranges")] == [serialized(message)
                                                                                            for message in live]
         clouds = [list(read_points(message)) for message, _ in made(path, "/two/sonar_points")]
         for state, stamp, cloud in zip(states, stamps, clouds):
-            expected = list(read_points(ranges.sonar_points(state, stamp, "two/base_link", SONAR)))
+            expected = list(read_points(conversions.sonar_points(state, stamp, "two/base_link", SONAR)))
             assert len(cloud) == len(expected) and all(point == pytest.approx(other, abs=1e-5)
                                                        for point, other in zip(cloud, expected))
         live = [conversions.battery(state, stamp, "two/base_link") for state, stamp in zip(states, stamps)]
