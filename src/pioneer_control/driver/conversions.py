@@ -6,7 +6,7 @@ on working.
 """
 
 import math
-from typing import Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import sensor_msgs.msg
 from geometry_msgs.msg import Point, Pose, Quaternion, Transform, TransformStamped, Vector3
@@ -35,7 +35,7 @@ NOT_MEASURED = [-1.0] + [0.0] * 8
 """Covariance that tells that a field of an Imu means nothing (REP 145)."""
 
 _Power = sensor_msgs.msg.BatteryState
-POWER_SUPPLY_STATUS = {
+POWER_SUPPLY_STATUS: Dict[Optional[int], int] = {
     p2os.ChargeState.NOT_CHARGING: _Power.POWER_SUPPLY_STATUS_DISCHARGING,
     p2os.ChargeState.BULK: _Power.POWER_SUPPLY_STATUS_CHARGING,
     p2os.ChargeState.OVERCHARGE: _Power.POWER_SUPPLY_STATUS_CHARGING,
@@ -68,7 +68,7 @@ def covariances(parameters: DriverParameters) -> Dict[bool, Covariances]:
     }
 
 
-def odometry(state: RobotState, stamp, odom_frame: str, base_link_frame: str, covariance: Covariances) -> Odometry:
+def odometry(state: RobotState, stamp: Any, odom_frame: str, base_link_frame: str, covariance: Covariances) -> Odometry:
     """Pose in the odometry frame (m, rad), twist in base_link (m/s, rad/s)."""
     message = Odometry(header=Header(stamp=stamp, frame_id=odom_frame), child_frame_id=base_link_frame)
     message.pose.pose = Pose(Point(state.x, state.y, 0.0), Quaternion(*quaternion_of(state.heading)))
@@ -77,13 +77,13 @@ def odometry(state: RobotState, stamp, odom_frame: str, base_link_frame: str, co
     return message
 
 
-def transform(state: RobotState, stamp, odom_frame: str, base_link_frame: str) -> TFMessage:
+def transform(state: RobotState, stamp: Any, odom_frame: str, base_link_frame: str) -> TFMessage:
     """Odometry frame -> base_link, the same as the pose (m, rad)."""
     place = Transform(Vector3(state.x, state.y, 0.0), Quaternion(*quaternion_of(state.heading)))
     return TFMessage([TransformStamped(Header(stamp=stamp, frame_id=odom_frame), base_link_frame, place)])
 
 
-def sonar(state: RobotState, stamp, base_link_frame: str) -> SonarArray:
+def sonar(state: RobotState, stamp: Any, base_link_frame: str) -> SonarArray:
     """Ranges (m) by sonar number."""
     ranges = ranges_by_number(state)
     return SonarArray(Header(stamp=stamp, frame_id=base_link_frame), len(ranges), ranges)
@@ -91,10 +91,12 @@ def sonar(state: RobotState, stamp, base_link_frame: str) -> SonarArray:
 
 def ranges_by_number(state: RobotState) -> List[float]:
     """Ranges (m) by sonar number; NO_ECHO where nothing is in sight, NOT_HEARD where the last reading has expired."""
-    return [NOT_HEARD if _expired(reading, state) else min(reading.range, NO_ECHO) for reading in state.sonar]
+    oldest = state.time - SONAR_LIFETIME
+    return [NOT_HEARD if reading is None or reading.time < oldest else min(reading.range, NO_ECHO)
+            for reading in state.sonar]
 
 
-def sonar_ranges(state: RobotState, stamp, frame_prefix: str, no_echo: float) -> List[Range]:
+def sonar_ranges(state: RobotState, stamp: Any, frame_prefix: str, no_echo: float) -> List[Range]:
     """One message for each transducer that this packet brought; ``no_echo`` (m) where nothing is in sight: infinity
     (REP 117), or NO_ECHO.
     """
@@ -105,25 +107,23 @@ def sonar_ranges(state: RobotState, stamp, frame_prefix: str, no_echo: float) ->
     ]
 
 
-def sonar_points(state: RobotState, stamp, base_link_frame: str, transducers: Iterable[Transducer]) -> PointCloud2:
+def sonar_points(state: RobotState, stamp: Any, base_link_frame: str, transducers: Iterable[Transducer]) -> PointCloud2:
     """The newest echo of each transducer, in base_link as it now stands; none where nothing is in sight or heard."""
+    oldest = state.time - SONAR_LIFETIME
     heard = ((transducer, state.sonar[transducer.number]) for transducer in transducers)
     return standard_messages.sonar_points(
         [standard_messages.echo_place(transducer, reading.range, state.time - reading.time, state.linear, state.angular)
-         for transducer, reading in heard if not _expired(reading, state) and reading.range < NO_ECHO],
+         for transducer, reading in heard
+         if reading is not None and reading.time >= oldest and reading.range < NO_ECHO],
         stamp, base_link_frame)
 
 
-def _expired(reading, state: RobotState) -> bool:
-    return reading is None or state.time - reading.time > SONAR_LIFETIME
-
-
-def joint_states(state: RobotState, stamp, wheel_radius: float) -> sensor_msgs.msg.JointState:
+def joint_states(state: RobotState, stamp: Any, wheel_radius: float) -> sensor_msgs.msg.JointState:
     """How far (rad) and how fast (rad/s) the wheels have turned; only for a model whose wheel radius (m) is known."""
     return sensor_msgs.msg.JointState(
         header=Header(stamp=stamp),
         name=list(WHEEL_JOINTS),
-        position=list(state.wheel_angles),
+        position=list(state.wheel_angles or ()),
         velocity=[velocity / wheel_radius for velocity in state.wheel_velocities],
     )
 
@@ -175,12 +175,12 @@ def motor_state(state: RobotState) -> MotorState:
     return MotorState(int(state.motors_enabled))
 
 
-def battery_state(state: RobotState, stamp, base_link_frame: str) -> BatteryState:
+def battery_state(state: RobotState, stamp: Any, base_link_frame: str) -> BatteryState:
     """Battery voltage (V)."""
     return BatteryState(Header(stamp=stamp, frame_id=base_link_frame), state.battery_voltage)
 
 
-def battery(state: RobotState, stamp, base_link_frame: str) -> sensor_msgs.msg.BatteryState:
+def battery(state: RobotState, stamp: Any, base_link_frame: str) -> sensor_msgs.msg.BatteryState:
     """Voltage (V), state of charge where the robot reports it, and what the charger does; what it does not measure is
     NaN.
     """
@@ -191,12 +191,12 @@ def battery(state: RobotState, stamp, base_link_frame: str) -> sensor_msgs.msg.B
     return standard_messages.battery(state.battery_voltage, stamp, base_link_frame, percentage, status)
 
 
-def bumpers(state: RobotState, stamp, base_link_frame: str) -> Bumpers:
+def bumpers(state: RobotState, stamp: Any, base_link_frame: str) -> Bumpers:
     """Pressed or not, segment by segment."""
     return Bumpers(Header(stamp=stamp, frame_id=base_link_frame), list(state.front_bumpers), list(state.rear_bumpers))
 
 
-def stall(state: RobotState, stamp, base_link_frame: str) -> Stall:
+def stall(state: RobotState, stamp: Any, base_link_frame: str) -> Stall:
     """Which wheels are stalled."""
     return Stall(Header(stamp=stamp, frame_id=base_link_frame), state.left_stall, state.right_stall)
 
@@ -216,14 +216,14 @@ def analog_input(state: RobotState) -> Optional[AIO]:
     return None if state.analog_voltage is None else AIO(1, [state.analog_voltage])
 
 
-def ports(packet: p2os.IO, stamp, base_link_frame: str) -> IO:
+def ports(packet: p2os.IO, stamp: Any, base_link_frame: str) -> IO:
     """Every port of an IOpac: digital ones as they came, analog ones in V."""
     volts = 5.0 / ANALOG_FULL_SCALE.get(len(packet.analog), 1023)
     return IO(Header(stamp=stamp, frame_id=base_link_frame), packet.digital_in, packet.digital_out,
               [value * volts for value in packet.analog])
 
 
-def turn_rate(rate: float, stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
+def turn_rate(rate: float, stamp: Any, base_link_frame: str) -> sensor_msgs.msg.Imu:
     """What a gyro tells: the turn rate (rad/s), and nothing else."""
     message = _imu(stamp, base_link_frame)
     message.angular_velocity.z = rate
@@ -231,18 +231,19 @@ def turn_rate(rate: float, stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
     return message
 
 
-def compass(state: RobotState, stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
+def compass(state: RobotState, stamp: Any, base_link_frame: str) -> sensor_msgs.msg.Imu:
     """What a compass tells: the heading, by REP 103 from magnetic east counter-clockwise.
 
     It counts from north, clockwise.
     """
     message = _imu(stamp, base_link_frame)
-    message.orientation = Quaternion(*quaternion_of(math.remainder(math.pi / 2 - state.compass, 2 * math.pi)))
+    heading = math.pi / 2 - (state.compass or 0.0)
+    message.orientation = Quaternion(*quaternion_of(math.remainder(heading, 2 * math.pi)))
     message.orientation_covariance = diagonal((UNKNOWN, UNKNOWN, COMPASS_VARIANCE))
     return message
 
 
-def _imu(stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
+def _imu(stamp: Any, base_link_frame: str) -> sensor_msgs.msg.Imu:
     """A message that says nothing yet."""
     return sensor_msgs.msg.Imu(
         header=Header(stamp=stamp, frame_id=base_link_frame),
@@ -253,7 +254,7 @@ def _imu(stamp, base_link_frame: str) -> sensor_msgs.msg.Imu:
     )
 
 
-def robot_info(identity: RobotIdentity, stamp, base_link_frame: str) -> RobotInfo:
+def robot_info(identity: RobotIdentity, stamp: Any, base_link_frame: str) -> RobotInfo:
     """What the robot is: name, model, limits, where its transducers look and what its outline is (m, rad, base_link).
     """
     message = standard_messages.robot_info(identity.model, identity.has_gripper, stamp, base_link_frame)

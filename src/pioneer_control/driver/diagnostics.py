@@ -9,7 +9,7 @@ on /diagnostics_agg. (rqt_robot_monitor, to see them, is not in Debian.)
 
 import threading
 from time import monotonic
-from typing import Callable, Dict
+from typing import Any, Callable, Dict
 
 import diagnostic_updater
 import rospy
@@ -78,8 +78,8 @@ class Diagnostics:
             if not rospy.is_shutdown():                 # then the topic is closed
                 raise
 
-    def _filler(self, task: str) -> Callable:
-        def fill(status):
+    def _filler(self, task: str) -> Callable[[Any], Any]:
+        def fill(status: Any) -> Any:
             finding = self._findings[task]
             status.summary(int(finding.level), finding.message)
             for key, value in finding.values:

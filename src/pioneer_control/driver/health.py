@@ -45,7 +45,7 @@ SHORTEST_WINDOW = 1.0   # s: a younger link is not judged
 SAMPLING = 0.5          # s between two samples of the counts
 RATE_OK = 0.9
 """Share of the packets, and of the answers, that must arrive."""
-NO_LIMIT = (None, -128)
+NO_LIMIT = -128
 NEAR_LIMIT = 5.0
 """A temperature (deg C) this close to the limit is a warning."""
 CHARGING = {ChargeState.BULK: "bulk", ChargeState.OVERCHARGE: "overcharge", ChargeState.FLOAT: "float",
@@ -165,9 +165,9 @@ def _link(facts: Facts) -> Finding:
     return _finding(problems, "connected" if rate is None else "connected, %.1f packets a second" % rate, values)
 
 
-def _battery(facts: Facts) -> Finding:
-    state, config = facts.state, facts.identity.config
-    voltage, levels = state.battery_voltage, battery_levels(facts.identity)
+def _battery(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
+    config = robot.config
+    voltage, levels = state.battery_voltage, battery_levels(robot)
     charges, charger = _charger(state)
     problems = []
     values = [
@@ -193,7 +193,7 @@ def _battery(facts: Facts) -> Finding:
 def _charger(state: RobotState) -> Tuple[bool, str]:
     """Whether the battery is charged, and how to say it."""
     if state.charge_state in CHARGING:
-        return True, "charging (%s)" % CHARGING[state.charge_state]
+        return True, "charging (%s)" % CHARGING[ChargeState(state.charge_state)]
     if state.flags & Flags.CHARGER_POWER:
         return True, "on its charger"
     return False, "not charging" if state.charge_state == ChargeState.NOT_CHARGING else "not reported"
@@ -206,8 +206,7 @@ def _running_out(text: str, is_empty: bool, charges: bool) -> Problem:
     return Problem(Level.ERROR if is_empty else Level.WARN, text + "; charge it")
 
 
-def _motors(facts: Facts) -> Finding:
-    state = facts.state
+def _motors(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
     values = [
         ("Motors", "on" if state.motors_enabled else "off"),
         ("STOP button", "pressed" if state.stop_button else "not pressed"),
@@ -227,9 +226,9 @@ def _motors(facts: Facts) -> Finding:
                     % facts.how_to_enable, values)
 
 
-def _stall(facts: Facts) -> Finding:
-    text = stalled_wheels(facts.state)
-    values = [("Left wheel", _stalled(facts.state.left_stall)), ("Right wheel", _stalled(facts.state.right_stall))]
+def _stall(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
+    text = stalled_wheels(state)
+    values = [("Left wheel", _stalled(state.left_stall)), ("Right wheel", _stalled(state.right_stall))]
     return _finding([Problem(Level.WARN, text)] if text else [], "no wheel is stalled", values)
 
 
@@ -237,8 +236,8 @@ def _stalled(stall: bool) -> str:
     return "stalled" if stall else "free"
 
 
-def _bumpers(facts: Facts) -> Finding:
-    bumpers = (("front", facts.state.front_bumpers), ("rear", facts.state.rear_bumpers))
+def _bumpers(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
+    bumpers = (("front", state.front_bumpers), ("rear", state.rear_bumpers))
     problems, values = [], []
     for name, segments in bumpers:
         pressed = [str(number) for number, segment in enumerate(segments, 1) if segment]
@@ -250,8 +249,8 @@ def _bumpers(facts: Facts) -> Finding:
     return _finding(problems, "free" if any(segments for _, segments in bumpers) else "no bumpers are fitted", values)
 
 
-def _temperature(facts: Facts) -> Finding:
-    state, config = facts.state, facts.identity.config
+def _temperature(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
+    config = robot.config
     problems, values, words = _faults(state, "Temperature"), [], "this robot reports none"
     if state.flags & Flags.HIGH_TEMPERATURE and not problems:
         problems.append(Problem(*FAULTS[FaultFlags.HIGH_TEMPERATURE][1:]))
@@ -259,7 +258,7 @@ def _temperature(facts: Facts) -> Finding:
         words = "%.0f deg C" % state.temperature
         values.append(("Temperature (deg C)", "%.0f" % state.temperature))
         limit = config.high_temperature_shutdown_c if config is not None else None
-        if limit not in NO_LIMIT:
+        if limit is not None and limit != NO_LIMIT:
             values.append(("Switches itself off at (deg C)", str(limit)))
             if state.temperature >= limit - NEAR_LIMIT:
                 problems.append(Problem(
@@ -268,22 +267,24 @@ def _temperature(facts: Facts) -> Finding:
     return _finding(problems, words, values)
 
 
-TASKS: Dict[str, Callable[[Facts], Finding]] = {
-    "Link": _link,
+ABOUT_THE_ROBOT: Dict[str, Callable[[Facts, RobotIdentity, RobotState], Finding]] = {
     "Battery": _battery,
     "Motors": _motors,
     "Stall": _stall,
     "Bumpers": _bumpers,
     "Temperature": _temperature,
 }
-"""Name of the task -> what finds it. `config/diagnostics.yaml` names the same."""
+"""Name of the task -> what finds it. `config/diagnostics.yaml` names the same, and the link."""
+TASKS = ("Link", *ABOUT_THE_ROBOT)
 
 
 def find(task: str, facts: Facts) -> Finding:
     """What is to be said of a task. All but the link itself are STALE without one."""
-    if task != "Link" and (facts.no_link is not None or facts.state is None):
+    if task == "Link":
+        return _link(facts)
+    if facts.no_link is not None or facts.identity is None or facts.state is None:
         return Finding(Level.STALE, "not known: there is no link to the robot")
-    return TASKS[task](facts)
+    return ABOUT_THE_ROBOT[task](facts, facts.identity, facts.state)
 
 
 class LinkWindow:
@@ -364,7 +365,7 @@ class Health:
 
     def _changed(self) -> bool:
         facts = self._now()
-        levels = [find(task, facts).level for task in TASKS if task != "Link"]
+        levels = [find(task, facts).level for task in ABOUT_THE_ROBOT]
         changed, self._levels = levels != self._levels, levels
         return changed
 

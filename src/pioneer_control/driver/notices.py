@@ -33,14 +33,15 @@ class BatteryLevels(NamedTuple):
 def battery_levels(identity: RobotIdentity) -> BatteryLevels:
     """The robot's own levels, else the usual ones of its class."""
     config, volts_of_class = identity.config, identity.model.battery_class / 12
+    low_dv, shutdown_dv = (None, None) if config is None else (config.low_battery_dv, config.shutdown_dv)
 
     def level(reported_dv: Optional[int], usual_12_v: float) -> float:
         volts = reported_dv / 10 if reported_dv else usual_12_v * volts_of_class
         # Some 24 V robots report a level as if they had 12 V.
         return volts * volts_of_class if volts < 8 * volts_of_class else volts
 
-    low = level(config and config.low_battery_dv, LOW_BATTERY_12_V)
-    return BatteryLevels(low, min(low, level(config and config.shutdown_dv, EMPTY_BATTERY_12_V)))
+    low = level(low_dv, LOW_BATTERY_12_V)
+    return BatteryLevels(low, min(low, level(shutdown_dv, EMPTY_BATTERY_12_V)))
 
 
 def low_battery(voltage: float, levels: BatteryLevels) -> str:

@@ -41,7 +41,7 @@ def send_promptly() -> bool:
     Returns:
         Whether rospy is as expected. If not, nothing is changed.
     """
-    own = getattr(rospy.topics, "QueuedConnection", None)
+    own: Any = getattr(rospy.topics, "QueuedConnection", None)
     if not inspect.isclass(own) or list(inspect.signature(own.__init__).parameters) != EXPECTED:
         return False
 
@@ -242,7 +242,7 @@ def converters(odom_frame: str, base_link_frame: str, covariance: Dict[bool, Cov
     return prompt if is_same else plain
 
 
-def _is_published_as(kind: type, prompt: Callable[[Any, Any], Any], plain: Callable[[Any, Any], Any]) -> bool:
+def _is_published_as(kind: Any, prompt: Callable[[Any, Any], Any], plain: Callable[[Any, Any], Any]) -> bool:
     written = _published(kind, prompt(EXAMPLE, rospy.Time(1, 2)))
     return written is not None and written == _published(kind, plain(EXAMPLE, rospy.Time(1, 2)))
 

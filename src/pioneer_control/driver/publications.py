@@ -19,6 +19,7 @@ from ..client.gripper import is_on_general_io, with_switches
 from ..client.gyro import GyroReader, is_for_client
 from ..message_values import NO_ECHO
 from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, MotorState, RobotInfo, SonarArray, Stall
+from ..robots import RobotModel
 from . import conversions
 from .parameters import DriverParameters
 from .prompt import converters
@@ -121,14 +122,14 @@ class Publications:
             PublishedTopic(
                 "sonar_points", PointCloud2, RobotState,
                 lambda state, stamp: if_on(state, lambda: conversions.sonar_points(
-                    state, stamp, base, self._identity.model.sonar)), has_sonar),
+                    state, stamp, base, self._model.sonar)), has_sonar),
             PublishedTopic(
                 "/tf_static", TFMessage, RobotIdentity,
                 lambda identity, stamp: standard_messages.sonar_frames(identity.model.sonar, stamp, base, prefix),
                 has_sonar, latch=lambda identity: identity),
             PublishedTopic(
                 "joint_states", JointState, RobotState,
-                lambda state, stamp: conversions.joint_states(state, stamp, self._identity.model.wheel_radius),
+                lambda state, stamp: conversions.joint_states(state, stamp, self._model.wheel_radius or math.inf),
                 lambda identity: identity.model.wheel_radius),
             PublishedTopic(
                 "motor_state", MotorState, RobotState, lambda state, stamp: conversions.motor_state(state)),
@@ -183,7 +184,7 @@ class Publications:
         elif isinstance(event, PacketReceived):
             with self._lock:
                 if isinstance(event.packet, p2os.Gripper):
-                    self._switches = event.packet.state
+                    self._switches = p2os.GripperSwitches(event.packet.state)
                 self._publish(type(event.packet), event.packet, stamped(rospy.Time(), event.sent_time))
 
     def identity(self, identity: RobotIdentity) -> None:
@@ -245,14 +246,19 @@ class Publications:
             listened = publisher.get_num_connections() > 0
             if listened or topic.latch is not None:
                 self._wanted.setdefault(topic.source, []).append(topic)
-            if listened and topic.asks is not None:
+            if listened and topic.asks is not None and self._identity is not None:
                 asked.add(topic.asks(self._identity))
         asked.discard("")
         for kind in asked ^ self._requested:
             self._request_data(kind, kind in asked)
         self._requested = asked
 
-    # Conversions that need more than the packet.
+    # Conversions that need more than the packet. Only of a robot that is known is anything told.
+
+    @property
+    def _model(self) -> RobotModel:
+        assert self._identity is not None
+        return self._identity.model
 
     def _gripper_state(self, state: RobotState) -> Optional[GripperState]:
         if state.gripper is None:

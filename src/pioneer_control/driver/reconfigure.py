@@ -41,10 +41,12 @@ def description() -> ConfigDescription:
     for name, row in LIVE.items():
         unit = " (%s)" % row.metadata["unit"] if row.metadata["unit"] else ""
         rows.append(ParamDescription(name, TYPES[type(row.default)][0], 0, row.metadata["meaning"] + unit, ""))
-    bounds = [encode({name: type(row.default)(getattr(row.metadata["kind"], bound)) for name, row in LIVE.items()})
-              for bound in ("low", "high")]
+    defaults = values_of(DriverParameters())
+    bounds = [
+        encode({name: type(value)(getattr(LIVE[name].metadata["kind"], bound)) for name, value in defaults.items()})
+        for bound in ("low", "high")]
     return ConfigDescription(groups=[Group(GROUP, "", rows, 0, 0)], min=bounds[0], max=bounds[1],
-                             dflt=encode(values_of(DriverParameters())))
+                             dflt=encode(defaults))
 
 
 def values_of(parameters: DriverParameters) -> Dict[str, Any]:

@@ -129,7 +129,7 @@ class Requests:
     def _listener(self, topic: "SubscribedTopic") -> Callable[[Any], None]:
         def hear(message: Any) -> None:
             connection = getattr(message, "_connection_header", None) or {}
-            known = self._senders.known.get((topic.name, connection.get("callerid")))
+            known = self._senders.known.get((topic.name, connection.get("callerid", "")))
             if known is not connection and not self._parameters.accept_replay:
                 why_not = self._senders.why_not(message, topic.name, topic.stops)
                 if why_not is not None:
@@ -146,7 +146,7 @@ class Requests:
         """What answers a service: with success and a text where it has fields for them, else with nothing, or with an
         error that says why.
         """
-        response = service.kind._response_class
+        response = vars(service.kind)["_response_class"]
         tells = "success" in response.__slots__
 
         def serve(request: Any) -> Any:

@@ -61,10 +61,10 @@ class Senders:
         asked_at, timeout = monotonic(), min(MASTER_TIMEOUT, self._watch.cmd_vel_timeout / 2)
         if asked_at < self._ask_again_at:
             return None
-        answer = is_offered(node + "/pause_playback", timeout)
-        if answer is not None:
-            (self._players if answer else self.known)[topic, node] = connection
-        if answer is None or monotonic() - asked_at > timeout:
+        offered = is_offered(node + "/pause_playback", timeout)
+        if offered is not None:
+            (self._players if offered else self.known)[topic, node] = connection
+        if offered is None or monotonic() - asked_at > timeout:
             self._ask_again_at = monotonic() + timeout
             return None
-        return answer
+        return offered

@@ -7,7 +7,7 @@ and publishes them. To wake it at each write would cost more: it would take the 
 import threading
 from collections import deque
 from time import monotonic
-from typing import Deque, NamedTuple
+from typing import Any, Deque, NamedTuple
 
 import rospy
 
@@ -63,7 +63,7 @@ class WirePublisher(rospy.SubscribeListener):
         self._ended = True
         self._look.set()
 
-    def peer_subscribe(self, *_) -> None:
+    def peer_subscribe(self, *_: Any) -> None:
         """Called by rospy: somebody listens now."""
         self._look.set()
 
