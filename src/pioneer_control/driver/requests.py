@@ -56,6 +56,9 @@ class Requests:
         """The robot is found; for the first time it may be told to switch its motors on, if the user wants that."""
         first, self._first_connection = self._first_connection, False
         if first and self._parameters.enable_motors_on_start:
+            if self._robot.link.reconnects:     # this is told late: listeners were held up
+                rospy.logwarn("enable_motors_on_start counts no more: the robot has been connected again meanwhile")
+                return
             rospy.logwarn("enable_motors_on_start is set: motors are switched on now, with nobody asking")
             try:
                 self._robot.request_motors(True, CONFIRM_TIMEOUT)

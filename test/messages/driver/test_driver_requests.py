@@ -18,7 +18,7 @@ from std_srvs.srv import SetBool
 from pioneer_control.client.line import Line
 from pioneer_control.driver.parameters import LIVE, DriverParameters
 from pioneer_control.driver.reconfigure import decode, description, encode, values_of
-from pioneer_control.driver.requests import SERVICES, TOPICS
+from pioneer_control.driver.requests import SERVICES, TOPICS, Requests
 from pioneer_control.msg import GripperState, GripState, LiftState, MotorState, WheelVelocities
 
 MOTORS = [service.name for service in SERVICES if "motors" in service.name]
@@ -182,6 +182,23 @@ def test_enable_motors_on_start_says_why_not(run):
     bottle = run(script, before=lambda bottle: bottle.firmware.press_stop_button(True), enable_motors_on_start=True)
     assert not bottle.on and not bottle.later
     assert bottle.says("motors stay off: the STOP button is pressed")
+
+
+def test_enable_motors_on_start_counts_for_no_later_connection_when_listeners_hear_of_the_first_too_late(run):
+    """As behind a master that hangs while topics are advertised: the link goes on meanwhile, and may be another one by then."""
+    held_up = pytest.MonkeyPatch()
+
+    def script(bottle):
+        bottle.unplug(for_a_moment=True)
+        yield 3.0
+        held_up.undo()
+        bottle.node._requests.connected()
+        yield 3.0
+        bottle.on = bottle.firmware.motors_enabled, bottle.robot.link.reconnects, bottle.commands("ENABLE")
+
+    bottle = run(script, before=lambda bottle: held_up.setattr(Requests, "connected", lambda requests: None), enable_motors_on_start=True)
+    assert bottle.on[:2] == (False, 1) and {value for _, value in bottle.on[2]} == {0}
+    assert bottle.says("enable_motors_on_start counts no more")
 
 
 # Velocities
