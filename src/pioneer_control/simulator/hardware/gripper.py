@@ -18,7 +18,7 @@ TOLERANCE = 1e-4
 """A paddle this near (m) to a can presses on it."""
 
 
-class Lift:
+class PaddleLift:
     """The lift that carries the paddles.
 
     Attributes:
@@ -102,7 +102,7 @@ class ParallelGripper:
 
     def __init__(self, shape: GripperShape, numbers: GripperNumbers, world: World, front: float, body: Block):
         self.shape = shape
-        self.lift = Lift(shape, numbers.lift_up_at_power_on)
+        self.lift = PaddleLift(shape, numbers.lift_up_at_power_on)
         self.opening = shape.opening if numbers.open_at_power_on else 0.0
         self.grasp_time = shape.grasp_time
         self.paddle_motion = 0

@@ -35,7 +35,7 @@ def _nobody(file: Any) -> None:
     """Nobody wants to know."""
 
 
-class Line:
+class ServedLine:
     """What a TCP port and a pseudo-terminal have in common.
 
     Attributes:
@@ -79,7 +79,7 @@ class Line:
         raise NotImplementedError
 
 
-class TcpLine(Line):
+class TcpLine(ServedLine):
     """A TCP port that welcomes one client at a time.
 
     Args:
@@ -205,7 +205,7 @@ class TcpLine(Line):
         self._unsent.clear()
 
 
-class PtyLine(Line):
+class PtyLine(ServedLine):
     """A pseudo-terminal, found under a link whose name stays the same from one start to the next.
 
     Like a serial line it garbles what goes through while its two ends have different speeds.

@@ -18,7 +18,7 @@ from ..firmware.firmware import Firmware, FirmwareState
 from .faults import Fault
 from .line_recorder import LineRecorder
 from .line_simulation import Arrival, LineSimulation
-from .lines import Line, PtyLine, TcpLine, host_and_port
+from .lines import ServedLine, PtyLine, TcpLine, host_and_port
 from .robot_link import RobotOnLine, RobotsInTime
 
 STANDARD_PORT = 8101
@@ -50,8 +50,8 @@ class Berth:
         self.robot = robot
         self.url: Optional[str] = None
         self.pty_link = pty
-        self.lines: List[Line] = []
-        self.line: Optional[Line] = None    # of the present client
+        self.lines: List[ServedLine] = []
+        self.line: Optional[ServedLine] = None    # of the present client
         self.heard = 0.0
         if tcp is not None:
             line = TcpLine(tcp)
@@ -64,7 +64,7 @@ class Berth:
                 self.close()
                 raise
 
-    def busy_elsewhere(self, line: Line, now: float) -> bool:
+    def busy_elsewhere(self, line: ServedLine, now: float) -> bool:
         """Whether a client on another line is in the middle of a session."""
         elsewhere = self.line is not None and self.line is not line
         return elsewhere and self.robot.session is not FirmwareState.WAITING and now - self.heard < PATIENCE
@@ -131,7 +131,7 @@ class Server:
         self.berths: List[Berth] = []
         self._selector = selectors.DefaultSelector()
         # those that are read no more until the line has carried what was read
-        self._held_up: List[Tuple[Berth, Line]] = []
+        self._held_up: List[Tuple[Berth, ServedLine]] = []
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulated robots", daemon=True)
         try:
@@ -192,7 +192,7 @@ class Server:
         self.stop()
 
     @property
-    def _lines(self) -> List[Line]:
+    def _lines(self) -> List[ServedLine]:
         return [line for berth in self.berths for line in berth.lines]
 
     def _open_berths(self, tcp: Union[int, str, None], pty: Optional[str]) -> None:
@@ -226,7 +226,7 @@ class Server:
         finally:
             self._close()
 
-    def _serve(self, berth: Berth, line: Line, now: float) -> None:
+    def _serve(self, berth: Berth, line: ServedLine, now: float) -> None:
         """Something can be read from a line."""
         line.baud = berth.robot.baud
         data = line.read(berth.busy_elsewhere(line, now))
@@ -263,7 +263,7 @@ class Server:
 
     # -- what is waited for
 
-    def _watch(self, berth: Berth, line: Line) -> None:
+    def _watch(self, berth: Berth, line: ServedLine) -> None:
         def opened(file: Any) -> None:
             self._selector.register(file, selectors.EVENT_READ, (berth, line))
 
