@@ -12,7 +12,8 @@ class Bench:
     """One robot on the bench: send it commands, let time pass, look at the packets it sent."""
 
     def __init__(
-        self, model: str = "p3dx-sh", world: Optional[World] = None, pose: Tuple[float, float, float] = (0.0, 0.0, 0.0), **options
+        self, model: str = "p3dx-sh", world: Optional[World] = None,
+        pose: Tuple[float, float, float] = (0.0, 0.0, 0.0), **options
     ):
         options.setdefault("noise", 0.0)
         self.model = find_model(model)
@@ -45,7 +46,8 @@ class Bench:
                 self.send("PULSE")
             sent = self.robot.advance(share)
             self.raw += sent
-            self.packets += [p2os.decode_packet(frame, self.model.grip_state_first) for frame in self._decoder.feed(sent)]
+            self.packets += [p2os.decode_packet(frame, self.model.grip_state_first)
+                             for frame in self._decoder.feed(sent)]
         return self
 
     def of(self, kind) -> List:

@@ -39,7 +39,8 @@ def test_relative_undoes_compose():
 def test_the_box_round_an_outline_is_a_skin_larger_all_round():
     outline = ((-0.3, -0.2), (0.2, -0.2), (0.35, -0.1), (0.35, 0.1), (0.2, 0.2), (-0.3, 0.2))
     (x1, y1), (x2, y2), (x3, y3), (x4, y4) = box_round(outline, 0.05)
-    assert (x1, x2, x3, x4) == pytest.approx((-0.35, 0.4, 0.4, -0.35)) and (y1, y2, y3, y4) == pytest.approx((-0.25, -0.25, 0.25, 0.25))
+    assert (x1, x2, x3, x4) == pytest.approx((-0.35, 0.4, 0.4, -0.35))
+    assert (y1, y2, y3, y4) == pytest.approx((-0.25, -0.25, 0.25, 0.25))
 
 
 def drive(robot, steps, distance, turn=0.0):

@@ -30,7 +30,8 @@ def test_a_robot_that_was_not_opened_says_nothing():
 
 
 @pytest.mark.parametrize("numbers, answered", [
-    ((1,), ()), ((2,), ()), ((7,), ()), ((0, 2), (0,)), ((0, 2, 1), (0,)), ((0, 33, 1), (0,)), ((0, 0, 1), (0, 0, 1)), ((0, 1, 1), (0, 1)),
+    ((1,), ()), ((2,), ()), ((7,), ()), ((0, 2), (0,)), ((0, 2, 1), (0,)), ((0, 33, 1), (0,)), ((0, 0, 1), (0, 0, 1)),
+    ((0, 1, 1), (0, 1)),
     ((0, 1, 1, 2), (0, 1)), ((0, 1, 0, 1, 2), (0, 1, 0, 1, 2)),
 ])
 def test_out_of_order_starts_again(numbers, answered):
@@ -100,16 +101,19 @@ def test_reset_says_so_and_waits():
 
 
 def test_reset_is_like_power_on():
-    bench = Bench().open().send("DIGOUT", 0xFF, 0x05).send("BATTEST", 120).send("MOVE", 100).wait(2.0, alive=True).send("RESET").wait(0.1)
+    bench = Bench().open().send("DIGOUT", 0xFF, 0x05).send("BATTEST", 120).send("MOVE", 100)
+    bench.wait(2.0, alive=True).send("RESET").wait(0.1)
     where = bench.robot.true_pose
     bench.open().send("ENCODER", 1).wait(0.2)
-    assert bench.of(p2os.Encoder)[-1] == p2os.Encoder(0, 0) and (bench.sip.digital_out, bench.sip.battery_dv) == (0, 130)
+    assert bench.of(p2os.Encoder)[-1] == p2os.Encoder(0, 0)
+    assert (bench.sip.digital_out, bench.sip.battery_dv) == (0, 130)
     assert bench.robot.true_pose == where and where[0] == pytest.approx(0.1)
 
 
 def test_unknown_and_senseless_commands_are_counted_and_ignored():
     bench = Bench().open()
-    bench.robot.receive(p2os.encode_frame(200) + p2os.encode_frame(11) + p2os.encode_frame(11, b"\x2B\x02hi") + p2os.encode_frame(255))
+    bench.robot.receive(p2os.encode_frame(200) + p2os.encode_frame(11) + p2os.encode_frame(11, b"\x2B\x02hi")
+                        + p2os.encode_frame(255))
     bench.wait(0.2)
     counts = bench.robot.command_counts
     assert (counts.unknown, counts.senseless) == (2, 2) and bench.robot.velocity == (0.0, 0.0)
@@ -117,7 +121,8 @@ def test_unknown_and_senseless_commands_are_counted_and_ignored():
 
 def test_noise_on_the_line_is_counted_and_the_robot_still_drives():
     bench = Bench().open()
-    bench.robot.receive(bytes.fromhex("FAFB060B3BC800D33A") + bytes.fromhex("00FA12FA") + p2os.encode_command("VEL", 200))
+    bench.robot.receive(bytes.fromhex("FAFB060B3BC800D33A") + bytes.fromhex("00FA12FA")
+                        + p2os.encode_command("VEL", 200))
     bench.wait(1.0)
     assert bench.sip.left_velocity_units == 200
     assert bench.robot.decoder.counts.bad_checksums == 1 and bench.robot.decoder.counts.discarded_bytes > 0
@@ -137,7 +142,8 @@ def test_it_obeys_the_good_half_of_what_comes():
 
 def test_config_tells_what_is_fitted_and_allowed():
     config = Bench(name="ada", rear_sonar=False).open().send("CONFIG").wait(0.0).of(p2os.Config)[0]
-    assert (config.type, config.subtype, config.name) == ("Pioneer", "p3dx-sh", "ada") and config.serial.upper() != "SIM"
+    assert (config.type, config.subtype, config.name) == ("Pioneer", "p3dx-sh", "ada")
+    assert config.serial.upper() != "SIM"
     assert (config.has_gripper, config.front_sonar, config.rear_sonar) == (1, 1, 0)
     assert (config.rotation_velocity_top_deg_s, config.translation_velocity_top_mm_s) == (360, 1500)
     assert (config.rotation_acceleration_top_deg_s2, config.translation_acceleration_top_mm_s2) == (300, 2000)
@@ -146,14 +152,16 @@ def test_config_tells_what_is_fitted_and_allowed():
     assert (config.low_battery_dv, config.shutdown_dv, config.firmware_version) == (115, 110, "2.9")
 
 
-@pytest.mark.parametrize("model, rear, told", [("peoplebot-sh", True, (1, 1)), ("peoplebot-sh", False, (1, 0)), ("amigo-sh", True, (1, 0))])
+@pytest.mark.parametrize("model, rear, told",
+                         [("peoplebot-sh", True, (1, 1)), ("peoplebot-sh", False, (1, 0)), ("amigo-sh", True, (1, 0))])
 def test_config_tells_front_from_rear_by_where_the_arrays_look(model, rear, told):
     config = Bench(model, rear_sonar=rear).open().send("CONFIG").wait(0.0).of(p2os.Config)[0]
     assert (config.front_sonar, config.rear_sonar) == told
 
 
 @pytest.mark.parametrize("model, last, missing", [
-    ("p2at", "translation_ki", "front_bumpers"), ("p3dx", "has_gyro", "drift_factor"), ("amigo-sh", "firmware_version", "gyro_cw"),
+    ("p2at", "translation_ki", "front_bumpers"), ("p3dx", "has_gyro", "drift_factor"),
+    ("amigo-sh", "firmware_version", "gyro_cw"),
     ("p3at-sh", "charge_threshold", "power_board_port"),
 ])
 def test_config_ends_where_the_firmware_family_ends_it(model, last, missing):
@@ -180,9 +188,11 @@ def test_order_of_gripper_and_port(model, first, second):
 
 def test_a_sip_byte_by_byte():
     """Decoded here with struct alone: this test and the codec share nothing."""
-    bench = Bench("p3dx-sh", World("wall", walls=[(2.0, -9.0, 2.0, 9.0)])).open().send("VEL", 200).send("RVEL", -20).wait(2.0)
+    bench = Bench("p3dx-sh",
+                  World("wall", walls=[(2.0, -9.0, 2.0, 9.0)])).open().send("VEL", 200).send("RVEL", -20).wait(2.0)
     frame = p2os.FrameDecoder().feed(bench.raw)[-1]
-    x, y, heading, left, right, battery, low, high, control, flags, compass, n = struct.unpack_from("<HHhhhBBBhHBB", frame.data)
+    head = struct.unpack_from("<HHhhhBBBhHBB", frame.data)
+    x, y, heading, left, right, battery, low, high, control, flags, compass, n = head
     assert frame.id == 0x33
     robot_x, robot_y, robot_heading = bench.robot.true_pose
     assert (x, y) == (round(robot_x * 1000), round(robot_y * 1000) & 0x7FFF) and y > 30000
@@ -199,7 +209,8 @@ def test_a_sip_byte_by_byte():
 def test_every_model_opens_and_streams(name):
     bench = Bench(name).open().send("CONFIG").send("VEL", 100).wait(1.0)
     told = [config.subtype for config in bench.of(p2os.Config)]
-    assert len(bench.sips) == 10 and told == ([] if bench.model.firmware_family == "PSOS" else [name])     # PSOS knows no CONFIGpac
+    assert len(bench.sips) == 10
+    assert told == ([] if bench.model.firmware_family == "PSOS" else [name])     # PSOS knows no CONFIGpac
     assert bench.sip.left_velocity_units == pytest.approx(100 / find_model(name).vel_mm_s_per_unit, abs=0.6)
 
 
@@ -210,7 +221,8 @@ def test_every_model_at_its_fastest_fits_the_wire(name):
     linear, angular = bench.robot.hardware.drives.linear, bench.robot.hardware.drives.angular
     assert (linear.speed, angular.speed) == (linear.limits.top, -angular.limits.top)
     difference = angular.limits.top / bench.model.diff_rad_per_mm
-    assert bench.sip.left_velocity_units == round((linear.limits.top * 1000 + difference) / bench.model.vel_mm_s_per_unit)
+    assert bench.sip.left_velocity_units == round((linear.limits.top * 1000
+                                                   + difference) / bench.model.vel_mm_s_per_unit)
 
 
 def test_what_cannot_be_is_refused():
@@ -227,10 +239,12 @@ def test_what_cannot_be_is_refused():
 def play(split, seed=3, noise=0.01, commands=120):
     """Random commands at fixed times, the time between cut up as `split` says; everything the robot sent."""
     draw = random.Random(11)
-    bench = Bench(world=World("box", walls=[(-2, -2, 2, -2), (2, -2, 2, 2), (2, 2, -2, 2), (-2, 2, -2, -2)]), noise=noise, seed=seed).open()
+    bench = Bench(world=World("box", walls=[(-2, -2, 2, -2), (2, -2, 2, 2), (2, 2, -2, 2), (-2, 2, -2, -2)]),
+                  noise=noise, seed=seed).open()
     for _ in range(commands):
         name, value = draw.choice([
-            ("VEL", 300), ("VEL", -250), ("RVEL", 60), ("RVEL", -45), ("STOP", None), ("DHEAD", 90), ("GRIPPER", 2), ("GRIPPER", 5)])
+            ("VEL", 300), ("VEL", -250), ("RVEL", 60), ("RVEL", -45), ("STOP", None), ("DHEAD", 90), ("GRIPPER", 2),
+            ("GRIPPER", 5)])
         bench.send(name, *([] if value is None else [value]))
         left_us = draw.randrange(1000, 400000)
         while left_us > 0:
@@ -282,4 +296,5 @@ def test_random_commands_never_upset_it():
         data = draw.choice([b"", bytes([kind]), bytes([kind]) + struct.pack("<H", value), bytes([kind, 3, 1, 2, 3])])
         bench.robot.receive(p2os.encode_frame(number, data))
         bench.wait(draw.choice([0.0, 0.003, 0.03]))
-    assert bench.robot.session is FirmwareState.OPEN and not bench.robot.hardware.body.touches(bench.model.outline(True))
+    assert bench.robot.session is FirmwareState.OPEN
+    assert not bench.robot.hardware.body.touches(bench.model.outline(True))

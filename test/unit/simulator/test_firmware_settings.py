@@ -1,4 +1,6 @@
-"""Settings of the simulated robot: kept, shown in CONFIGpac, forgotten at CLOSE, unknown to old firmware; and what calibration does."""
+"""Settings of the simulated robot: kept, shown in CONFIGpac, forgotten at CLOSE, unknown to old firmware; and what
+calibration does.
+"""
 
 import math
 
@@ -10,7 +12,8 @@ from pioneer_control import p2os
 from pioneer_control.p2os import COMMANDS, UNKNOWN_TO
 from pioneer_control.robots.table import FAMILIES
 
-# A setting: its packet (the protocol's example where it has one), the field of CONFIGpac that shows it, what that is before and then.
+# A setting: its packet (the protocol's example where it has one), the field of CONFIGpac that shows it, what that is
+# before and then.
 SHOWN = [
     ("FA FB 06 05 3B F4 01 F9 3C", "translation_acceleration_mm_s2", 300, 500),
     ("FA FB 06 05 1B F4 01 F9 1C", "translation_deceleration_mm_s2", 300, 500),
@@ -51,16 +54,21 @@ def test_a_calibration_of_zero_is_ignored(command, field):
 
 
 def test_more_ticks_of_a_mm_make_longer_metres():
-    bench = Bench().open().send("TICKSMM", 192).send("VEL", 200).wait(4.0, alive=True).send("VEL", 0).wait(2.0, alive=True)
+    bench = Bench().open().send("TICKSMM", 192).send("VEL", 200).wait(4.0, alive=True).send("VEL", 0)
+    bench.wait(2.0, alive=True)
     counted = bench.robot.internal_counts[0] / 1000
-    assert counted == pytest.approx(0.8, abs=0.01) and bench.robot.true_pose[0] == pytest.approx(1.5 * counted, abs=0.001)
-    assert bench.send("ENCODER", 1).wait(0.1).of(p2os.Encoder)[0].left_ticks == pytest.approx(bench.robot.true_pose[0] * 128000, abs=2)
+    assert counted == pytest.approx(0.8, abs=0.01)
+    assert bench.robot.true_pose[0] == pytest.approx(1.5 * counted, abs=0.001)
+    encoder = bench.send("ENCODER", 1).wait(0.1).of(p2os.Encoder)[0]
+    assert encoder.left_ticks == pytest.approx(bench.robot.true_pose[0] * 128000, abs=2)
 
 
 def test_a_greater_count_of_a_turn_makes_wider_turns():
-    bench = Bench().open().send("REVCOUNT", 24855).send("RVEL", 30).wait(2.0, alive=True).send("RVEL", 0).wait(2.0, alive=True)
+    bench = Bench().open().send("REVCOUNT", 24855).send("RVEL", 30).wait(2.0, alive=True).send("RVEL", 0)
+    bench.wait(2.0, alive=True)
     counted = bench.robot.hardware.odometry.pose[2]
-    assert counted == pytest.approx(math.radians(60), abs=0.05) and bench.robot.true_pose[2] == pytest.approx(1.5 * counted, abs=1e-6)
+    assert counted == pytest.approx(math.radians(60), abs=0.05)
+    assert bench.robot.true_pose[2] == pytest.approx(1.5 * counted, abs=1e-6)
 
 
 def test_a_robot_as_it_comes_counts_what_it_drives():

@@ -20,7 +20,8 @@ def test_the_finder_finds_what_a_search_through_all_finds(seed):
     size = rng.choice([1.0, 10.0, 100.0])
     everything = solids(
         [[rng.uniform(-size, size) for _ in range(4)] for _ in range(rng.randint(0, 80))],
-        [(rng.uniform(-size, size), rng.uniform(-size, size), rng.choice([0.02, 0.6, 7.0])) for _ in range(rng.randint(0, 20))])
+        [(rng.uniform(-size, size), rng.uniform(-size, size), rng.choice([0.02, 0.6, 7.0]))
+         for _ in range(rng.randint(0, 20))])
     finder, found = Finder(everything), 0
     for _ in range(50):
         place = rng.uniform(-1.2 * size, 1.2 * size), rng.uniform(-1.2 * size, 1.2 * size), rng.choice([0.3, 5.0, 30.0])
@@ -37,7 +38,8 @@ def test_a_wall_much_longer_than_all_others_is_found_everywhere():
 
 
 @pytest.mark.parametrize("x, y, size, meet", [
-    (1.9, 0.0, 1.0, True), (2.1, 0.0, 1.0, False), (1.9, 1.9, 1.0, True), (0.0, 0.0, 0.3, True), (0.2, 0.1, 5.0, True), (-4.0, 3.0, 2.0, False),
+    (1.9, 0.0, 1.0, True), (2.1, 0.0, 1.0, False), (1.9, 1.9, 1.0, True), (0.0, 0.0, 0.3, True), (0.2, 0.1, 5.0, True),
+    (-4.0, 3.0, 2.0, False),
 ])
 def test_polygons_meet(x, y, size, meet):
     other = [(x + size * cx, y + size * cy) for cx, cy in SQUARE]

@@ -28,8 +28,10 @@ def box(x1, y1, x2, y2):
     (["....", ".##.", "...."], box(1, 1, 3, 2)),
     (["####", "####", "####"], box(0, 0, 4, 3)),
     (["#..", "...", "..#"], sorted(box(0, 2, 1, 3) + box(2, 0, 3, 1))),
-    (["######", "######", "##..##", "##..##", "######", "######"], sorted(box(0, 0, 6, 6) + box(2, 2, 4, 4))),    # a room
-    (["###...", "###...", "###...", "######", "######", "######"],                                                # a corner
+    # a room
+    (["######", "######", "##..##", "##..##", "######", "######"], sorted(box(0, 0, 6, 6) + box(2, 2, 4, 4))),
+    # a corner
+    (["###...", "###...", "###...", "######", "######", "######"],
      sides([(0, 0, 6, 0), (6, 0, 6, 3), (6, 3, 3, 3), (3, 3, 3, 6), (3, 6, 0, 6), (0, 6, 0, 0)])),
 ])
 def test_borders_of_pictures(rows, expected):
@@ -52,7 +54,8 @@ def test_a_slanted_room_has_few_segments_within_a_cell_of_it(angle_deg):
     assert 4 <= len(inner) <= 12
     for segment in inner:
         for end_x, end_y in (segment[:2], segment[2:]):
-            ahead, aside = end_x * math.cos(angle) + end_y * math.sin(angle), end_y * math.cos(angle) - end_x * math.sin(angle)
+            cosine, sine = math.cos(angle), math.sin(angle)
+            ahead, aside = end_x * cosine + end_y * sine, end_y * cosine - end_x * sine
             assert abs(max(abs(ahead) - 90.0, abs(aside) - 60.0)) < 1.5
     assert sum(math.hypot(x2 - x1, y2 - y1) for x1, y1, x2, y2 in inner) == pytest.approx(600.0, rel=0.01)
 
@@ -108,7 +111,8 @@ def test_the_wanted_place_if_there_is_room():
     assert roomiest(FREE, (2.0, 2.0), 2.0) == (2.0, 2.0)
 
 
-@pytest.mark.parametrize("wanted, room", [(None, 1.0), ((2.0, 2.0), 2.5), ((6.0, 2.0), 0.5), ((-3.0, 2.0), 0.5), ((2.0, 99.0), 0.5)])
+@pytest.mark.parametrize("wanted, room",
+                         [(None, 1.0), ((2.0, 2.0), 2.5), ((6.0, 2.0), 0.5), ((-3.0, 2.0), 0.5), ((2.0, 99.0), 0.5)])
 def test_else_the_middle_of_the_largest_square(wanted, room):
     assert roomiest(FREE, wanted, room) == (3.0, 3.0)
 

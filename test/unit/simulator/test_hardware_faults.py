@@ -1,4 +1,6 @@
-"""What can go wrong with the robot itself: each attribute of its hardware that a fault sets, and what the wire then shows."""
+"""What can go wrong with the robot itself: each attribute of its hardware that a fault sets, and what the wire then
+shows.
+"""
 
 import pytest
 
@@ -11,16 +13,19 @@ from pioneer_control.simulator.world import World
 
 
 def test_a_power_cycle_forgets_all_but_where_things_are():
-    bench = Bench(pose=(1.0, 2.0, 0.0)).open().send("DIGOUT", 0xFF, 0x05).send("SETV", 300).send("ENCODER", 2).send("VEL", 200).wait(1.5)
+    bench = Bench(pose=(1.0, 2.0, 0.0)).open().send("DIGOUT", 0xFF, 0x05).send("SETV", 300).send("ENCODER", 2)
+    bench.send("VEL", 200).wait(1.5)
     bench.robot.hardware.battery.voltage = 12.0
     bench.robot.power_cycle()
     where, said = bench.robot.true_pose, len(bench.raw)
     bench.wait(0.5).sync(0).wait(0.4)
-    assert len(bench.raw) == said and bench.robot.session is FirmwareState.WAITING    # deaf while it boots: that SYNC0 is lost
+    assert len(bench.raw) == said
+    assert bench.robot.session is FirmwareState.WAITING    # deaf while it boots: that SYNC0 is lost
     assert bench.robot.true_pose == where and where[0] > 1.1 and bench.robot.velocity == (0.0, 0.0)
     bench.wait(0.2).open(motors=False).send("ENCODER", 1).send("CONFIG").wait(0.2)
     assert not bench.sip.flags & Flags.MOTORS_ENABLED and bench.sip.digital_out == 0 and bench.sip.x_counts == 0
-    assert bench.of(p2os.Encoder)[-1] == p2os.Encoder(0, 0) and bench.of(p2os.Config)[-1].translation_velocity_max_mm_s == 750
+    assert bench.of(p2os.Encoder)[-1] == p2os.Encoder(0, 0)
+    assert bench.of(p2os.Config)[-1].translation_velocity_max_mm_s == 750
     assert bench.sip.battery_x10_dv == 120
 
 
@@ -55,7 +60,8 @@ def test_a_stuck_gripper_gives_up_and_shows_errors_until_it_is_told_again():
     bench.wait(4.0, alive=True)
     assert bench.sip.grip_state == GripState.OPEN | GripState.ERROR | GripState.LIFT_UP | GripState.LIFT_ERROR
     bench.robot.hardware.jam_gripper(False)
-    bench.send("GRIPPER", int(GripperCommand.CLOSE)).send("GRIPPER", int(GripperCommand.LIFT_DOWN)).wait(5.0, alive=True)
+    bench.send("GRIPPER", int(GripperCommand.CLOSE)).send("GRIPPER",
+                                                          int(GripperCommand.LIFT_DOWN)).wait(5.0, alive=True)
     assert bench.sip.grip_state == GripState.CLOSED | GripState.LIFT_DOWN
 
 

@@ -1,4 +1,6 @@
-"""Options of the sonar: cone, specular loss, noise and range, each with an effect of the right sign and size, and none when off."""
+"""Options of the sonar: cone, specular loss, noise and range, each with an effect of the right sign and size, and none
+when off.
+"""
 
 import dataclasses
 import math
@@ -9,14 +11,17 @@ from robot_on_bench import Bench
 from pioneer_control.simulator.hardware import standard_numbers
 from pioneer_control.simulator.world import World
 
+
 def numbers(**options):
     return dataclasses.replace(standard_numbers(), sonar=dataclasses.replace(standard_numbers().sonar, **options))
 
 
 def heard(world, seconds=1.0, seed=0, **options):
     """The ranges (mm) that transducer 0 of a p3dx-sh, which looks to the left, reports."""
-    bench = Bench(world=world, numbers=numbers(**options), gripper=False, noise=options.get("noise", 0.0), seed=seed).open()
-    return [reading.range_units for sip in bench.wait(seconds, alive=True).sips for reading in sip.sonar if reading.number == 0]
+    bench = Bench(world=world, numbers=numbers(**options), gripper=False, noise=options.get("noise", 0.0),
+                  seed=seed).open()
+    return [reading.range_units for sip in bench.wait(seconds, alive=True).sips for reading in sip.sonar
+            if reading.number == 0]
 
 
 def wall_to_the_left(slant_deg, distance=2.0):
@@ -51,11 +56,13 @@ def test_what_stands_behind_a_wall_that_is_not_heard_is():
     _, x, y, _ = Bench().model.sonar[0]
     world = World("post behind", walls=wall, posts=[(x, y + 4.0, 0.5)])
     assert [*set(heard(world))] == [pytest.approx(2000 / math.cos(math.radians(37.5)), abs=1)]
-    assert [*set(heard(world, specular_deg=30))] == [pytest.approx(3500, abs=1)]     # a post always sends something back
+    # a post always sends something back
+    assert [*set(heard(world, specular_deg=30))] == [pytest.approx(3500, abs=1)]
 
 
 @pytest.mark.parametrize("distance, options, expected", [
-    (4.9, {}, 4900), (6.5, {}, 5000), (6.5, {"maximum": 8.0}, 6500), (9.0, {"maximum": 8.0}, 8000), (4.9, {"maximum": 3.0}, 3000),
+    (4.9, {}, 4900), (6.5, {}, 5000), (6.5, {"maximum": 8.0}, 6500), (9.0, {"maximum": 8.0}, 8000),
+    (4.9, {"maximum": 3.0}, 3000),
 ])
 def test_range(distance, options, expected):
     assert [*set(heard(wall_to_the_left(0, distance), **options))] == [pytest.approx(expected, abs=1)]

@@ -53,7 +53,8 @@ def test_what_each_line_becomes(tmp_path):
     world = load_world(written(tmp_path, GOLDEN))
     assert world.name == "own"
     assert world.walls[:2].tolist() == [[-2.0, -1.0, 6.0, -1.0], [6.0, -1.0, 6.0, 3.0005]]
-    assert world.walls[2:6].tolist() == [[3.0, 2.0, 3.5, 2.0], [3.5, 2.0, 3.5, 2.5], [3.5, 2.5, 3.0, 2.5], [3.0, 2.5, 3.0, 2.0]]
+    assert world.walls[2:6].tolist() == [[3.0, 2.0, 3.5, 2.0], [3.5, 2.0, 3.5, 2.5], [3.5, 2.5, 3.0, 2.5],
+                                         [3.0, 2.5, 3.0, 2.0]]
     turned = [[0, 1, 0, 2], [0, 2, -.5, 2], [-.5, 2, -.5, 1], [-.5, 1, 0, 1]]      # about the origin of the map
     assert [pytest.approx(wall, abs=1e-12) for wall in turned] == world.walls[6:10].tolist()
     assert world.walls[10:].tolist() == [[0.0, 2.0, 1.0, 2.0]]
@@ -78,7 +79,8 @@ def test_points_make_walls_where_there_are_no_lines(tmp_path):
     """A scanned room of 6 by 4 m: its inside has four walls, within twice the resolution of the scan."""
     corners = [(0, 0), (6000, 0), (6000, 4000), (0, 4000), (0, 0)]
     points = "".join(points_along(*first, *second, 50) for first, second in zip(corners, corners[1:]))
-    world = load_world(written(tmp_path, "2D-Map\nResolution: 50\nCairn: RobotHome 3000 2000 0 \"\" ICON \"\"\nDATA:\n" + points))
+    world = load_world(written(tmp_path, "2D-Map\nResolution: 50\nCairn: RobotHome 3000 2000 0 \"\" ICON \"\"\nDATA:\n"
+                               + points))
     assert world.skipped == () and len(world.walls) == 8                # inside and outside
     for heading, expected in ((0.0, 3.0), (math.pi / 2, 2.0), (math.pi, 3.0), (-math.pi / 2, 2.0)):
         (echo,) = world.echoes([3.0], [2.0], [heading], 0.2, 5.0)
@@ -100,7 +102,8 @@ def test_sections_in_either_spelling_and_any_order(tmp_path):
 
 
 def test_a_map_is_known_by_its_first_line_too(tmp_path):
-    assert load_world(written(tmp_path, "2D-Map\r\nLINES\r\n0 0 1000 0\r\n", "map.txt")).walls.tolist() == [[0, 0, 1, 0]]
+    assert load_world(written(tmp_path, "2D-Map\r\nLINES\r\n0 0 1000 0\r\n",
+                              "map.txt")).walls.tolist() == [[0, 0, 1, 0]]
 
 
 def test_names_of_another_encoding_do_no_harm(tmp_path):
@@ -111,7 +114,8 @@ def test_names_of_another_encoding_do_no_harm(tmp_path):
 
 def test_goals_without_a_name_of_their_own(tmp_path):
     goal = 'Cairn: Goal {} 0 0 "" ICON "{}"\n'
-    world = load_world(written(tmp_path, "2D-Map\n" + goal.format(1000, "") + goal.format(2000, "desk") + goal.format(3000, "desk")))
+    world = load_world(written(tmp_path, "2D-Map\n" + goal.format(1000, "") + goal.format(2000, "desk")
+                               + goal.format(3000, "desk")))
     assert world.goals == {"goal 1": (1.0, 0.0, 0.0), "desk": (2.0, 0.0, 0.0)}
     assert "another goal named 'desk', line 4" in world.skipped
 
@@ -121,7 +125,8 @@ ROOM = "2D-Map\nLINES\n{0} {0} {1} {0}\n{1} {0} {1} {1}\n{1} {1} {0} {1}\n{0} {1
 
 def test_without_a_home_the_robot_starts_at_the_origin(tmp_path):
     world = load_world(written(tmp_path, ROOM.format(-1000, 3000)))
-    assert world.starts == [(0.0, 0.0, 0.0)] and world.skipped == ("no RobotHome in the map: robots begin at x 0.00, y 0.00",)
+    assert world.starts == [(0.0, 0.0, 0.0)]
+    assert world.skipped == ("no RobotHome in the map: robots begin at x 0.00, y 0.00",)
 
 
 def test_or_where_there_is_room(tmp_path):
@@ -153,9 +158,11 @@ BOX = 'Cairn: Sim.BoxObstacle 0 0 0 "" ICON "" '
     ("2D-Map\nLINES\n1 2 3 nan\n", "line 3: expected four numbers, .* not '1 2 3 nan'"),
     ("2D-Map\nDATA\n1 2\n1 2 3\n", "line 4: expected two numbers, x y .mm., under DATA, not '1 2 3'"),
     ("2D-Map\nDATA\n1 inf\n", "line 3: expected two numbers, .* not '1 inf'"),
-    ("2D-Map\nDATA\n0 0\n1e10 0\n", "points lie 1e.07 m by 0.2 m apart; with Resolution 100 mm at most 2000 m are legal"),
+    ("2D-Map\nDATA\n0 0\n1e10 0\n",
+     "points lie 1e.07 m by 0.2 m apart; with Resolution 100 mm at most 2000 m are legal"),
     ("2D-Map\nCairn: Goal 1 2 0 home\n", r"line 2: expected Cairn: TYPE x y theta .* not 'Cairn: Goal 1 2 0 home'"),
-    ('2D-Map\nCairn: Goal 1 two 0 "" ICON "home"\n', "line 2: expected x y theta .mm, degrees. in Cairn: .*, not '1 two 0'"),
+    ('2D-Map\nCairn: Goal 1 two 0 "" ICON "home"\n',
+     "line 2: expected x y theta .mm, degrees. in Cairn: .*, not '1 two 0'"),
     ("2D-Map\n" + BOX + "\n", "line 2: expected x1 y1 x2 y2 .mm. at the end of a Sim.BoxObstacle, not ''"),
     ("2D-Map\n" + BOX + "1 2 3\n", "line 2: expected x1 y1 x2 y2 .* not '1 2 3'"),
     ("2D-Map\n" + BOX + "1 2 1 2\n", "line 2: a Sim.BoxObstacle from 1 2 to itself; its corners must differ"),

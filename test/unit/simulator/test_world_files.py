@@ -98,20 +98,28 @@ START = "starts: [{position_m: [0, 0], heading_deg: 0}]\n"
     (START + "walls:\n  - {corners_m: [[0, 0], [1, 1]], closed: 1}\n", "line 3: true or false is needed here"),
     (START + "boxes:\n  - {centre_m: [0, 0], size_m: [1, 0]}\n", "line 3: must be above 0, not 0"),
     (START + "boxes:\n  - {centre_m: [0, 0], size_m: 1}\n", "line 3: a size must be two numbers above 0"),
-    (START + "boxes:\n  - {centre: [0, 0], size_m: [1, 1]}\n", "line 3: a box has no 'centre'; did you mean 'centre_m'?"),
+    (START + "boxes:\n  - {centre: [0, 0], size_m: [1, 1]}\n",
+     "line 3: a box has no 'centre'; did you mean 'centre_m'?"),
     (START + "posts:\n  - {centre_m: [0, 0], diameter_m: -1}\n", "line 3: must be above 0, not -1"),
-    (START + "posts:\n  - {centre_m: [0, zero], diameter_m: 1}\n", "line 3: a finite number is needed here, not 'zero'"),
+    (START + "posts:\n  - {centre_m: [0, zero], diameter_m: 1}\n",
+     "line 3: a finite number is needed here, not 'zero'"),
     (START + "posts:\n  - {centre_m: [0, '1'], diameter_m: 1}\n", "line 3: a finite number is needed here, not '1'"),
-    (START + "posts:\n  - {centre_m: [0, .nan], diameter_m: 1}\n", "line 3: a finite number is needed here, not '.nan'"),
-    (START + "posts:\n  - {centre_m: [0, true], diameter_m: 1}\n", "line 3: a finite number is needed here, not 'true'"),
-    (START + "posts:\n  - {centre_m: [0, 1:30], diameter_m: 1}\n", "line 3: a finite number is needed here, not '1:30'"),
-    (START + "posts:\n  - {centre_m: [0, [1]], diameter_m: 1}\n", "line 3: a finite number is needed here, not a list or mapping"),
+    (START + "posts:\n  - {centre_m: [0, .nan], diameter_m: 1}\n",
+     "line 3: a finite number is needed here, not '.nan'"),
+    (START + "posts:\n  - {centre_m: [0, true], diameter_m: 1}\n",
+     "line 3: a finite number is needed here, not 'true'"),
+    (START + "posts:\n  - {centre_m: [0, 1:30], diameter_m: 1}\n",
+     "line 3: a finite number is needed here, not '1:30'"),
+    (START + "posts:\n  - {centre_m: [0, [1]], diameter_m: 1}\n",
+     "line 3: a finite number is needed here, not a list or mapping"),
     (START + "docks:\n  - {position_m: [0, 0]}\n", "line 3: a dock needs heading_deg"),
     (START + "docks: 1\n", "line 2: docks must be a list"),
     (START + "goals:\n  - {position_m: [0, 0], heading_deg: 0}\n", "line 3: a goal needs name"),
     (START + "goals:\n  - {name: 5, position_m: [0, 0], heading_deg: 0}\n", "line 3: text is needed here"),
-    (START + "goals:\n" + 2 * "  - {name: a, position_m: [0, 0], heading_deg: 0}\n", "line 4: there are two goals named 'a'; names must differ"),
-    (START + "cans:\n  - {centre_m: [0, 0], height_m: 0.2}\n", "line 3: a can must be lower than the sonar, 0.17 m, not 0.2"),
+    (START + "goals:\n" + 2 * "  - {name: a, position_m: [0, 0], heading_deg: 0}\n",
+     "line 4: there are two goals named 'a'; names must differ"),
+    (START + "cans:\n  - {centre_m: [0, 0], height_m: 0.2}\n",
+     "line 3: a can must be lower than the sonar, 0.17 m, not 0.2"),
 ])
 def test_wrong_files_are_told_the_line_and_what_is_legal(tmp_path, text, message):
     path = written(tmp_path, text)
@@ -179,7 +187,8 @@ def test_gallery_docks_and_goals_have_room_for_a_pioneer(name):
     world = load_world(name)
     for model in map(find_model, ("p3dx-sh", "p3at-sh", "peoplebot-sh", "amigo-sh")):
         for pose in [*world.docks, *world.goals.values()]:
-            assert not world.touches(placed(model.outline(gripper=model.can_carry_gripper), pose)), (model.subtype, pose)
+            assert not world.touches(placed(model.outline(gripper=model.can_carry_gripper),
+                                            pose)), (model.subtype, pose)
 
 
 @pytest.mark.parametrize("name", [name for name in known_worlds() if name != "empty"])
@@ -195,7 +204,8 @@ def test_tutorial_has_a_can_straight_ahead_with_a_clear_way_to_it():
     world = load_world("tutorial")
     x, y, heading = world.starts[0]
     ahead, aside = math.cos(heading), math.sin(heading)
-    from_start = [((can.x - x) * ahead + (can.y - y) * aside, (can.y - y) * ahead - (can.x - x) * aside) for can in world.cans]
+    from_start = [((can.x - x) * ahead + (can.y - y) * aside, (can.y - y) * ahead - (can.x - x) * aside)
+                  for can in world.cans]
     assert any(1.0 <= distance <= 1.5 and abs(offset) < 0.02 for distance, offset in from_start)
     (echo,) = world.echoes([x], [y], [heading], math.radians(12.5), 5.0)
     assert echo > 2.5

@@ -1,4 +1,6 @@
-"""What sonar hears, against closed forms worked out on paper and against brute force, never against another cone caster."""
+"""What sonar hears, against closed forms worked out on paper and against brute force, never against another cone
+caster.
+"""
 
 import math
 import random
@@ -69,7 +71,8 @@ def test_wall_seen_exactly_from_its_end():
 ])
 def test_part_of_a_wall_within_the_cone(low_deg, high_deg, nearest_deg):
     low, high, nearest = (2.0 * math.tan(math.radians(angle)) for angle in (low_deg, high_deg, nearest_deg))
-    assert heard(World("piece", walls=[(2.0, low, 2.0, high)])) == pytest.approx(math.sqrt(4.0 + nearest ** 2), abs=1e-12)
+    assert heard(World("piece",
+                       walls=[(2.0, low, 2.0, high)])) == pytest.approx(math.sqrt(4.0 + nearest ** 2), abs=1e-12)
 
 
 @pytest.mark.parametrize("low_deg, high_deg", [(12.6, 40.0), (-40.0, -12.6)])
@@ -111,11 +114,13 @@ def test_corner_that_points_at_the_sensor_is_heard_at_its_tip():
 
 def test_corner_looked_into_is_heard_along_both_edges_of_the_cone():
     walls = [(2.0, 0.0, 0.0, 2.0), (2.0, 0.0, 0.0, -2.0)]  # each at 45 degrees, sqrt(2) from the sensor
-    assert heard(World("inner corner", walls=walls)) == pytest.approx(math.sqrt(2.0) / math.cos(math.radians(45.0 - 12.5)), abs=1e-12)
+    assert heard(World("inner corner",
+                       walls=walls)) == pytest.approx(math.sqrt(2.0) / math.cos(math.radians(45.0 - 12.5)), abs=1e-12)
 
 
 def test_nearest_of_several_is_heard():
-    world = World("several", walls=[(3.0, -1.0, 3.0, 1.0), (2.5, -1.0, 2.5, 1.0)], posts=[(2.0, 0.0, 0.1), (4.0, 0.0, 0.5)])
+    world = World("several", walls=[(3.0, -1.0, 3.0, 1.0), (2.5, -1.0, 2.5, 1.0)],
+                  posts=[(2.0, 0.0, 0.1), (4.0, 0.0, 0.5)])
     assert heard(world) == pytest.approx(1.9, abs=1e-12)
     assert heard(world, x=2.2) == pytest.approx(0.3, abs=1e-12)
 
@@ -148,7 +153,8 @@ def test_cone_too_wide_or_without_width_is_refused(half_width):
 def crowd(rng):
     """A few walls and posts at random about the origin."""
     walls = [[rng.uniform(-3.0, 3.0) for _ in range(4)] for _ in range(rng.randint(0, 5))]
-    posts = [(rng.uniform(-3.0, 3.0), rng.uniform(-3.0, 3.0), rng.choice([0.025, 0.1, 0.8])) for _ in range(rng.randint(0, 3))]
+    posts = [(rng.uniform(-3.0, 3.0), rng.uniform(-3.0, 3.0), rng.choice([0.025, 0.1, 0.8]))
+             for _ in range(rng.randint(0, 3))]
     return walls, posts
 
 
@@ -186,7 +192,8 @@ def test_moving_and_turning_everything_changes_nothing(seed):
         return x * math.cos(turn) - y * math.sin(turn) + dx, x * math.sin(turn) + y * math.cos(turn) + dy
 
     poses = [(rng.uniform(-3.0, 3.0), rng.uniform(-3.0, 3.0), rng.uniform(-3.0, 3.0)) for _ in range(5)]
-    there = World("there", [moved(*wall[:2]) + moved(*wall[2:]) for wall in walls], [moved(x, y) + (r,) for x, y, r in posts])
+    there = World("there", [moved(*wall[:2]) + moved(*wall[2:]) for wall in walls],
+                  [moved(x, y) + (r,) for x, y, r in posts])
     expected = World("here", walls, posts).echoes(*zip(*poses), HALF, MAXIMUM)
     echoes = there.echoes(*zip(*[moved(x, y) + (heading + turn,) for x, y, heading in poses]), HALF, MAXIMUM)
     assert echoes == pytest.approx(expected, abs=1e-9)
@@ -203,11 +210,13 @@ def test_one_call_for_many_sensors_gives_the_very_bytes_of_many_calls():
     assert min(apart) < MAXIMUM == max(apart)
 
 
-@pytest.mark.parametrize("walls, places", [([], 1), ([(1000.0, -3.0, 1000.0, 3.0)], 1), ([(2.0, -300.0, 2.0, 300.0)], 100)])
+@pytest.mark.parametrize("walls, places",
+                         [([], 1), ([(1000.0, -3.0, 1000.0, 3.0)], 1), ([(2.0, -300.0, 2.0, 300.0)], 100)])
 def test_a_floor_without_end_takes_no_memory_where_nothing_is(walls, places):
     world = World("floor", walls=walls)
     for metres in range(100):
         heard(world, y=float(metres))
     ear = world.ear(HALF, MAXIMUM)
     assert len({id(earshot) for earshot in ear._earshots.values()}) == places
-    assert world.clearance(0.0, 0.0) == (walls[0][0] if walls else math.inf) and (len(world._neighbourhoods) == 0) is (not walls)
+    assert world.clearance(0.0, 0.0) == (walls[0][0] if walls else math.inf)
+    assert (len(world._neighbourhoods) == 0) is (not walls)
