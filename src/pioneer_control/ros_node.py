@@ -170,6 +170,7 @@ class ImpatientTransport(xmlrpc.client.Transport):
         self._timeout = timeout
 
     def make_connection(self, host: Any) -> http.client.HTTPConnection:
+        """A connection with this time-out."""
         connection = super().make_connection(host)
         connection.timeout = self._timeout
         return connection

@@ -36,7 +36,7 @@ PLACES = 3
 Progress = Callable[[int, int], Any]
 
 
-class Connection(NamedTuple):
+class BagConnection(NamedTuple):
     """A topic as one publisher sent it."""
 
     topic: str
@@ -57,7 +57,7 @@ class Message(NamedTuple):
     """One recorded message."""
 
     topic: str
-    connection: Connection
+    connection: BagConnection
     data: bytes
     """as it was sent; `decode` makes a message of it"""
     time: int
@@ -100,7 +100,7 @@ class _Waiting(NamedTuple):
     """whether it is in the head of a part"""
     place: int
     """in the file"""
-    connection: Connection
+    connection: BagConnection
     data: bytes
 
     @property
@@ -116,7 +116,7 @@ class _Queue:
         self._waiting: List[_Waiting] = []
         self._size = self._count = 0
 
-    def add(self, time: int, in_head: bool, connection: Connection, data: bytes) -> None:
+    def add(self, time: int, in_head: bool, connection: BagConnection, data: bytes) -> None:
         self._count += 1
         entry = _Waiting(time, in_head, self._count, connection, data)
         self._waiting.append(entry)
@@ -160,7 +160,7 @@ class _Head:
         self._first: Optional[Tuple[int, bool]] = None      # message: its time, and whether its publisher is named
         self._publishers: Set[Tuple[str, str]] = set()
 
-    def takes(self, time: int, connection: Connection) -> bool:
+    def takes(self, time: int, connection: BagConnection) -> bool:
         """Whether a message is in the head. Called with all messages of the part, in their order in the file.
 
         Args:
@@ -181,9 +181,9 @@ class _Head:
 class _File:
     """One file of a recording."""
 
-    def __init__(self, path: str, is_wanted: Callable[[Connection], bool]) -> None:
+    def __init__(self, path: str, is_wanted: Callable[[BagConnection], bool]) -> None:
         self.path = path
-        self.connections: Dict[int, Connection] = {}
+        self.connections: Dict[int, BagConnection] = {}
         self.compression = ""
         self._begin, self._end = NEVER, -1          # ns, of the messages so far
         self.indexed = False        # with an index that is whole
@@ -242,7 +242,7 @@ class _File:
 
     def _read_index(self, source: Source, connection_count: int, chunk_count: int) -> None:
         """Learn of all connections and chunks, unless something there is damaged or missing."""
-        connections: Dict[int, Optional[Connection]] = {}
+        connections: Dict[int, Optional[BagConnection]] = {}
         chunks: Dict[int, _Chunk] = {}
         bad: List[int] = []
         # most chunks have the same connections: one set for all of them
@@ -278,7 +278,7 @@ class _File:
             if record.op == CONNECTION:
                 self._know(record.connection, _connection(record, source.data(record)))
 
-    def _know(self, number: int, connection: Optional[Connection]) -> None:
+    def _know(self, number: int, connection: Optional[BagConnection]) -> None:
         if connection is None:
             return
         if self.connections.setdefault(number, connection) != connection:
@@ -457,21 +457,21 @@ def _missing(chunk: Optional[_Chunk], passed: bool, listed: int, met: int) -> in
     return 0 if passed else max(0, (listed if chunk is None else chunk.messages) - met)
 
 
-def _is_known(connection: Connection, data: bytes, latched: Latched) -> bool:
+def _is_known(connection: BagConnection, data: bytes, latched: Latched) -> bool:
     """Whether this was the first latched message of its publisher; of an unknown publisher, of any of the topic."""
     if connection.caller:
         return latched.get((connection.topic, connection.caller)) == data
     return any(topic == connection.topic and first == data for (topic, _), first in latched.items())
 
 
-def _connection(record: BagRecord, data: bytes) -> Optional[Connection]:
-    """The Connection of a record and its data; None if they make none."""
+def _connection(record: BagRecord, data: bytes) -> Optional[BagConnection]:
+    """The BagConnection of a record and its data; None if they make none."""
     fields = fields_of(data)
     if not fields or not {b"type", b"md5sum", b"message_definition"} <= set(fields):
         return None
     header = {name.decode("utf-8", "replace"): value.decode("utf-8", "replace") for name, value in fields.items()}
     topic = record.fields[b"topic"].decode("utf-8", "replace")
-    return Connection(
+    return BagConnection(
         topic, header["type"], header["md5sum"], header["message_definition"], header.get("latching") == "1",
         header.get("callerid", ""), header)
 
@@ -492,7 +492,7 @@ def _after(seconds: Optional[float]) -> str:
 class BagReader:
     """Iterate over it, once, for the Messages of a recording. Made by `read_bag`."""
 
-    def __init__(self, paths: Sequence[str], is_wanted: Callable[[Connection], bool],
+    def __init__(self, paths: Sequence[str], is_wanted: Callable[[BagConnection], bool],
                  progress: Progress) -> None:
         self._progress = progress
         self._files: List[_File] = []
@@ -519,7 +519,7 @@ class BagReader:
             done += file.size
 
     @property
-    def connections(self) -> List[Connection]:
+    def connections(self) -> List[BagConnection]:
         """Those known so far: of a bag that was closed all, and of others those in what was read."""
         return [connection for file in self._files for connection in file.connections.values()]
 
@@ -552,13 +552,13 @@ class BagReader:
 
 
 def read_bag(paths: Union[str, Sequence[str]],
-             topics: Union[None, Collection[str], Callable[[Connection], bool]] = None,
+             topics: Union[None, Collection[str], Callable[[BagConnection], bool]] = None,
              progress: Progress = lambda done, total: None) -> BagReader:
     """Read a bag, or the parts of one recording in their order.
 
     Args:
         paths: one file, or several; of several, what the recorder only repeated at the begin of a part is passed over.
-        topics: the names of those wanted, or what says of a Connection whether it is; None: all.
+        topics: the names of those wanted, or what says of a BagConnection whether it is; None: all.
         progress: called with the bytes done and all bytes, for each chunk.
 
     Raises:
@@ -602,12 +602,12 @@ def _class_of(type_name: str, md5sum: str, definition: str) -> type:
         raise BagError("the bag's definition of %s makes no sense: %s" % (type_name, error)) from None
 
 
-def message_class(connection: Connection) -> type:
+def message_class(connection: BagConnection) -> type:
     """The class of the messages of a connection. Raises BagError when the bag's definition of it is damaged."""
     return _class_of(connection.type, connection.md5sum, connection.definition)
 
 
-def decode(connection: Connection, data: bytes, into: Any = None) -> Any:
+def decode(connection: BagConnection, data: bytes, into: Any = None) -> Any:
     """The message in recorded bytes, in a new one or into one of the class. Raises BagError when they are none."""
     made = message_class(connection)() if into is None else into
     try:

@@ -12,7 +12,7 @@ import numpy as np
 from .collectors import (CanCollector, DecisionCollector, EchoCollector, GripperCollector, LastCollector, MapCollector,
                          OdometryCollector, ReportCollector, SilenceCollector, SpanCollector, ValueCollector,
                          VelocityCollector, is_plausible, pressed, stalled)
-from .reader import BagReader, Connection, decode, message_class, plural, read_bag
+from .reader import BagReader, BagConnection, decode, message_class, plural, read_bag
 from .records import BagError
 from .recorded_run import Run
 
@@ -93,11 +93,11 @@ class RunCollector:
         # None for those that are kept.
         self._known: Dict[int, Tuple[List[Adder], Any]] = {}
 
-    def wants(self, connection: Connection) -> bool:
+    def wants(self, connection: BagConnection) -> bool:
         """Whether a connection's messages are read."""
         return bool(self._adders_of(connection))
 
-    def _adders_of(self, connection: Connection) -> List[Adder]:
+    def _adders_of(self, connection: BagConnection) -> List[Adder]:
         """What takes its messages."""
         key = connection.topic.strip("/"), connection.type.split("/")[-1]
         if key not in self._adders:
@@ -111,7 +111,7 @@ class RunCollector:
             self._adders[key] = adders
         return self._adders[key]
 
-    def add(self, connection: Connection, data: bytes, time: float) -> None:
+    def add(self, connection: BagConnection, data: bytes, time: float) -> None:
         """Take a message (s)."""
         try:
             known = self._known.get(id(connection))
@@ -170,13 +170,13 @@ def _split(topic: str) -> Tuple[str, str]:
     return namespace, name
 
 
-def _fits(connection: Connection) -> bool:
+def _fits(connection: BagConnection) -> bool:
     """Whether a topic is of a kind we read, by its last name and its type's last name."""
     topic = TOPICS.get(_split(connection.topic)[1])
     return topic is not None and topic.type == connection.type.split("/")[-1]
 
 
-def _robots(connections: Sequence[Connection]) -> List[str]:
+def _robots(connections: Sequence[BagConnection]) -> List[str]:
     """Namespaces of the robots with odometry."""
     return sorted({_split(entry.topic)[0] for entry in connections if _split(entry.topic)[1] in ODOMETRY
                    and _fits(entry)})

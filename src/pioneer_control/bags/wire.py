@@ -17,7 +17,7 @@ from ..errors import PioneerError, UsageError
 from ..msg import Wire
 from ..p2os.recording import TITLE, Entry, written
 from .bag_names import stem
-from .reader import BagReader, Connection, decode, read_bag
+from .reader import BagReader, BagConnection, decode, read_bag
 from .records import BagError
 
 HOW_TO = ("it has no bytes of a robot's line: the driver publishes them with its parameter publish_wire (roslaunch "
@@ -26,7 +26,7 @@ HOW_TO = ("it has no bytes of a robot's line: the driver publishes them with its
           "also:=wire)")
 
 
-def is_wire(connection: Connection) -> bool:
+def is_wire(connection: BagConnection) -> bool:
     """Whether it carries pioneer_control/Wire, with the fields of ours."""
     return connection.type.endswith("/Wire") and connection.md5sum == Wire._md5sum
 

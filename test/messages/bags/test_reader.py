@@ -68,7 +68,7 @@ def apart(messages):
     ("float64[36] covariance", True)])
 def test_definitions_of_more_values_than_there_are_bytes(definition, sound):
     """Eight bytes of such a message would fill any memory."""
-    connection = reading.Connection("/x", "x/Strange", "0" * 32, definition.replace("====", "=" * 80), False, "", {})
+    connection = reading.BagConnection("/x", "x/Strange", "0" * 32, definition.replace("====", "=" * 80), False, "", {})
     if sound:
         assert message_class(connection)
     else:

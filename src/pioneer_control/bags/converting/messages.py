@@ -14,7 +14,7 @@ from tf2_msgs.msg import TFMessage
 from ... import msg, standard_messages
 from ...message_values import NO_ECHO
 from ...robots import RobotModel, Transducer
-from ..reader import Connection, Message, decode
+from ..reader import BagConnection, Message, decode
 from ..records import BagError
 from .sonar import SonarHistory, sonar_scan
 
@@ -27,29 +27,29 @@ BASE_LINK = "base_link"
 STATIC_FRAMES = "/tf_static"
 
 
-def is_frozen(connection: Connection, *names: str) -> bool:
+def is_frozen(connection: BagConnection, *names: str) -> bool:
     """Whether its messages are of one of these types, which both p2os and this package have."""
     package, _, name = connection.type.partition("/")
     return name in names and package in (*OLD_PACKAGES,
                                          "pioneer_control") and connection.md5sum == getattr(msg, name)._md5sum
 
 
-def is_old(connection: Connection) -> bool:
+def is_old(connection: BagConnection) -> bool:
     """Whether its messages are of p2os."""
     return is_frozen(connection, *MESSAGES) and connection.type.partition("/")[0] in OLD_PACKAGES
 
 
-def is_sonar(connection: Connection) -> bool:
+def is_sonar(connection: BagConnection) -> bool:
     """Whether its messages are arrays of sonar ranges."""
     return is_frozen(connection, "SonarArray")
 
 
-def is_battery(connection: Connection) -> bool:
+def is_battery(connection: BagConnection) -> bool:
     """Whether its messages are the battery's voltage."""
     return is_frozen(connection, "BatteryState")
 
 
-def is_pose(connection: Connection) -> bool:
+def is_pose(connection: BagConnection) -> bool:
     """Whether its messages are the odometry of a robot, under p2os's name."""
     return connection.md5sum == Odometry._md5sum and connection.topic.rpartition("/")[2] == "pose"
 
@@ -58,7 +58,7 @@ class Conversion(NamedTuple):
     """What one word of the command line asks for."""
 
     meaning: str
-    fits: Callable[[Connection], bool]
+    fits: Callable[[BagConnection], bool]
     made: Optional[type] = None
     topic: str = ""
     """of what is made, beside the one it is made of: /alice/sonar -> /alice/sonar_ranges"""
@@ -99,7 +99,7 @@ class Options(NamedTuple):
 class Survey(NamedTuple):
     """What has to be known of a bag before its first message is converted."""
 
-    connections: Sequence[Connection]
+    connections: Sequence[BagConnection]
     transducers: Mapping[str, Sequence[Transducer]]
     """by the robot's namespace, where a robot_info tells"""
     static_frames: Collection[str] = ()
@@ -118,7 +118,7 @@ class Outlet:
         count: messages so far.
     """
 
-    def __init__(self, source: Connection, topic: str, type_: Any = None, made: bool = True,
+    def __init__(self, source: BagConnection, topic: str, type_: Any = None, made: bool = True,
                  latched: bool = False) -> None:
         self.source, self.topic, self.made, self.count = source, topic, made, 0
         self.header = dict(source.header, **{"latching": "1"} if latched else {},
@@ -176,7 +176,7 @@ class Converter:
         self._transducers, self._static_frames = dict(known.transducers), set(known.static_frames)
         self._speeds: Dict[str, Tuple[float, float]] = {}               # m/s and rad/s, by namespace
         # by the id of a connection, which is held so that it stays its own
-        self._makers: Dict[int, Tuple[Connection, List[Make]]] = {}
+        self._makers: Dict[int, Tuple[BagConnection, List[Make]]] = {}
 
     def __call__(self, message: Message) -> Iterator[Written]:
         """What is to be written at the time of a message."""
@@ -193,7 +193,7 @@ class Converter:
         except BagError:
             self.damaged[message.topic] += 1
 
-    def _makers_of(self, connection: Connection) -> List[Make]:
+    def _makers_of(self, connection: BagConnection) -> List[Make]:
         """What is done with each message of a connection, in this order."""
         outlets = {}
         space, slash, _ = connection.topic.rpartition("/")
