@@ -241,7 +241,7 @@ def report(costs: Dict[Way, Cost], chunked: Dict[int, Tuple[float, float]], seco
         % (platform.python_version(), os.cpu_count() or 1, load, seconds),
         "ten packets and ten commands a second; everyday is what `record.launch` keeps, "
         "[config/record.yaml](../config/record.yaml). Ratios are to",
-        "`rosbag record -a` of the same run. The attendant publishes the recording's description and watches the disk.",
+        "`rosbag record -a` of the same run. The attendant publishes the recording's description.",
         "",
         "| recorded | bag, MB an hour | | recorder, s of CPU a minute | | attendant, s a minute | driver, s a minute "
         "| more than with no recorder |",

@@ -21,6 +21,7 @@ TEXTS = 1000
 """Faults, cans, and gaps of a topic, kept at most."""
 FARTHEST = 1e9  # m: what is beyond, or no number, is damage
 CHANGE_OF_PLACE = (0.01, 0.01, math.radians(1.0))  # m, m, rad: less is the same place
+CHANGE_OF_CAN = (0.002, 0.002, 0.002)  # m: x, y, height
 CHANGE_OF_SPEED = (0.002, math.radians(0.2))  # m/s, rad/s
 SILENCE = 3.0
 """Median periods without a message that are a gap, ..."""
@@ -231,7 +232,7 @@ class CanCollector:
     def add(self, time: float, message: Any) -> None:
         """Take in a message that came at a time (s)."""
         if self.last is None:
-            self._cans = [Thinned(*CHANGE_OF_PLACE[:2], CHANGE_OF_PLACE[0]) for _ in message.poses[:TEXTS]]
+            self._cans = [Thinned(*CHANGE_OF_CAN) for _ in message.poses[:TEXTS]]
         self.last = message
         for can, pose in zip(self._cans, message.poses):
             can.add(time, pose.position.x, pose.position.y, pose.position.z)
