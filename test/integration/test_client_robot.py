@@ -150,7 +150,9 @@ def test_a_signal_handler_that_closes_in_the_midst_of_a_command_has_the_last_wor
 
 
 def test_nothing_is_written_to_a_line_that_is_closed(server, monkeypatch):
-    """Its descriptor may be another file's by then, or the next connection's: those would be the first bytes that a waiting robot hears."""
+    """Its descriptor may be another file's by then, or the next connection's:
+    those would be the first bytes that a waiting robot hears.
+    """
     monkeypatch.setattr(threads, "BACK_OFF", 10 * LIMIT)
     events, written = [], []
 
@@ -162,7 +164,8 @@ def test_nothing_is_written_to_a_line_that_is_closed(server, monkeypatch):
         robot.enable_motors()
         robot.set_velocity(0.3, 0.0)
         robot._link.connection.transport.write = fail
-        until(lambda: [event for event in events if isinstance(event, LinkDown)], "the thread that repeats it has noticed")
+        until(lambda: [event for event in events if isinstance(event, LinkDown)],
+              "the thread that repeats it has noticed")
         count = len(written)
         robot.set_limits(0.2, None, 0.6)
         robot.close()

@@ -379,6 +379,10 @@ def test_a_record_may_hold_much(head):
     assert large_classes({"p.a": text}) != []
 
 
+def test_all_that_is_public_has_a_docstring():
+    assert undocumented(FILES) == []
+
+
 def test_what_is_public_without_a_docstring_is_seen():
     text = """
 class A:
