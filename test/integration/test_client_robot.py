@@ -650,6 +650,17 @@ def test_two_clients_on_tcp_the_first_keeps_its_robot(server):
         keep_driving(first, 0.2, 0.0, lambda state: state.linear > 0.1)
 
 
+def test_no_reconnect_comes_between_what_the_sonar_is_told_and_what_it_is_told_after_a_reconnect(server, monkeypatch):
+    with Robot(server.url) as robot:
+        change, held = robot._link.change, []
+        monkeypatch.setattr(robot._link, "change", lambda **settings: (
+            held.append(robot._link.changed._is_owned()), change(**settings)))
+        robot.set_sonar(False)
+        assert held == [True] and not robot.use_sonar
+        robot.use_sonar = True
+        assert held == [True, False], "and the test would notice"
+
+
 @pytest.mark.parametrize("closes", [False, True])
 def test_a_listener_may_switch_motors_and_close(server, closes):
     said = []

@@ -279,8 +279,9 @@ class Robot:
 
     def set_sonar(self, on: bool) -> None:
         """Sonar on or off, after a reconnect too."""
-        self._command(encode_command("SONAR", int(bool(on))))
-        self.use_sonar = on
+        with self._link.changed:    # no reconnect comes in between
+            self._command(encode_command("SONAR", int(bool(on))))
+            self.use_sonar = on
 
     def gripper(self, command: GripperCommand, value: Optional[int] = None) -> None:
         """One sub-command of the gripper; ``value`` for PRESSURE (1..100) and CARRY (-255..255), in units of 20 ms.
