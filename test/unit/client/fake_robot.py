@@ -1,6 +1,6 @@
 """A robot of few words for tests of the session: no body, no world, but every bad habit a test asks for.
 
-And a clock that a test turns.
+It comes with a clock that the test turns.
 """
 
 import math
@@ -28,20 +28,15 @@ def config(**fields) -> p2os.Config:
     """A CONFIGpac up to the firmware version, as the protocol notes have it."""
     values = dict(
         type="Pioneer", subtype="p3dx-sh", serial="P3DX0001", four_motors=0, rotation_velocity_top_deg_s=360,
-        translation_velocity_top_mm_s=1500,
-        rotation_acceleration_top_deg_s2=300, translation_acceleration_top_mm_s2=2000, pwm_max=500, name="fake",
-        sip_cycle_ms=100, host_baud=0,
-        aux1_baud=0, has_gripper=0, front_sonar=1, rear_sonar=1, low_battery_dv=115, rev_count=16570, watchdog_ms=2000,
-        alternative_sips=0,
-        stall_value=200, stall_count=100, joystick_velocity_mm_s=750, joystick_rotation_deg_s=50,
-        rotation_velocity_max_deg_s=100,
-        translation_velocity_max_mm_s=750, rotation_acceleration_deg_s2=100, rotation_deceleration_deg_s2=100,
-        rotation_kp=40, rotation_kv=20,
-        rotation_ki=0, translation_acceleration_mm_s2=300, translation_deceleration_mm_s2=300, translation_kp=40,
-        translation_kv=30, translation_ki=0,
-        front_bumpers=0, rear_bumpers=0, charger=0, sonar_cycle_ms=40, autobaud=2, has_gyro=0, drift_factor=0,
-        aux2_baud=0, aux3_baud=0,
-        ticks_per_mm=128, shutdown_dv=110, firmware_version="2.9",
+        translation_velocity_top_mm_s=1500, rotation_acceleration_top_deg_s2=300,
+        translation_acceleration_top_mm_s2=2000, pwm_max=500, name="fake", sip_cycle_ms=100, host_baud=0, aux1_baud=0,
+        has_gripper=0, front_sonar=1, rear_sonar=1, low_battery_dv=115, rev_count=16570, watchdog_ms=2000,
+        alternative_sips=0, stall_value=200, stall_count=100, joystick_velocity_mm_s=750, joystick_rotation_deg_s=50,
+        rotation_velocity_max_deg_s=100, translation_velocity_max_mm_s=750, rotation_acceleration_deg_s2=100,
+        rotation_deceleration_deg_s2=100, rotation_kp=40, rotation_kv=20, rotation_ki=0,
+        translation_acceleration_mm_s2=300, translation_deceleration_mm_s2=300, translation_kp=40, translation_kv=30,
+        translation_ki=0, front_bumpers=0, rear_bumpers=0, charger=0, sonar_cycle_ms=40, autobaud=2, has_gyro=0,
+        drift_factor=0, aux2_baud=0, aux3_baud=0, ticks_per_mm=128, shutdown_dv=110, firmware_version="2.9",
     )
     values.update(fields)
     return p2os.Config(**values)
@@ -51,12 +46,10 @@ def sip(**fields) -> p2os.Sip:
     """A SIP of ARCOS length with nothing going on in it."""
     values = dict(
         type_id=p2os.STOPPED, x_counts=0, y_counts=0, heading_units=0, left_velocity_units=0, right_velocity_units=0,
-        battery_dv=128,
-        left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0), control_units=0, flags=p2os.Flags(0),
-        compass=0, sonar=(),
-        grip_state=p2os.GripState(0), analog_port=0, analog=0, digital_in=p2os.DigitalIn(255), digital_out=0,
-        battery_x10_dv=128, charge_state=0,
-        rotation_velocity_ddeg_s=0, fault_flags=p2os.FaultFlags(0),
+        battery_dv=128, left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0), control_units=0,
+        flags=p2os.Flags(0), compass=0, sonar=(), grip_state=p2os.GripState(0), analog_port=0, analog=0,
+        digital_in=p2os.DigitalIn(255), digital_out=0, battery_x10_dv=128, charge_state=0, rotation_velocity_ddeg_s=0,
+        fault_flags=p2os.FaultFlags(0),
     )
     values.update(fields)
     return p2os.Sip(**values)
@@ -145,8 +138,8 @@ class FakeRobot:
     def _obey(self, heard: Heard, now: float) -> None:
         if heard.name == "CLOSE":
             self.baud = self.own_baud or self.baud
-            self.__dict__.update(phase=WAITING, motors=False, watchdog_expired=False, set_point={"VEL": 0, "RVEL": 0},
-                                 _next_sync=0)
+            self.__dict__.update(
+                phase=WAITING, motors=False, watchdog_expired=False, set_point={"VEL": 0, "RVEL": 0}, _next_sync=0)
             return
         if heard.name in ("STOP", "VEL", "RVEL"):
             self.set_point.update({"VEL": 0, "RVEL": 0} if heard.name == "STOP" else {heard.name: heard.value})
@@ -173,8 +166,9 @@ class FakeRobot:
         speed = 100 if self.coasts else self.set_point["VEL"] if self.moving else 0
         turn = self.set_point["RVEL"] * 10 if self.moving else 0
         stall = p2os.StallBits(self.stalled)
-        return sip(flags=flags, left_stall_bits=stall, left_velocity_units=speed, right_velocity_units=speed,
-                   rotation_velocity_ddeg_s=turn)
+        return sip(
+            flags=flags, left_stall_bits=stall, left_velocity_units=speed, right_velocity_units=speed,
+            rotation_velocity_ddeg_s=turn)
 
     def press_stop_button(self, pressed: bool) -> None:
         self.stop_button = pressed
@@ -185,8 +179,9 @@ class FakeRobot:
 class Bench:
     """A session and a fake robot on a line, and their clock."""
 
-    def __init__(self, robot: Optional[FakeRobot] = None, rates=(), to_client: Callable[[bytes], bytes] = bytes,
-                 **settings) -> None:
+    def __init__(
+            self, robot: Optional[FakeRobot] = None, rates=(), to_client: Callable[[bytes], bytes] = bytes, **settings
+    ) -> None:
         self.robot = robot or FakeRobot()
         self.now = 0.0
         self.session = Session("fake", tuple(rates), Settings(**settings), self.now)
@@ -202,8 +197,8 @@ class Bench:
         self.now += STEP
         sent = self.robot.advance(self.now)
         if sent:
-            self.session.receive(self._to_client(sent if self.line_speed_fits else bytes(byte ^ 0x5A for byte in sent)),
-                                 self.now)
+            heard = sent if self.line_speed_fits else bytes(byte ^ 0x5A for byte in sent)
+            self.session.receive(self._to_client(heard), self.now)
         self.session.tick(self.now)
         assert self.session.wake_at > self.now, "a thread would spin"
         self.act()

@@ -24,9 +24,13 @@ def ready(**fields):
 
 
 @pytest.mark.parametrize("kind, golden", [
-    ("encoder", "FAFB0613 3B020015 3B"), ("io", "FAFB0628 3B02002A 3B"), ("gripper", "FAFB0625 3B020027 3B"),
-    ("gyro", "FAFB063A 3B01003B 3B"),
-    ("compass", "FAFB062D 3B030030 3B"), ("arm", "FAFB0647 3B020049 3B"), ("battery", "FAFB063E 3B020040 3B"),
+    ("encoder",  "FAFB0613 3B020015 3B"),
+    ("io",       "FAFB0628 3B02002A 3B"),
+    ("gripper",  "FAFB0625 3B020027 3B"),
+    ("gyro",     "FAFB063A 3B01003B 3B"),
+    ("compass",  "FAFB062D 3B030030 3B"),
+    ("arm",      "FAFB0647 3B020049 3B"),
+    ("battery",  "FAFB063E 3B020040 3B"),
     ("joystick", "FAFB0611 3B020013 3B"),
 ])
 def test_each_kind_is_asked_for_with_its_command(kind, golden):

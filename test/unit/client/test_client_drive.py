@@ -50,8 +50,8 @@ def test_what_is_no_finite_number_is_refused_and_changes_nothing(linear, angular
     assert velocities(bench.robot)[-1] == (100, 0)
 
 
-@pytest.mark.parametrize("linear, angular, sent",
-                         [(65.6, 0, (750, 0)), (-65.6, 0, (-750, 0)), (0, 1e9, (0, 100)), (1e300, -1e300, (750, -100))])
+@pytest.mark.parametrize("linear, angular, sent", [
+    (65.6, 0, (750, 0)), (-65.6, 0, (-750, 0)), (0, 1e9, (0, 100)), (1e300, -1e300, (750, -100))])
 def test_velocities_are_clamped_to_what_the_robot_can_do(linear, angular, sent):
     bench = Bench().until_ready()
     bench.drive(linear, angular)
@@ -184,8 +184,8 @@ def test_one_that_was_repeated_and_waits_is_not_sent_either_after_the_command_ti
     bench.session.connected.command(bench.now, p2os.encode_command("SONAR", 1))
     bench.act()
     bench.run(0.5)
-    assert "SONAR" in bench.robot.names() and ("VEL",
-                                               300) not in [(heard.name, heard.value) for heard in bench.robot.heard]
+    assert "SONAR" in bench.robot.names()
+    assert ("VEL", 300) not in [(heard.name, heard.value) for heard in bench.robot.heard]
 
 
 def test_the_command_timeout_can_be_chosen():
@@ -376,9 +376,12 @@ def test_motors_that_come_on_after_they_were_given_up_are_switched_off():
 @pytest.mark.parametrize("why", ["not confirmed", "STOP button"])
 def test_taking_back_the_motors_is_repeated_until_the_robot_shows_it(why):
     bench = Bench().until_ready()
-    bench.robot.deaf = lambda heard: heard.name == "ENABLE" and not heard.value and bench.robot.heard.count(
-        heard) < 2 and len(
-        [each for each in bench.robot.heard if (each.name, each.value) == ("ENABLE", 0)]) < 4
+
+    def deaf(heard):
+        off = [each for each in bench.robot.heard if (each.name, each.value) == ("ENABLE", 0)]
+        return (heard.name, heard.value) == ("ENABLE", 0) and bench.robot.heard.count(heard) < 2 and len(off) < 4
+
+    bench.robot.deaf = deaf
     bench.robot.mute = lambda packet: True
     request = enable(bench, timeout=1.0)
     if why == "STOP button":
@@ -393,8 +396,7 @@ def test_taking_back_the_motors_is_repeated_until_the_robot_shows_it(why):
 
 @pytest.mark.parametrize("answer", ["confirmed", "given up", "STOP button", "overtaken"])
 def test_once_a_request_is_answered_no_repetition_of_it_is_sent(answer):
-    """At 9600 baud it may have been waiting for the line; meanwhile a STOP button may have been pressed and released.
-    """
+    """At 9600 baud it may still wait for the line; meanwhile a STOP button may have been pressed and released."""
     bench = Bench(rates=(9600,)).until_ready()
     bench.run(0.5)
     bench.robot.deaf = lambda heard: heard.name == "ENABLE" and answer != "confirmed"
@@ -462,15 +464,15 @@ def test_a_robot_that_hears_nothing_is_told_of_once_until_it_has_moved():
     assert len(unmoved(bench)) == 2
 
 
-@pytest.mark.parametrize("why", ["the motors are off", "a wheel is stalled", "nobody wants more",
-                                 "it is too slow to be sure of"])
+@pytest.mark.parametrize("why", [
+    "the motors are off", "a wheel is stalled", "nobody wants more", "it is too slow to be sure of"])
 def test_a_robot_that_has_a_reason_to_stand_is_not(why):
     bench = with_motors(Bench())
     bench.robot.deaf = lambda heard: heard.name in ("VEL", "RVEL")
     bench.robot.motors = why != "the motors are off"
     bench.robot.stalled = why == "a wheel is stalled"
-    still_commanding(bench, 6.0, **{"nobody wants more": dict(linear=0.0),
-                                    "it is too slow to be sure of": dict(linear=0.01)}.get(why, {}))
+    wanted = {"nobody wants more": dict(linear=0.0), "it is too slow to be sure of": dict(linear=0.01)}
+    still_commanding(bench, 6.0, **wanted.get(why, {}))
     assert not unmoved(bench)
 
 

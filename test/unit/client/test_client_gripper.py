@@ -1,5 +1,6 @@
-"""Grippers that report in another way than most do (protocol 6.3, 6.4): Pioneer 1, and P2OS with the gripper on the
-general I/O port.
+"""Grippers that report in another way than most do: Pioneer 1, and P2OS with the gripper on the general I/O port.
+
+Source: protocol sheet 6.3, 6.4.
 """
 
 import dataclasses
@@ -44,14 +45,17 @@ def test_switches_of_a_gripperpac_replace_the_digital_inputs():
 
 
 @pytest.mark.parametrize("bits, expected", [
-    (0b111000, {"inner_beam"}), (0b110100, {"outer_beam"}), (0b100000, {"left_contact"}),
-    (0b010000, {"right_contact"})])
+    (0b111000, {"inner_beam"}),
+    (0b110100, {"outer_beam"}),
+    (0b100000, {"left_contact"}),
+    (0b010000, {"right_contact"}),
+])
 def test_each_switch(bits, expected):
     assert true_of(with_switches(AT_REST, p2os.GripperSwitches(bits))) == expected
 
 
-@pytest.mark.parametrize("subtype, number, expected",
-                         [("p2dx", 2, True), ("p2dx", 1, False), ("p3dx-sh", 2, False), ("p2dx", 0, False)])
+@pytest.mark.parametrize("subtype, number, expected", [
+    ("p2dx", 2, True), ("p2dx", 1, False), ("p3dx-sh", 2, False), ("p2dx", 0, False)])
 def test_only_a_p2os_robot_that_says_2_has_it_on_the_general_port(subtype, number, expected):
     identity = identify(p2os.SyncReply("fake", "Pioneer", subtype), find_model(subtype), config(has_gripper=number))
     assert is_on_general_io(identity) is expected

@@ -126,9 +126,9 @@ def test_a_robot_that_answers_late_is_connected_at_the_first_attempt(kind, echo_
 
 
 def test_on_serial_a_robot_that_seems_silent_is_closed_all_the_same_before_it_is_synced():
-    """One whose packets were all lost would take SYNC0 for a sign of life.
+    """A robot whose packets were all lost would take SYNC0 for a sign of life.
 
-    Not faster than a robot takes commands, and nothing else.
+    CLOSE goes no faster than a robot takes commands, and nothing else goes before it.
     """
     robot = FakeRobot()
     bench = on_serial(robot).until_ready()
@@ -144,7 +144,9 @@ def test_how_often_close_is_said_leaves_a_robot_alone_that_takes_it_for_sync2():
 
 
 class AnswersInAnyOrder(FakeRobot):
-    """As the vendor's simulator does: a CLOSE before the session is a SYNC2 to it, and a SYNC1 right after one is OPEN.
+    """As the vendor's simulator does.
+
+    It takes a CLOSE before the session for a SYNC2, and a SYNC1 right after that for OPEN.
     """
 
     last = 0
@@ -161,8 +163,8 @@ class AnswersInAnyOrder(FakeRobot):
 
 def test_a_robot_that_answers_each_of_them_is_synced_at_the_first_try():
     bench = on_serial(AnswersInAnyOrder()).until_ready()
-    assert bench.robot.names()[:CLOSES + 4] == ["CLOSE"] * CLOSES + ["PULSE", "OPEN", "CLOSE",
-                                                                     "OPEN"] and bench.now < 0.65
+    assert bench.robot.names()[:CLOSES + 4] == ["CLOSE"] * CLOSES + ["PULSE", "OPEN", "CLOSE", "OPEN"]
+    assert bench.now < 0.65
 
 
 @pytest.mark.parametrize("arrives", range(CLOSES))
@@ -270,8 +272,8 @@ def test_a_robot_that_was_synced_but_never_opened_is_dislodged(line):
     robot.phase = SYNCED
     bench = on_line(line, robot).until_ready()
     assert bench.now < 2.0
-    assert line == "serial" or robot.names()[:5] == ["PULSE", "PULSE", "PULSE", "OPEN",
-                                                     "CLOSE"], "CLOSE once it is heard"
+    first = ["PULSE", "PULSE", "PULSE", "OPEN", "CLOSE"]
+    assert line == "serial" or robot.names()[:5] == first, "CLOSE once it is heard"
 
 
 @pytest.mark.parametrize("lost", [p2os.SyncEcho(0), p2os.SyncEcho(1), p2os.SyncReply("fake", "Pioneer", "p3dx-sh")])
@@ -283,8 +285,8 @@ def test_a_lost_echo_costs_one_try(lost):
 
 
 @LINES
-@pytest.mark.parametrize("wrong",
-                         [p2os.SyncEcho(1), p2os.Reset(0xFF, b""), p2os.SyncReply("other", "Pioneer", "p3at-sh")])
+@pytest.mark.parametrize("wrong", [
+    p2os.SyncEcho(1), p2os.Reset(0xFF, b""), p2os.SyncReply("other", "Pioneer", "p3at-sh")])
 def test_an_answer_with_the_wrong_number_is_none(wrong, line):
     robot, swapped = FakeRobot(), []
 
@@ -297,8 +299,8 @@ def test_an_answer_with_the_wrong_number_is_none(wrong, line):
 
     robot.mute = swap
     bench = on_line(line, robot).until_ready()
-    assert robot.names().count("PULSE") == (2 if line == "serial"
-                                            else 3), "this robot says nothing to a SYNC0 out of turn"
+    tries = 2 if line == "serial" else 3
+    assert robot.names().count("PULSE") == tries, "this robot says nothing to a SYNC0 out of turn"
     assert bench.session.connected.identity.name == "fake"
 
 
@@ -322,8 +324,8 @@ def test_on_serial_no_sync_is_the_first_that_a_robot_hears_whose_cable_is_put_ba
 
 def test_late_echoes_of_an_earlier_try_do_no_harm():
     robot = FakeRobot()
-    robot.mute = lambda packet: isinstance(packet, p2os.SyncEcho) and packet.number == 1 and (
-        robot.send(p2os.SyncEcho(0)) or False)
+    robot.mute = lambda packet: (
+        isinstance(packet, p2os.SyncEcho) and packet.number == 1 and (robot.send(p2os.SyncEcho(0)) or False))
     Bench(robot).until_ready()
 
 
@@ -367,8 +369,8 @@ def test_a_strict_robot_is_connected_whatever_it_heard_before(line, reached):
     del robot.echoes[:]
     bench = Bench(as_on_bench(robot), rates=() if line == "TCP" else (9600,)).until_ready()
     assert not robot.echoes and robot.open and bench.session.connected.identity.name == "MobileSim"
-    assert line == "serial" or robot.hang_ups == 0 and robot.heard[:3] == [("PULSE", None), ("OPEN", None),
-                                                                           ("CLOSE", None)]
+    first = [("PULSE", None), ("OPEN", None), ("CLOSE", None)]
+    assert line == "serial" or robot.hang_ups == 0 and robot.heard[:3] == first
     assert bench.now < 1.5
     bench.close()
     bench.run_until(lambda: bench.finished)
@@ -441,11 +443,10 @@ def test_a_robot_left_open_at_any_speed_is_found_and_never_revived(baud):
 
 CLOSED = DRAIN + QUIET
 LONGEST_CYCLE = 0.255
-SILENT = LISTEN + SYNC_TRIES * SYNC_TIMEOUT                                 # at a speed at which nothing is heard
-# ... at which a streaming robot sounds like noise.
-NOISY = LISTEN + CLOSED
-# ... at which a robot obeys CLOSE, and is gone.
-RAISED = LONGEST_CYCLE + CLOSED + SYNC_TRIES * SYNC_TIMEOUT
+# How long a speed is tried ...
+SILENT = LISTEN + SYNC_TRIES * SYNC_TIMEOUT                     # ... at which nothing is heard
+NOISY = LISTEN + CLOSED                                         # ... at which a streaming robot sounds like noise
+RAISED = LONGEST_CYCLE + CLOSED + SYNC_TRIES * SYNC_TIMEOUT     # ... at which a robot obeys CLOSE, and is gone
 NOBODY_ON_TCP = LISTEN + (TCP_TRIES + 1) * SYNC_TIMEOUT
 OPENED = BEFORE_OPEN + CONFIG_TIMEOUT
 WRONG = len(RATES) - 1
@@ -474,8 +475,8 @@ def test_the_docstring_says_what_the_constants_do():
     table = handshake.__doc__
     lines = [line for line in table.splitlines() if re.match(r"(waits|was left|is not)", line)]
     rows = [[float(number) for number in re.findall(r"([0-9.]+) s", line)] for line in lines]
-    assert [row[:2] for row in rows] == [[math.ceil(10 * bound - 1e-6) / 10 for bound in bounds]
-                                         for bounds in BOUNDS.values()]
+    expected = [[math.ceil(10 * bound - 1e-6) / 10 for bound in bounds] for bounds in BOUNDS.values()]
+    assert [row[:2] for row in rows] == expected
     assert rows[3][2] == math.ceil(10 * NOBODY_ON_TCP) / 10
 
 

@@ -52,8 +52,9 @@ def test_of_the_velocities_that_wait_the_latest_wins(busy, written):
 @pytest.mark.parametrize("baud", [None, 115200])
 @pytest.mark.parametrize("held_up", [0.010, 0.015, 0.020])
 def test_velocities_that_come_in_a_bunch_on_a_fast_line_all_go(written, held_up, baud):
-    """Every 10 ms, but some of them late by so many s: with 8 ms for each, 12 with a question, and one that may be
-    ahead, none is overtaken.
+    """One comes every 10 ms, but some come ``held_up`` s late. None of them is overtaken.
+
+    For each takes 8 ms, or 12 ms with a question, and one may be ahead.
     """
     line, check = line_to(written, baud, ()), LinkCheck(0.1, lambda count: 0.0)
     times = [number / 100 for number in range(300)]
@@ -133,8 +134,8 @@ def test_neither_a_flood_of_commands_nor_one_of_velocities_holds_up_the_other(bu
     for millisecond in range(70):
         busy.velocity(millisecond / 1000, b"%d" % millisecond)
     assert written[:8] == [b"command", b"16", b"command", b"24", b"command", b"32", b"command", b"41"]
-    assert len(written) <= (
-        0.070 - 0.016) / GAP + 4, "all of it at the pace of the line, but for the velocities that may be ahead"
+    most = (0.070 - 0.016) / GAP + 4
+    assert len(written) <= most, "all of it at the pace of the line, but for the velocities that may be ahead"
 
 
 def test_a_stop_overtakes_and_what_it_overtook_is_forgotten(busy, written):

@@ -24,8 +24,8 @@ def test_the_first_packet_is_no_motion():
 
 
 @pytest.mark.parametrize("units", [4096, 1024])
-@pytest.mark.parametrize("form",
-                         [lambda raw, full: raw % full, lambda raw, full: wrapped(raw, full), lambda raw, full: raw])
+@pytest.mark.parametrize("form", [
+    lambda raw, full: raw % full, lambda raw, full: wrapped(raw, full), lambda raw, full: raw])
 def test_a_heading_may_come_in_any_range(units, form):
     odometry = Odometry(1.0, units)
     for eighth in range(0, 25):
@@ -55,16 +55,16 @@ def test_reset_makes_here_and_now_the_origin_whatever_way_the_robot_looks():
 
 def test_the_way_travelled_and_turned_is_summed_whatever_the_frame():
     odometry = Odometry(1.0, 4096)
-    for x, y, heading in ((0, 0, 1024), (0, 300, 1024), (0, 200, 1024), (0, 200, 2048), (-500, 200, -2048),
-                          (-500, 200, 1024)):
+    way = [(0, 0, 1024), (0, 300, 1024), (0, 200, 1024), (0, 200, 2048), (-500, 200, -2048), (-500, 200, 1024)]
+    for x, y, heading in way:
         odometry.update(x, y, heading)
     odometry.reset()
     assert odometry.travel == pytest.approx(0.3 - 0.1 + 0.5) and odometry.turned == pytest.approx(0.0)
     odometry.rebase()
     odometry.update(9000, 9000, 0)              # a new frame is no way
     odometry.update(9100, 9000, 1024)           # a quarter turn along the chord
-    assert odometry.travel == pytest.approx(0.7
-                                            + 0.1 * math.sqrt(0.5)) and odometry.turned == pytest.approx(math.pi / 2)
+    assert odometry.travel == pytest.approx(0.7 + 0.1 * math.sqrt(0.5))
+    assert odometry.turned == pytest.approx(math.pi / 2)
 
 
 def test_a_circle_of_small_steps_is_as_long_as_it_is():
@@ -127,8 +127,8 @@ def test_what_one_packet_too_many_said_is_not_held_for_long():
     assert believed == [True, False, True, False, True] and odometry.pose == (0.2, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("step, seconds", [((300, 0, 0), 0.1), ((900, 0, 0), 0.1), ((9000, 0, 0), 2.0),
-                                           ((0, 0, 1000), 0.2), ((400, 0, 200), 0.0)])
+@pytest.mark.parametrize("step, seconds", [
+    ((300, 0, 0), 0.1), ((900, 0, 0), 0.1), ((9000, 0, 0), 2.0), ((0, 0, 1000), 0.2), ((400, 0, 200), 0.0)])
 def test_what_a_robot_can_do_in_its_time_is_believed(step, seconds):
     odometry = Odometry(1.0, 4096)
     odometry.update(0, 0, 0)

@@ -17,10 +17,10 @@ REACTION = 0.1
 RATES = some.one_of(some.floats(-2, 2), some.sampled_from([0.0, math.nan, math.inf, -1e300, 1e-9]))
 FRAMES = some.one_of(
     some.builds(p2os.encode_frame, some.integers(0, 255), some.binary(max_size=60)),
-    some.builds(lambda **fields: p2os.encode_packet(sip(**fields)), x_counts=some.integers(0, 32767),
-                y_counts=some.integers(0, 32767),
-                heading_units=some.integers(0, 4095), flags=some.integers(0, 0xFFFF).map(p2os.Flags),
-                left_velocity_units=some.integers(-500, 500)),
+    some.builds(lambda **fields: p2os.encode_packet(sip(**fields)),
+                x_counts=some.integers(0, 32767), y_counts=some.integers(0, 32767),
+                heading_units=some.integers(0, 4095), left_velocity_units=some.integers(-500, 500),
+                flags=some.integers(0, 0xFFFF).map(p2os.Flags)),
     some.builds(lambda **fields: p2os.encode_packet(config(**fields)), watchdog_ms=some.integers(0, 3000),
                 translation_velocity_max_mm_s=some.integers(0, 2000)),
 )
@@ -110,8 +110,10 @@ class Watched:
 @given(some.lists(ACTIONS, max_size=40), some.booleans(), some.sampled_from([(), (9600, 38400)]))
 @settings(max_examples=150)
 @example([("time", 0.7), ("motors", True), ("hold-up", 5.0)], False, ())
-@example([("motors", True), ("time", 0.35), ("velocity", (0.3, 0.5)), ("deaf", True), ("time", 2.1), ("deaf", False),
-          ("time", 2.1)], True, ())
+@example(
+    [("motors", True), ("time", 0.35), ("velocity", (0.3, 0.5)), ("deaf", True), ("time", 2.1), ("deaf", False),
+     ("time", 2.1)],
+    True, ())
 def test_no_script_makes_it_raise_or_move_by_itself(script, ready, rates):
     watched = Watched(rates)
     if ready:
@@ -133,9 +135,11 @@ def test_no_script_makes_it_raise_or_move_by_itself(script, ready, rates):
     assert len(watched.bench.robot.heard) == said, "nothing is said after the end"
 
 
-@given(some.lists(some.tuples(some.integers(-16000, 16000), some.integers(-16000, 16000), some.integers(-2000, 2000)),
-                  max_size=30),
-       some.tuples(some.integers(0, 32767), some.integers(0, 32767), some.integers(0, 4095)))
+@given(
+    some.lists(
+        some.tuples(some.integers(-16000, 16000), some.integers(-16000, 16000), some.integers(-2000, 2000)),
+        max_size=30),
+    some.tuples(some.integers(0, 32767), some.integers(0, 32767), some.integers(0, 4095)))
 def test_odometry_is_the_sum_of_its_steps(steps, start):
     odometry = Odometry(0.485, 4096)
     x, y, heading = start
@@ -143,10 +147,9 @@ def test_odometry_is_the_sum_of_its_steps(steps, start):
     for forward, left, turn in steps:
         x, y, heading = x + forward, y + left, heading + turn
         odometry.update(x & 0x7FFF, y & 0x7FFF, heading % 4096)
-    assert (odometry.x_counts, odometry.y_counts, odometry.heading_units) == (x - start[0], y - start[1],
-                                                                              heading - start[2])
-    assert math.isclose(math.hypot(*odometry.pose[:2]), math.hypot(x - start[0], y - start[1]) * 0.485 / 1000,
-                        abs_tol=1e-6)
+    ahead, left, turned = x - start[0], y - start[1], heading - start[2]
+    assert (odometry.x_counts, odometry.y_counts, odometry.heading_units) == (ahead, left, turned)
+    assert math.isclose(math.hypot(*odometry.pose[:2]), math.hypot(ahead, left) * 0.485 / 1000, abs_tol=1e-6)
 
 
 @given(some.integers(), some.integers(1, 1 << 20).map(lambda half: 2 * half))

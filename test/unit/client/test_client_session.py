@@ -86,8 +86,8 @@ def test_without_pulses_an_idle_robot_hears_nothing():
 def test_woken_exactly_when_it_wants_to_be_it_never_spins(start):
     """Sums and differences of times are rounded: 1.03 - 0.83 is less than 0.2."""
     session, now = Session("fake", (), Settings(), start), start
-    answers = [p2os.encode_frame(0), p2os.encode_frame(1),
-               p2os.encode_packet(p2os.SyncReply("fake", "Pioneer", "p3dx-sh"))]
+    reply = p2os.SyncReply("fake", "Pioneer", "p3dx-sh")
+    answers = [p2os.encode_frame(0), p2os.encode_frame(1), p2os.encode_packet(reply)]
     for answer in answers:
         now = round(now + 0.35, 2)
         session.tick(now)
@@ -304,8 +304,8 @@ def test_the_table_names_every_phase_and_every_outcome():
     assert all((phase, Failed) in TRANSITIONS for phase in REACHED)
 
 
-@pytest.mark.parametrize("rates, delay",
-                         [((9600,), (37 + 6) * 10 / 9600), ((115200,), (37 + 6) * 10 / 115200), ((), 0.0)])
+@pytest.mark.parametrize("rates, delay", [
+    ((9600,), (37 + 6) * 10 / 9600), ((115200,), (37 + 6) * 10 / 115200), ((), 0.0)])
 def test_states_and_packets_say_when_the_robot_sent_them(rates, delay):
     bench = Bench(rates=rates).until_ready()
     bench.run(0.5)
@@ -338,8 +338,9 @@ def test_half_of_all_packets_malformed_still_drives_and_is_counted():
 
     def spoil(data):
         at = chance.randrange(len(data))
-        return data if chance.random() < 0.5 else data[:at] + bytes([data[at] ^ chance.randrange(1, 256)]) + data[at
-                                                                                                                  + 1:]
+        if chance.random() < 0.5:
+            return data
+        return data[:at] + bytes([data[at] ^ chance.randrange(1, 256)]) + data[at + 1:]
 
     bench = Bench(to_client=spoil)
     bench.until_ready()
@@ -497,8 +498,9 @@ def test_the_odometry_goes_on_over_a_reconnect():
 
 
 def reconnect(bench, *heard):
-    """A new session with the robot left as it is, which hears these packets before it has said a word; until it is
-    ready.
+    """Begin a new session with the robot as it is, and wait until it is ready.
+
+    The session hears these packets before it has said a word.
     """
     bench.session = Session("fake", (), Settings(), bench.now, bench.session.phase.odometry)
     for packet in heard:
@@ -515,10 +517,10 @@ def test_what_a_robot_did_unheard_is_in_its_odometry_if_it_counts_on():
     bench.session.fail(LinkLostError("pulled"))
     bench.session.data_to_send()    # it hears nothing
     bench.robot.mute = lambda packet: False
-    reconnect(bench, sip(x_counts=400, y_counts=300, heading_units=1024),
-              sip(x_counts=450, y_counts=300, heading_units=1024))
-    assert bench.session.phase.odometry.pose == pytest.approx(
-        (0.45, 0.3, math.pi / 2)), "OPEN began a new frame, which is turned by so much"
+    here, farther = (sip(x_counts=x, y_counts=300, heading_units=1024) for x in (400, 450))
+    reconnect(bench, here, farther)
+    pose = bench.session.phase.odometry.pose
+    assert pose == pytest.approx((0.45, 0.3, math.pi / 2)), "OPEN began a new frame, which is turned by so much"
     bench.session.phase.odometry.update(10, 0, 0)
     assert bench.session.phase.odometry.pose == pytest.approx((0.45, 0.31, math.pi / 2))
 
@@ -553,8 +555,8 @@ def test_a_robot_that_reports_more_sonar_than_before_has_a_reading_for_each():
     bench.until_ready()
     bench.robot.send(config(front_sonar=1, rear_sonar=1))
     bench.run(0.3)
-    assert len(bench.states[0].sonar) == 8 and len(
-        bench.states[-1].sonar) == bench.session.connected.identity.model.sonar_count == 16
+    assert len(bench.states[0].sonar) == 8 and len(bench.states[-1].sonar) == 16
+    assert bench.session.connected.identity.model.sonar_count == 16
 
 
 def test_a_packet_whose_checksum_fits_by_chance_moves_nobody():

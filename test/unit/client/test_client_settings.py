@@ -11,8 +11,7 @@ from pioneer_control.errors import ParameterError, UnknownModelError, UsageError
 
 @pytest.mark.parametrize("field, value", [
     ("pulse", -0.1), ("pulse", math.nan), ("pulse", math.inf), ("command_timeout", 0.0), ("command_timeout", -1.0),
-    ("command_timeout", math.inf),
-    ("max_linear", -0.1), ("max_angular", math.nan)])
+    ("command_timeout", math.inf), ("max_linear", -0.1), ("max_angular", math.nan)])
 def test_nonsense_is_refused(field, value):
     with pytest.raises(ParameterError, match="%s is .*legal" % field):
         Settings(**{field: value})
@@ -30,8 +29,8 @@ def test_a_robot_checks_before_anything_is_opened():
         Robot("/dev/nonesuch", command_timeout=0)
 
 
-@pytest.mark.parametrize("field, value",
-                         [("pulse", 0), ("max_linear", 0), ("max_angular", None), ("command_timeout", 0.05)])
+@pytest.mark.parametrize("field, value", [
+    ("pulse", 0), ("max_linear", 0), ("max_angular", None), ("command_timeout", 0.05)])
 def test_sense_is_taken(field, value):
     assert getattr(Settings(**{field: value}), field) == value
 
@@ -50,8 +49,8 @@ def test_a_line_speed_that_no_robot_has_is_named_with_those_it_may_have(baud):
 def test_limits_may_change_before_there_is_a_robot():
     robot = Robot("nowhere")
     robot.set_limits(0.5, 1.0, 0.2)
-    assert (robot._link.settings.max_linear, robot._link.settings.max_angular,
-            robot._link.settings.command_timeout) == (0.5, 1.0, 0.2)
+    settings = robot._link.settings
+    assert (settings.max_linear, settings.max_angular, settings.command_timeout) == (0.5, 1.0, 0.2)
     with pytest.raises(ParameterError, match="command_timeout"):
         robot.set_limits(0.4, 1.0, 0.0)
     assert robot._link.settings.max_linear == 0.5, "all or nothing"

@@ -18,10 +18,9 @@ from pioneer_control.errors import LinkLostError, PortError
 
 
 @pytest.mark.parametrize("url, address", [
-    ("socket://localhost:8101", ("localhost", 8101)), ("tcp://robot:9000", ("robot", 9000)),
-    ("robot:9000", ("robot", 9000)),
-    ("10.0.0.7:8101", ("10.0.0.7", 8101)), ("socket://robot", ("robot", 8101)), ("socket://[::1]:5", ("::1", 5)),
-    ("[::1]:5", ("::1", 5)),
+    ("socket://localhost:8101", ("localhost", 8101)), ("10.0.0.7:8101", ("10.0.0.7", 8101)),
+    ("tcp://robot:9000", ("robot", 9000)), ("robot:9000", ("robot", 9000)), ("socket://robot", ("robot", 8101)),
+    ("socket://[::1]:5", ("::1", 5)), ("[::1]:5", ("::1", 5)),
     ("/dev/ttyUSB0", None), ("/tmp/pty:1", None), ("COM1", None), ("http://robot:1", None)])
 def test_the_url_chooses(url, address):
     assert tcp_address(url) == address
@@ -188,8 +187,8 @@ def test_a_serial_port_is_locked(pseudo_terminal):
 
 def test_no_such_port_names_those_that_are_there(monkeypatch):
     monkeypatch.setattr(transport.list_ports, "comports", lambda: [types.SimpleNamespace(device="/dev/ttyUSB7")])
-    with pytest.raises(PortError,
-                       match="/dev/nonesuch: no such port.*/dev/ttyUSB7.*pioneer_control.simulator.*in ROS.*sim:=true"):
+    message = "/dev/nonesuch: no such port.*/dev/ttyUSB7.*pioneer_control.simulator.*in ROS.*sim:=true"
+    with pytest.raises(PortError, match=message):
         open_transport("/dev/nonesuch", 9600)
     monkeypatch.setattr(transport.list_ports, "comports", lambda: [])
     with pytest.raises(PortError, match="machine: none"):
@@ -202,17 +201,19 @@ def test_no_such_pseudo_terminal_speaks_of_the_simulated_robot(tmp_path):
 
 
 @pytest.mark.parametrize("mode, gid, message", [
-    (0o660, 20, "group dialout .*usermod -a -G dialout"), (0o660, 54321, "usermod -a -G 54321"),
-    (0o600, 20, "Only its owner")])
+    (0o660, 20, "group dialout .*usermod -a -G dialout"),
+    (0o660, 54321, "usermod -a -G 54321"),
+    (0o600, 20, "Only its owner"),
+])
 def test_no_permission_names_the_group_and_the_command(monkeypatch, mode, gid, message):
     def refuse(*_, **__):
         raise serial.SerialException(errno.EACCES, "Permission denied")
 
     monkeypatch.setattr(transport.serial, "Serial", refuse)
-    monkeypatch.setattr(transport.os, "stat",
-                        lambda path: types.SimpleNamespace(st_mode=stat.S_IFCHR | mode, st_gid=gid))
-    monkeypatch.setattr(transport.grp, "getgrgid",
-                        lambda number: {20: types.SimpleNamespace(gr_name="dialout")}[number])
+    port, groups = types.SimpleNamespace(st_mode=stat.S_IFCHR | mode, st_gid=gid), {20: "dialout"}
+    monkeypatch.setattr(transport.os, "stat", lambda path: port)
+    monkeypatch.setattr(
+        transport.grp, "getgrgid", lambda number: types.SimpleNamespace(gr_name=groups[number]))
     with pytest.raises(PortError, match="/dev/ttyUSB0: no permission.*" + message):
         open_transport("/dev/ttyUSB0", 9600)
 
@@ -227,10 +228,11 @@ def test_busy_by_the_kernels_word(monkeypatch):
 
 
 @pytest.mark.parametrize("url, message", [
-    (__file__, "not a serial port"), ("/dev/null", "not a serial port"), ("socket://..:1", "no such host"),
-    ("http://robot:1", "cannot understand"),
-    ("8501", "give socket://localhost:8501"),
-    ("socket://no.such.host.invalid:1", "no such host"), ("socket://localhost:99999999", "no TCP port 99999999")])
+    (__file__, "not a serial port"), ("/dev/null", "not a serial port"),
+    ("http://robot:1", "cannot understand"), ("8501", "give socket://localhost:8501"),
+    ("socket://..:1", "no such host"), ("socket://no.such.host.invalid:1", "no such host"),
+    ("socket://localhost:99999999", "no TCP port 99999999"),
+])
 def test_other_ports_that_do_not_open(url, message):
     with pytest.raises(PortError, match=message):
         open_transport(url, 9600)

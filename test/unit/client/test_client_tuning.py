@@ -1,6 +1,4 @@
-"""Settings of the robot: what may be given, what goes out for it, and when; and what is said of what the robot made of
-it.
-"""
+"""Settings of the robot: what may be given, what goes out for it and when, and what is told of what became of it."""
 
 import math
 from dataclasses import fields, replace
@@ -108,15 +106,15 @@ def test_all_of_it_goes_in_the_order_of_the_table():
 @pytest.mark.parametrize("name, value, legal", [
     ("max_linear_acceleration", 0.0, "0.001 to 32.767 m/s\\^2"),
     ("max_linear_acceleration", -0.3, "0.001 to 32.767 m/s\\^2"),
+    ("max_linear_acceleration", 33.0, "m/s"), ("max_linear_acceleration", 10 ** 400, "m/s"),
     ("max_linear_deceleration", math.nan, "m/s"), ("max_linear_deceleration", math.inf, "m/s"),
-    ("max_linear_acceleration", 33.0, "m/s"),
-    ("max_angular_acceleration", 0.001, "0.01745 to 571.892 rad/s\\^2"), ("max_angular_deceleration", True, "rad/s"),
-    ("max_angular_deceleration", "1", "rad/s"), ("max_linear_acceleration", 10 ** 400, "m/s"),
-    ("rotation_kp", -1, "a whole number from 0 to 65535"), ("translation_ki", 65536, "0 to 65535"),
-    ("rotation_kv", 1.5, "whole"),
+    ("max_angular_acceleration", 0.001, "0.01745 to 571.892 rad/s\\^2"),
+    ("max_angular_deceleration", True, "rad/s"), ("max_angular_deceleration", "1", "rad/s"),
+    ("rotation_kp", -1, "a whole number from 0 to 65535"), ("rotation_kv", 1.5, "whole"),
+    ("translation_ki", 65536, "0 to 65535"),
     ("bump_stall", 4, "0 to 3"), ("bump_stall", -1, "0 to 3"), ("bump_stall", False, "0 to 3"),
-    ("ticks_mm", 0, "1 to 65535"), ("rev_count", 0, "1 to 65535"), ("drift_factor", -32768, "-32767 to 32767"),
-    ("drift_factor", 10 ** 400, "32767"),
+    ("ticks_mm", 0, "1 to 65535"), ("rev_count", 0, "1 to 65535"),
+    ("drift_factor", -32768, "-32767 to 32767"), ("drift_factor", 10 ** 400, "32767"),
 ])
 def test_what_is_illegal_is_named_with_what_is_legal(name, value, legal):
     with pytest.raises(ParameterError, match="%s is .*legal: .*%s" % (name, legal)):
@@ -125,8 +123,7 @@ def test_what_is_illegal_is_named_with_what_is_legal(name, value, legal):
 
 @pytest.mark.parametrize("name, value", [
     ("max_linear_acceleration", 0.001), ("max_linear_acceleration", 32), ("max_angular_acceleration", math.radians(1)),
-    ("rotation_kp", 0),
-    ("rotation_kp", 65535), ("bump_stall", 0), ("drift_factor", -32767), ("ticks_mm", 65535)])
+    ("rotation_kp", 0), ("rotation_kp", 65535), ("bump_stall", 0), ("drift_factor", -32767), ("ticks_mm", 65535)])
 def test_the_ends_of_a_range_are_legal(name, value):
     packet, = packets(Tuning(**{name: value}))
     assert p2os.decode_command(p2os.FrameDecoder().feed(packet)[0]).name == ROWS[name].command
@@ -149,11 +146,11 @@ def test_all_of_it_is_sent_once_the_robot_stands_and_read_back():
     bench = until_tuned(Bench(TunedRobot(), tuning=ALL).until_ready())
     assert {name: change.problem for name, change in changes(bench).items()} == dict.fromkeys(GOLDEN, "")
     for name, (value, _) in GOLDEN.items():
-        assert changes(bench)[name].wanted == value and (name == "bump_stall"
-                                                         or changes(bench)[name].new == pytest.approx(value, abs=0.01))
+        change = changes(bench)[name]
+        assert change.wanted == value and (name == "bump_stall" or change.new == pytest.approx(value, abs=0.01))
     assert changes(bench)["ticks_mm"].old == 128 and changes(bench)["max_linear_acceleration"].old == pytest.approx(0.3)
-    assert bench.session.connected.identity.config.ticks_per_mm == 132 and tuned(bench)[
-        0].identity is bench.session.connected.identity
+    identity = bench.session.connected.identity
+    assert identity.config.ticks_per_mm == 132 and tuned(bench)[0].identity is identity
     assert names_of_settings(bench.robot)[:len(ROWS)] == [row.command for row in ROWS.values()]
 
 
@@ -217,8 +214,8 @@ def test_what_no_robot_reports_is_said_more_than_once():
 def test_a_value_that_the_robot_does_not_take_is_said():
     bench = until_tuned(Bench(TunedRobot(), tuning=Tuning(max_linear_acceleration=5.0)).until_ready())
     change = changes(bench)["max_linear_acceleration"]
-    assert (change.wanted, change.old, change.new) == (5.0, pytest.approx(0.3),
-                                                       2.0) and "did not take it" in change.problem
+    assert (change.wanted, change.old, change.new) == (5.0, pytest.approx(0.3), 2.0)
+    assert "did not take it" in change.problem
 
 
 def test_a_robot_that_no_longer_answers_config_is_said():
@@ -246,8 +243,8 @@ def test_a_robot_without_configpac_is_told_and_it_is_said_that_nothing_comes_bac
     robot.config = None
     bench = until_tuned(Bench(robot, tuning=Tuning(rotation_kp=50)).until_ready())
     assert names_of_settings(robot) == ["ROTKP"] * 4
-    assert changes(bench)["rotation_kp"] == Change("rotation_kp", "", 50, None, None,
-                                                   "sent, but the robot does not report it")
+    problem = "sent, but the robot does not report it"
+    assert changes(bench)["rotation_kp"] == Change("rotation_kp", "", 50, None, None, problem)
 
 
 # At run time
@@ -270,8 +267,8 @@ def test_what_is_left_open_again_goes_back_to_what_the_robot_had():
     tune(bench, ticks_mm=None, max_angular_acceleration=None)
     until_tuned(bench, times=2)
     assert (bench.robot.config.ticks_per_mm, bench.robot.config.rotation_acceleration_deg_s2) == (128, 100)
-    assert {change.name: change.problem for change in tuned(bench)[1].changes} == {"ticks_mm": "",
-                                                                                   "max_angular_acceleration": ""}
+    problems = {change.name: change.problem for change in tuned(bench)[1].changes}
+    assert problems == {"ticks_mm": "", "max_angular_acceleration": ""}
     sent = names_of_settings(bench.robot)
     tune(bench, rev_count=9)
     until_tuned(bench, times=3)
@@ -359,8 +356,8 @@ def test_a_new_configpac_brings_new_limits():
     bench.robot.config = config(translation_velocity_max_mm_s=400, rotation_velocity_max_deg_s=30, watchdog_ms=1000)
     tune(bench, rotation_ki=1)
     until_tuned(bench)
-    assert bench.session.connected.identity.max_linear == pytest.approx(
-        0.4) and bench.session.connected.identity.watchdog == 1.0
+    identity = bench.session.connected.identity
+    assert identity.max_linear == pytest.approx(0.4) and identity.watchdog == 1.0
     assert bench.session.line.watchdog < 1.0
     bench.drive(2.0, 2.0)
     assert (bench.robot.set_point["VEL"], bench.robot.set_point["RVEL"]) == (400, 30)

@@ -1,5 +1,6 @@
-"""The velocities of the wheels: golden bytes, clamping that keeps the curve, rounding that is right on average; and all
-the rules of velocities.
+"""The velocities of the wheels: golden bytes, clamping that keeps the curve, rounding that is right on average.
+
+All other rules of velocities hold for them too.
 """
 
 import math
@@ -20,8 +21,8 @@ from fake_robot import Bench
 
 def identity(subtype="p3dx-sh", max_linear=0.75, max_angular=math.radians(100)):
     """Of a robot that reports nothing but these limits."""
-    return replace(identify(p2os.SyncReply("fake", "Pioneer", subtype), find_model(subtype), None),
-                   max_linear=max_linear, max_angular=max_angular)
+    reported = identify(p2os.SyncReply("fake", "Pioneer", subtype), find_model(subtype), None)
+    return replace(reported, max_linear=max_linear, max_angular=max_angular)
 
 
 def units(packet):
@@ -51,8 +52,10 @@ def with_motors(bench):
 
 
 @pytest.mark.parametrize("left, right, golden", [
-    (0.2, 0.2, "FA FB 06 20 3B 0A 0A 2A 45"), (0.2, -0.2, "FA FB 06 20 3B F6 0A 16 45"),
-    (-0.2, 0.2, "FA FB 06 20 3B 0A F6 2B 31")])
+    (0.2, 0.2, "FA FB 06 20 3B 0A 0A 2A 45"),
+    (0.2, -0.2, "FA FB 06 20 3B F6 0A 16 45"),
+    (-0.2, 0.2, "FA FB 06 20 3B 0A F6 2B 31"),
+])
 def test_wheels_are_the_golden_bytes(left, right, golden):
     assert WheelVelocities(identity()).packets(left, right, 0.0) == (bytes.fromhex(golden),)
 
@@ -104,8 +107,8 @@ def test_where_both_limits_meet_the_nearest_speeds_within_them_are_driven():
         limits = identity(max_linear=chance.uniform(0.2, 1.2), max_angular=chance.uniform(0.5, 4.0))
         difference = limits.max_angular / 5.6
         left, right = sent(WheelVelocities(limits), limits.max_linear - difference, limits.max_linear + difference)
-        assert (left * 0.02, right * 0.02) == pytest.approx((limits.max_linear - difference,
-                                                             limits.max_linear + difference), abs=0.045)
+        expected = (limits.max_linear - difference, limits.max_linear + difference)
+        assert (left * 0.02, right * 0.02) == pytest.approx(expected, abs=0.045)
 
 
 def test_a_limit_that_becomes_lower_is_kept_at_once():
@@ -115,8 +118,8 @@ def test_a_limit_that_becomes_lower_is_kept_at_once():
     assert 71 < sum(sent(wheels, 1.0, 1.0, 0.01)) <= 73
 
 
-@pytest.mark.parametrize("left, right",
-                         [(0.013, 0.013), (0.11, 0.105), (-0.007, 0.007), (0.0, 0.051), (0.2, -0.011), (0.004, 0.3)])
+@pytest.mark.parametrize("left, right", [
+    (0.013, 0.013), (0.11, 0.105), (-0.007, 0.007), (0.0, 0.051), (0.2, -0.011), (0.004, 0.3)])
 def test_speeds_between_two_units_are_right_on_average(left, right):
     wheels, totals = WheelVelocities(identity()), [0.0, 0.0]
     for step in range(600):
