@@ -344,6 +344,10 @@ def test_files_that_import_one_way_are_no_circle():
     assert circle(imported_files(texts)) == []
 
 
+def test_no_class_name_is_used_twice():
+    assert repeated_classes(FILES) == []
+
+
 def test_a_class_name_used_twice_is_seen():
     texts = {"p.a": "class A: pass", "p.b": "def f():\n    class A: pass", "p.c": "class B: pass"}
     assert repeated_classes(texts) == ["A in p.a, p.b"]
@@ -403,6 +407,10 @@ def test_a_method_may_leave_its_docstring_to_a_base_class_that_has_one():
     assert undocumented({"p.a": base, "p.b": derived}) == ["p.b.A.g"]
     assert undocumented({"p.a": base.replace('        """Method."""', "        pass"), "p.b": derived}) == [
         "p.a.Base.f", "p.b.A.f", "p.b.A.g"]
+
+
+def test_the_front_of_each_room_names_its_files():
+    assert untrue_fronts(FILES) == []
 
 
 def test_a_front_that_is_not_true_is_seen():

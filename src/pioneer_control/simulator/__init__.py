@@ -2,8 +2,7 @@
 
 Each room has a front that says what to open first. Imports go down this list, never up:
 
-``line``        what a client connects to: TCP port, pseudo-terminal, faults of the line and the robot, the server in
-real time
+``line``        what a client connects to: TCP port, pseudo-terminal, their faults, the server in real time
 ``played``      a recorded robot, or a recorded client, instead of a simulated one
 ``simulation``  several robots in one world and one simulated time
 ``firmware``    the robot's side of the protocol: sessions, commands, packets
@@ -11,7 +10,7 @@ real time
 ``world``       walls, posts and cans; what sonar hears and what a body touches there; files and maps of worlds
 
 ``clock`` is the one simulated time. ``node`` is the ROS node, and alone knows ROS; ``parameters`` has its parameters.
-``__main__`` is the command line without ROS, ``picture`` draws worlds.
+``__main__`` is the command line without ROS, ``picture`` draws worlds, ``shoves`` tells which cans robots push.
 Nothing here knows the client: a mistake that both shared would hide.
 """
 

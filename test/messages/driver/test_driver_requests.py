@@ -185,7 +185,9 @@ def test_enable_motors_on_start_says_why_not(run):
 
 
 def test_enable_motors_on_start_counts_for_no_later_connection_when_listeners_hear_of_the_first_too_late(run):
-    """As behind a master that hangs while topics are advertised: the link goes on meanwhile, and may be another one by then."""
+    """As behind a master that hangs while topics are advertised: the link goes on meanwhile,
+    and may be another one by then.
+    """
     held_up = pytest.MonkeyPatch()
 
     def script(bottle):
@@ -196,7 +198,8 @@ def test_enable_motors_on_start_counts_for_no_later_connection_when_listeners_he
         yield 3.0
         bottle.on = bottle.firmware.motors_enabled, bottle.robot.link.reconnects, bottle.commands("ENABLE")
 
-    bottle = run(script, before=lambda bottle: held_up.setattr(Requests, "connected", lambda requests: None), enable_motors_on_start=True)
+    bottle = run(script, before=lambda bottle: held_up.setattr(Requests, "connected", lambda requests: None),
+                 enable_motors_on_start=True)
     assert bottle.on[:2] == (False, 1) and {value for _, value in bottle.on[2]} == {0}
     assert bottle.says("enable_motors_on_start counts no more")
 
