@@ -43,14 +43,14 @@ class State:
 
 
 def identity(battery_class=12, name="sim_0001", **config):
-    fields = dict(low_battery_dv=115, shutdown_dv=110, sip_cycle_ms=100, charge_low_percent=None,
-                  charge_shutdown_percent=None,
-                  high_temperature_shutdown_c=-128)
+    fields = dict(
+        low_battery_dv=115, shutdown_dv=110, sip_cycle_ms=100, charge_low_percent=None, charge_shutdown_percent=None,
+        high_temperature_shutdown_c=-128)
     fields.update(config)
     cycle = (fields["sip_cycle_ms"] or 100) / 1000
-    return SimpleNamespace(name=name, subtype="p3dx-sh", firmware="2.9", serial=None,
-                           model=SimpleNamespace(battery_class=battery_class),
-                           sip_cycle=cycle, config=SimpleNamespace(**fields))
+    return SimpleNamespace(
+        name=name, subtype="p3dx-sh", firmware="2.9", serial=None, model=SimpleNamespace(battery_class=battery_class),
+        sip_cycle=cycle, config=SimpleNamespace(**fields))
 
 
 def facts(state=State(), robot=None, **others):
@@ -127,13 +127,13 @@ def test_a_young_link_is_not_judged():
     assert find("Link", facts(recent=None))[:2] == (OK, "connected")
 
 
-@pytest.mark.parametrize("questions, unanswered, level",
-                         [(20, 0, OK), (20, 3, OK), (20, 4, WARN), (5, 1, OK), (5, 2, WARN), (1, 1, OK), (2, 2, WARN)])
+@pytest.mark.parametrize("questions, unanswered, level", [
+    (20, 0, OK), (20, 3, OK), (20, 4, WARN), (5, 1, OK), (5, 2, WARN), (1, 1, OK), (2, 2, WARN)])
 def test_questions_that_are_not_answered_are_a_fault_of_the_link_but_for_one(questions, unanswered, level):
     finding = find("Link", facts(recent=Recent(4.0, 40, 0, 0, questions, unanswered)))
     assert finding.level is level
-    assert level is OK or finding.message.startswith("%d of %d questions within 4 s were not answered"
-                                                     % (unanswered, questions))
+    complaint = "%d of %d questions within 4 s were not answered" % (unanswered, questions)
+    assert level is OK or finding.message.startswith(complaint)
 
 
 def test_of_a_line_that_is_bad_both_ways_both_are_said():
@@ -142,31 +142,32 @@ def test_of_a_line_that_is_bad_both_ways_both_are_said():
 
 
 def test_that_all_questions_were_answered_is_said():
-    assert dict(find("Link",
-                     facts(counts=COUNTS._replace(questions=400))).values)["Questions without an answer"] == "0 of 400"
+    values = dict(find("Link", facts(counts=COUNTS._replace(questions=400))).values)
+    assert values["Questions without an answer"] == "0 of 400"
 
 
 def test_without_an_answer_yet_nothing_is_said_of_lost_ones():
-    assert dict(find("Link",
-                     facts()).values)["Questions without an answer"] == "not known: none was asked, or none answered"
+    values = dict(find("Link", facts()).values)
+    assert values["Questions without an answer"] == "not known: none was asked, or none answered"
 
 
 def test_the_links_values_tell_port_counts_and_last_error():
-    values = dict(find("Link", facts(counts=LinkCounts(100, 2, 30, 4, 5, 400, 7, 6, "cable"),
-                                     recent=Recent(4.0, 40, 0, 0, 0, 0))).values)
+    counts, recent = LinkCounts(100, 2, 30, 4, 5, 400, 7, 6, "cable"), Recent(4.0, 40, 0, 0, 0, 0)
+    values = dict(find("Link", facts(counts=counts, recent=recent)).values)
     assert values["Port"] == "/dev/ttyUSB0" and values["Baud"] == "9600" and values["Packets a second"] == "10.0"
-    assert [values[key] for key in ("Packets", "Bad checksums", "Stray bytes", "Packets nobody understands",
-                                    "Readings of unknown sonar",
-                                    "Questions without an answer")] == ["100", "2", "30", "4", "5", "7 of 400"]
-    assert (values["Reconnects"], values["Last error"], values["Robot"], values["Firmware"]) == ("6", "cable",
-                                                                                                 "sim_0001", "2.9")
+    expected = {
+        "Packets": "100", "Bad checksums": "2", "Stray bytes": "30", "Packets nobody understands": "4",
+        "Readings of unknown sonar": "5", "Questions without an answer": "7 of 400",
+        "Reconnects": "6", "Last error": "cable", "Robot": "sim_0001", "Firmware": "2.9"}
+    assert {key: values[key] for key in expected} == expected
     assert "Baud" not in dict(find("Link", facts(baud=None)).values)
 
 
 # --- Battery ---
 
 @pytest.mark.parametrize("volts, level, words", [
-    (11.5, OK, "11.5 V"), (11.4, WARN, "battery low: 11.4 V, the alarm level is 11.5 V; charge it"),
+    (11.5, OK, "11.5 V"),
+    (11.4, WARN, "battery low: 11.4 V, the alarm level is 11.5 V; charge it"),
     (11.0, WARN, "battery low"),
     (10.9, ERROR, "nearly empty: 10.9 V, the robot switches itself off at 11.0 V; charge it"),
 ])
@@ -183,9 +184,11 @@ def test_a_24_v_robot_has_levels_of_its_own():
 @pytest.mark.parametrize("charge_state, flags, charger, ok", [
     (ChargeState.NOT_CHARGING, 0, "not charging", "12.5 V"),
     (ChargeState.BULK, 0, "charging (bulk)", "12.5 V, charging (bulk)"),
-    (3, 0, "charging (float)", "12.5 V, charging (float)"), (ChargeState.UNKNOWN, 0, "not reported", "12.5 V"),
+    (3, 0, "charging (float)", "12.5 V, charging (float)"),
+    (ChargeState.UNKNOWN, 0, "not reported", "12.5 V"),
     (77, 0, "not reported", "12.5 V"),
-    (None, 0, "not reported", "12.5 V"), (None, Flags.CHARGER_POWER, "on its charger", "12.5 V, on its charger"),
+    (None, 0, "not reported", "12.5 V"),
+    (None, Flags.CHARGER_POWER, "on its charger", "12.5 V, on its charger"),
 ])
 def test_charging_is_told(charge_state, flags, charger, ok):
     finding = found("Battery", charge_state=charge_state, flags=Flags(flags))
@@ -197,8 +200,8 @@ def test_an_empty_battery_on_its_charger_is_no_error_and_needs_no_advice():
     assert finding.level is WARN and "it is on its charger" in finding.message and "charge it" not in finding.message
 
 
-@pytest.mark.parametrize("share, charge_state, level",
-                         [(0.5, 0, OK), (0.19, 0, WARN), (0.04, 0, ERROR), (0.04, 1, WARN)])
+@pytest.mark.parametrize("share, charge_state, level", [
+    (0.5, 0, OK), (0.19, 0, WARN), (0.04, 0, ERROR), (0.04, 1, WARN)])
 def test_a_state_of_charge_is_judged_by_the_robots_own_levels(share, charge_state, level):
     robot = identity(charge_low_percent=20, charge_shutdown_percent=5)
     finding = found("Battery", robot, state_of_charge=share, charge_state=charge_state)
@@ -359,8 +362,8 @@ def test_a_lost_link_takes_everything_with_it_but_the_name_and_back(health):
     health.state(State())
     health.event(LinkDown(LinkLostError("the robot has fallen silent"), 0.2))
     assert levels(health) == dict(dict.fromkeys(TASKS, STALE), Link=ERROR)
-    assert health.report(0.0, COUNTS)[
-        "Link"].message == "no link: the robot has fallen silent" and health.hardware_id == "sim_0001"
+    assert health.report(0.0, COUNTS)["Link"].message == "no link: the robot has fallen silent"
+    assert health.hardware_id == "sim_0001"
     health.event(Ready(identity()))
     assert levels(health)["Battery"] is STALE       # what was true before the link was lost may not be true now
     health.state(State())
@@ -372,15 +375,15 @@ def test_only_a_change_of_a_level_is_worth_a_report_at_once(health):
     assert health.state(State())
     assert not health.state(State()) and not health.state(State(motors_enabled=False, battery_voltage=12.1))
     assert health.state(State(stop_button=True)) and not health.state(State(stop_button=True)) and health.state(State())
-    assert health.event(LinkDown(LinkLostError("cable"), 0.2)) and not health.event(LinkDown(LinkLostError("still"),
-                                                                                             0.5))
+    assert health.event(LinkDown(LinkLostError("cable"), 0.2))
+    assert not health.event(LinkDown(LinkLostError("still"), 0.5))
     health.event(Ready(identity()))
     assert health.state(State())
 
 
 def test_the_first_failure_to_connect_is_worth_one_too(health):
-    assert health.event(LinkDown(LinkLostError("no such port"),
-                                 0.2)) and not health.event(LinkDown(LinkLostError("no such port"), 0.5))
+    assert health.event(LinkDown(LinkLostError("no such port"), 0.2))
+    assert not health.event(LinkDown(LinkLostError("no such port"), 0.5))
 
 
 def test_events_leave_their_traces_in_the_values(health):
@@ -388,10 +391,10 @@ def test_events_leave_their_traces_in_the_values(health):
     health.event(Ready(identity()))
     health.state(State())
     report = health.report(0.0, COUNTS)
-    assert dict(report["Link"].values)["Baud"] == "38400" and dict(report["Motors"].values)[
-        "Stopped by itself last"] == "never"
-    for speed, told in ((LineSpeed(9600, "no answer at 38400 baud"), "9600 (no answer at 38400 baud)"),
-                        (LineSpeed(115200, ""), "115200")):
+    assert dict(report["Link"].values)["Baud"] == "38400"
+    assert dict(report["Motors"].values)["Stopped by itself last"] == "never"
+    problem = "no answer at 38400 baud"
+    for speed, told in ((LineSpeed(9600, problem), "9600 (%s)" % problem), (LineSpeed(115200, ""), "115200")):
         health.event(speed)
         assert dict(health.report(0.0, COUNTS)["Link"].values)["Baud"] == told
     health.event(MotionCleared("the STOP button is pressed"))
@@ -405,11 +408,11 @@ def test_motors_that_the_robot_took_away_are_named_until_they_are_on_again(healt
     health.state(State())
     health.state(State(motors_enabled=False))
     assert levels(health)["Motors"] is OK       # somebody may have asked for that
-    assert health.event(MotionCleared("the robot switched its motors off")) and not health.state(
-        State(motors_enabled=False))
+    assert health.event(MotionCleared("the robot switched its motors off"))
+    assert not health.state(State(motors_enabled=False))
     finding = health.report(0.0, COUNTS)["Motors"]
-    assert finding[:2] == (WARN,
-                           "the robot took its motors away (STOP or MOTORS button, a fault): see why, then " + ENABLE)
+    advice = "the robot took its motors away (STOP or MOTORS button, a fault): see why, then " + ENABLE
+    assert finding[:2] == (WARN, advice)
     assert health.state(State()) and levels(health)["Motors"] is OK
 
 
@@ -418,15 +421,15 @@ def test_a_robot_that_does_not_move_is_named_until_it_does(health):
     health.state(State())
     assert health.event(Unmoved(2.04)) and not health.state(State())
     finding = health.report(0.0, COUNTS)["Motors"]
-    assert finding.level is WARN and finding.message.startswith(
-        "told to drive, the robot has not moved for 2 s: does it hear?")
+    assert finding.level is WARN
+    assert finding.message.startswith("told to drive, the robot has not moved for 2 s: does it hear?")
     assert health.state(State(moving=True)) and levels(health)["Motors"] is OK
 
 
-@pytest.mark.parametrize("forgetful", [MotionCleared("the STOP button is pressed"), Unmoved(2.0)],
-                         ids=lambda event: type(event).__name__)
-def test_a_new_link_knows_nothing_of_the_motors_of_the_one_before(health, forgetful):
-    for event in (Ready(identity()), forgetful, LinkDown(LinkLostError("cable"), 0.2), Ready(identity())):
+@pytest.mark.parametrize(
+    "told", [MotionCleared("the STOP button is pressed"), Unmoved(2.0)], ids=lambda event: type(event).__name__)
+def test_a_new_link_knows_nothing_of_the_motors_of_the_one_before(health, told):
+    for event in (Ready(identity()), told, LinkDown(LinkLostError("cable"), 0.2), Ready(identity())):
         health.event(event)
     health.state(State(motors_enabled=False))
     assert levels(health)["Motors"] is OK
@@ -434,8 +437,7 @@ def test_a_new_link_knows_nothing_of_the_motors_of_the_one_before(health, forget
 
 @pytest.mark.parametrize("cycle_ms, times, lost", [
     (100, (5.0, 5.1, 5.2), 0), (100, (5.0, 5.13, 5.19, 5.3), 0), (100, (5.0, 5.2), 1), (100, (5.0, 5.1, 5.6), 4),
-    (20, (5.0, 5.02, 5.1), 3),
-    (100, (5.0, 5.3, 5.3, 5.3, 5.4), 0)])
+    (20, (5.0, 5.02, 5.1), 3), (100, (5.0, 5.3, 5.3, 5.3, 5.4), 0)])
 def test_packets_that_do_not_come_are_counted_and_those_that_come_late_are_not(health, cycle_ms, times, lost):
     health.event(Ready(identity(sip_cycle_ms=cycle_ms)))
     for time in times:
@@ -458,13 +460,14 @@ def test_noise_while_connecting_is_not_held_against_the_link(health):
 # --- The aggregator's file ---
 
 def fits(text, robot):
-    """Whether a file for the aggregator names what the driver emits and no more: node without its first slash, colon,
-    task.
+    """Whether a file for the aggregator names what the driver emits, and no more.
+
+    A name is the node without its first slash, a colon, and the task.
     """
     analyzer = yaml.safe_load(text.replace("$(arg robot)", robot))
     names = ["%s/p2os: %s" % (robot, task) for task in TASKS]
-    return sorted(analyzer["expected"]) == sorted(names) and all(name.startswith(analyzer["remove_prefix"])
-                                                                 for name in names)
+    have_prefix = all(name.startswith(analyzer["remove_prefix"]) for name in names)
+    return sorted(analyzer["expected"]) == sorted(names) and have_prefix
 
 
 @pytest.mark.parametrize("robot", ["pioneer", "fleet/left"])

@@ -48,8 +48,8 @@ def test_low_battery_names_voltage_and_level(watch):
 
 @pytest.mark.parametrize(
     "battery_class, reported_dv, level",
-    [(12, 115, 11.5), (12, None, 11.5), (12, 0, 11.5), (24, None, 23.0), (24, 230, 23.0), (24, 115, 23.0),
-     (12, 120, 12.0)],
+    [(12, 115, 11.5), (12, 120, 12.0), (12, None, 11.5), (12, 0, 11.5),
+     (24, 230, 23.0), (24, 115, 23.0), (24, None, 23.0)],
 )
 def test_the_alarm_level_is_the_robots_own_in_its_own_volts(watch, battery_class, reported_dv, level):
     watch.identified(identity(battery_class, reported_dv))
@@ -59,11 +59,11 @@ def test_the_alarm_level_is_the_robots_own_in_its_own_volts(watch, battery_class
 
 @pytest.mark.parametrize(
     "battery_class, low_dv, shutdown_dv, empty",
-    [(12, 115, 108, 10.8), (12, 115, None, 11.0), (24, 230, 0, 22.0), (24, 230, 110, 22.0), (24, 230, 216, 21.6),
-     (12, 105, 110, 10.5)],
+    [(12, 115, 108, 10.8), (12, 115, None, 11.0), (12, 105, 110, 10.5),
+     (24, 230, 216, 21.6), (24, 230, 110, 22.0), (24, 230, 0, 22.0)],
 )
-def test_an_empty_battery_is_at_the_robots_own_shutdown_and_never_above_a_low_one(battery_class, low_dv, shutdown_dv,
-                                                                                  empty):
+def test_an_empty_battery_is_at_the_robots_own_shutdown_and_never_above_a_low_one(
+        battery_class, low_dv, shutdown_dv, empty):
     assert battery_levels(identity(battery_class, low_dv, shutdown_dv)).empty == pytest.approx(empty)
 
 

@@ -15,8 +15,8 @@ LEGAL = [
     ("port", "socket://localhost:8101", "socket://localhost:8101"), ("baud", 115200, 115200),
     ("model", "p3at-sh", "p3at-sh"), ("models_file", "", ""),
     ("gripper", "auto", None), ("gripper", "true", True), ("gripper", False, False),
-    ("pulse", 1, 1.0), ("pulse", -1, -1.0), ("pulse", 1.5, 1.5), ("use_sonar", False, False),
-    ("link_check", False, False),
+    ("pulse", 1, 1.0), ("pulse", -1, -1.0), ("pulse", 1.5, 1.5),
+    ("use_sonar", False, False), ("link_check", False, False),
     ("max_xspeed", 1, 1.0), ("max_yawspeed", 0.5, 0.5), ("cmd_vel_timeout", 0.1, 0.1), ("cmd_vel_timeout", 2, 2.0),
     ("accept_replay", True, True), ("odom_frame_id", "o", "o"), ("base_link_frame_id", "b", "b"),
     ("frame_prefix", "two/", "two/"), ("publish_tf", False, False),
@@ -34,13 +34,13 @@ ILLEGAL = [
     ("port", "", "not empty"), ("port", 8101, "a text"), ("baud", 9601, "9600, 19200"), ("baud", "9600", "9600"),
     ("baud", True, "9600"), ("model", 3, "a text"), ("models_file", None, "a text"),
     ("gripper", "yes", "auto, true or false"), ("gripper", 1, "auto"), ("gripper", [], "auto"),
-    ("pulse", "1.0", "-1 to 1.5"), ("pulse", 2.0, "-1 to 1.5"), ("pulse", math.nan, "-1 to 1.5"),
-    ("pulse", True, "number"),
+    ("pulse", "1.0", "-1 to 1.5"), ("pulse", 2.0, "-1 to 1.5"),
+    ("pulse", math.nan, "-1 to 1.5"), ("pulse", True, "number"),
     ("use_sonar", 1, "true or false"), ("link_check", "no", "true or false"), ("use_sonar", "true", "true or false"),
     ("max_xspeed", 0, "0.01 to 3"), ("max_xspeed", -0.5, "0.01 to 3"), ("max_xspeed", math.inf, "0.01 to 3"),
-    ("max_yawspeed", 0.0, "rad/s"), ("max_yawspeed", 0.015, "0.02 to 6.3"), ("cmd_vel_timeout", 0, "0.1 to 2"),
-    ("cmd_vel_timeout", -1, "0.1 to 2"),
-    ("cmd_vel_timeout", 60, "0.1 to 2"), ("accept_replay", "no", "true or false"),
+    ("max_yawspeed", 0.0, "rad/s"), ("max_yawspeed", 0.015, "0.02 to 6.3"),
+    ("cmd_vel_timeout", 0, "0.1 to 2"), ("cmd_vel_timeout", -1, "0.1 to 2"), ("cmd_vel_timeout", 60, "0.1 to 2"),
+    ("accept_replay", "no", "true or false"),
     ("odom_frame_id", "", "not empty"), ("odom_frame_id", "/odom", "not beginning with '/'"),
     ("base_link_frame_id", "/base_link", "not beginning"), ("frame_prefix", "/two", "not beginning"),
     ("publish_tf", 0, "true or false"), ("publish_wire", "yes", "true or false"),
@@ -50,13 +50,12 @@ ILLEGAL = [
     ("max_xdecel", -0.05, "0.1 to 10, with any sign"),
     ("max_xdecel", -10.5, "0.1 to 10"), ("max_xdecel", math.nan, "0.1 to 10"), ("max_yawaccel", "fast", "0.1 to 20"),
     ("max_yawdecel", 20.5, "with any sign (rad/s^2)"),
-    ("bumpstall", 4, "-1 to 3"), ("bumpstall", 1.0, "a whole number"), ("ticks_mm", -1, "0 to 65535"),
-    ("rev_count", 65536, "0 to 65535"),
-    ("drift_factor", 32768, "-32768 to 32767"), ("sonar_no_echo", "5", "inf, max"),
-    ("sonar_no_echo", math.inf, "inf, max"),
+    ("bumpstall", 4, "-1 to 3"), ("bumpstall", 1.0, "a whole number"),
+    ("ticks_mm", -1, "0 to 65535"), ("rev_count", 65536, "0 to 65535"), ("drift_factor", 32768, "-32768 to 32767"),
+    ("sonar_no_echo", "5", "inf, max"), ("sonar_no_echo", math.inf, "inf, max"),
 ] + [(gain, value, "-1 to 65535") for gain in GAINS for value in (-2, 65536, 0.5, True)] + [
-    (variances, value, "6 numbers from 0 to 1e+09") for variances in VARIANCES
-    for value in ([0] * 5, [0, 0, 0, 0, 0, -1], 0.1, [math.nan] * 6)
+    (variances, value, "6 numbers from 0 to 1e+09")
+    for variances in VARIANCES for value in ([0] * 5, [0, 0, 0, 0, 0, -1], 0.1, [math.nan] * 6)
 ]
 
 
