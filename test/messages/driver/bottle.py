@@ -1,7 +1,7 @@
 """The whole driver in a bottle: DriverNode, its client and a simulated robot in one thread and in simulated time.
 
-No master, no sockets, no waiting: rospy's publishers, subscribers and services are replaced by lists, the clock by one
-that the line turns.
+No master, no sockets, no waiting: lists replace rospy's publishers, subscribers and services, and the line turns the
+clock.
 """
 
 import inspect
@@ -139,12 +139,12 @@ class Bottle:
             return lambda text, *values: self.said.append((level, text % values if values else text))
 
         monkeypatch.setattr(rospy, "Publisher", Publisher)
-        monkeypatch.setattr(rospy, "Subscriber", lambda name, kind, callback,
-                            **_: self._topics.update({name: callback}))
-        monkeypatch.setattr(rospy, "Service", lambda name, kind,
-                            handler: self._services.update({name: (kind, handler)}))
-        monkeypatch.setattr("pioneer_control.driver.senders.is_offered", lambda service,
-                            timeout: self.is_offered(service, timeout))
+        monkeypatch.setattr(
+            rospy, "Subscriber", lambda name, kind, callback, **_: self._topics.update({name: callback}))
+        monkeypatch.setattr(
+            rospy, "Service", lambda name, kind, handler: self._services.update({name: (kind, handler)}))
+        monkeypatch.setattr(
+            "pioneer_control.driver.senders.is_offered", lambda service, timeout: self.is_offered(service, timeout))
         monkeypatch.setattr(rospy, "set_param", self.set_parameters.__setitem__)
         monkeypatch.setattr(rospy, "resolve_name", lambda name: "/" + name)
         monkeypatch.setattr(rospy, "on_shutdown", lambda hook: None)
@@ -156,13 +156,13 @@ class Bottle:
             if name.startswith("pioneer_control.") and hasattr(module, "monotonic"):
                 monkeypatch.setattr(module, "monotonic", lambda: self.now)
         quiet = types.SimpleNamespace(**dict.fromkeys(("start", "stop", "state", "event", "identity"), lambda *_: None))
-        # a thread of its own, in real time.
+        # Diagnostics have a thread of their own, in real time.
         monkeypatch.setattr(node_module, "Diagnostics", lambda *_, **__: quiet, raising=False)
         monkeypatch.setattr("pioneer_control.client.threads.open_transport", self.open)
-        # a wait in real time; open() makes up for it.
+        # This is a wait in real time; open() makes up for it.
         monkeypatch.setattr("pioneer_control.client.threads.BACK_OFF", 0.0)
         monkeypatch.setattr(Robot, "start", lambda robot: robot)
-        # What its threads do, in this one.
+        # This thread does what the robot's threads do.
         monkeypatch.setattr(Robot, "wait_until_ended", lambda robot, timeout=None: robot._link.run())
 
     def pass_time(self, seconds):

@@ -1,5 +1,6 @@
-"""What the tests of the driver's messages start from: the worked packets of the protocol notes (4.5, 5) as states, and
-one made by hand.
+"""What the tests of the driver's messages start from: worked packets as states, and one state made by hand.
+
+Source: protocol sheet 4.5, 5.
 """
 
 import io
@@ -28,14 +29,13 @@ GRIPPER_SWITCHES = "FAFB06E002B30A930C"
 STAMP = rospy.Time(12, 340000000)
 STATE = client.RobotState(
     time=100.0, sent_time=99.96, x=1.5, y=-0.25, heading=math.pi / 2, linear=0.2, angular=-0.1,
-    wheel_velocities=(0.22, 0.18),
-    wheel_angles=(3.0, -2.0), x_counts=1500, y_counts=-250, motors_enabled=True,
+    wheel_velocities=(0.22, 0.18), wheel_angles=(3.0, -2.0), x_counts=1500, y_counts=-250, motors_enabled=True,
     stop_button=False, left_stall=False, right_stall=False, front_bumpers=(), rear_bumpers=(), battery_voltage=12.8,
-    sonar=(client.SonarRange(1.5, 99.9), client.SonarRange(5.0, 99.0), client.SonarRange(0.8, 97.9), None,
-           client.SonarRange(5.4, 100.0)),
-    sonar_enabled=True, gripper=None, digital_in=0xF0, digital_out=0, analog_port=5, analog_voltage=2.5, flags=Flags(7),
-    fault_flags=None,
-    compass=None, charge_state=None, temperature=None, state_of_charge=None,
+    sonar=(
+        client.SonarRange(1.5, 99.9), client.SonarRange(5.0, 99.0), client.SonarRange(0.8, 97.9), None,
+        client.SonarRange(5.4, 100.0)),
+    sonar_enabled=True, gripper=None, digital_in=0xF0, digital_out=0, analog_port=5, analog_voltage=2.5,
+    flags=Flags(7), fault_flags=None, compass=None, charge_state=None, temperature=None, state_of_charge=None,
 )
 READING = client.GripperReading(*[False] * 12)
 
@@ -70,8 +70,8 @@ def received(message, kind):
 
 def odometry_of(motion, stamp=STAMP, odom_frame="odom", base_link_frame="base_link", parameters=DriverParameters()):
     """What a subscriber to `pose` has."""
-    return received(prompt.PoseMessage(odom_frame, base_link_frame,
-                                       conversions.covariances(parameters)).of(motion, stamp), nav_msgs.msg.Odometry)
+    message = prompt.PoseMessage(odom_frame, base_link_frame, conversions.covariances(parameters))
+    return received(message.of(motion, stamp), nav_msgs.msg.Odometry)
 
 
 def sonar_array_of(state, stamp=STAMP, base_link_frame="base_link"):

@@ -32,8 +32,8 @@ def gripper(grip, lift, grip_dir=0, lift_dir=0):
 )
 def test_gripper_numbers_become_commands_paddles_first(grip, lift, expected):
     """A dir means nothing to commands without a value: p2os ignores it too."""
-    assert gripper_orders(gripper(grip, lift)) == gripper_orders(gripper(grip, lift, 1, -1)) == [
-        (command, None) for command in expected]
+    orders = [(command, None) for command in expected]
+    assert gripper_orders(gripper(grip, lift)) == gripper_orders(gripper(grip, lift, 1, -1)) == orders
 
 
 @pytest.mark.parametrize("message, expected", [
@@ -47,10 +47,10 @@ def test_pressure_and_carry_take_their_value_from_dir(message, expected):
 
 
 @pytest.mark.parametrize("message, says", [
-    (gripper(16, 0), r"grip.state 16 needs grip.dir in 1\.\.100 .* it is 0"), (gripper(16, 0, -1), "it is -1"),
-    (gripper(16, 0, 101), "it is 101"),
-    (gripper(0, 17), r"lift.state 17 needs lift.dir in -255\.\.255 .* it is 0"), (gripper(1, 17, 0, 256), "it is 256"),
-    (gripper(1, 17, 0, -256), "it is -256"),
+    (gripper(16, 0), r"grip.state 16 needs grip.dir in 1\.\.100 .* it is 0"),
+    (gripper(16, 0, -1), "it is -1"), (gripper(16, 0, 101), "it is 101"),
+    (gripper(0, 17), r"lift.state 17 needs lift.dir in -255\.\.255 .* it is 0"),
+    (gripper(1, 17, 0, 256), "it is 256"), (gripper(1, 17, 0, -256), "it is -256"),
     (gripper(7, 4), "grip.state 7 moves the lift too"), (gripper(15, 17, 0, 5), "lift.state must be 0, not 17"),
 ])
 def test_a_value_that_means_nothing_refuses_the_whole_message(message, says):
@@ -58,12 +58,11 @@ def test_a_value_that_means_nothing_refuses_the_whole_message(message, says):
         gripper_orders(message)
 
 
-@pytest.mark.parametrize("grip, lift, says", [(1, 1, "lift.state 1 is a status"), (2, 2, "status"), (0, 3, "status"),
-                                              (4, 4, "grip.state is 4"), (257, 0, "grip.state is 257"),
-                                              (17, 0, "grip.state is 17"),
-                                              (9, 0, "grip.state is 9"),
-                                              (1, 7, "lift.state is 7"), (1, 16, "lift.state is 16"),
-                                              (0, -4, "lift.state is -4")])
+@pytest.mark.parametrize("grip, lift, says", [
+    (1, 1, "lift.state 1 is a status"), (2, 2, "status"), (0, 3, "status"),
+    (4, 4, "grip.state is 4"), (9, 0, "grip.state is 9"), (17, 0, "grip.state is 17"), (257, 0, "grip.state is 257"),
+    (0, -4, "lift.state is -4"), (1, 7, "lift.state is 7"), (1, 16, "lift.state is 16"),
+])
 def test_gripper_numbers_that_mean_nothing_refuse_the_whole_message(grip, lift, says):
     with pytest.raises(UsageError, match=says):
         gripper_orders(gripper(grip, lift))

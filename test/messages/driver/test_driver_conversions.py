@@ -30,8 +30,8 @@ def gripper_message(reporter=None, **true):
 
 def test_odometry_carries_pose_twist_frames_and_stamp():
     message = odometry_of(STATE, STAMP, "two/odom", "two/base_link")
-    assert (message.header.stamp, message.header.frame_id, message.child_frame_id) == (STAMP, "two/odom",
-                                                                                       "two/base_link")
+    assert message.header.stamp == STAMP
+    assert (message.header.frame_id, message.child_frame_id) == ("two/odom", "two/base_link")
     position, orientation = message.pose.pose.position, message.pose.pose.orientation
     assert (position.x, position.y, position.z) == (1.5, -0.25, 0.0)
     assert (orientation.x, orientation.y) == (0.0, 0.0)
@@ -44,19 +44,19 @@ STILL = dataclasses.replace(STATE, linear=0.0, angular=0.0)
 
 def test_a_standing_robot_is_surer_of_its_speed_than_a_moving_one():
     moving, standing = (odometry_of(state).twist.covariance for state in (STATE, STILL))
-    assert len(moving) == 36 and all(moving[i] > 0
-                                     for i in (0, 7, 35)) and standing[0] < moving[0] and standing[35] < moving[35]
+    assert len(moving) == 36 and all(moving[i] > 0 for i in (0, 7, 35))
+    assert standing[0] < moving[0] and standing[35] < moving[35]
 
 
 @pytest.mark.parametrize("what", ["pose", "twist"])
-@pytest.mark.parametrize("how, state",
-                         [("moving", STATE), ("still", STILL), ("moving", dataclasses.replace(STILL, angular=0.01))])
+@pytest.mark.parametrize("how, state", [
+    ("moving", STATE), ("still", STILL), ("moving", dataclasses.replace(STILL, angular=0.01))])
 def test_each_covariance_parameter_is_the_diagonal_of_its_message(what, how, state):
     parameters = DriverParameters(**{"%s_covariance_%s" % (what, how): (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)})
     message = odometry_of(state, parameters=parameters)
     covariance = getattr(message, what).covariance
-    assert [covariance[7 * axis] for axis in range(6)] == [1, 2, 3, 4, 5,
-                                                           6] and sum(covariance) == 21 and len(covariance) == 36
+    assert [covariance[7 * axis] for axis in range(6)] == [1, 2, 3, 4, 5, 6]
+    assert sum(covariance) == 21 and len(covariance) == 36
     other = message.twist if what == "pose" else message.pose
     assert other.covariance[0] < 0.01, "the other parameters are untouched"
 
@@ -96,8 +96,8 @@ def test_pose_and_transform_are_written_as_the_messages_that_they_stand_for():
         header, child = Header(stamp=STAMP, frame_id="zwei/ödom"), "zwei/base_link"
         pose = PoseWithCovariance(place, conversions.diagonal((1.0, 2.0, 3.0, 4.0, 5.0, 6.0)))
         speed = Twist(Vector3(0.2, 0.0, 0.0), Vector3(0.0, 0.0, -0.1))
-        plain = Odometry(header, child, pose,
-                         TwistWithCovariance(speed, conversions.diagonal(parameters.twist_covariance_moving)))
+        twist = TwistWithCovariance(speed, conversions.diagonal(parameters.twist_covariance_moving))
+        plain = Odometry(header, child, pose, twist)
         assert written(message.of(state, STAMP)) == written(plain)
         header.seq = 0      # nobody counts what is inside
         plain = TFMessage([TransformStamped(header, child, Transform(Vector3(1.5, -0.25, 0.0), place.orientation))])
@@ -131,8 +131,8 @@ def test_grip_state(true, state, direction):
 
 def test_beams_and_contacts():
     message = gripper_message(inner_beam=True, left_contact=True).grip
-    assert (message.inner_beam, message.outer_beam, message.left_contact, message.right_contact) == (True, False, True,
-                                                                                                     False)
+    assert (message.inner_beam, message.outer_beam) == (True, False)
+    assert (message.left_contact, message.right_contact) == (True, False)
 
 
 @pytest.mark.parametrize("broken, expected", [(1, (True, False)), (0, (False, True))])
@@ -152,8 +152,9 @@ def test_an_end_of_the_lift_is_remembered_though_nobody_listened():
 def test_the_lift_reports_its_last_end_while_it_moves():
     reporter = conversions.GripperReporter()
     seen = []
-    for true in ((), ("lift_up",), ("lift_moving", "lift_down"), ("lift_moving",), ("lift_down",),
-                 ("lift_moving", "lift_up")):
+    one_after_another = [
+        (), ("lift_up",), ("lift_moving", "lift_down"), ("lift_moving",), ("lift_down",), ("lift_moving", "lift_up")]
+    for true in one_after_another:
         lift = gripper_message(reporter, **dict.fromkeys(true, True)).lift
         seen.append((lift.state, lift.dir, lift.position))
     assert seen == [(3, 0, 0.0), (1, 0, 1.0), (2, -1, 1.0), (2, 0, 1.0), (1, 0, 0.0), (2, 1, 0.0)]
@@ -194,16 +195,17 @@ def test_battery_says_what_the_charger_does(charge_state, flags, status):
 
 def test_battery_of_a_24_v_robot_on_its_charger():
     message = conversions.battery(state_of(STALLED, identity_of("powerbot-sh")), STAMP, "base_link")
-    assert message.voltage == pytest.approx(
-        25.3) and message.power_supply_status == Battery.POWER_SUPPLY_STATUS_CHARGING
+    assert message.voltage == pytest.approx(25.3)
+    assert message.power_supply_status == Battery.POWER_SUPPLY_STATUS_CHARGING
     assert message.present and (message.header.stamp, message.header.frame_id) == (STAMP, "base_link")
 
 
 def test_battery_makes_nothing_up():
     message = conversions.battery(state_of(OLD, identity_of("p2dx")), STAMP, "base_link")
     assert message.voltage == pytest.approx(13.0) and message.power_supply_status == Battery.POWER_SUPPLY_STATUS_UNKNOWN
-    nothing = (message.percentage, message.current, message.charge, message.capacity, message.design_capacity,
-               message.temperature)
+    nothing = (
+        message.percentage, message.current, message.charge, message.capacity, message.design_capacity,
+        message.temperature)
     assert all(map(math.isnan, nothing))
     assert (message.power_supply_health, message.power_supply_technology, list(message.cell_voltage)) == (0, 0, [])
     assert conversions.battery(dataclasses.replace(STATE, state_of_charge=0.87), STAMP, "base_link").percentage == 0.87
@@ -215,8 +217,8 @@ def test_bumpers_stall_and_stop_button():
     assert (message.front, message.rear) == ([True] + [False] * 4, [False] * 5) and message.header.stamp == STAMP
     stalled = state_of(STALLED)
     assert conversions.e_stop(stalled).data and not conversions.e_stop(driving).data
-    for state, expected in ((driving, (False, False)), (stalled, (True, True)),
-                            (dataclasses.replace(STATE, right_stall=True), (False, True))):
+    only_right = dataclasses.replace(STATE, right_stall=True)
+    for state, expected in ((driving, (False, False)), (stalled, (True, True)), (only_right, (False, True))):
         message = conversions.stall(state, STAMP, "base_link")
         assert (message.left, message.right) == expected and message.header.frame_id == "base_link"
 
@@ -244,8 +246,8 @@ def test_a_gyro_tells_its_rate_and_nothing_else():
 
 @pytest.mark.parametrize("clockwise_from_north, from_east", [(0, 90), (90, 0), (180, -90), (270, 180), (358, 92)])
 def test_a_compass_becomes_a_heading_by_rep_103(clockwise_from_north, from_east):
-    message = conversions.compass(dataclasses.replace(STATE, compass=math.radians(clockwise_from_north)), STAMP,
-                                  "base_link")
+    state = dataclasses.replace(STATE, compass=math.radians(clockwise_from_north))
+    message = conversions.compass(state, STAMP, "base_link")
     heading = 2 * math.atan2(message.orientation.z, message.orientation.w)
     assert math.remainder(heading - math.radians(from_east), 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
     assert message.orientation_covariance[0] > 1e5 > message.orientation_covariance[8] > 0

@@ -1,9 +1,8 @@
-"""Every parameter of the driver does something: a run of the whole driver with its default, one with another value, and
-what differs.
+"""Every parameter of the driver has an effect.
 
-The two runs differ in nothing else, and what is looked at is what ROS or the robot sees, so nothing but the parameter
-can make the difference. A live parameter is changed in a third run while the driver runs, and must have the same
-effect.
+The whole driver runs once with the default of a parameter and once with another value. The two runs differ in nothing
+else, so a difference in what ROS or the robot sees is the effect of the parameter. A live parameter is changed in a
+third run while the driver runs, and must have the same effect.
 """
 
 import dataclasses
@@ -120,8 +119,7 @@ class Run(Bottle):
 
 
 class Effect(NamedTuple):
-    """A row: another value than the default, where its effect is seen, and what is seen with the default and with it.
-    """
+    """A row: a value other than the default, where its effect is seen, and what is seen with each of the two."""
 
     value: Any
     see: Callable[[Run], Any]
@@ -172,15 +170,16 @@ EFFECTS = {
     "drift_factor": setting("drift_factor", 0, -40),
     "rev_count": setting("rev_count", 16570, 17000),
     "enable_motors_on_start": Effect(True, lambda run: run.motors_unasked, False, True),
-    "accept_replay": Effect(True, lambda run: max(velocity[0] for _, velocity in run.velocities) > 0.1, False, True,
-                            {"caller": "/play_1795"}),
+    "accept_replay": Effect(
+        True, lambda run: max(velocity[0] for _, velocity in run.velocities) > 0.1, False, True,
+        {"caller": "/play_1795"}),
     "odom_frame_id": Effect("here", lambda run: run.frames, ("odom", "base_link"), ("here", "base_link")),
     "base_link_frame_id": Effect("me", lambda run: run.frames, ("odom", "base_link"), ("odom", "me")),
     "frame_prefix": Effect("two/", lambda run: run.frames, ("odom", "base_link"), ("two/odom", "two/base_link")),
     "publish_tf": Effect(False, lambda run: "/tf" in run.published, True, False),
     "publish_wire": Effect(True, Run.tells_of_the_wire, False, True),
-    "sonar_no_echo": Effect("max", lambda run: max(message.range for message in run.messages("sonar_ranges")),
-                            float("inf"), 5.0),
+    "sonar_no_echo": Effect(
+        "max", lambda run: max(message.range for message in run.messages("sonar_ranges")), float("inf"), 5.0),
     "pose_covariance_moving": variances("pose", True, 1e-3),
     "pose_covariance_still": variances("pose", False, 1e-3),
     "twist_covariance_moving": variances("twist", True, 1e-3),
@@ -210,8 +209,8 @@ def test_a_parameter_has_its_effect(name, effect):
 def test_a_live_parameter_has_its_effect_while_the_driver_runs(name):
     run = Run(live={name: EFFECTS[name].value})
     assert EFFECTS[name].see(run) == EFFECTS[name].changed
-    assert run.set_parameters == {"~" + name: abs(EFFECTS[name].value) if name.endswith("decel")
-                                  else EFFECTS[name].value}
+    value = EFFECTS[name].value
+    assert run.set_parameters == {"~" + name: abs(value) if name.endswith("decel") else value}
 
 
 def test_every_parameter_has_an_effect():

@@ -1,7 +1,4 @@
-"""What is asked of the driver at the worst moment, another robot at its cable, and flags that never rest.
-
-The whole driver, in simulated time.
-"""
+"""The worst for the whole driver, in simulated time: ill-timed requests, another robot at its cable, restless flags."""
 
 import pytest
 from bottle import Bottle
@@ -14,7 +11,7 @@ from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.world import load_world
 
-# s after the cable is pulled and put back: no port, silence, SYNC, OPEN, ready.
+# Seconds after the cable is pulled and put back: there is no port, then silence, SYNC, OPEN, and the robot is ready.
 MOMENTS = [0.0, 0.02, 0.17, 0.32, 0.47, 0.62, 0.77, 0.92]
 
 
@@ -105,8 +102,8 @@ def test_another_robot_at_the_cable_is_described_anew(run, gripper):
     def script(bottle):
         yield 1.0
         bottle.unplug()
-        bottle.firmware = Firmware(find_model("peoplebot-sh" if gripper else "amigo-sh"), load_world("empty"),
-                                   gripper=gripper)
+        model = find_model("peoplebot-sh" if gripper else "amigo-sh")
+        bottle.firmware = Firmware(model, load_world("empty"), gripper=gripper)
         yield 0.5
         bottle.published.clear()
         bottle.plug_in()
@@ -123,7 +120,8 @@ def test_another_robot_at_the_cable_is_described_anew(run, gripper):
 
 @pytest.mark.parametrize("befall", [
     lambda firmware, on: setattr(firmware.hardware.motors, "enabled", on),
-    lambda firmware, on: firmware.press_stop_button(on)], ids=["motors", "STOP"])
+    lambda firmware, on: firmware.press_stop_button(on),
+], ids=["motors", "STOP"])
 def test_flags_that_flicker_do_not_flood_the_log(run, befall):
     def script(bottle):
         bottle.send("cmd_motor_state", MotorState(1))
@@ -146,8 +144,8 @@ def test_what_is_noticed_of_robot_and_line_is_in_the_log(run):
 
     said = run(script).said
     assert ("info", "the robot answers at 19200 baud; set the parameter baud to it for a faster start") in said
-    assert ("info", "the line runs at 38400 baud") in said and ("warn",
-                                                                "the line runs at 9600 baud: it fell silent") in said
+    assert ("info", "the line runs at 38400 baud") in said
+    assert ("warn", "the line runs at 9600 baud: it fell silent") in said
     assert any(level == "warn" and "has not moved for 2 s: does it hear?" in text for level, text in said)
 
 

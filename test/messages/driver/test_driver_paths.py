@@ -1,6 +1,4 @@
-"""What a reader meets who follows one cmd_vel to the wire, or one SIP to its Odometry and SonarArray: as
-CONTRIBUTING.md says.
-"""
+"""CONTRIBUTING.md names the files that one cmd_vel crosses to the wire, and one SIP to its messages."""
 
 import os
 import re
@@ -20,9 +18,9 @@ from bottle import Bottle
 
 ROOT = os.path.dirname(os.path.realpath(pioneer_control.driver.__file__))
 PACKAGE = os.path.dirname(ROOT) + os.sep
-# a bottle has no port to read from ...
+# The files that a bottle does not run, since it has no port to read from or to write to.
 BEFORE = {"cmd_vel": [], "SIP": ["client/transport.py", "client/threads.py"]}
-BEHIND = {"cmd_vel": ["client/transport.py"], "SIP": []}        # ... or to write to
+BEHIND = {"cmd_vel": ["client/transport.py"], "SIP": []}
 AT_MOST = {"cmd_vel": 9, "SIP": 13}     # files; of a SIP twelve, and driver/prompt.py, which can be skipped
 
 
@@ -105,8 +103,8 @@ def followed(request, monkeypatch):
         yield from request.param(bottle, path)
 
     try:
-        Bottle(monkeypatch, script, Firmware(find_model("p3dx-sh"), load_world("empty"), gripper=False),
-               link_check=request.param is cmd_vel)
+        firmware = Firmware(find_model("p3dx-sh"), load_world("empty"), gripper=False)
+        Bottle(monkeypatch, script, firmware, link_check=request.param is cmd_vel)
     finally:
         path.end()
     return {cmd_vel: "cmd_vel", sip: "SIP"}[request.param], path
@@ -114,8 +112,8 @@ def followed(request, monkeypatch):
 
 def documented(what):
     text = (Path(PACKAGE).parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    return re.findall(r"`([a-z_0-9]+/[a-z_0-9]+\.py)`",
-                      re.search(r"^\* \*\*One `?%s`?\*\*(.*?)(?=^\* |^$)" % what, text, re.M | re.S)[1])
+    paragraph = re.search(r"^\* \*\*One `?%s`?\*\*(.*?)(?=^\* |^$)" % what, text, re.M | re.S)[1]
+    return re.findall(r"`([a-z_0-9]+/[a-z_0-9]+\.py)`", paragraph)
 
 
 def test_a_reader_meets_these_files_in_this_order_and_no_others(followed):

@@ -1,4 +1,6 @@
-"""Messages leave at once, in order, no subscriber holds up who publishes, and without all that the same is published.
+"""Messages leave at once and in order, and no subscriber holds up the publisher.
+
+With another version of rospy, ordinary messages with the same content are published instead.
 """
 
 import dataclasses
@@ -87,8 +89,8 @@ def test_a_subscriber_that_does_not_read_holds_up_nobody_and_then_gets_the_newes
     read = []
     while not read or read[-1] != 999:
         read += numbers(received(transport, 500))
-    assert read == sorted(set(read)) and read[-10:] == list(range(990, 1000)) and len(
-        read) < 1000, "in order, whole, the oldest lost"
+    assert read == sorted(set(read)), "in order, whole"
+    assert read[-10:] == list(range(990, 1000)) and len(read) < 1000, "the oldest lost"
     assert len(set(transport.writers)) == 1
 
 
@@ -202,8 +204,8 @@ def test_nobody_waits_for_a_subscriber_that_takes_crumbs(size):
         transport = Transport()
         transport.socket, _ = server.accept()
     connection = PromptConnection(transport, 10)
-    publisher = threading.Thread(target=lambda: all(connection.write_data(message(number, size))
-                                                    for number in range(3000)), daemon=True)
+    publisher = threading.Thread(
+        target=lambda: all(connection.write_data(message(number, size)) for number in range(3000)), daemon=True)
     publisher.start()
     publisher.join(PATIENCE / 4)
     stuck = publisher.is_alive()

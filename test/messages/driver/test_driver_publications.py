@@ -78,8 +78,8 @@ def test_no_message_is_held_back_until_the_one_before_is_acknowledged(driver):
 
 
 def test_it_closes_while_somebody_waits_for_a_master_that_hangs(topics, monkeypatch):
-    driver, hangs, answers, closed = publications.Publications(
-        DriverParameters(), lambda kind, on: None), threading.Event(), threading.Event(), threading.Event()
+    driver = publications.Publications(DriverParameters(), lambda kind, on: None)
+    hangs, answers, closed = threading.Event(), threading.Event(), threading.Event()
 
     def advertise(*args, **options):
         hangs.set()
@@ -162,8 +162,9 @@ def test_all_messages_of_a_packet_have_the_stamp_of_its_sending(driver, topics, 
     driver.state(dataclasses.replace(state_of(DRIVING, identity), sent_time=99.25, compass=1.0))
     listen(topics)
     driver.state(dataclasses.replace(state_of(DRIVING, identity), sent_time=99.25, compass=1.0))
-    messages = [message for name, topic in topics.items() for message in topic.published
-                if name not in ("robot_info", "/tf_static")]
+    messages = [
+        message for name, topic in topics.items() if name not in ("robot_info", "/tf_static")
+        for message in topic.published]
     stamped = [message for message in messages if hasattr(message, "header")] + topics["/tf"].published[0].transforms
     assert {message.header.stamp for message in stamped} == {rospy.Time(998, 750000000)}
     assert {name for name, topic in topics.items() if topic.published} == set(topics) - {"io"}
@@ -178,8 +179,8 @@ def test_a_clock_that_jumps_while_a_packet_is_read_does_not_tear_it_apart(driver
     for sent_time in (1.0, 2.0):
         driver.state(dataclasses.replace(STATE, sent_time=sent_time))
     first, second = (message.header.stamp for message in topics["pose"].published)
-    assert second - first > rospy.Duration(900) and [message.header.stamp
-                                                     for message in topics["stall"].published] == [first, second]
+    assert second - first > rospy.Duration(900)
+    assert [message.header.stamp for message in topics["stall"].published] == [first, second]
 
 
 def test_stamps_work_before_simulated_time_begins(driver, topics, monkeypatch):
@@ -202,8 +203,8 @@ def test_no_latched_message_has_the_stamp_that_the_next_packet_changes(driver, t
     monkeypatch.setattr(Publisher, "publish", lambda self, message: kept.append(message) if self.latch else None)
     driver.identity(identity_of())
     driver.state(STATE)
-    assert kept and not any(getattr(message, "header", None) and message.header.stamp is driver._stamp
-                            for message in kept)
+    headers = [message.header for message in kept if getattr(message, "header", None)]
+    assert kept and not any(header.stamp is driver._stamp for header in headers)
 
 
 def test_the_stop_button_is_said_once_per_change_and_kept(driver, topics):
@@ -334,7 +335,8 @@ def test_the_parameters_of_frames(topics, requested, given, frames):
     assert (pose.header.frame_id, pose.child_frame_id) == (transform.header.frame_id, transform.child_frame_id)
     static = topics["/tf_static"].published[0].transforms
     assert {transform.header.frame_id for transform in static} == {pose.child_frame_id}
-    named = {message.header.frame_id for name in ("pose", "sonar", "sonar_points", "battery", "stall")
-             for message in topics[name].published}
+    named = {
+        message.header.frame_id for name in ("pose", "sonar", "sonar_points", "battery", "stall")
+        for message in topics[name].published}
     assert named | {topics["sonar_ranges"].published[0].header.frame_id} == frames
     assert topics["sonar_ranges"].published[0].header.frame_id in {transform.child_frame_id for transform in static}

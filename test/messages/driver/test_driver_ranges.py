@@ -61,8 +61,8 @@ def test_no_echo_is_infinite_or_the_maximum_and_nothing_is_below_the_minimum(dis
 
 def test_points_lie_where_the_echoes_came_from():
     found = points(heard(s3=(2.0, 0.0), s7=(1.0, 0.3)))
-    assert found[0] == pytest.approx((0.166 + 2 * math.cos(math.radians(10)), 0.027 + 2 * math.sin(math.radians(10)),
-                                      0.17))
+    ahead, left = 2 * math.cos(math.radians(10)), 2 * math.sin(math.radians(10))
+    assert found[0] == pytest.approx((0.166 + ahead, 0.027 + left, 0.17))
     assert found[1] == pytest.approx((0.069, -0.136 - 1.0, 0.17), abs=1e-6)
     assert len(found) == 2
 
@@ -76,10 +76,10 @@ def test_what_is_not_in_sight_or_no_longer_heard_is_no_point():
 def test_the_cloud_is_laid_out_as_it_says():
     cloud = conversions.sonar_points(heard(s7=(1.0, 0.0), s8=(1.0, 0.0)), STAMP, "two/base_link", SONAR)
     assert (cloud.header.stamp, cloud.header.frame_id) == (STAMP, "two/base_link")
-    assert [(field.name, field.offset, field.datatype, field.count)
-            for field in cloud.fields] == [("x", 0, 7, 1), ("y", 4, 7, 1), ("z", 8, 7, 1)]
-    assert (cloud.width, cloud.height, cloud.point_step, cloud.row_step, cloud.is_dense,
-            cloud.is_bigendian) == (2, 1, 12, 24, True, False)
+    fields = [(field.name, field.offset, field.datatype, field.count) for field in cloud.fields]
+    assert fields == [("x", 0, 7, 1), ("y", 4, 7, 1), ("z", 8, 7, 1)]
+    assert (cloud.width, cloud.height, cloud.point_step, cloud.row_step) == (2, 1, 12, 24)
+    assert (cloud.is_dense, cloud.is_bigendian) == (True, False)
     assert struct.unpack("<6f", cloud.data)[::3] == pytest.approx((0.069, -0.157))
 
 
@@ -93,16 +93,17 @@ def test_an_older_echo_stays_in_the_world_while_the_robot_goes_on(linear, angula
         x, y = x + linear * age / steps * math.cos(heading), y + linear * age / steps * math.sin(heading)
     pole = (0.166 + 2 * math.cos(math.radians(10)), 0.027 + 2 * math.sin(math.radians(10)))
     ahead, left = pole[0] - x, pole[1] - y
-    expected = (math.cos(heading) * ahead + math.sin(heading) * left,
-                math.cos(heading) * left - math.sin(heading) * ahead)
+    expected = (
+        math.cos(heading) * ahead + math.sin(heading) * left,
+        math.cos(heading) * left - math.sin(heading) * ahead)
     (found,) = points(heard(dataclasses.replace(STATE, linear=linear, angular=angular), s3=(2.0, age)))
     assert found[:2] == pytest.approx(expected, abs=1e-3)
 
 
 def test_every_transducer_has_a_frame_that_looks_along_its_axis():
     message = standard_messages.sonar_frames(SONAR, STAMP, "two/base_link", "two/")
-    assert [transform.child_frame_id for transform in message.transforms] == ["two/sonar_%d" % number
-                                                                              for number in range(16)]
+    children = [transform.child_frame_id for transform in message.transforms]
+    assert children == ["two/sonar_%d" % number for number in range(16)]
     assert {transform.header.frame_id for transform in message.transforms} == {"two/base_link"}
     second = message.transforms[1].transform
     assert (second.translation.x, second.translation.y, second.translation.z) == (0.114, 0.119, 0.17)
@@ -110,6 +111,6 @@ def test_every_transducer_has_a_frame_that_looks_along_its_axis():
 
 
 def test_frames_keep_the_numbers_of_the_wire_where_some_are_missing():
-    frames = {transform.child_frame_id for transform in standard_messages.sonar_frames(find_model("powerbot-sh").sonar,
-                                                                                       STAMP, "b", "").transforms}
+    message = standard_messages.sonar_frames(find_model("powerbot-sh").sonar, STAMP, "b", "")
+    frames = {transform.child_frame_id for transform in message.transforms}
     assert "sonar_6" in frames and "sonar_7" not in frames and "sonar_8" in frames

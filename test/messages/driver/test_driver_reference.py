@@ -1,5 +1,6 @@
-"""docs/driver.md and the README list what the driver really offers: names and types of topics and services, tasks of
-diagnostics.
+"""docs/driver.md and the README list what the driver really offers.
+
+That is: names and types of topics and services, and tasks of diagnostics.
 """
 
 import pathlib

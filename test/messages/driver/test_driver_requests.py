@@ -1,6 +1,6 @@
 """What the driver does with topics and services: on the robot's wire, in the answer, in the log.
 
-The whole driver, in simulated time.
+The whole driver runs, in simulated time.
 """
 
 import math
@@ -32,7 +32,8 @@ def run(monkeypatch):
 def ask(bottle, service, *values):
     """Call a service that waits for the robot, from a thread of its own as rospy does.
 
-    Answers (whether it worked, text).
+    Returns:
+        (whether it worked, text)
     """
     answers = []
 
@@ -229,9 +230,9 @@ def test_wheel_velocities_drive_each_side_and_the_last_commander_wins(run):
 
 
 def test_as_many_velocities_may_wait_as_the_line_takes_in_a_row():
-    """Those that go at once, and the one that waits.
+    """The line takes those that go at once, and one that waits.
 
-    Fewer, and rospy drops one that would have had its turn; more, and old ones go first.
+    If fewer may wait, rospy drops one that would have had its turn. If more may wait, old ones go first.
     """
     written = []
     line = Line(None, ())
@@ -253,8 +254,8 @@ def test_velocities_that_come_in_a_bunch_reach_the_robot_as_many_as_may_wait(run
         yield 0.1
 
     bottle = run(script, port="socket://robot:1")      # TCP: at 9600 baud only one of them would go
-    assert [value for _, value in bottle.commands("VEL") if value][:waiting] == [round(linear * 1000)
-                                                                                 for linear in bunch]
+    expected = [round(linear * 1000) for linear in bunch]
+    assert [value for _, value in bottle.commands("VEL") if value][:waiting] == expected
 
 
 def test_wheels_fall_silent_as_the_robot_does(run):
@@ -300,8 +301,8 @@ def test_what_a_bag_plays_is_refused_on_every_topic(run, topic, message, player)
 
     bottle = run(script, caller=player)
     assert bottle.says("%s refused: it is played back from a bag" % topic)
-    assert {(name, value) for _, name, value in bottle.heard} & {("VEL", 200), ("VEL2", 0x0A0A), ("ENABLE", 1),
-                                                                 ("GRIPPER", 2)} == set()
+    refused = {("VEL", 200), ("VEL2", 0x0A0A), ("ENABLE", 1), ("GRIPPER", 2)}
+    assert not refused & {(name, value) for _, name, value in bottle.heard}
 
 
 # Who sent it: the master says whether a node plays a bag under another name
@@ -310,8 +311,9 @@ COMMANDS = {
     "cmd_vel": (twist(0.3), twist(0.0), ("VEL", 300)),
     "cmd_wheels": (WheelVelocities(0.2, 0.2), WheelVelocities(0.0, 0.0), ("VEL2", 0x0A0A)),
     "cmd_motor_state": (MotorState(1), MotorState(0), ("ENABLE", 1)),
-    "gripper_control": (GripperState(GripState(state=2), LiftState()),
-                        GripperState(GripState(state=3), LiftState(state=6)), ("GRIPPER", 2)),
+    "gripper_control": (
+        GripperState(GripState(state=2), LiftState()), GripperState(GripState(state=3), LiftState(state=6)),
+        ("GRIPPER", 2)),
 }
 """{topic: what moves, what stops, what the robot hears of the former}"""
 
@@ -339,10 +341,9 @@ def test_whom_nobody_knows_is_refused_until_a_master_that_was_gone_is_back(run, 
         yield from send_for_a_while(bottle, topic, move)
 
     bottle = run(script)
-    assert bottle.says("%s refused: the ROS master does not say in time whether /somebody plays a bag"
-                       % topic) and not bottle.early
-    assert heard(bottle,
-                 moves) is not plays and bottle.says("%s refused: it is played back from a bag" % topic) is plays
+    assert bottle.says("%s refused: the ROS master does not say in time whether /somebody plays a bag" % topic)
+    assert not bottle.early and heard(bottle, moves) is not plays
+    assert bottle.says("%s refused: it is played back from a bag" % topic) is plays
 
 
 @pytest.mark.parametrize("topic", COMMANDS)
@@ -557,6 +558,6 @@ def test_what_is_not_legal_changes_nothing_at_all(run, config, says):
         bottle.finished = True
 
     bottle = run(script)
-    assert bottle.finished and re.search(says, bottle.warned) and len(
-        bottle.messages("~parameter_updates")) == 1 and bottle.set_parameters == {}
+    assert bottle.finished and re.search(says, bottle.warned)
+    assert len(bottle.messages("~parameter_updates")) == 1 and bottle.set_parameters == {}
     assert bottle.messages("robot_info")[-1].max_linear == 0.5

@@ -1,4 +1,6 @@
-"""What a start of the driver loads: half of the time to the first pose is spent on that, and all of it stays in memory.
+"""What a start of the driver loads.
+
+Loading takes half of the time to the first pose, and all that is loaded stays in memory.
 """
 
 import subprocess

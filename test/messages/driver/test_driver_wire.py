@@ -1,5 +1,6 @@
-"""The line on a topic: every byte in its order, nothing while nobody listens, nothing that keeps the robot waiting;
-what is left out is counted and said.
+"""The bytes of the line on a topic: all of them in their order, and none while nobody listens.
+
+The robot never waits for it. What is left out is counted and said.
 """
 
 import threading
@@ -41,8 +42,8 @@ class Publisher:
 def topic(monkeypatch):
     """The publisher of wire; its warnings are in ``said``."""
     made, said = [], []
-    monkeypatch.setattr(rospy, "Publisher", lambda *args,
-                        **options: made.append(Publisher(*args, **options)) or made[0])
+    monkeypatch.setattr(
+        rospy, "Publisher", lambda *args, **options: made.append(Publisher(*args, **options)) or made[0])
     monkeypatch.setattr(rospy, "logwarn", lambda text, *values: said.append(text % values))
     monkeypatch.setattr(publications, "ros_time", lambda: 1000.0)
     publisher = WirePublisher()
