@@ -1,4 +1,4 @@
-"""Simulated time. Whoever lets time pass sets the one clock; robots, lines and faults read it."""
+"""Simulated time: one clock for robots, lines and faults. They read it; the simulation sets it."""
 
 NEVER_US = 1 << 62
 """Later than any simulated time (us)."""
@@ -21,7 +21,7 @@ class Clock:
         return self.now_us * 1e-6
 
     def after(self, seconds: float) -> int:
-        """The time (us) that is so many seconds from now. A fraction of a microsecond is added to the next call's."""
+        """The time (us) in `seconds` from now. A fraction of a microsecond is kept, and added in the next call."""
         exact_us = seconds * 1e6 + self._fraction_us
         whole_us = round(exact_us)
         self._fraction_us = exact_us - whole_us

@@ -120,7 +120,7 @@ def simulation_of(parameters: SimulatorParameters) -> Simulation:
 
 
 class RobotTruth:
-    """What is published of one robot: its truth, under `prefix` where there are several."""
+    """Publishes the truth about one robot, under a prefix where there are several."""
 
     def __init__(self, firmware: Firmware, prefix: str, parameters: SimulatorParameters, lock: Any):
         self._firmware = firmware
@@ -133,7 +133,7 @@ class RobotTruth:
         rospy.Subscriber(prefix + "stop_button", Bool, self._press, queue_size=10)
 
     def publish(self, now: rospy.Time) -> None:
-        """Say where it is."""
+        """Publish where the robot is."""
         with self._lock:
             pose, velocity = self._firmware.true_pose, self._firmware.velocity
             x, y, heading = self._firmware.hardware.odometry.origin

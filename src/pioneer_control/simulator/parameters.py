@@ -45,7 +45,7 @@ class SimulatorParameters:
     model: str = parameter("p3dx-sh", Text(), "robot model, by its subtype")
     world: str = parameter("tutorial", Text(), "name of a world, or path of a world file")
     start: Optional[Pose] = parameter(None, Place(), "where the first robot stands at first", "m, m, rad")
-    robots: int = parameter(1, Whole(1, MOST_ROBOTS), "so many robots in the world")
+    robots: int = parameter(1, Whole(1, MOST_ROBOTS), "number of robots in the world")
     tcp: Union[int, str, None] = parameter(None, TcpAddress(),
                                            "TCP port of the robot's line; of several robots, of the first one's")
     pty: str = parameter("", Text(empty=True),

@@ -1,8 +1,8 @@
 """Draw any world as one picture: walls, cans, where robots start, charge and may be sent to, and where they are.
 
 ``python3 -m pioneer_control.simulator.picture WORLD`` writes world-WORLD.png; ``-o`` names another file (.pdf and .svg
-work too), ``--model``
-and ``--robots`` put robots on their starts. No display is needed. Colours are Okabe and Ito's, as in `bags.draw`.
+work too), ``--model`` and ``--robots`` put robots on their starts. No display is needed. Colours are Okabe and Ito's,
+as in `bags.draw`.
 """
 
 import argparse

@@ -26,7 +26,7 @@ from .world.start_poses import standing_places
 from .world.world import World
 
 MOST_ROBOTS = 2000
-"""So many, at most, are asked for by number."""
+"""Most robots that can be asked for by number."""
 
 
 class Simulation:
@@ -44,7 +44,7 @@ class Simulation:
         self.next_step_us = NEVER_US
 
     def add(self, model: RobotModel, pose: Optional[Pose] = None, **options: Any) -> Firmware:
-        """One robot more, switched on now.
+        """Add a robot, switched on now.
 
         Args:
             model: which robot.

@@ -106,7 +106,7 @@ def may_drive(robot: CommandedRobot) -> bool:
 
 
 def enable(robot: CommandedRobot, on: int) -> None:
-    """ENABLE."""
+    """Obey ENABLE."""
     if on:
         robot.hardware.motors.enable()
     else:
@@ -114,37 +114,37 @@ def enable(robot: CommandedRobot, on: int) -> None:
 
 
 def velocity(robot: CommandedRobot, mm_s: int) -> None:
-    """VEL."""
+    """Obey VEL."""
     if may_drive(robot):
         robot.hardware.drives.linear.set_speed(mm_s / 1000.0)
 
 
 def rotation(robot: CommandedRobot, deg_s: int) -> None:
-    """RVEL and ROTATE."""
+    """Obey RVEL and ROTATE."""
     if may_drive(robot):
         robot.hardware.drives.angular.set_speed(math.radians(deg_s))
 
 
 def wheels(robot: CommandedRobot, value: int) -> None:
-    """VEL2."""
+    """Obey VEL2."""
     if robot.hardware.motors.enabled:
         left, right = (units * robot.model.vel2_mm_s_per_unit / 1000.0 for units in two_bytes(value))
         robot.hardware.drives.turn_wheels(left, right)
 
 
 def move(robot: CommandedRobot, mm: int) -> None:
-    """MOVE."""
+    """Obey MOVE."""
     if may_drive(robot):
         robot.hardware.drives.linear.set_distance(mm / 1000.0)
 
 
 def head(robot: CommandedRobot, deg: int) -> None:
-    """HEAD."""
+    """Obey HEAD."""
     turn_by(robot, math.remainder(math.radians(deg) - robot.hardware.odometry.pose[2], 2.0 * math.pi))
 
 
 def turn_goal(robot: CommandedRobot, deg: int) -> None:
-    """DCHEAD."""
+    """Obey DCHEAD."""
     turn_by(robot, robot.hardware.heading_goal - robot.hardware.odometry.pose[2] + math.radians(deg))
 
 
@@ -155,51 +155,51 @@ def turn_by(robot: CommandedRobot, angle: float) -> None:
 
 
 def stop(robot: CommandedRobot, _: Any) -> None:
-    """STOP."""
+    """Obey STOP."""
     robot.hardware.drives.cancel_wheels()
     robot.hardware.drives.set_speeds(0.0, 0.0)
 
 
 def emergency_stop(robot: CommandedRobot, _: Any) -> None:
-    """E_STOP and QSTOP."""
+    """Obey E_STOP and QSTOP."""
     robot.hardware.drives.cancel_wheels()
     robot.hardware.drives.emergency_stop()
 
 
 def set_turning_limit(robot: CommandedRobot, deg_s: int) -> None:
-    """SETRVDIR."""
+    """Obey SETRVDIR."""
     robot.hardware.drives.angular.limits.set_limit_towards(math.radians(deg_s))
 
 
 # -- sonar, inputs, outputs
 
 def sonar(robot: CommandedRobot, value: int) -> None:
-    """SONAR."""
+    """Obey SONAR."""
     arrays = [array for array in range(4) if value >> array + 1 & 1]
     single = is_one_of(robot.model.firmware_family, LATER) and value > 0
     robot.hardware.sonar.switch(bool(value & 1), robot.clock.now_us, arrays if single and arrays else None)
 
 
 def polling(robot: CommandedRobot, numbers: bytes) -> None:
-    """POLLING."""
+    """Obey POLLING."""
     robot.hardware.sonar.set_sequence([number - 1 for number in numbers if 1 <= number <= 32], robot.clock.now_us)
 
 
 def sonar_cycle(robot: CommandedRobot, milliseconds: int) -> None:
-    """SONARCYCLE."""
+    """Obey SONARCYCLE."""
     if 2 <= milliseconds <= 120:
         robot.hardware.sonar.cycle_us = milliseconds * 1000
 
 
 def digital_out(robot: CommandedRobot, value: int) -> None:
-    """DIGOUT."""
+    """Obey DIGOUT."""
     mask, states = (byte & 0xFF for byte in two_bytes(value))
     ports = robot.hardware.ports
     ports.digital_out = (ports.digital_out & ~mask | states & mask) & 0xFF
 
 
 def analog_select(robot: CommandedRobot, port: int) -> None:
-    """ADSEL."""
+    """Obey ADSEL."""
     if port in (range(8) if is_one_of(robot.model.firmware_family, ARCOS) else range(1, 6)):
         robot.hardware.ports.analog_port = port
 
@@ -207,7 +207,7 @@ def analog_select(robot: CommandedRobot, port: int) -> None:
 # -- requests
 
 def config(robot: CommandedRobot, _: Any) -> None:
-    """CONFIG."""
+    """Obey CONFIG."""
     robot.send(reports.config(robot.hardware, robot.name, robot.numbers, robot.settings))
 
 
@@ -218,7 +218,7 @@ def request(kind: str, what: str, families: str) -> Handler:
 
 
 def gyro(robot: CommandedRobot, how: int) -> None:
-    """GYRO."""
+    """Obey GYRO."""
     if robot.hardware.gyro.kind == GYRO_OF_CLIENT:
         robot.request("gyro", 2 if how > 0 else 0)
         robot.hardware.gyro.take_readings()
@@ -227,14 +227,14 @@ def gyro(robot: CommandedRobot, how: int) -> None:
 
 
 def compass(robot: CommandedRobot, how: int) -> None:
-    """TCM2."""
+    """Obey TCM2."""
     if robot.hardware.compass.fitted and 0 <= how <= 7:
         robot.hardware.compass.on = how != 0
         robot.request("compass", {2: 1, 3: 2, 6: 1}.get(how, 0))
 
 
 def playlist(robot: CommandedRobot, number: int) -> None:
-    """PLAYLIST."""
+    """Obey PLAYLIST."""
     for packet in reports.playlist(robot.model.firmware_family, number, robot.settings["sounds_on"]):
         robot.send(packet)
 
@@ -242,7 +242,7 @@ def playlist(robot: CommandedRobot, number: int) -> None:
 # -- the line, and auxiliary serial ports
 
 def host_baud(robot: CommandedRobot, code: int) -> None:
-    """HOSTBAUD."""
+    """Obey HOSTBAUD."""
     if 0 <= code < len(BAUD_RATES):
         robot.baud = BAUD_RATES[code]
 
@@ -266,25 +266,25 @@ def aux_read(port: int) -> Handler:
 # -- docking, sounds, gripper
 
 def dock(robot: CommandedRobot, how: int) -> None:
-    """DOCK and CHARGE."""
+    """Obey DOCK."""
     robot.hardware.charger.asks_dock = how in (1, 2)
     robot.hardware.charger.stops_in_dock = how == 2
 
 
 def sounds(robot: CommandedRobot, on: int) -> None:
-    """SOUNDTOG."""
+    """Obey SOUNDTOG."""
     robot.settings["sounds_on"] = int(on != 0)
 
 
 def gripper(robot: CommandedRobot, number: int) -> None:
-    """GRIPPER."""
+    """Obey GRIPPER."""
     fitted = robot.hardware.gripper
     if fitted is not None and number in GRIPPER_ACTIONS:
         GRIPPER_ACTIONS[number](fitted)
 
 
 def gripper_value(robot: CommandedRobot, units: int) -> None:
-    """GRIPPERVAL."""
+    """Obey GRIPPERVAL."""
     fitted, before = robot.hardware.gripper, robot.previous
     if fitted is None or before is None or before.name != "GRIPPER":
         return
@@ -310,25 +310,25 @@ GRIPPER_ACTIONS: Dict[int, Callable[[ParallelGripper], None]] = {
 
 
 def bump_stall(robot: CommandedRobot, which: int) -> None:
-    """BUMPSTALL."""
+    """Obey BUMPSTALL."""
     robot.hardware.bumpers.front_stalls = bool(which & 1)
     robot.hardware.bumpers.rear_stalls = bool(which & 2)
 
 
 def rev_count(robot: CommandedRobot, count: int) -> None:
-    """REVCOUNT."""
+    """Obey REVCOUNT."""
     if count >= 1:
         robot.hardware.wheels.rev_count = count
 
 
 def ticks_per_mm(robot: CommandedRobot, ticks: int) -> None:
-    """TICKSMM."""
+    """Obey TICKSMM."""
     if ticks >= 1:
         robot.hardware.wheels.ticks_per_mm = ticks
 
 
 def battery_test(robot: CommandedRobot, decivolts: int) -> None:
-    """BATTEST."""
+    """Obey BATTEST."""
     if decivolts >= 0:
         robot.hardware.battery.pretend(decivolts / 10.0)
 

@@ -8,8 +8,7 @@
 'fafb03000000'
 
 No thread, clock of the computer or socket is in here: the same bytes at the same simulated times, with the same seed,
-give the same
-answer however the time is split.
+give the same answer however the time is split.
 """
 
 from enum import Enum
@@ -101,7 +100,7 @@ class Firmware:
         hardware: its devices.
         settings: what a client may set and CONFIGpac shows.
         baud: present speed of its serial line.
-        closed_sessions: so many sessions have ended.
+        closed_sessions: how many sessions have ended.
         next_step_us: when it takes its next step.
         decoder: of what the line brings; it has the counts since power-on.
         unknown_commands: names of commands that came and that its firmware does not know.
@@ -198,7 +197,7 @@ class Firmware:
         return NEVER_US if self._open is None else self._open.next_sip_us
 
     def take_sent(self) -> bytes:
-        """Everything the robot sent since the last call."""
+        """Give everything that the robot sent since the last call."""
         if not self._sent:
             return b""
         sent, self._sent = b"".join(self._sent), []
@@ -286,7 +285,7 @@ class Firmware:
             self.close_session()
 
     def _synchronise(self, number: int, expected: int) -> None:
-        """One step of the SYNC sequence; anything out of order starts it again."""
+        """Take a step of the SYNC sequence. What is out of order starts it again."""
         if number != expected:
             self._next_sync = expected = SYNC0
         if number != expected:
@@ -319,13 +318,13 @@ class Firmware:
         self.settings = dict(SETTINGS)
 
     def restart(self) -> None:
-        """What the RESET command does: end the session as a fresh start of the controller would, and say so."""
+        """Obey RESET: end the session as a fresh start of the controller would, and say so."""
         self.close_session()
         self.hardware.restart()
         self.send(p2os.Reset(0xFF, b""))
 
     def power_cycle(self) -> None:
-        """Off and on again: nothing of the session is left, and for a moment it hears and says nothing."""
+        """Switch the robot off and on again: it forgets its session, and while it boots it hears and says nothing."""
         self.hardware.restart()
         self._forget_session()
         self._sent.clear()

@@ -37,8 +37,8 @@ class RateGyro:
     """The gyro of a robot, if it has one.
 
     One that the client reads gives it a raw reading every 25 ms, smaller than the centre while the robot turns
-    counter-clockwise. What
-    rounding leaves over goes into the next reading, so that the sum of the readings is the angle turned.
+    counter-clockwise. What rounding leaves over goes into the next reading, so that the sum of the readings is the
+    angle turned.
 
     Attributes:
         kind: `NO_GYRO`, `GYRO_OF_CLIENT` or `GYRO_OF_ROBOT`.
@@ -74,7 +74,7 @@ class RateGyro:
 
     @property
     def turns_alone(self) -> bool:
-        """Whether its drift turns the heading of a robot that stands."""
+        """Whether the drift of this gyro turns the heading of a robot that stands."""
         return self.drift != 0.0 and self.kind == GYRO_OF_ROBOT and self.mode == GYRO_ONLY
 
     def step(self, now_us: int, step_us: int, turned: float) -> None:
@@ -155,7 +155,7 @@ class JoystickState:
 
 
 class JoystickDrive:
-    """Driving by joystick: while its first button is pressed; let go, the robot stops.
+    """Drives the robot by joystick while the joystick's first button is pressed. When it is let go the robot stops.
 
     Attributes:
         allowed: the client allows it.
@@ -207,8 +207,7 @@ class UserPorts:
 
 class AuxPort:
     """An auxiliary serial port. `device` is what hangs there: it gets the bytes of each TTY command and returns what
-    it answers at once;
-    with `put` it speaks unasked. Nothing hangs there at first.
+    it answers at once; with `put` it speaks unasked. Nothing hangs there at first.
     """
 
     def __init__(self) -> None:
@@ -217,23 +216,23 @@ class AuxPort:
         self._wanted = 0
 
     def write(self, data: bytes) -> None:
-        """Bytes from the client to the device."""
+        """Give bytes of the client to the device."""
         if self.device is not None:
             self.put(self.device(data))
 
     def put(self, data: bytes) -> None:
-        """Bytes from the device."""
+        """Take bytes of the device."""
         self._waiting = (self._waiting + data)[-AUX_KEPT:]
 
     def want(self, count: int) -> None:
-        """The client wants so many bytes in one packet, once they are there; 0 throws away what waits."""
+        """Note that the client wants `count` bytes in one packet, once they are there; 0 throws away what waits."""
         if count >= 0:
             self._wanted = min(count, AUX_MOST)
         if count == 0:
             self._waiting = b""
 
     def take(self) -> Optional[bytes]:
-        """The bytes that the client wants, if they are all there; then it wants no more."""
+        """Take the bytes that the client wants, if they are all there."""
         if not self._wanted or len(self._waiting) < self._wanted:
             return None
         taken, self._waiting = self._waiting[:self._wanted], self._waiting[self._wanted:]
@@ -241,5 +240,5 @@ class AuxPort:
         return taken
 
     def reset(self) -> None:
-        """As at power-on."""
+        """Forget all bytes, as at power-on."""
         self._waiting, self._wanted = b"", 0

@@ -20,7 +20,7 @@ AWAY = 0.02
 
 
 def box_round(outline: Sequence[Point], skin: float) -> Tuple[Point, ...]:
-    """The rectangle along the axes round everything that is within `skin` of an outline."""
+    """The rectangle along the axes round an outline and all that is nearer to it than `skin`."""
     xs, ys = zip(*outline)
     low_x, high_x, low_y, high_y = min(xs) - skin, max(xs) + skin, min(ys) - skin, max(ys) + skin
     return (low_x, low_y), (high_x, low_y), (high_x, high_y), (low_x, high_y)
@@ -56,7 +56,7 @@ class Body:
         self._candidates: List[Candidate] = []
 
     def move(self, distance: float, turn: float) -> bool:
-        """Drive an arc, unless the body would touch something at its end: then it stays, and a contact is counted.
+        """Drive an arc. Where the body would touch something at its end, it stays, and a contact is counted.
 
         A contact counts once until the body has gone away from it, not once for each try.
         """
@@ -86,7 +86,7 @@ class Body:
         return False
 
     def place(self, pose: Pose) -> None:
-        """Put the body somewhere else, as a person would who carries it."""
+        """Put the body somewhere else, as if a person carried it there."""
         self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
         self._free = 0.0
         self.blocked = False

@@ -2,8 +2,7 @@
 for power.
 
 A dock is the pose (m, rad; map frame) that a robot has while it charges there. The station itself is drawn as walls or
-boxes, or not
-at all.
+boxes, or not at all.
 """
 
 import math

@@ -77,13 +77,13 @@ class Drives:
             self.angular.set_speed((right - left) / 2.0 * 1000.0 * self._model.diff_rad_per_mm)
 
     def cancel_wheels(self) -> None:
-        """End what `turn_wheels` began, where it did: the other commands of motion cancel both of its speeds."""
+        """Stop both wheels where `turn_wheels` turned them last: each other command of motion begins so."""
         if self._told_by_wheels:
             self._told_by_wheels = False
             self.set_speeds(0.0, 0.0)
 
     def set_speeds(self, linear: float, angular: float) -> None:
-        """Translate (m/s) and rotate (rad/s), whatever was told before."""
+        """Translate (m/s) and rotate (rad/s), and forget what was told before."""
         self._wheels = None
         self.linear.set_speed(linear)
         self.angular.set_speed(angular)
@@ -188,7 +188,7 @@ class MotorPower:
         self.reset()
 
     def reset(self) -> None:
-        """Let the STOP button mean what it means at power-on."""
+        """Let the STOP button take the power away as it does at power-on."""
         self.stop_button_stalls = self._family not in NO_E_STALL
 
     @property

@@ -164,7 +164,7 @@ class ParallelGripper:
 
     @property
     def held_can(self) -> Optional[Can]:
-        """The can it holds (the first of them, should it be several), None when it holds nothing."""
+        """The can that it holds, the first of several; None when it holds nothing."""
         return self.held[0] if self.held else None
 
     @property
@@ -255,7 +255,7 @@ class ParallelGripper:
         return make_way(self._world, pose, self.blocks_for, self.held if self.is_low else (), self._reach)
 
     def carry(self, pose: Pose) -> None:
-        """What is held goes where the robot goes."""
+        """Move what is held to where the robot is."""
         for can, (x, y) in zip(self.held, self._held_at):
             can.x, can.y, _ = compose(pose, (self._palm + x, y, 0.0))
 
@@ -264,7 +264,7 @@ class ParallelGripper:
         return x - self._palm, y
 
     def _between(self, pose: Pose) -> List[Can]:
-        """The cans that stand between the paddles: their middles are, and the paddles are low."""
+        """The cans whose middles are between the paddles, while the paddles are low."""
         if not self.is_low:
             return []
         between = []

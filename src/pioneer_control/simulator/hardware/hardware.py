@@ -86,7 +86,7 @@ class Hardware:
         self.model = model
 
     def restart(self) -> None:
-        """Motors off, all as after power-on but for what has a place in the world: body, gripper, battery, cans."""
+        """Restart as at power-on, motors off. Body, gripper, battery and cans stay as they are."""
         self.motors.disable()
         self.drives.restart()
         self.stall.clear()
@@ -100,7 +100,7 @@ class Hardware:
         self.reset_odometry()
 
     def reset_parameters(self) -> None:
-        """Limits, calibration, sonar sequence, safety settings and modes as they are at power-on."""
+        """Set limits, calibration, sonar sequence, safety settings and modes to those of power-on."""
         devices: List[Device] = [
             self.drives, self.motors, self.wheels, self.bumpers, self.sonar, self.gyro, self.compass, self.charger,
             self._joystick_drive, self.ports, *self.aux]
@@ -108,7 +108,7 @@ class Hardware:
             device.reset()
 
     def reset_odometry(self) -> None:
-        """The present pose becomes the origin of the odometry."""
+        """Make the present pose the origin of the odometry."""
         self.odometry.reset(self.body.pose)
 
     @property
@@ -151,7 +151,7 @@ class Hardware:
         self.battery.step(self._step_us, self.drives.moving)
 
     def _drive(self, dt: float, paused: bool) -> None:
-        """Let the drives turn the wheels, as far as nothing holds them or stands in the way."""
+        """Let the drives turn the wheels, unless something holds them or stands in the way."""
         (distance, turn), turned = self.wheels.turn(*self.drives.step(dt, paused), dt)
         really = self._wheel_errors.moved(*turned)
         if not distance and not turn:
@@ -180,7 +180,7 @@ class Hardware:
         return False
 
     def _charge(self) -> None:
-        """Let a charger feed the battery, and the robot stop where it has looked for one."""
+        """Let a charger feed the battery. The robot stops in a dock where it was told to."""
         charging = self.charger.feeds(self.body.pose)
         if charging and not self.battery.charging and self.charger.stops_in_dock:
             self.drives.set_speeds(0.0, 0.0)

@@ -1,7 +1,7 @@
 """How the drives follow what they are told: trapezoidal ramps, for translation and for rotation alike.
 
-Everything here is in SI units (m and m/s for translation, rad and rad/s for rotation) and knows neither packets
-nor walls.
+Everything here is in SI units (m and m/s for translation, rad and rad/s for rotation) and knows neither packets nor
+walls.
 """
 
 import math
@@ -10,10 +10,10 @@ from typing import Optional, Tuple
 
 
 def ramp(speed: float, target: float, rise: float, fall: float, dt: float) -> Tuple[float, float]:
-    """Speed after `dt` seconds on the way from `speed` to `target`, and the distance covered meanwhile.
+    """The speed after `dt` seconds of changing from `speed` to `target`, and the distance covered meanwhile.
 
-    Away from zero the speed changes by `rise` per second, towards zero by `fall`; through zero it does first the
-    one and then the other. Exact for any `dt`, so that one long step equals many short ones.
+    Away from zero the speed changes by `rise` per second, towards zero by `fall`; through zero it does first the one
+    and then the other. Exact for any `dt`, so that one long step equals many short ones.
     """
     travelled = 0.0
     while dt > 0.0 and speed != target:
@@ -158,7 +158,7 @@ class Channel:
         return travelled
 
     def blocked(self, travelled: float) -> None:
-        """The last step's `travelled` did not happen: something stands in the way."""
+        """Take the last step's `travelled` back: something stands in the way."""
         self.speed = 0.0
         if self._remaining is not None:
             self._remaining += travelled

@@ -65,7 +65,7 @@ class Sonar:
         self.reset()
 
     def reset(self) -> None:
-        """Back to the sequence and cycle of the power-on: every fitted transducer once, in the order of the numbers."""
+        """Take the sequence and cycle of power-on: every fitted transducer once, in the order of the numbers."""
         self.cycle_us = self._numbers.cycle_ms * 1000
         self._sequences: Dict[int, List[int]] = {array: [] for array in self.arrays}
         for number in sorted(self._mounts):

@@ -1,8 +1,8 @@
 """The wheels: what the firmware takes their turning for, what their encoders count, and what the body really does.
 
 Lengths are metres, angles radians, counter-clockwise positive. The firmware counts ticks of the encoders, so its
-calibration (TicksMM,
-RevCount) decides how far the wheels turn. Real wheels are not what the firmware takes them for, and they slip.
+calibration (TicksMM, RevCount) decides how far the wheels turn. Real wheels are not what the firmware takes them for,
+and they slip.
 """
 
 import math

@@ -58,7 +58,7 @@ class Kind(NamedTuple):
 
 
 def _radians_together(degrees: List[float]) -> float:
-    """The sum in rad; not by `sum`, which rounds otherwise from Python 3.12 on."""
+    """The sum in rad. Python 3.12 changed how `sum` rounds, so it is not used here."""
     return math.radians(functools.reduce(operator.add, degrees, 0.0))
 
 
@@ -200,17 +200,17 @@ class Faults:
 
     @property
     def on(self) -> List[Fault]:
-        """Those that have begun and not ended, oldest first."""
+        """The faults that have begun and not ended, oldest first."""
         return [timed.fault for timed in self._on]
 
     def told(self, now_us: int) -> List[str]:
-        """In words, those that are on, and behind them those that are to come, and when."""
+        """In words, the faults that are on, then those to come, and when they come."""
         to_come = [(str(timed.fault), (timed.start_us - now_us) / 1e6) for timed in self._waiting]
         on = [str(fault) for fault in self.on]
         return on + ["%s, in %.1f s" % (words, wait) if wait > 0.0 else words for words, wait in to_come]
 
     def add(self, fault: Fault, now_us: int = 0) -> None:
-        """One more; its times count from `now_us`.
+        """Add a fault; its times count from `now_us`.
 
         Raises:
             ParameterError: there is no such robot, or it is a played one that cannot have this fault.
@@ -226,7 +226,11 @@ class Faults:
         self._waiting.sort(key=lambda timed: timed.start_us)
 
     def clear(self, now_us: int, kind: Optional[str] = None) -> int:
-        """End all of a kind (None: of every kind), also those that have not begun. Returns how many that were."""
+        """End all faults of a kind (None: of every kind), also those that have not begun.
+
+        Returns:
+            How many these were.
+        """
         before = len(self._waiting) + len(self._on)
         self._waiting = [timed for timed in self._waiting if kind not in (None, timed.fault.kind)]
         self._end([timed for timed in self._on if kind in (None, timed.fault.kind)], now_us)
@@ -255,7 +259,7 @@ class Faults:
             self._act(timed.fault)
 
     def _act(self, fault: Fault) -> None:
-        """Let its robot and line have those faults of its kind that are on now."""
+        """Let robot and line of a fault have all faults of its kind that are on now."""
         act = KINDS[fault.kind].act
         for number, link in enumerate(self._links, 1):
             if fault.robot not in (None, number):

@@ -26,16 +26,16 @@ class LineRecorder:
             self._file.write(TITLE + "\n")
 
     def put(self, time: float, robot: int, to_robot: bool, data: bytes, note: str = "") -> None:
-        """Bytes that a client of a robot (from 1) wrote or got, or something that people should know."""
+        """Write bytes that a client of a robot (from 1) sent or got, or a note for people."""
         if self._file is not None and (data or note):
             self._file.write(written(Entry(time, robot, to_robot, data, note)) + "\n")
 
     def note(self, time: float, text: str) -> None:
-        """Something that people should know."""
+        """Write a sentence for people."""
         self.put(time, 0, False, b"", text)
 
     def close(self) -> None:
-        """Nothing more comes."""
+        """Close the file."""
         if self._file is not None:
             self._file.close()
             self._file = None

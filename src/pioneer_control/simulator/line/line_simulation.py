@@ -12,8 +12,7 @@ come and go.
 [(12500, 'fafb03000000')]
 
 No thread, clock or socket is in here: the same bytes at the same simulated times, with the same seed, have the same
-answers
-and the same luck. `Server` runs one in real time.
+answers and the same luck. `Server` runs one in real time.
 """
 
 import heapq
@@ -89,15 +88,12 @@ class LineSimulation:
 
     @property
     def next_us(self) -> int:
-        """When something happens next that needs no client."""
+        """The time of the next event that no client causes: a step, bytes that arrive, or a fault."""
         return min(self._step_us, self._due[0][0] if self._due else NEVER_US, self.faults.next_us)
 
     @property
     def news_us(self) -> int:
-        """When a client may next be told something, if none says anything.
-
-        Until then steps may be put off, and nobody sees it.
-        """
+        """Until this time no client can get anything, unless one sends something: steps may be put off until then."""
         return min(self._news_us, self._due[0][0] if self._due else NEVER_US, self.faults.next_us)
 
     def send(self, robot: int, data: bytes, baud: Optional[int] = None) -> None:
@@ -145,7 +141,7 @@ class LineSimulation:
         self._news_us = self._next_news()
 
     def _put(self, robot: int, way: str, data: bytes, baud: Optional[int]) -> None:
-        """Bytes begin their way over a wire that is there."""
+        """Let bytes begin their way over a line, if its cable is plugged in and the robot switched on."""
         link = self.links[robot]
         if link.unplugged or not link.powered:
             return
@@ -156,7 +152,7 @@ class LineSimulation:
             self._take(robot, way)
 
     def _take(self, robot: int, way: str) -> None:
-        """Hand over what has come out of a wire, and look at it again when more will."""
+        """Hand over what has come out of one direction of a line, and note when more will come out."""
         wire = self.links[robot].wires[way]
         for burst in wire.arrived(self.clock.now_us):
             if way == TO_ROBOT:
@@ -167,7 +163,7 @@ class LineSimulation:
             heapq.heappush(self._due, (wire.next_us, robot, way))
 
     def _hear(self, robot: int, data: bytes) -> None:
-        """Bytes come to the robot, between two steps of its physics."""
+        """Give bytes to a robot, between two steps of its physics."""
         self._simulation.run_to(self.clock.now_us)
         firmware = self.robots[robot]
         closed = firmware.closed_sessions
@@ -180,7 +176,7 @@ class LineSimulation:
         self._news_us = min(self._news_us, firmware.next_sip_us)
 
     def _reply(self, robot: int, data: bytes) -> None:
-        """Packets of a robot begin their way to its client, as far as a slow line has time for them."""
+        """Let packets of a robot begin their way to its client. Those that a slow line has no time for are skipped."""
         if not self._serial[robot]:
             self._put(robot, FROM_ROBOT, data, None)
             return

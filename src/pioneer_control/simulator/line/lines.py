@@ -32,7 +32,7 @@ BAUD_RATE_OF = {getattr(termios, "B%s" % baud): baud for baud in (300, 600, 1200
 
 
 def _nobody(file: Any) -> None:
-    """Nobody wants to know."""
+    """Do nothing: no server waits for this line."""
 
 
 class ServedLine:
@@ -75,7 +75,7 @@ class ServedLine:
         raise NotImplementedError
 
     def close(self) -> None:
-        """Give everything back."""
+        """Close all files of the line."""
         raise NotImplementedError
 
 
@@ -123,7 +123,7 @@ class TcpLine(ServedLine):
         return b"" if busy else data or b""
 
     def write(self, data: bytes) -> None:
-        """Send to the client, if there is one, oldest first. What it does not read in time is lost, oldest first."""
+        """Send to the client, if there is one. What it does not read in time is lost, oldest first."""
         if self._client is None:
             return
         self._unsent.append(data)
@@ -252,7 +252,7 @@ class PtyLine(ServedLine):
         return b"" if busy else as_heard(data, self.client_baud, self.baud)
 
     def write(self, data: bytes) -> None:
-        """Send to whoever has the terminal open; forget what nobody has read."""
+        """Send to the clients that have the terminal open. What nobody has read is lost when it is too much."""
         if not self._plugged:
             return
         data = as_heard(data, self.baud, self.client_baud)
@@ -322,10 +322,10 @@ class PtyLine(ServedLine):
 
 
 def host_and_port(address: Union[int, str]) -> Tuple[str, int]:
-    """Host and port of a TCP address, of this machine only when it names no host.
+    """Host and port of a TCP address. An address without a host is one of this machine only.
 
     Raises:
-        PortError: it is none.
+        PortError: the text is no TCP address.
     """
     host, _, port = str(address).rpartition(":")
     if not port.isdigit() or int(port) > 65535:
@@ -334,7 +334,11 @@ def host_and_port(address: Union[int, str]) -> Tuple[str, int]:
 
 
 def _listener(host: str, port: int) -> socket.socket:
-    """Listens at a port. Raises PortError that says why it cannot."""
+    """A socket that listens at a port.
+
+    Raises:
+        PortError: it cannot be opened; says why.
+    """
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:

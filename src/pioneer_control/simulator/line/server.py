@@ -1,9 +1,10 @@
-"""Runs simulated robots in real time and connects them to clients: here, and in `lines`, are all sockets, terminals
-and clocks.
+"""Runs simulated robots in real time and connects them to clients.
 
 >>> with Server(firmware, tcp=0) as server:
 ...     print(server.url)
 socket://127.0.0.1:41873
+
+All sockets, terminals and clocks of the computer are here and in `lines`.
 """
 
 import contextlib
@@ -81,19 +82,16 @@ class Berth:
 
 
 class Server:
-    """Simulated robots that clients can connect to, by TCP, by a pseudo-terminal, or by either. One thread serves them
-    all.
+    """Simulated robots that clients can connect to, by TCP, by a pseudo-terminal, or by either.
 
-    One client at a time for each. A client that ends its session with CLOSE makes room for the next at once; one that
-    vanishes
-    leaves the robot open and sending to nobody, as a pulled cable would. The next client finds it so on a terminal; a
-    new connection over
-    TCP finds a robot that waits (protocol section 8), for the vendor's client has no way with one that still drives.
-    A terminal takes the time that a serial line takes.
+    One thread serves all robots, each one client at a time. A client that ends its session with CLOSE makes room for
+    the next one at once. A client that vanishes leaves the robot open, as a pulled cable would. On a terminal the next
+    client finds it so. Over TCP it finds a robot that waits for SYNC0: the vendor's client cannot connect to an open
+    one. A terminal takes the time that a serial line takes.
 
     Args:
-        robots: them (`Simulation`), or one that is alone in its world (`Firmware`). While the server runs, touch them
-            only under `lock`.
+        robots: a `Simulation`, or one robot that is alone in its world. While the server runs, touch them only under
+            `lock`.
         tcp: port of this machine (0: any free one), or ``"host:port"``, for the first robot, the ports after it for
             the others; `STANDARD_PORT` if `pty` is not given either.
         pty: path of a link to be made to a pseudo-terminal; with several robots each one's number (from 1) is put
@@ -106,7 +104,7 @@ class Server:
 
     Raises:
         PortError: a line cannot be opened.
-        ParameterError: a speed, a fault or a record that cannot be.
+        ParameterError: a speed or a fault is not legal, or the record cannot be written.
     """
 
     def __init__(
@@ -168,7 +166,7 @@ class Server:
         return any(isinstance(line, TcpLine) and not line.host.startswith("127.") for line in self._lines)
 
     def start(self) -> "Server":
-        """Let the robots live."""
+        """Let time pass, in a thread."""
         self._thread.start()
         return self
 
@@ -182,7 +180,7 @@ class Server:
 
     @property
     def running(self) -> bool:
-        """Whether the robots live."""
+        """Whether time passes for the robots."""
         return self._thread.is_alive()
 
     def __enter__(self) -> "Server":
@@ -227,7 +225,7 @@ class Server:
             self._close()
 
     def _serve(self, berth: Berth, line: ServedLine, now: float) -> None:
-        """Something can be read from a line."""
+        """Read from a line that has something, and let its robot answer."""
         line.baud = berth.robot.baud
         data = line.read(berth.busy_elsewhere(line, now))
         if data:
@@ -242,7 +240,7 @@ class Server:
                 self._held_up.append((berth, line))
 
     def _let_go(self) -> None:
-        """Read again what has been held up long enough."""
+        """Read again from the lines that have carried what was read from them."""
         for berth, line in [each for each in self._held_up
                             if self.simulation.backlog(each[0].number) <= LONGEST_BACKLOG]:
             self._held_up.remove((berth, line))

@@ -1,11 +1,10 @@
-"""The client's side of a recorded line, for simulated robots: they are told what the robots of then were told, and
-their answers are compared.
+"""The clients of a record, played to simulated robots, whose answers are compared with those of the recorded robots.
 
-The bytes of the clients of a record (`p2os.recording`) come to the robots at their recorded times, over lines that
-take no time, as TCP. Of a
-record that a simulated robot made, the same robot, world, seed and faults give the same answers, byte by byte; a real
-robot's differ by what the
-simulated one is not. No thread, clock or socket is in here.
+The bytes of the clients come to the robots at their recorded times, over lines that take no time, as TCP. For a record
+of a simulated robot, the same robot, world, seed and faults give the same answers, byte by byte. A real robot answers
+differently where the simulation is not exact. No thread, clock of the computer or socket is in here.
+
+The format of a record is in `p2os.recording`.
 """
 
 import math
@@ -61,7 +60,7 @@ class Comparison(NamedTuple):
 
 
 def play_client(entries: Iterable[Entry], lines: LineSimulation) -> List[Entry]:
-    """Tell the robots what the record's were told.
+    """Send the robots what the clients of a record sent.
 
     Returns:
         The record as it is now: what their clients wrote, and what these robots answer.
@@ -90,7 +89,7 @@ def play_client(entries: Iterable[Entry], lines: LineSimulation) -> List[Entry]:
 
 
 def compare(recorded: Iterable[Entry], simulated: Iterable[Entry], models: List[RobotModel]) -> List[Comparison]:
-    """What the robots of a record said against what simulated ones say to the same."""
+    """Compare what the robots of a record said with what simulated ones answer to the same."""
     both = [list(recorded), list(simulated)]
     found = []
     for robot, model in enumerate(models, 1):

@@ -1,14 +1,11 @@
-"""The robot's side of a recorded line, for a `Server` in place of a `Firmware`: what the robot said then, said again
-to a client of today.
+"""A recorded robot, for a `Server` in place of a `Firmware`: it says to a client of today what it said then.
 
-A record (`p2os.recording`) is played at the pace at which it was made. Only where the robot of then answered to SYNC0,
-SYNC1, SYNC2 and OPEN, the
-record waits for the client to send the same; so every connection in it is one of the client's too. A client that ends
-its session is told what the
-robot of then said after the end. What the client sends otherwise than the record's is told once in each connection,
-and changes nothing.
+The record is played at the pace at which it was made. It waits for the client in one case only: where the robot
+answered to SYNC0, SYNC1, SYNC2 or OPEN, the client has to send the same first. So every connection of the record is one
+of the client, too. When the client ends its session, the record goes on behind the end of the recorded session. Where
+the client sends something else than the recorded client did, it is said once in each connection, and changes nothing.
 
-No thread, clock or socket is in here.
+The format of a record is in `p2os.recording`. No thread, clock of the computer or socket is in here.
 """
 
 from collections import Counter
@@ -28,7 +25,7 @@ IDS = (0, 1, 2, 1)
 CLOSE_ID = 2
 HOST_BAUD = 9600
 STEP_US = 5000
-"""It is looked at so often, at least, what a client has made due."""
+"""At least this often it is looked whether something is due."""
 
 
 class RecordedStep(NamedTuple):
@@ -83,7 +80,7 @@ class PlayedRobot:
 
     @property
     def over(self) -> bool:
-        """Whether the robot of then has nothing more to say."""
+        """Whether the record has nothing more that the robot said."""
         return self._at > self._last
 
     # -- as of a Firmware
@@ -156,7 +153,7 @@ class PlayedRobot:
     # -- the record
 
     def _go_to(self, at: int) -> None:
-        """Play on from a step, or from behind the one before it, now."""
+        """Go on with a step of the record now."""
         self._at = at
         passed = self.steps[max(0, at - 1)]
         self._lag_us = self.clock.now_us - passed.time_us
@@ -205,7 +202,7 @@ class PlayedRobot:
         return said
 
     def _compare(self, frame: Frame) -> None:
-        """A packet of an open session."""
+        """Compare a packet of an open session with the record's."""
         if frame.id == CLOSE_ID:
             self.close_session()
             return
@@ -220,7 +217,7 @@ class PlayedRobot:
             self._tell("here the client sends %s, and that of the record did not" % _told(frame))
 
     def _tell_counts(self) -> None:
-        """At the end of a connection: which commands were not as often sent as in the record."""
+        """Say at the end of a connection which commands came more or less often than in the record."""
         counts = ["%s %+d" % (name, -count) for name, count in sorted(self._counts.items()) if count]
         if counts:
             self._tell("in this connection the client sent, against that of the record: %s" % ", ".join(counts))
@@ -231,7 +228,7 @@ class PlayedRobot:
 
 
 def steps_of(entries: Iterable[Entry], robot: int) -> List[RecordedStep]:
-    """What a record has of one robot, with the places where the robot answered to a connection.
+    """The steps of one robot in a record, with the places where the robot answered to a connection.
 
     Raises:
         UsageError: it has nothing of it.

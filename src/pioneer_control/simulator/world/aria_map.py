@@ -1,13 +1,10 @@
 """ARIA's and MobileSim's ``.map`` files as worlds: text, millimetres and degrees.
 
 Walls are the lines; points are taken only where there are no lines, on a grid half as fine as the scan, so that no
-gaps stay between them;
-its borders become few long segments, see `grids.borders`.
-``RobotHome`` is a start, ``Dock...`` a dock, ``Goal`` and ``GoalWithHeading`` are goals, ``Sim.BoxObstacle`` is a box
-(that stays where it
-is), ``Reflector`` a wall; everything else is skipped, and said. Without a home a robot begins at the origin of the map
-if there is room,
-else at the most spacious place, or outside.
+gaps stay between them; its borders become few long segments, see `grids.borders`. ``RobotHome`` is a start,
+``Dock...`` a dock, ``Goal`` and ``GoalWithHeading`` are goals, ``Sim.BoxObstacle`` is a box (that stays where it is),
+``Reflector`` a wall; everything else is skipped, and said. Without a home a robot begins at the origin of the map if
+there is room, else at the most spacious place, or outside.
 """
 
 import math
@@ -55,7 +52,7 @@ def read_aria_map(path: Path, text: str) -> World:
 
 
 class _AriaMap:
-    """What one file has said so far."""
+    """Collects what a file says, line by line."""
 
     def __init__(self, path: Path):
         self._path = path
@@ -98,7 +95,7 @@ class _AriaMap:
         self._skipped.setdefault(kind, []).append(self._line)
 
     def numbers(self, text: str, count: int, legal: str) -> List[float]:
-        """So many finite numbers."""
+        """Read `count` finite numbers."""
         words = text.split()
         try:
             values = [float(word) for word in words]

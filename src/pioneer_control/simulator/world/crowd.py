@@ -112,7 +112,7 @@ class Crowd:
             grid.drop(body)
 
     def moved(self, body: Obstacle) -> None:
-        """The body stands elsewhere now. Nothing happens for a body that has not entered."""
+        """Note that a body stands elsewhere now. Bodies that have not entered do not count."""
         before = self._squares.get(id(body))
         if before is not None:
             x, y, _ = body.pose

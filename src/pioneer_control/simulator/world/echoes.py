@@ -19,9 +19,9 @@ from .trigonometry import unit
 SQUARE = 1.0
 """Side (m) of the squares of floor for which is found out what can be heard there."""
 MOST_SQUARES = 4096
-"""So many of them are kept."""
+"""Squares that are kept."""
 SECTORS = 32
-"""Into so many directions a square of floor sorts what can be heard from it."""
+"""Directions into which a square of floor sorts what can be heard from it."""
 SECTORS_PER_RADIAN = SECTORS / (2.0 * math.pi)
 
 _NUDGE = 1e-13  # m: a sensor exactly on a wall's line counts as this far beside it, so that it hears the wall's end

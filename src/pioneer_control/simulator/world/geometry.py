@@ -1,8 +1,8 @@
 """Exact plane geometry of the simulated robot: outlines and points against walls and posts.
 
 Lengths are metres, angles radians, all coordinates in the map frame. Arrays see only ``+ - * / sqrt``, comparisons,
-``min`` and
-``max``, which IEEE 754 rounds the same everywhere: the same world and pose give the same bytes with every numpy.
+``min`` and ``max``, which IEEE 754 rounds the same everywhere: the same world and pose give the same bytes with every
+numpy.
 """
 
 import math
@@ -39,11 +39,11 @@ class Solids:
         return len(self.walls) + len(self.posts)
 
     def some(self, walls: Any, posts: Any) -> "Solids":
-        """Those of them that two indices of arrays choose."""
+        """The walls and posts that two indices of arrays choose."""
         return Solids(self.walls[walls], self.posts[posts], self.frames[:, walls])
 
     def each(self) -> Iterator["Solids"]:
-        """Every one of them alone."""
+        """Every wall and every post alone."""
         yield from (self.some(slice(i, i + 1), slice(0)) for i in range(len(self.walls)))
         yield from (self.some(slice(0), slice(i, i + 1)) for i in range(len(self.posts)))
 
@@ -55,7 +55,7 @@ class Solids:
         return float(xs.min()), float(ys.min()), float(xs.max()), float(ys.max())
 
     def within(self, x: float, y: float, reach: float) -> "Solids":
-        """Those that come within `reach` of a point."""
+        """The walls and posts that come within `reach` of a point."""
         walls, posts = self.distances(np.array(x), np.array(y))
         return self.some(walls <= reach, posts <= reach)
 
@@ -177,7 +177,7 @@ class Block(NamedTuple):
         return hypot(max(-self.low_x, self.high_x), max(-self.low_y, self.high_y))
 
     def push(self, x: float, y: float, radius: float) -> Optional[Point]:
-        """Where a disc in base_link goes that overlaps this block, or None when it does not overlap."""
+        """The new place (base_link) of a disc that overlaps this block; None when it does not overlap."""
         near_x = max(self.low_x, min(self.high_x, x))
         near_y = max(self.low_y, min(self.high_y, y))
         away_x, away_y = x - near_x, y - near_y

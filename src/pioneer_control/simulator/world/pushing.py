@@ -84,7 +84,7 @@ def _same(before: List[Point], now: List[Point]) -> bool:
 
 
 def _shove_others(key: int, cans: Sequence[Can], places: List[Point]) -> Set[int]:
-    """Move every can that overlaps number `key` straight away from it; the numbers of those that moved."""
+    """Move every can that overlaps number `key` straight away from it, and return the numbers of those."""
     shoved = set()
     x, y = places[key]
     for other, (other_x, other_y) in enumerate(places):
@@ -97,7 +97,7 @@ def _shove_others(key: int, cans: Sequence[Can], places: List[Point]) -> Set[int
 
 
 def _pushed_off(x: float, y: float, from_x: float, from_y: float, reach: float) -> Optional[Point]:
-    """Where a point goes that is nearer than `reach` to another one, straight away from it; None when it is not."""
+    """The new place of a point nearer than `reach` to another one: straight away from it; None for any other."""
     away_x, away_y = x - from_x, y - from_y
     distance = math.sqrt(away_x * away_x + away_y * away_y)
     if distance > reach - TOUCH:
@@ -108,7 +108,7 @@ def _pushed_off(x: float, y: float, from_x: float, from_y: float, reach: float) 
 
 
 def _off_walls(world: World, place: Point, radius: float) -> Optional[Point]:
-    """Where a can goes that overlaps a wall: the way that the clearance grows; None when it overlaps none."""
+    """The new place of a can that overlaps a wall: away from the wall; None for any other can."""
     x, y = place
     square = ((x - radius, y - radius), (x + radius, y - radius), (x + radius, y + radius), (x - radius, y + radius))
     if not world.touches(square):  # cheaper than to ask how far the walls are, and mostly enough
@@ -146,7 +146,7 @@ class _Robot:
         self._held = [(can.x, can.y, can.radius) for can in held]
 
     def push(self, place: Point, radius: float) -> Optional[Point]:
-        """Where a can at `place` (map frame) goes that overlaps the robot, or None when it does not."""
+        """The new place (map frame) of a can that overlaps the robot; None when it does not."""
         from_x, from_y = place[0] - self._pose[0], place[1] - self._pose[1]
         x = from_x * self._cosine + from_y * self._sine
         y = from_y * self._cosine - from_x * self._sine

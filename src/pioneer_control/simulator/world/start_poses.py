@@ -21,10 +21,10 @@ MARGIN = 0.1
 
 
 def standing_places(world: World, model: RobotModel, count: int) -> List[Pose]:
-    """So many poses (x, y, heading; map frame), the nearest to the first start first, all within reach of a start.
+    """Poses (x, y, heading; map frame) for `count` robots, the nearest to the first start first.
 
     Raises:
-        ParameterError: there is no room for so many; says for how many there is.
+        ParameterError: there is no room for all; says for how many there is.
     """
     starts = world.starts[:count]
     if len(starts) == count:

@@ -1,8 +1,8 @@
 """Trigonometry that rounds the same on every computer, for everything whose result reaches the wire.
 
 Made of + - * / and sqrt alone, which IEEE 754 defines to the last bit; what :mod:`math` and numpy take from the C
-library may differ
-in that bit from one Debian to the next. Right to 1e-13 for angles up to a million radians either way.
+library may differ in that bit from one Debian to the next. Right to 1e-13 for angles up to a million radians either
+way.
 """
 
 import math

@@ -54,7 +54,7 @@ class Can:
 
 
 def begin_at(start: Pose) -> str:
-    """How it is said where robots begin, when a file does not say it."""
+    """A sentence that says where robots begin, for files that do not say it."""
     return "robots begin at x %.2f, y %.2f" % start[:2]
 
 
