@@ -5,7 +5,8 @@ later.
   publishes writes to the socket itself, as far as that cannot hold it up.
 * genpy visits each field of a message. Pose, transform and sonar write themselves in one go here.
 
-bench/driver.md has what each of them gains. Where rospy is not as this file expects it, all goes rospy's own way.
+bench/driver_pieces.md has what each of them gains. Where rospy is not as this file expects it, all goes rospy's own
+way.
 """
 
 import inspect
@@ -70,7 +71,8 @@ class PromptConnection:
         self._waiting: Deque[bytes] = deque(maxlen=queue_size or None)
         self._writing = False           # one message, whoever does it
         self._error: Optional[Exception] = None
-        self._changed = threading.Condition(threading.RLock())      # reentrant, for signal handlers
+        self._lock = threading.RLock()      # reentrant, for signal handlers
+        self._changed = threading.Condition(self._lock)
         connection.set_cleanup_callback(self._closed)
         threading.Thread(target=self._write_what_waits, name="waiting messages", daemon=True).start()
 
@@ -81,7 +83,7 @@ class PromptConnection:
 
     def write_data(self, data: bytes) -> bool:
         """Send one message, or let it wait. Raises what went wrong with one before: rospy then drops the connection."""
-        with self._changed:
+        with self._lock:
             if self._error is not None:
                 error, self._error = self._error, None
                 raise error

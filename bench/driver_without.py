@@ -1,0 +1,32 @@
+#!/usr/bin/python3
+"""The driver without a piece of driver/prompt.py, for bench/driver.py --pieces.
+
+    python3 bench/driver_without.py PIECE _port:=PORT
+"""
+
+import sys
+
+from pioneer_control.driver import node, prompt
+
+
+def plain_connection() -> None:
+    """rospy's own connections: a thread for each subscriber."""
+    node.send_promptly = lambda: True
+
+
+def plain_messages() -> None:
+    """Ordinary messages of genpy."""
+    prompt._published = lambda kind, message: None
+
+
+def plain_both() -> None:
+    """Neither piece."""
+    plain_connection()
+    plain_messages()
+
+
+PIECES = {piece.__name__: piece for piece in (plain_connection, plain_messages, plain_both)}
+
+if __name__ == "__main__":
+    PIECES[sys.argv.pop(1)]()
+    sys.exit(node.main())
