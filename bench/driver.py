@@ -498,9 +498,9 @@ def pieces(seconds: float, load: float) -> str:
                 "%.2f" % gains[name][-1] for name in NODES if name != "ours")))
     lines += ["| median of all | | | %s |" % " | ".join(
         "%.2f" % median(gains[name]) for name in NODES if name != "ours"), "",
-        "A piece that gains less than 0.05 goes. So went giving way to others after each message: 0.94 to 1.02",
-        "without it. Telling the pose before the rest of its packet was read gained 0.28 (100 ms) and 0.23 (20 ms), and",
-        "went all the same: each SIP was decoded twice for it."]
+        "A piece that gains less than 0.05 goes. So went giving way after each message: 0.94 to 1.02",
+        "without it. Telling the pose before the rest of its packet was read gained 0.28 (100 ms) and 0.23 (20 ms),",
+        "and went all the same: each SIP was decoded twice for it."]
     return "\n".join(lines) + "\n"
 
 

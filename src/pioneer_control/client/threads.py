@@ -27,7 +27,7 @@ from .transport import Transport, open_transport, tap
 BACK_OFF = 0.2                      # s before the next attempt to connect
 CLOSE_TIMEOUT = 0.9                 # s that close() waits for the threads
 # Events that wait for the listeners; of more, the oldest states and packets are dropped.
-LONGEST_QUEUE = 100
+MOST_WAITING = 100
 
 
 class Audience:
@@ -53,7 +53,7 @@ class Audience:
         """Let these wait to be told. Never waits for a listener."""
         with self._lock:
             self._waiting += events
-            excess = len(self._waiting) - LONGEST_QUEUE
+            excess = len(self._waiting) - MOST_WAITING
             if excess > 0:
                 stream = [event for event in self._waiting if isinstance(event, (RobotState, PacketReceived))][:excess]
                 dropped = set(map(id, stream))

@@ -145,7 +145,7 @@ def _link(facts: Facts) -> Finding:
             ("Stray bytes", str(counts.discarded_bytes)),
             ("Packets nobody understands", str(counts.unreadable)),
             ("Readings of unknown sonar", str(counts.unknown_sonar)),
-            ("Questions without an answer", unanswered),
+            ("Questions without an answer", unanswered), ("Missed by this computer", str(counts.missed)),
             ("Reconnects", str(counts.reconnects)), ("Last error", counts.last_error or "none")]
     problems = []
     if facts.no_link is not None:
