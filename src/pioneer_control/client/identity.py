@@ -88,7 +88,7 @@ def _fitted(model: RobotModel, config: p2os.Config) -> RobotModel:
     """The model with the bumpers and sonar arrays that are there; a robot that reports neither array is one that does
     not say.
     """
-    if config.rear_bumpers is not None:
+    if config.front_bumpers is not None and config.rear_bumpers is not None:
         model = replace(model, front_bumpers=config.front_bumpers, rear_bumpers=config.rear_bumpers)
     front, rear = bool(config.front_sonar), bool(config.rear_sonar)
     return model.with_arrays(front, rear) if front or rear else model
