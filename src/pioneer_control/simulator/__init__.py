@@ -2,8 +2,8 @@
 
 Each room has a front that says what to open first. Imports go down this list, never up:
 
-``line``        what a client connects to: TCP port, pseudo-terminal, their faults, the server in real time
 ``played``      a recorded robot, or a recorded client, instead of a simulated one
+``line``        what a client connects to: TCP port, pseudo-terminal, their faults, the server in real time
 ``simulation``  several robots in one world and one simulated time
 ``firmware``    the robot's side of the protocol: sessions, commands, packets
 ``hardware``    drives, body, sonar, gripper, battery and accessories of one robot, in steps of simulated time

@@ -139,8 +139,8 @@ def decode(body: bytes, family: str) -> Packet:
     elif number == 0x20:
         values = reader.fields(CONFIG, CONFIG_LAST.get(family, "charge_threshold"))
     elif number == 0xF0:
-        values = {name: reader.many(reader.one("B"), kind) for name,
-                  kind in (("inputs", "B"), ("outputs", "B"), ("analog", "H"))}
+        kinds = (("inputs", "B"), ("outputs", "B"), ("analog", "H"))
+        values = {name: reader.many(reader.one("B"), kind) for name, kind in kinds}
     elif number == 0x98:
         values = {"readings": [(reader.one("H"), reader.one("B")) for _ in range(reader.one("B"))]}
     elif number == 0xFA:

@@ -113,8 +113,8 @@ def test_each_of_several_robots_has_its_own_line():
 
 def test_faults_begin_and_end_at_their_simulated_times():
     said = []
-    lines = alone("silence way from-robot from 1.005 to 2.005", say=lambda time,
-                  sentence: said.append((time, sentence)))
+    lines = alone(
+        "silence way from-robot from 1.005 to 2.005", say=lambda time, sentence: said.append((time, sentence)))
     open_session(lines)
     times = [time for time, _ in sips(lines.advance(3.0))]
     assert [time for time in times if 1.005 < time < 2.005] == [] and len(times) in (19, 20, 21)

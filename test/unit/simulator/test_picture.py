@@ -40,7 +40,7 @@ def test_robots_instead_of_starts():
 
 @pytest.mark.parametrize("size, ending", [(0.3, "png"), (4000.0, "svg"), (30.0, "pdf")])
 def test_any_size_and_format(tmp_path, size, ending):
-    path = tmp_path / f"own.{ending}"
+    path = tmp_path / ("own.%s" % ending)
     draw_world(World("own", walls=[(0, 0, size, 0), (size, 0, size, size / 9)], cans=[Can(0.0, 1.0)],
                      starts=[(0.0, 0.1, 0.0)]), str(path))
     assert path.read_bytes()[:5] in (b"\x89PNG\r", b"<?xml", b"%PDF-")
@@ -48,7 +48,7 @@ def test_any_size_and_format(tmp_path, size, ending):
 
 def test_the_command(tmp_path, capsys):
     path = tmp_path / "mine.map"
-    path.write_text('2D-Map\nCairn: Label\nLINES\n0 0 1000 0\n')
+    path.write_text("2D-Map\nCairn: Label\nLINES\n0 0 1000 0\n")
     assert main([str(path), "-o", str(tmp_path / "mine.png"), "--robots", "1"]) == 0
     assert capsys.readouterr().out.splitlines()[::2] == ["skipped: Label, line 2", str(tmp_path / "mine.png")]
     assert (tmp_path / "mine.png").stat().st_size > 3000
@@ -56,7 +56,7 @@ def test_the_command(tmp_path, capsys):
 
 def test_the_image_of_a_map_is_not_drawn_over(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "lab.map").write_text('2D-Map\nLINES\n0 0 1000 0\n')
+    (tmp_path / "lab.map").write_text("2D-Map\nLINES\n0 0 1000 0\n")
     (tmp_path / "lab.png").write_bytes(b"precious")
     assert main(["lab.map"]) == 0
     assert (tmp_path / "lab.png").read_bytes() == b"precious" and (tmp_path / "world-lab.png").stat().st_size > 3000

@@ -596,8 +596,8 @@ def test_p2os_docks_and_stops_when_it_senses_power():
 def fitted(model="p3dx-sh", **sections):
     """A robot with other numbers: section=dict(name=value)."""
     numbers = load_numbers()
-    changed = {section: dataclasses.replace(getattr(numbers, section), **values) for section,
-               values in sections.items()}
+    changed = {
+        section: dataclasses.replace(getattr(numbers, section), **values) for section, values in sections.items()}
     return driving(model, numbers=dataclasses.replace(numbers, **changed))
 
 

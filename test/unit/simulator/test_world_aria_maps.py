@@ -72,7 +72,7 @@ def test_what_was_skipped_is_said(tmp_path):
 
 def points_along(x1, y1, x2, y2, step):
     count = int(math.hypot(x2 - x1, y2 - y1) / step)
-    return "".join(f"{x1 + (x2 - x1) * k / count:.0f} {y1 + (y2 - y1) * k / count:.0f}\n" for k in range(count + 1))
+    return "".join("%.0f %.0f\n" % (x1 + (x2 - x1) * k / count, y1 + (y2 - y1) * k / count) for k in range(count + 1))
 
 
 def test_points_make_walls_where_there_are_no_lines(tmp_path):
@@ -136,7 +136,7 @@ def test_or_where_there_is_room(tmp_path):
 
 @pytest.mark.parametrize("size", [0, 900])
 def test_or_outside_when_there_is_none(tmp_path, size):
-    world = load_world(written(tmp_path, f"2D-Map\nLINES\n0 0 900 {size}\n900 0 0 {size}\n0 0 900 0\n"))
+    world = load_world(written(tmp_path, "2D-Map\nLINES\n0 0 900 %s\n900 0 0 %s\n0 0 900 0\n" % (size, size)))
     assert world.starts == [(-1.0, -1.0, 0.0)]
 
 

@@ -135,7 +135,7 @@ def test_numbers_in_all_plain_forms(tmp_path):
 
 def test_unknown_name_lists_the_known_ones():
     names = "cans, clutter, corridor, empty, maze, office, table, tutorial"
-    with pytest.raises(WorldError, match=rf"no world named 'tutoral'; did you mean 'tutorial'\?.*{names}"):
+    with pytest.raises(WorldError, match=r"no world named 'tutoral'; did you mean 'tutorial'\?.*%s" % names):
         load_world("tutoral")
     with pytest.raises(WorldError, match="no world named 'xyzzy'; known: cans"):
         load_world("xyzzy")
@@ -143,7 +143,7 @@ def test_unknown_name_lists_the_known_ones():
 
 @pytest.mark.parametrize("name", ["no/such/file", "missing.yaml", "missing.yml", "missing.map"])
 def test_missing_file(name):
-    with pytest.raises(WorldError, match=f"world file {name} does not exist below .*tutorial"):
+    with pytest.raises(WorldError, match="world file %s does not exist below .*tutorial" % name):
         load_world(name)
 
 

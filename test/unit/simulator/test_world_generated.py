@@ -32,8 +32,8 @@ def test_two_hundred_worlds_are_closed_and_have_a_fair_start():
 
 
 def test_kinds_come_in_turn():
-    assert {random_world(seed).name for seed in range(5)} == {f"{kind}-{seed}" for seed,
-                                                              kind in enumerate(sorted(KINDS))}
+    names = {"%s-%d" % (kind, seed) for seed, kind in enumerate(sorted(KINDS))}
+    assert {random_world(seed).name for seed in range(5)} == names
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS))

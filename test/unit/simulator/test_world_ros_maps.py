@@ -21,7 +21,7 @@ def written(tmp_path, cells=ROOM, picture=None, **values):
     if cells is not None:
         (Image.fromarray(cells) if picture is None else picture).save(str(tmp_path / values["image"]))
     path = tmp_path / "lab.yaml"
-    path.write_text("".join(f"{key}: {value}\n" for key, value in values.items() if value is not None))
+    path.write_text("".join("%s: %s\n" % (key, value) for key, value in values.items() if value is not None))
     return path
 
 

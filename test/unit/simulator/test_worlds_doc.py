@@ -18,7 +18,7 @@ EXAMPLES = re.findall(r"```yaml\n(.*?)```", TEXT, re.DOTALL)
 def test_every_world_of_the_gallery_is_shown():
     shown = re.findall(r"`(\w+)` !\[(\w+)\]\(images/world-(\w+)\.png\)", TEXT)
     assert sorted(shown) == [(name, name, name) for name in known_worlds()]
-    assert all((DOCS / f"images/world-{name}.png").stat().st_size < 60000 for name in known_worlds())
+    assert all((DOCS / ("images/world-%s.png" % name)).stat().st_size < 60000 for name in known_worlds())
 
 
 def test_the_example_of_a_world_loads(tmp_path):
@@ -40,14 +40,14 @@ def test_the_table_of_numbers():
     rows = re.findall(r"^\| `(\w+)\.(\w+)` \| (\S+) \| (\S+) to (\S+) \|", TEXT, re.MULTILINE)
     for section, name, off, least, most in rows:
         assert getattr(getattr(standard_numbers(), section), name) == yaml.safe_load(off), name
-        assert LEGAL[f"{section}.{name}"] == (float(least), float(most)), name
+        assert LEGAL["%s.%s" % (section, name)] == (float(least), float(most)), name
     told = {name for section, name, *_ in rows if section == "wheels"}
     assert told == {field.name for field in dataclasses.fields(standard_numbers().wheels)}
-    assert {f"sonar.{name}" for section, name, *_ in rows
+    assert {"sonar.%s" % name for section, name, *_ in rows
             if section == "sonar"} == {name for name in LEGAL if name.startswith("sonar.")}
 
 
 def test_the_table_of_objects_names_every_kind_that_is_read():
     table = " ".join(re.findall(r"^\| (`.*?) \|", TEXT, re.MULTILINE))
     kinds = [kind for pattern, _ in OBJECTS for kind in pattern.replace("\\w*", "").replace("\\", "").split("|")]
-    assert kinds and all(f"`{kind}`" in table for kind in kinds)
+    assert kinds and all("`%s`" % kind in table for kind in kinds)

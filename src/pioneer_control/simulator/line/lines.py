@@ -13,7 +13,7 @@ import socket
 import stat
 import termios
 import tty
-from typing import Any, Callable, Deque, List, Optional, Tuple, Union
+from typing import Any, Deque, List, Optional, Tuple, Union
 
 from ...errors import PortError
 from ...p2os import BAUD_RATES
@@ -31,11 +31,11 @@ BAUD_RATE_OF = {getattr(termios, "B%s" % baud): baud for baud in (300, 600, 1200
 """Speeds (baud) of terminals, by the numbers that stand for them. Another speed of the client garbles nothing."""
 
 
-def _nobody(file: Any) -> None:
+def _do_nothing(file: Any) -> None:
     """Do nothing: no server waits for this line."""
 
 
-class ServedLine:
+class _Line:
     """What a TCP port and a pseudo-terminal have in common.
 
     Attributes:
@@ -46,40 +46,10 @@ class ServedLine:
 
     def __init__(self, baud: int):
         self.baud = baud
-        self.opened: Callable[[Any], None] = _nobody
-        self.closing: Callable[[Any], None] = _nobody
-        self.welcomed: Callable[[Any], None] = _nobody
-
-    @property
-    def client_baud(self) -> Optional[int]:
-        """Speed of the client's end; None where lines have no speed."""
-        return None
-
-    def files(self) -> List[Any]:
-        """What to wait on for something to read."""
-        raise NotImplementedError
-
-    def read(self, busy: bool) -> bytes:
-        """What clients sent since the last call; thrown away when `busy`."""
-        raise NotImplementedError
-
-    def write(self, data: bytes) -> None:
-        """Send to the client, if there is one."""
-        raise NotImplementedError
-
-    def finish(self) -> None:
-        """The client has ended its session. Nothing to do where nobody can tell one client from the next."""
-
-    def plug(self, in_: bool) -> None:
-        """Pull the cable out, or put it back."""
-        raise NotImplementedError
-
-    def close(self) -> None:
-        """Close all files of the line."""
-        raise NotImplementedError
+        self.opened = self.closing = self.welcomed = _do_nothing
 
 
-class TcpLine(ServedLine):
+class TcpLine(_Line):
     """A TCP port that welcomes one client at a time.
 
     Args:
@@ -98,6 +68,9 @@ class TcpLine(ServedLine):
         self._client: Optional[socket.socket] = None
         self._unsent: Deque[bytes] = collections.deque()
         self._finished = False
+
+    client_baud: Optional[int] = None
+    """A TCP port has no speed."""
 
     @property
     def has_client(self) -> bool:
@@ -205,7 +178,7 @@ class TcpLine(ServedLine):
         self._unsent.clear()
 
 
-class PtyLine(ServedLine):
+class PtyLine(_Line):
     """A pseudo-terminal, found under a link whose name stays the same from one start to the next.
 
     Like a serial line it garbles what goes through while its two ends have different speeds.
@@ -265,6 +238,9 @@ class PtyLine(ServedLine):
         except BlockingIOError:
             termios.tcflush(self._slave, termios.TCIFLUSH)
 
+    def finish(self) -> None:
+        """The client has ended its session. Nothing to do: nobody can tell one client from the next."""
+
     def plug(self, in_: bool) -> None:
         """Pull the cable out, as one pulls out a USB adapter: terminal and link are gone.
 
@@ -319,6 +295,9 @@ class PtyLine(ServedLine):
     def _close_files(self) -> None:
         os.close(self._master)
         os.close(self._slave)
+
+
+ServedLine = Union[TcpLine, PtyLine]
 
 
 def host_and_port(address: Union[int, str]) -> Tuple[str, int]:
