@@ -1,9 +1,10 @@
-"""Packets that a robot sends besides the SIP when it is asked for them (protocol 3.2). They arrive as PacketReceived
-events.
+"""Packets that a robot sends besides the SIP, when it is asked for them. They arrive as PacketReceived events.
 
-Nothing says that a request was heard but the packets themselves: one for packets is repeated a few times until they
-come, one for silence when they still come. What a robot does not have it never sends, and that is no error. CLOSE ends
-them all, so nothing is stopped before it.
+A robot acknowledges no request. So a request for packets is repeated a few times until they come, and a request to end
+them is repeated while they still come. A robot never sends packets of a device that it does not have; that is no error.
+CLOSE ends them all.
+
+Source: protocol sheet 3.2.
 """
 
 import math
@@ -15,14 +16,12 @@ from .gyro import is_for_client
 from .identity import RobotIdentity
 from .line import Line
 
-TRIES = 3               # times that packets are asked for
-AGAIN = 0.5             # s for the first of them: five SIP cycles, for on a slow line the SIP goes first
+TRIES = 3               # requests for packets that do not come
+AGAIN = 0.5             # s between two requests: five SIP cycles, because on a slow line the SIP is sent first
 
 
 class DataKind(NamedTuple):
-    """One kind of packet: the command that asks for it, its values for each time (on) and for no more, and what then
-    comes.
-    """
+    """One kind of packet: the command that asks for it, with its values for packets and for no more, and the packet."""
 
     command: str
     on: int
@@ -37,21 +36,21 @@ DATA: Dict[str, DataKind] = {
     "battery": DataKind("BATTERYINFO", 2, 0, p2os.BatteryInfo),
     "gripper": DataKind("GRIPREQUEST", 2, 0, p2os.Gripper),
     "joystick": DataKind("JOYREQUEST", 2, 0, p2os.Joystick),
-    "compass": DataKind("TCM2", 3, 1, p2os.TCM2),       # off: back to the SIP alone
+    "compass": DataKind("TCM2", 3, 1, p2os.TCM2),       # 1: only in the SIP
     "arm": DataKind("ARM_STATUS", 2, 0, p2os.Arm),
 }
 KINDS = {data.packet: kind for kind, data in DATA.items()}
 
 
 class DataRequests:
-    """What one connected robot is asked for. ``now`` is monotonic time in s."""
+    """The packets that one connected robot is asked for. ``now`` is monotonic time in s."""
 
     def __init__(self, line: Line, identity: RobotIdentity) -> None:
         self._line = line
         self._identity = identity
         self._wanted: Dict[str, bool] = {}
         self._asked_at: Dict[str, float] = {}
-        self._tries: Dict[str, int] = {}        # left for what has not come yet
+        self._tries: Dict[str, int] = {}        # left, of packets that have not come yet
 
     @property
     def due(self) -> float:
@@ -83,7 +82,7 @@ class DataRequests:
             self._ask(kind, now)
 
     def tick(self, now: float) -> None:
-        """Ask again for what has not come."""
+        """Ask again for packets that have not come."""
         if now >= self.due:
             for kind in [kind for kind in self._tries if now >= self._asked_at[kind] + AGAIN]:
                 self._ask(kind, now)

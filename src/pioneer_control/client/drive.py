@@ -1,6 +1,6 @@
-"""What the wheels are told: velocities, the dead man, the motors.
+"""Velocities, the dead man and the motors of a connected robot.
 
-Nothing on this line is acknowledged, so all is said until the robot shows it.
+A robot acknowledges no command. So each command is repeated until the robot's SIPs show that it was obeyed.
 """
 
 import math
@@ -14,11 +14,11 @@ from .line import Companion, Line
 from .state import RobotState
 from .velocities import BodyVelocity, Velocity, WheelVelocities
 
-TAKE_BACK = 2.0             # s in which the robot has to show that motors that nobody may use are off
-REFRESH = 0.2               # s between repetitions of what the robot may have missed
-MOVES_WITHIN = 2.0          # s in which a robot that is told to drive begins to
-SURE_TO_MOVE = 0.05         # m/s or rad/s: slower, friction may hold it
-# s that a SIP travels at 9600 baud: what arrives sooner was said before it could have heard us.
+TAKE_BACK = 2.0             # s for the robot to show that its motors are off, after a request for them has failed
+REFRESH = 0.2               # s between two repetitions of a command
+MOVES_WITHIN = 2.0          # s after a velocity in which a robot moves, if nothing holds it
+SURE_TO_MOVE = 0.05         # m/s or rad/s: at a lower speed friction may hold the robot
+# s that a SIP travels at 9600 baud. A SIP that arrives sooner after a command was sent before the robot heard it.
 UNDER_WAY = 0.1
 
 ZERO_VELOCITY = (encode_command("VEL", 0), encode_command("RVEL", 0))
@@ -27,14 +27,14 @@ MOTORS = {on: encode_command("ENABLE", int(on)) for on in (False, True)}
 
 
 class MotorsRequest:
-    """Motors on or off: done when the robot's flags say so, or given up with ``error`` set.
+    """A request to switch the motors on or off. It is done when the robot's flags show it, or with an ``error``.
 
     Args:
         on: what is wanted.
         now: monotonic time in s.
         timeout: s until it is given up.
-        changes: whether the motors are otherwise now, as far as the robot has said.
-        asked: whether the user asked for it.
+        changes: whether the motors are in the other state now, by the newest SIP.
+        asked: whether the user asked for it; else the drive did so itself.
     """
 
     def __init__(self, on: bool, now: float, timeout: float, changes: bool, asked: bool) -> None:
@@ -51,10 +51,14 @@ class MotorsRequest:
 
 
 class Drive:
-    """Set points and motors of one connected robot. ``now`` is monotonic time in s; what happened by itself is appended
-    to ``events``.
+    """Set points and motors of one connected robot. ``now`` is monotonic time in s.
 
-    ``companion`` goes with each velocity.
+    Args:
+        line: to send on.
+        identity: has the limits.
+        command_timeout: s after which a velocity that was not renewed means stop.
+        events: gets what happens here.
+        companion: gives packets that are sent with each velocity.
     """
 
     def __init__(self, line: Line, identity: RobotIdentity, command_timeout: float, events: List[Event],
@@ -62,15 +66,14 @@ class Drive:
         self._line = line
         self._companion = companion
         self.command_timeout = command_timeout
-        """s after which a velocity that nobody renewed means stop."""
         self._events = events
         self._body = BodyVelocity(identity)
         self._wheels = WheelVelocities(identity)
-        self._driven: Velocity = self._body     # which of them the newest velocity is for
+        self._driven: Velocity = self._body     # the one of the two that the newest velocity is for
         self._wanted: Optional[Tuple[float, float]] = None      # None while the robot shall stand
         self._commanded_at = 0.0
         self._sent_at = 0.0
-        self._stopping = False                                  # told to stand, but not seen to
+        self._stopping = False                                  # told to stand, and no SIP has shown it
         self._motors: Optional[MotorsRequest] = None
         self._state: Optional[RobotState] = None
         self._excused_at = 0.0      # when it last moved, or had a reason to stand
@@ -116,11 +119,13 @@ class Drive:
         self._stand(now, STOP)
 
     def request_motors(self, on: bool, now: float, timeout: float) -> MotorsRequest:
-        """Ask for the motors; an open request for the opposite is overtaken, one for the same is joined. Watch the
-        result.
+        """Ask for the motors.
 
-        Who joins waits no longer than who asked first: else a topic that asks again and again would keep them all
-        waiting for ever.
+        An open request for the opposite fails. An open request for the same is returned again, with its own time-out:
+        otherwise a topic that asks again and again would move the end away for ever.
+
+        Returns:
+            The request: ``done`` and ``error`` tell what became of it.
         """
         request = self._motors
         if request is None or request.on != on:
@@ -139,7 +144,7 @@ class Drive:
     def saw(self, state: RobotState) -> None:
         """Take what the robot reports."""
         now, before, self._state = state.time, self._state, state
-        # Whatever it seemed before: it may have been a SIP from before a stop that was lost.
+        # Also when an earlier SIP showed that it stands: that SIP may be older than a velocity that came late.
         if self._wanted is None and now > self._sent_at:
             self._stopping = state.moving
         asked_off = self._motors is not None and not self._motors.on
@@ -166,7 +171,7 @@ class Drive:
                 self._send_motors(self._motors, now)
 
     def abandon(self, error: PioneerError) -> None:
-        """The link is gone: whoever waits for motors waits in vain."""
+        """The link is gone: an open request for the motors fails."""
         request, self._motors = self._motors, None
         if request is not None:
             self._answer_motors(request, error)
@@ -188,7 +193,7 @@ class Drive:
                             until=self._commanded_at + self.command_timeout, companion=self._companion)
 
     def _stand(self, now: float, packets: Tuple[bytes, ...]) -> None:
-        """Zero set points, ahead of everything else."""
+        """Set both set points to zero, ahead of everything else."""
         self._driven.rest(now)
         self._wanted, self._stopping, self._sent_at = None, True, now
         self._line.stop(now, *packets)
@@ -199,8 +204,10 @@ class Drive:
             self._line.command(now, MOTORS[request.on])
 
     def _judge_motors(self, now: float, seen: bool) -> None:
-        """Finish the request when the robot's flags answer it: with what they say after it was sent, or at once with a
-        pressed STOP button.
+        """Finish the request when the robot's flags answer it.
+
+        Flags count from the first SIP on that the robot sent after it heard the request. A pressed STOP button counts
+        at once.
         """
         request, state = self._motors, self._state
         if request is None or state is None:
@@ -216,7 +223,7 @@ class Drive:
             self._motors = None
 
     def _judge_motion(self, now: float, state: RobotState) -> None:
-        """Say once that a robot stands although it is told to drive and nothing that it reports keeps it."""
+        """Say once that a robot stands although it is told to drive and reports nothing that holds it."""
         if state.moving:
             self._unmoved = False
         if (state.moving or self._wanted is None or all(abs(rate) < SURE_TO_MOVE for rate in self._wanted)
@@ -238,9 +245,7 @@ class Drive:
             "asked to switch its motors %s, the robot did not confirm it in time%s" % (what, why)))
 
     def _answer_motors(self, request: MotorsRequest, error: Optional[PioneerError] = None) -> None:
-        """An ENABLE 1 that still waits for the line must not be said any more: the robot may have taken the motors away
-        meanwhile.
-        """
+        """Finish a request, and tell the user. An ENABLE 1 that still waits for the line is not sent any more."""
         request.finish(error)
         if request.asked:
             self._events.append(MotorsAnswered(request.on, request.changes, error))
@@ -248,8 +253,9 @@ class Drive:
             self._line.withdraw(MOTORS[True])
 
     def _take_back(self, now: float) -> None:
-        """Whoever asked for the motors hears that they are off: an ENABLE 1 that the robot obeys late must not stand,
-        nor an ENABLE 0 be lost.
+        """Switch the motors off, after a request for them has failed: the robot may obey the ENABLE 1 late.
+
+        This is a request of its own, because ENABLE 0 may get lost, too.
         """
         self._motors = MotorsRequest(False, now, TAKE_BACK, changes=True, asked=False)
         self._send_motors(self._motors, now)

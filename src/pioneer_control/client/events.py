@@ -87,9 +87,7 @@ class LineSpeed(NamedTuple):
 
 
 class Tuned(NamedTuple):
-    """Settings were sent, after connecting or by tune(), and the robot was asked for what it has now; or set_limits()
-    changed the limits.
-    """
+    """Settings were sent, after connecting or by tune(), and the robot has answered; or set_limits() changed limits."""
 
     changes: Tuple[Change, ...]
     """one per value sent; its ``problem`` says if the robot did not take it"""

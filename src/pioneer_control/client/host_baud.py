@@ -35,8 +35,9 @@ ASK_AGAIN = 0.2         # s; CONFIGpac alone takes 0.14 s at 9600 baud
 
 
 class HostBaud:
-    """Another speed, where it is wanted and the robot can. One for all connections of a client: what does not work is
-    not tried again.
+    """Changes to another line speed, if it is wanted and the robot can.
+
+    One object serves all connections of a client, so that what does not work is not tried again.
 
     Attributes:
         wanted: the other speed (baud); None: the robot's own will do.

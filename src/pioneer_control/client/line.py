@@ -1,9 +1,8 @@
-"""When bytes may go out: robots lose commands that come too fast, and a serial line that is fed faster than it carries
-delays a stop.
+"""When bytes may be sent. Robots lose commands that come too fast, and a full serial line delays a stop.
 
-Nothing is handed to the operating system before the line can carry it, so no queue builds up where a stop could not
-overtake it. Only velocities that come in a bunch, as a busy computer delivers them, and stops in a flood may be a
-little ahead of the robot and of a fast line: of 100 velocities a second none is lost there.
+Bytes are given to the operating system only when the line can carry them. So no queue builds up that a stop cannot
+overtake. There are two exceptions. A busy computer delivers velocities in a bunch: on a fast line one of them may be
+sent a little early, so that none of 100 velocities a second is lost. And a stop is sent at once.
 """
 
 import math
@@ -11,36 +10,34 @@ from collections import deque
 from typing import Callable, Deque, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 GAP = 0.004             # s per command: firmware may drop what comes faster than one in 3 to 5 ms (ARCOS manual)
-# s by which a velocity may be ahead of that: two go at once, and a STOP behind them is still of the six in a row of
-# ARIA.
+# s by which a velocity may be early: so two are sent at once. A STOP behind them is still among six commands in a row,
+# as ARIA sends them.
 AHEAD_OF_ROBOT = 3 * GAP
-# s in which the line must have carried a velocity that is ahead of it: two at 57600 baud, one below.
+# s within which the line must carry an early velocity: two velocities at 57600 baud, one at a lower speed.
 AHEAD_OF_LINE = 0.007
 BITS_PER_BYTE = 10      # start, eight data, stop
 LONGEST_QUEUE = 32      # commands
 
 
 class SetBaud(NamedTuple):
-    """To be done on the line: change its speed."""
+    """Change the speed of the line."""
 
     baud: int
 
 
 Action = Union[bytes, SetBaud]
-"""Bytes are to be written in one piece."""
+"""What the owner of the line has to do: write these bytes in one piece, or change the speed."""
 Companion = Callable[[float], Sequence[bytes]]
-"""What is to go with a velocity that is written at this time."""
+"""Gives the packets that are sent in one piece with a velocity, at this time (s)."""
 
 
 def alone(now: float) -> Sequence[bytes]:
-    """Nothing goes with it."""
+    """No companion."""
     return ()
 
 
 class _Velocity(NamedTuple):
-    """What waits for the line: packets (of a velocity, or of a stop in a flood), when they are too old to be sent, and
-    what goes with them.
-    """
+    """A velocity that waits for the line, or a stop in a flood of stops. From ``until`` (s) on it is too old."""
 
     packets: Tuple[bytes, ...]
     until: float
@@ -55,8 +52,10 @@ class Line:
 
     Args:
         baud: of a serial line; None when only the robot's pace counts.
-        revival: what must go ahead of anything else after a silence of ``watchdog`` s, because any packet would bring a
-            robot's old set points back to life (protocol 2.4).
+        revival: packets that are sent first after a silence of ``watchdog`` s: any packet makes a robot that its
+            watchdog has stopped obey its old set points again.
+
+    Source: protocol sheet 2.4.
     """
 
     def __init__(self, baud: Optional[int], revival: Sequence[bytes]) -> None:
@@ -66,7 +65,7 @@ class Line:
         self.watchdog = math.inf
         self.last_sent = -math.inf
         self.free_at = -math.inf
-        """When all that was written is carried, and the robot is ready for more: by GAP."""
+        """When the line has carried all that was written, and the robot is ready for more (one command in GAP s)."""
         self._carried_at = -math.inf    # when all that was written is carried
         self.to_send: List[Action] = []
         """What is to be done on the line now, in order. The session takes it."""
@@ -127,10 +126,11 @@ class Line:
         self.tick(now)
 
     def velocity(self, now: float, *packets: bytes, until: float = math.inf, companion: Companion = alone) -> None:
-        """Send a velocity now, or as soon as it may go, instead of the one that waits; from ``until`` on it is too old
-        to be sent.
+        """Send a velocity now, or as soon as the line allows it. It replaces one that still waits.
 
-        What ``companion`` says when it is written goes with it.
+        Args:
+            until: when it is too old to be sent (s).
+            companion: is asked when the velocity is written, for packets to send with it.
         """
         self._velocity = _Velocity(packets, until, companion)
         self.tick(now)

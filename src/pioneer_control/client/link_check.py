@@ -1,10 +1,11 @@
-"""Whether what is sent arrives. No command is acknowledged, so every now and then a question goes with a velocity, and
-the answers are counted.
+"""Does the robot hear us? It acknowledges no command. So a question is sent with a velocity now and then, and the
+answers are counted.
 
-The question is ENCODER 1: short, without any effect, and answered once (by early P2OS for ever; then it is told to stop
-that; protocol 3.2). It only ever follows a velocity, in one write: alone it could be what revives a robot whose stop
-was lost (protocol 2.4). So a robot that stands is asked nothing. (Of one write the question may be all that arrives, as
-RVEL may; the next velocity follows within 0.2 s.)
+The question is ENCODER 1. It is short, has no effect, and is answered once. (Early P2OS answers it for ever: then it is
+told to stop.) It is only sent with a velocity, in one write. Alone it could revive the set point of a robot whose stop
+was lost. So a standing robot is asked nothing.
+
+Source: protocol sheet 2.4, 3.2.
 """
 
 import math
@@ -16,10 +17,10 @@ from ..p2os import Encoder, encode_command, encode_packet
 # s between two questions at least: 5 a second with velocities at 10 Hz, or repeated every 0.2 s.
 EVERY = 0.15
 CYCLES = 1.5                # of SIPs between two questions at least: two in one may get one answer
-SHARE = 0.03                # of the line that answers may take
+SHARE = 0.03                # of the line's capacity that answers may take
 ANSWERED_WITHIN = 1.5       # s; one cycle of SIPs is usual
-TRIES = 10                  # questions to a robot that has not answered any; from then on
-SELDOM = 5.0                # s between two: it may have been the line
+TRIES = 10                  # questions to a robot that has not answered any; after them
+SELDOM = 5.0                # s between two questions: perhaps the line was bad
 TOO_MANY = 10               # answers more than questions: this robot goes on and on, as early P2OS does
 QUESTION = encode_command("ENCODER", 1)
 SILENCE = encode_command("ENCODER", 0)
@@ -27,7 +28,7 @@ ANSWER = encode_packet(Encoder(0, 0))
 
 
 class LinkCheck:
-    """Questions to one ready robot. ``now`` is monotonic time in s.
+    """Questions to one connected robot. ``now`` is monotonic time in s.
 
     Args:
         cycle: time (s) between two SIPs.
@@ -48,14 +49,12 @@ class LinkCheck:
 
     @property
     def questions(self) -> int:
-        """How many were answered, or not in time; 0 as long as it is not known whether this robot ever answers."""
+        """How many were answered or are overdue. 0 until the robot has answered one: perhaps it never does."""
         return self._answered + self.unanswered
 
     @property
     def unanswered(self) -> int:
-        """How many were not answered in time: the question was lost on its way to the robot, or the answer on its way
-        back.
-        """
+        """How many were not answered in time. Either the question was lost, or the answer."""
         return self._unanswered if self._answered else 0
 
     @property
@@ -64,7 +63,7 @@ class LinkCheck:
         return self._open[0] + ANSWERED_WITHIN if self._open else math.inf
 
     def question(self, now: float) -> Sequence[bytes]:
-        """What goes with a velocity that is written now."""
+        """The packets that are sent with a velocity that is written now."""
         if not self.asks or now < self._last_asked + (self._every if self._answered or self._asked < TRIES else SELDOM):
             return ()
         self._last_asked = now
@@ -79,9 +78,10 @@ class LinkCheck:
         return (QUESTION,)
 
     def saw_answer(self) -> bool:
-        """Take an answer, as that to the newest question: where one was lost, the next must not stand for it.
+        """Take an answer. It counts for the newest open question: so a lost answer stays lost.
 
-        Returns whether a question was open.
+        Returns:
+            Whether a question was open.
         """
         if not self.asks:
             return False
@@ -93,7 +93,7 @@ class LinkCheck:
         return True
 
     def tick(self, now: float) -> None:
-        """Count what is overdue."""
+        """Count questions that are overdue."""
         while now >= self.due:
             self._open.popleft()
             self._unanswered += 1

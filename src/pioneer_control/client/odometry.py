@@ -1,12 +1,15 @@
-"""Odometry without rounding: 15-bit counts unwrapped into exact integers, scaled once to a pose in metres.
+"""Odometry without rounding: counts of 15 bits are unwrapped to exact integers, and scaled once to a pose in metres.
 
-The robot counts x and y in its own units in fifteen bits that wrap (protocol 4.3). Here the steps between packets are
-summed as integers, so that packets lost in between lose nothing as long as the robot moved less than half the range
-meanwhile (16 m on a p3dx-sh, 8 m on a p3dx) and turned less than half a turn.
+The robot counts x and y in its own units. Its counters have fifteen bits and wrap. Here the steps between two packets
+are summed as integers. A lost packet loses nothing, as long as the robot moves less than half the range until the next
+one (16 m on a p3dx-sh, 8 m on a p3dx) and turns less than half a turn.
 
-The frame is ours and starts at zero. The robot's starts anew with every OPEN, so the first packet after it only ties
-its frame to the pose we had; a robot that was left open when the link was lost still counts in the one before.
-Resetting is a new tie, too: SETO is never sent, so no packet that was on its way meanwhile can be mistaken for a jump.
+The odometry frame is ours and starts at zero. The robot's own frame starts anew with every OPEN. So the first packet
+after OPEN only ties the robot's frame to the pose that we had. A robot that was left open when the link was lost still
+counts in the frame before. A reset is a new tie, too. SETO is never sent: a packet that is on its way then would look
+like a jump.
+
+Source: protocol sheet 4.3.
 """
 
 import math
@@ -15,15 +18,15 @@ from typing import Optional, Tuple
 from ..p2os import COUNT_RANGE
 
 FASTEST = 5.0, 10.0         # m/s, rad/s: more than any robot does
-SLACK = 0.5, 0.5            # m, rad: packets that were held up come together
+SLACK = 0.5, 0.5            # m, rad: late packets arrive together
 
 
 class Odometry:
     """Pose in the odometry frame, from the raw x, y and heading of successive SIPs.
 
-    ``x_counts``, ``y_counts``, ``heading_units``: sums of all steps since the first packet, exact integers in the
-    robot's own units and frame.
-    ``travel``: m, the sum of the way straight ahead, back is negative.
+    Attributes:
+        x_counts, y_counts, heading_units: sums of all steps since the first packet, in the robot's own units and frame.
+        travel: sum of the way straight ahead (m); backwards is negative.
     """
 
     def __init__(self, mm_per_count: float, units_per_turn: int) -> None:
@@ -40,12 +43,18 @@ class Odometry:
         self._tie(0.0, 0.0, 0.0)
 
     def update(self, x_raw: int, y_raw: int, heading_raw: int, seconds: float = math.inf) -> bool:
-        """Take the numbers of the next SIP as they came, ``seconds`` after those of the last; any 16-bit form of them
-        will do.
+        """Take the numbers of the next SIP.
 
-        Returns whether they are believed. No robot is as fast as some packets would have it that a bad line has changed
-        and whose checksum, of 16 bits, fits by chance: they change nothing. Two that agree do: then the robot counts
-        from elsewhere now, and our pose goes on from where it is.
+        A bad line can change a packet so that its checksum still fits. Such a packet often says that the robot moved
+        faster than any robot can. It changes nothing. But when the next packet agrees with it, the robot counts from
+        another place now, and our pose goes on from where it is.
+
+        Args:
+            x_raw, y_raw, heading_raw: as they came, in the robot's units; signed or unsigned.
+            seconds: since the SIP before.
+
+        Returns:
+            Whether the numbers are believed.
         """
         if self._tied:
             forward, left, turn = self._steps(self._raw, x_raw, y_raw, heading_raw)
@@ -70,7 +79,7 @@ class Odometry:
         return True
 
     def _steps(self, raw: Tuple[int, int, int], x_raw: int, y_raw: int, heading_raw: int) -> Tuple[int, int, int]:
-        """What lies between two SIPs, in the robot's units: forward, left, turned."""
+        """The way between two SIPs, in the robot's units: along its x, along its y, turned."""
         return (
             _wrapped(x_raw - raw[0], COUNT_RANGE),
             _wrapped(y_raw - raw[1], COUNT_RANGE),

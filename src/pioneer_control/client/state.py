@@ -98,8 +98,8 @@ class RobotState:
 
 
 class StateReader:
-    """Turns the SIPs of one robot into states; remembers what a single SIP does not carry: odometry and the sonar's
-    last words.
+    """Turns the SIPs of one robot into states. It remembers what one SIP does not have: odometry and older sonar
+    readings.
     """
 
     def __init__(self, identity: RobotIdentity, odometry: Odometry) -> None:
@@ -111,9 +111,9 @@ class StateReader:
         self.follow(identity)
 
     def follow(self, identity: RobotIdentity) -> None:
-        """The robot says again what it is.
+        """Use a new identity of the robot.
 
-        There never are fewer readings than before: who has the old model still looks for them.
+        The list of sonar readings never becomes shorter: a listener that has the old model still looks for all of them.
         """
         self.identity = identity
         self._sonar += [None] * (identity.model.sonar_count - len(self._sonar))
@@ -134,7 +134,7 @@ class StateReader:
         self._read_at = time
         self._take_sonar(sip, time)
         said = STATUS(sip)
-        if said != self._said:      # hardly ever: it is read once
+        if said != self._said:      # hardly ever
             self._said, self._status = said, self._read_status(sip)
         x, y, heading = odometry.pose
         m_s_per_unit = model.vel_mm_s_per_unit / 1000
@@ -163,7 +163,7 @@ class StateReader:
         return state
 
     def _read_status(self, sip: p2os.Sip) -> Dict[str, Any]:
-        """All that stays the same from one SIP to the next, nearly always."""
+        """The fields that are nearly always the same as in the SIP before."""
         model, flags, faults = self.identity.model, p2os.Flags(sip.flags), sip.fault_flags
         return dict(
             motors_enabled=bool(flags & p2os.Flags.MOTORS_ENABLED),
@@ -188,9 +188,7 @@ class StateReader:
         )
 
     def _wheel_angles(self) -> Optional[Tuple[float, float]]:
-        """From the way that the robot went and turned: its own odometry is made of the same wheels, and no packet has
-        to be asked for.
-        """
+        """Left and right (rad), by the robot's own odometry: it is made of the same wheels."""
         model, odometry = self.identity.model, self.odometry
         if model.wheel_radius is None:
             return None

@@ -31,7 +31,7 @@ MOST_WAITING = 100
 
 
 class Audience:
-    """The listeners, and what waits to be told to them. Any thread may call this."""
+    """The listeners, and the events that wait for them. Any thread may call these methods."""
 
     def __init__(self) -> None:
         self.missed = 0
@@ -50,7 +50,7 @@ class Audience:
                 self._listeners[is_state].append(listener)
 
     def put(self, events: List[Event]) -> None:
-        """Let these wait to be told. Never waits for a listener."""
+        """Let these events wait for the listeners. Returns at once."""
         with self._lock:
             self._waiting += events
             excess = len(self._waiting) - MOST_WAITING
@@ -62,9 +62,10 @@ class Audience:
                 self._missed_untold += len(stream)
 
     def tell(self) -> None:
-        """Tell all that waits. Returns at once while another thread does that: it will tell this, too.
+        """Tell the listeners all events that wait.
 
-        After a listener has raised, nothing more is told.
+        If another thread does that already, this returns at once: the other thread tells these, too. After a listener
+        has raised, nothing more is told.
         """
         while True:
             with self._lock:
@@ -111,14 +112,14 @@ class Connection:
                 self.transport.wake()
 
     def try_send(self) -> None:
-        """As send(), where a dead line is no news for the caller."""
+        """As send(), but without raising: the threads find out that the line is dead."""
         try:
             self.send()
         except LinkLostError:
             pass
 
     def give_up(self, error: LinkError) -> None:
-        """End a session that is not finished without any further waiting."""
+        """End the session at once, unless it is finished."""
         if not self.session.finished:
             self.session.fail(error)
             self.try_send()

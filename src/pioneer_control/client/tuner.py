@@ -1,5 +1,6 @@
-"""How a Tuning gets into a robot: nothing is acknowledged, so each value is sent until CONFIGpac shows it, or the robot
-has had its chances.
+"""Sends the values of a Tuning to a robot, and asks the robot whether it took them.
+
+A robot acknowledges nothing. So a value is sent in up to four rounds, until CONFIGpac shows it.
 """
 
 import math
@@ -17,11 +18,16 @@ AGAIN = 0.4             # s for the answer to a round: CONFIGpac alone takes 0.1
 
 
 class Tuner:
-    """The settings of one ready robot. ``now`` is monotonic time in s; what came of a Tuning is appended to ``events``.
+    """The settings of one connected robot. ``now`` is monotonic time in s.
 
-    The first values are not sent before the robot has shown that it stands, later ones at once. They go out in rounds,
-    each with a question for CONFIGpac where that shows any of them; a value that CONFIGpac never shows (bump_stall)
-    goes out in every round, for it may get lost.
+    The first values are sent when the robot has shown that it stands, later ones at once. Each round ends with a
+    question for CONFIGpac. CONFIGpac never shows bump_stall, so that is sent in every round.
+
+    Args:
+        line: to send on.
+        identity: has the newest CONFIGpac.
+        tuning: the first values.
+        events: gets what became of them (Tuned).
     """
 
     def __init__(self, line: Line, identity: RobotIdentity, tuning: Tuning, events: List[Event]) -> None:
@@ -31,18 +37,16 @@ class Tuner:
         self._tuning = tuning
         self.waits_for_rest = True
         """Whether the robot has not shown yet that it stands."""
-        self._told: Dict[str, float] = {}               # all that this robot was ever told
-        self._before: Dict[str, Optional[float]] = {}   # what is on its way, and what the robot reported before
+        self._told: Dict[str, float] = {}               # all values that were sent to this robot
+        self._before: Dict[str, Optional[float]] = {}   # values that are being sent: what the robot had
         self._own = self._config = identity.config
-        self._answer: Optional[p2os.Config] = None      # to what is on its way
+        self._answer: Optional[p2os.Config] = None      # to the present round
         self._tries = 0
         self.due = math.inf
         """When tick() has something to do at the latest."""
 
     def tune(self, tuning: Tuning, now: float) -> None:
-        """Values instead of those of before: only what the robot was not told last is sent; what is left open now goes
-        back to what it had itself.
-        """
+        """Other values. Only what differs is sent. A value that is None now goes back to what the robot had itself."""
         self._tuning = tuning
         if not self.waits_for_rest:
             self._begin(now)
@@ -100,7 +104,7 @@ class Tuner:
             self._line.command(now, CONFIG)
 
     def _judge(self, now: float) -> None:
-        """The end of a round: another one, or the last word."""
+        """End a round: begin another one, or tell the result."""
         if self._tries < TRIES and not all(self._unknown(name) or self._taken(name) for name in self._before):
             self._send(now)
             return

@@ -1,5 +1,4 @@
-"""What a user may set in the robot itself: ramps, PID, bumpers, calibration. A field is a row of a table: its command,
-its place in CONFIGpac.
+"""What a user may set in the robot itself: ramps, PID, bumpers, calibration. A table of commands and CONFIGpac fields.
 
 The robot forgets all of it at CLOSE (protocol 2.5), so it is told again after each OPEN. See tuner for how it is told.
 """

@@ -1,9 +1,10 @@
-"""From velocities in SI to commands in whole units of the wire: the robot's (VEL, RVEL) or its wheels' (VEL2), within
-the limits of both.
+"""Velocities in SI to commands in whole units of the wire: of the robot (VEL, RVEL) or of its wheels (VEL2).
+
+The limits of the robot and of the user hold.
 
 **Rounding.** The robot takes whole mm/s and deg/s, and for its wheels steps of 20 mm/s. A rate between two units is
-sent as now the lower, now the higher one, so that its average over a second is the rate asked for: a turn of 0.4 deg/s
-makes 24 degrees in a minute, where plain rounding makes none. Zero is always exactly zero.
+sent as the lower unit and the higher unit in turn. So its average over a second is the rate that is wanted: a turn of
+0.4 deg/s makes 24 degrees in a minute. Plain rounding would make none. Zero is always exactly zero.
 """
 
 import itertools
@@ -18,13 +19,14 @@ from .identity import RobotIdentity
 WIRE_LIMIT = 32767              # the largest number that VEL and RVEL carry
 WHEEL_LIMIT = COMMANDS["VEL2"].high[0]
 ROUNDING_PERIOD = 1.0           # s over which a rate is exact on average
-# s for which wheels keep one of two steps: their ramps take 0.07 s, and what is shorter they average wrongly.
+# s for which a wheel keeps one of the two steps. Its ramp from one to the other takes 0.07 s; a shorter time would make
+# the average wrong.
 HOLD = 0.2
 LEGAL = 1 + 1e-9                # times a limit
-FASTEST = 1000.0                # m/s: more than any wheel does, and small enough to reckon with
+FASTEST = 1000.0                # m/s: more than any wheel does, and small enough to calculate with
 
 packet = lru_cache(maxsize=4096)(encode_command)
-"""The same few numbers are sent again and again."""
+"""encode_command() for numbers that are sent again and again."""
 
 
 class FairRounding:
@@ -42,7 +44,7 @@ class FairRounding:
         return self._sent
 
     def aim(self, wanted: float, now: float) -> float:
-        """The rate that from ``now`` on makes good what is owed; send() says what became of it."""
+        """The rate that makes up for what is owed, from ``now`` (s) on. Call send() with what is sent for it."""
         self._owed = clamped(self._owed + (self._wanted - self._sent) * (now - self._since), 1)
         self._wanted, self._since = wanted, now
         if wanted == 0:
@@ -50,7 +52,7 @@ class FairRounding:
         return wanted + self._owed / ROUNDING_PERIOD
 
     def send(self, units: int) -> None:
-        """Those, and not the rate aimed at, are sent."""
+        """These units are sent."""
         self._sent = units
 
 
@@ -70,7 +72,7 @@ class Velocity(ABC):
         """What to send at ``now`` (s) for two rates in SI."""
 
     def rest(self, now: float) -> None:
-        """Nothing is wanted, nothing owed."""
+        """Nothing is wanted or owed any more."""
         for rounding in self._rounding:
             rounding.units(0, 0, now)
 
@@ -89,9 +91,7 @@ class BodyVelocity(Velocity):
 
 
 class WheelVelocities(Velocity):
-    """Left and right wheel (m/s), both made smaller alike where one of them or the robot as a whole would go beyond a
-    limit: the curve stays.
-    """
+    """Left and right wheel (m/s). Beyond a limit both are scaled down by the same factor, so that the curve stays."""
 
     def __init__(self, identity: RobotIdentity) -> None:
         super().__init__(identity)
@@ -119,7 +119,7 @@ class WheelVelocities(Velocity):
         self._until = now
 
     def _still_near(self, left: float, right: float) -> bool:
-        """Whether the present units are among those that a pair is rounded to."""
+        """Whether the present units are a rounded form of this pair."""
         units = self._units
         return abs(units[0] - left) < 1 and abs(units[1] - right) < 1 and self._excess(*units) <= LEGAL
 

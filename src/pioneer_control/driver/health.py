@@ -1,6 +1,6 @@
 """What diagnostics say of a robot, by REP 107. Pure: time (monotonic, s) is an argument; `diagnostics` publishes it.
 
-One finding per task, always the same six, so that who watches can miss one:
+There is one finding for each of six tasks, always the same, so that a program can see that one is missing:
 
 ===========  ======================  ==============================================  =========================
 task         OK                      WARN                                            ERROR

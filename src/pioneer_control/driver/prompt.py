@@ -69,7 +69,7 @@ class PromptConnection:
         self._connection = connection
         self._rest = b""                # of a message of which a part is written
         self._waiting: Deque[bytes] = deque(maxlen=queue_size or None)
-        self._writing = False           # one message, whoever does it
+        self._writing = False           # some thread writes a message
         self._error: Optional[Exception] = None
         self._lock = threading.RLock()      # reentrant, for signal handlers
         self._changed = threading.Condition(self._lock)

@@ -199,7 +199,7 @@ class Publications:
     def close(self) -> None:
         """Publish nothing more: ROS shuts down, and closes topics before it says so.
 
-        Who keeps the lock for longer waits for a master that hangs.
+        It does not wait long for the lock: another thread may hold it and wait for a master that hangs.
         """
         locked = self._lock.acquire(timeout=CLOSE_TIMEOUT)
         self._topics, self._wanted = (), {}
@@ -236,7 +236,7 @@ class Publications:
 
     def _look_who_listens(self) -> None:
         """What has to be made from now on; the robot is asked for the packets that this takes, and for no others."""
-        self._listeners.changed = False     # first: who comes meanwhile is looked for again
+        self._listeners.changed = False     # first: a subscriber that comes meanwhile sets it again
         self._wanted = {}
         asked = set()
         for topic in self._topics:

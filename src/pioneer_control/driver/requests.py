@@ -66,7 +66,7 @@ class Requests:
                 self._refuse("enable_motors_on_start", error)
 
     def motors_answered(self, answer: MotorsAnswered) -> None:
-        """The robot has answered a request for its motors, whoever made it."""
+        """The robot has answered a request for its motors: of a topic, a service or the parameter."""
         if answer.error is not None:
             self._refuse("motors", answer.error)
         elif answer.changed:
@@ -116,7 +116,7 @@ class Requests:
                 self._robot.set_sonar(on)
                 if any(self._robot.wait_for_state().sonar_enabled == on for _ in range(ANSWER_WITHIN)):
                     return "the sonar is %s" % what
-            except LinkError:       # who hears no is not to find it done after a reconnect
+            except LinkError:       # the answer is no: it must not be done after a reconnect either
                 self._robot.use_sonar = before
                 raise
         raise NotConfirmedError("asked to switch its sonar %s, the robot did not confirm it within %.0f s"
@@ -146,9 +146,7 @@ class Requests:
         return hear
 
     def _server(self, service: "OfferedService") -> Callable[[Any], Any]:
-        """What answers a service: with success and a text where it has fields for them, else with nothing, or with an
-        error that says why.
-        """
+        """A function that answers a service: with success and a text if it has these fields. Else an error says why."""
         response = vars(service.kind)["_response_class"]
         tells = "success" in response.__slots__
 

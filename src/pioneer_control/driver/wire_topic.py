@@ -1,7 +1,7 @@
 """Out: every byte of the robot's line, both ways, on the topic `wire`, with the parameter publish_wire.
 
-Whoever writes to the robot or reads from it only puts the bytes aside; a thread of its own looks for them now and then,
-and publishes them. To wake it at each write would cost more: it would take the processor from who is writing.
+A thread that writes to the robot or reads from it only puts the bytes aside. A thread of its own looks for them every
+50 ms, and publishes them. To wake that thread at each write would slow down the thread that writes.
 """
 
 import threading
