@@ -16,8 +16,8 @@ def stem(path: str) -> str:
 
 def in_order(parts: Sequence[str]) -> List[str]:
     """Parts by their numbers: FILE_2.bag before FILE_10.bag, which a shell has the other way round."""
-    return sorted(parts, key=lambda path: [int(word) if word.isdigit() else word
-                                           for word in re.split("([0-9]+)", path)])
+    return sorted(
+        parts, key=lambda path: [int(word) if word.isdigit() else word for word in re.split("([0-9]+)", path)])
 
 
 def bag_files(given: str) -> List[str]:

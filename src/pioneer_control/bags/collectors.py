@@ -12,8 +12,7 @@ import numpy as np
 
 from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, heading_of
 from .recorded_run import (ERROR, WARNING, CanPath, Echoes, GripperEvent, Map, RecordedDecision, Report, Series, Span,
-                           Track,
-                           Velocities)
+                           Track, Velocities)
 
 ROWS = 1 << 16
 """Rows that one thing keeps at most."""

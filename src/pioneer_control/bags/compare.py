@@ -75,8 +75,8 @@ def driven(track: Track) -> Driven:
 def standing(track: Track) -> List[Tuple[float, float]]:
     """Spans of time (s) in which a robot stood, but for those shorter than `STOP`."""
     passed = np.maximum(np.diff(track.time), 1e-9)
-    still = (np.hypot(np.diff(track.x), np.diff(track.y)) < STILL[0] * passed) & (
-        np.abs(np.diff(track.heading)) < STILL[1] * passed)
+    moved, turned = np.hypot(np.diff(track.x), np.diff(track.y)), np.abs(np.diff(track.heading))
+    still = (moved < STILL[0] * passed) & (turned < STILL[1] * passed)
     edges = np.flatnonzero(np.diff(np.concatenate(([False], still, [False]))))
     spans = [(float(track.time[begin]), float(track.time[end])) for begin, end in zip(edges[::2], edges[1::2])]
     return [(begin, end) for begin, end in spans if end - begin >= STOP]

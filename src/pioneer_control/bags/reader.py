@@ -14,8 +14,8 @@ from typing import (Any, Callable, Collection, Dict, FrozenSet, Iterator, List, 
                     Tuple, Union)
 
 from .records import (BETWEEN_CHUNKS, BLOCK, CHUNK, CHUNK_INFO, CONNECTION, FIELDS, FILE_HEADER, INDEX, MAGIC, MESSAGE,
-                      TIME, U32, U64, BagError, BagRecord,
-                      Source, decompressed, fields_of, nanoseconds, next_record, record_at, records, source_of_bytes)
+                      TIME, U32, U64, BagError, BagRecord, Source, decompressed, fields_of, nanoseconds, next_record,
+                      record_at, records, source_of_bytes)
 
 LATE = 10 ** 9
 """ns by which messages may be recorded in the wrong order and are still given in the right one, in a bag without index.
@@ -171,8 +171,8 @@ class _Head:
             return False
         alike, publisher = (time, bool(connection.caller)), (connection.topic, connection.caller)
         self._first = self._first or alike
-        self.open = alike == self._first and (not connection.caller or connection.latching
-                                              and publisher not in self._publishers)
+        may_be_repeated = not connection.caller or connection.latching and publisher not in self._publishers
+        self.open = alike == self._first and may_be_repeated
         self._publishers.add(publisher)
         self.repeats = self.open or time <= self._first[0]
         return self.open
@@ -362,8 +362,8 @@ class _File:
                     if known is not None and passed:
                         self._saw(known.start)
                         self._saw(known.end)
-                    yield from self._news(queue.before(max(self._end, 0) - LATE if known is None else known.earliest),
-                                          latched)
+                    earliest = max(self._end, 0) - LATE if known is None else known.earliest
+                    yield from self._news(queue.before(earliest), latched)
             yield from self._news(queue.rest(), latched)
         self._missing += _missing(known, passed, listed, met)
         progress(self.size)
@@ -421,8 +421,8 @@ class _File:
         """How a bag ends whose index is not whole."""
         seconds = "before its first message" if self._seconds is None else "after %.1f s" % self._seconds
         if self._index > self.size:
-            return "it is cut off %s, at %s of its length: the rest is missing" % (seconds,
-                                                                                   _percent(self.size / self._index))
+            return ("it is cut off %s, at %s of its length: the rest is missing"
+                    % (seconds, _percent(self.size / self._index)))
         if self._index:
             return ("its index is damaged or cut off: all messages before it are there, but rosbag wants it mended "
                     "(rosbag reindex)")

@@ -178,11 +178,12 @@ def _unusual_record_at(source: Source, position: int) -> Optional[BagRecord]:
         return None
     begin = position + length + 8
     record = BagRecord(position, op[0], fields, U32.unpack(fields.get(b"conn", bytes(4)))[0],
-                       nanoseconds(fields.get(b"time", bytes(8))),
-                       begin, begin + U32.unpack_from(header, length)[0])
-    sound = (record.op != CHUNK or fields[b"compression"] in COMPRESSIONS) and (
-        record.op not in ENTRY or record.end - record.begin == ENTRY[record.op] * record.entries)
-    return record if sound else None
+                       nanoseconds(fields.get(b"time", bytes(8))), begin, begin + U32.unpack_from(header, length)[0])
+    if record.op == CHUNK and fields[b"compression"] not in COMPRESSIONS:
+        return None
+    if record.op in ENTRY and record.end - record.begin != ENTRY[record.op] * record.entries:
+        return None
+    return record
 
 
 def next_record(source: Source, position: int, searched: Collection[int] = FIELDS) -> int:
@@ -255,7 +256,7 @@ def _decompressor(compression: bytes) -> Callable[[bytes, int], bytes]:
     try:
         from roslz4 import LZ4Decompressor
     except ImportError:
-        raise BagError(
-            "the bag is compressed with lz4: install the Python package roslz4 (Debian: python3-roslz4)") from None
+        raise BagError("the bag is compressed with lz4: install the Python package roslz4 "
+                       "(Debian: python3-roslz4)") from None
     lz4 = LZ4Decompressor()
     return lambda piece, most: lz4.decompress(piece)    # at most 255 times as long

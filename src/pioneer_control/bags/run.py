@@ -54,8 +54,8 @@ TOPICS: Dict[str, Topic] = {
     "recording": Topic("String", LastCollector, shared=True),
 }
 ODOMETRY = ("pose", "odom")     # the first that is there
-KEPT = tuple(
-    sorted({"/" + topic.type for topic in TOPICS.values() if topic.collector in (LastCollector, CanCollector)}))
+KEPT = tuple(sorted({"/" + topic.type for topic in TOPICS.values()
+                     if topic.collector in (LastCollector, CanCollector)}))
 """Types of messages that are kept whole."""
 
 Adder = Callable[[float, Any], Any]
@@ -89,8 +89,7 @@ class RunCollector:
                         ("rosout", "Log"): self.reports.add_log}
         self._adders: Dict[Tuple[str, str], List[Adder]] = {}     # by topic and type
         # By connection: what takes its messages, and one message that is filled again and again, in half the time of a
-        # new one;
-        # None for those that are kept.
+        # new one; None for those that are kept.
         self._known: Dict[int, Tuple[List[Adder], Any]] = {}
 
     def wants(self, connection: BagConnection) -> bool:
@@ -116,9 +115,8 @@ class RunCollector:
         try:
             known = self._known.get(id(connection))
             if known is None:   # the reader keeps the connection, so its id stays its own
-                fresh = connection.type.endswith(KEPT)
-                known = self._known[id(connection)] = self._adders_of(connection), None if fresh else message_class(
-                    connection)()
+                filled = None if connection.type.endswith(KEPT) else message_class(connection)()
+                known = self._known[id(connection)] = self._adders_of(connection), filled
             adders, filled = known
             message = decode(connection, data, filled)
             for add in adders:
@@ -128,10 +126,12 @@ class RunCollector:
 
     def nearest(self, robot: str, name: str) -> Any:
         """What was kept of a shared topic: the robot's own, else of the innermost namespace around it, else any."""
-        around = sorted(self.robots, key=lambda place: (place != "" and not (robot + "/").startswith(place + "/"),
-                                                        -len(place)))
-        return next((self.robots[place][name] for place in around if self.robots[place][name].last is not None),
-                    self.robots[robot][name])
+        def distance(place: str) -> Tuple[bool, int]:
+            is_around = place == "" or (robot + "/").startswith(place + "/")
+            return not is_around, -len(place)
+
+        found = [self.robots[place][name] for place in sorted(self.robots, key=distance)]
+        return next((collector for collector in found if collector.last is not None), self.robots[robot][name])
 
 
 def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None,
@@ -159,8 +159,7 @@ def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None,
         return _run(paths[0], name, robots, collector, reader)
     except BagError:
         raise
-    except (AttributeError, TypeError,
-            ValueError) as error:    # of what was kept as it was: only now its fields are looked at
+    except (AttributeError, TypeError, ValueError) as error:    # only here the fields of messages kept whole are read
         raise BagError("%s has messages under names of ours whose fields are others: %s" % (paths[0], error)) from None
 
 
@@ -178,8 +177,8 @@ def _fits(connection: BagConnection) -> bool:
 
 def _robots(connections: Sequence[BagConnection]) -> List[str]:
     """Namespaces of the robots with odometry."""
-    return sorted({_split(entry.topic)[0] for entry in connections if _split(entry.topic)[1] in ODOMETRY
-                   and _fits(entry)})
+    return sorted({_split(entry.topic)[0] for entry in connections
+                   if _split(entry.topic)[1] in ODOMETRY and _fits(entry)})
 
 
 def _choose(paths: Sequence[str], robots: Sequence[str], wanted: Optional[str], reader: BagReader) -> str:
@@ -190,8 +189,8 @@ def _choose(paths: Sequence[str], robots: Sequence[str], wanted: Optional[str], 
     """
     names = ", ".join(name or "/" for name in robots)
     if not robots:
-        there = ", ".join(sorted({"%s (%s)" % (entry.topic, entry.type)
-                                  for entry in reader.connections})) or "nothing: the bag is empty"
+        topics = {"%s (%s)" % (entry.topic, entry.type) for entry in reader.connections}
+        there = ", ".join(sorted(topics)) or "nothing: the bag is empty"
         raise BagError(("%s has no odometry of a robot (a topic `pose` or `odom`, nav_msgs/Odometry). It has: %s. %s"
                         % (paths[0], there, reader.damage)).strip())
     if wanted is not None and wanted not in robots:
@@ -207,20 +206,19 @@ def _run(path: str, name: str, robots: Sequence[str], collector: RunCollector, r
     odometry, track = robot.odometry, robot.odometry.track if robot.odometry else None
     if odometry is None or track is None or reader.end is None:
         raise BagError(("%s has no message of the odometry of %s. %s" % (path, name or "/", reader.damage)).strip())
-    info, world, recording = robot["robot_info"].last, collector.nearest(name,
-                                                                         "world").last, collector.nearest(
-                                                                             name, "recording").last
+    info = robot["robot_info"].last
+    world, recording = (collector.nearest(name, topic).last for topic in ("world", "recording"))
     gaps = [gap for topic, silence in sorted(robot.silences.items()) for gap in silence.gaps(topic, reader.end / 1e9)]
     undecoded = ["%s on %s could not be understood." % (plural(count, "message"), topic)
                  for topic, count in sorted(collector.undecoded.items())]
     battery = robot["battery_state"].series
+    outline = [(p.x, p.y) for p in info.footprint.points if is_plausible(p.x, p.y)] if info else []
     return Run(
         path=path,
         robot=name,
         model=info.subtype if info else "",
         world=world.data if world else "",
-        footprint=np.array([(p.x, p.y) for p in info.footprint.points if is_plausible(p.x, p.y)] if info
-                           else []).reshape(-1, 2),
+        footprint=np.array(outline).reshape(-1, 2),
         transducers={number: (pose.x, pose.y, pose.theta) for number, pose in zip(info.sonar_numbers, info.sonar_poses)
                      if is_plausible(pose.x, pose.y, pose.theta)} if info else {},
         odometry=track,

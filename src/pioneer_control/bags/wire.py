@@ -21,9 +21,8 @@ from .reader import BagReader, BagConnection, decode, read_bag
 from .records import BagError
 
 HOW_TO = ("it has no bytes of a robot's line: the driver publishes them with its parameter publish_wire (roslaunch "
-          "pioneer_control pioneer.launch "
-          "publish_wire:=true), and the recorder keeps them when told to (roslaunch pioneer_control record.launch "
-          "also:=wire)")
+          "pioneer_control pioneer.launch publish_wire:=true), and the recorder keeps them when told to (roslaunch "
+          "pioneer_control record.launch also:=wire)")
 
 
 def is_wire(connection: BagConnection) -> bool:
@@ -98,9 +97,8 @@ def main(arguments: Optional[List[str]] = None) -> int:
     """Write the file; 0 when it is written, 2 when there is nothing to write."""
     parser = argparse.ArgumentParser(
         prog="python3 -m pioneer_control.bags.wire", description="Write the line of a robot that a bag holds as text.",
-        epilog="python3 -m pioneer_control.p2os --record RUN.wire tells it packet by packet, python3 -m "
-        "pioneer_control.simulator --play RUN.wire is "
-               "the robot in it.")
+        epilog="python3 -m pioneer_control.p2os --record RUN.wire tells it packet by packet, "
+               "python3 -m pioneer_control.simulator --play RUN.wire is the robot in it.")
     parser.add_argument("bags", metavar="BAG", nargs="+",
                         help="what rosbag record wrote; several are the parts of one recording, in order")
     parser.add_argument("-o", "--output", metavar="FILE", help="the file to write (default: beside the bag, .wire)")

@@ -57,8 +57,7 @@ def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]
     unknown = sorted(topic for topic in sonar if namespace_of(topic) not in known.transducers)
     if unknown and options.model is None and len(others) < len(options.what):
         raise UsageError("%s does not say where the transducers of %s look (it has no robot_info): name the robot's "
-                         "model, "
-                         "--model p3dx-sh for example, or leave sonar out: convert_bag %s %s %s"
+                         "model, --model p3dx-sh for example, or leave sonar out: convert_bag %s %s %s"
                          % (source, ", ".join(unknown), source, target, " ".join(others) or "types"))
     converter = Converter(options, known)
     part = target + PART
@@ -104,8 +103,8 @@ def report(source: str, target: str, converter: Converter, damage: str, model: s
     lines = ["%s -> %s" % (source, target)]
     lines += ["  renamed %s: %s of %s are %s" % (outlet.topic, outlet.count, outlet.source.type, outlet.header["type"])
               for outlet in renamed]
-    lines += ["  made    %s: %s of %s from %s of %s" % (outlet.topic, outlet.count, outlet.header["type"],
-                                                        read[outlet.source.topic], outlet.source.topic)
+    lines += ["  made    %s: %s of %s from %s of %s"
+              % (outlet.topic, outlet.count, outlet.header["type"], read[outlet.source.topic], outlet.source.topic)
               for outlet in made]
     lines += ["  dropped %s: %s, replaced" % each for each in converter.dropped.items()]
     topics = ", ".join(sorted({outlet.topic for outlet in kept})) or "no topic"
@@ -142,7 +141,8 @@ def _parser() -> argparse.ArgumentParser:
     return parser_of(
         "convert_bag",
         "Write a new bag in which messages of p2os have the names of pioneer_control, with standard messages beside "
-        "them.", OPTIONS,
+        "them.",
+        OPTIONS,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="\n".join(["WHAT to convert, by default %s:" % ", ".join(DEFAULT), *words, "",
                           "Everything else stays as it is: bytes, order, times, publishers, latching."]))

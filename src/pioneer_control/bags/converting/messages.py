@@ -30,8 +30,8 @@ STATIC_FRAMES = "/tf_static"
 def is_frozen(connection: BagConnection, *names: str) -> bool:
     """Whether its messages are of one of these types, which both p2os and this package have."""
     package, _, name = connection.type.partition("/")
-    return name in names and package in (*OLD_PACKAGES,
-                                         "pioneer_control") and connection.md5sum == getattr(msg, name)._md5sum
+    of_ours = name in names and package in (*OLD_PACKAGES, "pioneer_control")
+    return of_ours and connection.md5sum == getattr(msg, name)._md5sum
 
 
 def is_old(connection: BagConnection) -> bool:
@@ -200,8 +200,9 @@ class Converter:
         told = space in self._known.transducers     # what robot it is
         for word in self._options.what:
             conversion = CONVERSIONS[word]
-            if conversion.made and conversion.fits(connection) and not (word == "info"
-                                                                        and (told or self._options.model is None)):
+            if word == "info" and (told or self._options.model is None):
+                continue
+            if conversion.made and conversion.fits(connection):
                 topic = space + slash + conversion.topic
                 if topic in self._topics:
                     self.already_there.add(topic)
@@ -211,8 +212,9 @@ class Converter:
         if self._options.replace and set(outlets) - {"info"}:
             makers.append(self._drop)
         else:
-            renamed = getattr(msg, connection.type.partition("/")[2]) if "types" in self._options.what and is_old(
-                connection) else None
+            renamed = None
+            if "types" in self._options.what and is_old(connection):
+                renamed = getattr(msg, connection.type.partition("/")[2])
             makers.append(functools.partial(self._keep, Outlet(connection, connection.topic, renamed, made=False)))
         if connection.md5sum == msg.RobotInfo._md5sum:
             makers.append(self._note_transducers)
@@ -290,8 +292,8 @@ class Converter:
         robot, model = namespace_of(message.topic), self._options.model
         old, stamp, base_link = self._head(message)
         if "info" in outlets and not outlets["info"].count and model is not None:
-            yield outlets["info"], serialized(standard_messages.robot_info(model, self._options.gripper, stamp,
-                                                                           base_link))
+            info = standard_messages.robot_info(model, self._options.gripper, stamp, base_link)
+            yield outlets["info"], serialized(info)
         transducers = self._transducers.get(robot, model.sonar if model else ())
         readings = history.readings(old.ranges, transducers, stamp.to_sec())
         fitted = {transducer.number for transducer in transducers}
@@ -302,8 +304,8 @@ class Converter:
                        if standard_messages.frame_of(each.number, prefix) not in self._static_frames]
             if unknown:
                 self._static_frames |= {standard_messages.frame_of(each.number, prefix) for each in unknown}
-                yield outlets["frames"], serialized(standard_messages.sonar_frames(transducers, stamp, base_link,
-                                                                                   prefix))
+                frames = standard_messages.sonar_frames(transducers, stamp, base_link, prefix)
+                yield outlets["frames"], serialized(frames)
             for reading in readings:
                 if reading.age == 0:
                     made = standard_messages.sonar_range(reading.transducer.number, reading.range, stamp, prefix)

@@ -52,7 +52,10 @@ class SonarHistory:
 
 
 def sonar_scan(
-    points: Iterable[Tuple[float, float]], silent: Iterable[Transducer], transducers: Iterable[Transducer], stamp: Any,
+    points: Iterable[Tuple[float, float]],
+    silent: Iterable[Transducer],
+    transducers: Iterable[Transducer],
+    stamp: Any,
     base_link_frame: str,
 ) -> LaserScan:
     """A scan all round base_link (REP 117).
@@ -67,9 +70,9 @@ def sonar_scan(
     step = 2 * math.pi / BEAMS
     ranges = [math.nan] * BEAMS
     for transducer in silent:
-        end = transducer.x + NO_ECHO * math.cos(transducer.heading), transducer.y + NO_ECHO * math.sin(
-            transducer.heading)
-        ranges[_beam(*end)] = math.inf
+        end_x = transducer.x + NO_ECHO * math.cos(transducer.heading)
+        end_y = transducer.y + NO_ECHO * math.sin(transducer.heading)
+        ranges[_beam(end_x, end_y)] = math.inf
     for x, y in points:
         beam = _beam(x, y)
         distance = math.hypot(x, y)

@@ -85,11 +85,11 @@ def beside_things(view: TopView) -> np.ndarray:
     near = view.walls.cells >= 50
     for _ in range(int(np.ceil(NEAR_A_WALL / view.walls.resolution))):  # each time by one cell to all sides
         padded = np.pad(near, 1)
-        near = np.any([padded[row:row + near.shape[0], column:column + near.shape[1]] for row in range(3)
-                       for column in range(3)], axis=0)
+        near = np.any([padded[row:row + near.shape[0], column:column + near.shape[1]]
+                       for row in range(3) for column in range(3)], axis=0)
     offset = points - view.walls.origin[:2]
-    cells = np.floor(np.column_stack(placed((0.0, 0.0, -view.walls.origin[2]),
-                                            *offset.T)) / view.walls.resolution).astype(int)
+    on_map = np.column_stack(placed((0.0, 0.0, -view.walls.origin[2]), *offset.T))
+    cells = np.floor(on_map / view.walls.resolution).astype(int)
     inside = ((cells >= 0) & (cells < near.shape[::-1])).all(axis=1)
     column, row = cells[inside].T
     beside = np.ones(len(points), dtype=bool)
@@ -210,8 +210,7 @@ def _draw_robot(axes: Any, footprint: np.ndarray, pose: Pose, name: str, scale: 
     if written:
         behind = -np.array([(9 + 2.2 * len(written)) * np.cos(pose[2]), 11 * np.sin(pose[2])])
         axes.annotate(written, pose[:2], behind, textcoords="offset points", ha="center", va="center", fontsize=7,
-                      color=INK, zorder=8,
-                      bbox=LABEL_BOX)
+                      color=INK, zorder=8, bbox=LABEL_BOX)
 
 
 def _draw_gripper(axes: Any, view: TopView) -> None:
@@ -223,8 +222,7 @@ def _draw_gripper(axes: Any, view: TopView) -> None:
         for what in sorted({event.what for event in events}):
             chosen = [number for number, event in enumerate(events) if event.what == what]
             axes.plot(x[chosen], y[chosen], MARKERS[what], color=EVENT[what], markeredgecolor="white",
-                      markeredgewidth=0.4, markersize=5,
-                      zorder=9, label=what)
+                      markeredgewidth=0.4, markersize=5, zorder=9, label=what)
         return
     for number, event in enumerate(events):
         near = (np.hypot(x[:number] - x[number], y[:number] - y[number]) < 0.6).sum()
@@ -232,8 +230,8 @@ def _draw_gripper(axes: Any, view: TopView) -> None:
         angle = robot.heading[number] + np.pi / 2 * (-1) ** near * (1 - 0.25 * (near // 2))
         axes.annotate(
             str(number + 1), (x[number], y[number]), (26 * np.cos(angle), 26 * np.sin(angle)),
-            textcoords="offset points", ha="center",
-            va="center", color="white", fontsize=7, fontweight="bold", zorder=10, annotation_clip=False,
+            textcoords="offset points", ha="center", va="center", color="white", fontsize=7, fontweight="bold",
+            zorder=10, annotation_clip=False,
             bbox=dict(boxstyle="circle,pad=0.25", facecolor=EVENT[event.what], edgecolor="white"),
             arrowprops=dict(arrowstyle="-", color=EVENT[event.what], linewidth=1.2, shrinkA=0, shrinkB=0))
 
@@ -251,5 +249,4 @@ def _draw_times(axes: Any, path: Track, timeline: Timeline, scale: float) -> Non
         axes.plot(x, y, "o", color="white", markeredgecolor=INK, markersize=3.2, markeredgewidth=0.8, zorder=7)
         side = 8 * np.array([-np.sin(heading), np.cos(heading)])
         axes.annotate(timeline.write(time), (x, y), side * (1.6, 1.0), textcoords="offset points", ha="center",
-                      va="center", fontsize=6.5,
-                      color=INK, zorder=8, bbox=LABEL_BOX)
+                      va="center", fontsize=6.5, color=INK, zorder=8, bbox=LABEL_BOX)

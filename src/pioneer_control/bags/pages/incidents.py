@@ -54,8 +54,8 @@ def _incident(same: Sequence[Report]) -> Incident:
     """
     who = same[0].who.rsplit("/", 1)[-1]
     level = ERROR if max(fault.level for fault in same) >= ERROR else WARNING
-    times = [fault.time for fault, before in zip(same,
-                                                 [None, *same]) if before is None or fault.time - before.time > AT_ONCE]
+    times = [fault.time for fault, before in zip(same, [None, *same])
+             if before is None or fault.time - before.time > AT_ONCE]
     return Incident("", level, tuple(times), "%s: %s" % (who, same[0].what) if who else same[0].what)
 
 

@@ -114,8 +114,8 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
     ]
     shown = [lane for lane in found if lane.spans or lane.badges or (lane.name == "motors on" and len(run.motors.time))]
     shown += doings(run) + [lane for lane in (_said(level, wrong) for level in SAID) if lane.spans]
-    return shown + packed(BROKEN, PURPLE, made(run.faults, end), timeline,
-                          inches) + packed(SILENT, SILENCE, silences(run.gaps), timeline, inches)
+    shown += packed(BROKEN, PURPLE, made(run.faults, end), timeline, inches)
+    return shown + packed(SILENT, SILENCE, silences(run.gaps), timeline, inches)
 
 
 def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, inches: float) -> List[Lane]:
@@ -169,8 +169,8 @@ def _said(level: int, wrong: Sequence[Incident]) -> Lane:
     """The lane of all warnings or all errors, with letters where each was first said."""
     mine = [each for each in wrong if each.level == level]
     badges = tuple(Badge(each.times[0], each.letter, SAID_COLOUR[level]) for each in mine if each.letter)
-    return Lane(SAID[level], SAID_COLOUR[level], "", tuple((time, time) for each in mine for time in each.times),
-                badges)
+    moments = tuple((time, time) for each in mine for time in each.times)
+    return Lane(SAID[level], SAID_COLOUR[level], "", moments, badges)
 
 
 def height(shown: Sequence[Curves], lanes: int) -> float:
@@ -208,16 +208,15 @@ def draw(sheet: Sheet, left: float, top: float, shown: Sequence[Curves], rows: S
     labelled = [axes for axes in drawn if any(axes.get_legend_handles_labels())]
     if labelled:
         labelled[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=2, frameon=False, fontsize=7.5,
-                           borderaxespad=0.1,
-                           handlelength=2.2, columnspacing=1.4)
+                           borderaxespad=0.1, handlelength=2.2, columnspacing=1.4)
 
 
 def draw_curves(axes: Any, strip: Curves, width: float) -> None:
     """The lines of one strip, which is so many inches wide."""
     for time, value, look in strip.lines:
         axes.plot(time, value, **look)
-    values = np.concatenate([value[np.isfinite(value)]
-                             for _, value, _ in strip.lines] + [np.zeros(1 if strip.zero else 0)])
+    finite = [value[np.isfinite(value)] for _, value, _ in strip.lines]
+    values = np.concatenate([*finite, np.zeros(1 if strip.zero else 0)])
     low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
     missing = max(strip.least - (high - low), 0.0)
     low, high = (low, high + missing) if strip.zero and low >= 0.0 else (low - missing / 2, high + missing / 2)
@@ -250,10 +249,9 @@ def draw_lanes(axes: Any, rows: Sequence[Lane], timeline: Timeline, width: float
         places = spread([badge.time for badge in badges], BADGES_APART * timeline.span / width, timeline.begin,
                         timeline.end)
         for badge, place in zip(badges, places):
+            box = dict(boxstyle="circle,pad=0.18", facecolor=badge.colour, edgecolor="white", linewidth=0.5)
             axes.text(place, middle, badge.words, ha="center", va="center", color=ink_on(badge.colour), fontsize=6.5,
-                      fontweight="bold",
-                      zorder=5, bbox=dict(boxstyle="circle,pad=0.18", facecolor=badge.colour, edgecolor="white",
-                                          linewidth=0.5))
+                      fontweight="bold", zorder=5, bbox=box)
         for time, words in lane.words:
             axes.text(time, middle, " " + plain(words), va="center", color=INK, fontsize=6.5, zorder=5)
         if number and lane.name:

@@ -32,9 +32,8 @@ LINES = 3  # of one text, at most
 WORDS = LEFT + 1.15  # inches: where the words of a fault begin, behind its letter and time
 REAL = 1e8  # s: a clock beyond that is not that of a simulation
 EXACT = 0.01  # m by which odometry may be off and still be called exact
-ECHO_NOTE = ("* A sonar hears in a cone, and its echo is drawn in the cone's middle: a wall that is met slantwise "
-             "also shows beside itself. "
-             "Odometry places the echoes.")
+ECHO_NOTE = ("* A sonar hears in a cone, and its echo is drawn in the cone's middle: a wall that is met slantwise also "
+             "shows beside itself. Odometry places the echoes.")
 
 
 class Plan(NamedTuple):
@@ -58,15 +57,16 @@ def figure(run: Run, title: Optional[str] = None) -> Any:
     pushed = ", ".join("can %s pushed %.2f m at %s" % (push.can, push.distance, timeline.write(push.time))
                        for push in pushes(run))
     damage = "This recording is damaged: " + run.damage if run.damage else ""
-    said: List[Tuple[str, Dict[str, Any]]] = [(pushed, dict(color=INK)),
-                                              (damage, dict(color=VERMILLION, fontweight="bold"))]
+    said: List[Tuple[str, Dict[str, Any]]] = [
+        (pushed, dict(color=INK)),
+        (damage, dict(color=VERMILLION, fontweight="bold")),
+    ]
     head = [(line, look) for text, look in said for line in probe.lines(text, RIGHT - LEFT, LINES, **look) if text]
 
     events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= BADGES else MANY
     lower = [each._replace(height=SQUEEZED * each.height) for each in shown]
-    where, squeezed = (plan(view.high - view.low, TOP + 0.62 + LINE * len(head) + GAP, over_time.height(each, lanes),
-                            lines, events)
-                       for each in (shown, lower))
+    span, above_map = view.high - view.low, TOP + 0.62 + LINE * len(head) + GAP
+    where, squeezed = (plan(span, above_map, over_time.height(each, lanes), lines, events) for each in (shown, lower))
     if squeezed.map[2] > where.map[2]:
         where, shown = squeezed, lower
 
@@ -145,8 +145,9 @@ def _write_head(sheet: Sheet, run: Run, timeline: Timeline, title: Optional[str]
     robot = run.robot or "robot"
     named = title or robot + (" (%s)" % run.model if run.model else "") + (" in %s" % run.world if run.world else "")
     sheet.text(LEFT, TOP + 0.1, named, room=RIGHT - LEFT - 2.4, size=15, fontweight="bold")
-    began = datetime.fromtimestamp(timeline.begin,
-                                   timezone.utc).strftime("%Y-%m-%d %H:%M UTC") if timeline.begin > REAL else ""
+    began = ""
+    if timeline.begin > REAL:
+        began = datetime.fromtimestamp(timeline.begin, timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
     sheet.text(RIGHT, TOP + 0.02, os.path.basename(run.path), room=2.3, size=SMALL, color=FAINT, ha="right")
     sheet.text(RIGHT, TOP + 0.17, began, size=SMALL, color=FAINT, ha="right")
     sheet.text(LEFT, TOP + 0.43, "   ·   ".join(figures), room=RIGHT - LEFT, size=BODY)
@@ -173,8 +174,8 @@ def summary(run: Run, view: TopView, wrong: Sequence[Incident]) -> List[str]:
     else:
         end = view.odometry.pose(-1)
         off = np.hypot(end[0] - view.path.x[-1], end[1] - view.path.y[-1])
-        parts.append("odometry %.0f cm off at the end"
-                     % (100 * off) if off >= EXACT else "odometry exact: ideal wheels")
+        is_exact = off < EXACT
+        parts.append("odometry exact: ideal wheels" if is_exact else "odometry %.0f cm off at the end" % (100 * off))
     said = [(sum(len(each.times) for each in wrong if each.level == level), what)
             for level, what in ((ERROR, "error"), (WARNING, "warning"))]
     for count, what in said + [(len(silences(run.gaps)), "gap")]:
@@ -188,8 +189,8 @@ def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: f
              if not label.startswith("robot at")}
     legend = sheet.figure.legend(
         shown.values(), shown.keys(), loc="upper left", bbox_to_anchor=sheet.at(left, top), borderaxespad=0,
-        borderpad=0, ncol=columns,
-        frameon=False, fontsize=SMALL, handlelength=1.8, columnspacing=1.2, handletextpad=0.5)
+        borderpad=0, ncol=columns, frameon=False, fontsize=SMALL, handlelength=1.8, columnspacing=1.2,
+        handletextpad=0.5)
     for line in legend.get_lines():
         line.set_markersize(max(line.get_markersize(), 5))  # an echo's dot is too small to be seen alone
     if len(run.gripper) > BADGES:

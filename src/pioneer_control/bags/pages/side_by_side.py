@@ -86,8 +86,9 @@ def shortened(long: Sequence[str], most: int = LONGEST_NAME) -> List[str]:
     rest = [MORE * (begin > 0) + name[begin:] for name in long]
     half = (most - 1) // 2
     short = [name if len(name) <= most else name[:most - 1 - half] + MORE + name[-half:] for name in rest]
-    return short if len(set(short)) == len(set(long)) else ["%s: %s" % (number, name[3:])
-                                                            for number, name in enumerate(short, 1)]
+    if len(set(short)) == len(set(long)):
+        return short
+    return ["%s: %s" % (number, name[3:]) for number, name in enumerate(short, 1)]
 
 
 def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
@@ -95,8 +96,8 @@ def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
     rows = compared(runs)
     begin = rows[0].track.pose(0)
     laid = [from_its_start(row.track).seen_from(begin) for row in rows]
-    walls = runs[0].map if all(run.truth is not None
-                               for run in runs) and len({run.world for run in runs}) == 1 else None
+    in_one_world = all(run.truth is not None for run in runs) and len({run.world for run in runs}) == 1
+    walls = runs[0].map if in_one_world else None
     reach = max(np.hypot(*run.footprint.T).max() if len(run.footprint) else 0.3 for run in runs)
     low, high = from_above.extent(laid, np.empty((0, 2)), walls, reach)
     timeline = Timeline(0.0, max(float(track.time[-1]) for track in laid))
@@ -124,21 +125,21 @@ def _curves(rows: Sequence[Compared]) -> List[over_time.Curves]:
     shifted = [(each._replace(time=each.time - first_movement(row.track)), look)
                for each, row, look in zip(measured, rows, LOOKS)]
     apart = tuple((*distance_between(rows[0].track, row.track), look) for row, look in zip(rows[1:], LOOKS[1:]))
-    return over_time.velocities(shifted) + [over_time.Curves("from first\n(m)", over_time.CURVE, apart, FEWEST_METRES,
-                                                             True)]
+    from_first = over_time.Curves("from first\n(m)", over_time.CURVE, apart, FEWEST_METRES, True)
+    return [*over_time.velocities(shifted), from_first]
 
 
 def _write_head(sheet: Sheet, rows: Sequence[Compared], title: Optional[str]) -> None:
     """Title, and what is compared with what."""
     models = [row.run.model for row in rows]
     same = models[0] if len(set(models)) == 1 else ""   # said once, behind the names
-    robots = list(dict.fromkeys((row.run.robot or "robot") + (" (%s)" % row.run.model if row.run.model and not same
-                                                              else "") for row in rows))
+    own = ["" if same or not model else " (%s)" % model for model in models]
+    robots = list(dict.fromkeys((row.run.robot or "robot") + model for row, model in zip(rows, own)))
     worlds = list(dict.fromkeys(row.run.world for row in rows if row.run.world))
-    of = (robots[0] if len(robots) == 1 else "%s robots: %s"
-          % (len(robots), ", ".join(robots))) + (" (%s)" % same if same else "")
-    of += " in %s" % worlds[0] if len(worlds) == 1 else " in %s worlds: %s" % (len(worlds),
-                                                                               ", ".join(worlds)) if worlds else ""
+    of = robots[0] if len(robots) == 1 else "%s robots: %s" % (len(robots), ", ".join(robots))
+    of += " (%s)" % same if same else ""
+    if worlds:
+        of += " in %s" % worlds[0] if len(worlds) == 1 else " in %s worlds: %s" % (len(worlds), ", ".join(worlds))
     sheet.text(LEFT, TOP + 0.1, title or "%s runs of %s" % (len(rows), of), room=RIGHT - LEFT, size=15,
                fontweight="bold")
     paths = "true paths" if rows[0].track is rows[0].run.truth else "paths as the robots' odometry has them"

@@ -35,8 +35,9 @@ class Timeline(NamedTuple):
         if self.unit == "s":
             return "%g" % (round(seconds, 1) + 0.0) if self.span < 10 else str(round(seconds))
         minutes, second = divmod(int(round(seconds)), 60)
-        return "%s:%02d" % (minutes, second) if self.unit == "min:s" else "%s:%02d:%02d" % (minutes // 60, minutes % 60,
-                                                                                            second)
+        if self.unit == "min:s":
+            return "%s:%02d" % (minutes, second)
+        return "%s:%02d:%02d" % (minutes // 60, minutes % 60, second)
 
     def ticks(self, most: int) -> np.ndarray:
         """Moments at round steps from the begin, at most so many steps of them; s."""

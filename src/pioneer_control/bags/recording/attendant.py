@@ -30,9 +30,8 @@ GRACE = 10.0
 """s from the start until the node says which topics have no publisher; drivers start beside the recorder."""
 NO_CLOCK = LogLine("warning",
                    "nothing is recorded yet: this master has simulated time (/use_sim_time), perhaps of an earlier "
-                   "replay, and "
-                   "nothing publishes /clock. For a robot: end this, rosparam set /use_sim_time false, and start it "
-                   "again")
+                   "replay, and nothing publishes /clock. For a robot: end this, rosparam set /use_sim_time false, and "
+                   "start it again")
 SAY = {"info": rospy.loginfo, "warning": rospy.logwarn, "error": rospy.logerr}
 
 
@@ -171,8 +170,7 @@ def first_words(plan: RecordingPlan, free: int) -> LogLine:
     parts = ", a new part each %s %s" % (amount, "MB" if kind == "size" else "s") if kind else ""
     return LogLine("info", "recording %s: %d topics into %s (%s%s). %s free: %s" % (
         ", ".join("/" + robot for robot in plan.robots), len(plan.topics), plan.file, plan.compression, parts,
-        in_words(free),
-        room(free, plan.keep_free, USUAL_RATE[plan.compression] * len(plan.robots))))
+        in_words(free), room(free, plan.keep_free, USUAL_RATE[plan.compression] * len(plan.robots))))
 
 
 def last_words(plan: RecordingPlan, free: int) -> LogLine:
@@ -186,6 +184,5 @@ def last_words(plan: RecordingPlan, free: int) -> LogLine:
     if free <= plan.keep_free:
         return LogLine("error",
                        "the recording has ended because the disk is full: %s is closed and whole. Make room, and "
-                       "start another one"
-                       % last)
+                       "start another one" % last)
     return LogLine("info", "the recording has ended: %s is closed" % last)

@@ -107,8 +107,7 @@ def plan_of(arguments: argparse.Namespace, now: time.struct_time) -> RecordingPl
     for robot in robots:
         if robot and not NAME.fullmatch(robot):
             raise UsageError("%r is no name of a robot: give its namespace, like pioneer; several with spaces between "
-                             "them; "
-                             "/ if it has none" % robot)
+                             "them; / if it has none" % robot)
     if not robots:
         raise UsageError("no robot is named: give its namespace, like pioneer")
     compression = arguments.compression or COMPRESSIONS[0]
@@ -121,8 +120,7 @@ def plan_of(arguments: argparse.Namespace, now: time.struct_time) -> RecordingPl
         raise UsageError("keep_free %r is not legal: give a size like 500MB or 1GB" % arguments.keep_free)
     return RecordingPlan(
         robots, topics, tuple(topic for topic in topics if topic not in usual), stem_of(arguments.bag, robots, now),
-        compression,
-        split_of(arguments.split), max(1, int(keep_free / MB)) * MB)
+        compression, split_of(arguments.split), max(1, int(keep_free / MB)) * MB)
 
 
 def amount_of(what: str, text: str) -> Tuple[str, float]:
@@ -169,9 +167,8 @@ def check_place(plan: RecordingPlan, free: int) -> None:
     there = plan.parts
     if there:
         unfinished = [path for path in there if path.endswith(".active")]
-        raise UsageError("%s is there already, and stays as it is: give the new bag another name%s" % (
-            there[0], ". %s is being recorded, or %s"
-            % (unfinished[0], WHAT_TO_DO % unfinished[0]) if unfinished else ""))
+        more = ". %s is being recorded, or %s" % (unfinished[0], WHAT_TO_DO % unfinished[0]) if unfinished else ""
+        raise UsageError("%s is there already, and stays as it is: give the new bag another name%s" % (there[0], more))
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass
@@ -179,8 +176,7 @@ def check_place(plan: RecordingPlan, free: int) -> None:
         raise UsageError("cannot write %s.bag in %s: %s" % (name, folder, error.strerror)) from error
     if free <= plan.keep_free:
         raise UsageError("only %s are free in %s, and rosbag ends below %s: make room, record elsewhere (bag:=), or "
-                         "leave less "
-                         "(keep_free:=100MB)" % (in_words(free), folder, in_words(plan.keep_free)))
+                         "leave less (keep_free:=100MB)" % (in_words(free), folder, in_words(plan.keep_free)))
 
 
 def parts_of(stem: str, numbered: bool) -> List[str]:
@@ -191,8 +187,8 @@ def parts_of(stem: str, numbered: bool) -> List[str]:
         found = [(pattern.fullmatch(entry), entry) for entry in os.listdir(folder)]
     except OSError:
         return []
-    return [os.path.join(folder, entry) for _, entry in sorted((int(match.group(1) or 0), entry)
-                                                               for match, entry in found if match)]
+    parts = sorted((int(match.group(1) or 0), entry) for match, entry in found if match)
+    return [os.path.join(folder, entry) for _, entry in parts]
 
 
 def left_behind(folder: str, now: float) -> List[LogLine]:

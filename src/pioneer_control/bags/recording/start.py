@@ -35,8 +35,7 @@ def check_alone(node: str) -> None:
         raise UsageError("no ROS master answers at %s: start the robot first, or roscore"
                          % rosgraph.get_master_uri()) from error
     raise UsageError("%s records already. To end that one: rosnode kill %s. To record beside it: rosrun "
-                     "pioneer_control record "
-                     "__name:=another_recorder" % (node, node))
+                     "pioneer_control record __name:=another_recorder" % (node, node))
 
 
 def main() -> NoReturn:
@@ -44,10 +43,11 @@ def main() -> NoReturn:
     own = [argument for argument in sys.argv[1:] if ":=" not in argument]
     mapped = [argument for argument in sys.argv[1:] if ":=" in argument]
     try:
-        arguments = parser_of("record",
-                              "Record robots: all topics of config/record.yaml, into one bag. Ctrl-C ends it and "
-                              "closes the bag.",
-                              OPTIONS).parse_args(own)
+        parser = parser_of(
+            "record",
+            "Record robots: all topics of config/record.yaml, into one bag. Ctrl-C ends it and closes the bag.",
+            OPTIONS)
+        arguments = parser.parse_args(own)
         refuse_launch_arguments(mapped, vars(arguments))
         plan = plan_of(arguments, time.localtime())
         if not os.path.isdir(plan.folder):

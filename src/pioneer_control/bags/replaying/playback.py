@@ -91,8 +91,7 @@ def _check_names(options: Sequence[str], commands: Sequence[str]) -> None:
         renamed = bool(REMAPPING.match(word)) and (absolute(source) in commands or is_command(target, ""))
         if renamed or PREFIX.match(word) or source == "__ns" and given:
             raise UsageError("%s is not legal here: what commanded comes back under %s/ in its own namespace, and "
-                             "nowhere else"
-                             % (word, RECORDED))
+                             "nowhere else" % (word, RECORDED))
 
 
 def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
@@ -109,16 +108,14 @@ def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
             rosbag.Bag(path, skip_index=True).close()
         except rosbag.ROSBagUnindexedException:
             raise BagError("%s has no index: its recorder is still running or was killed, or it was cut off. When it "
-                           "has ended: "
-                           "rosbag reindex %s" % (path, path)) from None
+                           "has ended: rosbag reindex %s" % (path, path)) from None
         except (rosbag.ROSBagException, OSError, EOFError, ValueError) as error:
             raise BagError("%s is damaged: %s. This makes what is left of it a bag again: rosbag reindex %s"
                            % (path, error, path)) from None
     odd = sorted({connection.topic for connection in connections if not NAME.fullmatch(connection.topic)})
     if odd:
         raise BagError("%s: %r is no name of a topic, and rosbag play takes none of the bag: leave it out with rosbag "
-                       "filter"
-                       % (" ".join(files), odd[0]))
+                       "filter" % (" ".join(files), odd[0]))
     if not connections:
         raise BagError("%s: there is nothing in it" % " ".join(files))
     return {connection.topic: connection.type for connection in connections}

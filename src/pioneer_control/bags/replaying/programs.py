@@ -45,9 +45,8 @@ def become_node(name: str) -> None:
     name = (named or [name])[-1]
     try:
         if is_at_work("/" + name, MASTER_PATIENCE):
-            raise UsageError(
-                "/%s is at work on this master already: end it first, or give this one another name with __name:="
-                % name)
+            raise UsageError("/%s is at work on this master already: end it first, or give this one another name with "
+                             "__name:=" % name)
     except NO_ANSWER:
         raise no_master() from None
     init_node(name)
@@ -132,8 +131,7 @@ def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subproc
         for process in needed:
             if process.poll() is not None:
                 raise NoAnswerError("waited for %s, but a program that is needed for it has ended (exit code %s); its "
-                                    "last lines above say why"
-                                    % (what, process.poll()))
+                                    "last lines above say why" % (what, process.poll()))
         if time.monotonic() > end:
             raise NoAnswerError("waited %.0f s in vain for %s" % (patience, what))
         time.sleep(INTERVAL)

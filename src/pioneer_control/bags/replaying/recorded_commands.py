@@ -6,7 +6,7 @@ from std_msgs.msg import String
 
 from ...errors import UsageError
 from ..command_line import say
-from ..reader import decode, plural, read_bag
+from ..reader import BagConnection, decode, plural, read_bag
 from ..records import BagError
 from ..recording.description import Description, description_of
 from .playback import absolute
@@ -43,9 +43,12 @@ def read_commands(files: Sequence[str], robot: str, commands: Mapping[str, type]
         BagError: the robot was told nothing, or "" and there are several.
     """
     wanted = {**commands, **(others or {}), "recording": String}
-    reader = read_bag(files,
-                      lambda connection: connection.md5sum == getattr(wanted.get(connection.topic.rpartition("/")[2]),
-                                                                      "_md5sum", None))
+
+    def is_wanted(connection: BagConnection) -> bool:
+        kind = wanted.get(connection.topic.rpartition("/")[2])
+        return kind is not None and connection.md5sum == kind._md5sum
+
+    reader = read_bag(files, is_wanted)
     damaged: Counter[str] = Counter()
     robots: Dict[str, RecordedCommands] = {}
     for topic, connection, data, nanoseconds in reader:
@@ -66,8 +69,8 @@ def read_commands(files: Sequence[str], robot: str, commands: Mapping[str, type]
     chosen = robot.strip("/")
     if chosen and chosen not in told or not told:
         who = "robot %r was told nothing" % chosen if chosen else "no robot was told anything"
-        raise BagError("%s: %s in it (%s)%s" % (files[0], who, ", ".join(commands),
-                                                "; these robots were: " + ", ".join(told) if told else ""))
+        others_told = "; these robots were: " + ", ".join(told) if told else ""
+        raise BagError("%s: %s in it (%s)%s" % (files[0], who, ", ".join(commands), others_told))
     if not chosen and len(told) > 1:
         raise BagError("%s: %s robots were told something: %s. Choose one with robot:=NAME"
                        % (files[0], len(told), ", ".join(told)))

@@ -208,13 +208,11 @@ class Redrive:
         """Refuse simulated time, and a namespace in which there are nodes already."""
         if rospy.get_param("/use_sim_time", False):
             raise UsageError("this master has simulated time (/use_sim_time), perhaps of an earlier replay. When none "
-                             "goes on: "
-                             "rosparam set /use_sim_time false")
+                             "goes on: rosparam set /use_sim_time false")
         there = [node for node in nodes() if node.startswith(self._name + "/")]
         if there:
             raise UsageError("%s is there already: end it (rosnode cleanup, if it was killed), or take another name "
-                             "for the re-driven robot "
-                             "with --name" % ", ".join(there))
+                             "for the re-driven robot with --name" % ", ".join(there))
 
     def _start_robot(self) -> Sequence[subprocess.Popen]:
         """Start the simulated robot and its driver; returns them. Neither may end."""
@@ -226,15 +224,14 @@ class Redrive:
         where = " at x %.2f m, y %.2f m, %.0f degrees" % (x, y, np.degrees(heading)) if "start" in simulator else ""
         say("A simulated %s in the world %r%s is told what %s in %s was told: for %.0f s, as %s."
             % (simulator.get("model", "robot"), simulator["world"], where, recorded.robot or "the robot",
-               self._files[0],
-               duration(self._orders), self._name))
+               self._files[0], duration(self._orders), self._name))
         rospy.set_param(self._name + "/simulator", dict(simulator, pty=line, frame_prefix=prefix))
         rospy.set_param(self._name + "/p2os", dict(driver, port=line, frame_prefix=prefix))
         started = [self._programs.start(["rosrun", "pioneer_control", program, "__name:=" + name], self._name)
                    for program, name in (("p2os_simulator", "simulator"), ("p2os_driver", "p2os"))]
         wait_until("the robot (%s)" % ", ".join(NEEDED), lambda: all(self._newest(name) for name in NEEDED), started)
-        wait_until("its driver to listen", lambda: all(each.get_num_connections()
-                                                       for each in self._publishers.values()), started)
+        wait_until("its driver to listen",
+                   lambda: all(each.get_num_connections() for each in self._publishers.values()), started)
         return started
 
     def _switch_motors_on(self, robot: Sequence[subprocess.Popen]) -> None:

@@ -23,8 +23,7 @@ from .playback import REMAPPING, player, recorded_topics
 WAYS = "look", "rerun", "redrive"
 
 LAUNCH_ARGUMENTS = ("bag", "way", "robot", "rviz", "picture", "frame", "options", "package", "program", "args", "speed",
-                    "world",
-                    "numbers_file", "seed")
+                    "world", "numbers_file", "seed")
 """Those of replay.launch."""
 
 
@@ -41,10 +40,9 @@ def warn_of_robots() -> None:
     except OSError:
         raise programs.no_master() from None
     if others:
-        print("replay: %s is on this master. No command of the bag reaches it, but what it reports mixes with the "
-              "bag: a replay is better "
-              "done on a master of its own (export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others),
-              file=sys.stderr)
+        print("replay: %s is on this master. No command of the bag reaches it, but what it reports mixes with the bag: "
+              "a replay is better done on a master of its own "
+              "(export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others), file=sys.stderr)
 
 
 def look(arguments: Sequence[str], ros: Sequence[str]) -> int:

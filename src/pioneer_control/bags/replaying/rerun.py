@@ -24,8 +24,7 @@ from ..command_line import number, parser_of, say
 from ..reader import decode, read_bag
 from .playback import RERUN, absolute, aside, player, recorded_topics
 from .programs import (INTERVAL, Interrupted, Programs, connected, explain_roslaunch, graph, nodes, possible_robots,
-                       restore_parameter,
-                       run_as_node, wait_until)
+                       restore_parameter, run_as_node, wait_until)
 from .recorded_commands import read_commands
 from .redrive_schedule import VELOCITIES
 from .rerun_compare import TimedVelocity, Verdict, judge_decisions, judge_others, judge_velocities
@@ -131,8 +130,9 @@ def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Ver
 
 def velocity_of(seconds: float, message: Any) -> TimedVelocity:
     """The velocity in a Twist or WheelVelocities."""
-    return TimedVelocity(seconds, *((message.left, message.right) if hasattr(message, "left")
-                                    else (message.linear.x, message.angular.z)))
+    if hasattr(message, "left"):
+        return TimedVelocity(seconds, message.left, message.right)
+    return TimedVelocity(seconds, message.linear.x, message.angular.z)
 
 
 class Rerun:
@@ -174,8 +174,8 @@ class Rerun:
         before = {name: rospy.get_param(name, None) for name in ("/use_sim_time", live.node)}
         try:
             rospy.set_param("/use_sim_time", True)
-            rospy.set_param(live.node, dict(live.parameters,
-                                            **decided([message for _, message in live.commanded.get("decision", [])])))
+            decisions = [message for _, message in live.commanded.get("decision", [])]
+            rospy.set_param(live.node, dict(live.parameters, **decided(decisions)))
             self._play(recorder)
         except BaseException:
             recorder.say_where()
@@ -197,10 +197,9 @@ class Rerun:
                              % self._live.node)
         others = possible_robots()
         if others:
-            raise UsageError("%s is on this master: the program could reach it, and what it reports would mix with "
-                             "the bag. End that first, "
-                             "or take a master of its own (export ROS_MASTER_URI=http://localhost:11411)"
-                             % ", ".join(others))
+            raise UsageError("%s is on this master: the program could reach it, and what it reports would mix with the "
+                             "bag. End that first, or take a master of its own "
+                             "(export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others))
 
     def _look_out(self) -> None:
         """End the re-run when a robot comes meanwhile: a program that ignores remappings would command it.
@@ -219,11 +218,11 @@ class Rerun:
     def _play(self, recorder: TopicRecorder) -> None:
         """Start everything, and let the bag run when all is connected."""
         live, given = self._live, self._given
-        parameters = ", ".join("%s %s" % each
-                               for each in sorted(live.parameters.items()) if not isinstance(each[1], dict))
-        say("%s hears %s as %s%s" % (given.program, " ".join(self._files), live.node,
-                                     " with %s." % parameters if live.parameters else
-                                     "; the bag does not tell which parameters it had, and it gets none."))
+        told = "; the bag does not tell which parameters it had, and it gets none."
+        if live.parameters:
+            own = ["%s %s" % each for each in sorted(live.parameters.items()) if not isinstance(each[1], dict)]
+            told = " with %s." % ", ".join(own)
+        say("%s hears %s as %s%s" % (given.program, " ".join(self._files), live.node, told))
         command = player(self._files, self._topics, ["--pause", "--quiet", *shlex.split(given.options)])
         bag = self._programs.start([*command, "__name:=" + PLAYER[1:]], quiet=True)
         rospy.wait_for_service(PLAYER + "/pause_playback", PLAYER_PATIENCE)
@@ -232,8 +231,8 @@ class Rerun:
         arguments = shlex.split(given.args) if given.args else [live.robot] if ours else []
         out_of_reach = ["%s/%s" % (self._robot, each) for each in (*KINDS, *SERVICES)]
         elsewhere = ["%s:=%s" % (topic, aside(topic, RERUN)) for topic in out_of_reach]
-        program = self._programs.start(["rosrun", given.package, given.program, *arguments, *elsewhere,
-                                        "__name:=" + name], namespace or "/")
+        command = ["rosrun", given.package, given.program, *arguments, *elsewhere, "__name:=" + name]
+        program = self._programs.start(command, namespace or "/")
         self._wait_for_subscribers(program, bag)
         rospy.ServiceProxy(PLAYER + "/pause_playback", SetBool)(False)
         self._wait_for_end(bag, program, recorder)
@@ -268,8 +267,8 @@ class Rerun:
         ended = time.monotonic()
         while program.poll() is None and not rospy.is_shutdown():
             quiet = time.monotonic() - max(recorder.heard_at, ended)
-            if quiet > (LAST_WORD if expected and recorder.counts.get(self._robot + "/decision", 0) >= expected
-                        else QUIET):
+            all_said = 0 < expected <= recorder.counts.get(self._robot + "/decision", 0)
+            if quiet > (LAST_WORD if all_said else QUIET):
                 break
             self._look_out()
             time.sleep(INTERVAL)

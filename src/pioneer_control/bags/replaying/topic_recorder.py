@@ -54,8 +54,8 @@ class TopicRecorder:
 
     def write(self, topic: str, message: genpy.Message) -> None:
         """Write a message with the present time."""
-        self._write(topic, message, dict(type=message._type, md5sum=message._md5sum,
-                                         message_definition=message._full_text))
+        header = dict(type=message._type, md5sum=message._md5sum, message_definition=message._full_text)
+        self._write(topic, message, header)
 
     def _write(self, topic: str, message: Any, header: Mapping[str, str]) -> None:
         """Write a message that came by a connection with this header."""
