@@ -125,6 +125,8 @@ class Link:
         """Whole packets that nobody understands or can believe."""
         self.events: List[Event] = []
         """What the listeners are to be told."""
+        self.connected_counts: Callable[[], ConnectedCounts] = ConnectedCounts
+        """What was counted while the robot obeyed."""
 
     def clock(self) -> float:
         """Monotonic time (s)."""
@@ -153,11 +155,6 @@ class Phase:
     def due(self) -> float:
         """When tick() has something to do at the latest (monotonic, s)."""
         return math.inf
-
-    @property
-    def counts(self) -> ConnectedCounts:
-        """What was counted while the robot obeyed."""
-        return ConnectedCounts()
 
     def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
         """Take a packet that is whole now; the robot began to send it at ``sent_time``."""
@@ -326,12 +323,13 @@ class Connected(Phase):
         self.data = DataRequests(link.line, self.identity)
         self.tuner = Tuner(link.line, self.identity, settings.tuning, link.events)
         self.reader = StateReader(self.identity, odometry)
+        link.connected_counts = self.counts
         self.use(settings, link.now)
         link.events.append(Ready(self.identity))
         self._report(learned.sip, learned.time, learned.sent_time)
 
-    @property
     def counts(self) -> ConnectedCounts:
+        """What was counted while the robot obeyed."""
         return ConnectedCounts(self.reader.unknown_sonar, self.link_check.questions, self.link_check.unanswered)
 
     @property
@@ -430,16 +428,12 @@ class Closing(SteppedPhase):
     last_words = LAST_WORDS
 
     def __init__(self, link: Link, before: Union[Opening, Connected], left: Left) -> None:
-        self._standing, self._counts = True, before.counts
+        self._standing = True
         if isinstance(before, Connected):
             before.drive.abandon(link.lost("closed"))
             self._standing = before.drive.at_rest
         link.line.drop()
         super().__init__(link, before.odometry)
-
-    @property
-    def counts(self) -> ConnectedCounts:
-        return self._counts
 
     def _steps(self) -> Procedure:
         link = self._link
@@ -469,16 +463,11 @@ class Finished(Phase):
     def __init__(self, link: Link, before: Phase, outcome: Union[Left, Gone, Failed]) -> None:
         super().__init__(link, before.odometry)
         self.error = outcome.error if isinstance(outcome, Failed) and not isinstance(before, Closing) else None
-        self._counts = before.counts
         if isinstance(before, Connected):
             before.drive.abandon(outcome.error if isinstance(outcome, Failed) else link.lost("closed"))
         link.line.drop()
         if before.last_words and not isinstance(outcome, Gone):
             link.line.say(before.last_words)
-
-    @property
-    def counts(self) -> ConnectedCounts:
-        return self._counts
 
     def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
         return None

@@ -126,7 +126,7 @@ class Session:
         """What the line brought."""
         link, counts = self._link, self._link.decoder.counts
         return Counts(link.sips, counts.bad_checksums + counts.bad_counts, counts.discarded_bytes, link.unreadable,
-                      *self.phase.counts)
+                      *link.connected_counts())
 
     def _read(self, frames: List[p2os.Frame]) -> None:
         link, byte_time = self._link, self.line.byte_time
