@@ -1,6 +1,7 @@
-"""The protocol once more, written from the tables of the protocol notes alone and sharing nothing with the package:
-commands to bytes, a robot's
-bytes to values. Strict: a byte that belongs to nothing, or is not there, is an AssertionError.
+"""The protocol once more, written from the tables of the protocol notes alone. It shares nothing with the package.
+
+It makes bytes of commands, and values of a robot's bytes. It is strict: a byte that belongs to nothing, or that is
+missing, is an AssertionError.
 """
 
 import struct
@@ -58,22 +59,20 @@ def bodies(stream: bytes) -> List[bytes]:
 SYNC2 = "name z class z subclass z"
 SIP_HEAD = "x H y H th h lvel h rvel h battery B stall_low B stall_high B control h flags H compass B"
 SIP_TAIL = "analog B digin B digout B battery_x10 H charge_state B rotvel h fault H"
-# all others: fault
+# The last field of a family's SIP. All other families end with fault.
 SIP_LAST = {"PSOS": "digout", "P2OS": "digout", "AmigOS": "digout", "AROS": "digout", "AmigoSH": "charge_state"}
 PORT_FIRST = ("PSOS", "P2OS", "AmigOS", "uARCS", "MARCOS")      # nobody says it of the last two
 CONFIG = (
-    "type z subtype z serial z four_mots B rot_vel_top H trans_vel_top H rot_acc_top H trans_acc_top H pwm_max H name"
-    " z sip_cycle B host_baud B"
-    " aux1_baud B has_gripper H front_sonar H rear_sonar B low_battery H rev_count H watchdog H p2mpacs B stall_val H"
-    " stall_count H joy_vel H"
-    " joy_rvel H rot_vel_max H trans_vel_max H rot_acc H rot_decel H rot_kp H rot_kv H rot_ki H trans_acc H"
-    " trans_decel H trans_kp H trans_kv H"
-    " trans_ki H front_bumps B rear_bumps B charger B sonar_cycle B auto_baud B has_gyro B drift_factor h aux2_baud B"
+    "type z subtype z serial z four_mots B rot_vel_top H trans_vel_top H rot_acc_top H trans_acc_top H pwm_max H"
+    " name z sip_cycle B host_baud B aux1_baud B has_gripper H front_sonar H rear_sonar B low_battery H rev_count H"
+    " watchdog H p2mpacs B stall_val H stall_count H joy_vel H joy_rvel H rot_vel_max H trans_vel_max H"
+    " rot_acc H rot_decel H rot_kp H rot_kv H rot_ki H trans_acc H trans_decel H trans_kp H trans_kv H trans_ki H"
+    " front_bumps B rear_bumps B charger B sonar_cycle B auto_baud B has_gyro B drift_factor h aux2_baud B"
     " aux3_baud B ticks_mm H"
     " shutdown_volts H version z gyro_cw H gyro_ccw H kinematics_delay B lat_vel_top H lat_acc_top H lat_vel_max H"
     " lat_acc H lat_decel H charge_threshold H"
 )
-# all others: charge_threshold
+# The last field of a family's CONFIGpac. All other families end with charge_threshold.
 CONFIG_LAST = {"P2OS": "trans_ki", "AmigOS": "trans_ki", "AROS": "has_gyro", "AmigoSH": "version"}
 PLAIN = {
     0x90: "left i right i",
@@ -153,8 +152,10 @@ def decode(body: bytes, family: str) -> Packet:
         assert reader.bytes(25) == bytes(25)
         values = {}
     elif number == 0xD0:
-        values = {"sound": reader.one("B"), "on": reader.one("B"), "name": reader.bytes(16), "offset": reader.one("I"),
-                  "length": reader.one("I")}
+        values = {
+            "sound": reader.one("B"), "on": reader.one("B"), "name": reader.bytes(16),
+            "offset": reader.one("I"), "length": reader.one("I"),
+        }
     elif number in (0xB0, 0xB8, 0xC8):
         values = {"bytes": reader.bytes(len(reader.data))}
         assert values["bytes"]

@@ -40,6 +40,7 @@ def test_a_robot_charges_in_each_dock_of_the_gallery_and_not_beside_it(name):
     world = load_world(name)
     for x, y, heading in world.docks:
         beside = x - 0.2 * math.cos(heading), y - 0.2 * math.sin(heading), heading
-        charging = [Bench(world=world, pose=pose).open().send("CHARGE", 1).wait(0.5).sip.charge_state
-                    for pose in ((x, y, heading), beside)]
-        assert charging[0] and not charging[1]
+        in_dock, not_in_dock = (
+            Bench(world=world, pose=pose).open().send("CHARGE", 1).wait(0.5).sip.charge_state
+            for pose in ((x, y, heading), beside))
+        assert in_dock and not not_in_dock

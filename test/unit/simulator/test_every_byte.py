@@ -1,5 +1,6 @@
-"""Every byte that the robot sends, in long and varied runs of every family of firmware: read by the protocol notes
-alone, compared with the truth.
+"""Every byte that the robot sends, in long and varied runs of every family of firmware.
+
+The bytes are read by the protocol notes alone, and compared with the truth.
 """
 
 import dataclasses
@@ -19,10 +20,18 @@ from pioneer_control.simulator.world import Can, World
 
 ROOM = 4.0      # half the side of the room, m
 RUNS = [
-    ("pion1m", None, 0), ("p2dx", True, 0), ("amigo", None, 0), ("p3dx", True, 1), ("p3dx-sh", True, 1),
+    ("pion1m", None, 0),
+    ("p2dx", True, 0),
+    ("amigo", None, 0),
+    ("p3dx", True, 1),
+    ("p3dx-sh", True, 1),
     ("p3at-sh", None, 2),
-    ("peoplebot-sh", None, 0), ("amigo-sh", None, 0), ("powerbot-sh", None, 0), ("seekur", None, 0),
-    ("pioneer-lx", None, 0)]
+    ("peoplebot-sh", None, 0),
+    ("amigo-sh", None, 0),
+    ("powerbot-sh", None, 0),
+    ("seekur", None, 0),
+    ("pioneer-lx", None, 0),
+]
 TOUR = b"".join([
     command(18, 1), command(70), command(91, 0), command(42, b"hello"), command(43, 5), command(58, 1), command(45, 3),
     *(command(number, 2) for number in (19, 37, 40, 62, 17, 71))])
@@ -61,8 +70,8 @@ def whims(draw):
         lambda robot: robot.receive(command(32, number(-20, 20) << 8 | number(256))),
         lambda robot: robot.receive(command(29)), lambda robot: robot.receive(command(55)),
         lambda robot: robot.receive(command(7)),
-        lambda robot: robot.receive(command(6, number(100, 1500)) + command(10, number(10, 300))
-                                    + command(5, number(-2500, 2500))),
+        lambda robot: robot.receive(
+            command(6, number(100, 1500)) + command(10, number(10, 300)) + command(5, number(-2500, 2500))),
         lambda robot: robot.receive(command(23, number(-400, 400))),
         lambda robot: robot.receive(command(28, number(32))), lambda robot: robot.receive(command(28, 1)),
         lambda robot: robot.receive(command(3, bytes(number(34) for _ in range(number(20))))),
@@ -77,8 +86,8 @@ def whims(draw):
         lambda robot: robot.receive(command(33, draw.choice((1, 2, 3, 4, 5, 6, 7, 8, 15)))),
         lambda robot: robot.receive(command(33, 17) + command(36, number(-255, 256))),
         lambda robot: robot.receive(command(33, 16) + command(36, number(1, 101))),
-        lambda robot: robot.receive(command(42, bytes(number(256) for _ in range(number(20))))
-                                    + command(43, number(1, 9))),
+        lambda robot: robot.receive(
+            command(42, bytes(number(256) for _ in range(number(20)))) + command(43, number(1, 9))),
         lambda robot: robot.receive(command(44, number(4))), lambda robot: robot.receive(command(56, number(2))),
         lambda robot: robot.receive(command(46, number(3)) + command(68, number(2))),
         lambda robot: robot.receive(command(47, number(2))),
@@ -89,11 +98,12 @@ def whims(draw):
         lambda robot: setattr(robot.hardware.charger, "plugged_in", draw.random() < 0.5),
         lambda robot: setattr(robot.hardware.sonar, "dead", {number(16)}),
         lambda robot: robot.hardware.jam_gripper(draw.random() < 0.3),
-        lambda robot: setattr(robot.hardware, "joystick", JoystickState(draw.random() < 0.3, draw.random() < 0.5,
-                                                                        *(number(1024) for _ in range(3)))),
+        lambda robot: setattr(
+            robot.hardware, "joystick",
+            JoystickState(draw.random() < 0.3, draw.random() < 0.5, *(number(1024) for _ in range(3)))),
         lambda robot: robot.hardware.ports.analog_volts.__setitem__(number(8), draw.uniform(0.0, 5.0)),
-        lambda robot: setattr(robot.hardware.battery, "voltage",
-                              draw.uniform(11.2, 13.0) * robot.hardware.battery.scale),
+        lambda robot: setattr(
+            robot.hardware.battery, "voltage", draw.uniform(11.2, 13.0) * robot.hardware.battery.scale),
     ]
 
 
@@ -115,8 +125,8 @@ def true_sip(robot):
     north = (90.0 - math.degrees(robot.true_pose[2])) % 360.0
     joystick = hardware.joystick is not None and hardware.joystick.button_1
     firing = [array in hardware.sonar.firing for array in range(4)]
-    flags = [robot.motors_enabled] + firing + [hardware.motors.stop_button, stalled, False, False, joystick,
-                                               battery.charging]
+    flags = [
+        robot.motors_enabled, *firing, hardware.motors.stop_button, stalled, False, False, joystick, battery.charging]
     return dict(
         x=units(x * 1000.0, model.dist_mm_per_unit) % 0x8000, y=units(y * 1000.0, model.dist_mm_per_unit) % 0x8000,
         th=(units(heading, 2.0 * math.pi / turn) + turn // 2) % turn - turn // 2,
@@ -128,8 +138,7 @@ def true_sip(robot):
         flags=sum(bit << place for place, bit in enumerate(flags)),
         compass=(round(north / 2.0) or 180) if hardware.compass.on else 0, port=hardware.ports.analog_port,
         analog=round(hardware.ports.analog_volts[hardware.ports.analog_port] * 51.0), grip=true_grip(gripper),
-        digin=true_digin(robot),
-        digout=hardware.ports.digital_out,
+        digin=true_digin(robot), digout=hardware.ports.digital_out,
         battery_x10=round(battery.voltage * 10.0), charge_state=battery.charge_state,
         rotvel=round(math.degrees(angular) * 10.0),
         fault=8 if battery.voltage / battery.scale < 11.5 else 0,
@@ -142,10 +151,15 @@ def true_grip(gripper):
         return 0
     paddles, lift = gripper.paddle_motion, gripper.lift.motion
     bits = [
-        paddles > 0 or gripper.is_open and not paddles, paddles < 0 or gripper.is_closed and not paddles, paddles != 0,
+        paddles > 0 or gripper.is_open and not paddles,
+        paddles < 0 or gripper.is_closed and not paddles,
+        paddles != 0,
         gripper.paddles_jammed,
-        lift > 0 or gripper.lift.is_up and not lift, lift < 0 or gripper.lift.is_down and not lift, lift != 0,
-        gripper.lift.jammed]
+        lift > 0 or gripper.lift.is_up and not lift,
+        lift < 0 or gripper.lift.is_down and not lift,
+        lift != 0,
+        gripper.lift.jammed,
+    ]
     return sum(bool(bit) << place for place, bit in enumerate(bits))
 
 
@@ -171,14 +185,15 @@ def check_sip(packet, robot):
     assert packet.id == (0x33 if robot.velocity != (0.0, 0.0) else 0x32)
 
 
-# a rounding may fall either way
+# These may differ by one, because a rounding may fall either way.
 CLOSE = ("x", "y", "th", "control", "lvel", "rvel", "battery", "battery_x10", "rotvel", "analog")
 DEAD = set()
 
 
 def check_sonar(readings, robot):
-    """No nearer than the nearest wall to the transducer, no farther than the wall straight ahead of it: it may have
-    moved since it fired.
+    """No nearer than the nearest wall to the transducer, no farther than the wall straight ahead of it.
+
+    The robot may have moved since the transducer fired.
     """
     fitted = {transducer.number: transducer for transducer in robot.model.sonar}
     assert len(readings) <= 55
@@ -192,14 +207,13 @@ def check_sonar(readings, robot):
         cosine, sine = math.cos(heading), math.sin(heading)
         place_x, place_y = x + ahead * cosine - aside * sine, y + ahead * sine + aside * cosine
         clearance = ROOM - max(abs(place_x), abs(place_y))
-        along = [(ROOM - sign * place) / abs(slope or 1e-9) for place, slope in
-                 ((place_x, math.cos(heading + direction)), (place_y, math.sin(heading + direction)))
-                 for sign in (math.copysign(1.0, slope),)]
+        slopes = (place_x, math.cos(heading + direction)), (place_y, math.sin(heading + direction))
+        along = [(ROOM - math.copysign(1.0, slope) * place) / abs(slope or 1e-9) for place, slope in slopes]
         assert 0.0999 <= far <= 5.0003
-        # some stand out of the body, into a wall it touches
+        # Some transducers stand out of the body, into a wall that it touches.
         if clearance > 0.0 and number not in robot.hardware.sonar.dead | DEAD:
-            assert min(clearance,
-                       5.0) - moved <= far <= max(0.1, min(min(along), 5.0)) + moved, (number, far, clearance, along)
+            nearest, farthest = min(clearance, 5.0), max(0.1, min(min(along), 5.0))
+            assert nearest - moved <= far <= farthest + moved, (number, far, clearance, along)
 
 
 def check(packet, robot):
@@ -215,16 +229,16 @@ def check(packet, robot):
         moving = (robot.gripper.lift.motion != 0) << 6 | (robot.gripper.paddle_motion != 0) << 7
         switches = true_digin(robot) & 0x3F | moving
         state = switches if robot.model.firmware_family in ("PSOS", "P2OS", "AmigOS") else true_grip(robot.gripper)
-        assert (values["has_gripper"], values["state"],
-                values["grasp_time"]) == (1, state, round(robot.gripper.grasp_time * 50.0))
+        assert (values["has_gripper"], values["state"]) == (1, state)
+        assert values["grasp_time"] == round(robot.gripper.grasp_time * 50.0)
     elif packet.id == 0xF0:
         front, rear = hardware.bumpers.bits()
         assert values["inputs"] == (true_digin(robot), 255 - front, 255 - rear, 255)
         assert values["outputs"] == (hardware.ports.digital_out,)
         older = robot.model.firmware_family in ("PSOS", "P2OS", "AmigOS", "AROS")
         ports, full = (range(1, 6), 2047) if older else (range(8), 1023)
-        assert values["analog"][:len(ports)] == tuple(round(hardware.ports.analog_volts[port] / 5.0 * full)
-                                                      for port in ports)
+        expected = tuple(round(hardware.ports.analog_volts[port] / 5.0 * full) for port in ports)
+        assert values["analog"][:len(ports)] == expected
         assert len(values["analog"]) == len(ports) + (not older)
     elif packet.id == 0xFA:
         share = max(0.0, min(1.0, (hardware.battery.voltage / hardware.battery.scale - 11.0) / 2.0))
@@ -252,26 +266,25 @@ def check_config(values, robot):
         sip_cycle=100, host_baud=0,
         has_gripper=int(robot.gripper is not None), low_battery=115, watchdog=2000, p2mpacs=0, joy_vel=750, joy_rvel=50,
         rot_vel_max=round(math.degrees(angular.limit)), trans_vel_max=round(linear.limit * 1000),
-        rot_acc=round(math.degrees(angular.rise)),
-        rot_decel=round(math.degrees(angular.fall)), trans_acc=round(linear.rise * 1000),
-        trans_decel=round(linear.fall * 1000),
-        front_bumps=model.front_bumpers, rear_bumps=model.rear_bumpers, charger=2 if model.subtype == "powerbot-sh"
-        else 1,
+        rot_acc=round(math.degrees(angular.rise)), rot_decel=round(math.degrees(angular.fall)),
+        trans_acc=round(linear.rise * 1000), trans_decel=round(linear.fall * 1000),
+        front_bumps=model.front_bumpers, rear_bumps=model.rear_bumpers,
+        charger=2 if model.subtype == "powerbot-sh" else 1,
         sonar_cycle=hardware.sonar.cycle_us // 1000, auto_baud=2, has_gyro=hardware.gyro.kind,
-        ticks_mm=hardware.wheels.ticks_per_mm,
-        rev_count=hardware.wheels.rev_count, rot_kp=robot.settings["rotation_kp"],
-        trans_kp=robot.settings["translation_kp"],
+        ticks_mm=hardware.wheels.ticks_per_mm, rev_count=hardware.wheels.rev_count,
+        rot_kp=robot.settings["rotation_kp"], trans_kp=robot.settings["translation_kp"],
         shutdown_volts=110, version="2.9")
     for name in truth.keys() & values.keys():
         assert values[name] == truth[name], name
-    # a client refuses zeros
+    # A client refuses zeros.
     assert min(values[name] for name in values if name.endswith(("_top", "_max")) and not name.startswith("lat")) > 0
 
 
 def live(robot, seconds, seed, look):
     """Let a robot live through whims, and show each packet to `look` in the step in which it was sent.
 
-    All that it said.
+    Returns:
+        All bytes that the robot sent.
     """
     draw = random.Random(seed)
     robot.receive(command(0) + command(1) + command(2) + command(1, 1) + command(4, 1) + TOUR)
@@ -299,18 +312,18 @@ def test_every_byte_has_its_meaning_and_is_true(name, gripper, gyro):
     assert [packet.id for packet in packets[:3]] == [0, 1, 2]
     assert packets[2].values == {"name": "sim_0001", "class": "Pioneer", "subclass": name}
     assert sum(packet.id in (0x32, 0x33) for packet in packets) == 300
-    older, later = {0x20, 0x90, 0xE0, 0xF0, 0xC0, 0xD0, 0xA0, 0xA1, 0xB0}, {0x20, 0x90, 0xE0, 0xF0, 0xC0, 0xF8, 0xA0,
-                                                                            0xA1, 0xB0, 0xFA}
-    wanted = {"PSOS": set(), "P2OS": older, "AmigOS": older,
-              "AROS": older | {0xF8}}.get(robot.model.firmware_family, later)
+    older = {0x20, 0x90, 0xE0, 0xF0, 0xC0, 0xD0, 0xA0, 0xA1, 0xB0}
+    later = {0x20, 0x90, 0xE0, 0xF0, 0xC0, 0xF8, 0xA0, 0xA1, 0xB0, 0xFA}
+    families = {"PSOS": set(), "P2OS": older, "AmigOS": older, "AROS": older | {0xF8}}
+    wanted = families.get(robot.model.firmware_family, later)
     assert {packet.id for packet in packets} - {0, 1, 2, 0x32, 0x33} == wanted | ({0x98} if gyro == 1 else set())
 
 
 def test_every_model_says_a_little_and_all_of_it_decodes():
     for name in load_models():
         robot = robot_of(name, None, 0)
-        assert len(decode_all(live(robot, 2.0, seed=2, look=lambda packet, robot: None),
-                              robot.model.firmware_family)) > 20
+        stream = live(robot, 2.0, seed=2, look=lambda packet, robot: None)
+        assert len(decode_all(stream, robot.model.firmware_family)) > 20
 
 
 # It sees what is wrong
@@ -370,7 +383,7 @@ def test_no_untrue_bit_of_a_sip_goes_unseen():
                 continue
             unseen.append((at, bit))
     begin = 1 + sum(map(struct.calcsize, (SIP_HEAD + " n B").split()[1::2]))
-    # seen as far as a cone has bounds; test_firmware_sensors.py has their order and their ranges
+    # Ranges are checked only as far as a cone has bounds; test_firmware_sensors.py checks their order and values.
     sonar = range(begin, begin + 3 * 4)
     assert not any(bit for at, bit in unseen if at not in sonar)
     assert len([at for at, _ in unseen if at not in sonar]) == len(CLOSE)       # what a rounding may change

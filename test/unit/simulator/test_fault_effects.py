@@ -25,14 +25,18 @@ def undisturbed():
     return fault_effects.run(None, standard_numbers(), 1, False)
 
 
-@pytest.mark.parametrize("fault, later", [("charger from 2", 0.0), ("silence from 8 to 14", 9.0),
-                                          ("stop_button from 8 to 13", 6.0), ("power from 8 to 10", 6.0)])
+@pytest.mark.parametrize("fault, later", [
+    ("charger from 2", 0.0),
+    ("silence from 8 to 14", 9.0),
+    ("stop_button from 8 to 13", 6.0),
+    ("power from 8 to 10", 6.0),
+])
 def test_a_run_with_a_fault(undisturbed, fault, later):
     run = fault_effects.run(fault, standard_numbers(), 1, False)
     assert undisturbed.arrived == pytest.approx(33.0, abs=2.0)
     assert run.arrived - undisturbed.arrived == pytest.approx(later, abs=1.0 if later else 0.01)
-    assert (fault_effects.effect(fault_effects.Panel(fault, undisturbed,
-                                                     run)) == "no effect on the path") == (not later)
+    effect = fault_effects.effect(fault_effects.Panel(fault, undisturbed, run))
+    assert (effect == "no effect on the path") == (not later)
 
 
 def test_the_same_seed_gives_the_same_run():

@@ -33,22 +33,29 @@ def test_the_words_of_a_fault_are_read_back():
 
 
 @pytest.mark.parametrize("words, problem", [
-    ("", "write a kind"), ("Los 0.1", "no kind 'Los'; did you mean 'loss'. there are loss, flips"),
-    ("fog", "no kind 'fog'; there are"), ("loss", "loss needs a value: a number from 0 to 1 .share."),
-    ("loss 2", "value 2 is not legal: give a number from 0 to 1 .share."), ("loss nan", "value nan is not legal"),
+    ("", "write a kind"),
+    ("Los 0.1", "no kind 'Los'; did you mean 'loss'. there are loss, flips"),
+    ("fog", "no kind 'fog'; there are"),
+    ("loss", "loss needs a value: a number from 0 to 1 .share."),
+    ("loss 2", "value 2 is not legal: give a number from 0 to 1 .share."),
+    ("loss nan", "value nan is not legal"),
     ("loss x", "value 'x' is not legal"),
     ("cable 1", "cable takes no value, and 1 is one"),
     ("loss 0.1 form 10", "has no 'form'; there are fault, value, way, robot, from, to"),
-    ("cable for 3", "has no '3'"), ("loss 0.1 from", "'from' needs a value"),
+    ("cable for 3", "has no '3'"),
+    ("loss 0.1 from", "'from' needs a value"),
     ("loss 0.1 from 1 from 2", "'from' is there twice"),
     ("loss 0.1 from 5 to 5", "to 5 is not after from 5"),
     ("loss 0.1 from -1", "from -1 is not legal"),
     ("loss 0.1 way up", "way 'up' is not legal: give to-robot or from-robot"),
     ("cable way to-robot", "cable has no way"),
     ("loss 0.1 robot 0", "robot 0 is not legal: give a whole number from 1"),
-    ("loss 0.1 robot 1.5", "robot 1.5 is not legal"), ("transducer 32", "value 32 is not legal"),
+    ("loss 0.1 robot 1.5", "robot 1.5 is not legal"),
+    ("transducer 32", "value 32 is not legal"),
     ("transducer 1.5", "value 1.5 is not legal"),
-    ({"fault": "loss", "value": True}, "value True is not legal"), ({}, "write a kind"), ([1], "write a kind"),
+    ({"fault": "loss", "value": True}, "value True is not legal"),
+    ({}, "write a kind"),
+    ([1], "write a kind"),
     (None, "write a kind"),
     ({"fault": ["loss"]}, "no kind"),
 ])
@@ -65,7 +72,8 @@ def test_a_timeline(tmp_path):
 
 @pytest.mark.parametrize("text, problem", [
     ("- loss 0.1\n- loss 2\n", "faults.yaml, entry 2: fault 'loss 2': value 2"),
-    ("loss: 1", "expected a list of faults"), ("- [", "does not parse"),
+    ("loss: 1", "expected a list of faults"),
+    ("- [", "does not parse"),
     ("", "expected a list of faults"), ("- 3", "entry 1: .*write a kind"),
 ])
 def test_mistakes_in_a_timeline(tmp_path, text, problem):

@@ -23,7 +23,7 @@ def test_motors_are_off_until_asked_for_and_commands_are_then_forgotten():
 
 def test_velocity_follows_the_trapezoid():
     bench = Bench().open().send("VEL", 300).wait(2.0)
-    # 1 s of ramp at 300 mm/s^2, 1 s of 300 mm/s
+    # One second of ramp at 300 mm/s^2, then one second at 300 mm/s.
     assert bench.robot.true_pose[0] == pytest.approx(0.3 * 0.5 + 0.3 * 1.0)
     assert bench.sip.type_id == p2os.MOVING and bench.sip.left_velocity_units == 300
     bench.send("STOP").wait(1.5)
@@ -59,7 +59,9 @@ def test_the_model_limits_the_top():
 
 
 @pytest.mark.parametrize("raw, linear, turning", [
-    ("FAFB06203B0A0A2A45", 0.2, 0), ("FAFB06203BF60A1645", 0.0, -1), ("FAFB06203B0AF62B31", 0.0, 1),
+    ("FAFB06203B0A0A2A45", 0.2, 0),
+    ("FAFB06203BF60A1645", 0.0, -1),
+    ("FAFB06203B0AF62B31", 0.0, 1),
     ("FAFB06201BF6091624", 0.0, 1),
 ])
 def test_vel2_is_left_in_the_high_byte(raw, linear, turning):

@@ -112,8 +112,8 @@ def test_reset_is_like_power_on():
 
 def test_unknown_and_senseless_commands_are_counted_and_ignored():
     bench = Bench().open()
-    bench.robot.receive(p2os.encode_frame(200) + p2os.encode_frame(11) + p2os.encode_frame(11, b"\x2B\x02hi")
-                        + p2os.encode_frame(255))
+    frames = (200, b""), (11, b""), (11, b"\x2B\x02hi"), (255, b"")
+    bench.robot.receive(b"".join(p2os.encode_frame(number, data) for number, data in frames))
     bench.wait(0.2)
     counts = bench.robot.command_counts
     assert (counts.unknown, counts.senseless) == (2, 2) and bench.robot.velocity == (0.0, 0.0)
@@ -121,8 +121,8 @@ def test_unknown_and_senseless_commands_are_counted_and_ignored():
 
 def test_noise_on_the_line_is_counted_and_the_robot_still_drives():
     bench = Bench().open()
-    bench.robot.receive(bytes.fromhex("FAFB060B3BC800D33A") + bytes.fromhex("00FA12FA")
-                        + p2os.encode_command("VEL", 200))
+    damaged, noise = bytes.fromhex("FAFB060B3BC800D33A"), bytes.fromhex("00FA12FA")
+    bench.robot.receive(damaged + noise + p2os.encode_command("VEL", 200))
     bench.wait(1.0)
     assert bench.sip.left_velocity_units == 200
     assert bench.robot.decoder.counts.bad_checksums == 1 and bench.robot.decoder.counts.discarded_bytes > 0
@@ -152,15 +152,19 @@ def test_config_tells_what_is_fitted_and_allowed():
     assert (config.low_battery_dv, config.shutdown_dv, config.firmware_version) == (115, 110, "2.9")
 
 
-@pytest.mark.parametrize("model, rear, told",
-                         [("peoplebot-sh", True, (1, 1)), ("peoplebot-sh", False, (1, 0)), ("amigo-sh", True, (1, 0))])
+@pytest.mark.parametrize("model, rear, told", [
+    ("peoplebot-sh", True, (1, 1)),
+    ("peoplebot-sh", False, (1, 0)),
+    ("amigo-sh", True, (1, 0)),
+])
 def test_config_tells_front_from_rear_by_where_the_arrays_look(model, rear, told):
     config = Bench(model, rear_sonar=rear).open().send("CONFIG").wait(0.0).of(p2os.Config)[0]
     assert (config.front_sonar, config.rear_sonar) == told
 
 
 @pytest.mark.parametrize("model, last, missing", [
-    ("p2at", "translation_ki", "front_bumpers"), ("p3dx", "has_gyro", "drift_factor"),
+    ("p2at", "translation_ki", "front_bumpers"),
+    ("p3dx", "has_gyro", "drift_factor"),
     ("amigo-sh", "firmware_version", "gyro_cw"),
     ("p3at-sh", "charge_threshold", "power_board_port"),
 ])
@@ -188,8 +192,8 @@ def test_order_of_gripper_and_port(model, first, second):
 
 def test_a_sip_byte_by_byte():
     """Decoded here with struct alone: this test and the codec share nothing."""
-    bench = Bench("p3dx-sh",
-                  World("wall", walls=[(2.0, -9.0, 2.0, 9.0)])).open().send("VEL", 200).send("RVEL", -20).wait(2.0)
+    bench = Bench("p3dx-sh", World("wall", walls=[(2.0, -9.0, 2.0, 9.0)])).open()
+    bench.send("VEL", 200).send("RVEL", -20).wait(2.0)
     frame = p2os.FrameDecoder().feed(bench.raw)[-1]
     head = struct.unpack_from("<HHhhhBBBhHBB", frame.data)
     x, y, heading, left, right, battery, low, high, control, flags, compass, n = head
@@ -221,8 +225,8 @@ def test_every_model_at_its_fastest_fits_the_wire(name):
     linear, angular = bench.robot.hardware.drives.linear, bench.robot.hardware.drives.angular
     assert (linear.speed, angular.speed) == (linear.limits.top, -angular.limits.top)
     difference = angular.limits.top / bench.model.diff_rad_per_mm
-    assert bench.sip.left_velocity_units == round((linear.limits.top * 1000
-                                                   + difference) / bench.model.vel_mm_s_per_unit)
+    left_mm_s = linear.limits.top * 1000 + difference
+    assert bench.sip.left_velocity_units == round(left_mm_s / bench.model.vel_mm_s_per_unit)
 
 
 def test_what_cannot_be_is_refused():
@@ -239,12 +243,12 @@ def test_what_cannot_be_is_refused():
 def play(split, seed=3, noise=0.01, commands=120):
     """Random commands at fixed times, the time between cut up as `split` says; everything the robot sent."""
     draw = random.Random(11)
-    bench = Bench(world=World("box", walls=[(-2, -2, 2, -2), (2, -2, 2, 2), (2, 2, -2, 2), (-2, 2, -2, -2)]),
-                  noise=noise, seed=seed).open()
+    box = World("box", walls=[(-2, -2, 2, -2), (2, -2, 2, 2), (2, 2, -2, 2), (-2, 2, -2, -2)])
+    bench = Bench(world=box, noise=noise, seed=seed).open()
     for _ in range(commands):
         name, value = draw.choice([
-            ("VEL", 300), ("VEL", -250), ("RVEL", 60), ("RVEL", -45), ("STOP", None), ("DHEAD", 90), ("GRIPPER", 2),
-            ("GRIPPER", 5)])
+            ("VEL", 300), ("VEL", -250), ("RVEL", 60), ("RVEL", -45), ("STOP", None), ("DHEAD", 90),
+            ("GRIPPER", 2), ("GRIPPER", 5)])
         bench.send(name, *([] if value is None else [value]))
         left_us = draw.randrange(1000, 400000)
         while left_us > 0:

@@ -1,5 +1,6 @@
-"""Settings of the simulated robot: kept, shown in CONFIGpac, forgotten at CLOSE, unknown to old firmware; and what
-calibration does.
+"""Settings of the simulated robot, and what calibration does.
+
+Settings are kept, shown in CONFIGpac and forgotten at CLOSE. Old firmware does not know them.
 """
 
 import math
@@ -12,8 +13,8 @@ from pioneer_control import p2os
 from pioneer_control.p2os import COMMANDS, UNKNOWN_TO
 from pioneer_control.robots.table import FAMILIES
 
-# A setting: its packet (the protocol's example where it has one), the field of CONFIGpac that shows it, what that is
-# before and then.
+# A setting: its packet (the protocol's example where it has one), the field of CONFIGpac that shows it, and the value
+# of this field before and after.
 SHOWN = [
     ("FA FB 06 05 3B F4 01 F9 3C", "translation_acceleration_mm_s2", 300, 500),
     ("FA FB 06 05 1B F4 01 F9 1C", "translation_deceleration_mm_s2", 300, 500),

@@ -36,16 +36,19 @@ def test_an_exception_is_seen(monkeypatch):
 
 
 def test_a_robot_that_no_longer_answers_is_seen(monkeypatch):
-    monkeypatch.setitem(HANDLERS, "HEAD",
-                        Handler(int, lambda robot, value: setattr(robot, "receive", lambda data: None)))
+    deafen = Handler(int, lambda robot, value: setattr(robot, "receive", lambda data: None))
+    monkeypatch.setitem(HANDLERS, "HEAD", deafen)
     with pytest.raises(fuzz_firmware.Wrong, match="no answer to SYNC0"):
         thrown()
 
 
 def test_bytes_that_are_no_packet_are_seen(monkeypatch):
     advance = Firmware.advance
-    monkeypatch.setattr(Firmware, "advance", lambda robot, seconds: advance(robot, seconds)
-                        + (b"\x55" if robot.time > 1.5 else b""))
+
+    def advance_and_babble(robot, seconds):
+        return advance(robot, seconds) + (b"\x55" if robot.time > 1.5 else b"")
+
+    monkeypatch.setattr(Firmware, "advance", advance_and_babble)
     with pytest.raises(fuzz_firmware.Wrong, match="said something that is no packet"):
         thrown()
 

@@ -38,7 +38,11 @@ def test_a_wall_much_longer_than_all_others_is_found_everywhere():
 
 
 @pytest.mark.parametrize("x, y, size, meet", [
-    (1.9, 0.0, 1.0, True), (2.1, 0.0, 1.0, False), (1.9, 1.9, 1.0, True), (0.0, 0.0, 0.3, True), (0.2, 0.1, 5.0, True),
+    (1.9, 0.0, 1.0, True),
+    (2.1, 0.0, 1.0, False),
+    (1.9, 1.9, 1.0, True),
+    (0.0, 0.0, 0.3, True),
+    (0.2, 0.1, 5.0, True),
     (-4.0, 3.0, 2.0, False),
 ])
 def test_polygons_meet(x, y, size, meet):

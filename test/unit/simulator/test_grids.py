@@ -111,8 +111,13 @@ def test_the_wanted_place_if_there_is_room():
     assert roomiest(FREE, (2.0, 2.0), 2.0) == (2.0, 2.0)
 
 
-@pytest.mark.parametrize("wanted, room",
-                         [(None, 1.0), ((2.0, 2.0), 2.5), ((6.0, 2.0), 0.5), ((-3.0, 2.0), 0.5), ((2.0, 99.0), 0.5)])
+@pytest.mark.parametrize("wanted, room", [
+    (None, 1.0),
+    ((2.0, 2.0), 2.5),
+    ((6.0, 2.0), 0.5),
+    ((-3.0, 2.0), 0.5),
+    ((2.0, 99.0), 0.5),
+])
 def test_else_the_middle_of_the_largest_square(wanted, room):
     assert roomiest(FREE, wanted, room) == (3.0, 3.0)
 

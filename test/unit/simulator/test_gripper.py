@@ -105,8 +105,8 @@ def test_wherever_it_stands_between_the_paddles_it_is_held(seed):
 
 
 def test_the_paddles_report_closed_after_the_grasp_time():
-    rig = Rig((0.05, 0.0)).do(lambda gripper: setattr(gripper, "grasp_time", 1.0), close,
-                              seconds=(0.21 - 0.066) / 0.084 + 0.9)
+    seconds = (0.21 - 0.066) / 0.084 + 0.9
+    rig = Rig((0.05, 0.0)).do(lambda gripper: setattr(gripper, "grasp_time", 1.0), close, seconds=seconds)
     assert rig.gripper.held and rig.gripper.paddle_motion < 0
     assert rig.do(seconds=0.2).gripper.paddle_motion == 0
 
@@ -238,8 +238,12 @@ def test_a_can_slides_along_a_wall():
     assert rig.world.clearance(rig.can.x, rig.can.y) > 0.033 - 1e-5
 
 
-@pytest.mark.parametrize("x, beams", [(0.034, (True, False)), (0.055, (True, True)), (0.099, (False, True)),
-                                      (0.14, (False, False))])
+@pytest.mark.parametrize("x, beams", [
+    (0.034, (True, False)),
+    (0.055, (True, True)),
+    (0.099, (False, True)),
+    (0.14, (False, False)),
+])
 def test_beams(x, beams):
     rig = Rig((x, 0.0))
     assert rig.gripper.beams_broken(rig.pose) == beams
@@ -281,8 +285,8 @@ def test_whatever_it_is_told_it_holds_only_cans_between_its_paddles():
     for _ in range(40):
         rig = Rig(*[(draw.uniform(0.034, 0.3), draw.uniform(-0.2, 0.2)) for _ in range(3)])
         for _ in range(12):
-            rig.do(draw.choice([close, close, opened, up, down, lambda gripper: gripper.stop()]),
-                   seconds=draw.uniform(0.1, 4.0))
+            action = draw.choice([close, close, opened, up, down, lambda gripper: gripper.stop()])
+            rig.do(action, seconds=draw.uniform(0.1, 4.0))
             for can in rig.gripper.held:
                 x, y = can.x - PALM, can.y
                 assert 0.0 < x <= GRIPPER.paddle_length and abs(y) + can.radius <= rig.gripper.opening / 2 + 2e-3

@@ -1,5 +1,6 @@
-"""What can go wrong with the robot itself: each attribute of its hardware that a fault sets, and what the wire then
-shows.
+"""What can go wrong with the robot itself.
+
+Each attribute of its hardware that a fault sets, and what the wire then shows.
 """
 
 import pytest
@@ -60,8 +61,8 @@ def test_a_stuck_gripper_gives_up_and_shows_errors_until_it_is_told_again():
     bench.wait(4.0, alive=True)
     assert bench.sip.grip_state == GripState.OPEN | GripState.ERROR | GripState.LIFT_UP | GripState.LIFT_ERROR
     bench.robot.hardware.jam_gripper(False)
-    bench.send("GRIPPER", int(GripperCommand.CLOSE)).send("GRIPPER",
-                                                          int(GripperCommand.LIFT_DOWN)).wait(5.0, alive=True)
+    bench.send("GRIPPER", int(GripperCommand.CLOSE)).send("GRIPPER", int(GripperCommand.LIFT_DOWN))
+    bench.wait(5.0, alive=True)
     assert bench.sip.grip_state == GripState.CLOSED | GripState.LIFT_DOWN
 
 

@@ -14,8 +14,8 @@ STARTS = [(0.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 6.0, 0.0)]
 
 
 def alone(*faults, **options):
-    return LineSimulation(Firmware(find_model("p3dx-sh"), World("hall")), faults=[fault_of(words) for words in faults],
-                          **options)
+    firmware = Firmware(find_model("p3dx-sh"), World("hall"))
+    return LineSimulation(firmware, faults=[fault_of(words) for words in faults], **options)
 
 
 def several(*faults):

@@ -37,7 +37,8 @@ def test_a_start_that_is_none(given):
 
 @pytest.mark.parametrize("given, message", [
     ({"wrold": "x"}, "did you mean ~world"), ({"qqqq": 1}, "unknown parameter ~qqqq: there are ~model, ~world"),
-    ({"seed": 1.5}, "~seed = 1.5 .*a whole number"), ({"seed": True}, "~seed = True"),
+    ({"seed": 1.5}, "~seed = 1.5 .*a whole number"),
+    ({"seed": True}, "~seed = True"),
     ({"world": 3}, "~world = 3 .*a text"),
     ({"gripper": "maybe"}, "auto, true or false"), ({"map_frame": "/map"}, "not beginning with '/'"),
     ({"odom_frame_id": ""}, "not empty"), ({"tcp": True}, "~tcp = True .*host:port"), ({"tcp": 1.5}, "~tcp = 1.5"),

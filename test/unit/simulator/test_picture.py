@@ -18,8 +18,8 @@ def words(page):
 
 def test_all_that_a_world_has_is_named():
     told = words(figure(load_world("office")))
-    assert {"office", "start 1", "start 4", "dock", "kitchen",
-            "20 × 12 m  ·  160 walls  ·  15 posts  ·  8 cans"} <= set(told)
+    summary = "20 × 12 m  ·  160 walls  ·  15 posts  ·  8 cans"
+    assert {"office", "start 1", "start 4", "dock", "kitchen", summary} <= set(told)
     assert "start" in words(figure(load_world("empty")))
 
 
@@ -34,15 +34,15 @@ def test_robots_instead_of_starts():
     page = figure(load_world("tutorial"), [(model.outline(True), (1.6, 3.0, 0.0)), (model.outline(), (6.3, 2.9, 1.0))])
     outlines = [patch.get_xy() for patch in page.axes[0].patches if len(getattr(patch, "_path", ())) in (5, 9)]
     assert "start 1" not in words(page)
-    assert any(outline[:, 0].max() == pytest.approx(1.6 + max(x for x, _ in model.outline(True)))
-               for outline in outlines)
+    nose_x = 1.6 + max(x for x, _ in model.outline(True))
+    assert any(outline[:, 0].max() == pytest.approx(nose_x) for outline in outlines)
 
 
 @pytest.mark.parametrize("size, ending", [(0.3, "png"), (4000.0, "svg"), (30.0, "pdf")])
 def test_any_size_and_format(tmp_path, size, ending):
     path = tmp_path / ("own.%s" % ending)
-    draw_world(World("own", walls=[(0, 0, size, 0), (size, 0, size, size / 9)], cans=[Can(0.0, 1.0)],
-                     starts=[(0.0, 0.1, 0.0)]), str(path))
+    walls = [(0, 0, size, 0), (size, 0, size, size / 9)]
+    draw_world(World("own", walls=walls, cans=[Can(0.0, 1.0)], starts=[(0.0, 0.1, 0.0)]), str(path))
     assert path.read_bytes()[:5] in (b"\x89PNG\r", b"<?xml", b"%PDF-")
 
 

@@ -1,5 +1,6 @@
-"""A record played as a robot: when it waits for the client, when it does not, and what it says of a client that does
-otherwise.
+"""A record played as a robot.
+
+When it waits for the client, when it does not, and what it says of a client that does otherwise.
 """
 
 import pytest
@@ -22,20 +23,30 @@ def sip(x):
     """A SIP at x units."""
     return encode_packet(p2os.Sip(
         type_id=p2os.STOPPED, x_counts=x, y_counts=0, heading_units=0, left_velocity_units=0, right_velocity_units=0,
-        battery_dv=128,
-        left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0), control_units=0, flags=p2os.Flags(0),
-        compass=0, sonar=(),
+        battery_dv=128, left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0),
+        control_units=0, flags=p2os.Flags(0), compass=0, sonar=(),
         grip_state=p2os.GripState(0), analog_port=0, analog=0, digital_in=p2os.DigitalIn(255), digital_out=0))
 
 
 def session(begin, number, *commands, robot=1):
     """Connect, three SIPs, the commands after the first, CLOSE, and a last SIP that was on its way."""
-    pieces = [(0.0, True, CLOSE), (0.01, True, SYNC[0]), (0.02, False, SYNC[0]), (0.03, True, SYNC[1]),
-              (0.04, False, SYNC[1]), (0.05, True, SYNC[2]),
-              (0.06, False, REPLY), (0.1, True, OPEN), (0.2, False, sip(number)),
-              *((0.25, True, command) for command in commands),
-              (0.3, False, sip(number + 1)), (0.4, False, sip(number + 2)), (0.45, True, PULSE), (0.5, True, CLOSE),
-              (0.51, False, sip(number + 3))]
+    pieces = [
+        (0.0, True, CLOSE),
+        (0.01, True, SYNC[0]),
+        (0.02, False, SYNC[0]),
+        (0.03, True, SYNC[1]),
+        (0.04, False, SYNC[1]),
+        (0.05, True, SYNC[2]),
+        (0.06, False, REPLY),
+        (0.1, True, OPEN),
+        (0.2, False, sip(number)),
+        *((0.25, True, command) for command in commands),
+        (0.3, False, sip(number + 1)),
+        (0.4, False, sip(number + 2)),
+        (0.45, True, PULSE),
+        (0.5, True, CLOSE),
+        (0.51, False, sip(number + 3)),
+    ]
     return [Entry(begin + time, robot, to_robot, data) for time, to_robot, data in pieces]
 
 
@@ -121,8 +132,8 @@ def test_a_client_that_ends_its_session_early_goes_on_with_the_next_connection()
     assert played.robot.advance(0.1) == sip(20) and not played.robot.over
     assert played.tell(CLOSE) == b"" and played.robot.advance(1.0) == sip(23) and played.robot.over
     assert played.tell(*SYNC) == b"" and played.robot.advance(1.0) == b""
-    assert [sentence for _, sentence in played.said
-            if "over" in sentence] == ["the record is over: the robot says nothing more"]
+    over = [sentence for _, sentence in played.said if "over" in sentence]
+    assert over == ["the record is over: the robot says nothing more"]
 
 
 def test_it_is_not_over_before_the_last_was_said():
@@ -167,8 +178,8 @@ def test_a_client_that_connects_while_the_record_is_elsewhere_skips_what_is_betw
 
 
 def test_a_robot_that_was_left_open_streams_to_whoever_comes():
-    played = Played([Entry(1.0, 1, False, sip(1)), Entry(1.1, 1, False, sip(2)), Entry(1.2, 1, True, CLOSE),
-                     *session(2.0, 10)])
+    left_open = [Entry(1.0, 1, False, sip(1)), Entry(1.1, 1, False, sip(2)), Entry(1.2, 1, True, CLOSE)]
+    played = Played([*left_open, *session(2.0, 10)])
     assert played.robot.session is FirmwareState.OPEN
     assert played.robot.advance(0.05) == sip(1), "its time begins with the record"
     assert played.robot.advance(5.0) == sip(2)      # to nobody
@@ -180,9 +191,9 @@ def test_a_robot_that_was_left_open_streams_to_whoever_comes():
 
 @pytest.mark.parametrize("sent, said", [
     ([PULSE], []),
-    ([encode_command("VEL", 200), PULSE], [(5.1, "here the client sends VEL 200, and that of the record did not"),
-                                           (5.1, "in this connection the client sent, against that of the record: VEL"
-                                                 " +1")]),
+    ([encode_command("VEL", 200), PULSE], [
+        (5.1, "here the client sends VEL 200, and that of the record did not"),
+        (5.1, "in this connection the client sent, against that of the record: VEL +1")]),
     ([], [(5.1, "in this connection the client sent, against that of the record: PULSE -1")]),
     ([PULSE, encode_command("ENABLE", 1), PULSE], [
         (5.1, "here the client sends ENABLE 1, and that of the record did not"),

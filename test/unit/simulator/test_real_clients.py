@@ -1,8 +1,7 @@
-"""What real client programs do, byte for byte as the protocol notes saw them do it (sections 2, 8 and 13), in
-simulated time.
+"""What real client programs do, byte for byte, in simulated time.
 
-Bytes go in by `Firmware.receive` and come out of `Firmware.advance`; they are made and read by the notes' tables,
-without the package's own codec.
+The protocol notes saw them do it (sections 2, 8 and 13). Bytes go in by `Firmware.receive` and come out of
+`Firmware.advance`. They are made and read by the notes' tables, without the package's own codec.
 """
 
 import dataclasses
@@ -87,9 +86,7 @@ class Client:
         return None
 
     def prepare(self):
-        """What follows the connection: the configuration, the battery, limits and accelerations as the robot announced
-        them.
-        """
+        """What follows the connection: the configuration, the battery, and the robot's own limits and accelerations."""
         self.config = self.ask(command(18, 1), 0x20).values
         self.say(command(62, 1)).wait(0.2)
         config = self.config
@@ -155,12 +152,10 @@ def test_the_answer_to_sync_is_as_the_notes_write_it():
 
 COMMON = dict(
     type="Pioneer", serial="0001", four_mots=0, rot_acc_top=300, trans_acc_top=2000, pwm_max=500, name="sim_0001",
-    sip_cycle=100,
-    host_baud=0, aux1_baud=0, front_sonar=1, low_battery=115, rev_count=16570, watchdog=2000, p2mpacs=0, stall_val=200,
-    stall_count=100, joy_vel=750,
-    joy_rvel=50, rot_vel_max=100, trans_vel_max=750, rot_acc=100, rot_decel=100, rot_kp=40, rot_kv=20, rot_ki=0,
-    trans_acc=300, trans_decel=300,
-    trans_kp=40, trans_kv=30, trans_ki=0)
+    sip_cycle=100, host_baud=0, aux1_baud=0, front_sonar=1, low_battery=115, rev_count=16570, watchdog=2000,
+    p2mpacs=0, stall_val=200, stall_count=100, joy_vel=750, joy_rvel=50, rot_vel_max=100, trans_vel_max=750,
+    rot_acc=100, rot_decel=100, rot_kp=40, rot_kv=20, rot_ki=0,
+    trans_acc=300, trans_decel=300, trans_kp=40, trans_kv=30, trans_ki=0)
 LATER = dict(
     charger=0, sonar_cycle=40, auto_baud=2, has_gyro=0, drift_factor=0, aux2_baud=0, aux3_baud=0, ticks_mm=128,
     shutdown_volts=110, version="2.9")
@@ -170,14 +165,17 @@ ARCOS = dict(
 
 
 @pytest.mark.parametrize("model, own", [
-    ("p3dx-sh", dict(trans_vel_top=1500, rot_vel_top=360, has_gripper=1, rear_sonar=1, front_bumps=0, rear_bumps=0,
-                     **LATER, **ARCOS)),
-    ("p3at-sh", dict(trans_vel_top=1200, rot_vel_top=300, has_gripper=0, rear_sonar=1, front_bumps=0, rear_bumps=0,
-                     **LATER, **ARCOS)),
-    ("peoplebot-sh", dict(trans_vel_top=1500, rot_vel_top=360, has_gripper=0, rear_sonar=1, front_bumps=5,
-                          rear_bumps=5, **LATER, **ARCOS)),
-    ("amigo-sh",
-     dict(trans_vel_top=1000, rot_vel_top=300, has_gripper=0, rear_sonar=0, front_bumps=0, rear_bumps=0, **LATER)),
+    ("p3dx-sh", dict(
+        trans_vel_top=1500, rot_vel_top=360, has_gripper=1, rear_sonar=1, front_bumps=0, rear_bumps=0,
+        **LATER, **ARCOS)),
+    ("p3at-sh", dict(
+        trans_vel_top=1200, rot_vel_top=300, has_gripper=0, rear_sonar=1, front_bumps=0, rear_bumps=0,
+        **LATER, **ARCOS)),
+    ("peoplebot-sh", dict(
+        trans_vel_top=1500, rot_vel_top=360, has_gripper=0, rear_sonar=1, front_bumps=5, rear_bumps=5,
+        **LATER, **ARCOS)),
+    ("amigo-sh", dict(
+        trans_vel_top=1000, rot_vel_top=300, has_gripper=0, rear_sonar=0, front_bumps=0, rear_bumps=0, **LATER)),
     ("p2dx", dict(trans_vel_top=1500, rot_vel_top=360, has_gripper=0, rear_sonar=1)),
 ])
 def test_configuration_field_by_field(model, own):
@@ -222,8 +220,8 @@ def test_a_velocity_repeated_every_half_second(model):
     start = client.pose[0]
     client.wait(5.0, [command(11, 200)])
     assert client.pose[0] - start == pytest.approx(1000, rel=0.02)
-    assert (client.sip["lvel"]
-            + client.sip["rvel"]) / 2 * client.model.vel_mm_s_per_unit == pytest.approx(200, rel=0.02)
+    velocity_units = (client.sip["lvel"] + client.sip["rvel"]) / 2
+    assert velocity_units * client.model.vel_mm_s_per_unit == pytest.approx(200, rel=0.02)
     client.wait(1.5, [command(11, 0)])
     assert client.sip["lvel"] == 0 and client.robot.velocity[0] == 0.0
 
@@ -235,9 +233,9 @@ def test_a_rotation_repeated_every_half_second(model, rate):
     start = client.robot.true_pose[2]
     client.wait(5.0, [command(21, rate)])
     assert math.degrees(client.robot.true_pose[2] - start) == pytest.approx(5 * rate, rel=0.02)
-    difference = (client.sip["rvel"] - client.sip["lvel"]) / 2 * client.model.vel_mm_s_per_unit
-    difference *= client.model.diff_rad_per_mm
-    assert math.degrees(difference) == pytest.approx(rate, rel=0.03)      # whole mm/s
+    difference_mm_s = (client.sip["rvel"] - client.sip["lvel"]) / 2 * client.model.vel_mm_s_per_unit
+    turning_rad_s = difference_mm_s * client.model.diff_rad_per_mm
+    assert math.degrees(turning_rad_s) == pytest.approx(rate, rel=0.03)      # whole mm/s
     assert client.sip.get("rotvel", 10 * rate) == pytest.approx(10 * rate, rel=0.02)
 
 
@@ -352,9 +350,7 @@ def test_the_gripper_takes_a_can(model, gripper):
 
 @pytest.mark.parametrize("model, gripper", [("p3dx-sh", None), ("p3dx", True), ("p2dx", True), ("peoplebot-sh", True)])
 def test_the_gripper_closes_on_nothing_and_shows_it_as_clients_wait_for_it(model, gripper):
-    """The vendor's gripper class takes bits 4 and 5 of DIGIN at 0 for closed paddles, whether or not something is
-    between them.
-    """
+    """The vendor's gripper class reads 0 in bits 4 and 5 of DIGIN as closed paddles, with or without a can between."""
     client = driving(model, gripper=gripper).say(command(33, 5)).wait(4.5, [PULSE]).say(command(33, 2)).wait(2.0)
     assert client.sip["grip"] == 0x26 and beams(client.sip) == (False, False, False, False)
     client.wait(1.0, [PULSE])
@@ -377,8 +373,8 @@ def test_sub_commands_that_mean_nothing_and_a_robot_without_gripper():
         client.say(command(33, number))
     assert client.wait(1.0).sip["grip"] == 0x11
     client = driving(gripper=False).say(command(33, 2)).wait(1.0)
-    assert (client.sip["grip"], client.sip["digin"],
-            client.ask(command(37, 1), 0xE0).values["has_gripper"]) == (0, 255, 0)
+    assert (client.sip["grip"], client.sip["digin"]) == (0, 255)
+    assert client.ask(command(37, 1), 0xE0).values["has_gripper"] == 0
 
 
 # Inputs, outputs, encoders, sonar, battery
@@ -409,7 +405,7 @@ def test_requests_once_continuous_and_stopped(number, packet):
     assert len(client.of(packet)) == 1
     assert len(client.say(command(number, 2)).wait(1.0).of(packet)) == 11
     assert len(client.say(command(number, 0)).wait(1.0).of(packet)) == 11
-    # however often it is told to stop
+    # It stops, however often it is told to.
     assert len(client.wait(1.0, [command(number, 0)], every=0.01).of(packet)) == 11
     client.say(command(number, 2)).wait(0.3).disconnect()
     told = len(client.of(packet))
@@ -420,12 +416,17 @@ def test_encoders_count_the_wheels():
     client = driving().say(command(8, 1000)).wait(6.0, [PULSE])
     assert client.ask(command(19, 1), 0x90).values == {"left": 128000, "right": 128000}
     client.say(command(8, -2000)).wait(9.0, [PULSE])
-    assert client.ask(command(19, 1), 0x90).values == {"left": pytest.approx(-128000, rel=0.01),
-                                                       "right": pytest.approx(-128000, rel=0.01)}
+    ticks = pytest.approx(-128000, rel=0.01)
+    assert client.ask(command(19, 1), 0x90).values == {"left": ticks, "right": ticks}
 
 
-@pytest.mark.parametrize("model, count",
-                         [("p3dx-sh", 16), ("p3at-sh", 16), ("peoplebot-sh", 32), ("amigo-sh", 8), ("p2dx", 16)])
+@pytest.mark.parametrize("model, count", [
+    ("p3dx-sh", 16),
+    ("p3at-sh", 16),
+    ("peoplebot-sh", 32),
+    ("amigo-sh", 8),
+    ("p2dx", 16),
+])
 def test_sonar_runs_after_open_and_every_transducer_is_heard(model, count):
     client = Client(model, world=World("wall", walls=[(2.0, -9.0, 2.0, 9.0)]), noise=0.0).connect().wait(0.6)
     heard = [number for sip in client.sips for number, _ in sip["sonar"]]
@@ -460,8 +461,8 @@ def test_a_firing_sequence_of_its_own():
 def test_battery():
     client = Client().connect()
     assert client.ask(command(62, 1), 0xFA).values == {"batteries": [(0, 0, 0, 100, 100)]}
-    assert (client.sip["battery"], client.sip["battery_x10"], client.sip["charge_state"],
-            client.sip["fault"]) == (130, 130, 0, 0)
+    assert (client.sip["battery"], client.sip["battery_x10"]) == (130, 130)
+    assert (client.sip["charge_state"], client.sip["fault"]) == (0, 0)
     client.say(bytes.fromhex("FAFB06FA3B73006D3B")).wait(0.2)       # 11.5 V
     assert client.sip["battery"] == 115
     client.say(command(250, 112)).wait(0.2)
@@ -528,9 +529,9 @@ def test_twenty_polite_reconnects():
 
 
 def test_twenty_rude_reconnects():
-    """The program is killed while the robot drives; the next one begins when the watchdog has stopped it.
+    """The program is killed while the robot drives, and the next program begins when the watchdog has stopped it.
 
-    Its first packet is a SYNC0.
+    The first packet of the next program is a SYNC0.
     """
     client = Client()
     for _ in range(20):
@@ -584,8 +585,8 @@ def test_a_robot_charges_at_a_dock_after_charge():
 
 
 def test_p2os_docks_and_stops_when_it_senses_power():
-    client = driving("p2dx", world=World("dock", docks=[(1.0, 0.0,
-                                                         0.0)])).say(command(46, 2)).wait(8.0, [command(0)], every=0.5)
+    client = driving("p2dx", world=World("dock", docks=[(1.0, 0.0, 0.0)]))
+    client.say(command(46, 2)).wait(8.0, [command(0)], every=0.5)
     client.say(command(11, 100)).wait(12.0, [PULSE])
     assert client.robot.velocity[0] == 0.0 and abs(client.robot.true_pose[0] - 0.92) < 0.03
     assert client.sip["flags"] >> 10 & 1
@@ -617,8 +618,8 @@ def test_a_gyro_for_the_client_sums_to_the_turn_and_drifts_when_faulty():
     client.robot.hardware.gyro.drift = math.radians(2.0)
     before = len(packets)
     client.wait(10.0, [PULSE])
-    assert turned_by(sum((packet["readings"] for packet in client.of(0x98)[before:]),
-                         [])) == pytest.approx(20, rel=0.02)
+    readings = sum((packet["readings"] for packet in client.of(0x98)[before:]), [])
+    assert turned_by(readings) == pytest.approx(20, rel=0.02)
     client.say(command(58, 0)).wait(0.3)
     told = len(client.of(0x98))
     assert len(client.wait(0.5).of(0x98)) == told

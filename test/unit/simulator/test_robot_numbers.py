@@ -15,8 +15,8 @@ def test_an_override_changes_what_it_names(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text("sonar: {noise: 0, maximum: 3}\nsession: {watchdog_ms: 500}\n")
     numbers = load_numbers(str(path))
-    assert (numbers.sonar.noise, numbers.sonar.maximum, numbers.session.watchdog_ms,
-            numbers.sonar.minimum) == (0, 3, 500, 0.1)
+    assert (numbers.sonar.noise, numbers.sonar.maximum, numbers.sonar.minimum) == (0, 3, 0.1)
+    assert numbers.session.watchdog_ms == 500
 
 
 @pytest.mark.parametrize("text, message", [

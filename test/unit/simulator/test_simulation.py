@@ -1,5 +1,6 @@
-"""Several robots in one world and one time: they see each other, stop each other, and do not depend on how time is
-split.
+"""Several robots in one world and one time.
+
+They see each other, stop each other, and do not depend on how time is split.
 """
 
 import dataclasses
@@ -48,8 +49,8 @@ def test_robots_see_each_other():
     sent = simulation.advance(1.0)
     gap = 2000.0 - 2 * 1000.0 * max(transducer.x for transducer in MODEL.sonar if abs(transducer.heading) < 0.2)
     nose = {number: distance for number, distance in ranges(sent[0]).items() if number in (3, 4)}
-    beyond_sensor = 1000.0 * (MODEL.length_front - max(transducer.x for transducer in MODEL.sonar
-                                                       if abs(transducer.heading) < 0.2))
+    foremost = max(transducer.x for transducer in MODEL.sonar if abs(transducer.heading) < 0.2)
+    beyond_sensor = 1000.0 * (MODEL.length_front - foremost)
     assert nose == pytest.approx({3: gap - beyond_sensor, 4: gap - beyond_sensor}, abs=2.0)
     assert ranges(sent[0]) == ranges(sent[1])     # they face each other
 
@@ -138,9 +139,8 @@ def test_a_can_between_two_robots_is_jammed():
 def test_a_crowd_knows_who_is_near_wherever_they_go(seed):
     rng, crowd, bodies, listed = random.Random(seed), Crowd(), [], 0
     for number in range(40):
-        # larger and larger
-        body = types.SimpleNamespace(pose=(rng.uniform(-9.0, 9.0), rng.uniform(-9.0, 9.0), 0.0), reach=0.2
-                                     + 0.02 * number)
+        pose = (rng.uniform(-9.0, 9.0), rng.uniform(-9.0, 9.0), 0.0)
+        body = types.SimpleNamespace(pose=pose, reach=0.2 + 0.02 * number)     # larger and larger
         bodies.append(body)
         crowd.enter(body)
         for each in bodies:
@@ -174,9 +174,11 @@ def test_a_robot_larger_than_any_of_ours_is_minded_from_afar():
 
 
 @pytest.mark.parametrize("count, name, called", [
-    (1, None, ["sim_0001"]), (1, "Fred", ["Fred"]), (3, None, ["sim_0001", "sim_0002", "sim_0003"]),
+    (1, None, ["sim_0001"]),
+    (1, "Fred", ["Fred"]),
+    (3, None, ["sim_0001", "sim_0002", "sim_0003"]),
     (2, "Fred", ["Fred_0001", "Fred_0002"]),
 ])
 def test_no_two_robots_have_one_name(count, name, called):
-    assert [robot.name
-            for robot in simulate(load_world("empty"), find_model("p3dx-sh"), count, name, 0).robots] == called
+    simulation = simulate(load_world("empty"), find_model("p3dx-sh"), count, name, 0)
+    assert [robot.name for robot in simulation.robots] == called

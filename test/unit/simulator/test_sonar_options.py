@@ -1,5 +1,6 @@
-"""Options of the sonar: cone, specular loss, noise and range, each with an effect of the right sign and size, and none
-when off.
+"""Options of the sonar: cone, specular loss, noise and range.
+
+Each has an effect of the right sign and size, and none when it is off.
 """
 
 import dataclasses
@@ -18,10 +19,10 @@ def numbers(**options):
 
 def heard(world, seconds=1.0, seed=0, **options):
     """The ranges (mm) that transducer 0 of a p3dx-sh, which looks to the left, reports."""
-    bench = Bench(world=world, numbers=numbers(**options), gripper=False, noise=options.get("noise", 0.0),
-                  seed=seed).open()
-    return [reading.range_units for sip in bench.wait(seconds, alive=True).sips for reading in sip.sonar
-            if reading.number == 0]
+    noise = options.get("noise", 0.0)
+    bench = Bench(world=world, numbers=numbers(**options), gripper=False, noise=noise, seed=seed).open()
+    sips = bench.wait(seconds, alive=True).sips
+    return [reading.range_units for sip in sips for reading in sip.sonar if reading.number == 0]
 
 
 def wall_to_the_left(slant_deg, distance=2.0):
@@ -56,12 +57,15 @@ def test_what_stands_behind_a_wall_that_is_not_heard_is():
     _, x, y, _ = Bench().model.sonar[0]
     world = World("post behind", walls=wall, posts=[(x, y + 4.0, 0.5)])
     assert [*set(heard(world))] == [pytest.approx(2000 / math.cos(math.radians(37.5)), abs=1)]
-    # a post always sends something back
+    # A post always sends something back.
     assert [*set(heard(world, specular_deg=30))] == [pytest.approx(3500, abs=1)]
 
 
 @pytest.mark.parametrize("distance, options, expected", [
-    (4.9, {}, 4900), (6.5, {}, 5000), (6.5, {"maximum": 8.0}, 6500), (9.0, {"maximum": 8.0}, 8000),
+    (4.9, {}, 4900),
+    (6.5, {}, 5000),
+    (6.5, {"maximum": 8.0}, 6500),
+    (9.0, {"maximum": 8.0}, 8000),
     (4.9, {"maximum": 3.0}, 3000),
 ])
 def test_range(distance, options, expected):

@@ -29,8 +29,8 @@ def test_a_unit_vector_is_cosine_and_sine():
 
 def test_the_unit_vector_of_a_heading_is_that_of_its_present_angle():
     heading = exact.Heading()
-    assert all(heading.unit(angle) == exact.unit(angle)
-               for angle in (0.0, 0.0, *ANGLES[:50], ANGLES[49], -ANGLES[49], 0.0))
+    angles = (0.0, 0.0, *ANGLES[:50], ANGLES[49], -ANGLES[49], 0.0)
+    assert all(heading.unit(angle) == exact.unit(angle) for angle in angles)
 
 
 def test_length_of_vectors():
@@ -41,8 +41,8 @@ def test_length_of_vectors():
 def test_nothing_of_the_c_library_is_asked_but_what_is_exact():
     """floor and sqrt have one right answer; every other function of a library may round as it likes."""
     tree = ast.parse(inspect.getsource(exact))
-    used = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)
-            and getattr(node.value, "id", "") == "math"}
+    attributes = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
+    used = {node.attr for node in attributes if getattr(node.value, "id", "") == "math"}
     assert used == {"pi", "floor", "sqrt"}
     assert not any(isinstance(node, ast.Pow) for node in ast.walk(tree))
 
@@ -53,11 +53,13 @@ def test_the_bits_are_those_of_every_other_computer():
     assert digest == "e8531cc60733b4546835e99b35173dc0c0faa4ce2afbefa8d2cfbc9ccb8a9adf"
 
 
-INEXACT = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2", "hypot", "exp", "log", "log2", "log10", "pow", "dist",
-           "fsum", "prod"}
+INEXACT = {
+    "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "hypot",
+    "exp", "log", "log2", "log10", "pow", "dist", "fsum", "prod",
+}
 """Functions of `math` and numpy that libraries round as they like."""
-INEXACT_DRAWS = {"gauss", "normalvariate", "lognormvariate", "expovariate", "vonmisesvariate", "betavariate",
-                 "gammavariate"}
+INEXACT_DRAWS = {
+    "gauss", "normalvariate", "lognormvariate", "expovariate", "vonmisesvariate", "betavariate", "gammavariate"}
 """Methods of `random.Random` that are made of these."""
 OFF_THE_WIRE = {"node.py", "picture.py"}
 """Files of the simulator whose numbers no robot sees."""
@@ -66,17 +68,17 @@ OFF_THE_WIRE = {"node.py", "picture.py"}
 def inexact_sums(source):
     """What a Python source does with such functions, or with powers of what may be a float."""
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Attribute) and (node.attr in INEXACT
-                                                and getattr(node.value, "id", "") in ("math", "np")
-                                                or node.attr in INEXACT_DRAWS):
-            yield node.attr
+        if isinstance(node, ast.Attribute):
+            of_library = getattr(node.value, "id", "") in ("math", "np")
+            if of_library and node.attr in INEXACT or node.attr in INEXACT_DRAWS:
+                yield node.attr
         elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow) and not isinstance(node.left, ast.Constant):
             yield "**"
 
 
 def test_a_sum_that_libraries_round_is_seen():
-    assert sorted(inexact_sums("math.hypot(x, y) + x ** 2 + 2 ** 31 + math.sqrt(x) + self._random.gauss(0, 1) +"
-                               " exact.sin(x)")) == ["**", "gauss", "hypot"]
+    source = "math.hypot(x, y) + x ** 2 + 2 ** 31 + math.sqrt(x) + self._random.gauss(0, 1) + exact.sin(x)"
+    assert sorted(inexact_sums(source)) == ["**", "gauss", "hypot"]
 
 
 @pytest.mark.parametrize("path", sorted(pathlib.Path(exact.__file__).parents[1].rglob("*.py")),

@@ -18,7 +18,7 @@ def test_at_the_same_speed_all_is_heard_as_sent(baud):
 
 
 @pytest.mark.parametrize("sent, factor, heard", [
-    # nine bits low look like a start and eight zeros, then once more with the end of the byte
+    # Nine low bits look like a start and eight zeros. The end of the byte then looks like one more byte.
     ("00", 2, "00 80"),
     ("FF", 0.5, "FF"),          # only the start bit is low, and too short to be sampled
     ("55", 2, "66 99"),         # every bit twice, from the start bit on

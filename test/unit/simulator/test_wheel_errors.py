@@ -38,8 +38,9 @@ def test_systematic_errors(options, distance, turn, expected):
 
 
 def test_nothing_is_touched_when_off():
-    assert all(errors().moved(*way) is not None and errors().moved(*way) == way
-               for way in ((0.1, 0.2), (1e-17, -3.0), (0.0, 0.0)))
+    for way in ((0.1, 0.2), (1e-17, -3.0), (0.0, 0.0)):
+        assert errors().moved(*way) is not None
+        assert errors().moved(*way) == way
 
 
 def test_slip_loses_half_of_it_on_average_and_never_more():
@@ -86,8 +87,12 @@ def test_a_robot_that_counts_three_metres(options, x, heading_deg, within_deg):
     assert true_x == pytest.approx(x, abs=0.01) and math.degrees(heading) == pytest.approx(heading_deg, abs=within_deg)
 
 
-@pytest.mark.parametrize("options, turned_deg", [({}, 180.0), ({"wider_apart": 0.05}, 171.4),
-                                                 ({"wider_apart": -0.05}, 189.5), ({"larger": 0.02}, 183.6)])
+@pytest.mark.parametrize("options, turned_deg", [
+    ({}, 180.0),
+    ({"wider_apart": 0.05}, 171.4),
+    ({"wider_apart": -0.05}, 189.5),
+    ({"larger": 0.02}, 183.6),
+])
 def test_a_robot_that_counts_half_a_turn(options, turned_deg):
     bench = driven("DHEAD", 180, 8, **options)
     assert math.degrees(bench.robot.hardware.odometry.pose[2]) == pytest.approx(180.0, abs=0.1)
@@ -95,13 +100,12 @@ def test_a_robot_that_counts_half_a_turn(options, turned_deg):
 
 
 def test_the_encoders_count_what_the_wheels_rolled():
-    assert driven("MOVE", 1000, 8, larger=0.1,
-                  slip=0.3).robot.hardware.wheels.ticks == driven("MOVE", 1000, 8).robot.hardware.wheels.ticks
+    wrong, right = driven("MOVE", 1000, 8, larger=0.1, slip=0.3), driven("MOVE", 1000, 8)
+    assert wrong.robot.hardware.wheels.ticks == right.robot.hardware.wheels.ticks
 
 
 def test_a_client_can_calibrate_it_away():
-    """TICKSMM and REVCOUNT are what a real robot's owner corrects: 2 percent larger wheels need 2 percent fewer ticks.
-    """
+    """The owner of a real robot corrects TICKSMM and REVCOUNT: 2 percent larger wheels need 2 percent fewer ticks."""
     bench = Bench(numbers=numbers(larger=0.024), gripper=False).open().send("TICKSMM", 125).send("MOVE", 2000)
     bench.wait(10, alive=True)
     assert bench.robot.true_pose[0] == pytest.approx(2.0, abs=0.005)

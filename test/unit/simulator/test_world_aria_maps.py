@@ -53,8 +53,8 @@ def test_what_each_line_becomes(tmp_path):
     world = load_world(written(tmp_path, GOLDEN))
     assert world.name == "own"
     assert world.walls[:2].tolist() == [[-2.0, -1.0, 6.0, -1.0], [6.0, -1.0, 6.0, 3.0005]]
-    assert world.walls[2:6].tolist() == [[3.0, 2.0, 3.5, 2.0], [3.5, 2.0, 3.5, 2.5], [3.5, 2.5, 3.0, 2.5],
-                                         [3.0, 2.5, 3.0, 2.0]]
+    box = [[3.0, 2.0, 3.5, 2.0], [3.5, 2.0, 3.5, 2.5], [3.5, 2.5, 3.0, 2.5], [3.0, 2.5, 3.0, 2.0]]
+    assert world.walls[2:6].tolist() == box
     turned = [[0, 1, 0, 2], [0, 2, -.5, 2], [-.5, 2, -.5, 1], [-.5, 1, 0, 1]]      # about the origin of the map
     assert [pytest.approx(wall, abs=1e-12) for wall in turned] == world.walls[6:10].tolist()
     assert world.walls[10:].tolist() == [[0.0, 2.0, 1.0, 2.0]]
@@ -79,8 +79,8 @@ def test_points_make_walls_where_there_are_no_lines(tmp_path):
     """A scanned room of 6 by 4 m: its inside has four walls, within twice the resolution of the scan."""
     corners = [(0, 0), (6000, 0), (6000, 4000), (0, 4000), (0, 0)]
     points = "".join(points_along(*first, *second, 50) for first, second in zip(corners, corners[1:]))
-    world = load_world(written(tmp_path, "2D-Map\nResolution: 50\nCairn: RobotHome 3000 2000 0 \"\" ICON \"\"\nDATA:\n"
-                               + points))
+    header = "2D-Map\nResolution: 50\nCairn: RobotHome 3000 2000 0 \"\" ICON \"\"\nDATA:\n"
+    world = load_world(written(tmp_path, header + points))
     assert world.skipped == () and len(world.walls) == 8                # inside and outside
     for heading, expected in ((0.0, 3.0), (math.pi / 2, 2.0), (math.pi, 3.0), (-math.pi / 2, 2.0)):
         (echo,) = world.echoes([3.0], [2.0], [heading], 0.2, 5.0)
@@ -102,8 +102,8 @@ def test_sections_in_either_spelling_and_any_order(tmp_path):
 
 
 def test_a_map_is_known_by_its_first_line_too(tmp_path):
-    assert load_world(written(tmp_path, "2D-Map\r\nLINES\r\n0 0 1000 0\r\n",
-                              "map.txt")).walls.tolist() == [[0, 0, 1, 0]]
+    world = load_world(written(tmp_path, "2D-Map\r\nLINES\r\n0 0 1000 0\r\n", "map.txt"))
+    assert world.walls.tolist() == [[0, 0, 1, 0]]
 
 
 def test_names_of_another_encoding_do_no_harm(tmp_path):
@@ -114,8 +114,8 @@ def test_names_of_another_encoding_do_no_harm(tmp_path):
 
 def test_goals_without_a_name_of_their_own(tmp_path):
     goal = 'Cairn: Goal {} 0 0 "" ICON "{}"\n'
-    world = load_world(written(tmp_path, "2D-Map\n" + goal.format(1000, "") + goal.format(2000, "desk")
-                               + goal.format(3000, "desk")))
+    goals = goal.format(1000, "") + goal.format(2000, "desk") + goal.format(3000, "desk")
+    world = load_world(written(tmp_path, "2D-Map\n" + goals))
     assert world.goals == {"goal 1": (1.0, 0.0, 0.0), "desk": (2.0, 0.0, 0.0)}
     assert "another goal named 'desk', line 4" in world.skipped
 

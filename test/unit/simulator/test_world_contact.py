@@ -10,8 +10,8 @@ from pioneer_control.errors import WorldError
 from pioneer_control.simulator.world.world import FREE, OCCUPIED, UNKNOWN, Can, World
 
 SQUARE = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-# open towards x
 FORK = [(-1.0, -1.0), (2.0, -1.0), (2.0, -0.5), (1.0, -0.5), (1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (-1.0, 1.0)]
+"""An outline that is open towards x."""
 
 
 @pytest.mark.parametrize("wall, touched", [
@@ -108,11 +108,11 @@ def test_clearance():
 
 def test_clearance_near_and_far_is_the_same_measure():
     rng = random.Random(3)
-    world = World("many", walls=[[rng.uniform(-20.0, 20.0) for _ in range(4)] for _ in range(50)],
-                  posts=[(0.0, 0.0, 1.0)])
+    walls = [[rng.uniform(-20.0, 20.0) for _ in range(4)] for _ in range(50)]
+    world = World("many", walls=walls, posts=[(0.0, 0.0, 1.0)])
     xs, ys = np.linspace(-20.0, 20.0, 60), np.linspace(-20.0, 20.0, 50)
-    assert world.clearances(xs, ys) == pytest.approx(np.array([[world.clearance(x, y) for x in xs] for y in ys]),
-                                                     abs=1e-12)
+    each = np.array([[world.clearance(x, y) for x in xs] for y in ys])
+    assert world.clearances(xs, ys) == pytest.approx(each, abs=1e-12)
 
 
 def test_occupancy_tells_walls_floor_and_the_unreachable_apart():

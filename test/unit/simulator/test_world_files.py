@@ -187,8 +187,8 @@ def test_gallery_docks_and_goals_have_room_for_a_pioneer(name):
     world = load_world(name)
     for model in map(find_model, ("p3dx-sh", "p3at-sh", "peoplebot-sh", "amigo-sh")):
         for pose in [*world.docks, *world.goals.values()]:
-            assert not world.touches(placed(model.outline(gripper=model.can_carry_gripper),
-                                            pose)), (model.subtype, pose)
+            outline = model.outline(gripper=model.can_carry_gripper)
+            assert not world.touches(placed(outline, pose)), (model.subtype, pose)
 
 
 @pytest.mark.parametrize("name", [name for name in known_worlds() if name != "empty"])

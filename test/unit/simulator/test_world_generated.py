@@ -72,10 +72,12 @@ def test_unknown_kind():
 def hall(width):
     """Two chambers of 4 by 4 m, joined by a passage 2 m long of the given width."""
     low, high = -width / 2.0, width / 2.0
-    corners = [(-6, -2), (-2, -2), (-2, low), (0, low), (0, -2), (4, -2), (4, 2), (0, 2), (0, high), (-2, high),
-               (-2, 2), (-6, 2)]
-    return World("hall", [first + second for first, second in zip(corners, corners[1:] + corners[:1])],
-                 starts=[(-4.0, 0.0, 0.0)])
+    corners = [
+        (-6, -2), (-2, -2), (-2, low), (0, low), (0, -2), (4, -2),
+        (4, 2), (0, 2), (0, high), (-2, high), (-2, 2), (-6, 2),
+    ]
+    walls = [first + second for first, second in zip(corners, corners[1:] + corners[:1])]
+    return World("hall", walls, starts=[(-4.0, 0.0, 0.0)])
 
 
 def test_room_ends_where_the_disc_does_not_fit():
@@ -97,8 +99,7 @@ def test_gap_is_looked_for_from_beside_a_wall_but_not_through_it():
     cell = [(-4.0, -3.2, -2.6, -3.2), (-2.6, -4.0, -2.6, -3.2)]        # 1.4 by 0.8 m in a corner of a large room
     world = World("room", walls + cell)
     assert gap_open(world, 3.7, 0.0)
-    # as close to the wall as the narrowest robot gets
-    assert not gap_open(world, -3.3, -3.36)
+    assert not gap_open(world, -3.3, -3.36)     # as close to the wall as the narrowest robot gets
     assert gap_open(world, -3.3, -2.9)
 
 

@@ -9,8 +9,10 @@ from PIL import Image
 from pioneer_control.errors import WorldError
 from pioneer_control.simulator.world import load_world
 
-VALUES = {"image": "cells.pgm", "resolution": 0.5, "origin": [0, 0, 0], "occupied_thresh": 0.65, "free_thresh": 0.196,
-          "negate": 0}
+VALUES = {
+    "image": "cells.pgm", "resolution": 0.5, "origin": [0, 0, 0],
+    "occupied_thresh": 0.65, "free_thresh": 0.196, "negate": 0,
+}
 ROOM = np.full((12, 20), 254, dtype=np.uint8)    # 10 by 6 m in cells of 0.5 m, walls around, a block at the upper left
 ROOM[[0, -1]] = ROOM[:, [0, -1]] = ROOM[2:4, 2:6] = 0
 
@@ -55,14 +57,19 @@ def test_a_start_where_there_is_room(tmp_path, origin, start):
 
 
 @pytest.mark.parametrize("value, settings, wall", [
-    (89, {}, True), (90, {}, False),                                         # (255 - 89) / 255 = 0.651
-    # what map_saver writes where nothing is known
-    (205, {}, False),
-    (165, {"negate": 1}, False), (166, {"negate": 1}, True),
-    (126, {"occupied_thresh": 0.5}, True), (128, {"occupied_thresh": 0.5}, False),
-    (100, {"mode": "raw"}, True), (66, {"mode": "raw"}, True), (65, {"mode": "raw"}, False),
+    (89, {}, True),         # (255 - 89) / 255 = 0.651
+    (90, {}, False),
+    (205, {}, False),       # map_saver writes this where nothing is known
+    (165, {"negate": 1}, False),
+    (166, {"negate": 1}, True),
+    (126, {"occupied_thresh": 0.5}, True),
+    (128, {"occupied_thresh": 0.5}, False),
+    (100, {"mode": "raw"}, True),
+    (66, {"mode": "raw"}, True),
+    (65, {"mode": "raw"}, False),
     (255, {"mode": "raw"}, False),
-    (0, {"mode": "scale"}, True), (0, {"mode": "trinary"}, True),
+    (0, {"mode": "scale"}, True),
+    (0, {"mode": "trinary"}, True),
 ])
 def test_thresholds_negation_and_modes(tmp_path, value, settings, wall):
     free = 0 if "negate" in settings or settings.get("mode") == "raw" else 255
@@ -78,14 +85,18 @@ def test_starts_are_free_not_only_unknown(tmp_path):
 
 
 @pytest.mark.parametrize("name, mode", [
-    ("cells.pgm", "L"), ("cells.png", "L"), ("cells.png", "RGB"), ("cells.png", "RGBA"), ("cells.png", "LA"),
+    ("cells.pgm", "L"),
+    ("cells.png", "L"),
+    ("cells.png", "RGB"),
+    ("cells.png", "RGBA"),
+    ("cells.png", "LA"),
     ("cells.png", "P"),
     ("cells.png", "1"),
 ])
 def test_formats(tmp_path, name, mode):
     expected = load_world(written(tmp_path)).walls.tolist()
-    assert load_world(written(tmp_path, picture=Image.fromarray(ROOM).convert(mode),
-                              image=name)).walls.tolist() == expected
+    picture = Image.fromarray(ROOM).convert(mode)
+    assert load_world(written(tmp_path, picture=picture, image=name)).walls.tolist() == expected
 
 
 def test_sixteen_bits(tmp_path):
@@ -96,10 +107,10 @@ def test_sixteen_bits(tmp_path):
 
 def test_the_bytes_of_a_pgm_as_map_saver_writes_them(tmp_path):
     path = written(tmp_path, cells=None)
-    (tmp_path / "cells.pgm").write_bytes(b"P5\n# CREATOR: map_saver.cpp 0.050 m/pix\n3 3\n255\n"
-                                         + bytes([254, 254, 254, 254, 0, 254, 205, 254, 254]))
-    assert sorted(load_world(path).walls.tolist()) == sorted([[.5, .5, 1, .5], [1, .5, 1, 1], [1, 1, .5, 1],
-                                                              [.5, 1, .5, .5]])
+    header = b"P5\n# CREATOR: map_saver.cpp 0.050 m/pix\n3 3\n255\n"
+    (tmp_path / "cells.pgm").write_bytes(header + bytes([254, 254, 254, 254, 0, 254, 205, 254, 254]))
+    walls = [[.5, .5, 1, .5], [1, .5, 1, 1], [1, 1, .5, 1], [.5, 1, .5, .5]]
+    assert sorted(load_world(path).walls.tolist()) == sorted(walls)
 
 
 def test_what_is_transparent_is_unknown(tmp_path):

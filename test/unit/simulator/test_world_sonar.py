@@ -1,5 +1,6 @@
-"""What sonar hears, against closed forms worked out on paper and against brute force, never against another cone
-caster.
+"""What sonar hears, compared with closed forms worked out on paper and with brute force.
+
+It is never compared with another cone caster.
 """
 
 import math
@@ -71,8 +72,8 @@ def test_wall_seen_exactly_from_its_end():
 ])
 def test_part_of_a_wall_within_the_cone(low_deg, high_deg, nearest_deg):
     low, high, nearest = (2.0 * math.tan(math.radians(angle)) for angle in (low_deg, high_deg, nearest_deg))
-    assert heard(World("piece",
-                       walls=[(2.0, low, 2.0, high)])) == pytest.approx(math.sqrt(4.0 + nearest ** 2), abs=1e-12)
+    world = World("piece", walls=[(2.0, low, 2.0, high)])
+    assert heard(world) == pytest.approx(math.sqrt(4.0 + nearest ** 2), abs=1e-12)
 
 
 @pytest.mark.parametrize("low_deg, high_deg", [(12.6, 40.0), (-40.0, -12.6)])
@@ -114,13 +115,13 @@ def test_corner_that_points_at_the_sensor_is_heard_at_its_tip():
 
 def test_corner_looked_into_is_heard_along_both_edges_of_the_cone():
     walls = [(2.0, 0.0, 0.0, 2.0), (2.0, 0.0, 0.0, -2.0)]  # each at 45 degrees, sqrt(2) from the sensor
-    assert heard(World("inner corner",
-                       walls=walls)) == pytest.approx(math.sqrt(2.0) / math.cos(math.radians(45.0 - 12.5)), abs=1e-12)
+    along_an_edge = math.sqrt(2.0) / math.cos(math.radians(45.0 - 12.5))
+    assert heard(World("inner corner", walls=walls)) == pytest.approx(along_an_edge, abs=1e-12)
 
 
 def test_nearest_of_several_is_heard():
-    world = World("several", walls=[(3.0, -1.0, 3.0, 1.0), (2.5, -1.0, 2.5, 1.0)],
-                  posts=[(2.0, 0.0, 0.1), (4.0, 0.0, 0.5)])
+    walls, posts = [(3.0, -1.0, 3.0, 1.0), (2.5, -1.0, 2.5, 1.0)], [(2.0, 0.0, 0.1), (4.0, 0.0, 0.5)]
+    world = World("several", walls=walls, posts=posts)
     assert heard(world) == pytest.approx(1.9, abs=1e-12)
     assert heard(world, x=2.2) == pytest.approx(0.3, abs=1e-12)
 
@@ -210,8 +211,11 @@ def test_one_call_for_many_sensors_gives_the_very_bytes_of_many_calls():
     assert min(apart) < MAXIMUM == max(apart)
 
 
-@pytest.mark.parametrize("walls, places",
-                         [([], 1), ([(1000.0, -3.0, 1000.0, 3.0)], 1), ([(2.0, -300.0, 2.0, 300.0)], 100)])
+@pytest.mark.parametrize("walls, places", [
+    ([], 1),
+    ([(1000.0, -3.0, 1000.0, 3.0)], 1),
+    ([(2.0, -300.0, 2.0, 300.0)], 100),
+])
 def test_a_floor_without_end_takes_no_memory_where_nothing_is(walls, places):
     world = World("floor", walls=walls)
     for metres in range(100):
