@@ -35,8 +35,8 @@ def message_class(name, package="pioneer_control"):
         elif kind in STANDARD:
             full = "std_msgs/Header" if kind == "Header" else kind
             parts.append("MSG: %s\n" % full + STANDARD[kind]._full_text)
-    return genpy.dynamic.generate_dynamic("%s/%s" % (package, name),
-                                          ("\n" + "=" * 80 + "\n").join(parts))["%s/%s" % (package, name)]
+    whole_name, definition = "%s/%s" % (package, name), ("\n" + "=" * 80 + "\n").join(parts)
+    return genpy.dynamic.generate_dynamic(whole_name, definition)[whole_name]
 
 
 def odometry(x, y, heading, frame="odom", linear=0.0, angular=0.0):

@@ -120,5 +120,5 @@ def test_what_cannot_be_written_to_its_end_is_not_half_there(tmp_path, monkeypat
 
     monkeypatch.setattr(wire, "written", fill)
     assert main([wire_bag(tmp_path / "run.bag", PIECES)]) == 2
-    assert "No space left on device" in capsys.readouterr().err and [path.name
-                                                                     for path in tmp_path.iterdir()] == ["run.bag"]
+    assert "No space left on device" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["run.bag"]

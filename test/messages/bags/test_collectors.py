@@ -37,16 +37,15 @@ class TestEverything:
     def test_commanded_steps_stay_steps(self, eventful):
         velocities = eventful.commanded
         assert since(velocities.time) == [0.0, 9.9, 10.0, 10.1, 20.0]
-        assert velocities.linear == pytest.approx([0.1, 0.1, 0.0, 0.0,
-                                                   0.0]) and velocities.angular == pytest.approx(
-                                                       [0.0, 0.0, 0.0, 0.2, 0.2])
+        assert velocities.linear == pytest.approx([0.1, 0.1, 0.0, 0.0, 0.0])
+        assert velocities.angular == pytest.approx([0.0, 0.0, 0.0, 0.2, 0.2])
 
     def test_measured(self, eventful):
         assert eventful.measured.linear == pytest.approx([0.1, 0.1]) and since(eventful.measured.time) == [0.0, 20.0]
 
     def test_battery(self, eventful):
-        assert eventful.battery.value[[0, -1]] == pytest.approx([12.8, 12.4],
-                                                                abs=1e-6) and 5 < len(eventful.battery.time) < 40
+        assert eventful.battery.value[[0, -1]] == pytest.approx([12.8, 12.4], abs=1e-6)
+        assert 5 < len(eventful.battery.time) < 40
 
     def test_switches_where_they_change(self, eventful):
         assert (since(eventful.motors.time), eventful.motors.value.tolist()) == ([0.0, 12.0, 15.0, 20.0], [1, 0, 1, 1])
@@ -79,8 +78,8 @@ class TestEverything:
 
     def test_of_a_bag_without_all_that_it_is_empty(self, run_of):
         run = run_of([("/pioneer/pose", make.odometry(0.1 * step, 0.0, 0.0), 1.0 + step) for step in range(3)])
-        assert [len(values.time) for values in (run.commanded, run.battery, run.motors, run.e_stop,
-                                                run.sonar)] == [0] * 5
+        values = [run.commanded, run.battery, run.motors, run.e_stop, run.sonar]
+        assert [len(each.time) for each in values] == [0] * 5
         assert run.stalls == run.bumps == run.faults == run.gaps == run.decisions == ()
         assert run.notes == run.damage == ""
 
@@ -89,15 +88,14 @@ class TestFaults:
     POSE = [("/pioneer/pose", make.odometry(0.0, 0.0, 0.0), 1000.0)]
 
     def faults(self, run_of, *messages, **options):
-        return [(fault.level, fault.who, fault.what)
-                for fault in run_of(self.POSE + [(*entry, 1000.0 + step) for step, entry in enumerate(messages)],
-                                    **options).faults]
+        timed = [(*entry, 1000.0 + step) for step, entry in enumerate(messages)]
+        return [(fault.level, fault.who, fault.what) for fault in run_of(self.POSE + timed, **options).faults]
 
     def test_diagnostics_count_when_their_level_changes(self, run_of):
         levels = [(1, "a"), (1, "b"), (2, "c"), (1, "d"), (0, "e"), (1, "f"), (3, "g")]
         messages = [("/diagnostics", make.diagnostics(Link=level)) for level in levels]
-        assert self.faults(run_of, *messages) == [(1, "Link", "a"), (2, "Link", "c"), (1, "Link", "d"),
-                                                  (1, "Link", "f")]
+        expected = [(1, "Link", "a"), (2, "Link", "c"), (1, "Link", "d"), (1, "Link", "f")]
+        assert self.faults(run_of, *messages) == expected
 
     def test_what_nodes_say_again_and_again_counts_once(self, run_of):
         messages = [("/rosout", make.log(level, node, text)) for level, node, text in (
@@ -110,10 +108,9 @@ class TestFaults:
                     for node in ("/pioneer/p2os", "/other/p2os", "/simulator", "/pioneer2/p2os")]
         messages += [("/diagnostics", make.diagnostics("other/p2os", Link=(2, "y"))),
                      ("/other/pose", make.odometry(0.0, 0.0, 0.0))]
-        assert [who for _, who, _ in self.faults(run_of, *messages,
-                                                 robot="pioneer")] == ["/pioneer/p2os", "/simulator", "/pioneer2/p2os"]
-        assert [who for _, who, _ in self.faults(run_of, *messages, robot="other")] == ["/other/p2os", "/simulator",
-                                                                                        "/pioneer2/p2os", "Link"]
+        pioneer, other_robot = (self.faults(run_of, *messages, robot=name) for name in ("pioneer", "other"))
+        assert [who for _, who, _ in pioneer] == ["/pioneer/p2os", "/simulator", "/pioneer2/p2os"]
+        assert [who for _, who, _ in other_robot] == ["/other/p2os", "/simulator", "/pioneer2/p2os", "Link"]
 
     def test_too_many_are_counted(self, run_of, monkeypatch):
         monkeypatch.setattr(collectors, "TEXTS", 1)
@@ -267,8 +264,8 @@ class TestOtherFields:
     @pytest.mark.parametrize("topic", sorted(set(TOPICS) - {"pose"}))
     def test_the_rest_is_read_or_it_is_one_clear_error(self, tmp_path, topic, definition):
         strange = other(TOPICS[topic].type, definition=definition)
-        path = make.write_bag(tmp_path / "run.bag", [*make.driven(seconds=1),
-                                                     *(("/x/%s" % topic, strange, 1000.5 + 0.1 * n) for n in range(3))])
+        messages = [("/x/%s" % topic, strange, 1000.5 + 0.1 * n) for n in range(3)]
+        path = make.write_bag(tmp_path / "run.bag", [*make.driven(seconds=1), *messages])
         try:
             run = read_run(path, "pioneer")
         except BagError as error:
@@ -352,9 +349,8 @@ class TestBounded:
         for step in range(1000):
             silence.add(step * 0.1 + step // 50)
         gaps = silence.gaps("/x", 119.9)
-        assert len(gaps) == 10 and {gap.what
-                                    for gap in gaps} == {"/x"} and all(gap.end - gap.begin == pytest.approx(1.1)
-                                                                       for gap in gaps)
+        assert len(gaps) == 10 and {gap.what for gap in gaps} == {"/x"}
+        assert all(gap.end - gap.begin == pytest.approx(1.1) for gap in gaps)
 
 
 def test_a_span_lasts_until_its_words_change():

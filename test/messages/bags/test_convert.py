@@ -1,6 +1,4 @@
-"""Bags of p2os made into bags with standard messages: what is made, what is kept, and files that are not as they should
-be.
-"""
+"""Bags of p2os made into bags with standard messages: what is made, what is kept, and files that are damaged."""
 
 import dataclasses
 import errno
@@ -52,8 +50,8 @@ def driven(package="p2os_msgs", frame="", begin=1000.0, name=""):
         pose = make.odometry(0.02 * step, 0.0, 0.0)
         pose.twist.twist.linear.x = 0.2
         yield "%s/pose" % name, pose, time
-        yield "%s/sonar" % name, sonar_array({3: 2.0 - 0.02 * step, 4: 2.0 - 0.02 * step, 7: 0.0}, package,
-                                             frame), time + 0.01
+        sonar = sonar_array({3: 2.0 - 0.02 * step, 4: 2.0 - 0.02 * step, 7: 0.0}, package, frame)
+        yield "%s/sonar" % name, sonar, time + 0.01
         yield "%s/battery_state" % name, make.message_class("BatteryState", package)(voltage=12.5), time + 0.02
         yield "%s/gripper_state" % name, make.gripper(1, False, package), time + 0.03
     yield "/others", String("kept"), time + 0.04
@@ -89,9 +87,7 @@ def converted(tmp_path, capsys):
 class TestKept:
     @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
     def test_types_have_our_name_and_all_else_is_as_it_was(self, tmp_path, converted, compression):
-        """Several publishers and types on one topic, latched ones, both old packages, ours and a type that nobody
-        knows.
-        """
+        """Several publishers and types on one topic, latched ones, both old packages, ours and an unknown type."""
         writer = BagWriter(str(tmp_path / "old.bag"), compression)
         messages = [old_message(name, package) for name in VALUES
                     for package in (*OLD_PACKAGES, "pioneer_control", "my_msgs")]
@@ -107,8 +103,8 @@ class TestKept:
         path, code, said = converted(tmp_path / "old.bag", "types")
         assert code == 0 and "There was nothing" not in said
         before, after = read(tmp_path / "old.bag"), read(path)
-        assert [(topic, data, time) for topic, _, data, time in after] == [(topic, data, time)
-                                                                           for topic, _, data, time in before]
+        assert ([(topic, data, time) for topic, _, data, time in after]
+                == [(topic, data, time) for topic, _, data, time in before])
         kinds = {"%s/%s" % (package, name): "pioneer_control/%s" % name for package in OLD_PACKAGES for name in VALUES}
         for (_, old, _, _), (_, new, _, _) in zip(before, after):
             assert new.type == kinds.get(old.type, old.type)
@@ -123,22 +119,22 @@ class TestKept:
         (_, connection, data, _), = read(path)
         from pioneer_control import msg
         assert connection.definition == msg.GripperState._full_text and "p2os" not in connection.definition
-        assert msg.GripperState().deserialize(data) == msg.GripperState().deserialize(
-            serialized(old_message("GripperState", "p2os_driver")))
+        old = serialized(old_message("GripperState", "p2os_driver"))
+        assert msg.GripperState().deserialize(data) == msg.GripperState().deserialize(old)
 
     def test_a_type_of_that_name_with_other_fields_is_left_alone(self, bag, converted):
         import genpy.dynamic
         other = genpy.dynamic.generate_dynamic("p2os_msgs/SonarArray", "int32 state\n")["p2os_msgs/SonarArray"](state=1)
         path, code, said = converted(bag([("/sonar", other, 1.0)]))
-        assert code == 0 and [(topic, connection.type)
-                              for topic, connection, _, _ in read(path)] == [("/sonar", "p2os_msgs/SonarArray")]
+        found = [(topic, connection.type) for topic, connection, _, _ in read(path)]
+        assert code == 0 and found == [("/sonar", "p2os_msgs/SonarArray")]
         assert "There was nothing to convert" in said
 
     def test_messages_that_contain_one_are_left_alone(self, bag, converted):
         import genpy.dynamic
         separator = "\n" + "=" * 80 + "\nMSG: p2os_msgs/MotorState\n"
-        mine = genpy.dynamic.generate_dynamic("my_msgs/Status", "p2os_msgs/MotorState motors\n"
-                                              + separator + "int32 state\n")["my_msgs/Status"]()
+        definition = "p2os_msgs/MotorState motors\n" + separator + "int32 state\n"
+        mine = genpy.dynamic.generate_dynamic("my_msgs/Status", definition)["my_msgs/Status"]()
         path, _, _ = converted(bag([("/status", mine, 1.0)]))
         assert read(path)[0][1].definition == mine._full_text
 
@@ -150,8 +146,8 @@ class TestMade:
         assert code == 0
         new = {topic: connection.type for topic, connection, _, _ in read(path)}
         before = {topic: connection.type for topic, connection, _, _ in read(old)}
-        assert set(new) - set(before) == {"/sonar_ranges", "/sonar_points", "/battery", "/tf_static",
-                                          "/robot_info"} and set(before) <= set(new)
+        added = {"/sonar_ranges", "/sonar_points", "/battery", "/tf_static", "/robot_info"}
+        assert set(new) - set(before) == added and set(before) <= set(new)
         assert DEFAULT == ("types", "info", "ranges", "points", "battery")
         for line in ("renamed /sonar: 20 of p2os_msgs/SonarArray are pioneer_control/SonarArray",
                      "made    /battery: 20 of sensor_msgs/BatteryState from 20",
@@ -178,27 +174,27 @@ class TestMade:
         path, _, _ = converted(bag(messages), "--model", "p3dx-sh", "points", "ranges", "battery")
         live = [reading for state, stamp in zip(states, stamps)
                 for reading in conversions.sonar_ranges(state, stamp, "two/", math.inf)]
-        assert [serialized(message) for message, _ in made(path, "/two/sonar_ranges")] == [serialized(message)
-                                                                                           for message in live]
+        ranges = [message for message, _ in made(path, "/two/sonar_ranges")]
+        assert [serialized(message) for message in ranges] == [serialized(message) for message in live]
         clouds = [list(read_points(message)) for message, _ in made(path, "/two/sonar_points")]
         for state, stamp, cloud in zip(states, stamps, clouds):
             expected = list(read_points(conversions.sonar_points(state, stamp, "two/base_link", SONAR)))
-            assert len(cloud) == len(expected) and all(point == pytest.approx(other, abs=1e-5)
-                                                       for point, other in zip(cloud, expected))
+            assert len(cloud) == len(expected)
+            assert all(point == pytest.approx(other, abs=1e-5) for point, other in zip(cloud, expected))
         live = [conversions.battery(state, stamp, "two/base_link") for state, stamp in zip(states, stamps)]
         for (message, _), other in zip(made(path, "/two/battery"), live):
             other.power_supply_status = other.POWER_SUPPLY_STATUS_UNKNOWN      # battery_state does not tell
             assert serialized(message) == serialized(other)
         (frames, _), = made(path, "/tf_static")
-        assert serialized(frames) == serialized(standard_messages.sonar_frames(SONAR, stamps[0], "two/base_link",
-                                                                               "two/"))
+        expected = standard_messages.sonar_frames(SONAR, stamps[0], "two/base_link", "two/")
+        assert serialized(frames) == serialized(expected)
 
     def test_a_stamp_that_is_missing_is_the_bags_time_and_a_frame_that_is_missing_base_link(self, bag, converted):
         path, _, _ = converted(bag(driven()), "--model", "p3dx-sh")
         for topic, frame in (("/sonar_points", "base_link"), ("/battery", "base_link"), ("/sonar_ranges", None)):
             for message, time in made(path, topic):
-                assert message.header.stamp.to_sec() == pytest.approx(time) and message.header.frame_id == (
-                    frame or message.header.frame_id)
+                assert message.header.stamp.to_sec() == pytest.approx(time)
+                assert frame is None or message.header.frame_id == frame
         assert {message.header.frame_id for message, _ in made(path, "/sonar_ranges")} == {
             "sonar_%s" % number for number in range(16) if number != 7}
         assert {message.header.seq for message, _ in made(path, "/sonar_ranges")} == {7}
@@ -207,8 +203,8 @@ class TestMade:
         path, _, _ = converted(bag([("/sonar", sonar_array({}, frame="/two/base_link", stamp=77.5), 1000.0)]),
                                "--model", "p3dx-sh")
         (cloud, _), = made(path, "/sonar_points")
-        assert (cloud.header.stamp.to_sec(),
-                cloud.header.frame_id) == (77.5, "two/base_link"), "tf2 knows no frame that begins with a slash"
+        assert cloud.header.stamp.to_sec() == 77.5
+        assert cloud.header.frame_id == "two/base_link", "tf2 knows no frame that begins with a slash"
 
     def test_publisher_latching_and_time_are_those_of_the_source(self, tmp_path, bag, converted):
         writer = BagWriter(str(tmp_path / "old.bag"))
@@ -237,10 +233,9 @@ class TestMade:
 
     def test_odom_is_pose_byte_by_byte(self, bag, converted):
         path, code, said = converted(bag(driven()), "odom")
-        found = [(topic, data, time) for topic, _, data, time in read(path) if topic in ("/pose", "/odom")]
-        assert code == 0 and [entry[1:] for entry in found
-                              if entry[0] == "/pose"] == [entry[1:] for entry in found
-                                                          if entry[0] == "/odom"] and len(found) == 40
+        pose, odom = ([(data, time) for topic, _, data, time in read(path) if topic == wanted]
+                      for wanted in ("/pose", "/odom"))
+        assert code == 0 and pose == odom and len(pose) == 20
         assert "made    /odom: 20 of nav_msgs/Odometry from 20 of /pose" in said
 
     def test_ground_truth_is_no_odom(self, bag, converted):
@@ -274,8 +269,8 @@ class TestMade:
         messages = [*driven(), ("/battery", String("of somebody else"), 1000.0), ("/tf_static", frames, 1000.0)]
         path, _, said = converted(bag(messages), "--model", "p3dx-sh", "--replace")
         topics = [topic for topic, *_ in read(path)]
-        assert (topics.count("/battery"), topics.count("/battery_state"), topics.count("/tf_static"),
-                topics.count("/sonar")) == (1, 20, 1, 0)
+        assert (topics.count("/battery"), topics.count("/battery_state")) == (1, 20)
+        assert (topics.count("/tf_static"), topics.count("/sonar")) == (1, 0)
         assert "/battery is in the bag already: it was not made" in said
 
     def test_frames_are_renamed_wherever_they_are(self, bag, converted):
@@ -289,8 +284,7 @@ class TestMade:
         assert made(path, "/cans")[0][0].header.frame_id == "one/odom"
         renamed = [(each.header.frame_id, each.child_frame_id) for each in made(path, "/tf")[0][0].transforms]
         assert renamed == [("one/odom", "one/base_link"), ("/map", "one/odom")]
-        assert (made(path, "/odom")[0][0].header.frame_id,
-                made(path, "/pose")[0][0].header.frame_id) == ("one/odom", "one/odom")
+        assert made(path, "/odom")[0][0].header.frame_id == made(path, "/pose")[0][0].header.frame_id == "one/odom"
         assert made(path, "/sonar_scan")[0][0].header.frame_id == "one/base_link"
         assert {message.header.frame_id for message, _ in made(path, "/sonar_ranges")} == {
             "one/sonar_%s" % number for number in range(16) if number != 7}
@@ -300,18 +294,16 @@ class TestMade:
     def test_a_damaged_message_is_kept_and_nothing_made_of_it(self, tmp_path, converted):
         writer = BagWriter(str(tmp_path / "old.bag"))
         sonar = sonar_array({3: 1.0})
-        connection = writer.connect("/sonar", dict(type=sonar._type, md5sum=sonar._md5sum,
-                                                   message_definition=sonar._full_text, topic="/sonar"))
+        header = dict(type=sonar._type, md5sum=sonar._md5sum, message_definition=sonar._full_text, topic="/sonar")
+        connection = writer.connect("/sonar", header)
         writer.write(connection, serialized(sonar)[:20], 1)
         writer.write(connection, serialized(sonar), 2)
         writer.close()
         path, code, said = converted(tmp_path / "old.bag", "--model", "p3dx-sh", "--frame", "odom=other")
         assert code == 1 and "1 messages of /sonar are damaged" in said
         found = read(path)
-        assert [(topic, len(data)) for topic, _, data, _ in found][0] == ("/sonar",
-                                                                          20) and [topic
-                                                                                   for topic, *_ in found].count(
-                                                                                       "/sonar_points") == 1
+        assert [(topic, len(data)) for topic, _, data, _ in found][0] == ("/sonar", 20)
+        assert [topic for topic, *_ in found].count("/sonar_points") == 1
 
 
 class TestSonar:
@@ -353,8 +345,8 @@ class TestSonar:
         behind = math.degrees(math.atan2(SONAR[12].y + 5 * math.sin(SONAR[12].heading),
                                          SONAR[12].x + 5 * math.cos(SONAR[12].heading)))
         assert seen == {0: 1.0, 90: 1.5, round(behind): math.inf}
-        assert len(scan.ranges) == BEAMS and angles[-1] == pytest.approx(
-            scan.angle_max) and scan.range_max == pytest.approx(5.0 + math.hypot(0.255, 0.027))
+        assert len(scan.ranges) == BEAMS and angles[-1] == pytest.approx(scan.angle_max)
+        assert scan.range_max == pytest.approx(5.0 + math.hypot(0.255, 0.027))
 
     @pytest.mark.parametrize("degrees, beam",
                              [(180.0, 0), (-180.0, 0), (179.6, 0), (-179.4, 1), (0.4, 180), (0.6, 181), (-0.6, 179)])
@@ -365,24 +357,25 @@ class TestSonar:
 
     def test_an_echo_counts_more_than_none(self):
         end = SONAR[0].x, SONAR[0].y + 5.0
-        beam = [reading for reading in sonar_scan([end], [SONAR[0]], SONAR, genpy.Time(1),
-                                                  "b").ranges if not math.isnan(reading)]
+        scan = sonar_scan([end], [SONAR[0]], SONAR, genpy.Time(1), "b")
+        beam = [reading for reading in scan.ranges if not math.isnan(reading)]
         assert beam == [math.hypot(*end)]
 
 
 class TestFiles:
     def test_arguments_that_make_no_sense(self, tmp_path, bag, converted):
         old = bag(driven())
-        for arguments, text in ((
-            ["sonar"], "'sonar' cannot be converted (legal: types, info, ranges, points, battery, scan, odom)"),
-                                (["--frame", "odom"], "--frame odom: not of the form OLD=NEW"),
-                                (["--frame", "=x"], "not of the form"),
-                                (["--gripper"], "--gripper says something of the robot that --model names: name it"),
-                                (["--gripper", "--model", "amigo-sh"],
-                                 "--gripper: a model amigo-sh carries no gripper"),
-                                (["--model", "p3dx-hs"], "unknown robot model 'p3dx-hs' (near: p3dx-sh"),
-                                (["--model", "p3dx-sh", "--models-file", "/none"], "models file /none cannot be read"),
-                                ([], "does not say where the transducers of /sonar look")):
+        wrong = [
+            (["sonar"], "'sonar' cannot be converted (legal: types, info, ranges, points, battery, scan, odom)"),
+            (["--frame", "odom"], "--frame odom: not of the form OLD=NEW"),
+            (["--frame", "=x"], "not of the form"),
+            (["--gripper"], "--gripper says something of the robot that --model names: name it"),
+            (["--gripper", "--model", "amigo-sh"], "--gripper: a model amigo-sh carries no gripper"),
+            (["--model", "p3dx-hs"], "unknown robot model 'p3dx-hs' (near: p3dx-sh"),
+            (["--model", "p3dx-sh", "--models-file", "/none"], "models file /none cannot be read"),
+            ([], "does not say where the transducers of /sonar look"),
+        ]
+        for arguments, text in wrong:
             path, code, said = converted(old, *arguments)
             assert code == 2 and text in said and said.startswith("convert_bag: ") and not pathlib.Path(path).exists()
         assert sorted(entry.name for entry in tmp_path.iterdir()) == ["old.bag"]
@@ -392,12 +385,15 @@ class TestFiles:
         (tmp_path / "there.bag").write_bytes(b"x")
         (tmp_path / "text.bag").write_bytes(b"hello")
         (tmp_path / "link.bag").symlink_to(old)
-        wrong = [("none.bag", "new.bag", "none.bag: no such file"),
-                 ("old.bag", "old.bag", "old.bag is the bag to be read"),
-                 ("old.bag", "link.bag", "link.bag is the bag to be read"),
-                 ("old.bag", "there.bag", "there.bag exists already"),
-                 ("old.bag", "none/new.bag", "there is no directory"), ("text.bag", "new.bag", "text.bag is not a bag"),
-                 (".", "new.bag", "cannot be read")]
+        wrong = [
+            ("none.bag", "new.bag", "none.bag: no such file"),
+            ("old.bag", "old.bag", "old.bag is the bag to be read"),
+            ("old.bag", "link.bag", "link.bag is the bag to be read"),
+            ("old.bag", "there.bag", "there.bag exists already"),
+            ("old.bag", "none/new.bag", "there is no directory"),
+            ("text.bag", "new.bag", "text.bag is not a bag"),
+            (".", "new.bag", "cannot be read"),
+        ]
         for source, target, text in wrong:
             assert main([str(tmp_path / source), str(tmp_path / target), "types"]) == 2
             assert text in capsys.readouterr().err
@@ -447,8 +443,8 @@ class TestFiles:
     def test_a_full_disk_when_the_last_is_written(self, monkeypatch, tmp_path, bag, converted):
         """As seen with a limit on the size of files."""
         program = ("import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
-                   "resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000));"
-                   "from pioneer_control.bags.converting.convert import main; sys.exit(main(sys.argv[1:]))")
+                   "resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000));from "
+                   "pioneer_control.bags.converting.convert import main; sys.exit(main(sys.argv[1:]))")
         done = subprocess.run([sys.executable, "-c", program, bag(driven()), str(tmp_path / "new.bag"), "types"],
                               stderr=subprocess.PIPE, text=True)
         assert done.returncode == 2 and "new.bag cannot be written: File too large" in done.stderr
@@ -460,5 +456,5 @@ class TestFiles:
         monkeypatch.setattr(command.BagWriter, "close",
                             lambda self: (seen.extend(sorted(entry.name for entry in tmp_path.iterdir())), close(self)))
         converted(bag(driven()), "types")
-        assert seen == ["new.bag.part", "old.bag"] and sorted(entry.name
-                                                              for entry in tmp_path.iterdir()) == ["new.bag", "old.bag"]
+        assert seen == ["new.bag.part", "old.bag"]
+        assert sorted(entry.name for entry in tmp_path.iterdir()) == ["new.bag", "old.bag"]

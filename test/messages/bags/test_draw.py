@@ -193,8 +193,8 @@ class TestCommand:
 
     def test_parts_are_in_the_order_of_their_numbers(self):
         named = ["run/x_0.bag", "run/x_1.bag", "run/x_10.bag.active", "run/x_2.bag"]
-        assert draw.wanted(named, [], True) == [(["run/x_0.bag", "run/x_1.bag", "run/x_2.bag", "run/x_10.bag.active"],
-                                                 None)]
+        ordered = ["run/x_0.bag", "run/x_1.bag", "run/x_2.bag", "run/x_10.bag.active"]
+        assert draw.wanted(named, [], True) == [(ordered, None)]
 
     def test_parts_of_one_recording(self, tmp_path, capsys):
         messages = sorted(make.driven(seconds=4), key=lambda entry: entry[2])

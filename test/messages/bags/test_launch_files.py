@@ -43,14 +43,14 @@ class TestReplay:
         assert node("replay.launch", "bag:=/tmp/x.bag").name.startswith("play_")
 
     def test_looking_has_the_bags_time(self):
-        config = load_config_default([(str(ROOT / "launch" / "replay.launch"), ["bag:=/tmp/x.bag"])], None,
-                                     verbose=False)
+        launch = (str(ROOT / "launch" / "replay.launch"), ["bag:=/tmp/x.bag"])
+        config = load_config_default([launch], None, verbose=False)
         assert config.params["/use_sim_time"].value is True
 
     def test_no_other_way_touches_everybodys_time(self):
         for way in ("rerun", "redrive", "rewind"):
-            config = load_config_default([(str(ROOT / "launch" / "replay.launch"), ["bag:=/tmp/x.bag", "way:=" + way])],
-                                         None, verbose=False)
+            launch = (str(ROOT / "launch" / "replay.launch"), ["bag:=/tmp/x.bag", "way:=" + way])
+            config = load_config_default([launch], None, verbose=False)
             assert "/use_sim_time" not in config.params
 
     @pytest.mark.parametrize("way, options", [("rerun", rerun.OPTIONS), ("redrive", redrive.OPTIONS)])

@@ -72,8 +72,8 @@ class TestRules:
         rules = [rule for chain in migrator.rulechains.values() for rule in [*chain.chain, chain.rename]]
         found = {(rule.old_type, rule.new_type) for rule in rules}
         chains = list(zip((*OLD_PACKAGES, "pioneer_control"), (*OLD_PACKAGES, "pioneer_control")[1:]))
-        assert len(rules) == len(found) and found == {("%s/%s" % (old, name), "%s/%s" % (new, name)) for name in VALUES
-                                                      for old, new in chains}
+        expected = {("%s/%s" % (old, name), "%s/%s" % (new, name)) for name in VALUES for old, new in chains}
+        assert len(rules) == len(found) and found == expected
         assert migrator.all_rules_valid()
 
     @pytest.mark.parametrize("name", VALUES)
@@ -86,10 +86,9 @@ class TestRules:
     def test_each_definition_names_the_parts_of_its_own_package(self, migrator, package, name):
         rule = migrator.rulechains["%s/%s" % (package, name)].rename
         assert "pioneer_control" not in rule.old_full_text
-        assert rule.old_class._full_text == make.message_class(name,
-                                                               package)._full_text or name in ("SonarArray",
-                                                                                               "BatteryState")
-        assert rule.old_md5sum == make.message_class(name, package)._md5sum
+        made = make.message_class(name, package)
+        assert rule.old_class._full_text == made._full_text or name in ("SonarArray", "BatteryState")
+        assert rule.old_md5sum == made._md5sum
 
     @pytest.mark.parametrize("package, name", TOPICS)
     def test_a_rule_keeps_every_value(self, migrator, package, name):
@@ -108,8 +107,8 @@ class TestRules:
     def test_another_definition_has_no_rule(self, migrator):
         """Of the name of an old message, but with a field more."""
         import genpy.dynamic
-        other = genpy.dynamic.generate_dynamic("p2os_msgs/MotorState",
-                                               "int32 state\nint32 more\n")["p2os_msgs/MotorState"]
+        name = "p2os_msgs/MotorState"
+        other = genpy.dynamic.generate_dynamic(name, "int32 state\nint32 more\n")[name]
         path = migrator.find_path(other, migrator.find_target(other))
         assert [node.rule.valid for node in path].count(False) == 1
 
@@ -131,8 +130,8 @@ class TestCommands:
         with rosbag.Bag(str(tmp_path / "new.bag")) as bag:
             read = [(topic.split("/"), message)
                     for topic, message, _ in bag.read_messages() if topic.startswith("/p2os")]
-        assert [str(message) for _, message in read] == [str(old_message(name, package))
-                                                         for (_, package, name), _ in read]
+        expected = [str(old_message(name, package)) for (_, package, name), _ in read]
+        assert [str(message) for _, message in read] == expected
 
     def test_check(self, run, tmp_path):
         old = make.write_bag(tmp_path / "old.bag", mixed())
@@ -162,8 +161,8 @@ class TestCommands:
         code, said = run("fix", old, tmp_path / "new.bag", RULES)
         assert code == 1 and "my_msgs/DIO" in said and (tmp_path / "new.bag").stat().st_size == 0
         assert run("fix", "--force", old, tmp_path / "forced.bag", RULES)[0] == 0
-        assert [kind for _, kind, *_ in content(tmp_path / "forced.bag")] == ["pioneer_control/SonarArray",
-                                                                              "my_msgs/DIO"]
+        kinds = [kind for _, kind, *_ in content(tmp_path / "forced.bag")]
+        assert kinds == ["pioneer_control/SonarArray", "my_msgs/DIO"]
 
 
 def test_package_xml_tells_rosbag_where_they_are():

@@ -169,8 +169,8 @@ class TestChoosing:
 
     def test_what_is_there_is_known_before_it_is_read(self, tmp_path):
         small(tmp_path / "run.bag")
-        assert sorted(connection.topic for connection in read_bag(str(tmp_path / "run.bag"),
-                                                                  []).connections) == ["/even", "/odd"]
+        reader = read_bag(str(tmp_path / "run.bag"), [])
+        assert sorted(connection.topic for connection in reader.connections) == ["/even", "/odd"]
 
     def test_long_messages_that_nobody_wants_are_not_read(self, tmp_path, monkeypatch):
         path = make.unclosed(tmp_path / "run.bag.active",
@@ -197,10 +197,11 @@ class TestParts:
         assert "run_1.bag.active is empty (0 bytes)" in reader.damage
 
     def test_what_is_in_them_is_known_before_when_all_were_closed(self, tmp_path):
-        closed, unclosed = make.write_bag(tmp_path / "run_0.bag",
-                                          texts(5)), make.unclosed(tmp_path / "run_1.bag.active", texts(5))
-        assert read_bag([closed, closed]).indexed and not read_bag([closed, unclosed]).indexed and not read_bag(
-            [unclosed, closed]).indexed
+        closed = make.write_bag(tmp_path / "run_0.bag", texts(5))
+        unclosed = make.unclosed(tmp_path / "run_1.bag.active", texts(5))
+        assert read_bag([closed, closed]).indexed
+        assert not read_bag([closed, unclosed]).indexed
+        assert not read_bag([unclosed, closed]).indexed
 
     def test_one_that_is_not_there_is_a_mistake(self, tmp_path):
         with pytest.raises(BagError, match="missing.bag: no such file"):
@@ -244,8 +245,8 @@ class TestCut:
     def test_what_is_said(self, tmp_path, read):
         content = small(tmp_path / "run.bag", count=100)
         _, damage = read(content[:len(content) // 2])
-        seconds, share = re.fullmatch(r"it is cut off after (.*) s, at (.*) % of its length: the rest is missing.",
-                                      damage).groups()
+        pattern = r"it is cut off after (.*) s, at (.*) % of its length: the rest is missing."
+        seconds, share = re.fullmatch(pattern, damage).groups()
         assert 20 < float(seconds) < 60 and 50 < float(share) < 70  # of what comes before the index
 
     @pytest.mark.parametrize("compression", COMPRESSIONS)
@@ -385,9 +386,8 @@ class TestDamage:
         assert len(found) == 10_000 and most < 10_000_000
 
     def test_bytes_that_the_disk_has_lost(self, tmp_path, monkeypatch):
-        path, pread = make.write_bag(tmp_path / "run.bag",
-                                     [("/text", String("x" * 1000), float(number))
-                                      for number in range(1000)]), reading.os.pread
+        messages = [("/text", String("x" * 1000), float(number)) for number in range(1000)]
+        path, pread = make.write_bag(tmp_path / "run.bag", messages), reading.os.pread
 
         def failing(file, length, position):
             if position < 300_000 < position + length:
@@ -517,9 +517,9 @@ class TestNoBags:
 
     def test_encrypted(self, tmp_path, read):
         content = small(tmp_path / "run.bag")
-        header = content[17:17 + struct.unpack_from("<I", content,
-                                                    13)[0]] + struct.pack("<I",
-                                                                          31) + b"encryptor=rosbag/AesCbcEncryptor"[:31]
+        length, = struct.unpack_from("<I", content, 13)
+        field = b"encryptor=rosbag/AesCbcEncryptor"[:31]
+        header = content[17:17 + length] + struct.pack("<I", len(field)) + field
         with pytest.raises(BagError, match="encrypted"):
             read(form.MAGIC + struct.pack("<I", len(header)) + header + bytes(4) + content[4117:])
 

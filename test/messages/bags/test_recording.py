@@ -139,12 +139,19 @@ class TestClosedTerminal:
 
 
 class TestDescription:
-    parameters = {"rosdistro": "noetic\n", "pioneer": {"p2os": {"port": "/dev/ttyUSB0", "gains": [1.0, 2], "on": True},
-                                                       "deep": {"er": {"seed": 7}}}}
+    parameters = {
+        "rosdistro": "noetic\n",
+        "pioneer": {
+            "p2os": {"port": "/dev/ttyUSB0", "gains": [1.0, 2], "on": True},
+            "deep": {"er": {"seed": 7}},
+        },
+    }
 
     def made(self, **parameters):
-        nodes = description.nodes_of([[["/a/pose", ["/a/p2os"]]], [["/a/pose", ["/rviz"]], ["/a/cmd_vel", ["/a/p2os"]]],
-                                      [["/a/set", ["/a/p2os"]]]])
+        publishers = [["/a/pose", ["/a/p2os"]]]
+        subscribers = [["/a/pose", ["/rviz"]], ["/a/cmd_vel", ["/a/p2os"]]]
+        services = [["/a/set", ["/a/p2os"]]]
+        nodes = description.nodes_of([publishers, subscribers, services])
         return description.Description({"robots": ["a"]}, {"python": "3.8"}, nodes, parameters or self.parameters)
 
     def test_comes_back_as_it_was(self):
@@ -239,9 +246,9 @@ class TestDescriptions:
             descriptions.look(float(time), self.STATE, {"a": 1})
         (text,) = said
         made = description.description_of(text)
-        assert made.recording["robots"] == ["a",
-                                            "b"] and made.recording["topics"] == list(
-                                                MADE.topics) and made.parameters == {"a": 1}
+        assert made.recording["robots"] == ["a", "b"]
+        assert made.recording["topics"] == list(MADE.topics)
+        assert made.parameters == {"a": 1}
 
     def test_again_when_a_parameter_or_a_node_is_another(self, descriptions, said):
         descriptions.look(0.0, self.STATE, {"a": 1})
@@ -335,8 +342,8 @@ class TestParts:
         first = write(0, [("/a", "one", "/p")], ("/a", "one", "/p", part_begin(0) - 10 ** 9), ("/a", "one", "/p"),
                       ("/b", "one", "/p"))
         second = write(1, [("/a", "one", "/p")], ("/b", "two", "/p"))
-        assert self.texts(first, second) == ["one", "one", "one",
-                                             "two"], "a second delivery is news, and so is another topic"
+        found = self.texts(first, second)
+        assert found == ["one", "one", "one", "two"], "a second delivery is news, and so is another topic"
 
     def test_what_was_not_there_before_is_news(self, write):
         second = write(1, [("/a", "one", "/p"), ("/b", "two", "/p")], ("/a", "three", "/p"))

@@ -46,16 +46,16 @@ def bag(tmp_path):
 class TestWhatTheBagTells:
     def test_what_was_told_in_its_order(self, bag):
         recorded = redrive.read_drive([bag])
-        assert [order.topic for order in recorded.told] == ["cmd_motor_state", "cmd_vel", "cmd_wheels",
-                                                            "gripper_control"]
+        topics = [order.topic for order in recorded.told]
+        assert topics == ["cmd_motor_state", "cmd_vel", "cmd_wheels", "gripper_control"]
         assert recorded.begin == pytest.approx(1002.0) and recorded.valid == 1.5
 
     def test_which_robot_where(self, bag):
         recorded = redrive.read_drive([bag])
-        assert (recorded.robot, recorded.model, recorded.has_gripper,
-                recorded.world) == ("pioneer", "p3dx-sh", True, "tutorial")
-        assert recorded.start == pytest.approx([2.0 + 0.2 * 0.8776, 3.0 + 0.2 * 0.4794, 0.5],
-                                               abs=1e-3), "when it was told the first, not when the bag begins"
+        assert (recorded.robot, recorded.model) == ("pioneer", "p3dx-sh")
+        assert (recorded.has_gripper, recorded.world) == (True, "tutorial")
+        # when it was told the first, not when the bag begins
+        assert recorded.start == pytest.approx([2.0 + 0.2 * 0.8776, 3.0 + 0.2 * 0.4794, 0.5], abs=1e-3)
 
     def test_the_simulated_robot_is_made_of_that(self, bag):
         parameters = redrive.simulator_parameters(redrive.read_drive([bag]), "", "", 5)

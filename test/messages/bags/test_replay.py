@@ -48,8 +48,13 @@ class TestCommands:
         assert playback.is_command("/base/sides", "p2os_msgs/WheelVelocities")
         assert playback.is_command("/base/velocity", "geometry_msgs/TwistStamped")
 
-    @pytest.mark.parametrize("topic", ["/pioneer/ptz_control", "/joy", "/move_base/goal", "/pioneer/arm/cancel",
-                                       "initialpose"])
+    @pytest.mark.parametrize("topic", [
+        "/pioneer/ptz_control",
+        "/joy",
+        "/move_base/goal",
+        "/pioneer/arm/cancel",
+        "initialpose",
+    ])
     def test_what_other_nodes_would_do_something_by_is_a_command(self, topic):
         assert playback.is_command(topic, "any/Type")
 
@@ -83,8 +88,8 @@ class TestPlayer:
 
     def test_commands_in_any_part_are_put_aside(self, tmp_path, bag):
         first = make.write_bag(tmp_path / "first.bag", [("/alice/pose", make.odometry(0, 0, 0), 0.5)])
-        assert "/alice/cmd_vel:=/alice/recorded/cmd_vel" in playback.player([first, bag],
-                                                                            playback.recorded_topics([first, bag]))
+        command = playback.player([first, bag], playback.recorded_topics([first, bag]))
+        assert "/alice/cmd_vel:=/alice/recorded/cmd_vel" in command
 
     @pytest.mark.parametrize("word", [
         "--prefix=/live", "--prefix", "--pre", "-p", "-p/live", "-qp", "__ns:=live", "/alice/cmd_vel:=/live/velocity",
@@ -97,8 +102,9 @@ class TestPlayer:
         assert replay.main(["look", bag, word, "/x"]) == 2
         assert word in capsys.readouterr().err
 
-    @pytest.mark.parametrize("word", ["--pause", "-l", "-q", "-s", "30", "__name:=play_bag", "__log:=/tmp/x.log",
-                                      "/alice/pose:=/alice/odom", "_x:=1"])
+    @pytest.mark.parametrize("word", [
+        "--pause", "-l", "-q", "-s", "30", "__name:=play_bag", "__log:=/tmp/x.log", "/alice/pose:=/alice/odom", "_x:=1",
+    ])
     def test_others_do_not(self, bag, word):
         assert word in playback.player([bag], playback.recorded_topics([bag]), [word])
 
@@ -158,10 +164,10 @@ class TestBags:
 
     @pytest.mark.parametrize("topic", ["/pi$on/pose", "/a\x1b[31m/pose", "/a\nb", "/nul\0", "/%s", "/p\u00f6se", "1st"])
     def test_a_topic_that_ros_cannot_have(self, tmp_path, topic):
+        messages = [("/pioneer/pose", make.odometry(0, 0, 0), 1.0), (topic, Twist(), 1.0)]
+        path = make.write_bag(tmp_path / "odd.bag", messages)
         with pytest.raises(BagError, match="is no name of a topic.*rosbag filter"):
-            playback.recorded_topics([make.write_bag(tmp_path / "odd.bag",
-                                                     [("/pioneer/pose", make.odometry(0, 0, 0), 1.0),
-                                                      (topic, Twist(), 1.0)])])
+            playback.recorded_topics([path])
 
     def test_a_directory(self, tmp_path):
         with pytest.raises(BagError, match=str(tmp_path)):
@@ -180,8 +186,12 @@ class TestMain:
         assert replay.main(words) == 2
         assert said in capsys.readouterr().err
 
-    @pytest.mark.parametrize("words", [["look", "bag:=x.bag"], ["redrive", "x.bag", "speed:=0.1"],
-                                       ["rerun", "x.bag", "program:=mine"], ["way:=look"]])
+    @pytest.mark.parametrize("words", [
+        ["look", "bag:=x.bag"],
+        ["redrive", "x.bag", "speed:=0.1"],
+        ["rerun", "x.bag", "program:=mine"],
+        ["way:=look"],
+    ])
     def test_what_was_meant_for_roslaunch_is_refused(self, capsys, words):
         """Without a word a robot drove at its full speed."""
         assert replay.main(words) == 2
@@ -189,8 +199,8 @@ class TestMain:
 
     def test_all_that_roslaunch_is_told_is_known(self):
         launch = ElementTree.parse(ROOT / "launch" / "replay.launch").getroot()
-        assert sorted(replay.LAUNCH_ARGUMENTS) == sorted(row.get("name")
-                                                         for row in launch.findall("arg") if "value" not in row.attrib)
+        arguments = [row.get("name") for row in launch.findall("arg") if "value" not in row.attrib]
+        assert sorted(replay.LAUNCH_ARGUMENTS) == sorted(arguments)
 
     def test_looking_becomes_the_player(self, bag, monkeypatch):
         became = []

@@ -113,8 +113,11 @@ class TestCarryOut:
         with pytest.raises(OSError, match="disk full"):
             programs.run_as_node("rerun", Mock(side_effect=OSError("disk full")))
 
-    @pytest.mark.parametrize("error, code", [(UsageError("why"), 2), (NoAnswerError("why"), 1),
-                                             (programs.rospy.ROSException("why"), 1)])
+    @pytest.mark.parametrize("error, code", [
+        (UsageError("why"), 2),
+        (NoAnswerError("why"), 1),
+        (programs.rospy.ROSException("why"), 1),
+    ])
     def test_errors_are_sentences(self, monkeypatch, capsys, error, code):
         monkeypatch.setattr(programs, "become_node", lambda name: None)
         assert programs.run_as_node("rerun", Mock(side_effect=error)) == code

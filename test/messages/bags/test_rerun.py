@@ -56,8 +56,8 @@ class TestWhatTheBagTells:
     def test_who_commanded_whom_with_what(self, bag):
         live = rerun.read_live([bag], "", "rosPioneer2.py")
         assert (live.robot, live.node, live.parameters) == ("pioneer", PROGRAM, {"seed": 7, "deep": {"er": 1}})
-        assert {name: len(messages) for name, messages in live.commanded.items()} == {"cmd_motor_state": 1,
-                                                                                      "decision": 40, "cmd_vel": 40}
+        counts = {name: len(messages) for name, messages in live.commanded.items()}
+        assert counts == {"cmd_motor_state": 1, "decision": 40, "cmd_vel": 40}
         assert live.begin == pytest.approx(10.0)
 
     def test_a_wander_begins_and_ends_where_it_did(self, bag):
@@ -93,8 +93,8 @@ class TestWhatTheBagTells:
             rerun.read_live([path], "carol", "")
 
     def test_a_description_that_makes_no_sense_is_none(self, tmp_path):
-        path = write(tmp_path / "odd.bag", [("/pioneer/recording", String("[1"), 1.0),
-                                            ("/pioneer/cmd_vel", twist(0.1), 1.0)])
+        messages = [("/pioneer/recording", String("[1"), 1.0), ("/pioneer/cmd_vel", twist(0.1), 1.0)]
+        path = write(tmp_path / "odd.bag", messages)
         assert rerun.read_live([path], "", "").parameters == {}
 
 

@@ -61,9 +61,14 @@ class TestGripperEvents:
         return [event.what for event in gripper_events([(time, *state) for time, state in enumerate(states)])]
 
     def test_pick_and_put_down(self):
-        states = (self.OPEN, False), (self.MOVING,
-                                      False), (self.MOVING,
-                                               True), (self.CLOSED, True), (self.MOVING, False), (self.OPEN, False)
+        states = [
+            (self.OPEN, False),
+            (self.MOVING, False),
+            (self.MOVING, True),
+            (self.CLOSED, True),
+            (self.MOVING, False),
+            (self.OPEN, False),
+        ]
         assert self.names(*states) == ["picked up", "put down"]
 
     def test_time_of_the_event(self):

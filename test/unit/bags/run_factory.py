@@ -3,8 +3,7 @@
 import numpy as np
 
 from pioneer_control.bags.recorded_run import (CanPath, Echoes, GripperEvent, Map, RecordedDecision, Report, Run,
-                                               Series, Span, Track,
-                                               Velocities)
+                                               Series, Span, Track, Velocities)
 
 BEGIN = 1.8e9  # s
 SQUARE = np.array([(0.36, -0.2), (0.36, 0.2), (-0.3, 0.2), (-0.3, -0.2)])
@@ -39,8 +38,8 @@ def velocities(of):
 
 def series(*changes):
     """A series of (s since the begin, value)."""
-    return Series(*np.array(changes, dtype=float).T)._replace(time=BEGIN + np.array([time for time, _ in changes],
-                                                                                    dtype=float))
+    times, values = np.array(changes, dtype=float).T
+    return Series(BEGIN + times, values)
 
 
 def full(odometry, times=5):

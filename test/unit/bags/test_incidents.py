@@ -14,16 +14,18 @@ def said(*faults):
 
 class TestIncidents:
     def test_in_order_of_time(self):
-        assert said((2.0, 1, "Link", "slow"), (1.0, 2, "/pioneer/p2os", "gone")) == [("A", 2, (1.0,), "p2os: gone"),
-                                                                                     ("B", 1, (2.0,), "Link: slow")]
+        found = said((2.0, 1, "Link", "slow"), (1.0, 2, "/pioneer/p2os", "gone"))
+        assert found == [("A", 2, (1.0,), "p2os: gone"), ("B", 1, (2.0,), "Link: slow")]
 
     def test_the_same_again_is_one(self):
-        assert said((1.0, 1, "Battery", "low: 11.2 V"),
-                    (9.0, 1, "Battery", "low: 11.0 V")) == [("A", 1, (1.0, 9.0), "Battery: low: 11.2 V")]
+        found = said((1.0, 1, "Battery", "low: 11.2 V"), (9.0, 1, "Battery", "low: 11.0 V"))
+        assert found == [("A", 1, (1.0, 9.0), "Battery: low: 11.2 V")]
 
     def test_what_a_node_and_its_diagnostics_say_happened_once(self):
-        both = (1.0, 2, "Link", "no link: the robot is silent"), (1.001, 1, "/pioneer/p2os",
-                                                                  "the robot is silent (trying again)")
+        both = [
+            (1.0, 2, "Link", "no link: the robot is silent"),
+            (1.001, 1, "/pioneer/p2os", "the robot is silent (trying again)"),
+        ]
         assert said(*both) == [("A", 2, (1.0,), "Link: no link: the robot is silent")]
 
     @pytest.mark.parametrize("longer", ["no link: the robot is silent", "the robot is silent; is it switched on?"])
@@ -54,8 +56,8 @@ class TestIncidents:
 
 class TestMade:
     def made(self, *faults):
-        return [tuple(each) for each in made([Report(time, 1, "/sim", "simulated 1.0 s: %s" % what)
-                                              for time, what in faults], 99.0)]
+        reports = [Report(time, 1, "/sim", "simulated 1.0 s: %s" % what) for time, what in faults]
+        return [tuple(each) for each in made(reports, 99.0)]
 
     def test_from_begin_to_end(self):
         assert self.made((1.0, "fault begins: stall"), (4.0, "fault ends: stall")) == [(1.0, 4.0, "stall")]
@@ -64,9 +66,12 @@ class TestMade:
         assert self.made((1.0, "fault begins: stall"), (4.0, "fault ends: loss 0.1")) == [(1.0, 99.0, "stall")]
 
     def test_twice(self):
-        asked = (1.0, "fault begins: stall"), (2.0,
-                                               "fault ends: stall"), (3.0,
-                                                                      "fault begins: stall"), (4.0, "fault ends: stall")
+        asked = [
+            (1.0, "fault begins: stall"),
+            (2.0, "fault ends: stall"),
+            (3.0, "fault begins: stall"),
+            (4.0, "fault ends: stall"),
+        ]
         assert self.made(*asked) == [(1.0, 2.0, "stall"), (3.0, 4.0, "stall")]
 
     def test_of_two_at_a_time_the_first_ends_first(self):
@@ -80,12 +85,12 @@ class TestSilences:
         assert [tuple(each) for each in silences(gaps)] == [(1.0, 4.5, "pose, sonar"), (6.0, 7.0, "pose")]
 
     def test_one_within_another_makes_it_no_shorter(self):
-        assert [tuple(each) for each in silences([Span(1.0, 9.0, "/pose"),
-                                                  Span(2.0, 3.0, "/sonar")])] == [(1.0, 9.0, "pose, sonar")]
+        found = silences([Span(1.0, 9.0, "/pose"), Span(2.0, 3.0, "/sonar")])
+        assert [tuple(each) for each in found] == [(1.0, 9.0, "pose, sonar")]
 
     def test_two_with_a_message_between_are_two(self):
-        assert [tuple(each) for each in silences([Span(1.0, 4.0, "/pose"),
-                                                  Span(4.0, 7.0, "/pose")])] == [(1.0, 4.0, "pose"), (4.0, 7.0, "pose")]
+        found = silences([Span(1.0, 4.0, "/pose"), Span(4.0, 7.0, "/pose")])
+        assert [tuple(each) for each in found] == [(1.0, 4.0, "pose"), (4.0, 7.0, "pose")]
 
     def test_of_many_topics_the_first_are_named(self):
         assert silences([Span(1.0, 2.0, "/p/%s" % name) for name in "abcdef"])[0].what == "a, b, c and 3 more"

@@ -28,8 +28,8 @@ def test_what_never_was_is_no_row_but_for_the_motors():
 
 
 def test_on_until_the_end():
-    assert rows(make.run(motors=make.series((0, 0), (5, 1), (8, 0),
-                                            (15, 1))))["motors on"].spans == ((5.0, 8.0), (15.0, 20.0))
+    found = rows(make.run(motors=make.series((0, 0), (5, 1), (8, 0), (15, 1))))
+    assert found["motors on"].spans == ((5.0, 8.0), (15.0, 20.0))
 
 
 def test_the_gripper_holds_from_pick_to_put():
@@ -50,13 +50,15 @@ def test_errors_and_warnings_have_rows_of_their_own():
 
 
 def test_a_decision_holds_until_the_next_of_its_wander():
-    reasons = (1, "driving: 2 m"), (3, "driving: 1 m"), (5,
-                                                         "turning left: x"), (8,
-                                                                              "driving: 2 m"), (9,
-                                                                                                ""), (15,
-                                                                                                      "driving: 3"), (
-                                                                                                          17,
-                                                                                                          "driving: 3")
+    reasons = [
+        (1, "driving: 2 m"),
+        (3, "driving: 1 m"),
+        (5, "turning left: x"),
+        (8, "driving: 2 m"),
+        (9, ""),
+        (15, "driving: 3"),
+        (17, "driving: 3"),
+    ]
     decisions = tuple(RecordedDecision(make.BEGIN + time, 0, 1 + (time > 9), reason) for time, reason in reasons)
     found = rows(make.run(decisions=decisions))
     assert found["decided: driving"].spans == ((1.0, 5.0), (8.0, 9.0), (15.0, 17.0))
@@ -71,8 +73,8 @@ def test_no_more_than_the_commonest_decisions():
 
 class TestPacked:
     def packed(self, *spans):
-        lanes = over_time.packed("made", "#000000", [Span(make.BEGIN + begin, make.BEGIN + end, what)
-                                                     for begin, end, what in spans], LINE, 10.0)
+        shifted = [Span(make.BEGIN + begin, make.BEGIN + end, what) for begin, end, what in spans]
+        lanes = over_time.packed("made", "#000000", shifted, LINE, 10.0)
         return [([round(begin - make.BEGIN) for begin, _ in lane.spans], [what for _, what in lane.words])
                 for lane in lanes]
 
@@ -91,13 +93,20 @@ class TestPacked:
 
     def test_of_very_many_the_last_have_no_words_and_are_there(self):
         found = self.packed(*[(1 + n / 10, 15, "stall") for n in range(9)])
-        assert len(found) == over_time.ROWS and sum(len(begins)
-                                                    for begins, _ in found) == 9 and sum(
-                                                        len(words) for _, words in found) == over_time.ROWS
+        assert len(found) == over_time.ROWS
+        assert sum(len(begins) for begins, _ in found) == 9
+        assert sum(len(words) for _, words in found) == over_time.ROWS
 
 
-@pytest.mark.parametrize("low, high", [(-0.1, 0.1), (-0.01, 0.11), (12.5, 13.5), (10.9, 13.1), (0.0, 1e-6), (-3e4, 5.0),
-                                       (-1.0, 24.0)])
+@pytest.mark.parametrize("low, high", [
+    (-0.1, 0.1),
+    (-0.01, 0.11),
+    (12.5, 13.5),
+    (10.9, 13.1),
+    (0.0, 1e-6),
+    (-3e4, 5.0),
+    (-1.0, 24.0),
+])
 @pytest.mark.parametrize("most", [2, 3, 5])
 def test_values_on_an_axis_are_round_and_few_and_inside(low, high, most):
     ticks = over_time.value_ticks(low, high, most)
@@ -122,8 +131,8 @@ def test_a_gap_takes_nothing_else_of_a_curve_that_hardly_changes():
                  for name in ("battery", "battery_state"))
     (strip,) = over_time.curves(make.run(battery=battery, gaps=gaps))
     ((time, value, _),) = strip.lines
-    assert (time - make.BEGIN).tolist() == [0.0, 4.0, 5.0, 6.0,
-                                            20.0] and np.isnan(value).tolist() == [False, False, True, False, False]
+    assert (time - make.BEGIN).tolist() == [0.0, 4.0, 5.0, 6.0, 20.0]
+    assert np.isnan(value).tolist() == [False, False, True, False, False]
 
 
 def test_a_gap_before_the_first_value_or_after_the_last_changes_nothing():

@@ -21,8 +21,8 @@ RUNS = {
     "a minute": make.full(make.track(60.0)),
     "hours, with much to tell": make.full(make.track(3 * 3600.0, step=1.0), times=200),
     "never moved": make.run(STILL, measured=make.velocities(STILL), motors=make.series((0, 0))),
-    "a single pose": make.run(make.run().odometry._replace(**{name: np.array([1.0])
-                                                              for name in ("time", "x", "y", "heading")})),
+    "a single pose": make.run(
+        make.run().odometry._replace(**{name: np.array([1.0]) for name in ("time", "x", "y", "heading")})),
     "a long way ahead": make.run(make.track(60.0), measured=make.velocities(make.track(60.0))),
     "a long way to the left": make.full(make.track(60.0, towards=np.pi / 2)),
     "without outline and names": make.run(footprint=np.empty((0, 2)), model="", robot=""),
@@ -132,8 +132,8 @@ class TestEchoesBesideTheirWalls:
     def test_a_map_that_is_turned(self):
         track = make.track(1.0)
         view = from_above.view_of(make.run(track, truth=track, map=self.ROOM._replace(origin=(2.0, -2.0, np.pi / 2))))
-        assert from_above.beside_things(view._replace(echoes=np.array([(-4.1, 1.0), (-3.0, 1.0)]))).tolist() == [False,
-                                                                                                                 True]
+        view = view._replace(echoes=np.array([(-4.1, 1.0), (-3.0, 1.0)]))
+        assert from_above.beside_things(view).tolist() == [False, True]
 
     def test_without_a_map_nobody_knows(self):
         view = from_above.view_of(RUNS["a long way ahead"])
@@ -204,9 +204,11 @@ class TestComparison:
         assert {"first", "slow (damaged)", "20 s", "4.00 m", "0.20 m/s", "2.00 m", "0.10 m/s"} <= set(words)
         assert any(re.fullmatch(r"1\.\d\d m, \+0°", text) for text in words)
 
-    @pytest.mark.parametrize("models, title", [(("p3dx", "p3dx"), "2 runs of 2 robots: a, b (p3dx)"),
-                                               (("p3dx", "p3at"), "2 runs of 2 robots: a (p3dx), b (p3at)"),
-                                               (("", ""), "2 runs of 2 robots: a, b")])
+    @pytest.mark.parametrize("models, title", [
+        (("p3dx", "p3dx"), "2 runs of 2 robots: a, b (p3dx)"),
+        (("p3dx", "p3at"), "2 runs of 2 robots: a (p3dx), b (p3at)"),
+        (("", ""), "2 runs of 2 robots: a, b"),
+    ])
     def test_what_all_are_is_said_once(self, models, title):
         runs = [make.run(robot=robot, model=model) for robot, model in zip("ab", models)]
         assert self.table(self.compare(*runs))[0] == title
@@ -293,8 +295,10 @@ class TestShortNames:
     def test_they_say_what_differs(self, long, short):
         assert side_by_side.shortened(long) == short
 
-    @pytest.mark.parametrize("long", [["x%s_%s" % (number, "a" * 20 + str(number) + "b" * 20) for number in range(3)],
-                                      ["a" * 20 + str(number) + "b" * 20 + end for number in range(3) for end in "xy"]])
+    @pytest.mark.parametrize("long", [
+        ["x%s_%s" % (number, "a" * 20 + str(number) + "b" * 20) for number in range(3)],
+        ["a" * 20 + str(number) + "b" * 20 + end for number in range(3) for end in "xy"],
+    ])
     def test_no_two_are_alike_and_none_is_longer_than_its_room(self, long):
         short = side_by_side.shortened(long)
         assert len(set(short)) == len(long) and max(map(len, short)) <= side_by_side.LONGEST_NAME

@@ -18,7 +18,12 @@ def test_how_long_there_is_room(free, rate, words):
     assert room(free, KEEP, rate) == words
 
 
-@pytest.mark.parametrize("size, words", [(0, "0 bytes"), (2 * KB, "2 kB"), (1.5 * MB, "1.5 MB"), (999 * MB, "999 MB"),
-                                         (65.2 * GB, "65.2 GB")])
+@pytest.mark.parametrize("size, words", [
+    (0, "0 bytes"),
+    (2 * KB, "2 kB"),
+    (1.5 * MB, "1.5 MB"),
+    (999 * MB, "999 MB"),
+    (65.2 * GB, "65.2 GB"),
+])
 def test_sizes_for_people(size, words):
     assert in_words(size) == words

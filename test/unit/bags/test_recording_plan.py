@@ -95,8 +95,13 @@ class TestPlace:
         plan.check_place(recording("--bag=x"), GB)
         assert sorted(os.listdir(str(here))) == ["list.yaml", "x_y.bag", "xy.bag"]
 
-    @pytest.mark.parametrize("there, split", [("x.bag", ""), ("x.bag.active", ""), ("x_0.bag", "1h"),
-                                              ("x_12.bag", "1h"), ("x_3.bag.active", "1h")])
+    @pytest.mark.parametrize("there, split", [
+        ("x.bag", ""),
+        ("x.bag.active", ""),
+        ("x_0.bag", "1h"),
+        ("x_12.bag", "1h"),
+        ("x_3.bag.active", "1h"),
+    ])
     def test_what_is_there_stays(self, here, there, split):
         (here / there).write_bytes(b"precious")
         # of that nothing would be lost
@@ -124,9 +129,8 @@ def test_parts_are_in_their_order(here):
     for number in (0, 1, 2, 10):
         (here / ("x_%s.bag%s" % (number, ".active" if number == 10 else ""))).write_bytes(b"")
     (here / "x.bag").write_bytes(b"")
-    assert [os.path.basename(path) for path in recording("--bag=x",
-                                                         "--split=1h").parts] == ["x_0.bag", "x_1.bag", "x_2.bag",
-                                                                                  "x_10.bag.active"]
+    parts = [os.path.basename(path) for path in recording("--bag=x", "--split=1h").parts]
+    assert parts == ["x_0.bag", "x_1.bag", "x_2.bag", "x_10.bag.active"]
     assert [os.path.basename(path) for path in recording("--bag=x").parts] == ["x.bag"]
     assert recording("--bag=nowhere/x").parts == []
 

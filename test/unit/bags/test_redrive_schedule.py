@@ -88,10 +88,10 @@ class TestSlower:
         assert slowed(twist(0.2, 1.0), 0.5).angular.z == 0.5
 
     def test_in_every_direction(self):
-        made = slowed(SimpleNamespace(linear=SimpleNamespace(x=0.2, y=0.4, z=0.6),
-                                      angular=SimpleNamespace(x=2.0, y=4.0, z=6.0)), 0.5)
-        assert (vars(made.linear), vars(made.angular)) == ({"x": 0.1, "y": 0.2, "z": 0.3},
-                                                           {"x": 1.0, "y": 2.0, "z": 3.0})
+        linear, angular = SimpleNamespace(x=0.2, y=0.4, z=0.6), SimpleNamespace(x=2.0, y=4.0, z=6.0)
+        made = slowed(SimpleNamespace(linear=linear, angular=angular), 0.5)
+        assert vars(made.linear) == {"x": 0.1, "y": 0.2, "z": 0.3}
+        assert vars(made.angular) == {"x": 1.0, "y": 2.0, "z": 3.0}
 
 
 class TestDeadman:

@@ -29,8 +29,13 @@ def test_ticks_are_few_and_round_and_none_is_written_like_another(span, most):
         assert len(ticks) >= 2 and np.ptp(np.diff(ticks)) == pytest.approx(0.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("seconds, written", [(0.0, "0 s"), (7.46, "7.5 s"), (78.2, "78 s"), (725.0, "12 min 5 s"),
-                                              (11520.0, "3 h 12 min")])
+@pytest.mark.parametrize("seconds, written", [
+    (0.0, "0 s"),
+    (7.46, "7.5 s"),
+    (78.2, "78 s"),
+    (725.0, "12 min 5 s"),
+    (11520.0, "3 h 12 min"),
+])
 def test_a_length_of_time(seconds, written):
     assert how_long(seconds) == written
 
