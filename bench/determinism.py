@@ -28,14 +28,16 @@ from pioneer_control.simulator.simulation import Simulation
 MODELS = ("p3dx-sh", "p3at-sh", "amigo-sh", "p2dx")
 OPEN = b"".join([p2os.encode_frame(number) for number in (0, 1, 2, 1)] + [p2os.encode_command("ENABLE", 1)])
 COMMANDS = (    # and least and greatest of each value; those that drive come more often
-    ("VEL", (-200, 500)), ("VEL", (100, 400)), ("RVEL", (-90, 90)), ("RVEL", (-30, 30)), ("VEL2", (-10, 25), (-10, 25)),
-    ("MOVE", (-800, 1500)),
-    ("DHEAD", (-180, 180)), ("HEAD", (0, 359)), ("SETV", (100, 800)), ("SETRV", (20, 150)), ("SETA", (100, 900)),
-    ("SETRA", (30, 200)),
-    ("GRIPPER", (1, 6)), ("GRIPPER", (1, 11)), ("DIGOUT", (0, 255), (0, 255)), ("ADSEL", (0, 7)), ("ENCODER", (0, 2)),
-    ("IOREQUEST", (0, 2)),
-    ("GRIPREQUEST", (0, 2)), ("BATTERYINFO", (0, 2)), ("SONARCYCLE", (20, 60)), ("CONFIG",), ("STOP",), ("E_STOP",),
-    ("SETO",), ("ENABLE", (1, 1)),
+    ("VEL", (-200, 500)), ("VEL", (100, 400)),
+    ("RVEL", (-90, 90)), ("RVEL", (-30, 30)),
+    ("VEL2", (-10, 25), (-10, 25)),
+    ("MOVE", (-800, 1500)), ("DHEAD", (-180, 180)), ("HEAD", (0, 359)),
+    ("SETV", (100, 800)), ("SETRV", (20, 150)), ("SETA", (100, 900)), ("SETRA", (30, 200)),
+    ("GRIPPER", (1, 6)), ("GRIPPER", (1, 11)),
+    ("DIGOUT", (0, 255), (0, 255)), ("ADSEL", (0, 7)),
+    ("ENCODER", (0, 2)), ("IOREQUEST", (0, 2)), ("GRIPREQUEST", (0, 2)), ("BATTERYINFO", (0, 2)),
+    ("SONARCYCLE", (20, 60)),
+    ("CONFIG",), ("STOP",), ("E_STOP",), ("SETO",), ("ENABLE", (1, 1)),
 )
 
 

@@ -281,8 +281,8 @@ def drive(bench: Bench, seconds: float) -> Dict[Tuple[str, Phase], Drive]:
             heard, record = bench.poses[name].heard[:], robot.record()
             wall, cpu, growth = (new - old for new, old in zip(after[name], before[name]))
             commands, arrived = command_latencies(commander.sent[name], record)
-            found[name, phase] = Drive(pose_latencies(heard, record), commands, arrived,
-                                       Usage(cpu / wall * 60, after[name][2], growth))
+            usage = Usage(cpu / wall * 60, after[name][2], growth)
+            found[name, phase] = Drive(pose_latencies(heard, record), commands, arrived, usage)
     for name, node in nodes.items():
         node.end(signal.SIGINT if is_driver(name) else signal.SIGKILL)
     return found

@@ -54,9 +54,13 @@ FAULTS = (
 )
 """One of each kind, in the order of the page."""
 OPTIONS = (
-    ("wheels", dict(larger=0.04)), ("wheels", dict(right_larger=0.006)), ("wheels", dict(wider_apart=0.05)),
+    ("wheels", dict(larger=0.04)),
+    ("wheels", dict(right_larger=0.006)),
+    ("wheels", dict(wider_apart=0.05)),
     ("wheels", dict(slip=0.1)),
-    ("wheels", dict(noise=0.01)), ("sonar", dict(cone_deg=8)), ("sonar", dict(maximum=2.0)),
+    ("wheels", dict(noise=0.01)),
+    ("sonar", dict(cone_deg=8)),
+    ("sonar", dict(maximum=2.0)),
     ("sonar", dict(specular_deg=8)),
     ("sonar", dict(noise=0.1)),
 )
@@ -149,8 +153,8 @@ class Insistent:
                 self.arrived = now
         speed, turn = 0, 0
         if self._corners and now >= self._standing_until:
-            bearing = math.remainder(math.atan2(self._corners[0][1] - y, self._corners[0][0] - x) - heading,
-                                     2.0 * math.pi)
+            corner_x, corner_y = self._corners[0]
+            bearing = math.remainder(math.atan2(corner_y - y, corner_x - x) - heading, 2.0 * math.pi)
             speed = round(SPEED * max(0.0, math.cos(bearing)) ** 4)
             turn = round(max(-MOST_TURN, min(MOST_TURN, math.degrees(2.0 * bearing))))
         out = p2os.encode_command("VEL", speed) + p2os.encode_command("RVEL", turn)

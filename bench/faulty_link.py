@@ -231,8 +231,8 @@ class Rig:
         while not condition():
             if self.now - start >= limit:
                 phase = self.session and type(self.session.phase).__name__
-                raise AssertionError("not within %g s; session is %s, events %s" %
-                                     (limit, phase, list(self.events)[-5:]))
+                last = list(self.events)[-5:]
+                raise AssertionError("not within %g s; session is %s, events %s" % (limit, phase, last))
             self.step()
         return self.now - start
 
@@ -301,8 +301,8 @@ class Rig:
             self._try_again_after(PortError("rig: no such port"))
             return
         given = self.to_robot.baud
-        rates = () if given is None else (given,) + tuple(rate for rate in (9600, 38400, 19200, 115200, 57600)
-                                                          if rate != given)
+        others = tuple(rate for rate in (9600, 38400, 19200, 115200, 57600) if rate != given)
+        rates = () if given is None else (given,) + others
         self.session = Session("rig", rates, self._settings, self.now, self._odometry)
         self.to_client.clear()
 

@@ -151,9 +151,8 @@ def sip(**changes: Any) -> bytes:
     """A SIP of a p3dx-sh that stands still."""
     fields = dict(
         type_id=p2os.STOPPED, x_counts=0, y_counts=0, heading_units=0, left_velocity_units=0, right_velocity_units=0,
-        battery_dv=128,
-        left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0), control_units=0, flags=p2os.Flags(0),
-        compass=0, sonar=())
+        battery_dv=128, left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0),
+        control_units=0, flags=p2os.Flags(0), compass=0, sonar=())
     return p2os.encode_packet(p2os.Sip(**{**fields, **changes}))
 
 
@@ -324,8 +323,8 @@ def what_breaks(target: Callable[[bytes], None], data: bytes) -> str:
         while trace.tb_next is not None:
             trace = trace.tb_next
         code = trace.tb_frame.f_code
-        return "%s in %s, line %d: %s" % (type(error).__name__, os.path.basename(code.co_filename), trace.tb_lineno,
-                                          error)
+        file_name = os.path.basename(code.co_filename)
+        return "%s in %s, line %d: %s" % (type(error).__name__, file_name, trace.tb_lineno, error)
     return ""
 
 
@@ -348,8 +347,8 @@ def shortened(target: Callable[[bytes], None], finding: Finding) -> Finding:
 def search(name: str, seconds: float, seed: int, say: Callable[[str], None] = print) -> List[Finding]:
     """Search for so many seconds. Returns one finding for each place of an error."""
     target, chance, arcs = TARGETS[name], random.Random(seed), Arcs()
-    corpus = [b"\x00" + piece for piece in PIECES] + [b"\x01\x06" + bytes([number]) + b"\x07\x0a"
-                                                      for number in range(len(PIECES))]
+    corpus = [b"\x00" + piece for piece in PIECES]
+    corpus += [b"\x01\x06" + bytes([number]) + b"\x07\x0a" for number in range(len(PIECES))]
     corpus += [b"\x01\x0c\x01\x06" + bytes([len(PIECES) - 1]) + b"\x0a\xa0\x07\x50", b"\x00"]
     findings: Dict[str, Finding] = {}
     start = told = time.monotonic()

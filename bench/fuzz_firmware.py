@@ -169,8 +169,8 @@ def throw(make: Callable[[random.Random], bytes], number: int, seed: int, longes
                 subject.wait(0.2)
                 subject.look()
         except Exception as error:      # any error is a finding
-            raise Wrong("%s, seed %d, number %d: %s: %s" % (subject.robot.model.subtype, seed, count,
-                                                            type(error).__name__, error)) from error
+            raise Wrong("%s, seed %d, number %d: %s: %s" % (
+                subject.robot.model.subtype, seed, count, type(error).__name__, error)) from error
         if count in (number // 10, number // 2):
             held.append(resident_kb())
     robots = [subject.robot for subject in subjects]

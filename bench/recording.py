@@ -204,15 +204,18 @@ def measure(way: Way, folder: str, driver: int, seconds: float) -> Cost:
 
 
 def chunks(folder: str) -> Dict[int, Tuple[float, float]]:
-    """By kB of a chunk: MB an hour, of two bags of different lengths, so that what is there once does not count;
-    s that are lost by kill -9.
+    """What each size of a chunk costs.
+
+    Returns:
+        By kB of a chunk: MB an hour, and seconds that are lost by kill -9. The MB an hour are the difference of two
+        bags of different lengths, so that what is there once does not count.
     """
     with contextlib.ExitStack() as long:
         with contextlib.ExitStack() as short:
             def start(stack: contextlib.ExitStack, name: str, size: int) -> subprocess.Popen:
                 command = plain("--lz4", "--tcpnodelay", "--chunksize=%d" % size, *EVERYDAY)
-                return stack.enter_context(running(*command, os.path.join(folder, "%s_%d.bag" % (name, size)),
-                                                   "__name:=%s_%d" % (name, size)))
+                path = os.path.join(folder, "%s_%d.bag" % (name, size))
+                return stack.enter_context(running(*command, path, "__name:=%s_%d" % (name, size)))
 
             killed = {size: start(long, "killed", size) for size in CHUNKS}
             for size in CHUNKS:

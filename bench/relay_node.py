@@ -1,12 +1,13 @@
 #!/usr/bin/python3
-"""The floor that bench/driver.py measures the driver against: a rospy node that only relays bytes,
-as little as one can do. Never drive with it.
+"""A rospy node that only relays bytes, as little as one can do. Never drive with it.
+
+It is the floor that bench/driver.py measures the driver against.
 
     python3 bench/relay_node.py PORT [three]
 
-One fixed Odometry on `pose` for each SIP_LENGTH bytes read, VEL and RVEL for each `cmd_vel`; nothing is parsed,
-checked, clamped or timed out. With `three` also a fixed SonarArray on `sonar` and a fixed transform on `/tf`,
-as whoever listens to these makes the driver publish them.
+It publishes one fixed Odometry on `pose` for each SIP_LENGTH bytes that it reads, and writes VEL and RVEL for each
+`cmd_vel`. Nothing is parsed, checked, clamped or timed out. With `three` it also publishes a fixed SonarArray on
+`sonar` and a fixed transform on `/tf`. The driver publishes these, too, when somebody listens.
 """
 
 import os

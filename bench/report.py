@@ -191,15 +191,16 @@ def huge(size: int, case: Case, folder: str) -> int:
     path = os.path.join(folder, "run.bag")
     begin = time.monotonic()
     minutes = write(path, case, size * 1000) / 60
-    print("%s, %.2f GB, %.1f min: written in %.0f s" % (case.name, os.path.getsize(path) / 1e9, minutes,
-                                                        time.monotonic() - begin), flush=True)
+    size_gb, seconds = os.path.getsize(path) / 1e9, time.monotonic() - begin
+    print("%s, %.2f GB, %.1f min: written in %.0f s" % (case.name, size_gb, minutes, seconds), flush=True)
     try:
         begin = time.monotonic()
         result = measured("run", path)
     finally:
         os.remove(path)
-    print("read_run: %.1f s of the processor, %.1f s, peak %.0f MB, %s poses" %
-          (result["seconds"], time.monotonic() - begin, result["memory"], result["count"]))
+    seconds = time.monotonic() - begin
+    print("read_run: %.1f s of the processor, %.1f s, peak %.0f MB, %s poses" % (
+        result["seconds"], seconds, result["memory"], result["count"]))
     return 0
 
 

@@ -1,9 +1,10 @@
-"""A robot that costs next to nothing, for bench/driver.py: a P3-DX-SH with 16 sonar on a pty, in a process of its own,
-that notes when bytes came and went.
+"""A robot that costs next to nothing, for bench/driver.py.
 
-It answers the handshake, CONFIG and ENCODER, switches motors, ramps to the commanded speed, and sends SIPs of 85 bytes,
-each encoded beforehand, so that nothing but a write happens when it is due. No world, no echoes, no watchdog.
-Bytes travel at once, whatever the line speed.
+It is a P3-DX-SH with 16 sonar on a pty, in a process of its own, and notes when bytes came and went.
+
+It answers the handshake, CONFIG and ENCODER, switches motors, ramps to the commanded speed, and sends SIPs of 85 bytes.
+Each SIP is encoded beforehand, so that nothing but a write happens when it is due. There is no world, no echo and no
+watchdog. Bytes travel at once, whatever the line speed.
 """
 
 import math
@@ -20,11 +21,11 @@ ACCELERATION = 300      # mm/s^2, either way
 SONAR = tuple(p2os.SonarReading(number, 1000 + number) for number in range(16))
 REPLY = p2os.encode_packet(p2os.SyncReply("bench", "Pioneer", "p3dx-sh"))
 CONFIG = p2os.encode_packet(p2os.Config(     # as much of it as older firmware sends
-    type="Pioneer", subtype="p3dx-sh", serial="bench", four_motors=0, rotation_velocity_top_deg_s=360,
-    translation_velocity_top_mm_s=1500,
-    rotation_acceleration_top_deg_s2=300, translation_acceleration_top_mm_s2=2000, pwm_max=500, name="bench",
-    sip_cycle_ms=100, host_baud=0,
-    aux1_baud=0, has_gripper=0, front_sonar=1, rear_sonar=1, low_battery_dv=115, rev_count=16570, watchdog_ms=2000))
+    type="Pioneer", subtype="p3dx-sh", serial="bench", four_motors=0,
+    rotation_velocity_top_deg_s=360, translation_velocity_top_mm_s=1500,
+    rotation_acceleration_top_deg_s2=300, translation_acceleration_top_mm_s2=2000,
+    pwm_max=500, name="bench", sip_cycle_ms=100, host_baud=0, aux1_baud=0, has_gripper=0,
+    front_sonar=1, rear_sonar=1, low_battery_dv=115, rev_count=16570, watchdog_ms=2000))
 ENCODER = p2os.encode_packet(p2os.Encoder(0, 0))
 
 
@@ -79,15 +80,14 @@ class Script:
         self._speed += min(max(self._motors * self._wanted - self._speed, -step), step)
         self._way += self._speed * self.cycle
         speed, way = round(self._speed), round(self._way)
+        motors = p2os.Flags.MOTORS_ENABLED if self._motors else p2os.Flags(0)
         return p2os.encode_packet(p2os.Sip(
             type_id=p2os.MOVING if speed else p2os.STOPPED, x_counts=way % 0x8000, y_counts=0, heading_units=0,
-            left_velocity_units=speed,
-            right_velocity_units=speed, battery_dv=128, left_stall_bits=p2os.StallBits(0),
-            right_stall_bits=p2os.StallBits(0), control_units=0,
-            flags=p2os.Flags.SONAR_1 | p2os.Flags.SONAR_2 | (
-                p2os.Flags.MOTORS_ENABLED if self._motors else p2os.Flags(0)), compass=0,
-            sonar=SONAR, grip_state=p2os.GripState(0), analog_port=0, analog=0, digital_in=p2os.DigitalIn(255),
-            digital_out=0, battery_x10_dv=128,
+            left_velocity_units=speed, right_velocity_units=speed, battery_dv=128,
+            left_stall_bits=p2os.StallBits(0), right_stall_bits=p2os.StallBits(0), control_units=0,
+            flags=p2os.Flags.SONAR_1 | p2os.Flags.SONAR_2 | motors, compass=0, sonar=SONAR,
+            grip_state=p2os.GripState(0), analog_port=0, analog=0,
+            digital_in=p2os.DigitalIn(255), digital_out=0, battery_x10_dv=128,
             charge_state=0, rotation_velocity_ddeg_s=0, fault_flags=p2os.FaultFlags(0)))
 
 

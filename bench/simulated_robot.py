@@ -1,5 +1,6 @@
-"""A simulated robot as the benches use it: connected, open, enabled, seen and driven through its packets,
-without ROS.
+"""A simulated robot as the benches use it, without ROS.
+
+It is connected, open and enabled. A bench sees and drives it through its packets.
 """
 
 import math

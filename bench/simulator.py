@@ -90,8 +90,8 @@ def floor(count: int, rng: random.Random, spacing: float = 2.0) -> World:
     side = spacing * math.sqrt(count)
     walls = [(0.0, 0.0, side, 0.0), (side, 0.0, side, side), (side, side, 0.0, side), (0.0, side, 0.0, 0.0)]
     while len(walls) < count:
-        x, y, angle, length = rng.uniform(0, side), rng.uniform(0, side), rng.uniform(-math.pi,
-                                                                                      math.pi), rng.uniform(1.0, 2.0)
+        x, y = rng.uniform(0, side), rng.uniform(0, side)
+        angle, length = rng.uniform(-math.pi, math.pi), rng.uniform(1.0, 2.0)
         walls.append((x, y, x + length * math.cos(angle), y + length * math.sin(angle)))
     return World("%s walls" % count, walls)
 
@@ -209,9 +209,9 @@ def served(seconds: float, runs: int) -> None:
           "SIPs of those due", "memory (MB)")
     for count in CROWDS:
         path = [str(pathlib.Path(__file__).parent), sys.path[0]]
-        with subprocess.Popen([sys.executable, "-c", SERVER.format(path=path, count=count)], stdin=subprocess.PIPE,
-                              stdout=subprocess.PIPE,
-                              universal_newlines=True) as server:
+        with subprocess.Popen(
+                [sys.executable, "-c", SERVER.format(path=path, count=count)],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, universal_newlines=True) as server:
             clients = [Client(int(port)) for port in server.stdout.readline().split()]
             figures = [_served_run(server, clients, seconds) for _ in range(runs + 1)][1:]      # the first one warms up
             server.stdin.close()

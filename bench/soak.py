@@ -127,8 +127,8 @@ class Day:
         rig, chance = self.rig, self.chance
         if rig.ready and rig.state is not None and not rig.state.motors_enabled:
             rig.request_motors(True)
-        rig.commanding = chance.choice((None, Velocity(0.0, 0.0),
-                                        *[Velocity(chance.uniform(-0.5, 0.5), chance.uniform(-1.0, 1.0))] * 4))
+        velocity = Velocity(chance.uniform(-0.5, 0.5), chance.uniform(-1.0, 1.0))
+        rig.commanding = chance.choice((None, Velocity(0.0, 0.0), *[velocity] * 4))
         rig.commands_per_step = chance.choice((1.5, 10, 10, 10, 100)) * STEP
         rig.run(chance.choice((0.2, 1.0, 3.0, 8.0)))
 
@@ -232,8 +232,8 @@ def soak_real(minutes: float, seed: int) -> int:
         nodes = [stack.enter_context(robot)]
         wait_for(port)
         line = stack.enter_context(SpoiltLine(port, seed=seed))
-        nodes.append(stack.enter_context(running("driver", "/usr/bin/python3", node_program("p2os_driver"),
-                                                 "__ns:=soak", "_port:=%s" % line.url)))
+        nodes.append(stack.enter_context(running(
+            "driver", "/usr/bin/python3", node_program("p2os_driver"), "__ns:=soak", "_port:=%s" % line.url)))
         return watch(nodes, line, minutes, random.Random(seed))
 
 
@@ -250,8 +250,8 @@ def watch(nodes: List[Node], line, minutes: float, chance: random.Random) -> int
     motors = rospy.ServiceProxy("/soak/set_motors", SetBool)
     rospy.wait_for_service("/soak/set_motors")
     start, cuts, table = time.monotonic(), 0, {node.name: [] for node in nodes}
-    print("%6s %7s %7s %5s   %s" % ("minute", "poses", "spoilt", "cuts",
-                                    "   ".join("%s: kB, threads, files" % node.name for node in nodes)))
+    usages = "   ".join("%s: kB, threads, files" % node.name for node in nodes)
+    print("%6s %7s %7s %5s   %s" % ("minute", "poses", "spoilt", "cuts", usages))
     ended = threading.Event()
     while time.monotonic() - start < 60 * minutes:
         twist = Twist()

@@ -79,8 +79,8 @@ def measure() -> Dict[str, Dict[Phase, Cost]]:
         for name, robot in robots.items():
             record = robot.record()
             commands, _ = command_latencies(commander.sent[name], record)
-            found[name][phase] = Cost(pose_latencies(poses[name].heard, record), commands,
-                                      (after[name] - before[name]) / wall * 60)
+            cpu_s_per_min = (after[name] - before[name]) / wall * 60
+            found[name][phase] = Cost(pose_latencies(poses[name].heard, record), commands, cpu_s_per_min)
     for node in nodes.values():
         node.end(signal.SIGINT)
     return found
@@ -96,9 +96,8 @@ def main() -> int:
                            ("cmd_vel to the line, median", lambda cost: median(cost.command), "%.2f ms")):
         for phase in (SLOW, FAST, MANY):
             off, *others = (of(found[name][phase]) for name in PUBLISHES)
-            print("| %s; %s | %s | %s |" % (what, phase, form % off,
-                                            " | ".join((form + " (%.2f x)") % (other, other / off)
-                                                       for other in others)))
+            columns = [form % off] + [(form + " (%.2f x)") % (other, other / off) for other in others]
+            print("| %s; %s | %s |" % (what, phase, " | ".join(columns)))
     return 0
 
 

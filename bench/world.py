@@ -35,8 +35,8 @@ def plain(count, rng):
     """A square floor with one wall a square metre."""
     side, walls = math.sqrt(count), []
     for _ in range(count):
-        x, y, angle, length = rng.uniform(0, side), rng.uniform(0, side), rng.uniform(-math.pi,
-                                                                                      math.pi), rng.uniform(1.0, 2.0)
+        x, y = rng.uniform(0, side), rng.uniform(0, side)
+        angle, length = rng.uniform(-math.pi, math.pi), rng.uniform(1.0, 2.0)
         walls.append((x, y, x + length * math.cos(angle), y + length * math.sin(angle)))
     return World("%s walls" % count, walls)
 
