@@ -1,5 +1,6 @@
-"""The whole client, `Robot` with its back-off, and a simulated robot, in one thread and in simulated time:
-a serial line or a TCP connection that can be broken.
+"""The whole client, `Robot` with its back-off, and a simulated robot, in one thread and in simulated time.
+
+Between them is a serial line or a TCP connection that can be broken.
 """
 
 from pioneer_control.client import robot as robot_module

@@ -59,8 +59,8 @@ def test_a_line_that_breaks_while_its_speed_changes(monkeypatch, pull, seconds, 
     life = Life(monkeypatch, script, host_baud=FAST, on_write=written.append)
     assert life.firmware.session is FirmwareState.WAITING and life.firmware.baud == OWN
     given_up = [event for event in life.of(LinkDown) if "not tried again" in str(event.error)]
-    assert [speed.baud for speed in life.of(LineSpeed)][-1:] == ([] if given_up
-                                                                 else [FAST]), "what breaks once breaks by chance"
+    last_speed = [speed.baud for speed in life.of(LineSpeed)][-1:]
+    assert last_speed == ([] if given_up else [FAST]), "what breaks once breaks by chance"
     assert not given_up or pull is pull_the_plug and seconds > 1
 
 
@@ -137,8 +137,12 @@ def test_a_controller_that_restarts_while_it_is_told_its_settings(monkeypatch, r
 
 # Another robot at the same cable
 
-@pytest.mark.parametrize("first, second", [("p3dx-sh", "amigo-sh"), ("amigo-sh", "p3dx-sh"), ("p3at-sh", "pion1m"),
-                                           ("pion1m", "peoplebot-sh")])
+@pytest.mark.parametrize("first, second", [
+    ("p3dx-sh", "amigo-sh"),
+    ("amigo-sh", "p3dx-sh"),
+    ("p3at-sh", "pion1m"),
+    ("pion1m", "peoplebot-sh"),
+])
 def test_another_model_after_a_reconnect_is_all_of_it_another(monkeypatch, first, second):
     def script(life):
         yield from life.until(lambda: life.robot.ready)

@@ -55,9 +55,11 @@ def switched_off_with_its_bridge(rig):
 
 
 @pytest.mark.parametrize("baud", [None, 9600, 115200])
-@pytest.mark.parametrize("befall", [two_bits_flipped, two_bits_flipped_to_the_client, cable_pulled_from_the_computer,
-                                    cable_pulled_from_the_robot,
-                                    switched_off, switched_off_with_its_bridge])
+@pytest.mark.parametrize("befall", [
+    two_bits_flipped, two_bits_flipped_to_the_client,
+    cable_pulled_from_the_computer, cable_pulled_from_the_robot,
+    switched_off, switched_off_with_its_bridge,
+])
 def test_the_next_pose_comes_soon_after_the_fault(befall, baud):
     times = []
     for seed in SEEDS:

@@ -60,13 +60,18 @@ def moves_after_a_restart(seed, share, baud):
 
 
 @pytest.mark.parametrize("baud, share, may_stir, farthest", [
-    (9600, 0.01, 0, NEVER), (9600, 0.2, 0, NEVER), (9600, 0.5, 2, 0.01), (None, 0.01, 0, NEVER), (None, 0.2, 2, 0.02),
-    (None, 0.5, 8, 0.06)])
+    (9600, 0.01, 0, NEVER),
+    (9600, 0.2, 0, NEVER),
+    (9600, 0.5, 2, 0.01),
+    (None, 0.01, 0, NEVER),
+    (None, 0.2, 2, 0.02),
+    (None, 0.5, 8, 0.06),
+])
 def test_a_robot_left_open_does_not_stir_at_a_restart(baud, share, may_stir, farthest):
-    """On a serial line, at 50 %, one start of thousands cannot be helped:
-    no packet tells of the robot, no CLOSE reaches it, and the SYNC0 behind
-    them does. TCP itself loses nothing. Behind a radio that does, SYNC0 is the first packet to a robot that was not
-    heard.
+    """On a serial line that loses 50 %, one start of thousands cannot be helped.
+
+    No packet tells of the robot, no CLOSE reaches it, and the SYNC0 behind them does reach it. TCP itself loses
+    nothing. Behind a radio that loses packets, SYNC0 is the first packet to a robot that was not heard.
     """
     moved = [moves_after_a_restart(seed, share, baud) for seed in range(STARTS)]
     assert sum(distance > 1e-6 for distance in moved) <= may_stir and max(moved) <= farthest + 1e-6, moved

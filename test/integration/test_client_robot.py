@@ -56,8 +56,8 @@ def waiting(server):
 
 def test_connect_drive_stop_and_leave(server, url):
     with Robot(url) as robot:
-        assert (robot.identity.subtype, robot.identity.name,
-                robot.identity.has_gripper) == ("p3dx-sh", "sim_0001", True)
+        identity = robot.identity
+        assert (identity.subtype, identity.name, identity.has_gripper) == ("p3dx-sh", "sim_0001", True)
         assert not robot.state.motors_enabled and robot.state.gripper is not None
         robot.enable_motors()
         assert robot.state.motors_enabled

@@ -51,8 +51,9 @@ def server(tmp_path):
 
 @pytest.fixture
 def patience(monkeypatch):
-    """More time for the two ends to change than a robot needs: a slow machine may take as long to read what came
-    before.
+    """More time for the two ends to change than a robot needs.
+
+    A slow machine may take as long to read what came before.
     """
     monkeypatch.setattr(host_baud, "SETTLE", 0.3)
     monkeypatch.setattr(host_baud, "ANSWER", 3.0)

@@ -72,8 +72,8 @@ def test_it_is_connected_several_times_in_a_row(switched_on):
 
 def test_what_is_on_that_port(switched_on):
     with switched_on() as server:
-        report = subprocess.check_output([sys.executable, "-m", "pioneer_control.client", server.url],
-                                         universal_newlines=True, timeout=LIMIT)
+        report = subprocess.check_output(
+            [sys.executable, "-m", "pioneer_control.client", server.url], universal_newlines=True, timeout=LIMIT)
         assert "MobileSim" in report and not server.robot.echoes
         until(lambda: not server.robot.open, "closed")
 

@@ -281,8 +281,9 @@ class Row(NamedTuple):
 
 
 def is_closed_first(way, seconds):
-    """Whether a robot that was not heard for so long takes a CLOSE before a SIP of it is heard again:
-    always if it hears, by chance if it does not.
+    """Whether a robot that was not heard for so long takes a CLOSE before a SIP of it is heard again.
+
+    It always does if it hears, and by chance if it does not.
     """
     return way is on_the_way_back or seconds < 60.0
 
@@ -290,8 +291,8 @@ def is_closed_first(way, seconds):
 FAULTS = {
     "none": Row(nothing, 5.0, HARMLESS),
     "none, at 9600 baud": Row(nothing, 5.0, HARMLESS, baud=9600),
-    "junk at every position of a SIP": Row(forms(junk_everywhere), 1.0,
-                                           DAMAGED + STRAY + link(Level.WARN, "nobody understands: [1-9]")),
+    "junk at every position of a SIP": Row(
+        forms(junk_everywhere), 1.0, DAMAGED + STRAY + link(Level.WARN, "nobody understands: [1-9]")),
     "every bit of a SIP flipped": Row(forms(flipped_bits), 1.0, DAMAGED + STRAY),
     "bad checksums": Row(forms(wrong_checksums), 1.0, DAMAGED + STRAY),
     "truncated at every position": Row(forms(truncated), 1.0, STRAY),
@@ -320,8 +321,8 @@ FAULTS = {
     "controller restarts": Row(controller_restarts, 1.0, link(Level.ERROR, "no link: .*restarted"), ends_link=True,
                                unheard=COASTED),
     "power cycled without a notice": Row(power_cycled, 3.0, SILENT, ends_link=True, unheard=COASTED),
-    "STOP button pressed and released": Row(stop_button, 3.0,
-                                            (Told("Motors", Level.WARN, "the STOP button is pressed"),) + TAKEN),
+    "STOP button pressed and released": Row(
+        stop_button, 3.0, (Told("Motors", Level.WARN, "the STOP button is pressed"),) + TAKEN),
     "STOP button tapped between two SIPs": Row(stop_button, 0.05, TAKEN),
     "driven against a wall": Row(driven_against_a_wall, 5.0,
                                  (Told("Stall", Level.WARN, "wheels are stalled", driving=True),)),

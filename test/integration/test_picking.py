@@ -21,7 +21,11 @@ def test_held_is_said_exactly_when_a_can_is_held_and_what_is_between_the_paddles
         assert not picked.timed_out
 
 
-@pytest.mark.parametrize("case, held", [("between the paddles", True), ("driven up to", True), ("no can", False),
-                                        ("out of reach", False)])
+@pytest.mark.parametrize("case, held", [
+    ("between the paddles", True),
+    ("driven up to", True),
+    ("no can", False),
+    ("out of reach", False),
+])
 def test_the_cases_are_what_they_are_called(case, held):
     assert [bench.run(bench.CASES[case], seed).held for seed in SEEDS] == [held] * len(SEEDS)

@@ -90,6 +90,11 @@ def tcp_computer(server):
         yield over_tcp(line)
 
 
+def terminal_of(server, baud):
+    """The computer's end of the server's terminal, at this line speed."""
+    return serial.Serial(server.pty_link, baud, timeout=0.05)
+
+
 @contextlib.contextmanager
 def pty_computer(server):
     with contextlib.closing(serial.Serial(server.pty_link, timeout=0.05)) as line:
@@ -125,8 +130,7 @@ def test_a_session_in_real_time(line):
 
 
 def test_a_terminal_at_another_speed_carries_only_noise(tmp_path):
-    with Server(robot(), pty=str(tmp_path / "robot")) as server, serial.Serial(server.pty_link, 19200,
-                                                                               timeout=0.05) as port:
+    with Server(robot(), pty=str(tmp_path / "robot")) as server, terminal_of(server, 19200) as port:
         computer = Computer(lambda: port.read(max(1, port.in_waiting)), port.write)
         for _ in range(10):
             computer.write(p2os.encode_frame(0))
@@ -142,8 +146,7 @@ def test_a_terminal_at_another_speed_carries_only_noise(tmp_path):
 
 
 def test_hostbaud_changes_the_speed_until_the_end_of_the_session(tmp_path):
-    with Server(robot(), pty=str(tmp_path / "robot")) as server, serial.Serial(server.pty_link, 9600,
-                                                                               timeout=0.05) as port:
+    with Server(robot(), pty=str(tmp_path / "robot")) as server, terminal_of(server, 9600) as port:
         computer = Computer(lambda: port.read(max(1, port.in_waiting)), port.write)
         computer.open()
         computer.send("CONFIG", 1)
@@ -192,8 +195,9 @@ def test_a_rude_client_leaves_the_robot_open_until_the_next_one_closes_it(line):
 
 
 def test_twenty_clients_in_a_row_over_tcp_rude_and_polite():
-    """Whatever the last one left behind, a robot that drives included, a new one is answered as the first was;
-    one that has said CLOSE may hold its socket.
+    """A new client is answered as the first was, whatever the last one left behind, even a robot that drives.
+
+    A client that has said CLOSE may hold its socket.
     """
     with Server(robot(), tcp=0, speed=10.0) as server, contextlib.ExitStack() as held:
         for count in range(20):
@@ -375,8 +379,8 @@ def test_several_robots_have_ports_that_follow_each_other():
     for _ in range(2):
         simulation.add(find_model("amigo-sh"))
     with Server(simulation, tcp="127.0.0.1:%d" % port) as server:
-        assert [berth.url for berth in server.berths] == ["socket://127.0.0.1:%d" % (port + number)
-                                                          for number in (0, 1)]
+        expected = ["socket://127.0.0.1:%d" % each for each in (port, port + 1)]
+        assert [berth.url for berth in server.berths] == expected
         assert not server.open_to_others
 
 
@@ -399,8 +403,8 @@ def test_a_terminal_takes_the_time_of_a_serial_line(tmp_path):
               entry.data[3] in (0x32, 0x33)]
     for start, following in zip(starts[:3], starts[1:]):
         sip = pieces[start:following]
-        assert sip[-1].time - sip[0].time == pytest.approx(sum(len(entry.data) for entry in sip[1:]) * 10 / 9600,
-                                                           abs=0.002)
+        seconds = sum(len(entry.data) for entry in sip[1:]) * 10 / 9600
+        assert sip[-1].time - sip[0].time == pytest.approx(seconds, abs=0.002)
 
 
 def test_what_is_written_too_fast_waits_in_the_terminal_and_nothing_is_lost(tmp_path):

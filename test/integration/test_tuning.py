@@ -1,5 +1,6 @@
-"""Every setting of the robot has an effect on the simulated one: each is tried on a robot as it comes and on one that
-was told.
+"""Every setting of the robot has an effect on the simulated one.
+
+Each is tried on a robot as it comes, and on one that was told the setting.
 """
 
 import math
@@ -53,9 +54,7 @@ def seconds_to_stop_turning(rig):
 
 
 def gives_up_at_a_touch(rig):
-    """Whether it stalls as soon as it touches a wall, and not only when it has pressed against that for half a
-    second.
-    """
+    """Whether it stalls as soon as it touches a wall, and not only when it has pressed against it for half a second."""
     rig.until(lambda: rig.firmware.hardware.body.blocked, rig.velocity(0.3, 0.0))
     return rig.until(lambda: rig.state.left_stall, rig.velocity(0.3, 0.0)) < 0.3
 

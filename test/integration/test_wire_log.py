@@ -1,5 +1,6 @@
-"""A record of a line, test/data/day.wire, played: as the robot into the client, which tells what it told then;
-as the client into the simulated robot.
+"""A record of a line, test/data/day.wire, played.
+
+It is played as the robot into the client, which tells what it told then, and as the client into the simulated robot.
 
 The run connects, fetches a can, drives backwards into a wall, meets lost and damaged packets and a power cycle, and
 connects again; `wire_log` made it.

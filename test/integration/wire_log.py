@@ -46,11 +46,11 @@ def line_of(said):
     if not isinstance(said, RobotState):
         return type(said).__name__ + (" " + type(said.error).__name__ if isinstance(said, LinkDown) else "")
     gripper = "".join(str(int(value)) for value in vars(said.gripper).values())
-    pressed = "".join(str(int(value)) for value in (said.motors_enabled, said.left_stall, said.right_stall,
-                                                    *said.front_bumpers, *said.rear_bumpers))
+    switches = said.motors_enabled, said.left_stall, said.right_stall, *said.front_bumpers, *said.rear_bumpers
+    pressed = "".join(str(int(value)) for value in switches)
     ranges = " ".join("-" if each is None else "%g" % each.range for each in said.sonar)
-    return "%r %r %r %r %r %r %s %s %s" % (said.x, said.y, said.heading, said.linear, said.angular,
-                                           said.battery_voltage, pressed, gripper, ranges)
+    return "%r %r %r %r %r %r %s %s %s" % (
+        said.x, said.y, said.heading, said.linear, said.angular, said.battery_voltage, pressed, gripper, ranges)
 
 
 def script(life):

@@ -153,9 +153,15 @@ def test_the_pioneer_wins_where_others_use_its_number():
 
 
 @pytest.mark.parametrize("family, command, known", [
-    ("PSOS", "STOP", False), ("P2OS", "STOP", True), ("AmigoSH", "STOP", True), ("MARCOS", "STOP", False),
+    ("PSOS", "STOP", False),
+    ("P2OS", "STOP", True),
+    ("AmigoSH", "STOP", True),
+    ("MARCOS", "STOP", False),
     ("AmigOS", "IOREQUEST", False),
-    ("P2OS", "IOREQUEST", True), ("AROS", "TICKSMM", False), ("ARCOS", "TICKSMM", True), ("PSOS", "VEL", True),
+    ("P2OS", "IOREQUEST", True),
+    ("AROS", "TICKSMM", False),
+    ("ARCOS", "TICKSMM", True),
+    ("PSOS", "VEL", True),
 ])
 def test_who_knows_what(family, command, known):
     assert p2os.knows(family, command) is known

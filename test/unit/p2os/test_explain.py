@@ -128,8 +128,11 @@ def test_the_program(capsys, monkeypatch):
     assert "PADDLES_MOVING" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("arguments, says", [(["FA", "FG"], "'FG' is not hexadecimal"), ([], "no bytes given"),
-                                             (["--to-robot", "--from-robot", "FA"], "not allowed")])
+@pytest.mark.parametrize("arguments, says", [
+    (["FA", "FG"], "'FG' is not hexadecimal"),
+    ([], "no bytes given"),
+    (["--to-robot", "--from-robot", "FA"], "not allowed"),
+])
 def test_bad_input_ends_with_2(capsys, monkeypatch, arguments, says):
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
     with pytest.raises(SystemExit) as end:

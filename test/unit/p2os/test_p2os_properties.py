@@ -135,8 +135,8 @@ def write_field_by_field(table, packet):
     values = [getattr(packet, row.name) for row in table]
     while values and values[-1] is None and table[len(values) - 1].optional:
         values.pop()
-    return b"".join(row.type.write(value, "%s.%s" % (type(packet).__name__, row.name)) for row,
-                    value in zip(table, values))
+    name = type(packet).__name__
+    return b"".join(row.type.write(value, "%s.%s" % (name, row.name)) for row, value in zip(table, values))
 
 
 @given(some.data(), some.sampled_from(TABLES), some.binary(max_size=250))
@@ -161,8 +161,8 @@ def test_a_packet_is_written_in_one_go_as_field_by_field(data, table):
     def number(row):
         if data.draw(some.integers(0, 9)):
             return data.draw(some.integers(row.type.low, row.type.high))
-        return data.draw(some.one_of(some.sampled_from([row.type.low - 1, row.type.high + 1, True, None, 1.0, "1",
-                                                        p2os.Flags(1)]), some.integers()))
+        wrong = [row.type.low - 1, row.type.high + 1, True, None, 1.0, "1", p2os.Flags(1)]
+        return data.draw(some.one_of(some.sampled_from(wrong), some.integers()))
 
     def records(row):
         make, inner = row.type.item.record_class, p2os_rows(row.type.item.record_class)

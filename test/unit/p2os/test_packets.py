@@ -91,8 +91,14 @@ def test_malformed_says_why():
     assert packet.reason == "Gyro.readings: item 2 of 2: rate: needs 2 bytes, 1 left"
 
 
-@pytest.mark.parametrize("length, last", [(27, "digital_out"), (30, "charge_state"), (32, "rotation_velocity_ddeg_s"),
-                                          (34, "fault_flags"), (38, "state_of_charge_percent"), (46, "flags3")])
+@pytest.mark.parametrize("length, last", [
+    (27, "digital_out"),
+    (30, "charge_state"),
+    (32, "rotation_velocity_ddeg_s"),
+    (34, "fault_flags"),
+    (38, "state_of_charge_percent"),
+    (46, "flags3"),
+])
 def test_where_firmware_ends_its_sip(length, last):
     """Byte count without sonar, by the last field that is sent (protocol 4)."""
     names = [row.name for row in rows(p2os.Sip)]

@@ -47,8 +47,12 @@ def test_a_packet_in_pieces_has_the_time_of_its_last(size):
 
 
 def test_what_never_becomes_whole_is_shown_as_it_is():
-    made = Entry(1.0, 1, True, VEL[:4]), Entry(1.05, 1, False, b"\x01"), Entry(1.2, 1, True, VEL), Entry(1.3, 1, True,
-                                                                                                         b"\xFA")
+    made = [
+        Entry(1.0, 1, True, VEL[:4]),
+        Entry(1.05, 1, False, b"\x01"),
+        Entry(1.2, 1, True, VEL),
+        Entry(1.3, 1, True, b"\xFA"),
+    ]
     lines = told(record(*made))
     assert lines[0].endswith("robot 1 -> 01  (noise: no header FA FB)")
     assert lines[1].startswith("    1.000000  robot 1 <- FA FB 06 0B  (cut off")

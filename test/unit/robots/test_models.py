@@ -35,8 +35,8 @@ def test_a_model_has_the_values_of_its_row(row):
     subtype, family, front, rear, width, linear, angular_deg, turn, dist, vel, ranges, diff, transducers, bumpers = row
     model = find_model(subtype)
     assert (model.subtype, model.firmware_family, model.angle_units_per_rev) == (subtype, family, turn)
-    assert (model.length_front, model.length_rear, model.width,
-            model.max_linear) == pytest.approx((front, rear, width, linear))
+    lengths_and_speed = model.length_front, model.length_rear, model.width, model.max_linear
+    assert lengths_and_speed == pytest.approx((front, rear, width, linear))
     assert math.degrees(model.max_angular) == pytest.approx(angular_deg)
     assert (model.dist_mm_per_unit, model.vel_mm_s_per_unit) == (dist, vel)
     assert (model.range_mm_per_unit, model.diff_rad_per_mm) == (ranges, diff)
@@ -74,8 +74,10 @@ def test_numbers_without_a_transducer_are_gaps():
 
 
 @pytest.mark.parametrize("announced, subtype", [
-    ("P3DX-SH", "p3dx-sh"), ("researchpb", "researchPB"), ("lynx", "pioneer-lx"), ("amigo-sh-tim5xx",
-                                                                                   "amigo-sh-tim3xx"),
+    ("P3DX-SH", "p3dx-sh"),
+    ("researchpb", "researchPB"),
+    ("lynx", "pioneer-lx"),
+    ("amigo-sh-tim5xx", "amigo-sh-tim3xx"),
 ])
 def test_a_subtype_is_found_in_any_case_and_by_alias(announced, subtype):
     assert find_model(announced).subtype == subtype
@@ -110,8 +112,8 @@ def test_outlines_run_counter_clockwise_and_include_the_paddles():
 
 def test_the_gripper_is_in_metres_and_seconds():
     gripper = find_model("p3dx-sh").gripper
-    assert (gripper.opening, gripper.close_time, gripper.lift_height,
-            gripper.lift_speed) == pytest.approx((0.21, 2.5, 0.07, 0.02))
+    values = gripper.opening, gripper.close_time, gripper.lift_height, gripper.lift_speed
+    assert values == pytest.approx((0.21, 2.5, 0.07, 0.02))
 
 
 @pytest.mark.parametrize("family, first", [("ARCOS", True), ("AROS", True), ("P2OS", False), ("PSOS", False)])

@@ -263,8 +263,8 @@ def check_config(values, robot):
     truth = dict(
         type="Pioneer", subtype=model.subtype, serial="0001", four_mots=0, rot_vel_top=round(math.degrees(angular.top)),
         trans_vel_top=round(linear.top * 1000), rot_acc_top=300, trans_acc_top=2000, pwm_max=500, name="sim_0001",
-        sip_cycle=100, host_baud=0,
-        has_gripper=int(robot.gripper is not None), low_battery=115, watchdog=2000, p2mpacs=0, joy_vel=750, joy_rvel=50,
+        sip_cycle=100, host_baud=0, has_gripper=int(robot.gripper is not None), low_battery=115,
+        watchdog=2000, p2mpacs=0, joy_vel=750, joy_rvel=50,
         rot_vel_max=round(math.degrees(angular.limit)), trans_vel_max=round(linear.limit * 1000),
         rot_acc=round(math.degrees(angular.rise)), rot_decel=round(math.degrees(angular.fall)),
         trans_acc=round(linear.rise * 1000), trans_decel=round(linear.fall * 1000),
