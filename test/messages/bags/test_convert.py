@@ -342,8 +342,9 @@ class TestSonar:
         angles = [scan.angle_min + index * scan.angle_increment for index in range(len(scan.ranges))]
         seen = {round(math.degrees(angle)): reading
                 for angle, reading in zip(angles, scan.ranges) if not math.isnan(reading)}
-        behind = math.degrees(math.atan2(SONAR[12].y + 5 * math.sin(SONAR[12].heading),
-                                         SONAR[12].x + 5 * math.cos(SONAR[12].heading)))
+        end_x = SONAR[12].x + 5 * math.cos(SONAR[12].heading)
+        end_y = SONAR[12].y + 5 * math.sin(SONAR[12].heading)
+        behind = math.degrees(math.atan2(end_y, end_x))
         assert seen == {0: 1.0, 90: 1.5, round(behind): math.inf}
         assert len(scan.ranges) == BEAMS and angles[-1] == pytest.approx(scan.angle_max)
         assert scan.range_max == pytest.approx(5.0 + math.hypot(0.255, 0.027))

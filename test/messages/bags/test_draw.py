@@ -52,8 +52,7 @@ def without(messages, *names):
 def test_everything_is_there(drawn):
     axes = drawn(make.driven(drift=0.1))
     assert labels(axes) == ["true path", "odometry", "sonar echo", "can before", "can after", "way of a can",
-                            "robot at start",
-                            "robot at end"]
+                            "robot at start", "robot at end"]
     assert line(axes, "true path")[[0, -1]] == pytest.approx(np.array([(1.0, 1.0), (2.0, 1.0)]))
     assert line(axes, "odometry")[-1] == pytest.approx((1.9, 1.0))
     assert line(axes, "can before")[0] == pytest.approx((2.0, 1.0))

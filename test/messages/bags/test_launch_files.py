@@ -59,8 +59,8 @@ class TestReplay:
         parser = parser_of(way, "", options)
         given = parser.parse_args(words[1:])
         assert (words[0], given.bag) == (way, "/tmp/with space/x.bag")
-        assert vars(given) == vars(
-            parser.parse_args([given.bag])), "what the launch file gives is what holds without it"
+        by_default = parser.parse_args([given.bag])
+        assert vars(given) == vars(by_default), "what the launch file gives is what holds without it"
 
     def test_a_way_that_there_is_not_is_told(self, capsys):
         assert replay.main(shlex.split(node("replay.launch", "bag:=/tmp/x.bag", "way:=rewind").args)) == 2
@@ -124,8 +124,7 @@ class TestShape:
         palm = float(urdf.find("joint[@name='gripper_joint']/origin").get("xyz").split()[0])
         left, right = (box for box in self.boxes(urdf, "gripper")
                        if box[1][0] == pytest.approx(gripper.paddle_length))
-        assert palm + left[0][0] + left[1][0] / 2 == pytest.approx(
-            model.length_front + gripper.reach)
+        assert palm + left[0][0] + left[1][0] / 2 == pytest.approx(model.length_front + gripper.reach)
         assert left[0][1] - right[0][1] - gripper.paddle_thickness == pytest.approx(gripper.opening)
 
 

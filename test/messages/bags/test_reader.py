@@ -418,8 +418,8 @@ class TestIndex:
     @staticmethod
     def records(content, op):
         """The records of a kind, but for those in chunks."""
-        found = form.records(form.source_of_bytes(content), PADDING.stop + 7, lambda chunk: True, lambda begin,
-                             end: None)
+        found = form.records(form.source_of_bytes(content), PADDING.stop + 7, lambda chunk: True,
+                             lambda begin, end: None)
         return [record for record in found if record.op == op]
 
     @staticmethod
@@ -464,8 +464,8 @@ class TestIndex:
 
     def test_messages_of_a_connection_that_it_does_not_know_are_counted(self, read, content):
         odd, position = self.records(content, form.CONNECTION)[1], content.index(b"conn_count=") + 11
-        content = self.changed(content[:odd.position] + content[odd.end:], position,
-                               bytes([1])).replace(b"topic=/odd", b"tipoc=/odd")
+        content = self.changed(content[:odd.position] + content[odd.end:], position, bytes([1]))
+        content = content.replace(b"topic=/odd", b"tipoc=/odd")
         messages, damage = read(content)
         assert len(messages) == 4 and "3 messages cannot be understood" in damage
 
@@ -552,8 +552,8 @@ class TestMemory:
         """Simulated time that nobody moves: the order is that of the file, and still not everything can wait."""
         monkeypatch.setattr(reading, "HELD", 100_000)
         messages = [("/text", String("%04d" % number * 250), 5.0) for number in range(1000)]
-        path = make.write_bag(tmp_path / "run.bag",
-                              messages) if closed else make.unclosed(tmp_path / "run.bag", messages)
+        write = make.write_bag if closed else make.unclosed
+        path = write(tmp_path / "run.bag", messages)
         order = [message.data for message in read_bag(path)]
         assert len(order) == 1000 and order == sorted(order)
 

@@ -164,8 +164,8 @@ class TestDescription:
         made = self.made()
         assert made.parameters_of("/pioneer/p2os") == self.parameters["pioneer"]["p2os"]
         assert made.parameters_of("/pioneer/deep/er") == {"seed": 7}
-        assert made.parameters_of("/pioneer/p2os/port") == made.parameters_of(
-            "/pioneer/p2os/port/x") == made.parameters_of("/nobody") == {}
+        for name in ("/pioneer/p2os/port", "/pioneer/p2os/port/x", "/nobody"):
+            assert made.parameters_of(name) == {}
 
     def test_the_text_is_for_people(self):
         text = description.text_of(self.made(owner="Zoë"))
@@ -301,8 +301,8 @@ class TestParts:
                 bag.write(connection(bag, topic, known), self.serialized(text), begin)
             for count, (topic, text, publisher, *at) in enumerate(messages):
                 time = at[0] if at else begin - 500 + count * 10 ** 9
-                bag.write(connection(bag, topic, publisher, "0" if topic in plain else "1"), self.serialized(text),
-                          time)
+                latching = "0" if topic in plain else "1"
+                bag.write(connection(bag, topic, publisher, latching), self.serialized(text), time)
             bag.close()
             return path
 
@@ -349,8 +349,8 @@ class TestParts:
         second = write(1, [("/a", "one", "/p"), ("/b", "two", "/p")], ("/a", "three", "/p"))
         third = write(2, [("/a", "one", "/p"), ("/b", "two", "/p")], ("/a", "four", "/p"))
         first = write(0, [], ("/b", "two", "/p"), ("/a", "other", "/p"))
-        assert sorted(self.texts(first, second, third)) == sorted(
-            ["two", "other", "one", "three"] + ["one"] + ["four"]), "the first part has another one"
+        expected = ["two", "other", "one", "three"] + ["one"] + ["four"]
+        assert sorted(self.texts(first, second, third)) == sorted(expected), "the first part has another one"
 
     def test_a_state_that_comes_back_is_news_wherever_it_does(self, write):
         first = write(0, [], ("/stop", "off", "/p"), ("/stop", "on", "/p"))
@@ -378,8 +378,8 @@ class TestParts:
         second = write(1, repeated, ("/c", "c" * (1 << 20), "/p"), ("/c", "d" * (1 << 20), "/p"),
                        ("/stop", "off", "/p"))
         texts = {"/stop": ["off", "on", "off"], "/map": ["m" * (1 << 20)], "/c": ["c" * (1 << 20), "d" * (1 << 20)]}
-        assert sorted(self.texts(first, second,
-                                 topics=wanted)) == sorted(text for topic in wanted for text in texts[topic])
+        expected = [text for topic in wanted for text in texts[topic]]
+        assert sorted(self.texts(first, second, topics=wanted)) == sorted(expected)
 
 
 class TestSilent:

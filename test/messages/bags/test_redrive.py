@@ -60,8 +60,7 @@ class TestWhatTheBagTells:
     def test_the_simulated_robot_is_made_of_that(self, bag):
         parameters = redrive.simulator_parameters(redrive.read_drive([bag]), "", "", 5)
         assert parameters == dict(model="p3dx-sh", gripper=True, rear_sonar=False, models_file="", world="office",
-                                  seed=5, numbers_file="",
-                                  start=pytest.approx([2.175, 3.096, 0.5], abs=1e-3))
+                                  seed=5, numbers_file="", start=pytest.approx([2.175, 3.096, 0.5], abs=1e-3))
 
     def test_a_world_that_is_named_counts_more(self, bag):
         assert redrive.simulator_parameters(redrive.read_drive([bag]), "maze", "", 0)["world"] == "maze"

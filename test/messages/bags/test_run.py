@@ -131,8 +131,8 @@ class TestReading:
 
     @pytest.mark.parametrize("x", [math.nan, math.inf, 1e300])
     def test_a_robot_info_of_no_sense_has_no_places(self, bag, x):
-        messages = without(make.driven(seconds=1),
-                           "robot_info") + [("/pioneer/robot_info", make.robot_info({0: (x, 0.0, 0.0)}), 1000.0)]
+        messages = without(make.driven(seconds=1), "robot_info")
+        messages.append(("/pioneer/robot_info", make.robot_info({0: (x, 0.0, 0.0)}), 1000.0))
         assert read_run(bag(messages)).echoes().shape == (0, 2)
 
     def test_sonar_messages_of_different_lengths(self, bag):

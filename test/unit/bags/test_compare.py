@@ -128,8 +128,8 @@ class TestPushes:
         time = (0, 10, 11, 12)
         ahead = [0.2 * second + 0.31 for second in (10, 10, 11, 12)]    # between the paddles
         events = (GripperEvent(make.BEGIN + 9.5, "picked up"),)
-        assert self.pushes((time, ahead, (0,) * 4, (0,) * 4), (time, (5, 5, 5.2, 5.4), (1,) * 4, (0,) * 4),
-                           gripper=events) == [(2, 10.0, 0.4)]
+        cans = (time, ahead, (0,) * 4, (0,) * 4), (time, (5, 5, 5.2, 5.4), (1,) * 4, (0,) * 4)
+        assert self.pushes(*cans, gripper=events) == [(2, 10.0, 0.4)]
         assert self.pushes((time, ahead, (0,) * 4, (0,) * 4)) == [(1, 10.0, 0.4)], "pushed by open paddles"
 
     def test_without_cans(self):

@@ -35,8 +35,8 @@ class TestIncidents:
         assert said((1.0, 1, "/p2os", short), (1.5, 2, "Link", longer)) == [("A", 2, (1.0,), "p2os: %s" % short)]
 
     def test_what_is_said_again_and_again_without_a_pause_happened_once(self):
-        assert said(*((time, 1, "Link", "slow")
-                      for time in (1.0, 2.0, 3.0, 4.001))) == [("A", 1, (1.0, 4.001), "Link: slow")]
+        found = said(*((time, 1, "Link", "slow") for time in (1.0, 2.0, 3.0, 4.001)))
+        assert found == [("A", 1, (1.0, 4.001), "Link: slow")]
 
     def test_others_are_not(self):
         assert len(said((1.0, 1, "Link", "slow"), (1.0, 1, "Battery", "low"))) == 2

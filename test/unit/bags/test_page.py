@@ -106,8 +106,8 @@ def test_a_long_text_of_a_fault_is_wrapped():
 
 
 def test_a_text_without_end_ends_in_dots_after_some_lines():
-    written = [words for words, _ in boxes(
-        page.figure(make.run(faults=(Report(make.BEGIN + 1.0, 2, "", make.LONG_TEXT * 9),))))[0]]
+    sheet = page.figure(make.run(faults=(Report(make.BEGIN + 1.0, 2, "", make.LONG_TEXT * 9),)))
+    written = [words for words, _ in boxes(sheet)[0]]
     lines = [line for line in written if line.rstrip("…") in make.LONG_TEXT * 9 and len(line) > 40]
     assert len(lines) == page.LINES and lines[-1].endswith("…")
 
@@ -122,8 +122,8 @@ class TestEchoesBesideTheirWalls:
         return from_above.beside_things(view._replace(echoes=np.array(points))).tolist()
 
     def test_at_a_wall_or_not(self):
-        assert self.beside((4.25, 1.0), (4.1, 1.0), (3.9, 1.0), (1.0, -1.9), (1.0, 1.0),
-                           (99.0, 0.0)) == [False, False, True, False, True, True]
+        points = (4.25, 1.0), (4.1, 1.0), (3.9, 1.0), (1.0, -1.9), (1.0, 1.0), (99.0, 0.0)
+        assert self.beside(*points) == [False, False, True, False, True, True]
 
     def test_a_can_is_a_thing_wherever_it_was(self):
         can = CanPath(np.array([0.0, 1.0]), np.array([1.0, 2.0]), np.array([1.0, 1.0]), np.zeros(2))
@@ -271,8 +271,8 @@ def test_a_robot_that_backs_off_looks_one_way_and_goes_the_other():
 
 def test_hours_on_one_way_leave_it_to_be_seen():
     there_and_back = make.track(60.0)
-    long = type(there_and_back)(*(np.tile(values, 50)
-                                  for values in there_and_back))._replace(time=make.BEGIN + np.arange(50 * 601) * 0.1)
+    long = type(there_and_back)(*(np.tile(values, 50) for values in there_and_back))
+    long = long._replace(time=make.BEGIN + np.arange(50 * 601) * 0.1)
     count = [len(page.figure(make.run(each)).axes[0].collections[0].get_paths()) for each in (there_and_back, long)]
     assert count[1] < 4 * count[0]
 

@@ -108,8 +108,8 @@ class TestPlace:
         plan.check_place(recording("--bag=x", "--split=" + ("" if split else "1h")), GB)
         with pytest.raises(UsageError, match="%s is there already, and stays as it is" % there) as caught:
             plan.check_place(recording("--bag=x", "--split=" + split), GB)
-        assert ("is being recorded, or is of a recorder that was killed" in str(caught.value)) == there.endswith(
-            ".active")
+        is_unfinished = there.endswith(".active")
+        assert ("is being recorded, or is of a recorder that was killed" in str(caught.value)) == is_unfinished
         assert (here / there).read_bytes() == b"precious"
 
     def test_no_permission(self, here, monkeypatch):

@@ -57,8 +57,8 @@ class TestIntervals:
     def test_what_is_no_number_is_left_out(self, strange):
         wheels = [Order(0.0, "cmd_wheels", SimpleNamespace(left=left, right=right))
                   for left, right in ((strange, 0.1), (0.1, strange))]
-        assert schedule(wheels + [Order(0.0, "cmd_vel", twist(strange, 0.1)),
-                                  Order(0.0, "cmd_vel", twist(0.1, strange))]) == []
+        twists = [Order(0.0, "cmd_vel", twist(strange, 0.1)), Order(0.0, "cmd_vel", twist(0.1, strange))]
+        assert schedule(wheels + twists) == []
 
     def test_nothing_was_told(self):
         assert schedule([]) == [] and duration([]) == 0.0

@@ -55,8 +55,8 @@ class TestDecisions:
         setattr(again[12], name, value)
         verdict = judge_decisions(self.live, again)
         assert not verdict.same
-        assert "differ from number 13 on, 1.2 s after the first" in verdict.sentences[
-            0] and "%s was" % name in verdict.sentences[0]
+        assert "differ from number 13 on, 1.2 s after the first" in verdict.sentences[0]
+        assert "%s was" % name in verdict.sentences[0]
 
     def test_a_stamp_that_differs(self):
         found = first_difference(self.live, [*self.live[:3], decision(99.0), *self.live[4:]])
@@ -96,8 +96,8 @@ class TestVelocities:
         assert found.largest[1] == pytest.approx(0.5) and 0.5 < found.share < 0.75
 
     def test_a_turn_too_many(self):
-        assert likeness([velocity._replace(second=0.0) for velocity in driven()],
-                        driven()).largest[1] == pytest.approx(0.5)
+        straight = [velocity._replace(second=0.0) for velocity in driven()]
+        assert likeness(straight, driven()).largest[1] == pytest.approx(0.5)
 
     def test_one_that_comes_far_too_late(self):
         assert likeness(driven(), driven(late=1.5)).share < 0.95
