@@ -162,8 +162,8 @@ class BesideRobot(unittest.TestCase):
     def test_4_looking_moves_nobody(self):
         """Again and again: commands are said, aside."""
         self.motors_on()
-        way, said = self.witness.way["trusting"], {name: [] for name in ("cmd_vel", "cmd_wheels", "cmd_motor_state",
-                                                                         "gripper_control")}
+        way = self.witness.way["trusting"]
+        said = {name: [] for name in ("cmd_vel", "cmd_wheels", "cmd_motor_state", "gripper_control")}
         for name, kept in said.items():
             rospy.Subscriber("/trusting/recorded/%s" % name, rospy.AnyMsg,
                              lambda m, kept=kept: self.witness.keep(kept, m))

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""Every message that was published is in the bag: counted by sequence numbers, by a second subscriber,
-and by what went over the robots' lines.
+"""Every message that was published is in the bag.
 
-The robots' cables are pulled while recorders and a witness connect, so that all of them hear from the same packet on;
-their drivers end before the recorders do. One recorder writes parts, with both robots in them and one that nobody has;
-another one is killed.
+Messages are counted by sequence numbers, by a second subscriber, and by what went over the robots' lines.
+
+The robots' cables are pulled while recorders and a witness connect, so that all of them hear from the same packet on.
+Their drivers end before the recorders do. One recorder writes parts, with both robots in them and one that nobody has.
+Another recorder is killed.
 """
 
 import collections
@@ -239,8 +240,12 @@ class Record(unittest.TestCase):
             ended.set()
             thread.join()
         sent = {robot: cls.witness.pose(robot).header.seq for robot in ROBOTS}
-        wait_until("both stand", lambda: all(pose.header.seq > sent[robot] + 10 and pose.twist.twist.linear.x == 0.0
-                                             for robot, pose in ((robot, cls.witness.pose(robot)) for robot in ROBOTS)))
+
+        def stands(robot):
+            pose = cls.witness.pose(robot)
+            return pose.header.seq > sent[robot] + 10 and pose.twist.twist.linear.x == 0.0
+
+        wait_until("both stand", lambda: all(map(stands, ROBOTS)))
 
     @classmethod
     def kill(cls, process):

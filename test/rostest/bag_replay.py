@@ -33,8 +33,9 @@ WANDER = 6  # s
 SEED, SPEED = 7, 0.3
 FAST = "-r 4"
 RENUMBERED = {"/rosout": 4}
-"""Bytes at the begin of messages that rosbag play writes anew: header.seq of the one topic on which the player says
-something itself.
+"""Bytes at the begin of messages that rosbag play writes anew.
+
+They are the header.seq of the one topic on which the player says something itself.
 """
 
 

@@ -47,21 +47,22 @@ class MessageCheck(unittest.TestCase):
         """Why numbers have their names in Python: the check above sees even this."""
         text = (PACKAGE / "msg" / "MotorState.msg").read_text()
         same = genpy.dynamic.generate_dynamic("pioneer_control/MotorState", text)["pioneer_control/MotorState"]
-        other = genpy.dynamic.generate_dynamic("pioneer_control/MotorState",
-                                               "int32 ON=1\n" + text)["pioneer_control/MotorState"]
+        others = genpy.dynamic.generate_dynamic("pioneer_control/MotorState", "int32 ON=1\n" + text)
+        other = others["pioneer_control/MotorState"]
         self.assertEqual(same._md5sum, FROZEN_MD5["MotorState"])
         self.assertNotEqual(other._md5sum, FROZEN_MD5["MotorState"])
 
 
 def complaints(path):
-    """What speaks against a launch file: it does not load, or a node is missing or of a package that package.xml does
-    not name.
+    """What speaks against a launch file.
+
+    It does not load, or a node is missing, or package.xml does not name the package of a node.
     """
     required = [arg.get("name") for arg in ElementTree.parse(path).iter("arg")
                 if not {"default", "value"} & set(arg.keys())]
     try:
-        config = roslaunch.config.load_config_default([(str(path), [name + ":=/given" for name in required])], None,
-                                                      verbose=False)
+        given = [name + ":=/given" for name in required]
+        config = roslaunch.config.load_config_default([(str(path), given)], None, verbose=False)
     except roslaunch.core.RLException as error:
         return [str(error)]
     manifest = ElementTree.parse(PACKAGE / "package.xml").getroot()

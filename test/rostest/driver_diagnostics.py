@@ -125,15 +125,16 @@ class DriverDiagnostics(unittest.TestCase):
 
         def unanswered():
             link = self.newest("left").get("Link")
-            return "" if link is None else {value.key: value.value
-                                            for value in link.values}["Questions without an answer"]
+            if link is None:
+                return ""
+            return {value.key: value.value for value in link.values}["Questions without an answer"]
 
         self.witness.wait("ten questions or more are answered", lambda: re.match("[0-9] of [0-9]{2}", unanswered()))
         self.expect(WELL)
         with server.lock:
             server.simulation.faults.add(fault_of("loss 0.5 way to-robot"), server.simulation.clock.now_us)
-        self.witness.wait("it is named", lambda: re.search("[1-9][0-9]* of [0-9]+ questions .* not answered",
-                                                           self.newest("left")["Link"].message))
+        named = "[1-9][0-9]* of [0-9]+ questions .* not answered"
+        self.witness.wait("it is named", lambda: re.search(named, self.newest("left")["Link"].message))
         self.expect(dict(WELL, Link=WARN))
         with server.lock:
             server.simulation.faults.clear(server.simulation.clock.now_us)

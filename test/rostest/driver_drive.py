@@ -25,8 +25,7 @@ from std_srvs.srv import Empty, SetBool
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from pioneer_control.msg import (AIO, DIO, IO, BatteryState, GripperState, GripState, LiftState, MotorState,
-                                 RobotInfo,
-                                 SonarArray, Stall, WheelVelocities)
+                                 RobotInfo, SonarArray, Stall, WheelVelocities)
 from witness import PATIENCE, Witness, heading_of
 
 TOPICS = {
@@ -235,8 +234,8 @@ class DriverDrives(unittest.TestCase):
 
     def test_08_a_commander_that_falls_silent_stops_the_robot(self):
         self.commander.velocity = (0.2, 0.0)
-        self.witness.wait("it drives", lambda: self.witness.seen["pioneer/ground_truth"][-1].twist.twist.linear.x >
-                          0.15)
+        self.witness.wait("it drives", lambda: (
+            self.witness.seen["pioneer/ground_truth"][-1].twist.twist.linear.x > 0.15))
         since = len(self.witness.seen["/rosout"])
         self.commander.velocity = None  # the publisher stays connected, and the driver keeps the link alive
         self.stands()
@@ -253,11 +252,11 @@ class DriverDrives(unittest.TestCase):
 
     def test_10_a_velocity_beyond_the_limits_is_clamped(self):
         self.commander.velocity = (-65.6, 0.0)
-        self.witness.wait("it drives back", lambda: self.witness.seen["pioneer/ground_truth"][-1].twist.twist.linear.x <
-                          -0.25)
+        self.witness.wait("it drives back", lambda: (
+            self.witness.seen["pioneer/ground_truth"][-1].twist.twist.linear.x < -0.25))
         self.halt()
-        self.assertGreaterEqual(min(message.twist.twist.linear.x
-                                    for message in self.witness.seen["pioneer/ground_truth"]), -0.501)
+        truth = self.witness.seen["pioneer/ground_truth"]
+        self.assertGreaterEqual(min(message.twist.twist.linear.x for message in truth), -0.501)
 
     def test_11_the_stop_button_is_a_reason_and_nothing_moves_after_it(self):
         self.stop_button.publish(True)
@@ -278,8 +277,8 @@ class DriverDrives(unittest.TestCase):
                          "on change")
 
     def test_12_gripper_commands_work_and_a_status_is_refused(self):
-        gripper, since = rospy.Publisher("pioneer/gripper_control", GripperState,
-                                         queue_size=5), len(self.witness.seen["/rosout"])
+        gripper = rospy.Publisher("pioneer/gripper_control", GripperState, queue_size=5)
+        since = len(self.witness.seen["/rosout"])
         self.witness.wait("the driver listens", lambda: gripper.get_num_connections() == 1)
         gripper.publish(GripperState(GripState(state=2), LiftState(state=1)))
         self.expect_warning("lift.state 1 is a status", since)
@@ -294,8 +293,8 @@ class DriverDrives(unittest.TestCase):
         self.witness.wait("the driver listens", lambda: motors.get_num_connections() == 1)
         for state in (0, 1, 0):
             motors.publish(MotorState(state))
-            self.witness.wait("motors %s" % state, lambda: self.witness.seen["pioneer/motor_state"][-1].state ==
-                              state)
+            self.witness.wait("motors %s" % state, lambda: (
+                self.witness.seen["pioneer/motor_state"][-1].state == state))
 
     def test_14_the_services_of_rosaria_fail_with_the_reason(self):
         enable, disable = (rospy.ServiceProxy("pioneer/%s_motors" % what, Empty) for what in ("enable", "disable"))
@@ -330,11 +329,11 @@ class DriverDrives(unittest.TestCase):
         self.witness.wait("robot_info tells it", lambda: self.witness.seen["pioneer/robot_info"][-1].max_angular == 0.3)
         since = len(self.witness.seen["pioneer/ground_truth"])
         self.commander.velocity = (0.0, -2.0)
-        self.witness.wait("it turns", lambda: self.witness.seen["pioneer/ground_truth"][-1].twist.twist.angular.z <
-                          -0.29)
+        self.witness.wait("it turns", lambda: (
+            self.witness.seen["pioneer/ground_truth"][-1].twist.twist.angular.z < -0.29))
         self.halt()
-        self.assertGreaterEqual(min(message.twist.twist.angular.z
-                                    for message in self.witness.seen["pioneer/ground_truth"][since:]), -0.301)
+        truth = self.witness.seen["pioneer/ground_truth"][since:]
+        self.assertGreaterEqual(min(message.twist.twist.angular.z for message in truth), -0.301)
 
     def test_17_wheels_have_a_topic_of_their_own(self):
         wheels = rospy.Publisher("pioneer/cmd_wheels", WheelVelocities, queue_size=1)

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
-"""The driver between ROS and the wire: what parameters put on it, bad lines, bad parameters, a driver that is killed,
-two robots.
+"""The driver between ROS and the wire.
+
+What parameters put on the wire, bad lines, bad parameters, a driver that is killed, and two robots.
 """
 
 import contextlib
@@ -60,8 +61,9 @@ SIGNALLED_AT = (
     ("p2os_driver", "setParam|registerPublisher.*/parameter_updates", True),
     ("p2os_driver", "registerPublisher.*/sonar_ranges", False),     # when the robot is found
 )
-"""A program, the question to the master (a regular expression) in which it is when the signal comes,
-and whether that is answered then after all.
+"""A program, the question that it asks the master when the signal comes, and whether the master then answers after all.
+
+The question is a regular expression.
 """
 GLOBAL = {"/rosout", "/tf", "/tf_static", "/clock", "/diagnostics"}
 """What all nodes share: all of the names of a driver that do not begin with its namespace."""
@@ -87,9 +89,9 @@ class Driver:
     def __init__(self, namespace, environment=None, program="p2os_driver", **parameters):
         self.namespace = namespace
         arguments = ["_%s:=%s" % item for item in parameters.items()]
-        self.process = subprocess.Popen(["rosrun", "pioneer_control", program, "__ns:=" + namespace] + arguments,
-                                        env=environment,
-                                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+        self.process = subprocess.Popen(
+            ["rosrun", "pioneer_control", program, "__ns:=" + namespace] + arguments,
+            env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
         self.printed, self._changed = "", threading.Condition()
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -102,8 +104,8 @@ class Driver:
 
     def says(self, text, times=1):
         with self._changed:
-            assert self._changed.wait_for(lambda: self.printed.count(text) >= times,
-                                          PATIENCE), "not said: %s\n%s" % (text, self.printed)
+            said = self._changed.wait_for(lambda: self.printed.count(text) >= times, PATIENCE)
+            assert said, "not said: %s\n%s" % (text, self.printed)
 
     def end(self, how=signal.SIGINT):
         if self.process.poll() is None:
@@ -123,8 +125,8 @@ class Master:
         self.start()
 
     def start(self):
-        self._process = subprocess.Popen(["rosmaster", "--core", "-p", str(self._port)], stdout=subprocess.DEVNULL,
-                                         stderr=subprocess.DEVNULL)
+        self._process = subprocess.Popen(
+            ["rosmaster", "--core", "-p", str(self._port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         for _ in range(int(PATIENCE / 0.05)):
             with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", self._port)):
                 return
@@ -240,8 +242,8 @@ class DriverLines(unittest.TestCase):
         robots = {}
         for pulse in (0.2, 1.5, 0.0):
             firmware, server = self.robot()
-            robots[pulse] = firmware, self.driver(server.url, namespace="%s_%d" % (self.namespace, 10 * pulse),
-                                                  pulse=pulse)
+            namespace = "%s_%d" % (self.namespace, 10 * pulse)
+            robots[pulse] = firmware, self.driver(server.url, namespace=namespace, pulse=pulse)
         for _, driver in robots.values():
             driver.says("motors are off")
         starts = {pulse: firmware.time + 0.5 for pulse, (firmware, _) in robots.items()}
@@ -399,8 +401,8 @@ class DriverLines(unittest.TestCase):
         self.ended_while_driving(lambda driver: driver.process.send_signal(signal.SIGHUP))
 
     def test_rosnode_kill_stops_the_robot(self):
-        self.ended_while_driving(lambda driver: subprocess.run(["rosnode", "kill", self.namespace + "/p2os"],
-                                                               check=True, stdout=subprocess.DEVNULL))
+        kill = ["rosnode", "kill", self.namespace + "/p2os"]
+        self.ended_while_driving(lambda driver: subprocess.run(kill, check=True, stdout=subprocess.DEVNULL))
 
     def test_a_robot_without_gripper_publishes_no_gripper_state(self):
         _, server = self.robot(gripper=False)
@@ -468,9 +470,10 @@ class DriverLines(unittest.TestCase):
         driver.says("connected to")
         subprocess.run(["rosservice", "call", "--wait", self.namespace + "/set_motors", "true"],
                        env=master.environment, check=True, stdout=subprocess.DEVNULL)
-        commander = subprocess.Popen(["rostopic", "pub", "-r", "10", self.namespace + "/cmd_vel", "geometry_msgs/Twist",
-                                      "{linear: {x: 0.2}}"],
-                                     env=master.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        drive = [
+            "rostopic", "pub", "-r", "10", self.namespace + "/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.2}}"]
+        commander = subprocess.Popen(
+            drive, env=master.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.ending.callback(commander.kill)
         self.until("it drives", lambda: firmware.velocity[0] > 0.15)
         master.end()
@@ -497,8 +500,9 @@ class DriverLines(unittest.TestCase):
         with self.commanding(0.2):
             self.until("it drives", lambda: firmware.velocity[0] > 0.15)
             master.hang()
-            asker = subprocess.Popen(["rosparam", "get", "/rosdistro"], env=master.environment,
-                                     stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            asker = subprocess.Popen(
+                ["rosparam", "get", "/rosdistro"],
+                env=master.environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             self.ending.callback(asker.kill)
             master.wait_until_asked()
             with self.commanding(float("nan")):
@@ -641,8 +645,8 @@ class DriverLines(unittest.TestCase):
         topics = [self.namespace + "/wire", self.namespace + "/pose"]
         recorder = subprocess.Popen(["rosbag", "record", "-q", "-O", bag, *topics])
         self.ending.callback(recorder.kill)
-        self.until("the recorder listens", lambda: {name for name, _ in rosgraph.Master("/asks").getSystemState()[1]} >=
-                   set(topics))
+        self.until("the recorder listens", lambda: (
+            {name for name, _ in rosgraph.Master("/asks").getSystemState()[1]} >= set(topics)))
         server = self.ending.enter_context(Server(OverheardFirmware(), tcp=0, record=record))
         driver = self.driver(server.url, publish_wire="true")
         seen = self.witness(pose=Odometry)

@@ -21,8 +21,8 @@ class HangingMaster:
         self._hang_at = hang_at and re.compile(hang_at.encode(), re.DOTALL)
         self._changed = threading.Condition()
         self._hangs, self._waiting = False, 0
-        self._server = ThreadingHTTPServer(("127.0.0.1", 0),
-                                           self._handler(urlparse(os.environ["ROS_MASTER_URI"]).netloc))
+        true_master = urlparse(os.environ["ROS_MASTER_URI"]).netloc
+        self._server = ThreadingHTTPServer(("127.0.0.1", 0), self._handler(true_master))
         self._server.handle_error = lambda request, address: None       # who asked is gone
         self.environment = dict(os.environ, ROS_MASTER_URI="http://127.0.0.1:%d" % self._server.server_port)
         threading.Thread(target=self._server.serve_forever, daemon=True).start()
@@ -41,8 +41,8 @@ class HangingMaster:
     def wait_until_asked(self, asker=None):
         """Until somebody waits for an answer; ``asker`` is who should (a Driver)."""
         with self._changed:
-            assert self._changed.wait_for(lambda: self._waiting,
-                                          PATIENCE), "nobody asks:\n%s" % (asker and asker.printed)
+            asked = self._changed.wait_for(lambda: self._waiting, PATIENCE)
+            assert asked, "nobody asks:\n%s" % (asker and asker.printed)
 
     def close(self):
         self._server.shutdown()

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
-"""Several simulated robots in one node: each has its truth, its line and its STOP button; faults come by service;
-the clock is the simulation's.
+"""Several simulated robots in one node.
+
+Each has its truth, its line and its STOP button. Faults come by service. The clock is the simulation's.
 """
 
 import os

@@ -22,8 +22,8 @@ from std_srvs.srv import SetBool
 from pioneer_control.msg import Decision, MotorState
 from witness import PATIENCE, Witness, wait_until
 
-TRUTH, POSE, COMMANDS, DECISIONS, MOTORS = ("pioneer/" + name
-                                            for name in ("ground_truth", "pose", "cmd_vel", "decision", "motor_state"))
+TRUTH, POSE, COMMANDS, DECISIONS, MOTORS = (
+    "pioneer/" + name for name in ("ground_truth", "pose", "cmd_vel", "decision", "motor_state"))
 TOPICS = {TRUTH: Odometry, POSE: Odometry, COMMANDS: Twist, DECISIONS: Decision, MOTORS: MotorState, "/rosout": Log,
           "/diagnostics": DiagnosticArray}
 SIMPLE = ["rosrun", "pioneer_control", "rosPioneer1.py"]
@@ -148,8 +148,8 @@ class TimeNodes(unittest.TestCase):
         self.wait_until_it_drives()
         self.time.rate = 10.0
         before = self.witness.seen[DECISIONS][-1].header.stamp.to_sec()
-        self.witness.wait("it decides in fast time", lambda: self.witness.seen[DECISIONS][-1].header.stamp.to_sec() >
-                          before + 20.0)
+        self.witness.wait("it decides in fast time", lambda: (
+            self.witness.seen[DECISIONS][-1].header.stamp.to_sec() > before + 20.0))
         self.wait_until_it_drives()
         self.ends_at_ctrl_c(program)
         self.witness.wait("told to stand", lambda: self.given()[-1] == (0.0, 0.0))
@@ -196,8 +196,9 @@ class TimeNodes(unittest.TestCase):
         self.assertGreaterEqual(self.time.passed - told_at[0], 4.0 - 0.2)   # the jump ends a tick early
 
     def start_when_heard(self, command, commands):
-        """The simple node, held up by the robot's STOP button until what it commands is heard from the first word
-        on.
+        """Start the simple node, which the robot's STOP button holds up.
+
+        The button is released when somebody hears what the node commands, from the first word on.
         """
         def is_heard():
             return any(each.callerid_pub == "/rosPioneer1" and not each.done for each in commands.impl.connections)
