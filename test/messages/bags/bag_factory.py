@@ -1,6 +1,4 @@
-"""Bags for tests: messages of any package name with our definitions, the runs of invented robots, and bags that were
-damaged.
-"""
+"""Bags for tests: messages of any package name with our definitions, runs of invented robots, and damaged bags."""
 
 import functools
 import math
@@ -55,8 +53,12 @@ def sonar(ranges, package="pioneer_control"):
 
 
 def gripper(state, held, package="pioneer_control", pressed=None):
-    """A GripperState message: GripState.state, whether something is held, and whether both paddles press (None: on what
-    is held).
+    """A GripperState message.
+
+    Args:
+        state: GripState.state.
+        held: whether something is held.
+        pressed: whether both paddles press; None: when something is held.
     """
     message = message_class("GripperState", package)()
     message.grip.state = state
@@ -153,8 +155,7 @@ def write_bag(path, messages, compression="none", latched=()):
 
 
 def driven(start=(1.0, 1.0, 0.0), seconds=10, speed=0.1, name="pioneer", drift=0.0):
-    """(topic, message, seconds) of a robot that drives straight on in a room, picks up a can ahead and puts it down
-    again.
+    """(topic, message, seconds) of a robot that drives straight on in a room, picks up a can and puts it down.
 
     ``drift`` is how many m its odometry falls short of each m driven.
     """

@@ -261,8 +261,9 @@ class TestCut:
 class TestDamage:
     @pytest.mark.parametrize("compression", COMPRESSIONS)
     def test_bytes_flipped(self, tmp_path, read, compression):
-        """Never an exception; one message differs or is missing at most, or those of its chunk; and when one is
-        missing, it is said.
+        """Never an exception.
+
+        At most one message differs or is missing, or those of one chunk. The reader says so when one is missing.
         """
         content = small(tmp_path / "run.bag", compression)
         whole, _ = read(content)

@@ -1,6 +1,4 @@
-"""Recording: what the launch file asks for, which topics are kept, and what a recording says of itself; without a
-master.
-"""
+"""Recording without a master: what the launch file asks for, which topics are kept, what a recording says of itself."""
 
 import contextlib
 import datetime
@@ -96,14 +94,16 @@ class TestDocument:
 
 
 class TestClosedTerminal:
-    """A terminal that is closed says so (SIGHUP) to the recorder, whom it would kill, and to its attendant, who tells
-    it to end as Ctrl-C does.
+    """A terminal that is closed sends SIGHUP to the recorder and to its attendant.
+
+    The recorder ignores it, because it would be killed. The attendant tells the recorder to end, as Ctrl-C does.
     """
 
     @pytest.fixture
     def begun(self, tmp_path, monkeypatch):
-        """Starts a recorder as far as its two processes part: (what SIGHUP does in it, in its attendant), by what it
-        did before.
+        """Starts a recorder until it has forked, with a given handler of SIGHUP.
+
+        Gives the handlers of SIGHUP afterwards: (the recorder's, its attendant's).
         """
 
         def begun(before):
@@ -276,8 +276,9 @@ def part_begin(number):
 
 @pytest.mark.parametrize("release", ["rosbag 1.15", "rosbag 1.17"])
 class TestParts:
-    """Read together, they have what was published, and not what rosbag only repeats in each: the first message of each
-    publisher that latches.
+    """Read together, parts have what was published.
+
+    They do not have what rosbag only repeats in each part: the first message of each publisher that latches.
     """
 
     @pytest.fixture
@@ -336,8 +337,9 @@ class TestParts:
         assert self.texts(first, second) == ["one", "two", "two", "one"]
 
     def test_what_the_first_part_repeats_of_itself_is_no_news(self, write):
-        """What comes before rosbag has opened the file is in it twice, with the earlier time behind the later one; seen
-        on a busy machine.
+        """What comes before rosbag has opened the file is in it twice, the earlier time behind the later one.
+
+        This was seen on a busy machine.
         """
         first = write(0, [("/a", "one", "/p")], ("/a", "one", "/p", part_begin(0) - 10 ** 9), ("/a", "one", "/p"),
                       ("/b", "one", "/p"))

@@ -21,8 +21,10 @@ def header(message, caller, latching="0"):
 
 @pytest.fixture(params=["none", "bz2", "lz4"])
 def bag(request, tmp_path):
-    """A bag of 30000 messages, of two publishers and two types on one topic, and what was written: (type, caller,
-    latching, bytes, ns).
+    """A bag of 30000 messages, of two publishers and two types on one topic, and what was written.
+
+    Returns:
+        Its path, its compression, and (type, caller, latching, bytes, ns) of each message.
     """
     path = str(tmp_path / "x.bag")
     writer = BagWriter(path, request.param)

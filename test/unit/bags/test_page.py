@@ -1,6 +1,4 @@
-"""Pages of runs of every kind: all that is written can be read, and lies on a sheet of A4. Drawn from runs made by
-hand.
-"""
+"""Pages of runs of every kind: all that is written can be read, and lies on a sheet of A4. Runs are made by hand."""
 
 import itertools
 import re

@@ -22,8 +22,8 @@ CHUNK = 64
 """kB of messages that are compressed together, and lost when the recorder is killed: about 2 s of one robot. rosbag's
 own 768 make bags an eighth smaller, and lose up to half a minute; bench/recording.md."""
 KEEP_FREE = 256 * MB
-"""Bytes that are left on the disk: ten hours of one robot, and the computer goes on. rosbag warns from five times as
-much on."""
+"""Bytes that are left free on the disk, so that the computer goes on working: ten hours of one robot. rosbag warns when
+less than five times as much is free."""
 LEFT = 60.0
 """s after the last write until an unfinished bag counts as one whose recorder is gone."""
 WHAT_TO_DO = ("is of a recorder that was killed: all is in it but the last seconds. draw_run reads it as it is; "

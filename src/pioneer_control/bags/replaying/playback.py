@@ -8,8 +8,8 @@ from ..reader import read_bag
 from ..records import BagError
 
 RECORDED, RERUN = ASIDE = "recorded", "rerun"
-"""Under these names, below their own namespace, the commands of a bag come back, and those of a program that hears it
-go."""
+"""Namespaces, below that of a command: the commands of the bag are played under the first, and those of a program that
+hears the bag are sent to the second."""
 
 COMMANDS = {
     "cmd_vel": "drives",
