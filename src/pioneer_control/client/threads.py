@@ -215,7 +215,8 @@ class LinkThreads:
                 raise self.failure(LinkLostError("%s: no link to the robot" % self.url))
             yield connected
             connection.send()
-            # meanwhile, by a signal handler: that stopped the robot too early.
+            # A signal handler may have closed the connection meanwhile. Its STOP went out before this command, so the
+            # last words go out again, behind it.
             if self._closing and not connection.session.finished:
                 connection.session.line.say(connected.last_words)
                 connection.try_send()
