@@ -65,20 +65,20 @@ def _radians_together(degrees: List[float]) -> float:
 SHARE = Number(0.0, 1.0)
 
 KINDS: Dict[str, Kind] = {kind.name: kind for kind in (
-    Kind("loss", SHARE, "share", "so many of the packets never arrive"),
-    Kind("flips", SHARE, "share", "so many of the bytes arrive with one bit wrong"),
-    Kind("splits", SHARE, "share", "so many of the packets arrive in two pieces, 50 ms apart"),
+    Kind("loss", SHARE, "share", "this share of the packets never arrives"),
+    Kind("flips", SHARE, "share", "this share of the bytes arrives with one bit wrong"),
+    Kind("splits", SHARE, "share", "this share of the packets arrives in two pieces, 50 ms apart"),
     Kind("delay", Number(0.0, 60.0), "s", "everything arrives that much later"),
-    Kind("silence", None, "", "nothing arrives, and nobody is told"),
-    Kind("cable", None, "", "pulled out: the client is hung up on, and finds no port, until it is put back",
+    Kind("silence", None, "", "nothing arrives, and neither side gets an error"),
+    Kind("cable", None, "", "pulled out: the client loses its connection and finds no port until the fault ends",
          lambda link, values: link.unplug(bool(values))),
-    Kind("power", None, "", "off, and on again at the end; after 1 s if that is not said",
+    Kind("power", None, "", "off, and on again when the fault ends; after 1 s without `to`",
          lambda link, values: link.set_power(not values), lasts=1.0),
     Kind("stop_button", None, "", "the STOP button is pressed",
          lambda link, values: link.hardware.motors.press_stop_button(bool(values))),
     Kind("stall", None, "", "something holds the wheels", lambda link, values: link.hardware.stall.hold(bool(values))),
     Kind("battery", Number(0.0, 40.0), "V",
-         "another battery, of this voltage, which falls from there; its own is back at the end",
+         "another battery of this voltage, which falls from there; at the end of the fault the robot has its own again",
          lambda link, values: link.set_voltage(values[-1] if values else None)),
     Kind("transducer", Whole(0, 31), "number", "this sonar transducer is dead: it hears nothing",
          lambda link, values: link.hardware.sonar.deafen(values)),
@@ -86,7 +86,7 @@ KINDS: Dict[str, Kind] = {kind.name: kind for kind in (
          lambda link, values: link.hardware.gyro.set_drift(_radians_together(values))),
     Kind("gripper", None, "", "stuck: neither paddles nor lift move",
          lambda link, values: link.hardware.jam_gripper(bool(values))),
-    Kind("charger", None, "", "no fault: somebody plugs a charger in",
+    Kind("charger", None, "", "not a fault: somebody plugs a charger in",
          lambda link, values: link.hardware.charger.plug(bool(values))),
 )}
 
