@@ -1,4 +1,4 @@
-"""What is kept of the messages of a bag: for each kind of thing a class whose ``add(time, message)`` takes them.
+"""What is kept of the messages of a bag: collectors, whose ``add(time, message)`` takes one after the other.
 
 Each keeps what is worth keeping. When that is more than `ROWS`, it becomes coarser.
 """
@@ -6,13 +6,14 @@ Each keeps what is worth keeping. When that is more than `ROWS`, it becomes coar
 import heapq
 import math
 from array import array
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+from contextlib import suppress
+from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, heading_of
-from .recorded_run import (ERROR, WARNING, CanPath, Echoes, GripperEvent, Map, RecordedDecision, Report, Series, Span,
-                           Track, Velocities)
+from .recorded_run import (ERROR, WARNING, GripperEvent, Map, RecordedDecision, Report, Series, Span, Track,
+                           Velocities)
 
 ROWS = 1 << 16
 """Rows that one thing keeps at most."""
@@ -35,26 +36,28 @@ class Thinned:
     """Rows of numbers over time, without those that hardly differ from the one before.
 
     Kept are the rows that differ from the row kept before by more than a tolerance, and the row before each of them.
+
+    Args:
+        row_of: gives the numbers of a message.
+        tolerances: one for each number.
     """
 
-    def __init__(self, *tolerances: float) -> None:
+    def __init__(self, row_of: Callable[[Any], Iterable[Any]], *tolerances: float) -> None:
+        self._row_of = row_of
         self._tolerances = tolerances
         self._width = 1 + len(tolerances)
         self._rows = array("d")
         self._kept: Tuple[float, ...] = ()
         self._passed: Tuple[float, ...] = ()
 
-    def add(self, time: float, *values: float) -> None:
-        """Take a row."""
-        for value, kept, most in zip(values, self._kept, self._tolerances):
-            if not -most <= value - kept <= most:
-                break
-        else:
-            if self._kept:
-                self._passed = (time, *values)
-                return
-        self._rows.extend(self._passed)
-        self._rows.extend((time, *values))
+    def add(self, time: float, message: Any) -> None:
+        """Take in a message that came at a time (s)."""
+        values = tuple(map(float, self._row_of(message)))
+        if self._kept and all(-most <= value - kept <= most
+                              for value, kept, most in zip(values, self._kept, self._tolerances)):
+            self._passed = (time, *values)
+            return
+        self._rows.extend((*self._passed, time, *values))
         self._kept, self._passed = values, ()
         if len(self._rows) > ROWS * self._width:
             self._rows = _every_second(self._rows, self._width)
@@ -62,70 +65,65 @@ class Thinned:
 
     def columns(self) -> np.ndarray:
         """The columns (time, values ...) of all rows kept and of the last, in order of time."""
-        rows = np.concatenate((np.array(self._rows), np.array(self._passed))).reshape(-1, self._width)
+        rows = np.array([*self._rows, *self._passed]).reshape(-1, self._width)
         return rows[np.argsort(rows[:, 0], kind="stable")].T
 
 
 def _every_second(rows: array, width: int) -> array:
-    return array("d", np.array(rows).reshape(-1, width)[::2].reshape(-1).tobytes())
+    return array("d", np.array(rows).reshape(-1, width)[::2].tobytes())
 
 
 class Sampled:
-    """Rows of numbers: all of them, or of so many one when they are more than `ROWS`."""
+    """Rows of numbers: all of them, or one of so many when they are more than `ROWS`.
+
+    Attributes:
+        rows: their numbers, one row after the other.
+    """
 
     def __init__(self, width: int) -> None:
         self.rows = array("d")
         self._width = width
-        self._share, self._passed = 1, 0    # one of so many is kept; passed over since the last one
+        self._share = 1     # one of so many is kept
+        self._count = 0
 
-    def add(self, *row: float) -> None:
+    def keep(self, *row: float) -> None:
         """Take a row."""
-        self._passed += 1
-        if self._passed >= self._share:
-            self._passed = 0
+        self._count += 1
+        if self._count % self._share == 0:
             self.rows.extend(row)
-            if len(self.rows) > ROWS * self._width:
-                self.rows = _every_second(self.rows, self._width)
-                self._share *= 2
+        if len(self.rows) > ROWS * self._width:
+            self.rows = _every_second(self.rows, self._width)
+            self._share *= 2
 
 
-class VelocityCollector:
-    """Velocities of geometry_msgs/Twist: what a robot was told, or measured."""
-
-    def __init__(self) -> None:
-        self._speeds = Thinned(*CHANGE_OF_SPEED)
-
-    def add(self, time: float, message: Any) -> None:
-        """Take in a message that came at a time (s)."""
-        if not is_plausible(message.linear.x, message.angular.z):
-            raise ValueError("no velocity")
-        self._speeds.add(time, message.linear.x, message.angular.z)
-
-    @property
-    def velocities(self) -> Velocities:
-        """The velocities that were taken in."""
-        return Velocities(*self._speeds.columns())
+def speed_of(twist: Any) -> Tuple[float, float]:
+    """Forward (m/s) and to the left (rad/s), of a Twist. Raises ValueError when no robot can be so fast."""
+    if not is_plausible(twist.linear.x, twist.angular.z):
+        raise ValueError("no velocity")
+    return twist.linear.x, twist.angular.z
 
 
-class OdometryCollector(VelocityCollector):
+class OdometryCollector:
     """Where a robot was and how fast, of nav_msgs/Odometry."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self._places = Thinned(*CHANGE_OF_PLACE)
+        self._places = Thinned(self._place_of, *CHANGE_OF_PLACE)
+        self._speeds = Thinned(speed_of, *CHANGE_OF_SPEED)
         self._heading = 0.0
+
+    def _place_of(self, pose: Any) -> Tuple[float, float, float]:
+        """x, y (m) and the heading (rad), which does not jump at half a turn."""
+        place, heading = pose.position, heading_in(pose.orientation)
+        if not is_plausible(place.x, place.y, heading):
+            raise ValueError("no place")
+        self._heading = heading + math.tau * round((self._heading - heading) / math.tau)
+        return place.x, place.y, self._heading
 
     def add(self, time: float, message: Any) -> None:
         """Take in a message that came at a time (s)."""
-        place, heading = message.pose.pose.position, heading_in(message.pose.pose.orientation)
-        if not is_plausible(place.x, place.y, heading):
-            raise ValueError("no place")
-        # without jumps at half a turn
-        self._heading = heading + math.tau * round((self._heading - heading) / math.tau)
-        self._places.add(time, place.x, place.y, self._heading)
-        speed = message.twist.twist
-        if is_plausible(speed.linear.x, speed.angular.z):
-            self._speeds.add(time, speed.linear.x, speed.angular.z)
+        self._places.add(time, message.pose.pose)
+        with suppress(ValueError):  # of a robot that does not measure its speed
+            self._speeds.add(time, message.twist.twist)
 
     @property
     def track(self) -> Optional[Track]:
@@ -133,77 +131,51 @@ class OdometryCollector(VelocityCollector):
         columns = self._places.columns()
         return Track(*columns) if columns.size else None
 
-
-class ValueCollector:
-    """A field of a message over time."""
-
-    def __init__(self, field: str, tolerance: float) -> None:
-        self._field = field
-        self._values = Thinned(tolerance)
-
-    def add(self, time: float, message: Any) -> None:
-        """Take in a message that came at a time (s)."""
-        self._values.add(time, float(getattr(message, self._field)))
-
     @property
-    def series(self) -> Series:
-        """The values over time."""
-        return Series(*self._values.columns())
-
-    @property
-    def changes(self) -> Series:
-        """Only the first, those that differ from the one before, and the last."""
-        time, value = self._values.columns()
-        chosen = np.ones(len(time), dtype=bool)
-        chosen[1:-1] = value[1:-1] != value[:-2]
-        return Series(time[chosen], value[chosen])
+    def velocities(self) -> Velocities:
+        """The velocities that were taken in."""
+        return Velocities(*self._speeds.columns())
 
 
-class EchoCollector:
-    """What the sonar heard, of SonarArray: a driver repeats each reading until its transducer's next turn."""
+def changes(time: np.ndarray, value: np.ndarray) -> Series:
+    """Of the columns of a value only the first row, those that differ from the row before, and the last."""
+    chosen = np.ones(len(time), dtype=bool)
+    chosen[1:-1] = value[1:-1] != value[:-2]
+    return Series(time[chosen], value[chosen])
+
+
+class EchoCollector(Sampled):
+    """What the sonar heard, of SonarArray: rows of time (s), number of the transducer, and range (m).
+
+    A driver repeats each reading until its transducer's next turn.
+    """
 
     def __init__(self) -> None:
-        self._readings = Sampled(3)
+        super().__init__(3)
         self._ranges: Sequence[float] = ()
 
     def add(self, time: float, message: Any) -> None:
         """Take in a message that came at a time (s)."""
         before, self._ranges = self._ranges, message.ranges
-        if before == self._ranges:
-            return
         for number, reading in enumerate(self._ranges):
-            if NOT_HEARD < reading < NO_ECHO and not (number < len(before) and before[number] == reading):
-                self._readings.add(time, number, reading)
-
-    @property
-    def echoes(self) -> Echoes:
-        """All echoes."""
-        return Echoes(*np.array(self._readings.rows).reshape(-1, 3).T)
+            if NOT_HEARD < reading < NO_ECHO and reading not in before[number:number + 1]:
+                self.keep(time, number, reading)
 
 
-class GripperCollector:
-    """What the paddles did, of GripperState."""
+def grip_of(message: Any) -> Tuple[int, bool]:
+    """Of a GripperState: GripState.state, and whether a paddle presses on something that is in a beam.
 
-    def __init__(self) -> None:
-        self._states = Thinned(0.5, 0.5)
-
-    def add(self, time: float, message: Any) -> None:
-        """Take in a message that came at a time (s)."""
-        grip = message.grip
-        pressed, seen = grip.left_contact or grip.right_contact, grip.inner_beam or grip.outer_beam
-        self._states.add(time, grip.state, pressed and seen)    # paddles that close on nothing press on each other
-
-    @property
-    def events(self) -> Tuple[GripperEvent, ...]:
-        """What the paddles did, in order of time."""
-        return gripper_events([(time, int(state), bool(feels)) for time, state, feels in self._states.columns().T])
+    Paddles that close on nothing press on each other.
+    """
+    grip = message.grip
+    return grip.state, (grip.left_contact or grip.right_contact) and (grip.inner_beam or grip.outer_beam)
 
 
-def gripper_events(states: Sequence[Tuple[float, int, bool]]) -> Tuple[GripperEvent, ...]:
+def gripper_events(states: Iterable[Sequence[float]]) -> Tuple[GripperEvent, ...]:
     """What the paddles did.
 
     Args:
-        states: (time in s, GripState.state, whether a paddle presses on something that is in a beam), in order of time.
+        states: time (s) and what `grip_of` gives, in order of time.
     """
     events: List[GripperEvent] = []
     held, closed = False, None
@@ -222,70 +194,83 @@ def gripper_events(states: Sequence[Tuple[float, int, bool]]) -> Tuple[GripperEv
 
 
 class CanCollector:
-    """Where each can was, of a simulated world's PoseArray: those of the first message."""
+    """Where each can was, of a simulated world's PoseArray: those of the first message.
 
-    def __init__(self) -> None:
-        self.last: Any = None
-        self._cans: List[Thinned] = []
+    Attributes:
+        last: the rows (time in s; x, y, height in m) of each can; None before the first message.
+    """
+
+    last: Optional[List[Thinned]] = None
 
     def add(self, time: float, message: Any) -> None:
         """Take in a message that came at a time (s)."""
         if self.last is None:
-            self._cans = [Thinned(*CHANGE_OF_CAN) for _ in message.poses[:TEXTS]]
-        self.last = message
-        for can, pose in zip(self._cans, message.poses):
-            can.add(time, pose.position.x, pose.position.y, pose.position.z)
-
-    @property
-    def paths(self) -> Tuple[CanPath, ...]:
-        """The path of each can."""
-        return tuple(CanPath(*can.columns()) for can in self._cans)
+            self.last = [Thinned(lambda place: (place.x, place.y, place.z), *CHANGE_OF_CAN)
+                         for _ in message.poses[:TEXTS]]
+        for can, pose in zip(self.last, message.poses):
+            can.add(time, pose.position)
 
 
 class LastCollector:
-    """The last message."""
+    """The last message.
 
-    last: Any = None
+    Args:
+        kept: gives what is kept of a message.
+
+    Attributes:
+        last: what is kept of the last message; None before the first.
+    """
+
+    def __init__(self, kept: Callable[[Any], Any]) -> None:
+        self._kept = kept
+        self.last: Any = None
 
     def add(self, time: float, message: Any) -> None:
         """Take in a message that came at a time (s)."""
-        self.last = message
+        self.last = self._kept(message)
 
 
-class MapCollector(LastCollector):
-    """The last OccupancyGrid, as a Map."""
+def map_of(message: Any) -> Map:
+    """An OccupancyGrid as a Map."""
+    info = message.info
+    corner = (info.origin.position.x, info.origin.position.y, heading_in(info.origin.orientation))
+    return Map(np.array(message.data, dtype=np.int8).reshape(info.height, info.width), info.resolution, corner)
 
-    def add(self, time: float, message: Any) -> None:
-        """Take in a message that came at a time (s)."""
-        info = message.info
-        corner = (info.origin.position.x, info.origin.position.y, heading_in(info.origin.orientation))
-        self.last = Map(np.array(message.data, dtype=np.int8).reshape(info.height, info.width), info.resolution, corner)
+
+def told_of(info: Any) -> Dict[str, Any]:
+    """What a RobotInfo tells of a robot, by the fields of a Run."""
+    outline = [(point.x, point.y) for point in info.footprint.points if is_plausible(point.x, point.y)]
+    looks = {number: (pose.x, pose.y, pose.theta) for number, pose in zip(info.sonar_numbers, info.sonar_poses)
+             if is_plausible(pose.x, pose.y, pose.theta)}
+    return dict(model=info.subtype, footprint=np.array(outline).reshape(-1, 2), transducers=looks)
 
 
 class SpanCollector:
-    """Spans of time in which words of a message are not empty: they last until the words change."""
+    """Spans of time in which words of a message are not empty: each lasts until the words change.
+
+    Args:
+        words: gives the words of a message.
+
+    Attributes:
+        spans: in order of time.
+    """
 
     def __init__(self, words: Callable[[Any], str]) -> None:
         self._words = words
-        self._spans: List[Span] = []
+        self.spans: List[Span] = []
         self._what = ""
 
     def add(self, time: float, message: Any) -> None:
         """Take in a message that came at a time (s)."""
         what = self._words(message)
         if self._what:
-            self._spans[-1] = self._spans[-1]._replace(end=time)
+            self.spans[-1] = self.spans[-1]._replace(end=time)
         if what and what != self._what:
-            self._spans.append(Span(time, time, what))
+            self.spans.append(Span(time, time, what))
         self._what = what
-        if len(self._spans) > 2 * TEXTS:    # the longest of them
-            self._spans = sorted(heapq.nlargest(TEXTS, self._spans, key=lambda span: span.end - span.begin))
+        if len(self.spans) > 2 * TEXTS:    # the longest ones stay
+            self.spans = sorted(heapq.nlargest(TEXTS, self.spans, key=lambda span: span.end - span.begin))
             self._what = ""
-
-    @property
-    def spans(self) -> Tuple[Span, ...]:
-        """The spans, in order of time."""
-        return tuple(self._spans)
 
 
 def stalled(message: Any) -> str:
@@ -302,28 +287,25 @@ def pressed(message: Any) -> str:
 
 
 class DecisionCollector:
-    """What a program decided: where its reason changes, and the first and the last of each wander."""
+    """What a program decided: where its reason changes, and the first and the last of each wander.
+
+    Attributes:
+        decisions: in order of time.
+    """
 
     def __init__(self) -> None:
-        self._kept: List[RecordedDecision] = []
-        self._last: Optional[RecordedDecision] = None
+        self.decisions: List[RecordedDecision] = []
+        self._repeats = False   # the last one repeats the one before
 
     def add(self, time: float, message: Any) -> None:
         """Take in a message that came at a time (s)."""
-        last = self._last
-        self._last = RecordedDecision(time, message.header.stamp.to_sec(), message.wander, message.reason)
-        if last is not None and last.wander != message.wander and self._kept[-1] is not last:
-            self._kept.append(last)
-        if last is None or (last.wander, last.reason) != (message.wander, message.reason):
-            self._kept.append(self._last)
-        if len(self._kept) > 10 * TEXTS:
-            self._kept = self._kept[::2]
-
-    @property
-    def decisions(self) -> Tuple[RecordedDecision, ...]:
-        """The decisions that are kept, in order of time."""
-        last = [self._last] if self._last is not None and self._kept[-1] is not self._last else []
-        return tuple(self._kept + last)
+        decision = RecordedDecision(time, message.wander, message.reason)
+        if self._repeats and self.decisions[-1].wander == decision.wander:
+            self.decisions.pop()    # it is not the last of its wander
+        self._repeats = bool(self.decisions) and self.decisions[-1]._replace(time=time) == decision
+        self.decisions.append(decision)
+        if len(self.decisions) > 10 * TEXTS:
+            self.decisions = self.decisions[::2]
 
 
 class ReportCollector:
@@ -359,17 +341,17 @@ class ReportCollector:
 
     def of(self, robot: str, robots: Sequence[str]) -> Tuple[Report, ...]:
         """Reports of a robot's nodes, and of nodes that belong to no robot."""
-        mine = [report for node, report in self._told if _owner(node, robots) in (robot, None)]
+        mine = [report for node, report in self._told if _owner(node, robots) in (robot, "")]
         if self._more:
             mine.append(Report(mine[-1].time if mine else 0.0, WARNING, "",
                                "and %s more warnings and errors" % self._more))
         return tuple(mine)
 
 
-def _owner(node: str, robots: Sequence[str]) -> Optional[str]:
-    """The innermost robot in whose namespace a node is; None: no robot. A robot without a name has no nodes."""
-    around = sorted((robot for robot in robots if robot and node.startswith(robot + "/")), key=len)
-    return around[-1] if around else None
+def _owner(node: str, robots: Sequence[str]) -> str:
+    """The innermost robot in whose namespace a node is; empty: no robot. A robot without a name has no nodes."""
+    around = (robot for robot in robots if robot and node.startswith(robot + "/"))
+    return max(around, key=len, default="")
 
 
 class SilenceCollector:
@@ -382,12 +364,11 @@ class SilenceCollector:
 
     def add(self, time: float, _: Any = None) -> None:
         """Take in the time (s) of a message."""
-        last, self._last = self._last, time
-        if last is None:
-            return
-        self._periods.add(time - last)
-        if time - last > SHORTEST_GAP:
-            self._keep(last, time)
+        if self._last is not None:
+            self._periods.keep(time - self._last)
+            if time - self._last > SHORTEST_GAP:
+                self._keep(self._last, time)
+        self._last = time
 
     def _keep(self, begin: float, end: float) -> None:
         keep = heapq.heappush if len(self._silences) < TEXTS else heapq.heappushpop

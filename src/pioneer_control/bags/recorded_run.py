@@ -5,7 +5,8 @@ paths and values those rows are kept that differ from the row kept before (1 cm,
 that are new.
 """
 
-from typing import Any, Dict, NamedTuple, Optional, Tuple
+from types import MappingProxyType
+from typing import Any, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -88,10 +89,9 @@ class Report(NamedTuple):
 
 
 class RecordedDecision(NamedTuple):
-    """What a wandering program decided at a time (s), on the sonar message of a stamp (s)."""
+    """What a wandering program decided at a time (s), and why."""
 
     time: float
-    stamp: float
     wander: int
     reason: str
 
@@ -134,16 +134,16 @@ class Run(NamedTuple):
 
     path: str  # of the bag, or of its first part
     robot: str  # namespace without slashes at its ends; empty for a robot at the root
-    model: str  # subtype, empty when no robot_info was recorded
-    world: str  # name of the simulated world, empty when none was recorded
-    footprint: np.ndarray  # (k, 2) outline in base_link, m; k = 0 when unknown
-    transducers: Dict[int, Pose]  # by sonar number, in base_link
     odometry: Track
     truth: Optional[Track]  # in the frame of the map
     sonar: Echoes
     gripper: Tuple[GripperEvent, ...]
     cans: Tuple[CanPath, ...]  # in the frame of the map
     map: Optional[Map]
+    model: str = ""  # subtype, empty when no robot_info was recorded
+    world: str = ""  # name of the simulated world, empty when none was recorded
+    footprint: np.ndarray = np.empty((0, 2))  # (k, 2) outline in base_link, m; k = 0 when unknown
+    transducers: Mapping[int, Pose] = MappingProxyType({})  # by sonar number, in base_link
     commanded: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # cmd_vel
     measured: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # the odometry's
     battery: Series = Series(_NOTHING, _NOTHING)  # V

@@ -5,18 +5,20 @@ and the last part of its type, so bags with ``p2os_driver/SonarArray`` or ``p2os
 Robots are told apart by their namespace.
 """
 
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from collections import defaultdict
+from typing import Any, Callable, Counter, DefaultDict, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from .collectors import (CanCollector, DecisionCollector, EchoCollector, GripperCollector, LastCollector, MapCollector,
-                         OdometryCollector, ReportCollector, SilenceCollector, SpanCollector, ValueCollector,
-                         VelocityCollector, is_plausible, pressed, stalled)
+from .collectors import (CHANGE_OF_SPEED, CanCollector, DecisionCollector, EchoCollector, LastCollector,
+                         OdometryCollector, ReportCollector, SilenceCollector, SpanCollector, Thinned, changes,
+                         grip_of, gripper_events, map_of, pressed, speed_of, stalled, told_of)
 from .reader import BagReader, BagConnection, decode, message_class, plural, read_bag
 from .records import BagError
-from .recorded_run import Run
+from .recorded_run import CanPath, Echoes, Run, Series, Velocities
 
 CHANGE_OF_VOLTAGE = 0.05  # V
+SWITCHED = 0.5  # of a value that is 0 or 1
 
 
 class Topic(NamedTuple):
@@ -37,101 +39,85 @@ TOPICS: Dict[str, Topic] = {
     "odom": Topic("Odometry", OdometryCollector, True),      # where there is no pose
     "ground_truth": Topic("Odometry", OdometryCollector, True),
     "sonar": Topic("SonarArray", EchoCollector, True),
-    "gripper_state": Topic("GripperState", GripperCollector, True),
-    "cmd_vel": Topic("Twist", VelocityCollector),
-    "battery_state": Topic("BatteryState", lambda: ValueCollector("voltage", CHANGE_OF_VOLTAGE), True),
+    "gripper_state": Topic("GripperState", lambda: Thinned(grip_of, SWITCHED, SWITCHED), True),
+    "cmd_vel": Topic("Twist", lambda: Thinned(speed_of, *CHANGE_OF_SPEED)),
+    "battery_state": Topic("BatteryState", lambda: Thinned(lambda message: [message.voltage], CHANGE_OF_VOLTAGE), True),
     # where there is no battery_state
-    "battery": Topic("BatteryState", lambda: ValueCollector("voltage", CHANGE_OF_VOLTAGE), True),
-    "motor_state": Topic("MotorState", lambda: ValueCollector("state", 0.5), True),
-    "e_stop": Topic("Bool", lambda: ValueCollector("data", 0.5)),
+    "battery": Topic("BatteryState", lambda: Thinned(lambda message: [message.voltage], CHANGE_OF_VOLTAGE), True),
+    "motor_state": Topic("MotorState", lambda: Thinned(lambda message: [message.state], SWITCHED), True),
+    "e_stop": Topic("Bool", lambda: Thinned(lambda message: [message.data], SWITCHED)),
     "stall": Topic("Stall", lambda: SpanCollector(stalled), True),
     "bumpers": Topic("Bumpers", lambda: SpanCollector(pressed), True),
     "decision": Topic("Decision", DecisionCollector),
-    "robot_info": Topic("RobotInfo", LastCollector),
+    "robot_info": Topic("RobotInfo", lambda: LastCollector(told_of)),
     "cans": Topic("PoseArray", CanCollector, shared=True),
-    "map": Topic("OccupancyGrid", MapCollector, shared=True),
-    "world": Topic("String", LastCollector, shared=True),
-    "recording": Topic("String", LastCollector, shared=True),
+    "map": Topic("OccupancyGrid", lambda: LastCollector(map_of), shared=True),
+    "world": Topic("String", lambda: LastCollector(lambda message: message.data), shared=True),
+    "recording": Topic("String", lambda: LastCollector(lambda message: message.data), shared=True),
 }
 ODOMETRY = ("pose", "odom")     # the first that is there
-KEPT = tuple(sorted({"/" + topic.type for topic in TOPICS.values()
-                     if topic.collector in (LastCollector, CanCollector)}))
-"""Types of messages that are kept whole."""
 
 Adder = Callable[[float, Any], Any]
 
 
-class CollectedRobot:
-    """What is kept of one robot."""
-
-    def __init__(self) -> None:
-        self._collectors = {name: topic.collector() for name, topic in TOPICS.items()}
-        self.silences: Dict[str, SilenceCollector] = {}    # by topic
-
-    def __getitem__(self, name: str) -> Any:
-        return self._collectors[name]
-
-    @property
-    def odometry(self) -> Optional[OdometryCollector]:
-        """That of the first topic that has one; None: there is none yet."""
-        return next((self[name] for name in ODOMETRY if self[name].track is not None), None)
-
-
 class RunCollector:
-    """Takes every message of a bag that is wanted: of one robot, or of all as long as none is chosen."""
+    """Takes every message of a bag that is wanted: of one robot, or of all as long as none is chosen.
+
+    Args:
+        robot: namespace of the robot; None: all.
+
+    Attributes:
+        robot: the same.
+        robots: collectors by namespace, and by names of `TOPICS`.
+        silences: of the periodic topics, by namespace and topic.
+        reports: of all robots.
+        undecoded: how many messages could not be read, by topic.
+    """
 
     def __init__(self, robot: Optional[str]) -> None:
         self.robot = robot
-        self.robots: Dict[str, CollectedRobot] = {}
+        self.robots: DefaultDict[str, Dict[str, Any]] = defaultdict(
+            lambda: {name: topic.collector() for name, topic in TOPICS.items()})
+        self.silences: DefaultDict[Tuple[str, str], SilenceCollector] = defaultdict(SilenceCollector)
         self.reports = ReportCollector()
-        self.undecoded: Dict[str, int] = {}     # by topic
-        self._of_all = {("diagnostics", "DiagnosticArray"): self.reports.add_diagnostics,
-                        ("rosout", "Log"): self.reports.add_log}
-        self._adders: Dict[Tuple[str, str], List[Adder]] = {}     # by topic and type
+        self.undecoded: Counter[str] = Counter()
         # By connection: what takes its messages, and one message that is filled again and again, in half the time of a
-        # new one; None for those that are kept.
+        # new one.
         self._known: Dict[int, Tuple[List[Adder], Any]] = {}
 
-    def wants(self, connection: BagConnection) -> bool:
-        """Whether a connection's messages are read."""
-        return bool(self._adders_of(connection))
-
-    def _adders_of(self, connection: BagConnection) -> List[Adder]:
-        """What takes its messages."""
+    def adders(self, connection: BagConnection) -> List[Adder]:
+        """What takes the messages of a connection; empty where they are not read."""
+        namespace, name = _place(connection)
         key = connection.topic.strip("/"), connection.type.split("/")[-1]
-        if key not in self._adders:
-            namespace, name = _split(connection.topic)
-            adders: List[Adder] = [self._of_all[key]] if key in self._of_all else []
-            if _fits(connection) and (self.robot in (None, namespace) or TOPICS[name].shared):
-                robot = self.robots.setdefault(namespace, CollectedRobot())
-                adders.append(robot[name].add)
-                if TOPICS[name].periodic:
-                    adders.append(robot.silences.setdefault(connection.topic, SilenceCollector()).add)
-            self._adders[key] = adders
-        return self._adders[key]
+        of_all = {("diagnostics", "DiagnosticArray"): self.reports.add_diagnostics,
+                  ("rosout", "Log"): self.reports.add_log}
+        adders: List[Adder] = [of_all[key]] if key in of_all else []
+        if name and (self.robot in (None, namespace) or TOPICS[name].shared):
+            adders.append(self.robots[namespace][name].add)
+            if TOPICS[name].periodic:
+                adders.append(self.silences[namespace, connection.topic].add)
+        return adders
 
     def add(self, connection: BagConnection, data: bytes, time: float) -> None:
-        """Take a message (s)."""
+        """Take a message that came at a time (s)."""
         try:
-            known = self._known.get(id(connection))
-            if known is None:   # the reader keeps the connection, so its id stays its own
-                filled = None if connection.type.endswith(KEPT) else message_class(connection)()
-                known = self._known[id(connection)] = self._adders_of(connection), filled
-            adders, filled = known
+            if id(connection) not in self._known:   # the reader keeps the connection, so its id stays its own
+                self._known[id(connection)] = self.adders(connection), message_class(connection)()
+            adders, filled = self._known[id(connection)]
             message = decode(connection, data, filled)
             for add in adders:
                 add(time, message)
-        except Exception:   # no message, numbers that are none, or a definition of the bag's own with other fields
-            self.undecoded[connection.topic] = self.undecoded.get(connection.topic, 0) + 1
+        except Exception:   # not such a message, numbers that cannot be, or a definition of the bag's own
+            self.undecoded[connection.topic] += 1
 
     def nearest(self, robot: str, name: str) -> Any:
-        """What was kept of a shared topic: the robot's own, else of the innermost namespace around it, else any."""
+        """The last of a shared topic: the robot's own, else of the innermost namespace around it, else any, or None."""
         def distance(place: str) -> Tuple[bool, int]:
             is_around = place == "" or (robot + "/").startswith(place + "/")
             return not is_around, -len(place)
 
-        found = [self.robots[place][name] for place in sorted(self.robots, key=distance)]
-        return next((collector for collector in found if collector.last is not None), self.robots[robot][name])
+        found = (self.robots[place][name].last for place in sorted(self.robots, key=distance))
+        return next((last for last in found if last is not None), None)
 
 
 def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None,
@@ -148,95 +134,78 @@ def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None,
     """
     paths = [paths] if isinstance(paths, str) else list(paths)
     collector = RunCollector(None if robot is None else robot.strip("/"))
-    reader = read_bag(paths, collector.wants, progress)
+    reader = read_bag(paths, lambda connection: bool(collector.adders(connection)), progress)
     if reader.indexed:  # it has said before it is read what is in it
-        _choose(paths, _robots(reader.connections), collector.robot, reader)
+        _choose(paths[0], collector.robot, reader)
     for _, connection, data, time in reader:
         collector.add(connection, data, time / 1e9)
-    robots = _robots(reader.connections)
-    name = _choose(paths, robots, collector.robot, reader)
-    try:
-        return _run(paths[0], name, robots, collector, reader)
-    except BagError:
-        raise
-    except (AttributeError, TypeError, ValueError) as error:    # only here the fields of messages kept whole are read
-        raise BagError("%s has messages under names of ours whose fields are others: %s" % (paths[0], error)) from None
+    return _run(paths[0], _choose(paths[0], collector.robot, reader), collector, reader)
 
 
-def _split(topic: str) -> Tuple[str, str]:
-    """A topic's namespace (no slashes at its ends) and last name."""
-    namespace, _, name = topic.strip("/").rpartition("/")
-    return namespace, name
+def _place(connection: BagConnection) -> Tuple[str, str]:
+    """The namespace of a topic (no slashes at its ends), and its name in `TOPICS`, empty where it is not of them."""
+    namespace, _, name = connection.topic.strip("/").rpartition("/")
+    is_ours = name in TOPICS and TOPICS[name].type == connection.type.split("/")[-1]
+    return namespace, name if is_ours else ""
 
 
-def _fits(connection: BagConnection) -> bool:
-    """Whether a topic is of a kind we read, by its last name and its type's last name."""
-    topic = TOPICS.get(_split(connection.topic)[1])
-    return topic is not None and topic.type == connection.type.split("/")[-1]
-
-
-def _robots(connections: Sequence[BagConnection]) -> List[str]:
+def _robots(reader: BagReader) -> List[str]:
     """Namespaces of the robots with odometry."""
-    return sorted({_split(entry.topic)[0] for entry in connections
-                   if _split(entry.topic)[1] in ODOMETRY and _fits(entry)})
+    return sorted({namespace for namespace, name in map(_place, reader.connections) if name in ODOMETRY})
 
 
-def _choose(paths: Sequence[str], robots: Sequence[str], wanted: Optional[str], reader: BagReader) -> str:
+def _choose(path: str, wanted: Optional[str], reader: BagReader) -> str:
     """The namespace to read, of those there are.
 
     Raises:
         BagError: there is none, not the wanted one, or none is wanted and there are several.
     """
+    robots = _robots(reader)
     names = ", ".join(name or "/" for name in robots)
     if not robots:
         topics = {"%s (%s)" % (entry.topic, entry.type) for entry in reader.connections}
         there = ", ".join(sorted(topics)) or "nothing: the bag is empty"
         raise BagError(("%s has no odometry of a robot (a topic `pose` or `odom`, nav_msgs/Odometry). It has: %s. %s"
-                        % (paths[0], there, reader.damage)).strip())
+                        % (path, there, reader.damage)).strip())
     if wanted is not None and wanted not in robots:
-        raise BagError("%s has no robot %r; it has: %s. Choose one with --robot" % (paths[0], wanted, names))
+        raise BagError("%s has no robot %r; it has: %s. Choose one with --robot" % (path, wanted, names))
     if wanted is None and len(robots) > 1:
-        raise BagError("%s has %s robots: %s. Choose one with --robot" % (paths[0], len(robots), names))
+        raise BagError("%s has %s robots: %s. Choose one with --robot" % (path, len(robots), names))
     return robots[0] if wanted is None else wanted
 
 
-def _run(path: str, name: str, robots: Sequence[str], collector: RunCollector, reader: BagReader) -> Run:
+def _run(path: str, name: str, collector: RunCollector, reader: BagReader) -> Run:
     """What was collected of a robot."""
     robot = collector.robots[name]
-    odometry, track = robot.odometry, robot.odometry.track if robot.odometry else None
-    if odometry is None or track is None or reader.end is None:
+    odometry = next((robot[topic] for topic in ODOMETRY if robot[topic].track is not None), None)
+    if odometry is None or reader.end is None:
         raise BagError(("%s has no message of the odometry of %s. %s" % (path, name or "/", reader.damage)).strip())
-    info = robot["robot_info"].last
-    world, recording = (collector.nearest(name, topic).last for topic in ("world", "recording"))
-    gaps = [gap for topic, silence in sorted(robot.silences.items()) for gap in silence.gaps(topic, reader.end / 1e9)]
+    gaps = [gap for (namespace, topic), silence in sorted(collector.silences.items()) if namespace == name
+            for gap in silence.gaps(topic, reader.end / 1e9)]
     undecoded = ["%s on %s could not be understood." % (plural(count, "message"), topic)
                  for topic, count in sorted(collector.undecoded.items())]
-    battery = robot["battery_state"].series
-    outline = [(p.x, p.y) for p in info.footprint.points if is_plausible(p.x, p.y)] if info else []
+    battery = Series(*robot["battery_state"].columns())
     return Run(
         path=path,
         robot=name,
-        model=info.subtype if info else "",
-        world=world.data if world else "",
-        footprint=np.array(outline).reshape(-1, 2),
-        transducers={number: (pose.x, pose.y, pose.theta) for number, pose in zip(info.sonar_numbers, info.sonar_poses)
-                     if is_plausible(pose.x, pose.y, pose.theta)} if info else {},
-        odometry=track,
+        **robot["robot_info"].last or {},
+        world=collector.nearest(name, "world") or "",
+        odometry=odometry.track,
         truth=robot["ground_truth"].track,
-        sonar=robot["sonar"].echoes,
-        gripper=robot["gripper_state"].events,
-        cans=collector.nearest(name, "cans").paths,
-        map=collector.nearest(name, "map").last,
-        commanded=robot["cmd_vel"].velocities,
+        sonar=Echoes(*np.array(robot["sonar"].rows).reshape(-1, 3).T),
+        gripper=gripper_events(robot["gripper_state"].columns().T.tolist()),
+        cans=tuple(CanPath(*can.columns()) for can in collector.nearest(name, "cans") or ()),
+        map=collector.nearest(name, "map"),
+        commanded=Velocities(*robot["cmd_vel"].columns()),
         measured=odometry.velocities,
-        battery=battery if len(battery.time) else robot["battery"].series,
-        motors=robot["motor_state"].changes,
-        e_stop=robot["e_stop"].changes,
-        stalls=robot["stall"].spans,
-        bumps=robot["bumpers"].spans,
-        faults=collector.reports.of(name, robots),
+        battery=battery if len(battery.time) else Series(*robot["battery"].columns()),
+        motors=changes(*robot["motor_state"].columns()),
+        e_stop=changes(*robot["e_stop"].columns()),
+        stalls=tuple(robot["stall"].spans),
+        bumps=tuple(robot["bumpers"].spans),
+        faults=collector.reports.of(name, _robots(reader)),
         gaps=tuple(sorted(gaps, key=lambda gap: gap.begin)),
-        decisions=robot["decision"].decisions,
-        notes=recording.data if recording else "",
+        decisions=tuple(robot["decision"].decisions),
+        notes=collector.nearest(name, "recording") or "",
         damage=" ".join([reader.damage] * bool(reader.damage) + undecoded),
     )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import BatteryState
-from std_msgs.msg import Bool, Header, String
+from std_msgs.msg import Bool, Float64, Header, String
 
 import bag_factory as make
 from pioneer_control.bags import collectors
@@ -71,7 +71,7 @@ class TestEverything:
     def test_decisions_where_the_reason_changes(self, eventful):
         assert [(since([entry.time])[0], entry.reason[:7])
                 for entry in eventful.decisions] == [(0.0, "forward"), (5.0, "turning"), (20.0, "turning")]
-        assert eventful.decisions[1].stamp == pytest.approx(1005.0) and eventful.decisions[1].wander == 1
+        assert eventful.decisions[1].wander == 1
 
     def test_notes_and_damage(self, eventful):
         assert eventful.notes == "robots: [pioneer]" and eventful.damage == ""
@@ -260,18 +260,14 @@ class TestOtherFields:
         "header", "state", "data", "linear", "angular", "ranges", "voltage", "grip", "footprint", "poses", "info",
         "wander", "reason", "subtype", "front"))])
     @pytest.mark.parametrize("topic", sorted(set(TOPICS) - {"pose"}))
-    def test_the_rest_is_read_or_it_is_one_clear_error(self, tmp_path, topic, definition):
+    def test_the_rest_is_read(self, tmp_path, topic, definition):
         strange = other(TOPICS[topic].type, definition=definition)
         messages = [("/x/%s" % topic, strange, 1000.5 + 0.1 * n) for n in range(3)]
         path = make.write_bag(tmp_path / "run.bag", [*make.driven(seconds=1), *messages])
-        try:
-            run = read_run(path, "pioneer")
-        except BagError as error:
-            assert "whose fields are others" in str(error)
-        else:
-            assert len(run.odometry.x)
+        assert len(read_run(path, "pioneer").odometry.x)
 
-    @pytest.mark.parametrize("name", ["cmd_vel", "sonar", "battery_state", "decision", "stall"])
+    @pytest.mark.parametrize("name", ["cmd_vel", "sonar", "battery_state", "decision", "stall", "robot_info", "map",
+                                      "cans", "world"])
     def test_of_the_robot_itself(self, run_of, name):
         strange = other(TOPICS[name].type)
         others = [message for message in make.driven(seconds=1) if not message[0].endswith(name)]
@@ -309,17 +305,17 @@ class TestBounded:
         monkeypatch.setattr(collectors, "TEXTS", 10)
 
     def test_rows(self):
-        rows = Thinned(0.1)
+        rows = Thinned(lambda message: [message.data], 0.1)
         for step in range(10_000):
-            rows.add(float(step), step * 0.2)
+            rows.add(float(step), Float64(step * 0.2))
         time, value = rows.columns()
         assert len(time) <= 102 and (time[0], time[-1]) == (0.0, 9999.0) and value == pytest.approx(0.2 * time)
 
     def test_in_between_rows_are_within_the_tolerance(self):
-        rows, times = Thinned(0.1), np.arange(0.0, 10.0, 0.01)
+        rows, times = Thinned(lambda message: [message.data], 0.1), np.arange(0.0, 10.0, 0.01)
         values = np.where(times < 5, 0.0, 1.0) + 0.05 * np.sin(20 * times)
         for time, value in zip(times, values):
-            rows.add(time, value)
+            rows.add(time, Float64(value))
         kept = rows.columns()
         assert len(kept[0]) < 10 and abs(np.interp(times, *kept) - values).max() < 0.2
 
@@ -327,14 +323,15 @@ class TestBounded:
         echoes = EchoCollector()
         for step in range(10_000):
             echoes.add(float(step), make.sonar([1.0 + step % 7 * 0.1, 2.0]))
-        assert 40 < len(echoes.echoes.time) <= 102 and echoes.echoes.time[-1] > 9000
+        times = echoes.rows[::3]
+        assert 40 < len(times) <= 102 and times[-1] > 9000
 
     def test_spans_keep_the_longest(self):
         spans = SpanCollector(lambda message: "left wheel" if message.left else "")
         for step in range(1000):
             spans.add(float(step), make.stall(step % 4 == 0 or 500 < step < 520, False))
         assert len(spans.spans) <= 20 and max(spans.spans, key=lambda span: span.end - span.begin)[:2] == (500.0, 521.0)
-        assert list(spans.spans) == sorted(spans.spans)
+        assert spans.spans == sorted(spans.spans)
 
     def test_decisions(self):
         decisions = DecisionCollector()
@@ -355,4 +352,4 @@ def test_a_span_lasts_until_its_words_change():
     spans = SpanCollector(lambda message: str(message.data or ""))
     for time, value in enumerate([False, True, True, False, True]):
         spans.add(float(time), Bool(value))
-    assert spans.spans == (Span(1.0, 3.0, "True"), Span(4.0, 4.0, "True"))
+    assert spans.spans == [Span(1.0, 3.0, "True"), Span(4.0, 4.0, "True")]

@@ -64,7 +64,7 @@ def full(odometry, times=5):
         + tuple(Report(time, 1, "/pioneer/simulator", "simulated 1.0 s: fault begins: loss 0.4") for time in moments),
         gaps=tuple(Span(time, time + 1.0, "/pioneer/" + name) for time in moments
                    for name in ("pose", "sonar", "battery", "stall", "cans")),
-        decisions=tuple(RecordedDecision(time, 0.0, 1, REASONS[n % len(REASONS)]) for n, time in enumerate(moments)),
+        decisions=tuple(RecordedDecision(time, 1, REASONS[n % len(REASONS)]) for n, time in enumerate(moments)),
         damage="it was not closed and ends within a message after 56.8 s: its recorder was killed, or the disk was "
         "full. " * 2,
     )  # fmt: skip

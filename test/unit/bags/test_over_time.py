@@ -59,7 +59,7 @@ def test_a_decision_holds_until_the_next_of_its_wander():
         (15, "driving: 3"),
         (17, "driving: 3"),
     ]
-    decisions = tuple(RecordedDecision(make.BEGIN + time, 0, 1 + (time > 9), reason) for time, reason in reasons)
+    decisions = tuple(RecordedDecision(make.BEGIN + time, 1 + (time > 9), reason) for time, reason in reasons)
     found = rows(make.run(decisions=decisions))
     assert found["decided: driving"].spans == ((1.0, 5.0), (8.0, 9.0), (15.0, 17.0))
     assert found["decided: turning"].spans == ((5.0, 8.0),)
