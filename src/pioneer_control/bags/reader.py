@@ -6,11 +6,13 @@ another one it reads all that is there. Where bytes are damaged it goes on behin
 missing. The format is in `records`.
 """
 
-import bisect
+import contextlib
 import functools
+import heapq
+import itertools
 import os
 import re
-from typing import (Any, Callable, Collection, Dict, FrozenSet, Iterator, List, NamedTuple, Optional, Sequence, Set,
+from typing import (Any, Callable, Collection, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set,
                     Tuple, Union)
 
 from .records import (BETWEEN_CHUNKS, BLOCK, CHUNK, CHUNK_INFO, CONNECTION, FIELDS, FILE_HEADER, INDEX, MAGIC, MESSAGE,
@@ -25,7 +27,8 @@ HELD = 1 << 25
 OVERHEAD = 200
 """Bytes that Python takes for each of them on top."""
 TAIL = 1 << 24
-"""Bytes at the end in which the index of a bag is, where it is not known; of 100 GB it has about as many."""
+"""Bytes at the end of a file in which its index is looked for, where its place is not known. A bag of 100 GB has an
+index about as long."""
 LONGEST_ARRAY = 1 << 20
 """Values of an array of fixed length that a definition may have: each message has room for all of them."""
 NEVER = 1 << 63
@@ -34,6 +37,8 @@ PLACES = 3
 """Damaged places that are told one by one."""
 
 Progress = Callable[[int, int], Any]
+Latched = Dict[Tuple[str, str], bytes]
+"""The first latched message by topic and publisher."""
 
 
 class BagConnection(NamedTuple):
@@ -65,12 +70,12 @@ class Message(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """Bytes of a file that are no records."""
+    """Bytes of a file that hold no records."""
 
     begin: int
     end: int
-    after: Optional[float]
-    """s from the first message to the last before it; None before the first"""
+    when: str
+    """how far the run had come there, in words"""
 
 
 class _Chunk(NamedTuple):
@@ -79,84 +84,54 @@ class _Chunk(NamedTuple):
     start: int
     """ns: its first message"""
     end: int
-    earliest: int
-    """ns: the first message in it and in all later ones"""
+    """ns: its last message"""
     messages: int
-    """in it"""
-    foreign: FrozenSet[int]
-    """the connections in it, where none of them is wanted; else empty"""
-
-
-Latched = Dict[Tuple[str, str], bytes]
-"""The first latched message by topic and publisher."""
-
-
-class _Waiting(NamedTuple):
-    """A message that is not given yet; sorted as they are given."""
-
-    time: int
-    """ns"""
-    in_head: bool
-    """whether it is in the head of a part"""
-    place: int
-    """in the file"""
-    connection: BagConnection
-    data: bytes
-
-    @property
-    def size(self) -> int:
-        """Bytes that it takes."""
-        return len(self.data) + OVERHEAD
+    """how many are in it"""
+    foreign: bool
+    """whether nothing in it is wanted"""
+    earliest: int
+    """ns: the first message in it and in all later chunks"""
 
 
 class _Queue:
     """Messages that wait until no earlier one can come."""
 
     def __init__(self) -> None:
-        self._waiting: List[_Waiting] = []
-        self._size = self._count = 0
+        # a heap, by time; of one time those in the head of a part come last, and the others as they came
+        self._waiting: List[Tuple[int, bool, int, Message]] = []
+        self._size, self._numbers = 0, itertools.count()
 
-    def add(self, time: int, in_head: bool, connection: BagConnection, data: bytes) -> None:
-        self._count += 1
-        entry = _Waiting(time, in_head, self._count, connection, data)
-        self._waiting.append(entry)
-        self._size += entry.size
+    def add(self, message: Message, in_head: bool) -> None:
+        heapq.heappush(self._waiting, (message.time, in_head, next(self._numbers), message))
+        self._size += len(message.data) + OVERHEAD
 
-    def overflow(self) -> List[_Waiting]:
-        """The earlier half where they are more than `HELD`; else none."""
-        return self._take(lambda: len(self._waiting) // 2) if self._size > HELD else []
-
-    def before(self, time: int) -> List[_Waiting]:
-        """Those that are earlier."""
-        return self._take(lambda: bisect.bisect_left(self._waiting, (time,)))
-
-    def rest(self) -> List[_Waiting]:
-        return self._take(lambda: len(self._waiting))
-
-    def _take(self, number: Callable[[], int]) -> List[_Waiting]:
-        """Take so many out of those that wait, which are sorted before they are counted."""
-        self._waiting.sort()
-        count = number()
-        taken, self._waiting = self._waiting[:count], self._waiting[count:]
-        self._size -= sum(entry.size for entry in taken)
-        return taken
+    def take(self, before: int) -> Iterator[Tuple[bool, Message]]:
+        """Messages before a time (ns), and as many more as are too much to keep; each with whether it is in the head.
+        """
+        while self._waiting and (self._waiting[0][0] < before or self._size > HELD):
+            _, in_head, _, message = heapq.heappop(self._waiting)
+            self._size -= len(message.data) + OVERHEAD
+            yield in_head, message
 
 
 class _Head:
     """The first messages of a part, as long as they can be those that ``rosbag record --repeat-latched`` repeats there.
 
     rosbag begins a part with the first message (not the newest) of each publisher that latches, all with the time of
-    that moment. Then comes the message for which it began the part; that one waited, so its time is earlier. In the
-    repeated ones' connections rosbag 1.15 leaves out who published and that it latches; 1.17 keeps both. (Seen with
-    1.15.15 and 1.17.0.)
+    that moment. Then comes the message for which it began the part. That one waited, so its time is earlier. In the
+    connections of the repeated messages rosbag 1.15 leaves out who published, and that it latches; 1.17 keeps both.
+    (Seen with 1.15.15 and 1.17.0.)
+
+    Args:
+        is_part: whether the file is one of several parts; a bag alone has no head.
 
     Attributes:
-        open: whether the next message may still be one of them.
-        repeats: whether what came after them, if anything did, fits to that.
+        open: whether the next message may still belong to the head.
+        repeats: whether the first message behind the head, if there is one, is as early as rosbag's would be.
     """
 
-    def __init__(self) -> None:
-        self.open, self.repeats = True, True
+    def __init__(self, is_part: bool) -> None:
+        self.open, self.repeats = is_part, True
         self._first: Optional[Tuple[int, bool]] = None      # message: its time, and whether its publisher is named
         self._publishers: Set[Tuple[str, str]] = set()
 
@@ -164,7 +139,7 @@ class _Head:
         """Whether a message is in the head. Called with all messages of the part, in their order in the file.
 
         Args:
-            time: ns.
+            time: of the message, ns.
             connection: of the message.
         """
         if not self.open:
@@ -179,16 +154,30 @@ class _Head:
 
 
 class _File:
-    """One file of a recording."""
+    """One file of a recording.
 
-    def __init__(self, path: str, is_wanted: Callable[[BagConnection], bool]) -> None:
+    Args:
+        path: of the file.
+        is_wanted: whether the messages of a connection are to be read.
+        is_part: whether it is one of several parts.
+
+    Attributes:
+        begin: ns, the earliest message so far; `NEVER` before the first.
+        end: ns, the latest message so far; -1 before the first.
+        compression: of the first chunk; empty without one.
+        indexed: whether the file has an index that is whole.
+
+    Raises:
+        BagError: it cannot be read, or is not a bag.
+    """
+
+    def __init__(self, path: str, is_wanted: Callable[[BagConnection], Any], is_part: bool) -> None:
         self.path = path
         self.connections: Dict[int, BagConnection] = {}
-        self.compression = ""
-        self._begin, self._end = NEVER, -1          # ns, of the messages so far
-        self.indexed = False        # with an index that is whole
+        self.compression, self.indexed = "", False
+        self.begin, self.end = NEVER, -1
         self._is_wanted = is_wanted
-        self._wanted: Dict[int, bool] = {}
+        self._unwanted: Set[int] = set()        # connections
         self._chunks: Dict[int, _Chunk] = {}    # by position
         self._first = len(MAGIC)                # record
         self._index = 0                         # where it begins; 0 where the recorder did not close the bag
@@ -197,15 +186,10 @@ class _File:
         self._missing = 0           # messages that are listed behind their chunk, but were not in it
         self._nameless = 0          # messages of connections that are not described
         self._ambiguous: Set[str] = set()       # topics that are described in two ways
-        self._head: Optional[_Head] = None      # while a part is read
-        try:
-            with open(path, "rb", buffering=0) as file:
-                self.size = os.fstat(file.fileno()).st_size
-                self._look(_source_of(file, self.size))
-        except FileNotFoundError:
-            raise BagError("%s: no such file" % path) from None
-        except OSError as error:
-            raise BagError("%s cannot be read: %s" % (path, error.strerror or error)) from None
+        self._head = _Head(is_part)
+        with _opened(path) as source:
+            self.size = source.size
+            self._look(source)
 
     def _look(self, source: Source) -> None:
         """Whether it is a bag, and what its index says."""
@@ -226,89 +210,77 @@ class _File:
         if chunk is not None:
             self.compression = chunk.fields[b"compression"].decode()
             self._searched = BETWEEN_CHUNKS if chunk.compressed else FIELDS
-        self._look_for_index(source, record_at(source, self._first))
+        head = record_at(source, self._first)
+        if head is not None and head.op == FILE_HEADER:
+            if head.fields.get(b"encryptor", b"") not in (b"", b"rosbag/NoEncryptor"):
+                raise BagError("%s is encrypted. To make a bag of it that can be read: rosbag decrypt" % self.path)
+            self._index, = U64.unpack(head.fields[b"index_pos"])
+            if 0 < self._index <= self.size:
+                counts = (U32.unpack(head.fields[name])[0] for name in (b"conn_count", b"chunk_count"))
+                self._read_index(source, *counts)
         if not self.indexed:
             self._read_tail(source)
 
-    def _look_for_index(self, source: Source, head: Optional[BagRecord]) -> None:
-        """Read the index, where the first record says that there is one."""
-        if head is None or head.op != FILE_HEADER:
-            return
-        if head.fields.get(b"encryptor", b"") not in (b"", b"rosbag/NoEncryptor"):
-            raise BagError("%s is encrypted. To make a bag of it that can be read: rosbag decrypt" % self.path)
-        self._index, = U64.unpack(head.fields[b"index_pos"])
-        if 0 < self._index <= self.size:
-            self._read_index(source, *(U32.unpack(head.fields[name])[0] for name in (b"conn_count", b"chunk_count")))
-
     def _read_index(self, source: Source, connection_count: int, chunk_count: int) -> None:
-        """Learn of all connections and chunks, unless something there is damaged or missing."""
-        connections: Dict[int, Optional[BagConnection]] = {}
+        """Learn of all connections, and of all chunks unless something in the index is damaged or missing."""
+        described: Set[int] = set()
         chunks: Dict[int, _Chunk] = {}
         bad: List[int] = []
-        # most chunks have the same connections: one set for all of them
-        same: Dict[FrozenSet[int], FrozenSet[int]] = {}
-        for record in records(source, self._index, lambda chunk: True, lambda begin, end: bad.append(begin)):
-            if record.op == CONNECTION:
-                connections[record.connection] = _connection(record, source.data(record))
+        for record in records(source, self._index, damaged=lambda begin, end: bad.append(begin)):
+            if record.op == CONNECTION and self._know(record, source.data(record)):
+                described.add(record.connection)
             elif record.op == CHUNK_INFO:
-                # by connection
-                counts: Dict[int, int] = {number: count for number, count in TIME.iter_unpack(source.data(record))}
-                inside = same.setdefault(frozenset(counts), frozenset(counts))
+                counts: List[Tuple[int, ...]] = list(TIME.iter_unpack(source.data(record)))     # connection, messages
                 position, = U64.unpack(record.fields[b"chunk_pos"])
                 start, end = nanoseconds(record.fields[b"start_time"]), nanoseconds(record.fields[b"end_time"])
-                chunks[position] = _Chunk(start, end, start, sum(counts.values()), inside)
+                foreign = bool(counts) and all(number in self._unwanted for number, _ in counts)
+                chunks[position] = _Chunk(start, end, sum(count for _, count in counts), foreign, start)
             else:
                 return
-        if bad or None in connections.values() or (len(connections), len(chunks)) != (connection_count, chunk_count):
-            return
-        self.indexed = True
-        for number, connection in connections.items():
-            self._know(number, connection)
-        earliest = NEVER
-        for position in sorted(chunks, reverse=True):
-            chunk = chunks[position]
-            earliest = min(chunk.start, earliest)
-            wanted = any(self._wanted.get(number, True) for number in chunk.foreign)
-            self._chunks[position] = chunk._replace(earliest=earliest, foreign=frozenset() if wanted else chunk.foreign)
+        if not bad and (len(described), len(chunks)) == (connection_count, chunk_count):
+            self.indexed = True
+            backwards = sorted(chunks, reverse=True)
+            earliest: Iterable[int] = itertools.accumulate((chunks[position].start for position in backwards), min)
+            self._chunks = {position: chunks[position]._replace(earliest=first)
+                            for position, first in zip(backwards, earliest)}
 
     def _read_tail(self, source: Source) -> None:
         """Learn of the connections at the end of the file, where there is no whole index."""
         position = next_record(source, max(self._first, self.size - TAIL), (CONNECTION,))
-        for record in records(source, position, lambda chunk: True, lambda begin, end: None, (CONNECTION, CHUNK_INFO)):
+        for record in records(source, position, searched=(CONNECTION, CHUNK_INFO)):
             if record.op == CONNECTION:
-                self._know(record.connection, _connection(record, source.data(record)))
+                self._know(record, source.data(record))
 
-    def _know(self, number: int, connection: Optional[BagConnection]) -> None:
-        if connection is None:
-            return
-        if self.connections.setdefault(number, connection) != connection:
-            self._ambiguous.add(self.connections[number].topic)
-        elif number not in self._wanted:
-            self._wanted[number] = bool(self._is_wanted(connection))
+    def _know(self, record: BagRecord, data: bytes) -> bool:
+        """Learn of a connection, by its record and the data of that; returns whether they describe one."""
+        fields = {name.decode("utf-8", "replace"): value.decode("utf-8", "replace")
+                  for name, value in fields_of(data).items()}
+        if not {"type", "md5sum", "message_definition"} <= set(fields):
+            return False
+        found = BagConnection(
+            record.fields[b"topic"].decode("utf-8", "replace"), fields["type"], fields["md5sum"],
+            fields["message_definition"], fields.get("latching") == "1", fields.get("callerid", ""), fields)
+        known = self.connections.setdefault(record.connection, found)
+        if known != found:
+            self._ambiguous.add(known.topic)
+        elif not self._is_wanted(found):
+            self._unwanted.add(record.connection)
+        return True
 
-    @property
-    def begin(self) -> Optional[int]:
-        """ns: the earliest message so far; None before the first."""
-        return None if self._end < 0 else self._begin
+    def _moment(self) -> str:
+        """How far the run has come, in words."""
+        return "before its first message" if self.end < 0 else "after %.1f s" % ((self.end - self.begin) / 1e9)
 
-    @property
-    def end(self) -> Optional[int]:
-        """ns: the latest message so far; None before the first."""
-        return None if self._end < 0 else self._end
-
-    @property
-    def _seconds(self) -> Optional[float]:
-        """From the earliest message so far to the latest; None before the first."""
-        return None if self._end < 0 else (self._end - self._begin) / 1e9
-
-    def _saw(self, time: int) -> None:
-        self._begin, self._end = min(self._begin, time), max(self._end, time)
+    def _saw(self, first: int, last: int) -> None:
+        """Take note of messages from one time to another (ns)."""
+        self.begin, self.end = min(self.begin, first), max(self.end, last)
 
     def _damaged(self, begin: int, end: int) -> None:
+        """Take note of bytes that hold no records."""
         if self._places and begin <= self._places[-1].end:
             self._places[-1] = self._places[-1]._replace(end=max(end, self._places[-1].end))
         else:
-            self._places.append(_Place(begin, end, self._seconds))
+            self._places.append(_Place(begin, end, self._moment()))
 
     def _passes_over(self, source: Source, chunk: BagRecord) -> bool:
         """Whether nothing in a chunk is wanted.
@@ -317,41 +289,41 @@ class _File:
         of a part may go on, all chunks are read.
         """
         known = self._chunks.get(chunk.position)
-        if known is None or not known.foreign or self._head is not None and self._head.open:
+        if known is None or not known.foreign or self._head.open:
             return False
-        return known.foreign == _listed(source, chunk.end)
+        lists = itertools.takewhile(lambda record: record.op == INDEX, records(source, chunk.end))
+        listed = {record.connection for record in lists}
+        return bool(listed) and listed <= self._unwanted
 
-    def messages(self, progress: Callable[[int], Any], latched: Optional[Latched] = None) -> Iterator[Message]:
+    def messages(self, progress: Callable[[int], Any], latched: Latched) -> Iterator[Message]:
         """The wanted messages in order of time, as far as `LATE` and `HELD` allow.
 
         Args:
             progress: called now and then with the bytes read.
-            latched: of a part of a recording, what was latched in the parts before. What the recorder only repeats of
-                it is left out, and what is new is added to it. None: this is no part.
+            latched: what was latched in the parts before. What the recorder only repeats of it is left out, and what
+                is new is added to it.
         """
         queue = _Queue()
-        self._head = None if latched is None else _Head()
-        met = listed = 0
+        met = listed = earliest = 0
         known: Optional[_Chunk] = None
         passed = False
-        with open(self.path, "rb", buffering=0) as file:
-            for source, record in self._contents(_source_of(file, self.size)):
+        with _opened(self.path) as file:
+            for source, record in self._contents(file):
                 if record.op == MESSAGE:
                     met += 1
-                    # else a byte of it is wrong
-                    if known is None or known.start <= record.time <= known.end or self._end < 0:
-                        self._saw(record.time)
-                    wanted = self._wanted.get(record.connection)
-                    if wanted is None:
+                    # a time that is not in its chunk has a wrong byte
+                    if known is None or known.start <= record.time <= known.end or self.end < 0:
+                        self._saw(record.time, record.time)
+                    connection = self.connections.get(record.connection)
+                    if connection is None:
                         self._nameless += 1
                         continue
-                    connection = self.connections[record.connection]
-                    in_head = self._head is not None and self._head.takes(record.time, connection)
-                    if wanted:
-                        queue.add(record.time, in_head, connection, source.data(record))
-                        yield from self._news(queue.overflow(), latched)
+                    in_head = self._head.takes(record.time, connection)
+                    if record.connection not in self._unwanted:
+                        data = source.data(record)
+                        queue.add(Message(connection.topic, connection, data, record.time), in_head)
                 elif record.op == CONNECTION:
-                    self._know(record.connection, _connection(record, source.data(record)))
+                    self._know(record, source.data(record))
                 elif record.op == INDEX:
                     listed += record.entries
                 elif record.op == CHUNK:
@@ -360,38 +332,32 @@ class _File:
                     progress(record.position)
                     known, passed = self._chunks.get(record.position), self._passes_over(source, record)
                     if known is not None and passed:
-                        self._saw(known.start)
-                        self._saw(known.end)
-                    earliest = max(self._end, 0) - LATE if known is None else known.earliest
-                    yield from self._news(queue.before(earliest), latched)
-            yield from self._news(queue.rest(), latched)
+                        self._saw(known.start, known.end)
+                    earliest = max(self.end, 0) - LATE if known is None else known.earliest
+                yield from self._news(queue.take(earliest), latched)
+            yield from self._news(queue.take(NEVER), latched)
         self._missing += _missing(known, passed, listed, met)
         progress(self.size)
 
-    def _news(self, ready: List[_Waiting], latched: Optional[Latched]) -> Iterator[Message]:
+    def _news(self, ready: Iterable[Tuple[bool, Message]], latched: Latched) -> Iterator[Message]:
         """Messages without those that are only repeated."""
-        for time, in_head, _, connection, data in ready:
-            if in_head and self._head is not None and self._head.repeats and _is_known(connection, data, latched or {}):
-                continue
-            if latched is not None and connection.latching:
-                latched.setdefault((connection.topic, connection.caller), data)
-            yield Message(connection.topic, connection, data, time)
+        for in_head, message in ready:
+            _, connection, data, _ = message
+            if not (in_head and self._head.repeats and _is_known(connection, data, latched)):
+                if connection.latching:
+                    latched.setdefault((connection.topic, connection.caller), data)
+                yield message
 
     def _contents(self, source: Source) -> Iterator[Tuple[Source, BagRecord]]:
         """All records and where their data are, those in chunks too, but for chunks in which nothing is wanted."""
-
-        def passes_over(chunk: BagRecord) -> bool:
-            return self._passes_over(source, chunk)
-
-        for record in records(source, self._first, passes_over, self._damaged, self._searched):
+        for record in records(source, self._first, self._passes_over, self._damaged, self._searched):
             yield source, record
-            if record.compressed and not passes_over(record):
-                data = decompressed(source, record)
+            if record.compressed and not self._passes_over(source, record):
                 bad: List[int] = []
-                inner = source_of_bytes(data)
-                for entry in records(inner, 0, passes_over, lambda begin, end: bad.append(begin)):
+                inner = source_of_bytes(decompressed(source, record))
+                for entry in records(inner, 0, damaged=lambda begin, end: bad.append(begin)):
                     yield inner, entry
-                if bad or len(data) != U32.unpack(record.fields[b"size"])[0]:
+                if bad or inner.size != U32.unpack(record.fields[b"size"])[0]:
                     self._damaged(record.begin, record.end)
 
     def damage(self) -> str:
@@ -401,9 +367,8 @@ class _File:
         cut = bool(places) and places[-1].end == self.size
         inner = places[:-1] if cut else places
         sentences = [
-            "it is damaged at %s of the file%s: %s bytes there are no messages"
-            % (_percent(place.begin / self.size), _after(place.after), place.end - place.begin)
-            for place in inner[:PLACES]]
+            "it is damaged at %s of the file, %s: %s bytes there are no messages"
+            % (_percent(place.begin / self.size), place.when, place.end - place.begin) for place in inner[:PLACES]]
         if len(inner) > PLACES:
             sentences.append("so it is at %s" % plural(len(inner) - PLACES, "more place"))
         if self._missing:
@@ -419,37 +384,37 @@ class _File:
 
     def _ending(self, cut: bool) -> str:
         """How a bag ends whose index is not whole."""
-        seconds = "before its first message" if self._seconds is None else "after %.1f s" % self._seconds
         if self._index > self.size:
             return ("it is cut off %s, at %s of its length: the rest is missing"
-                    % (seconds, _percent(self.size / self._index)))
+                    % (self._moment(), _percent(self.size / self._index)))
         if self._index:
             return ("its index is damaged or cut off: all messages before it are there, but rosbag wants it mended "
                     "(rosbag reindex)")
-        if cut:
-            return ("it was not closed and ends within a message %s: its recorder was killed, or the disk was full"
-                    % seconds)
-        return "it was not closed and ends %s: its recorder was killed, or still records" % seconds
+        return ("it was not closed and ends within a message %s: its recorder was killed, or the disk was full" if cut
+                else "it was not closed and ends %s: its recorder was killed, or still records") % self._moment()
 
 
-def _source_of(file: Any, size: int) -> Source:
+@contextlib.contextmanager
+def _opened(path: str) -> Iterator[Source]:
+    """A file whose bytes can be read. What the disk has lost of it is zeros: what lies behind is to be read.
+
+    Raises:
+        BagError: it cannot be read.
+    """
     def read_at(position: int, length: int) -> bytes:
         try:
             return os.pread(file.fileno(), length, position)
-        except OSError:     # a disk that has lost some bytes, and what lies behind them is to be read
+        except OSError:
             return bytes(min(length, size - position))
 
-    return Source(read_at, size)
-
-
-def _listed(source: Source, position: int) -> Set[int]:
-    """The connections in the lists of messages that stand behind a chunk."""
-    found = set()
-    record = record_at(source, position)
-    while record is not None and record.op == INDEX:
-        found.add(record.connection)
-        record = record_at(source, record.end)
-    return found
+    try:
+        with open(path, "rb", buffering=0) as file:
+            size = os.fstat(file.fileno()).st_size
+            yield Source(read_at, size)
+    except FileNotFoundError:
+        raise BagError("%s: no such file" % path) from None
+    except OSError as error:
+        raise BagError("%s cannot be read: %s" % (path, error.strerror or error)) from None
 
 
 def _missing(chunk: Optional[_Chunk], passed: bool, listed: int, met: int) -> int:
@@ -459,21 +424,8 @@ def _missing(chunk: Optional[_Chunk], passed: bool, listed: int, met: int) -> in
 
 def _is_known(connection: BagConnection, data: bytes, latched: Latched) -> bool:
     """Whether this was the first latched message of its publisher; of an unknown publisher, of any of the topic."""
-    if connection.caller:
-        return latched.get((connection.topic, connection.caller)) == data
-    return any(topic == connection.topic and first == data for (topic, _), first in latched.items())
-
-
-def _connection(record: BagRecord, data: bytes) -> Optional[BagConnection]:
-    """The BagConnection of a record and its data; None if they make none."""
-    fields = fields_of(data)
-    if not fields or not {b"type", b"md5sum", b"message_definition"} <= set(fields):
-        return None
-    header = {name.decode("utf-8", "replace"): value.decode("utf-8", "replace") for name, value in fields.items()}
-    topic = record.fields[b"topic"].decode("utf-8", "replace")
-    return BagConnection(
-        topic, header["type"], header["md5sum"], header["message_definition"], header.get("latching") == "1",
-        header.get("callerid", ""), header)
+    return any(topic == connection.topic and caller == (connection.caller or caller) and first == data
+               for (topic, caller), first in latched.items())
 
 
 def plural(count: int, what: str) -> str:
@@ -485,24 +437,19 @@ def _percent(share: float) -> str:
     return "%.0f %%" % (100 * share) if share <= 0.99 else "%.2f %%" % (100 * share)
 
 
-def _after(seconds: Optional[float]) -> str:
-    return ", before its first message" if seconds is None else ", after %.1f s" % seconds
-
-
 class BagReader:
     """Iterate over it, once, for the Messages of a recording. Made by `read_bag`."""
 
-    def __init__(self, paths: Sequence[str], is_wanted: Callable[[BagConnection], bool],
-                 progress: Progress) -> None:
+    def __init__(self, paths: Sequence[str], is_wanted: Callable[[BagConnection], Any], progress: Progress) -> None:
         self._progress = progress
         self._files: List[_File] = []
         self._refused: List[str] = []
         self._several = len(paths) > 1
         for path in paths:
             try:
-                self._files.append(_File(path, is_wanted))
+                self._files.append(_File(path, is_wanted, self._several))
             except BagError as error:
-                if len(paths) == 1 or not os.path.exists(path):
+                if not self._several or not os.path.exists(path):
                     raise
                 self._refused.append(str(error))    # the other parts are there
         if not self._files:
@@ -510,12 +457,9 @@ class BagReader:
 
     def __iter__(self) -> Iterator[Message]:
         whole, done = sum(file.size for file in self._files), 0
-        latched: Optional[Latched] = {} if self._several else None
+        latched: Latched = {}
         for file in self._files:
-            try:
-                yield from file.messages(lambda position: self._progress(done + position, whole), latched)
-            except OSError as error:
-                raise BagError("%s cannot be read: %s" % (file.path, error.strerror or error)) from None
+            yield from file.messages(lambda position: self._progress(done + position, whole), latched)
             done += file.size
 
     @property
@@ -530,13 +474,16 @@ class BagReader:
 
     @property
     def begin(self) -> Optional[int]:
-        """ns: the earliest message so far, wanted or not."""
-        return min((file.begin for file in self._files if file.begin is not None), default=None)
+        """ns: the earliest message so far, wanted or not; None before the first."""
+        return min((file.begin for file in self._files if file.end >= 0), default=None)
 
     @property
     def end(self) -> Optional[int]:
-        """ns: the latest message so far, wanted or not, where the bag did not tell that nothing is wanted around it."""
-        return max((file.end for file in self._files if file.end is not None), default=None)
+        """ns: the latest message so far, wanted or not; None before the first.
+
+        Of parts of a bag in which nothing is wanted, it is what the index says.
+        """
+        return max((file.end for file in self._files if file.end >= 0), default=None)
 
     @property
     def compression(self) -> str:
@@ -547,28 +494,23 @@ class BagReader:
     def damage(self) -> str:
         """What is missing and where, in a sentence, after all was read; empty if nothing is. A single bag is "it"."""
         told = [(os.path.basename(file.path) + ": ") * self._several + file.damage()
-                for file in self._files if file.damage()]
-        return "; ".join(told + self._refused) + "." if told or self._refused else ""
+                for file in self._files if file.damage()] + self._refused
+        return "; ".join(told) + "." if told else ""
 
 
-def read_bag(paths: Union[str, Sequence[str]],
-             topics: Union[None, Collection[str], Callable[[BagConnection], bool]] = None,
+def read_bag(paths: Union[str, Sequence[str]], is_wanted: Callable[[BagConnection], Any] = lambda connection: True,
              progress: Progress = lambda done, total: None) -> BagReader:
     """Read a bag, or the parts of one recording in their order.
 
     Args:
         paths: one file, or several; of several, what the recorder only repeated at the begin of a part is passed over.
-        topics: the names of those wanted, or what says of a BagConnection whether it is; None: all.
+        is_wanted: whether the messages of a connection are wanted; of all unless it is given.
         progress: called with the bytes done and all bytes, for each chunk.
 
     Raises:
-        BagError: a file is missing, empty, or no bag. What is damaged in a bag raises nothing: see `BagReader.damage`.
+        BagError: a file is missing, empty, or not a bag. Damage in a bag raises nothing: see `BagReader.damage`.
     """
-    paths = [paths] if isinstance(paths, str) else list(paths)
-    if callable(topics):
-        return BagReader(paths, topics, progress)
-    names = None if topics is None else set(topics)
-    return BagReader(paths, lambda connection: names is None or connection.topic in names, progress)
+    return BagReader([paths] if isinstance(paths, str) else paths, is_wanted, progress)
 
 
 def _check_arrays(definition: str) -> None:
@@ -608,7 +550,16 @@ def message_class(connection: BagConnection) -> type:
 
 
 def decode(connection: BagConnection, data: bytes, into: Any = None) -> Any:
-    """The message in recorded bytes, in a new one or into one of the class. Raises BagError when they are none."""
+    """Make a message of recorded bytes.
+
+    Args:
+        connection: by which they came.
+        data: the bytes.
+        into: a message of that class that is filled; None: a new one.
+
+    Raises:
+        BagError: the bytes are not such a message.
+    """
     made = message_class(connection)() if into is None else into
     try:
         made.deserialize(data)

@@ -20,6 +20,7 @@ All connections again, and the chunk infos, stand at ``index_pos``, which is zer
 """
 
 import bz2
+import contextlib
 import re
 import struct
 from typing import Any, Callable, Collection, Dict, Iterator, NamedTuple, Optional
@@ -97,13 +98,21 @@ class BagRecord(NamedTuple):
 
 
 class Source:
-    """Bytes by position, read in blocks by ``read_at(position, length)``: of a file or of a decompressed chunk."""
+    """Bytes by position, of a file or of a decompressed chunk, read in blocks.
 
-    def __init__(self, read_at: Callable[[int, int], bytes], size: int) -> None:
-        self.read_at = read_at
-        self.size = size
-        self.block = b""
-        self.base = 0
+    Args:
+        read_at: reads bytes: position, length.
+        size: bytes that there are.
+        block: the first of them, as far as they have been read.
+
+    Attributes:
+        block: the bytes that were read last.
+        base: position of the first of them.
+    """
+
+    def __init__(self, read_at: Callable[[int, int], bytes], size: int, block: bytes = b"") -> None:
+        self.read_at, self.size = read_at, size
+        self.block, self.base = block, 0
 
     def load(self, position: int, length: int) -> int:
         """Have so many bytes from a position on in the block, as far as there are; returns their index in it."""
@@ -126,23 +135,24 @@ class Source:
 
 
 def source_of_bytes(data: bytes) -> Source:
-    """Bytes that are there already: one block."""
-    source = Source(lambda position, length: data[position:position + length], len(data))
-    source.block = data
-    return source
+    """A source of bytes that are there already: one block."""
+    return Source(lambda position, length: data[position:position + length], len(data), data)
 
 
-def fields_of(header: bytes) -> Optional[Dict[bytes, bytes]]:
-    """The fields of a header, or of a connection's data; None if it is none."""
+def _length(data: bytes, index: int) -> int:
+    """The length that stands somewhere in bytes; where they end within it, more than they have."""
+    return U32.unpack(data[index:index + 4].ljust(4, b"\xff"))[0]
+
+
+def fields_of(header: bytes) -> Dict[bytes, bytes]:
+    """The fields of a header, or of a connection's data; empty where the bytes are neither."""
     fields, index = {}, 0
     while index < len(header):
-        if index + 4 > len(header):
-            return None
-        length, = U32.unpack_from(header, index)
-        name, equal, value = header[index + 4:index + 4 + length].partition(b"=")
-        index += 4 + length
+        begin = index + 4
+        index = begin + _length(header, index)
+        name, equal, value = header[begin:index].partition(b"=")
         if not equal or index > len(header):
-            return None
+            return {}
         fields[name] = value
     return fields
 
@@ -166,11 +176,12 @@ def record_at(source: Source, position: int) -> Optional[BagRecord]:
 
 
 def _unusual_record_at(source: Source, position: int) -> Optional[BagRecord]:
-    length, = U32.unpack(source.get(position, 4).ljust(4, b"\xff"))
+    """The record that begins at a position, whatever it is; None if there is none."""
+    length = _length(source.get(position, 4), 0)
     header = source.get(position + 4, length + 4) if length <= LONGEST_HEADER else b""
     if len(header) < length + 4:
         return None
-    fields = fields_of(header[:length]) or {}
+    fields = fields_of(header[:length])
     op = fields.get(b"op", b"")
     needed = FIELDS.get(op[0]) if len(op) == 1 else None
     if needed is None or any(name not in fields or size not in (None, len(fields[name]))
@@ -179,11 +190,9 @@ def _unusual_record_at(source: Source, position: int) -> Optional[BagRecord]:
     begin = position + length + 8
     record = BagRecord(position, op[0], fields, U32.unpack(fields.get(b"conn", bytes(4)))[0],
                        nanoseconds(fields.get(b"time", bytes(8))), begin, begin + U32.unpack_from(header, length)[0])
-    if record.op == CHUNK and fields[b"compression"] not in COMPRESSIONS:
-        return None
-    if record.op in ENTRY and record.end - record.begin != ENTRY[record.op] * record.entries:
-        return None
-    return record
+    wrong = (fields[b"compression"] not in COMPRESSIONS if record.op == CHUNK
+             else record.op in ENTRY and record.end - record.begin != ENTRY[record.op] * record.entries)
+    return None if wrong else record
 
 
 def next_record(source: Source, position: int, searched: Collection[int] = FIELDS) -> int:
@@ -202,19 +211,27 @@ def next_record(source: Source, position: int, searched: Collection[int] = FIELD
     return source.size
 
 
-def records(source: Source, position: int, passes_over: Callable[[BagRecord], bool], damaged: Callable[[int, int], Any],
+def records(source: Source, position: int,
+            passes_over: Callable[[Source, BagRecord], bool] = lambda source, chunk: True,
+            damaged: Callable[[int, int], Any] = lambda begin, end: None,
             searched: Collection[int] = FIELDS) -> Iterator[BagRecord]:
-    """Every record from a position on, also those in chunks that are not compressed.
+    """Every record from a position on.
 
-    A record counts when another one, or the end, follows where its data end; else either its length is wrong, or what
-    follows. Then the next record, of the kinds ``searched``, is looked for from its data on, and ``damaged`` is told
-    which bytes are none: begin, end.
+    A record counts when another one, or the end, follows where its data end. Else either its length is wrong, or what
+    follows. Then the next record is looked for from its data on.
+
+    Args:
+        source: of the records.
+        position: of the first one.
+        passes_over: whether the records in a chunk that is not compressed are left out; unless it is given, they are.
+        damaged: is told which bytes hold no records: begin, end.
+        searched: kinds of records that are looked for behind damaged bytes.
     """
     record = record_at(source, position)
     while position < source.size:
         after = position
         if record is not None:
-            enters = record.op == CHUNK and not record.compressed and not passes_over(record)
+            enters = record.op == CHUNK and not record.compressed and not passes_over(source, record)
             after = record.begin if enters else record.end
             following = record_at(source, after) if after < source.size else None
             if following is not None or after == source.size:
@@ -236,16 +253,13 @@ def records(source: Source, position: int, passes_over: Callable[[BagRecord], bo
 
 def decompressed(source: Source, chunk: BagRecord) -> bytes:
     """The records in a compressed chunk, as far as they can be had, and no more than `LARGEST_CHUNK`."""
-    decompress, left = _decompressor(chunk.fields[b"compression"]), LARGEST_CHUNK
+    decompress = _decompressor(chunk.fields[b"compression"])
     found = bytearray()
-    try:
+    with contextlib.suppress(OSError, EOFError):    # damaged, or more bytes than it has
         for position in range(chunk.begin, chunk.end, BLOCK):
-            found += decompress(source.read_at(position, min(BLOCK, chunk.end - position)), left)
-            left = LARGEST_CHUNK - len(found)
-            if left <= 0:
-                break
-    except (OSError, EOFError):  # damaged, or more bytes than it has
-        pass
+            if len(found) < LARGEST_CHUNK:
+                found += decompress(source.read_at(position, min(BLOCK, chunk.end - position)),
+                                    LARGEST_CHUNK - len(found))
     return bytes(found)
 
 

@@ -5,7 +5,7 @@ and latching. Here each connection stays itself: a topic may have several publis
 """
 
 import bz2
-import struct
+import contextlib
 from typing import Callable, Dict, List, Mapping, Tuple, Union
 
 from .records import CHUNK, CHUNK_INFO, CONNECTION, FILE_HEADER, INDEX, MAGIC, TIME, U32, U64
@@ -21,11 +21,9 @@ VERSION = U32.pack(1)
 
 def _header(fields: Mapping[str, Union[str, bytes]]) -> bytes:
     """Fields as bytes, each after its length."""
-    written = b""
-    for name, value in fields.items():
-        field = name.encode() + b"=" + (value if isinstance(value, bytes) else value.encode())
-        written += U32.pack(len(field)) + field
-    return written
+    written = [name.encode() + b"=" + (value if isinstance(value, bytes) else value.encode())
+               for name, value in fields.items()]
+    return b"".join(U32.pack(len(field)) + field for field in written)
 
 
 def _record(op: int, data: bytes, **fields: Union[str, bytes]) -> bytes:
@@ -93,10 +91,8 @@ class BagWriter:
 
     def abandon(self) -> None:
         """Write nothing more."""
-        try:
+        with contextlib.suppress(OSError):      # what was left to be written does not fit either
             self._file.close()
-        except OSError:     # what was left to be written does not fit either
-            pass
 
     def _file_header(self, index: int) -> bytes:
         """The record that says where the index is; it has the same length whatever it says."""
@@ -114,7 +110,7 @@ class BagWriter:
             self._file.write(_record(INDEX, places, conn=U32.pack(connection), count=U32.pack(len(entries)),
                                      ver=VERSION))
         times = [time for entries in self._index.values() for time, _ in entries] or [0]
-        counts = b"".join(struct.pack("<II", connection, len(entries)) for connection, entries in self._index.items())
+        counts = b"".join(TIME.pack(connection, len(entries)) for connection, entries in self._index.items())
         self._chunk_infos.append(_record(
             CHUNK_INFO, counts, chunk_pos=U64.pack(position), start_time=_time(min(times)), end_time=_time(max(times)),
             count=U32.pack(len(self._index)), ver=VERSION))

@@ -317,7 +317,8 @@ class TestParts:
 
     @staticmethod
     def texts(*paths, topics=None):
-        return [decode(message.connection, message.data).data for message in read_bag(list(paths), topics)]
+        reader = read_bag(paths, lambda connection: topics is None or connection.topic in topics)
+        return [decode(message.connection, message.data).data for message in reader]
 
     def test_what_is_repeated_is_no_news(self, write):
         repeated = [("/a", "one", "/p"), ("/a", "of another", "/q")]
