@@ -94,23 +94,27 @@ class _Chunk(NamedTuple):
 
 
 class _Queue:
-    """Messages that wait until no earlier one can come."""
+    """Messages that wait until no earlier one can come.
+
+    Attributes:
+        size: bytes that they take.
+    """
 
     def __init__(self) -> None:
         # a heap, by time; of one time those in the head of a part come last, and the others as they came
         self._waiting: List[Tuple[int, bool, int, Message]] = []
-        self._size, self._numbers = 0, itertools.count()
+        self.size, self._numbers = 0, itertools.count()
 
     def add(self, message: Message, in_head: bool) -> None:
         heapq.heappush(self._waiting, (message.time, in_head, next(self._numbers), message))
-        self._size += len(message.data) + OVERHEAD
+        self.size += len(message.data) + OVERHEAD
 
     def take(self, before: int) -> Iterator[Tuple[bool, Message]]:
         """Messages before a time (ns), and as many more as are too much to keep; each with whether it is in the head.
         """
-        while self._waiting and (self._waiting[0][0] < before or self._size > HELD):
+        while self._waiting and (self._waiting[0][0] < before or self.size > HELD):
             _, in_head, _, message = heapq.heappop(self._waiting)
-            self._size -= len(message.data) + OVERHEAD
+            self.size -= len(message.data) + OVERHEAD
             yield in_head, message
 
 
@@ -334,7 +338,8 @@ class _File:
                     if known is not None and passed:
                         self._saw(known.start, known.end)
                     earliest = max(self.end, 0) - LATE if known is None else known.earliest
-                yield from self._news(queue.take(earliest), latched)
+                if record.op == CHUNK or queue.size > HELD:
+                    yield from self._news(queue.take(earliest), latched)
             yield from self._news(queue.take(NEVER), latched)
         self._missing += _missing(known, passed, listed, met)
         progress(self.size)
