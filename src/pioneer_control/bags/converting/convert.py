@@ -9,7 +9,6 @@ import os
 import sys
 from typing import Any, Counter, Dict, Optional, Sequence, Set, Tuple
 
-from ... import msg
 from ...errors import PioneerError, UsageError
 from ...robots import Transducer, find_model
 from ..command_line import parser_of
@@ -17,7 +16,7 @@ from ..progress import Progress
 from ..reader import decode, read_bag
 from ..records import BagError
 from ..writer import BagWriter
-from .messages import (CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, Survey, is_sonar, namespace_of,
+from .messages import (CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, Survey, kind_of, namespace_of,
                        transducers_of)
 
 PART = ".part"
@@ -25,16 +24,16 @@ PART = ".part"
 
 
 def survey(path: str) -> Survey:
-    """Look through a bag for these; quick where it has an index."""
+    """Look through a bag for what has to be known of it; quick where it has an index."""
     transducers: Dict[str, Sequence[Transducer]] = {}
     frames: Set[str] = set()
     with Progress("looking") as progress:
-        reader = read_bag(path, lambda connection: connection.md5sum == msg.RobotInfo._md5sum
+        reader = read_bag(path, lambda connection: kind_of(connection) == "RobotInfo"
                           or connection.topic == STATIC_FRAMES, progress)
         for topic, connection, data, _ in reader:
             try:
                 message = decode(connection, data)
-            except BagError:    # a damaged one says nothing
+            except BagError:    # a damaged message says nothing
                 continue
             if topic != STATIC_FRAMES:
                 transducers.setdefault(namespace_of(topic), transducers_of(message))
@@ -44,7 +43,10 @@ def survey(path: str) -> Survey:
 
 
 def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]:
-    """Write a new bag; gives the converter, which counted, and what is missing in the old one (a sentence, or nothing).
+    """Write a new bag.
+
+    Returns:
+        The converter, which counted, and a sentence that says what is missing in the old bag; empty where nothing is.
 
     Raises:
         UsageError: a file or an option makes no sense; nothing is written then.
@@ -52,8 +54,8 @@ def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]
     """
     _check_files(source, target)
     known = survey(source)
-    others = [word for word in options.what if CONVERSIONS[word].fits is not is_sonar]
-    sonar = {connection.topic for connection in known.connections if is_sonar(connection)}
+    others = [word for word in options.what if CONVERSIONS[word].kind != "SonarArray"]
+    sonar = {connection.topic for connection in known.connections if kind_of(connection) == "SonarArray"}
     unknown = sorted(topic for topic in sonar if namespace_of(topic) not in known.transducers)
     if unknown and options.model is None and len(others) < len(options.what):
         raise UsageError("%s does not say where the transducers of %s look (it has no robot_info): name the robot's "
@@ -81,7 +83,7 @@ def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]
 
 
 def _check_files(source: str, target: str) -> None:
-    """Whether a bag can be made of another one. Raises UsageError."""
+    """Raise UsageError when no bag can be made of another one."""
     if os.path.exists(source) and os.path.exists(target) and os.path.samefile(source, target):
         raise UsageError("%s is the bag to be read: name another file to be written" % target)
     if os.path.lexists(target):
@@ -176,11 +178,11 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         converter, damage = convert(options.bag, options.output, wanted)
     except (PioneerError, OSError) as error:
         text = str(error)
-        if not isinstance(error, PioneerError):
+        if isinstance(error, OSError):
             text = "%s cannot be written: %s" % (options.output, error.strerror)
-        full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-        more = ". What was written of it is removed: make room, or write it elsewhere" if full else ""
-        print("convert_bag: %s%s" % (text, more), file=sys.stderr)
+            if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+                text += ". What was written of it is removed: make room, or write it elsewhere"
+        print("convert_bag: %s" % text, file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("convert_bag: interrupted; %s was not written" % options.output, file=sys.stderr)

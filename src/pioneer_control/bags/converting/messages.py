@@ -1,10 +1,10 @@
 """What becomes of each message of an old bag: the new name of its type, and standard messages. No files in here."""
 
-import functools
 import io
+from contextlib import suppress
 from types import MappingProxyType
-from typing import (Any, Callable, Collection, Counter, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional,
-                    Sequence, Set, Tuple)
+from typing import (Any, Collection, Counter, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set,
+                    Tuple)
 
 import genpy
 from nav_msgs.msg import Odometry
@@ -27,38 +27,27 @@ BASE_LINK = "base_link"
 STATIC_FRAMES = "/tf_static"
 
 
-def is_frozen(connection: BagConnection, *names: str) -> bool:
-    """Whether its messages are of one of these types, which both p2os and this package have."""
+def kind_of(connection: BagConnection) -> str:
+    """What the messages of a connection are to a converter; empty where it does nothing with them.
+
+    Returns:
+        One of `MESSAGES`, of p2os or of this package; ``RobotInfo``; or ``pose``: odometry under p2os's name.
+    """
     package, _, name = connection.type.partition("/")
-    of_ours = name in names and package in (*OLD_PACKAGES, "pioneer_control")
-    return of_ours and connection.md5sum == getattr(msg, name)._md5sum
-
-
-def is_old(connection: BagConnection) -> bool:
-    """Whether its messages are of p2os."""
-    return is_frozen(connection, *MESSAGES) and connection.type.partition("/")[0] in OLD_PACKAGES
-
-
-def is_sonar(connection: BagConnection) -> bool:
-    """Whether its messages are arrays of sonar ranges."""
-    return is_frozen(connection, "SonarArray")
-
-
-def is_battery(connection: BagConnection) -> bool:
-    """Whether its messages are the battery's voltage."""
-    return is_frozen(connection, "BatteryState")
-
-
-def is_pose(connection: BagConnection) -> bool:
-    """Whether its messages are the odometry of a robot, under p2os's name."""
-    return connection.md5sum == Odometry._md5sum and connection.topic.rpartition("/")[2] == "pose"
+    if name in MESSAGES and package in (*OLD_PACKAGES, "pioneer_control"):
+        return name if connection.md5sum == getattr(msg, name)._md5sum else ""
+    if connection.md5sum == msg.RobotInfo._md5sum:
+        return "RobotInfo"
+    is_pose = connection.md5sum == Odometry._md5sum and connection.topic.rpartition("/")[2] == "pose"
+    return "pose" if is_pose else ""
 
 
 class Conversion(NamedTuple):
     """What one word of the command line asks for."""
 
     meaning: str
-    fits: Callable[[BagConnection], bool]
+    kind: str = ""
+    """of the messages that something is made of"""
     made: Optional[type] = None
     topic: str = ""
     """of what is made, beside the one it is made of: /alice/sonar -> /alice/sonar_ranges"""
@@ -66,16 +55,15 @@ class Conversion(NamedTuple):
 
 
 CONVERSIONS: Dict[str, Conversion] = {
-    "types": Conversion("p2os_driver/X and p2os_msgs/X are called pioneer_control/X; no byte of a message changes",
-                        is_old),
-    "info": Conversion("what robot it is, as --model says, where the bag does not tell", is_sonar, msg.RobotInfo,
+    "types": Conversion("p2os_driver/X and p2os_msgs/X are called pioneer_control/X; no byte of a message changes"),
+    "info": Conversion("what robot it is, as --model says, where the bag does not tell", "SonarArray", msg.RobotInfo,
                        "robot_info"),
-    "ranges": Conversion("a sensor_msgs/Range of each new reading, and the transducers' frames", is_sonar, Range,
+    "ranges": Conversion("a sensor_msgs/Range of each new reading, and the transducers' frames", "SonarArray", Range,
                          "sonar_ranges"),
-    "points": Conversion("where the echoes were, sensor_msgs/PointCloud2", is_sonar, PointCloud2, "sonar_points"),
-    "battery": Conversion("voltage as sensor_msgs/BatteryState", is_battery, BatteryState, "battery"),
-    "scan": Conversion("the echoes as sensor_msgs/LaserScan", is_sonar, LaserScan, "sonar_scan", by_default=False),
-    "odom": Conversion("`pose` under the name that most programs look for", is_pose, Odometry, "odom",
+    "points": Conversion("where the echoes were, sensor_msgs/PointCloud2", "SonarArray", PointCloud2, "sonar_points"),
+    "battery": Conversion("voltage as sensor_msgs/BatteryState", "BatteryState", BatteryState, "battery"),
+    "scan": Conversion("the echoes as sensor_msgs/LaserScan", "SonarArray", LaserScan, "sonar_scan", by_default=False),
+    "odom": Conversion("`pose` under the name that most programs look for", "pose", Odometry, "odom",
                        by_default=False),
 }
 DEFAULT = tuple(word for word, conversion in CONVERSIONS.items() if conversion.by_default)
@@ -110,11 +98,16 @@ class Survey(NamedTuple):
 class Outlet:
     """A connection of the new bag.
 
+    Args:
+        source: the connection that its messages come from.
+        topic: of the new bag.
+        type_: class of its messages; None: that of the source.
+        made: whether they are made of the source's messages; else they are these, as they were.
+        latched: whether it latches; else it does as the source does.
+
     Attributes:
-        topic: where its messages go.
+        source, topic, made: the same.
         header: all fields of the connection.
-        source: the connection they come from.
-        made: whether they are made of its messages; else they are these, as they were.
         count: messages so far.
     """
 
@@ -128,7 +121,6 @@ class Outlet:
 
 
 Written = Tuple[Outlet, bytes]
-Make = Callable[[Message], Iterable[Written]]
 
 
 def namespace_of(topic: str) -> str:
@@ -171,149 +163,127 @@ class Converter:
         self.not_fitted = 0
         self.damaged: Counter[str] = Counter()
         self._options, self._known = options, known
-        self._renamed = options.renamed
-        self._topics = {connection.topic for connection in known.connections}
         self._transducers, self._static_frames = dict(known.transducers), set(known.static_frames)
         self._speeds: Dict[str, Tuple[float, float]] = {}               # m/s and rad/s, by namespace
-        # by the id of a connection, which is held so that it stays its own
-        self._makers: Dict[int, Tuple[BagConnection, List[Make]]] = {}
+        # by the id of a connection, which its outlets hold so that the id stays its own: kind, outlets by word
+        self._sources: Dict[int, Tuple[str, Dict[str, Outlet], SonarHistory]] = {}
 
     def __call__(self, message: Message) -> Iterator[Written]:
         """What is to be written at the time of a message."""
         connection = message.connection
-        if id(connection) not in self._makers:
-            self._makers[id(connection)] = connection, self._makers_of(connection)
+        if id(connection) not in self._sources:
+            self._sources[id(connection)] = kind_of(connection), self._outlets_of(connection), SonarHistory()
         try:
-            for make in self._makers[id(connection)][1]:
-                for outlet, data in make(message):
-                    if not outlet.count:
-                        self.outlets.append(outlet)
-                    outlet.count += 1
-                    yield outlet, data
+            for outlet, data in self._written(message, *self._sources[id(connection)]):
+                if not outlet.count:
+                    self.outlets.append(outlet)
+                outlet.count += 1
+                yield outlet, data
         except BagError:
             self.damaged[message.topic] += 1
 
-    def _makers_of(self, connection: BagConnection) -> List[Make]:
-        """What is done with each message of a connection, in this order."""
+    def _outlets_of(self, connection: BagConnection) -> Dict[str, Outlet]:
+        """What the new bag has of a connection.
+
+        Returns:
+            Outlets by word of the command line. Two have names of their own: ``kept`` takes the messages as they were,
+            where nothing replaces them, and ``frames`` the places of the transducers.
+        """
         outlets = {}
         space, slash, _ = connection.topic.rpartition("/")
-        told = space in self._known.transducers     # what robot it is
+        is_unknown = self._options.model is not None and space not in self._known.transducers
         for word in self._options.what:
             conversion = CONVERSIONS[word]
-            if word == "info" and (told or self._options.model is None):
-                continue
-            if conversion.made and conversion.fits(connection):
+            if conversion.made and conversion.kind == kind_of(connection) and (is_unknown or word != "info"):
                 topic = space + slash + conversion.topic
-                if topic in self._topics:
+                if any(topic == each.topic for each in self._known.connections):
                     self.already_there.add(topic)
                 else:
                     outlets[word] = Outlet(connection, topic, conversion.made, latched=word == "info")
-        makers: List[Make] = []
-        if self._options.replace and set(outlets) - {"info"}:
-            makers.append(self._drop)
+        if not self._options.replace or not set(outlets) - {"info"}:
+            package, _, name = connection.type.partition("/")
+            is_old = package in OLD_PACKAGES and kind_of(connection) == name
+            type_ = getattr(msg, name) if is_old and "types" in self._options.what else None
+            outlets["kept"] = Outlet(connection, connection.topic, type_, made=False)
+        outlets["frames"] = Outlet(connection, STATIC_FRAMES, TFMessage, latched=True)
+        return outlets
+
+    def _written(self, message: Message, kind: str, outlets: Dict[str, Outlet],
+                 history: SonarHistory) -> Iterator[Written]:
+        """What becomes of a message, and what it says of its robot for later ones."""
+        if "kept" in outlets:
+            yield outlets["kept"], self._kept(message)
         else:
-            renamed = None
-            if "types" in self._options.what and is_old(connection):
-                renamed = getattr(msg, connection.type.partition("/")[2])
-            makers.append(functools.partial(self._keep, Outlet(connection, connection.topic, renamed, made=False)))
-        if connection.md5sum == msg.RobotInfo._md5sum:
-            makers.append(self._note_transducers)
-        if is_pose(connection) and {"points", "scan"} & set(self._options.what):
-            makers.append(self._note_speed)
+            self.dropped[message.topic] += 1
+        robot = namespace_of(message.topic)
+        if kind == "RobotInfo":
+            self._transducers[robot] = transducers_of(self._decoded(message))
+        elif kind == "pose" and {"points", "scan"} & set(self._options.what):
+            twist = self._decoded(message).twist.twist
+            self._speeds[robot] = twist.linear.x, twist.angular.z
         if "odom" in outlets:
-            makers.append(functools.partial(self._keep, outlets["odom"]))
-        if "battery" in outlets:
-            makers.append(functools.partial(self._battery, outlets["battery"]))
-        if is_sonar(connection) and outlets:
-            outlets["frames"] = Outlet(connection, STATIC_FRAMES, TFMessage, latched=True)
-            makers.append(functools.partial(self._sonar, outlets, SonarHistory()))
-        return makers
+            yield outlets["odom"], self._kept(message)
+        if outlets.keys() & {"battery", "info", "ranges", "points", "scan"}:
+            old = self._decoded(message)
+            stamp = old.header.stamp if old.header.stamp.to_nsec() else genpy.Time(0, message.time)
+            base_link = old.header.frame_id.lstrip("/") or self._options.renamed.get(BASE_LINK, BASE_LINK)
+            if "battery" in outlets:
+                made = iter([("battery", standard_messages.battery(old.voltage, stamp, base_link))])
+            else:
+                made = self._sonar(outlets, history, robot, old.ranges, stamp, base_link)
+            for word, each in made:
+                if word not in ("info", "frames"):
+                    each.header.seq = old.header.seq
+                yield outlets[word], serialized(each)
 
-    # What is kept.
-
-    def _keep(self, outlet: Outlet, message: Message) -> Iterable[Written]:
-        if self._renamed and "frame_id" in message.connection.definition:
-            try:
-                return [(outlet, serialized(self._decoded(message)))]
-            except BagError:
-                pass
-        return [(outlet, message.data)]
-
-    def _drop(self, message: Message) -> Iterable[Written]:
-        self.dropped[message.topic] += 1
-        return ()
+    def _kept(self, message: Message) -> bytes:
+        """The bytes of a message, which change only where frames get new names."""
+        if self._options.renamed and "frame_id" in message.connection.definition:
+            with suppress(BagError):
+                return serialized(self._decoded(message))
+        return message.data
 
     def _decoded(self, message: Message) -> Any:
-        """A message, its frames renamed."""
+        """A message whose frames have their new names."""
         made = decode(message.connection, message.data)
-        if self._renamed:
+        if self._options.renamed:
             self._rename_frames(made)
         return made
 
     def _rename_frames(self, part: Any) -> None:
-        """In a message and all messages in it."""
+        """Give frames their new names, in a message and in all messages in it."""
         for field in part.__slots__:
             value = getattr(part, field)
             if field in ("frame_id", "child_frame_id") and isinstance(value, str):
-                setattr(part, field, self._renamed.get(value.lstrip("/"), value))
+                setattr(part, field, self._options.renamed.get(value.lstrip("/"), value))
             for inner in value if isinstance(value, list) else [value]:
                 if isinstance(inner, genpy.Message):
                     self._rename_frames(inner)
 
-    # What is noted on the way.
-
-    def _note_transducers(self, message: Message) -> Iterable[Written]:
-        self._transducers[namespace_of(message.topic)] = transducers_of(decode(message.connection, message.data))
-        return ()
-
-    def _note_speed(self, message: Message) -> Iterable[Written]:
-        twist = decode(message.connection, message.data).twist.twist
-        self._speeds[namespace_of(message.topic)] = twist.linear.x, twist.angular.z
-        return ()
-
-    # What is made.
-
-    def _head(self, message: Message) -> Tuple[Any, genpy.Time, str]:
-        """A message, its stamp (where it has none, the bag's time), and the robot's base_link."""
-        old = self._decoded(message)
-        stamp = old.header.stamp if old.header.stamp.to_nsec() else genpy.Time(0, message.time)
-        return old, stamp, old.header.frame_id.lstrip("/") or self._renamed.get(BASE_LINK, BASE_LINK)
-
-    @staticmethod
-    def _written(outlet: Outlet, made: Any, old: Any) -> Written:
-        made.header.seq = old.header.seq
-        return outlet, serialized(made)
-
-    def _battery(self, outlet: Outlet, message: Message) -> Iterable[Written]:
-        old, stamp, base_link = self._head(message)
-        return [self._written(outlet, standard_messages.battery(old.voltage, stamp, base_link), old)]
-
-    def _sonar(self, outlets: Dict[str, Outlet], history: SonarHistory, message: Message) -> Iterator[Written]:
-        robot, model = namespace_of(message.topic), self._options.model
-        old, stamp, base_link = self._head(message)
+    def _sonar(self, outlets: Dict[str, Outlet], history: SonarHistory, robot: str, ranges: Sequence[float],
+               stamp: genpy.Time, base_link: str) -> Iterator[Tuple[str, Any]]:
+        """What is made of an array of ranges (m), by the names of the outlets."""
+        model = self._options.model
         if "info" in outlets and not outlets["info"].count and model is not None:
-            info = standard_messages.robot_info(model, self._options.gripper, stamp, base_link)
-            yield outlets["info"], serialized(info)
+            yield "info", standard_messages.robot_info(model, self._options.gripper, stamp, base_link)
         transducers = self._transducers.get(robot, model.sonar if model else ())
-        readings = history.readings(old.ranges, transducers, stamp.to_sec())
+        readings = history.readings(ranges, transducers, stamp.to_sec())
         fitted = {transducer.number for transducer in transducers}
-        self.not_fitted += sum(heard > 0 and number not in fitted for number, heard in enumerate(old.ranges))
+        self.not_fitted += sum(heard > 0 and number not in fitted for number, heard in enumerate(ranges))
         if "ranges" in outlets:
             prefix = base_link[:base_link.rfind("/") + 1]
-            unknown = [each for each in transducers
-                       if standard_messages.frame_of(each.number, prefix) not in self._static_frames]
-            if unknown:
-                self._static_frames |= {standard_messages.frame_of(each.number, prefix) for each in unknown}
-                frames = standard_messages.sonar_frames(transducers, stamp, base_link, prefix)
-                yield outlets["frames"], serialized(frames)
+            frames = {standard_messages.frame_of(number, prefix) for number in fitted}
+            if not frames <= self._static_frames:
+                self._static_frames |= frames
+                yield "frames", standard_messages.sonar_frames(transducers, stamp, base_link, prefix)
             for reading in readings:
                 if reading.age == 0:
-                    made = standard_messages.sonar_range(reading.transducer.number, reading.range, stamp, prefix)
-                    yield self._written(outlets["ranges"], made, old)
+                    yield "ranges", standard_messages.sonar_range(reading.transducer.number, reading.range, stamp,
+                                                                  prefix)
         speed = self._speeds.get(robot, (0.0, 0.0))
         echoes = [standard_messages.echo_place(*reading, *speed) for reading in readings if reading.range < NO_ECHO]
         if "points" in outlets:
-            yield self._written(outlets["points"], standard_messages.sonar_points(echoes, stamp, base_link), old)
+            yield "points", standard_messages.sonar_points(echoes, stamp, base_link)
         if "scan" in outlets:
             silent = [reading.transducer for reading in readings if reading.range >= NO_ECHO]
-            yield self._written(outlets["scan"], sonar_scan(echoes, silent, transducers, stamp, base_link), old)
+            yield "scan", sonar_scan(echoes, silent, transducers, stamp, base_link)

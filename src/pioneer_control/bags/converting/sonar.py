@@ -3,6 +3,7 @@
 import math
 from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
+import numpy as np
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
@@ -44,8 +45,7 @@ class SonarHistory:
                 self._last.pop(transducer.number, None)
                 continue
             before, since = self._last.get(transducer.number, (None, time))
-            if heard != before or time - since >= ROUND:
-                since = time
+            since = since if heard == before and time - since < ROUND else time
             self._last[transducer.number] = heard, since
             found.append(Reading(transducer, heard, time - since))
         return found
@@ -68,15 +68,11 @@ def sonar_scan(
         base_link_frame: of the message.
     """
     step = 2 * math.pi / BEAMS
-    ranges = [math.nan] * BEAMS
-    for transducer in silent:
-        end_x = transducer.x + NO_ECHO * math.cos(transducer.heading)
-        end_y = transducer.y + NO_ECHO * math.sin(transducer.heading)
-        ranges[_beam(end_x, end_y)] = math.inf
+    ranges = np.full(BEAMS, math.nan)
+    for each in silent:
+        ranges[_beam(each.x + NO_ECHO * math.cos(each.heading), each.y + NO_ECHO * math.sin(each.heading))] = math.inf
     for x, y in points:
-        beam = _beam(x, y)
-        distance = math.hypot(x, y)
-        ranges[beam] = min(distance, ranges[beam]) if ranges[beam] >= 0 else distance
+        ranges[_beam(x, y)] = np.fmin(ranges[_beam(x, y)], math.hypot(x, y))    # the nearest; NaN counts for nothing
     return LaserScan(
         header=Header(stamp=stamp, frame_id=base_link_frame),
         angle_min=-math.pi,
@@ -84,7 +80,7 @@ def sonar_scan(
         angle_increment=step,
         range_min=MIN_RANGE,
         range_max=NO_ECHO + max((math.hypot(each.x, each.y) for each in transducers), default=0.0),
-        ranges=ranges,
+        ranges=ranges.tolist(),
     )
 
 
