@@ -14,10 +14,11 @@ second. Only when one of them does not fit are they taken one by one, to find ou
 
 import operator
 import struct
+from bisect import bisect_right
 from dataclasses import field, fields
 from functools import cached_property, lru_cache
-from itertools import groupby
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple, Type, Union
+from itertools import groupby, islice, starmap
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
 from ..errors import EncodingError
 
@@ -36,23 +37,18 @@ class Row(NamedTuple):
     optional: bool
 
     def read(self, data: bytes, at: int) -> Tuple[Tuple[Any, ...], int]:
-        """The value at `at` in a tuple, and where the next field begins. A missing optional value is None."""
+        """The value at `at` in a tuple, and where the next field begins. A missing optional value is None: data end."""
         try:
             value, end = self.type.read(data, at)
         except TooShort as short:
-            if self.optional:
-                return (None,), at
-            raise TooShort("%s: %s" % (self.name, short)) from None
+            if not self.optional:
+                raise TooShort("%s: %s" % (self.name, short)) from None
+            value, end = None, len(data)
         return (value,), end
 
-    def write(self, values: Sequence[Any], owner: str) -> bytes:
-        """The bytes of the one value, or no bytes for no value. `owner` is the packet that an error names."""
-        return b"".join(self.type.write(value, "%s.%s" % (owner, self.name)) for value in values)
-
-    @property
-    def length(self) -> int:
-        """How many rows it is, as a part of a table."""
-        return 1
+    def write(self, values: Iterator[Any], owner: str) -> bytes:
+        """The bytes of the next value, if there is one. `owner` is the packet that an error names."""
+        return b"".join(self.type.write(value, "%s.%s" % (owner, self.name)) for value in islice(values, 1))
 
 
 def wire(type: Any, unit: str, meaning: str) -> Any:
@@ -65,93 +61,33 @@ def later(type: Any, unit: str, meaning: str) -> Any:
     return field(default=None, metadata={"wire": (type, unit, meaning, True)})
 
 
-class Reader(NamedTuple):
-    """What reads a run of numbers from data of one length.
-
-    `missing` has a None for each row that is not there. `columns` says where the fields of the records are.
-    """
-
-    unpack: Callable[[bytes, int], Tuple[int, ...]]
-    size: int
-    missing: Tuple[None, ...]
-    columns: List[slice]
-
-
 class NumberRun:
-    """Neighbouring rows of a table that are numbers. One may be records of numbers, and a byte says how many."""
+    """Neighbouring rows of a table that are numbers. They are read and written in one go, as far as the data reach."""
 
     def __init__(self, rows: Sequence[Row]) -> None:
-        self.length = len(rows)
         self._rows = rows
-        self._many = next((index for index, row in enumerate(rows) if isinstance(row.type, Many)), None)
-        self._width = 0     # numbers in a record
-        if self._many is not None:
-            self._record_class = rows[self._many].type.item.record_class
-            self._width = len(rows[self._many].type.item.letters)
-            self._count_at = sum(row.type.size for row in rows[:self._many])
-        self._to_read = lru_cache(maxsize=256)(self._make_reader)
-        self._to_write = lru_cache(maxsize=256)(self._make_struct)
+        letters = "".join(row.type.letter for row in rows)
+        self._layouts = [struct.Struct("<" + letters[:number]) for number in range(len(rows) + 1)]
+        self._sizes = [layout.size for layout in self._layouts]
 
     def read(self, data: bytes, at: int) -> Tuple[Tuple[Any, ...], int]:
-        """The values from `at` on, and where they end. Optional ones that are missing are None."""
-        many, left, records = self._many, len(data) - at, 0
-        if many is not None and self._count_at < left:
-            records = data[at + self._count_at]
-        reader = self._to_read(left, records)
-        if reader is None:
-            return self._read_one_by_one(data, at)
-        unpack, size, missing, columns = reader
-        values = unpack(data, at)
-        if many is None:
-            return values + missing, at + size
-        items = tuple(map(self._record_class, *map(values.__getitem__, columns)))
-        return (*values[:many], items, *values[many + 1 + records * self._width:], *missing), at + size
+        """The values from `at` on, and where they end. Missing optional ones are None, and the data end there."""
+        number = bisect_right(self._sizes, len(data) - at) - 1
+        layout, missing = self._layouts[number], self._rows[number:]
+        if missing and not missing[0].optional:
+            missing[0].read(data, at + layout.size)     # raises TooShort, with its name
+        return layout.unpack_from(data, at) + (None,) * len(missing), len(data) if missing else at + layout.size
 
-    def write(self, values: Sequence[Any], owner: str) -> bytes:
-        """The bytes of the values of the first rows. `owner` is the packet that an error names."""
-        numbers, records = values, 0
-        if self._many is not None and len(values) > self._many:
-            items = values[self._many]
-            if type(items) is not tuple or any(type(each) is not self._record_class for each in items):
-                return self._write_one_by_one(values, owner)
-            records = len(items)
-            flat = [number for each in items for number in vars(each).values()]
-            numbers = [*values[:self._many], records, *flat, *values[self._many + 1:]]
+    def write(self, values: Iterator[Any], owner: str) -> bytes:
+        """The bytes of the next values, as many as there are rows. `owner` is the packet that an error names."""
+        numbers = tuple(islice(values, len(self._rows)))
         if bool not in map(type, numbers):
             try:
-                return self._to_write(len(values), records).pack(*numbers)
+                return self._layouts[len(numbers)].pack(*numbers)
             except struct.error:
-                pass
-        return self._write_one_by_one(values, owner)
-
-    def _make_reader(self, left: int, records: int) -> Optional[Reader]:
-        """What reads the rows that so many bytes hold; None when one is missing that must be there."""
-        first = 0 if self._many is None else self._many + 1
-        end = first + records * self._width
-        columns = [slice(column, end, self._width) for column in range(first, first + self._width)]
-        for number in range(self.length, -1, -1):
-            layout = self._make_struct(number, records)
-            if layout.size <= left:
-                return Reader(layout.unpack_from, layout.size, (None,) * (self.length - number), columns)
-            if not self._rows[number - 1].optional:
-                break
-        return None
-
-    def _make_struct(self, number: int, records: int) -> struct.Struct:
-        """The `struct` of the first rows, with so many records."""
-        letters = (BYTE.letter + row.type.item.letters * records if isinstance(row.type, Many) else row.type.letter
-                   for row in self._rows[:number])
-        return struct.Struct("<" + "".join(letters))
-
-    def _read_one_by_one(self, data: bytes, at: int) -> Tuple[Tuple[Any, ...], int]:
-        """As read(), but it finds out which row is missing. Raises TooShort that names it."""
-        for row in self._rows:
-            _, at = row.read(data, at)
-        raise AssertionError("no row is missing")
-
-    def _write_one_by_one(self, values: Sequence[Any], owner: str) -> bytes:
-        """As write(), but it finds out which value does not fit. Raises EncodingError that names it."""
-        return b"".join(row.write((value,), owner) for row, value in zip(self._rows, values))
+                pass    # one does not fit: find out which
+        rest = iter(numbers)
+        return b"".join(row.write(rest, owner) for row in self._rows)
 
 
 class Table(Tuple[Row, ...]):
@@ -166,9 +102,8 @@ class Table(Tuple[Row, ...]):
     def parts(self) -> List[Union[NumberRun, Row]]:
         """The rows in the groups in which they are read and written."""
         found: List[Union[NumberRun, Row]] = []
-        for are_numbers, group in groupby(self, lambda row: bool(row.type.is_plain)):
-            rows = tuple(group)
-            found += [NumberRun(rows)] if are_numbers else rows
+        for are_numbers, group in groupby(self, lambda row: isinstance(row.type, NumberField)):
+            found += [NumberRun(tuple(group))] if are_numbers else group
         return found
 
 
@@ -184,14 +119,11 @@ def read_fields(table: Table, data: bytes, at: int = 0) -> Tuple[Dict[str, Any],
     Raises:
         TooShort: a field that is not optional is missing.
     """
-    names, values = table.names, ()     # type: Tuple[str, ...], Tuple[Any, ...]
+    values: Tuple[Any, ...] = ()
     for part in table.parts:
         found, at = part.read(data, at)
         values += found
-        if found[-1] is None:   # the data end here
-            values += (None,) * (len(names) - len(values))
-            break
-    return dict(zip(names, values)), at
+    return dict(zip(table.names, values)), at
 
 
 def made(packet_class: Type[Any], values: Dict[str, Any]) -> Any:
@@ -210,11 +142,8 @@ def write_fields(table: Table, packet: Any) -> bytes:
     values = [getattr(packet, name) for name in table.names]
     while values and values[-1] is None and table[len(values) - 1].optional:
         values.pop()
-    data, at, owner = b"", 0, type(packet).__name__
-    for part in table.parts:
-        data += part.write(values[at:at + part.length], owner)
-        at += part.length
-    return data
+    rest = iter(values)
+    return b"".join(part.write(rest, type(packet).__name__) for part in table.parts)
 
 
 def checked_integer(value: Any, low: int, high: int, what: str) -> int:
@@ -248,9 +177,6 @@ class NumberField:
     `names` is the IntFlag or IntEnum that names its bits or values, if one does.
     """
 
-    is_plain = True
-    """Whether it can be read and written together with its neighbours."""
-
     def __init__(self, letter: str, names: Optional[Type[int]] = None) -> None:
         self.letter, self.names = letter, names
         self._struct = struct.Struct("<" + letter)
@@ -264,11 +190,9 @@ class NumberField:
 
     def read(self, data: bytes, at: int) -> Tuple[int, int]:
         """The integer at `at`, and where the next field begins."""
-        end = at + self.size
-        if end > len(data):
+        if at + self.size > len(data):
             raise TooShort("needs %d bytes, %d left" % (self.size, len(data) - at))
-        value, = self._struct.unpack_from(data, at)
-        return value, end
+        return self._struct.unpack_from(data, at)[0], at + self.size
 
     def write(self, value: int, what: str) -> bytes:
         """The bytes of `value`."""
@@ -280,8 +204,6 @@ class TextField:
 
     Read as Latin-1, so that any byte is legal.
     """
-
-    is_plain = False
 
     def __init__(self, size: int = 0) -> None:
         self.size = size
@@ -310,8 +232,6 @@ class TextField:
 class Rest:
     """All bytes that are left."""
 
-    is_plain = False
-
     def read(self, data: bytes, at: int) -> Tuple[bytes, int]:
         """The bytes from `at` on, and the end of the data."""
         return bytes(data[at:]), len(data)
@@ -324,25 +244,22 @@ class Rest:
 class Record:
     """A group of fields: a dataclass with a table of its own."""
 
-    is_plain = False
-
     def __init__(self, record_class: Any) -> None:
-        self.record_class = record_class
-        types = [row.type for row in rows(record_class)]
-        plain = all(isinstance(each, NumberField) for each in types)
-        self.letters = "".join(each.letter for each in types) if plain else ""
-        """Those of its fields, if they are numbers and nothing else."""
+        self.record_class, self._table = record_class, rows(record_class)
+        plain = all(isinstance(row.type, NumberField) for row in self._table)
+        self.layout = struct.Struct("<" + "".join(row.type.letter for row in self._table)) if plain else None
+        """That of its fields, if they are numbers and nothing else."""
 
     def read(self, data: bytes, at: int) -> Tuple[Any, int]:
         """The record at `at`, and where the next field begins."""
-        values, end = read_fields(rows(self.record_class), data, at)
+        values, end = read_fields(self._table, data, at)
         return made(self.record_class, values), end
 
     def write(self, value: Any, what: str) -> bytes:
         """The bytes of the record `value`."""
         if not isinstance(value, self.record_class):
             raise EncodingError("%s: %r is not a %s" % (what, value, self.record_class.__name__))
-        return write_fields(rows(self.record_class), value)
+        return write_fields(self._table, value)
 
 
 class Many:
@@ -353,11 +270,14 @@ class Many:
 
     def __init__(self, item: Any, count: Union[None, int, NumberField] = None, sized: bool = False) -> None:
         self.item, self.count, self.sized = item, BYTE if count is None else count, sized
-        self.is_plain = self.count is BYTE and not sized and isinstance(item, Record) and bool(item.letters)
+        self._layout: Optional[struct.Struct] = None if sized else getattr(item, "layout", None)
 
     def read(self, data: bytes, at: int) -> Tuple[Tuple[Any, ...], int]:
         """The items from `at` on, and where the next field begins."""
         number, at = (self.count, at) if isinstance(self.count, int) else self.count.read(data, at)
+        if self._layout is not None and at + number * self._layout.size <= len(data):
+            end = at + number * self._layout.size
+            return tuple(starmap(self.item.record_class, self._layout.iter_unpack(data[at:end]))), end
         size, at = BYTE.read(data, at) if self.sized else (0, at)
         items = []
         for index in range(number):

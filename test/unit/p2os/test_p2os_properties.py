@@ -9,7 +9,7 @@ from pioneer_control import p2os
 from pioneer_control.errors import EncodingError
 from pioneer_control.p2os.commands import Argument
 from pioneer_control.p2os.explain import explain
-from pioneer_control.p2os.fields import Many, NumberRun, TooShort, read_fields, write_fields
+from pioneer_control.p2os.fields import Many, NumberField, Record, TooShort, read_fields, write_fields
 from pioneer_control.p2os.fields import rows as p2os_rows
 from pioneer_control.p2os.packets import PACKETS, packet_rows
 
@@ -20,9 +20,12 @@ NOISE = some.one_of(some.binary(max_size=40),
 STREAMS = some.lists(some.one_of(FRAMES, NOISE), max_size=8).map(b"".join)
 COMMANDS = some.sampled_from(sorted(p2os.COMMANDS))
 TABLES = list({id(table): table for packet_class, _ in PACKETS.values() for first in (True, False)
-               for table in [packet_rows(packet_class, first)]
-               if any(isinstance(part, NumberRun) for part in table.parts)}.values())
-ONE_RUN = [table for table in TABLES if len(table.parts) == 1]
+               for table in [packet_rows(packet_class, first)] if table}.values())
+ALL_NUMBERS = [table for table in TABLES if all(
+    isinstance(row.type, NumberField)
+    or isinstance(row.type, Many) and isinstance(row.type.item, Record) and row.type.item.layout and not row.type.sized
+    for row in table)]
+"""Those of numbers, and of records of numbers."""
 
 
 def cut(data, at):
@@ -144,7 +147,7 @@ def test_a_packet_is_read_in_one_go_as_field_by_field(data, table, raw):
     """Also cut off anywhere, with more behind it, and with a count of records that are not all there."""
     raw = raw.ljust(data.draw(some.integers(0, 60)), b"\0")
     many = [index for index, row in enumerate(table) if isinstance(row.type, Many)]
-    if table in ONE_RUN and many and data.draw(some.booleans()):
+    if table in ALL_NUMBERS and many and data.draw(some.booleans()):
         at, few = sum(row.type.size for row in table[:many[0]]), data.draw(some.integers(0, 12))
         raw = raw[:at] + bytes([few]) + raw[at + 1:] if at < len(raw) else raw
     try:
@@ -155,7 +158,7 @@ def test_a_packet_is_read_in_one_go_as_field_by_field(data, table, raw):
     assert in_one_go == expected and list(in_one_go) == list(expected)
 
 
-@given(some.data(), some.sampled_from(ONE_RUN))
+@given(some.data(), some.sampled_from(ALL_NUMBERS))
 def test_a_packet_is_written_in_one_go_as_field_by_field(data, table):
     """Also with values that do not fit, that are None, or that are of another kind."""
     def number(row):
