@@ -19,26 +19,22 @@ def main(arguments: Optional[List[str]] = None) -> int:
     """
     parser = _parser()
     options = parser.parse_args(arguments)
-    if not options.record and not options.bytes and sys.stdin.isatty():
-        parser.error("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")
     try:
         if options.record:
             _print_record(options.record, options.long, not options.port_first)
             return 0
-        data = parse_hex(" ".join(options.bytes) if options.bytes else sys.stdin.read())
+        data = parse_hex(sys.stdin.read() if not options.bytes and not sys.stdin.isatty() else " ".join(options.bytes))
     except UsageError as error:
         parser.error(str(error))
     if not data:
         parser.error("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")
-    for line in explain(data, not options.from_robot, not options.to_robot, not options.port_first):
-        print(line)
+    print("\n".join(explain(data, not options.from_robot, not options.to_robot, not options.port_first)))
     return 0 if not any(piece.wrong for piece in pieces(data)) else 1
 
 
 def _print_record(path: str, long: bool, grip_state_first: bool) -> None:
-    record = read_record(path)
     try:
-        for line in explain_record(record, long, grip_state_first):
+        for line in explain_record(read_record(path), long, grip_state_first):
             print(line)
     except BrokenPipeError:     # a reader such as `head` has seen enough; Python must not flush to it either
         sys.stdout = open(os.devnull, "w")

@@ -13,7 +13,7 @@ from .commands import (COMMAND_NUMBERS, NEGATIVE, OTHER_MEANINGS, POSITIVE, TEXT
                        two_bytes)
 from .fields import Row
 from .flags import GripperCommand
-from .framing import HEADER, SMALLEST_COUNT, Frame, FrameDecoder, checksum
+from .framing import HEADER, SMALLEST_COUNT, Frame, checksum
 from .packets import NAMES_ONLY, MalformedPacket, UnknownPacket, decode_packet, packet_rows
 
 LONGEST = 3 + 0xFF
@@ -51,25 +51,16 @@ def pieces(data: bytes) -> List[Piece]:
     found: List[Piece] = []
     at = 0
     while at < len(data):
-        frame = _frame_at(data, at)
-        header = data.find(HEADER, at + 1)
-        end = at + frame.length if frame is not None else header if header >= 0 else len(data)
-        found.append(_broken(data[at:end], data[at:at + LONGEST]) if frame is None else Piece(data[at:end], frame))
-        at = end
+        found.append(_piece_at(data, at))
+        at += len(found[-1].data)
     return found
 
 
-def _frame_at(data: bytes, at: int) -> Optional[Frame]:
-    if data[at:at + 2] != HEADER or at + 2 == len(data):
-        return None
-    length = 3 + data[at + 2]
-    frames = FrameDecoder().feed(data[at:at + length])
-    return frames[0] if frames and frames[0].length == length else None
-
-
-def _broken(noise: bytes, rest: bytes) -> Piece:
-    """What is wrong with `noise`. `rest` is the stream from there on, as far as a frame can reach."""
-    if noise[:2] != HEADER:
+def _piece_at(data: bytes, at: int) -> Piece:
+    """The piece that begins at `at`. Bytes that are no whole frame go on until the next header."""
+    header = data.find(HEADER, at + 1)
+    noise, rest = data[at:header if header >= 0 else len(data)], data[at:at + LONGEST]
+    if rest[:2] != HEADER:
         return Piece(noise, None, "noise: no header FA FB")
     if len(rest) == 2:
         return Piece(noise, None, "cut off: a header, and nothing behind it")
@@ -77,13 +68,13 @@ def _broken(noise: bytes, rest: bytes) -> Piece:
     if count < SMALLEST_COUNT:
         wrong = "no packet: byte count %d, but id and checksum alone are %d" % (count, SMALLEST_COUNT)
         return Piece(noise, None, wrong)
-    missing = 3 + count - len(rest)
-    if missing > 0:
-        return Piece(noise, None, "cut off: byte count %d, %d missing" % (count, missing))
-    body, sent = rest[3:count + 1], rest[count + 1:count + 3]
-    right = checksum(body).to_bytes(2, "big")
-    wrong = "wrong checksum: %s, should be %s; it would say:" % (_hex(sent), _hex(right))
-    return Piece(noise, Frame(body[0], body[1:]), wrong)
+    if len(rest) < 3 + count:
+        return Piece(noise, None, "cut off: byte count %d, %d missing" % (count, 3 + count - len(rest)))
+    frame, sent = Frame(rest[3], rest[4:count + 1]), rest[count + 1:count + 3]
+    right = checksum(rest[3:count + 1]).to_bytes(2, "big")
+    if sent == right:
+        return Piece(rest[:3 + count], frame)
+    return Piece(noise, frame, "wrong checksum: %s, should be %s; it would say:" % (_hex(sent), _hex(right)))
 
 
 def explain(data: bytes, to_robot: bool = True, from_robot: bool = True,
@@ -122,11 +113,10 @@ def in_one_line(piece: Piece, to_robot: bool, grip_state_first: bool = True) -> 
     """What one of the `pieces` says, in short."""
     if piece.frame is None or piece.wrong:
         return "%s  (%s)" % (_hex(piece.data), piece.wrong.partition(", should")[0])
-    if to_robot:
-        return next(_explain_command(piece.frame)).partition(": ")[2]
     packet = decode_packet(piece.frame, grip_state_first)
-    if isinstance(packet, (UnknownPacket, MalformedPacket)):
-        return next(_explain_packet(piece.frame, grip_state_first)).partition(": ")[2]
+    if to_robot or isinstance(packet, (UnknownPacket, MalformedPacket)):
+        lines = _explain_command(piece.frame) if to_robot else _explain_packet(piece.frame, grip_state_first)
+        return next(lines).partition(": ")[2]
     rows = {row.name: row for row in packet_rows(type(packet), grip_state_first)}
     fields = ["%s %s" % (name, _value(value, rows.get(name)))
               for name, value in vars(packet).items() if value is not None]
@@ -141,9 +131,7 @@ def _argument_fault(data: bytes) -> str:
         return "%02X is no argument type (3B, 1B, 2B)" % data[0]
     if data[0] == TEXT and (len(data) < 2 or len(data) < 2 + data[1]):
         return "a string that is cut off"
-    if data[0] != TEXT and len(data) == 2:
-        return "an integer that is cut off"
-    return ""
+    return "an integer that is cut off" if data[0] != TEXT and len(data) == 2 else ""
 
 
 def _explain_command(frame: Frame) -> Iterator[str]:
@@ -206,20 +194,18 @@ def _value(value: Any, row: Optional[Row] = None) -> str:
     if isinstance(value, str):
         return repr(value)
     names = None if row is None else row.type.names
-    if names is None:
-        return "%d%s" % (value, _in_units(value, row))
-    if issubclass(names, IntFlag):
+    if names is not None and issubclass(names, IntFlag):
         unnamed = value & ~sum(names)
         bits = [str(bit.name) for bit in names if value & bit] + ["0x%X" % unnamed] * bool(unnamed)
         return ("0x%02X %s" % (value, ", ".join(bits))).rstrip()
-    return "%d %s" % (value, names(value).name) if value in list(names) else "%d%s" % (value, _in_units(value, row))
+    if names is not None and value in list(names):
+        return "%d %s" % (value, names(value).name)
+    return "%d%s" % (value, _in_units(value, row))
 
 
 def _item(item: Any) -> str:
     """One of many: a number, or a record as ``number 3, range_units 1500``."""
-    if isinstance(item, int):
-        return str(item)
-    return ", ".join("%s %s" % (name, value) for name, value in vars(item).items())
+    return str(item) if isinstance(item, int) else ", ".join("%s %s" % each for each in vars(item).items())
 
 
 def _in_units(value: int, row: Optional[Row]) -> str:
