@@ -6,7 +6,7 @@ from typing import Callable, NamedTuple, Optional
 from ..message_values import GripCommand, GripStatus, LiftCommand, LiftStatus
 from .snapshot import Grip, Lift
 
-DOWN, UP = 0.1, 0.9  # of the lift's position, 0.0 to 1.0: beyond these it counts as there
+DOWN, UP = 0.1, 0.9  # of the lift's position, 0.0 to 1.0: at rest beyond these, it is there
 
 
 class Outcome(Enum):
@@ -33,40 +33,24 @@ class Step(NamedTuple):
     there: Callable[[Grip, Lift], bool]
 
 
-def is_open(grip: Grip) -> bool:
-    """Are the paddles fully open?"""
-    return grip.state == GripStatus.OPEN
-
-
-def is_closed(grip: Grip) -> bool:
-    """Are the paddles closed, on nothing or on an object?"""
-    return grip.state == GripStatus.CLOSED
-
-
-def is_down(lift: Lift) -> bool:
-    """Does the lift rest at its bottom?"""
-    return lift.state == LiftStatus.IDLE and lift.position <= DOWN
-
-
-def is_up(lift: Lift) -> bool:
-    """Does the lift rest at its top?"""
-    return lift.state == LiftStatus.IDLE and lift.position >= UP
-
-
 def holds(grip: Optional[Grip]) -> bool:
     """Is an object held? The paddles have closed, both feel it, and it is in a beam.
 
     All three are needed: contacts alone show while something is only pushed, beams alone when nothing is connected.
     """
-    if grip is None or not is_closed(grip):
-        return False
-    return grip.left and grip.right and (grip.inner or grip.outer)
+    return (
+        grip is not None and grip.state == GripStatus.CLOSED and grip.left and grip.right
+        and (grip.inner or grip.outer))
 
 
-LOWER = Step("lower", GripCommand.STOP, LiftCommand.DOWN, lambda grip, lift: is_down(lift))
-OPEN = Step("open", GripCommand.OPEN, LiftCommand.STOP, lambda grip, lift: is_open(grip))
-CLOSE = Step("close", GripCommand.CLOSE, LiftCommand.STOP, lambda grip, lift: is_closed(grip))
-RAISE = Step("raise", GripCommand.STOP, LiftCommand.UP, lambda grip, lift: is_up(lift))
+LOWER = Step(
+    "lower", GripCommand.STOP, LiftCommand.DOWN,
+    lambda grip, lift: lift.state == LiftStatus.IDLE and lift.position <= DOWN)
+OPEN = Step("open", GripCommand.OPEN, LiftCommand.STOP, lambda grip, lift: grip.state == GripStatus.OPEN)
+CLOSE = Step("close", GripCommand.CLOSE, LiftCommand.STOP, lambda grip, lift: grip.state == GripStatus.CLOSED)
+RAISE = Step(
+    "raise", GripCommand.STOP, LiftCommand.UP,
+    lambda grip, lift: lift.state == LiftStatus.IDLE and lift.position >= UP)
 PICK = (LOWER, OPEN, CLOSE, RAISE)
 
 

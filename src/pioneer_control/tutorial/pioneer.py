@@ -13,6 +13,7 @@
 import math
 import operator
 import time
+from contextlib import suppress
 from typing import List, Optional, Sequence, Tuple
 
 import rospy
@@ -23,7 +24,7 @@ from ..robots import find_model
 from .commander import Commander
 from .pick import CLOSE, LOWER, OPEN, PICK, RAISE, Outcome, Step, holds, judge
 from .reports import Reports, Stopwatch
-from .snapshot import Grip, Lift, Pose, Snapshot
+from .snapshot import Grip, Heard, Lift, Pose, RobotShape, Snapshot
 from .wander import SPEED, STALE, can_leave, no_news
 from .wandering import WanderEnd, Wandering
 
@@ -67,11 +68,9 @@ class Pioneer:
         self._seed = int(time.time()) if seed is None else _whole("seed", seed)
         self._begin_at, self._end_at, self._wanders = begin_at, end_at, 0
         self._leaving = False  # something was put down just before
-        shape = find_model(model) if model else None
+        known = Heard(robot=RobotShape.of_model(find_model(model)), has_gripper=gripper) if model else Heard()
         self._commander = Commander(self._prefix)
-        self._reports = Reports(self._prefix)
-        if shape:
-            self._reports.take_for(shape, gripper)
+        self._reports = Reports(self._prefix, known)
         rospy.on_shutdown(self.close)
 
     def __enter__(self) -> "Pioneer":
@@ -140,15 +139,14 @@ class Pioneer:
         Raises:
             NoAnswerError: something did not come within `timeout` seconds; it says what.
         """
-        passed, reports = Stopwatch(), self._reports
+        passed, wait = Stopwatch(), self._reports.wait
         if not rospy.get_time():
             rospy.loginfo("waiting for the time on /clock: use_sim_time is set")
-        if not reports.wait(lambda: not self._missing(), timeout) and passed() < timeout:
-            missing = ", ".join(self._missing())
-            rospy.logwarn("ROS time stands or is slow (use_sim_time is set): waiting on for %s", missing)
-        if not reports.wait(lambda: not self._missing(), timeout - passed(), passed):
-            missing = ", ".join(self._missing())
-            raise NoAnswerError("after %.0f s still no %s. %s" % (timeout, missing, self._advice()))
+        if not wait(lambda: not self._missing(), timeout) and passed() < timeout:
+            rospy.logwarn(
+                "ROS time stands or is slow (use_sim_time is set): waiting on for %s", ", ".join(self._missing()))
+        if not wait(lambda: not self._missing(), timeout - passed(), passed):
+            raise NoAnswerError("after %.0f s still no %s. %s" % (timeout, ", ".join(self._missing()), self._advice()))
         self._commander.wait_for_listeners(LISTENERS_TIMEOUT)
 
     def enable_motors(self, timeout: float = MOTORS_TIMEOUT) -> None:
@@ -160,8 +158,8 @@ class Pioneer:
         passed = Stopwatch()
         while not self._reports.heard.motors:
             if passed() > timeout:
-                why = self._reports.why_motors_off()
-                raise NotConfirmedError("the motors stay off after %.0f s of asking: %s" % (timeout, why))
+                raise NotConfirmedError(
+                    "the motors stay off after %.0f s of asking: %s" % (timeout, self._reports.why_motors_off()))
             self._commander.enable_motors()
             self._reports.wait(lambda: self._reports.heard.motors, ASK_AGAIN)
 
@@ -356,13 +354,11 @@ class Pioneer:
 
 def _whole(name: str, value: int) -> int:
     """The value, if it is a whole number of 64 bits, as a message holds it. Raises UsageError that says what it is."""
-    try:
+    with suppress(TypeError):
         number = operator.index(value)
-    except TypeError:
-        number = None
-    if number is None or not -2 ** 63 <= number < 2 ** 63:
-        raise UsageError("%s is %r: it must be a whole number of at most 64 bits" % (name, value))
-    return number
+        if -2 ** 63 <= number < 2 ** 63:
+            return number
+    raise UsageError("%s is %r: it must be a whole number of at most 64 bits" % (name, value))
 
 
 def _number(name: str, value: float, unit: str, above: float = -math.inf) -> float:

@@ -12,7 +12,7 @@ from std_msgs.msg import Bool
 
 from ..message_values import heading_of
 from ..msg import GripperState, MotorState, RobotInfo, SonarArray, Stall
-from ..robots import RobotModel, Transducer
+from ..robots import Transducer
 from .sights import KEPT, Sight, Sights
 from .snapshot import Grip, Heard, Lift, Pose, RobotShape
 
@@ -40,9 +40,9 @@ class Stopwatch:
 class Reports:
     """The newest that a robot reported, `heard`, and the `sights` that nobody has decided on yet."""
 
-    def __init__(self, prefix: str):
-        """Subscribe to the robot's topics, which begin with `prefix`."""
-        self.heard = Heard()
+    def __init__(self, prefix: str, known: Heard):
+        """Subscribe to the robot's topics, which begin with `prefix`. What is `known` counts until the robot speaks."""
+        self.heard = known
         self.sights: Deque[Tuple[float, Sight]] = deque(maxlen=KEPT)  #: each with when it came [s], monotonic
         self._sights = Sights()
         self._news = threading.Condition()
@@ -53,7 +53,8 @@ class Reports:
             rospy.Subscriber(prefix + "stall", Stall, self._hear_stall),
             rospy.Subscriber(prefix + "gripper_state", GripperState, self._hear_gripper, queue_size=1),
             rospy.Subscriber(prefix + "motor_state", MotorState, self._hear_motors, queue_size=1),
-            rospy.Subscriber(prefix + "e_stop", Bool, self._hear_stop_button, queue_size=1),
+            rospy.Subscriber(
+                prefix + "e_stop", Bool, lambda message: self._hear(stop_button=message.data), queue_size=1),
             rospy.Subscriber(prefix + "robot_info", RobotInfo, self._hear_info, queue_size=1),
         ]
 
@@ -61,10 +62,6 @@ class Reports:
     def age(self) -> float:
         """How old the oldest of pose and ranges is [s]."""
         return self.heard.age(time.monotonic())
-
-    def take_for(self, model: RobotModel, gripper: bool) -> None:
-        """Take the robot for a model until it says itself what it is. `gripper`: is one fitted?"""
-        self._hear(robot=RobotShape.of_model(model), has_gripper=gripper)
 
     def why_motors_off(self) -> str:
         """Why the motors are off, as far as the robot tells, and what to do."""
@@ -155,9 +152,6 @@ class Reports:
     def _hear_motors(self, message: MotorState) -> None:
         motors = message.state == MOTORS_ON
         self._hear(motors=motors, silence=0.0 if motors else self.heard.silence)
-
-    def _hear_stop_button(self, message: Bool) -> None:
-        self._hear(stop_button=message.data)
 
     def _hear_info(self, message: RobotInfo) -> None:
         transducers = [

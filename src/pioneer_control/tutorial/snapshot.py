@@ -86,7 +86,7 @@ class RobotShape:
     @cached_property
     def front(self) -> Tuple[Transducer, ...]:
         """The sonars that look ahead, from left to right: the tutorial's 1 to 6 on a robot with a full array."""
-        ahead = [each for each in self.transducers if abs(each.heading) < FRONT]
+        ahead = (each for each in self.transducers if abs(each.heading) < FRONT)
         return tuple(sorted(ahead, key=lambda each: -each.heading))
 
     @cached_property

@@ -198,24 +198,25 @@ def _look(snapshot: Snapshot, memory: Memory) -> Tuple[View, Memory]:
     margin = NARROW if memory.room is Room.TO_SQUEEZE else WIDE
     ahead = outline.straight(points, margin.side, FARTHEST)
     circle = outline.circle_straight(points, CIRCLE_MARGIN, FARTHEST)
-    way = min(ahead, circle) if memory.room is Room.TO_TURN_ROUND else ahead
     view = View(
         snapshot, points, farthest, sees=ranges[farthest.number], middle=max(ranges[number] for number in robot.middle),
-        ahead=ahead, circle=circle, way=way,
+        ahead=ahead, circle=circle, way=min(ahead, circle) if memory.room is Room.TO_TURN_ROUND else ahead,
         rolling=math.hypot(pose.x - before.x, pose.y - before.y) > ROLLING * passed)
     return view, replace(memory, pose=pose, time=snapshot.time, echoes=echoes, turned=memory.turned + turned)
 
 
 def _open(view: View, memory: Memory) -> bool:
     """The tutorial's forward rule: the farthest sonar is a middle one and sees OPEN, and the robot fits."""
-    in_the_middle = view.farthest.number in view.snapshot.robot.middle
-    fits = view.way >= _stop_distance(memory.speed) + TO_SPARE
-    return in_the_middle and view.sees >= OPEN and fits and not _is_avoided(view, memory)
+    return (
+        view.farthest.number in view.snapshot.robot.middle and view.sees >= OPEN
+        and view.way >= _stop_distance(memory.speed) + TO_SPARE and not _is_avoided(view, memory))
 
 
 def _goes_on(view: View, memory: Memory) -> bool:
-    fits = view.ahead > _stop_distance(memory.speed) and view.way > _braking(memory.speed)
-    return fits and view.middle >= memory.short
+    """The robot still fits, and its middle sonars do not see the end of the way yet."""
+    return (
+        view.ahead > _stop_distance(memory.speed) and view.way > _braking(memory.speed)
+        and view.middle >= memory.short)
 
 
 def _drive(view: View, memory: Memory) -> Tuple[Move, Memory]:
@@ -224,19 +225,15 @@ def _drive(view: View, memory: Memory) -> Tuple[Move, Memory]:
     linear = memory.speed * min(1.0, max(SLOWEST, left_over))
     room = Room.TO_TURN_ROUND if view.circle > _braking(memory.speed) else memory.room
     memory = replace(memory, going=Going.DRIVING, best=None, goal=None, backed=False, avoided=None, room=room)
-    clear = min(view.ahead, view.middle)
-    return Move(linear, _steer(view, memory), "driving: %.1f m clear ahead" % clear), memory
+    return Move(linear, _steer(view), "driving: %.1f m clear ahead" % min(view.ahead, view.middle)), memory
 
 
-def _steer(view: View, memory: Memory) -> float:
+def _steer(view: View) -> float:
+    """How fast to turn while driving [rad/s]: towards the side on which there is more room."""
     reach = view.snapshot.robot.outline.reach
-    left = right = reach + ELBOW_ROOM
-    for x, y in view.points:
-        if -0.1 < x < reach + STEER_AHEAD:
-            if y > 0:
-                left = min(left, y)
-            else:
-                right = min(right, -y)
+    beside = [y for x, y in view.points if -0.1 < x < reach + STEER_AHEAD]
+    left = min([reach + ELBOW_ROOM, *(y for y in beside if y > 0)])
+    right = min([reach + ELBOW_ROOM, *(-y for y in beside if y <= 0)])
     angular = max(-STEER_LIMIT, min(STEER_LIMIT, STEER_GAIN * (left - right)))
     if not view.snapshot.robot.sees_ahead:
         angular += WEAVE_RATE * math.cos(2 * math.pi * view.snapshot.time / WEAVE_PERIOD)
@@ -256,10 +253,9 @@ def _begin_turn(view: View, memory: Memory) -> Memory:
     else:
         side = 1 if view.farthest.heading > 0 else -1
         why = "turning {side}: sonar %d sees %.1f m" % (view.farthest.number, view.sees)
-    enough = 2 * math.pi * chance.uniform(1.0, 1.5)
     return replace(
-        memory, going=Going.TURNING, side=side, why=why, turned=0.0, enough=enough, blocked=0, best=None, goal=None,
-        seed=chance.getrandbits(32))
+        memory, going=Going.TURNING, side=side, why=why, turned=0.0, enough=2 * math.pi * chance.uniform(1.0, 1.5),
+        blocked=0, best=None, goal=None, seed=chance.getrandbits(32))
 
 
 def _turn(view: View, memory: Memory) -> Tuple[Move, Memory]:
@@ -296,12 +292,10 @@ def _take_best_way(view: View, memory: Memory) -> Tuple[Move, Memory]:
     if _can_back_off(view, memory):
         return _begin_to_back_off(view, memory)
     memory = replace(memory, going=Going.LOOKING, backed=False)
-    ranges = view.snapshot.ranges
-    not_heard = [each.number for each in view.snapshot.robot.transducers if not ranges[each.number]]
+    not_heard = [each.number for each in view.snapshot.robot.transducers if not view.snapshot.ranges[each.number]]
     if not_heard:
         return Move(0.0, 0.0, "waiting: sonar %d is not heard" % not_heard[0]), memory
-    squeezes = memory.room is Room.TO_SQUEEZE
-    memory = replace(memory, room=Room.TO_TURN_ROUND if squeezes else Room.TO_SQUEEZE)
+    memory = replace(memory, room=Room.TO_TURN_ROUND if memory.room is Room.TO_SQUEEZE else Room.TO_SQUEEZE)
     return Move(0.0, 0.0, "waiting: no way out seen yet"), memory
 
 
@@ -311,8 +305,9 @@ def _clear_behind(snapshot: Snapshot, points: List[Point]) -> float:
 
 
 def _can_back_off(view: View, memory: Memory) -> bool:
-    sees_behind = view.snapshot.robot.sees_behind
-    return sees_behind and not memory.backed and _clear_behind(view.snapshot, view.points) > BACK_CLEAR
+    return (
+        view.snapshot.robot.sees_behind and not memory.backed
+        and _clear_behind(view.snapshot, view.points) > BACK_CLEAR)
 
 
 def _begin_to_back_off(view: View, memory: Memory) -> Tuple[Move, Memory]:
