@@ -13,7 +13,7 @@ from robot_on_bench import Bench
 from pioneer_control import p2os
 from pioneer_control.p2os import COMMANDS, UNKNOWN_TO, Argument
 from pioneer_control.robots.table import FAMILIES
-from pioneer_control.simulator.firmware.commands import HANDLERS, IGNORED, LETTERS, documented
+from pioneer_control.simulator.firmware.commands import HANDLERS, IGNORED, LETTERS
 from pioneer_control.simulator.hardware import standard_numbers
 
 PAGE = pathlib.Path(__file__).resolve().parents[3] / "docs" / "simulator-commands.md"
@@ -21,6 +21,23 @@ ONE_OF_EACH = {
     "PSOS": "pion1m", "P2OS": "p2dx", "AmigOS": "amigo", "AROS": "p3dx",
     "ARCOS": "p3dx-sh", "AmigoSH": "amigo-sh", "uARCS": "seekur", "MARCOS": "pioneer-lx",
 }
+
+
+COLUMNS = ("PSOS", "P2OS", "AmigOS", "AROS", "ARCOS")
+"""Families that the page has a column for; AmigoSH, uARCS and MARCOS are as ARCOS."""
+
+
+def documented():
+    """The rows of the page, by number: number, name, whether each of `COLUMNS` obeys, and what it does or why nothing.
+    """
+    for command in sorted(COMMANDS.values()):
+        handler = HANDLERS.get(command.name)
+        if handler is None:
+            known, does = ["-"] * len(COLUMNS), "ignored: %s" % IGNORED[command.name]
+        else:
+            known = ["yes" if handler.known_to(family) else "-" for family in COLUMNS]
+            does = ("" if "yes" in known else "MARCOS only: ") + handler.does
+        yield [str(command.number), command.name, *known, does]
 
 
 def missing_rows(text):

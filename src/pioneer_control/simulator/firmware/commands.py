@@ -2,28 +2,19 @@
 
 `HANDLERS` are the commands that do something, `IGNORED` the others. A handler gets the robot and the command's value.
 Numbers arrive in the units of the wire (mm, mm/s, deg, deg/s) and leave in SI. ``docs/simulator-commands.md`` shows
-the same rows to people; `documented` makes them.
+the same rows to people.
 """
 
 import math
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Protocol
+from typing import Any, Callable, Dict, NamedTuple, Optional
 
-from ...p2os import BAUD_RATES, COMMANDS, GripperCommand, ReceivedCommand, two_bytes
-from ...robots import RobotModel
-from ..clock import Clock
+from ...p2os import BAUD_RATES, GripperCommand, two_bytes
 from ..hardware.accessories import GYRO_OF_CLIENT
 from ..hardware.gripper import ParallelGripper
 from ..hardware.hardware import Hardware
-from ..hardware.robot_numbers import RobotNumbers
 from . import reports
+from .commanded_robot import CommandedRobot
 from .reports import GRIPPER_UNIT
-
-SETTINGS = dict(
-    rotation_kp=40, rotation_kv=20, rotation_ki=0, translation_kp=40, translation_kv=30, translation_ki=0,
-    drift_factor=0,
-    gyro_cw=0, gyro_ccw=0, aux1_baud=0, aux2_baud=0, aux3_baud=0, sounds_on=1,
-)
-"""What a client may set and the hardware does not obey, as at power-on, by its name in CONFIGpac."""
 
 LETTERS = {family: frozenset(letters) for family, letters in dict(
     PSOS="S", P2OS="P", AmigOS="G", AROS="A", ARCOS="C", AmigoSH="C", uARCS="CU", MARCOS="CM",
@@ -40,39 +31,6 @@ ALL, NOT_PSOS, LATER, ARCOS = "SPGAC", "PGAC", "AC", "C"
 def is_one_of(family: str, letters: str) -> bool:
     """Whether a firmware family is among those that the letters stand for."""
     return not LETTERS[family].isdisjoint(letters)
-
-
-class CommandedRobot(Protocol):
-    """A robot, as the handlers see it.
-
-    Attributes:
-        settings: what a client may set and CONFIGpac shows, by its name there.
-        baud: speed of its serial line.
-    """
-
-    name: str
-    model: RobotModel
-    numbers: RobotNumbers
-    hardware: Hardware
-    clock: Clock
-    settings: Dict[str, int]
-    baud: int
-
-    @property
-    def previous(self) -> Optional[ReceivedCommand]:
-        """The command before this one, in this session."""
-
-    def close_session(self) -> None:
-        """End the session."""
-
-    def restart(self) -> None:
-        """End the session as a fresh start of the controller does, and say so."""
-
-    def request(self, kind: str, how: int) -> None:
-        """Send packets of a kind with the SIP: 0 no more of them, 1 with the next one, more with every one."""
-
-    def send(self, packet: object) -> None:
-        """Send a packet at once."""
 
 
 class Handler(NamedTuple):
@@ -92,18 +50,7 @@ class Handler(NamedTuple):
         return is_one_of(family, self.families)
 
 
-def do_nothing(robot: CommandedRobot, _: Any) -> None:
-    """Do what every command does: keep the session alive."""
-
-
-# -- motion: with the motors off it is forgotten
-
-def may_drive(robot: CommandedRobot) -> bool:
-    """Whether the motors are on. If so, what VEL2 told the wheels ends."""
-    if robot.hardware.motors.enabled:
-        robot.hardware.drives.cancel_wheels()
-    return robot.hardware.motors.enabled
-
+# -- motion
 
 def enable(robot: CommandedRobot, on: int) -> None:
     """Obey ENABLE."""
@@ -113,45 +60,39 @@ def enable(robot: CommandedRobot, on: int) -> None:
         robot.hardware.motors.disable()
 
 
-def velocity(robot: CommandedRobot, mm_s: int) -> None:
-    """Obey VEL."""
-    if may_drive(robot):
-        robot.hardware.drives.linear.set_speed(mm_s / 1000.0)
+def motion(act: Callable[[Hardware, float], None]) -> Callable[[CommandedRobot, float], None]:
+    """The action of a motion command, made of what it does to the drives.
+
+    While the motors are off the robot forgets the command. With the motors on, what VEL2 told the wheels ends.
+    """
+    def obey(robot: CommandedRobot, value: float) -> None:
+        if robot.hardware.motors.enabled:
+            robot.hardware.drives.cancel_wheels()
+            act(robot.hardware, value)
+    return obey
 
 
-def rotation(robot: CommandedRobot, deg_s: int) -> None:
-    """Obey RVEL and ROTATE."""
-    if may_drive(robot):
-        robot.hardware.drives.angular.set_speed(math.radians(deg_s))
+def turn_by(hardware: Hardware, angle: float) -> None:
+    """Turn by an angle (rad) from the present heading."""
+    hardware.drives.angular.set_distance(angle)
 
 
-def wheels(robot: CommandedRobot, value: int) -> None:
-    """Obey VEL2."""
-    if robot.hardware.motors.enabled:
-        left, right = (units * robot.model.vel2_mm_s_per_unit / 1000.0 for units in two_bytes(value))
-        robot.hardware.drives.turn_wheels(left, right)
-
-
-def move(robot: CommandedRobot, mm: int) -> None:
-    """Obey MOVE."""
-    if may_drive(robot):
-        robot.hardware.drives.linear.set_distance(mm / 1000.0)
-
-
-def head(robot: CommandedRobot, deg: int) -> None:
+def head(hardware: Hardware, deg: float) -> None:
     """Obey HEAD."""
-    turn_by(robot, math.remainder(math.radians(deg) - robot.hardware.odometry.pose[2], 2.0 * math.pi))
+    turn_by(hardware, math.remainder(math.radians(deg) - hardware.odometry.pose[2], 2.0 * math.pi))
 
 
 def turn_goal(robot: CommandedRobot, deg: int) -> None:
-    """Obey DCHEAD."""
-    turn_by(robot, robot.hardware.heading_goal - robot.hardware.odometry.pose[2] + math.radians(deg))
+    """Obey DCHEAD. The goal counts that the robot had before this command."""
+    hardware = robot.hardware
+    motion(turn_by)(robot, hardware.heading_goal - hardware.odometry.pose[2] + math.radians(deg))
 
 
-def turn_by(robot: CommandedRobot, angle: float) -> None:
-    """Turn by an angle (rad) from the present heading."""
-    if may_drive(robot):
-        robot.hardware.drives.angular.set_distance(angle)
+def wheels(robot: CommandedRobot, value: int) -> None:
+    """Obey VEL2. Like a motion command, but it does not end what an earlier VEL2 told the wheels."""
+    if robot.hardware.motors.enabled:
+        left, right = (units * robot.model.vel2_mm_s_per_unit / 1000.0 for units in two_bytes(value))
+        robot.hardware.drives.turn_wheels(left, right)
 
 
 def stop(robot: CommandedRobot, _: Any) -> None:
@@ -164,11 +105,6 @@ def emergency_stop(robot: CommandedRobot, _: Any) -> None:
     """Obey E_STOP and QSTOP."""
     robot.hardware.drives.cancel_wheels()
     robot.hardware.drives.emergency_stop()
-
-
-def set_turning_limit(robot: CommandedRobot, deg_s: int) -> None:
-    """Obey SETRVDIR."""
-    robot.hardware.drives.angular.limits.set_limit_towards(math.radians(deg_s))
 
 
 # -- sonar, inputs, outputs
@@ -350,45 +286,43 @@ def aux_baud(port: int) -> Handler:
                    "Shown in CONFIGpac, until the session ends; the devices hear at any speed.")
 
 
-_ROTATE = "Rotate at this speed (deg/s), within SETRV, with the ramps of SETRA."
+_ROTATE = motion(lambda hardware, deg_s: hardware.drives.angular.set_speed(math.radians(deg_s)))
+_ROTATES = "Rotate at this speed (deg/s), within SETRV, with the ramps of SETRA."
 _EMERGENCY_STOP = "Stop as fast as the drives can, until the next motion command."
-_TURNING_LIMIT = (
+_TURNING_LIMIT = Handler(
+    int, lambda robot, deg_s: robot.hardware.drives.angular.limits.set_limit_towards(math.radians(deg_s)), ARCOS,
     "Speed limit (deg/s) of later turns counter-clockwise, or when negative clockwise. Sources give it two numbers,"
-    " both are"
-    " obeyed.")
+    " both are obeyed.")
 
 HANDLERS: Dict[str, Handler] = {
-    "PULSE": Handler(None, do_nothing, ALL,
+    "PULSE": Handler(None, lambda robot, _: None, ALL,
                      "Feeds the watchdog, as every packet does; a robot that it stopped takes up its old set points."),
-    "OPEN": Handler(None, do_nothing, ALL,
+    "OPEN": Handler(None, lambda robot, _: None, ALL,
                     "Begins a session after SYNC0, SYNC1, SYNC2: motors off, sonar on, pose 0, a SIP every 100 ms."
                     " Inside a session: nothing."),
     "CLOSE": Handler(None, lambda robot, _: robot.close_session(), ALL,
                      "Ends the session: motors and sonar off, no more packets, parameters as at power-on; the next"
-                     " client is"
-                     " welcome at once."),
+                     " client is welcome at once."),
     "RESET": Handler(None, lambda robot, _: robot.restart(), ARCOS,
                      "Ends the session as a fresh start of the controller, and says so with 0xFF."),
     "HOSTBAUD": Handler(int, host_baud, NOT_PSOS,
                         "Another speed of the line (a pseudo-terminal garbles what comes at the old one), until the"
-                        " session"
-                        " ends."),
+                        " session ends."),
     "ENABLE": Handler(int, enable, ALL,
                       "Motor power on, unless the STOP button or an empty battery forbids it, or off."),
-    "VEL": Handler(int, velocity, ALL,
-                   "Translate at this speed (mm/s), within SETV, with the ramps of SETA; forgotten while the motors"
-                   " are off, as"
-                   " all motion commands."),
-    "RVEL": Handler(int, rotation, ALL, _ROTATE),
-    "ROTATE": Handler(int, rotation, NOT_PSOS, _ROTATE),
+    "VEL": Handler(int, motion(lambda hardware, mm_s: hardware.drives.linear.set_speed(mm_s / 1000.0)), ALL,
+                   "Translate at this speed (mm/s), within SETV, with the ramps of SETA; forgotten while the motors are"
+                   " off, as all motion commands."),
+    "RVEL": Handler(int, _ROTATE, ALL, _ROTATES),
+    "ROTATE": Handler(int, _ROTATE, NOT_PSOS, _ROTATES),
     "VEL2": Handler(int, wheels, ALL,
                     "Left wheel in the high byte, right in the low one, in the model's VEL2 unit. ARCOS makes"
-                    " translation and"
-                    " rotation of it, with their limits; before, each wheel has its own speed, and only SETA counts."),
-    "MOVE": Handler(int, move, NOT_PSOS,
+                    " translation and rotation of it, with their limits; before, each wheel has its own speed, and only"
+                    " SETA counts."),
+    "MOVE": Handler(int, motion(lambda hardware, mm: hardware.drives.linear.set_distance(mm / 1000.0)), NOT_PSOS,
                     "Translate this far (mm; negative: backward) at SETV, with the ramps of SETA, and stop there."),
-    "HEAD": Handler(int, head, ALL, "Turn to this heading (deg) of the robot's own frame, the shortest way."),
-    "DHEAD": Handler(int, lambda robot, deg: turn_by(robot, math.radians(deg)), ALL,
+    "HEAD": Handler(int, motion(head), ALL, "Turn to this heading (deg) of the robot's own frame, the shortest way."),
+    "DHEAD": Handler(int, motion(lambda hardware, deg: turn_by(hardware, math.radians(deg))), ALL,
                      "Turn by this angle (deg) from the present heading."),
     "DCHEAD": Handler(int, turn_goal, NOT_PSOS, "Turn by this angle (deg) from the heading it is turning to."),
     "STOP": Handler(None, stop, NOT_PSOS, "Ramp down; the motors stay on."),
@@ -400,8 +334,8 @@ HANDLERS: Dict[str, Handler] = {
                     "Speed limit (mm/s) of later commands."),
     "SETRV": Handler(int, lambda robot, deg_s: robot.hardware.drives.angular.limits.set_limit(math.radians(deg_s)), ALL,
                      "Speed limit (deg/s) of later commands."),
-    "SETRVDIR_ARCOS": Handler(int, set_turning_limit, ARCOS, _TURNING_LIMIT),
-    "SETRVDIR": Handler(int, set_turning_limit, ARCOS, _TURNING_LIMIT),
+    "SETRVDIR_ARCOS": _TURNING_LIMIT,
+    "SETRVDIR": _TURNING_LIMIT,
     "SETA": Handler(int, lambda robot, mm_s2: robot.hardware.drives.linear.limits.set_rate(mm_s2 / 1000.0), NOT_PSOS,
                     "Acceleration, or when negative deceleration (mm/s^2)."),
     "SETRA": Handler(int, lambda robot, deg_s2: robot.hardware.drives.angular.limits.set_rate(math.radians(deg_s2)),
@@ -412,8 +346,7 @@ HANDLERS: Dict[str, Handler] = {
                      " reading), none set: all."),
     "POLLING": Handler(bytes, polling, ALL,
                        "A new firing sequence of the arrays that it names (numbers count from 1, repeats allowed, 16"
-                       " for an"
-                       " array); empty: sonar off, sequences kept."),
+                       " for an array); empty: sonar off, sequences kept."),
     "SONARCYCLE": Handler(int, sonar_cycle, LATER, "Time of a firing, 2 to 120 ms, in every array."),
     "DIGOUT": Handler(int, digital_out, ALL,
                       "Mask of the outputs to change in the high byte, their new states in the low one."),
@@ -426,28 +359,25 @@ HANDLERS: Dict[str, Handler] = {
     "JOYREQUEST": request("joystick", "JOYSTICKpac (before the SIP)", LATER),
     "JOYDRIVE": Handler(int, lambda robot, on: robot.hardware.allow_joystick(bool(on)), NOT_PSOS,
                         "Whether a joystick that is plugged in (`robot.hardware.joystick`) drives while its first"
-                        " button is"
-                        " pressed."),
+                        " button is pressed."),
     "GYRO": Handler(int, gyro, LATER,
                     "Gyro read by the client (HasGyro 1): 1 sends GYROpac before every SIP, 0 ends that. Gyro in the"
-                    " robot"
-                    " (2): the heading is made of 0 the encoders, 1 both, 2 the gyro alone. Without a gyro: nothing."),
+                    " robot (2): the heading is made of 0 the encoders, 1 both, 2 the gyro alone. Without a gyro:"
+                    " nothing."),
     "GYROCALCW": setting("gyro_cw", ARCOS),
     "GYROCALCCW": setting("gyro_ccw", ARCOS),
     "TCM2": Handler(int, compass, NOT_PSOS,
                     "Where a compass is fitted: 0 off, 1 shown in the SIP, 2 one TCM2pac, 3 one with every SIP, 6 one"
-                    " and then"
-                    " as 1, 7 as after power-on. 4 and 5 calibrate, which changes nothing here."),
+                    " and then as 1, 7 as after power-on. 4 and 5 calibrate, which changes nothing here."),
     "PLAYLIST": Handler(int, playlist, "GPA",
                         "Send PLAYLIST: AmigOS its sounds, all for 0; the others 25 zero bytes."),
     "SOUNDTOG": Handler(int, sounds, "GAC", "Shown in PLAYLIST; nobody hears anything."),
     "GRIPPER": Handler(int, gripper, NOT_PSOS,
-                       "One of the sub-commands 1 to 8 and 15 at once; 16 and 17 wait for their GRIPPERVAL."
-                       " Without a gripper: nothing."),
+                       "One of the sub-commands 1 to 8 and 15 at once; 16 and 17 wait for their GRIPPERVAL. Without a"
+                       " gripper: nothing."),
     "GRIPPERVAL": Handler(int, gripper_value, NOT_PSOS,
-                          "Right behind GRIPPER 16: the grasp time, 1 to 100; behind 17: how far the lift goes, -255"
-                          " to 255;"
-                          " anywhere else nothing."),
+                          "Right behind GRIPPER 16: the grasp time, 1 to 100; behind 17: how far the lift goes, -255 to"
+                          " 255; anywhere else nothing."),
     "TTY2": aux_write(1),
     "TTY3": aux_write(2),
     "TTY4": aux_write(3),
@@ -512,24 +442,3 @@ IGNORED: Dict[str, str] = {
 }
 """Commands of the protocol that change nothing here whatever the firmware, and why: they only keep the session alive.
 """
-
-COLUMNS = ("PSOS", "P2OS", "AmigOS", "AROS", "ARCOS")
-"""Families that the table for people has a column for; AmigoSH, uARCS and MARCOS are as ARCOS."""
-
-
-def documented() -> List[List[str]]:
-    """The rows of the table for people, by number.
-
-    Returns:
-        For each command its number, its name, whether each of `COLUMNS` obeys, and what it does or why nothing.
-    """
-    rows = []
-    for command in sorted(COMMANDS.values()):
-        handler = HANDLERS.get(command.name)
-        if handler is None:
-            known, does = ["-"] * len(COLUMNS), "ignored: %s" % IGNORED[command.name]
-        else:
-            known = ["yes" if handler.known_to(family) else "-" for family in COLUMNS]
-            does = ("" if "yes" in known else "MARCOS only: ") + handler.does
-        rows.append([str(command.number), command.name, *known, does])
-    return rows

@@ -56,8 +56,8 @@ BATTERY_DIVIDER = 4.0
 """By what the voltage of a 12 V battery is divided before it comes to the last analog input (the manuals do not say).
 """
 PLAYLIST_ID = 0xD0
-SOUNDS: List[Tuple[str, int]] = [("~greetings", 0), ("hello", 8000), ("goodbye", 6400)]
-"""Stored sounds of an AmigoBot: name and length in bytes; a leading ~ marks a group."""
+SOUNDS: List[Tuple[str, int, int]] = [("~greetings", 0, 0), ("hello", 0, 8000), ("goodbye", 8000, 6400)]
+"""Stored sounds of an AmigoBot: name, where it begins and its length in bytes; a leading ~ marks a group."""
 FLOATING = 0xFF
 """Inputs with nothing connected."""
 UNCONNECTED = int(DigitalIn.INPUT_6 | DigitalIn.INPUT_7)
@@ -232,22 +232,14 @@ def tcm2(hardware: Hardware) -> p2os.TCM2:
     )
 
 
-def playlist(family: str, number: int, sounds_on: int) -> List[Any]:
+def playlist(family: str, number: int, sounds_on: int) -> List[object]:
     """Answer to PLAYLIST: the stored sounds of an AmigoBot, all of them for 0; the others have none, and say so with
-    zeros.
+    zeros. Of all sounds, the first packet has their count in place of its number.
     """
     if family != "AmigOS":
         return [p2os.UnknownPacket(PLAYLIST_ID, bytes(25))]
-    asked = range(1, len(SOUNDS) + 1) if number == 0 else [number] if 1 <= number <= len(SOUNDS) else []
-    packets: List[Any] = []
-    offset = 0
-    for sound in range(1, len(SOUNDS) + 1):
-        name, length = SOUNDS[sound - 1]
-        if sound in asked:
-            first = len(SOUNDS) if number == 0 and not packets else sound
-            packets.append(p2os.Playlist(first, sounds_on, name, offset, length))
-        offset += length
-    return packets
+    return [p2os.Playlist(len(SOUNDS) if number == 0 and sound == 1 else sound, sounds_on, *stored)
+            for sound, stored in enumerate(SOUNDS, 1) if number in (0, sound)]
 
 
 NO_ARM = p2os.Arm(status_bits=0, motion_bits=0, positions=(0,) * 6)
@@ -293,12 +285,11 @@ def config(hardware: Hardware, name: str, numbers: RobotNumbers, settings: Dict[
     return p2os.Config(**{field: values[field] for field in CONFIG_FIELDS[:CONFIG_FIELDS.index(end) + 1]})
 
 
-BEFORE_SIP: Mapping[str, Callable[[Hardware], object]] = {"gyro": gyro, "joystick": joystick}
-BEHIND_SIP: Mapping[str, Callable[[Hardware], object]] = {
-    "encoder": encoder, "gripper": gripper, "io": io, "battery": battery_info, "compass": tcm2,
-    "arm": lambda hardware: NO_ARM,
+PACKETS: Mapping[str, Callable[[Hardware], object]] = {
+    "gyro": gyro, "joystick": joystick, "sip": sip, "encoder": encoder, "gripper": gripper, "io": io,
+    "battery": battery_info, "compass": tcm2, "arm": lambda hardware: NO_ARM,
 }
-"""The packets that a client can ask for, in the order in which they go out with a SIP."""
+"""The SIP and the packets that a client can ask for, in the order in which they go out."""
 
 
 def charger(hardware: Hardware) -> int:

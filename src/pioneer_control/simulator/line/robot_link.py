@@ -1,59 +1,18 @@
-"""One robot with its line: what faults act on.
+"""One robot with its line: what faults act on."""
 
-And what a line needs to know of a robot, whether simulated or played from a record.
-"""
+from typing import Callable, Optional, Union
 
-from typing import Callable, Optional, Protocol, Sequence
-
-from ..clock import Clock
-from ..firmware.firmware import Firmware, FirmwareState
+from ..firmware.firmware import Firmware
+from ..firmware.robot_on_line import RobotOnLine
 from ..hardware.hardware import Hardware
+from ..simulation import Simulation
 from .one_way import OneWay
 
 TO_ROBOT, FROM_ROBOT = WAYS = ("to-robot", "from-robot")
 
 
-class RobotOnLine(Protocol):
-    """A robot, as its line sees it. `Firmware` says what each of these is."""
-
-    name: str
-    baud: int
-    closed_sessions: int
-    line_takes_time: bool
-
-    @property
-    def session(self) -> FirmwareState:
-        """How far a client has come."""
-
-    @property
-    def next_sip_us(self) -> int:
-        """When it next sends by itself."""
-
-    def receive(self, data: bytes) -> None:
-        """Take bytes from the client."""
-
-    def take_sent(self) -> bytes:
-        """Give all that it sent since the last call."""
-
-    def close_session(self) -> None:
-        """End the session."""
-
-
-class RobotsInTime(Protocol):
-    """Robots that share a simulated time: a `Simulation`, or one robot alone."""
-
-    clock: Clock
-
-    @property
-    def robots(self) -> Sequence[RobotOnLine]:
-        """All of them."""
-
-    @property
-    def next_step_us(self) -> int:
-        """When one of them takes its next step."""
-
-    def run_to(self, end_us: int) -> None:
-        """Let simulated time pass for all."""
+RobotsInTime = Union[Simulation, RobotOnLine]
+"""Robots that share a simulated time, or one robot alone."""
 
 
 class RobotLink:

@@ -15,12 +15,13 @@ import time
 from typing import Any, Callable, List, Optional, Sequence, Tuple, Union
 
 from ...errors import LinkError, ParameterError
-from ..firmware.firmware import Firmware, FirmwareState
+from ..firmware.firmware import Firmware
+from ..firmware.robot_on_line import FirmwareState, RobotOnLine
 from .faults import Fault
 from .line_recorder import LineRecorder
 from .line_simulation import Arrival, LineSimulation
 from .lines import ServedLine, PtyLine, TcpLine, host_and_port
-from .robot_link import RobotOnLine, RobotsInTime
+from .robot_link import RobotsInTime
 
 STANDARD_PORT = 8101
 """The TCP port on which a Pioneer's clients expect a simulator (protocol 2.1)."""

@@ -8,21 +8,21 @@ the client sends something else than the recorded client did, it is said once in
 The format of a record is in `p2os.recording`. No thread, clock of the computer or socket is in here.
 """
 
+import itertools
 from collections import Counter
 from typing import Callable, Counter as CounterType, Dict, Iterable, List, NamedTuple, Optional
 
 from ... import p2os
 from ...errors import UsageError
-from ...p2os import SYNC0, SYNC2, Frame, FrameDecoder
+from ...p2os import SYNC0, SYNC2, Frame, FrameDecoder, ReceivedCommand
 from ...p2os.recording import Entry
 from ..clock import NEVER_US, Clock
-from ..firmware.firmware import FirmwareState
+from ..firmware.robot_on_line import FirmwareState, RobotOnLine
 
 OPEN = 3
 """The stage of a connection behind SYNC0, SYNC1 and SYNC2."""
 IDS = (0, 1, 2, 1)
 """Of the command that each stage waits for."""
-CLOSE_ID = 2
 HOST_BAUD = 9600
 STEP_US = 5000
 """At least this often it is looked whether something is due."""
@@ -32,13 +32,18 @@ class RecordedStep(NamedTuple):
     """Something of the record, microseconds after its beginning: bytes of the robot, or a packet of its client."""
 
     time_us: int
-    data: bytes
-    frame: Optional[Frame]
+    data: bytes = b""
+    command: Optional[ReceivedCommand] = None
     stage: Optional[int] = None
     """SYNC0, SYNC1, SYNC2 or OPEN, where the robot answered to that: the record waits here."""
 
+    @property
+    def ends_session(self) -> bool:
+        """Whether the client ended its session here. A SYNC2 has the number of CLOSE, too."""
+        return self.stage is None and self.command is not None and self.command.name == "CLOSE"
 
-class PlayedRobot:
+
+class PlayedRobot(RobotOnLine):
     """One robot of a record.
 
     Args:
@@ -61,34 +66,24 @@ class PlayedRobot:
             raise UsageError("no connection begins in the record of robot %d: no client could connect to it. Recorder"
                              " first, then the driver" % robot)
         self._last = max(at for at, step in enumerate(self.steps) if step.data)
-        self.name = "robot %s" % robot
-        self.clock = Clock()
-        self.baud = HOST_BAUD
-        """The speed a terminal needs for not garbling it."""
-        self.session = FirmwareState.OPEN if self.steps[0].data else FirmwareState.WAITING
-        """Of the client of today; a robot that was left open streams from the start."""
-        self.closed_sessions = 0
-        self.heard = False
+        super().__init__("robot %s" % robot, Clock(), HOST_BAUD)
+        if self.steps[0].data:      # it was left open, and streams from the start
+            self.session = FirmwareState.OPEN
+        self._heard = False
         self._say = say
         self._at = 0
         self._lag_us = -self.steps[0].time_us       # how much later it is played
         self._decoder = FrameDecoder()
-        self._sent: List[bytes] = []
         self._over_told = False
-        self._expected: Optional[List[Frame]] = None    # of the client, in this connection; None once it did otherwise
+        # Commands of the client, in this connection; None once it did otherwise.
+        self._expected: Optional[List[ReceivedCommand]] = None
         self._counts: CounterType[str] = Counter()      # of commands: the record's less the client's
+        self.next_step_us = min(self.next_sip_us, STEP_US)
 
     @property
     def over(self) -> bool:
         """Whether the record has nothing more that the robot said."""
         return self._at > self._last
-
-    # -- as of a Firmware
-
-    @property
-    def robots(self) -> List["PlayedRobot"]:
-        """Itself: it is alone."""
-        return [self]
 
     @property
     def next_sip_us(self) -> int:
@@ -100,13 +95,8 @@ class PlayedRobot:
                 return self.steps[at].time_us + self._lag_us
         return NEVER_US
 
-    @property
-    def next_step_us(self) -> int:
-        """When there is something to do next."""
-        return min(self.next_sip_us, self.clock.now_us + STEP_US)
-
     def run_to(self, end_us: int) -> None:
-        """Let time pass until `end_us`; what was said then meanwhile is kept for `take_sent`."""
+        """Let time pass until `end_us`, and say what was said then meanwhile."""
         while self._at < len(self.steps):
             step = self.steps[self._at]
             if step.stage is not None or step.time_us + self._lag_us > end_us:
@@ -117,111 +107,85 @@ class PlayedRobot:
         if self.over and not self._over_told:
             self._over_told = True
             self._tell("the record is over: the robot says nothing more")
-
-    def take_sent(self) -> bytes:
-        """What it said since the last call."""
-        sent, self._sent = b"".join(self._sent), []
-        return sent
-
-    def advance(self, dt: float) -> bytes:
-        """Let `dt` s pass, and return what it said meanwhile."""
-        self.run_to(self.clock.after(dt))
-        return self.take_sent()
+        self.next_step_us = min(self.next_sip_us, end_us + STEP_US)
 
     def receive(self, data: bytes) -> None:
         """Take bytes of the client."""
         for frame in self._decoder.feed(data):
-            self.heard = True
+            self._heard = True
             if self.session is FirmwareState.OPEN:
-                self._compare(frame)
+                self._compare(p2os.decode_command(frame))
             elif frame.id in IDS:
                 self._connect(frame.id)
         self.run_to(self.clock.now_us)
 
     def close_session(self) -> None:
         """The client ended its session, or another one has come: go on behind the record's own end of it."""
-        if not self.heard:
+        if not self._heard:
             self._go_to(0)
             return
         self.session, self.baud = FirmwareState.WAITING, HOST_BAUD
         self.closed_sessions += 1
-        self._tell_counts()
-        ahead = range(self._at, len(self.steps))
-        end = next((at for at in ahead if self.steps[at].stage == SYNC0 or self._is_close(at)), len(self.steps))
-        self._go_to(end + 1 if end in ahead and self._is_close(end) else end)
+        # which commands came more or less often than in the record
+        counts = ["%s %+d" % (name, -count) for name, count in sorted(self._counts.items()) if count]
+        if counts:
+            self._tell("in this connection the client sent, against that of the record: %s" % ", ".join(counts))
+        self._counts.clear()
+        ahead = [(at, self.steps[at]) for at in range(self._at, len(self.steps))]
+        behind = (at + 1 if step.ends_session else at for at, step in ahead if step.ends_session or step.stage == SYNC0)
+        self._go_to(next(behind, len(self.steps)))
 
     # -- the record
 
     def _go_to(self, at: int) -> None:
         """Go on with a step of the record now."""
         self._at = at
-        passed = self.steps[max(0, at - 1)]
-        self._lag_us = self.clock.now_us - passed.time_us
+        self._lag_us = self.clock.now_us - self.steps[max(0, at - 1)].time_us
 
-    def _is_close(self, at: int) -> bool:
-        frame = self.steps[at].frame
-        return frame is not None and frame.id == CLOSE_ID and self.steps[at].stage is None
-
-    def _connect(self, id: int) -> None:
+    def _connect(self, number: int) -> None:
         """Take SYNC0, SYNC1, SYNC2 or OPEN, in the order of the record. What is out of order is not answered, as then.
 
         Two things are let pass. The client may begin the connection again. And it may send OPEN after an answer to
         SYNC2 that the record's client had not heard: then the record goes on at the OPEN that came later.
         """
         stages = [(at, step.stage) for at, step in enumerate(self.steps) if step.stage is not None]
-        before, ahead = [each for each in stages if each[0] < self._at], [each for each in stages
-                                                                          if each[0] >= self._at]
-        fits = bool(ahead) and id == IDS[ahead[0][1]]
+        before = [each for each in stages if each[0] < self._at]
+        ahead = stages[len(before):]
+        fits = bool(ahead) and number == IDS[ahead[0][1]]
         places: List[int] = []
         if fits:
             places = [ahead[0][0]]
-        elif id == SYNC0 and ahead:
+        elif number == SYNC0 and ahead:
             places = [at for at, stage in before if stage == SYNC0][-1:]
-        elif id == IDS[OPEN] and before and before[-1][1] == SYNC2:
+        elif number == IDS[OPEN] and before and before[-1][1] == SYNC2:
             places = [at for at, stage in ahead if stage == OPEN]
         if not places:
             return
         at = places[0]
-        if fits and id != SYNC0:
+        if fits and number != SYNC0:
             self._sent += [step.data for step in self.steps[self._at:at]]
         self._go_to(at + 1)
         if self.steps[at].stage == OPEN:
             self.session = FirmwareState.OPEN
-            self._expected = self._client_of(at + 1)
-            self._counts = Counter(map(_name, self._expected))
+            connection = itertools.takewhile(
+                lambda step: step.stage is None and not step.ends_session, self.steps[at + 1:])
+            self._expected = [step.command for step in connection if step.command and not _is_question(step.command)]
+            self._counts = Counter(command.name for command in self._expected)
 
-    def _client_of(self, begin: int) -> List[Frame]:
-        """What the record's client said in the connection that begins at a step, without its end."""
-        said = []
-        for at in range(begin, len(self.steps)):
-            if self._is_close(at) or self.steps[at].stage is not None:
-                break
-            frame = self.steps[at].frame
-            if frame is not None and not _is_question(frame):
-                said.append(frame)
-        return said
-
-    def _compare(self, frame: Frame) -> None:
-        """Compare a packet of an open session with the record's."""
-        if frame.id == CLOSE_ID:
+    def _compare(self, command: ReceivedCommand) -> None:
+        """Compare a command of an open session with the record's."""
+        if command.name == "CLOSE":
             self.close_session()
             return
-        if _is_question(frame):
+        if _is_question(command):
             return
-        command = p2os.decode_command(frame)
         if command.name == "HOSTBAUD" and isinstance(command.value, int) and 0 <= command.value < len(p2os.BAUD_RATES):
             self.baud = p2os.BAUD_RATES[command.value]
-        self._counts[_name(frame)] -= 1
-        if self._expected is not None and (not self._expected or self._expected.pop(0) != frame):
+        self._counts[command.name] -= 1
+        if self._expected is not None and (not self._expected or self._expected.pop(0) != command):
             self._expected = None
-            self._tell("here the client sends %s, and that of the record did not" % _told(frame))
-
-    def _tell_counts(self) -> None:
-        """Say at the end of a connection which commands came more or less often than in the record."""
-        counts = ["%s %+d" % (name, -count) for name, count in sorted(self._counts.items()) if count]
-        if counts:
-            self._tell("in this connection the client sent, against that of the record: %s" % ", ".join(counts))
-        self._counts.clear()
+            told = command.name if command.value is None else "%s %s" % (command.name, str(command.value))
+            self._tell("here the client sends %s, and that of the record did not" % told)
 
     def _tell(self, sentence: str) -> None:
         self._say((self.clock.now_us - self._lag_us) * 1e-6, sentence)
@@ -250,7 +214,7 @@ def steps_of(entries: Iterable[Entry], robot: int) -> List[RecordedStep]:
                     asked.setdefault(OPEN, len(steps))
                 if frame.id in IDS:
                     asked[frame.id] = len(steps)
-                steps.append(RecordedStep(time_us, b"", frame))
+                steps.append(RecordedStep(time_us, command=p2os.decode_command(frame)))
                 continue
             stage = _stage_answered(frame)
             if stage in asked:
@@ -258,7 +222,7 @@ def steps_of(entries: Iterable[Entry], robot: int) -> List[RecordedStep]:
                 synced = stage == SYNC2
                 asked.clear()
         if not entry.to_robot:
-            steps.append(RecordedStep(time_us, entry.data, None))
+            steps.append(RecordedStep(time_us, entry.data))
     if not any(step.data for step in steps):
         raise UsageError("the record has nothing that a robot %s said" % robot)
     return steps
@@ -272,16 +236,6 @@ def _stage_answered(frame: Frame) -> Optional[int]:
     return {p2os.SyncReply: SYNC2, p2os.Sip: OPEN}.get(type(packet))
 
 
-def _is_question(frame: Frame) -> bool:
+def _is_question(command: ReceivedCommand) -> bool:
     """ENCODER 1: asked only to see whether it arrives (client.link_check), at moments that differ from run to run."""
-    command = p2os.decode_command(frame)
     return command.name == "ENCODER" and command.value == 1
-
-
-def _name(frame: Frame) -> str:
-    return p2os.decode_command(frame).name
-
-
-def _told(frame: Frame) -> str:
-    value = p2os.decode_command(frame).value
-    return _name(frame) if value is None else "%s %s" % (_name(frame), str(value))
