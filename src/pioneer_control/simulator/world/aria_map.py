@@ -7,6 +7,7 @@ gaps stay between them; its borders become few long segments, see `grids.borders
 there is room, else at the most spacious place, or outside.
 """
 
+import collections
 import math
 import re
 from pathlib import Path
@@ -41,22 +42,16 @@ CAIRN = re.compile(r"(\S+)" + 3 * NUMBER + r'\s+"[^"]*"\s+(\S+)\s+"([^"]*)"\s*(.
 CAIRN_FORM = 'Cairn: TYPE x y theta "" ICON "NAME" [x1 y1 x2 y2]'
 
 
-def read_aria_map(path: Path, text: str) -> World:
-    """The world of a map.
+class AriaMap:
+    """Reads a map: collects what its file says, line by line.
 
     Args:
-        path: for the world's name and for errors.
-        text: all of the file.
+        path: of the file, for the world's name and for errors.
     """
-    return _AriaMap(path).world(text)
-
-
-class _AriaMap:
-    """Collects what a file says, line by line."""
 
     def __init__(self, path: Path):
         self._path = path
-        self._line = 0
+        self._line = 1      # that is being read
         self._resolution = 0.1
         self._walls: List[Wall] = []
         self._boxes: List[Wall] = []
@@ -64,16 +59,15 @@ class _AriaMap:
         self._starts: List[Pose] = []
         self._docks: List[Pose] = []
         self._goals: Dict[str, Pose] = {}
-        self._skipped: Dict[str, List[int]] = {}
+        self._skipped: Dict[str, List[int]] = collections.defaultdict(list)     # lines, by what stands there
 
     def world(self, text: str) -> World:
-        lines = text.split("\n")
-        self._line = 1
-        if lines[0].strip() != FIRST_LINE:
-            self.fail("the first line of an ARIA map must be %s, not %r" % (FIRST_LINE, lines[0].strip()[:40]))
-        take: Callable[[_AriaMap, str], None] = _AriaMap._header
-        for self._line, line in enumerate(lines[1:], 2):
-            line = line.strip()
+        """The world of the map, from all of the file's text."""
+        first, *lines = map(str.strip, text.split("\n"))
+        if first != FIRST_LINE:
+            self.fail("the first line of an ARIA map must be %s, not %r" % (FIRST_LINE, first[:40]))
+        take: Callable[[AriaMap, str], None] = AriaMap._header
+        for self._line, line in enumerate(lines, 2):
             if line.rstrip(":") in SECTIONS:
                 take = SECTIONS[line.rstrip(":")]
             elif line:
@@ -90,9 +84,6 @@ class _AriaMap:
 
     def fail(self, message: str) -> NoReturn:
         raise WorldError("world file %s, line %s: %s" % (self._path, self._line, message))
-
-    def skip(self, kind: str) -> None:
-        self._skipped.setdefault(kind, []).append(self._line)
 
     def numbers(self, text: str, count: int, legal: str) -> List[float]:
         """Read `count` finite numbers."""
@@ -119,12 +110,12 @@ class _AriaMap:
                 self.fail("Resolution must be above 0 mm, not %g" % resolution)
             self._resolution = resolution / 1000.0
         elif key not in QUIET_KEYS:
-            self.skip("%s:" % key)
+            self._skipped["%s:" % key].append(self._line)
 
     def _wall(self, line: str) -> None:
         x1, y1, x2, y2 = self.numbers(line, 4, "four numbers, x1 y1 x2 y2 (mm), under LINES")
         if (x1, y1) == (x2, y2):
-            self.skip("a line without length")
+            self._skipped["a line without length"].append(self._line)
         else:
             self._walls.append((x1 / 1000.0, y1 / 1000.0, x2 / 1000.0, y2 / 1000.0))
 
@@ -138,7 +129,7 @@ class _AriaMap:
         kind = text.split(" ", 1)[0]
         known = [act for pattern, act in OBJECTS if re.fullmatch(pattern, kind)]
         if not known:
-            self.skip(kind or "a Cairn without a type")
+            self._skipped[kind or "a Cairn without a type"].append(self._line)
             return
         match = CAIRN.fullmatch(text)
         if not match:
@@ -146,16 +137,10 @@ class _AriaMap:
         x, y, theta = self.numbers(" ".join(match.group(2, 3, 4)), 3, "x y theta (mm, degrees) in %s" % CAIRN_FORM)
         known[0](self, (x / 1000.0, y / 1000.0, math.radians(theta)), match.group(6), match.group(7))
 
-    def _start(self, pose: Pose, name: str, rest: str) -> None:
-        self._starts.append(pose)
-
-    def _dock(self, pose: Pose, name: str, rest: str) -> None:
-        self._docks.append(pose)
-
     def _goal(self, pose: Pose, name: str, rest: str) -> None:
         name = name or "goal %s" % (len(self._goals) + 1)
         if name in self._goals:
-            self.skip("another goal named %r" % name)
+            self._skipped["another goal named %r" % name].append(self._line)
         else:
             self._goals[name] = pose
 
@@ -179,18 +164,17 @@ class _AriaMap:
         if not self._points:
             return []
         side = max(2.0 * self._resolution, LEAST_CELL)
-        points = np.array(self._points)
-        low = np.floor(points.min(axis=0) / side)
-        columns, rows = (np.floor(points.max(axis=0) / side) - low + 1).tolist()
+        at = np.floor(np.array(self._points) / side)
+        low = at.min(axis=0)
+        columns, rows = (at.max(axis=0) - low + 1).tolist()
         if max(columns, rows) > MOST_CELLS:
             raise WorldError(
                 "world file %s: its points lie %g m by %g m apart; with Resolution %g mm at most %g m are legal" % (
                     self._path, columns * side, rows * side, self._resolution * 1000, MOST_CELLS * side))
         cells = np.zeros((int(rows), int(columns)), dtype=bool)
-        at_column, at_row = (np.floor(points / side) - low).astype(int).T
+        at_column, at_row = (at - low).astype(int).T
         cells[at_row, at_column] = True
-        left, lower = (low * side).tolist()
-        return place(borders(cells), (left, lower), side)
+        return place(borders(cells), (low * side).tolist(), side)
 
     def _find_start(self, walls: List[Wall]) -> Pose:
         if not walls:
@@ -206,13 +190,13 @@ class _AriaMap:
         return (x, y, 0.0) if world.clearance(x, y) >= START_CLEARANCE else (low_x - OUTSIDE, low_y - OUTSIDE, 0.0)
 
 
-SECTIONS: Dict[str, Callable[[_AriaMap, str], None]] = {"LINES": _AriaMap._wall, "DATA": _AriaMap._point}
+SECTIONS: Dict[str, Callable[[AriaMap, str], None]] = {"LINES": AriaMap._wall, "DATA": AriaMap._point}
 """Heads of sections, and what takes each of their lines."""
-OBJECTS: Tuple[Tuple[str, Callable[[_AriaMap, Pose, str, str], None]], ...] = (
-    ("RobotHome", _AriaMap._start),
-    (r"Dock\w*", _AriaMap._dock),
-    ("Goal|GoalWithHeading", _AriaMap._goal),
-    (r"Sim\.BoxObstacle", _AriaMap._box),
-    ("Reflector", _AriaMap._reflector),
+OBJECTS: Tuple[Tuple[str, Callable[[AriaMap, Pose, str, str], None]], ...] = (
+    ("RobotHome", lambda found, pose, name, rest: found._starts.append(pose)),
+    (r"Dock\w*", lambda found, pose, name, rest: found._docks.append(pose)),
+    ("Goal|GoalWithHeading", AriaMap._goal),
+    (r"Sim\.BoxObstacle", AriaMap._box),
+    ("Reflector", AriaMap._reflector),
 )
 """Types of objects that a world has, and what takes one: given its pose, its name, and what follows that."""

@@ -7,14 +7,13 @@ place.
 """
 
 import math
-from pathlib import Path
 from typing import List, Tuple
 
 import numpy as np
 import yaml
 
 from ...errors import WorldError
-from .geometry import Array, Pose
+from .geometry import Array
 from .grids import borders, place, roomiest
 from .shapes import turned
 from .world import START_CLEARANCE, World, begin_at
@@ -25,33 +24,22 @@ FORMATS = ("PPM", "PNG")
 """Pillow's names for the formats of images: a PGM is one of its PPMs."""
 
 
-def is_ros_map(root: yaml.Node) -> bool:
-    """Whether the root of a YAML file's nodes is that of a map of map_server."""
-    return isinstance(root, yaml.MappingNode) and any(key.value == "image" for key, _ in root.value)
-
-
-def read_ros_map(path: Path, root: yaml.Node) -> World:
-    """The world of a map."""
-    return _MapReader(path).world(root)
-
-
-class _MapReader(NodeReader):
-    """One method for each kind of value."""
+class MapReader(NodeReader):
+    """Reads a map: one method for each kind of value."""
 
     def world(self, root: yaml.Node) -> World:
-        skipped: List[str] = []
+        """The world of the map, from the root of the nodes of its YAML file."""
+        others: List[yaml.Node] = []
         needs = {"image": self.image, "resolution": self.positive, "origin": self.pose, "occupied_thresh": self.share,
                  "free_thresh": self.share, "negate": self.zero_or_one}
-        values = self.mapping(root, "a map", needs, may={"mode": self.mode}, skip=lambda key: skipped.append(
-            "line %s: %r, which means nothing here" % (key.start_mark.line + 1, key.value)))
+        values = self.mapping(root, "a map", needs, may={"mode": self.mode}, others=others)
         if values["free_thresh"] >= values["occupied_thresh"]:
             self.fail(root, "free_thresh %g must be below occupied_thresh %g"
                       % (values["free_thresh"], values["occupied_thresh"]))
         occupancy = _occupancy(values["image"], bool(values["negate"]), values.get("mode") == "raw")[::-1]
         side, (x, y, heading) = values["resolution"], values["origin"]
-        free = occupancy < values["free_thresh"]
         wanted_x, wanted_y = turned((-x, -y), -heading)
-        start = roomiest(free, (wanted_x / side, wanted_y / side), START_CLEARANCE / side)
+        start = roomiest(occupancy < values["free_thresh"], (wanted_x / side, wanted_y / side), START_CLEARANCE / side)
         if start is None:
             self.fail(root, "no cell of the map is free: a robot has to stand somewhere")
 
@@ -61,12 +49,12 @@ class _MapReader(NodeReader):
 
         walls = place(borders(occupancy > values["occupied_thresh"]), (0.0, 0.0), side)
         beginning = (*placed(start[0] * side, start[1] * side), 0.0)
-        skipped.append("no start in a map of this kind: %s" % begin_at(beginning))
+        skipped = ["line %s: %r, which means nothing here" % (key.start_mark.line + 1, key.value) for key in others]
         return World(
             name=self.path.stem,
             walls=[placed(x1, y1) + placed(x2, y2) for x1, y1, x2, y2 in walls],
             starts=[beginning],
-            skipped=skipped,
+            skipped=[*skipped, "no start in a map of this kind: %s" % begin_at(beginning)],
         )
 
     def image(self, node: yaml.Node) -> Array:
@@ -87,26 +75,17 @@ class _MapReader(NodeReader):
             self.fail(node, "image %s cannot be read: %s" % (path, getattr(error, "strerror", None) or error))
         return np.where(pixels[:, :, 3] > 0, (pixels[:, :, 0] + pixels[:, :, 1] + pixels[:, :, 2]) / 3.0, math.nan)
 
-    def pose(self, node: yaml.Node) -> Pose:
+    def pose(self, node: yaml.Node) -> Tuple[float, ...]:
         """Three numbers: m, m, rad."""
-        if not isinstance(node, yaml.SequenceNode) or len(node.value) != 3:
-            self.fail(node, "origin must be three numbers, [x, y, yaw]: m, m, rad")
-        x, y, heading = (self.number(entry) for entry in node.value)
-        return x, y, heading
+        return self.numbers(node, 3, "origin must be three numbers, [x, y, yaw]: m, m, rad")
 
     def share(self, node: yaml.Node) -> float:
         """A number from 0 to 1."""
-        value = self.number(node)
-        if not 0.0 <= value <= 1.0:
-            self.fail(node, "a threshold must be from 0 to 1, not %g" % value)
-        return value
+        return self.legal_number(node, lambda value: 0.0 <= value <= 1.0, "a threshold must be from 0 to 1, not %g")
 
-    def zero_or_one(self, node: yaml.Node) -> int:
+    def zero_or_one(self, node: yaml.Node) -> float:
         """Zero or one."""
-        value = self.number(node)
-        if value not in (0, 1):
-            self.fail(node, "negate must be 0 or 1, not %g" % value)
-        return int(value)
+        return self.legal_number(node, lambda value: value in (0, 1), "negate must be 0 or 1, not %g")
 
     def mode(self, node: yaml.Node) -> str:
         """How values of the image are meant."""

@@ -2,15 +2,15 @@
 
 import difflib
 from pathlib import Path
-from typing import Callable, List, Optional, Union
+from typing import List, Union
 
 import yaml
 
 from ...errors import WorldError
-from .aria_map import FIRST_LINE, read_aria_map
-from .ros_map import is_ros_map, read_ros_map
+from .aria_map import FIRST_LINE, AriaMap
+from .ros_map import MapReader
 from .world import World
-from .world_file import read_world_file
+from .world_file import WorldReader
 from .yaml_nodes import compose
 
 GALLERY = Path(__file__).parents[1] / "worlds"
@@ -26,62 +26,53 @@ def known_worlds() -> List[str]:
 def load_world(name_or_path: Union[str, Path]) -> World:
     """A world of the package by its name, or of a file by its path: a `/` in it, or ending in one of `ENDINGS`.
 
-    What a file holds decides how it is read: a text whose first line is ``2D-Map`` as `aria_map` says, a YAML mapping
-        with the key
-    ``image`` as `ros_map` says, any other as the package's own form. That is a YAML mapping; metres and degrees, as
-    the keys say; x and y
-    of the map frame; angles count counter-clockwise from x. Every section but `starts` may be left out::
+    What a file holds decides how it is read:
+
+    * a text whose first line is ``2D-Map`` as `aria_map` says;
+    * a YAML mapping with the key ``image`` as `ros_map` says;
+    * any other as the package's own form.
+
+    That form is a YAML mapping: metres and degrees, as the keys say; x and y of the map frame; angles count
+    counter-clockwise from x. Every section but `starts` may be left out::
 
         description: One line for people.
-        map: lab.yaml                         # walls, docks and goals of a map of another kind; the path counts from
-            this file
+        map: lab.yaml                         # walls, docks and goals of a map of another kind, beside this file
         walls:                                # thin walls along a line of two corners or more
           - {corners_m: [[0, 0], [8, 0], [8, 6]]}
           - {corners_m: [[2, 2], [3, 2], [3, 3]], closed: true}
         boxes:                                # furniture: four walls
-          - {centre_m: [1, 5], size_m: [0.8, 0.4], angle_deg: 30}     # size along x and y before turning; angle_deg 0
-          if left out
-        posts:                                # cylinders: columns, legs; taller than the sonar plane, like all of the
-            above
+          - {centre_m: [1, 5], size_m: [0.8, 0.4], angle_deg: 30}     # size before turning; angle_deg: else 0
+        posts:                                # cylinders: columns, legs; sonar sees them, and all of the above
           - {centre_m: [5, 3], diameter_m: 0.05}
         cans:                                 # what the gripper picks up: too low for the sonar
           - {centre_m: [2.2, 1], diameter_m: 0.066, height_m: 0.115}  # sizes as here if left out
-        starts:                               # where a robot stands at first; the first is the default, more robots
-            take the next
+        starts:                               # where robots stand at first: the first robot at the first start
           - {position_m: [1, 1], heading_deg: 0}
         docks:                                # the pose of a robot while it charges
           - {position_m: [0.4, 1], heading_deg: 180}
         goals:                                # places by name
           - {name: window, position_m: [7, 5], heading_deg: 90}
 
-    `World.skipped` tells what a map of another kind has and a world has not.
+    `World.skipped` tells what is in a map of another kind and is left out of its world.
 
     Raises:
         WorldError: names the file, the line, the value, and what is legal there.
     """
-    return _read(_find(name_or_path), lambda path, root: read_world_file(path, root, _load_map))
+    return _read(_find(name_or_path), of_any_kind=True)
 
 
-def _read(path: Path, read_other: Callable[[Path, Optional[yaml.Node]], World]) -> World:
-    """The world of a map of ARIA or of map_server. `read_other` gets the nodes of any other YAML file."""
+def _read(path: Path, of_any_kind: bool = False) -> World:
+    """The world of a map of ARIA or of map_server; `of_any_kind`: or of a file of the package's own form."""
     text = _text(path)
     if path.suffix == ".map" or text.split("\n", 1)[0].strip() == FIRST_LINE:
-        return read_aria_map(path, text)
+        return AriaMap(path).world(text)
     root = compose(path, text)
-    if root is not None and is_ros_map(root):
-        return read_ros_map(path, root)
-    return read_other(path, root)
-
-
-def _load_map(path: Path) -> World:
-    """The map that a world names."""
-    return _read(path, _refuse)
-
-
-def _refuse(path: Path, root: Optional[yaml.Node]) -> World:
-    raise WorldError(
-        "%s is neither an ARIA map (first line %s) nor one of map_server (YAML with the key image)"
-        % (path, FIRST_LINE))
+    if isinstance(root, yaml.MappingNode) and any(key.value == "image" for key, _ in root.value):
+        return MapReader(path).world(root)
+    if of_any_kind:
+        return WorldReader(path, load_map=_read).world(root)
+    raise WorldError("%s is neither an ARIA map (first line %s) nor one of map_server (YAML with the key image)"
+                     % (path, FIRST_LINE))
 
 
 def _text(path: Path) -> str:

@@ -1,22 +1,20 @@
-"""Reads YAML files: as plain values, or strictly, so that what a file does not say exactly is an error with its line.
-"""
+"""Reads YAML files: as plain values, or node by node, so that an error names the line of what is wrong."""
 
 import difflib
 import math
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Mapping, NoReturn, Optional
+from typing import Any, Callable, Dict, List, Mapping, NoReturn, Optional, Tuple
 
 import yaml
 
 from ...errors import ParameterError, WorldError
-from .geometry import Point
 
 
 def read_values(path: str) -> Any:
     """What a file holds, as plain values.
 
     Raises:
-        ParameterError: it cannot be read, or does not parse.
+        ParameterError: the file cannot be read, or does not parse.
     """
     try:
         with open(path, encoding="utf-8") as stream:
@@ -28,11 +26,10 @@ def read_values(path: str) -> Any:
 
 
 def compose(path: Path, text: str) -> Optional[yaml.Node]:
-    """The root of a text's nodes, which know their lines; None of an empty one. `path` is for errors."""
+    """The root of the nodes of a text; every node knows its line. None for an empty text. `path` is for errors."""
+    read: Callable[..., Optional[yaml.Node]] = yaml.compose      # some stubs of PyYAML have no types for it
     try:
-        read: Any = yaml.compose        # some stubs of PyYAML have no types for it
-        root: Optional[yaml.Node] = read(text, Loader=yaml.SafeLoader)
-        return root
+        return read(text, Loader=yaml.SafeLoader)
     except yaml.YAMLError as error:
         mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None)
         line = ", line %s" % (mark.line + 1) if mark else ""
@@ -60,13 +57,13 @@ class NodeReader:
 
     def mapping(
         self, node: yaml.Node, what: str, needs: Mapping[str, Read], may: Optional[Mapping[str, Read]] = None,
-        skip: Optional[Callable[[yaml.Node], None]] = None,
+        others: Optional[List[yaml.Node]] = None,
     ) -> Dict[str, Any]:
         """The values of a mapping that has all the keys of `needs` and perhaps some of `may`, each read by its
         function.
 
         Args:
-            skip: is told the nodes of all other keys; None: there may be none.
+            others: the nodes of all other keys are appended to it; if it is None, another key is an error.
         """
         legal = {**needs, **(may or {})}
         if not isinstance(node, yaml.MappingNode):
@@ -76,39 +73,48 @@ class NodeReader:
             key = key_node.value
             if not isinstance(key_node, yaml.ScalarNode):
                 self.fail(key_node, "keys must be plain words; known: %s" % ", ".join(legal))
-            if key not in legal and skip:
-                skip(key_node)
-                continue
-            if key not in legal:
-                near = difflib.get_close_matches(key, legal, n=1)
-                hint = "; did you mean %r?" % near[0] if near else "; known: %s" % ", ".join(legal)
-                self.fail(key_node, "%s has no %r%s" % (what, key, hint))
             if key in values:
                 self.fail(key_node, "%s has %r twice" % (what, key))
-            values[key] = legal[key](value_node)
+            if key in legal:
+                values[key] = legal[key](value_node)
+            elif others is not None:
+                others.append(key_node)
+            else:
+                near = difflib.get_close_matches(key, legal, n=1)
+                hint = "did you mean %r?" % near[0] if near else "known: %s" % ", ".join(legal)
+                self.fail(key_node, "%s has no %r; %s" % (what, key, hint))
         missing = [key for key in needs if key not in values]
         if missing:
             self.fail(node, "%s needs %s" % (what, " and ".join(missing)))
         return values
 
-    def items(self, node: yaml.Node, what: str) -> List[yaml.Node]:
-        """The entries of a list."""
+    def items(self, node: yaml.Node, name: str) -> List[yaml.Node]:
+        """The entries of a list, which errors call by its `name`."""
         if not isinstance(node, yaml.SequenceNode):
-            self.fail(node, "%s must be a list" % what)
+            self.fail(node, "%s must be a list" % name)
         entries: List[yaml.Node] = node.value
         return entries
 
-    def point(self, node: yaml.Node) -> Point:
-        """Two numbers."""
-        if not isinstance(node, yaml.SequenceNode) or len(node.value) != 2:
-            self.fail(node, "a point must be two numbers, [x, y]")
-        return self.number(node.value[0]), self.number(node.value[1])
+    def mappings(
+        self, node: yaml.Node, name: str, what: str, needs: Mapping[str, Read],
+        may: Optional[Mapping[str, Read]] = None,
+    ) -> List[Tuple[yaml.Node, Dict[str, Any]]]:
+        """The entries of a list of mappings: of each its node and its values; see `items` and `mapping`."""
+        return [(entry, self.mapping(entry, what, needs, may)) for entry in self.items(node, name)]
 
-    def size(self, node: yaml.Node) -> Point:
+    def numbers(self, node: yaml.Node, count: int, legal: str, read: Optional[Read] = None) -> Tuple[float, ...]:
+        """So many numbers in a list, each read by `number`, or by `read`. `legal` says in an error what is wanted."""
+        if not isinstance(node, yaml.SequenceNode) or len(node.value) != count:
+            self.fail(node, legal)
+        return tuple(map(read or self.number, node.value))
+
+    def point(self, node: yaml.Node) -> Tuple[float, ...]:
+        """Two numbers."""
+        return self.numbers(node, 2, "a point must be two numbers, [x, y]")
+
+    def size(self, node: yaml.Node) -> Tuple[float, ...]:
         """Two numbers above 0."""
-        if not isinstance(node, yaml.SequenceNode) or len(node.value) != 2:
-            self.fail(node, "a size must be two numbers above 0, [along x, along y]")
-        return self.positive(node.value[0]), self.positive(node.value[1])
+        return self.numbers(node, 2, "a size must be two numbers above 0, [along x, along y]", self.positive)
 
     def number(self, node: yaml.Node) -> float:
         """A finite number."""
@@ -121,12 +127,16 @@ class NodeReader:
             self.fail(node, "a finite number is needed here, not %s" % given)
         return value
 
+    def legal_number(self, node: yaml.Node, is_legal: Callable[[float], bool], otherwise: str) -> float:
+        """A finite number that is legal. `otherwise` is the error where it is not, with a %g for the number."""
+        value = self.number(node)
+        if not is_legal(value):
+            self.fail(node, otherwise % value)
+        return value
+
     def positive(self, node: yaml.Node) -> float:
         """A number above 0."""
-        value = self.number(node)
-        if value <= 0.0:
-            self.fail(node, "must be above 0, not %g" % value)
-        return value
+        return self.legal_number(node, lambda value: value > 0.0, "must be above 0, not %g")
 
     def boolean(self, node: yaml.Node) -> bool:
         """True or false."""
