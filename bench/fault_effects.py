@@ -28,7 +28,7 @@ from pioneer_control.simulator.line.faults import KINDS, fault_of
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.picture import DOCK, ROBOT, draw_robot, draw_solids
 from pioneer_control.simulator.hardware import RobotNumbers, standard_numbers
-from pioneer_control.simulator.world.shapes import box_walls, closed
+from pioneer_control.simulator.world.poses import box_walls, closed
 from pioneer_control.simulator.line import LineSimulation
 from pioneer_control.simulator.world import Can, World
 

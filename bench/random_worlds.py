@@ -11,9 +11,9 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
 from free_space import room
 
 from pioneer_control.errors import WorldError
-from pioneer_control.simulator.world.trigonometry import cos, sin
+from pioneer_control.simulator.world.trigonometry import unit
 from pioneer_control.simulator.world.geometry import Point
-from pioneer_control.simulator.world.shapes import Wall, box_walls, closed, turned
+from pioneer_control.simulator.world.poses import Wall, box_walls, closed, turned
 from pioneer_control.simulator.world.world import START_CLEARANCE, World
 
 START_ROOM = 2.0
@@ -117,14 +117,14 @@ def corners(rng: random.Random) -> Floor:
     for number in range(count):
         angle = 2.0 * math.pi * (number + rng.uniform(-0.35, 0.35)) / count
         distance = rng.uniform(4.0, 6.5) if number % 2 else rng.uniform(1.7, 3.6)
-        outline.append((distance * cos(angle), distance * sin(angle)))
+        outline.append(_ahead((0.0, 0.0), angle, distance))
     walls = closed(outline)
     for _ in range(rng.randint(1, 3)):
         angle, distance = rng.uniform(-math.pi, math.pi), rng.uniform(1.2, 2.2)
-        tip = (distance * cos(angle), distance * sin(angle))
+        tip = _ahead((0.0, 0.0), angle, distance)
         opening, side, arm = rng.uniform(0.35, 1.3), rng.uniform(-math.pi, math.pi), rng.uniform(0.5, 1.3)
         for way in (side - opening / 2.0, side + opening / 2.0):
-            walls.append(tip + (tip[0] + arm * cos(way), tip[1] + arm * sin(way)))
+            walls.append(tip + _ahead(tip, way, arm))
     return Floor(walls, [], (0.0, 0.0))
 
 
@@ -162,7 +162,7 @@ def poles(rng: random.Random) -> Floor:
         x, y = rng.uniform(1.0, width - 1.0), rng.uniform(1.0, depth - 1.0)
         angle, gap = rng.uniform(-math.pi, math.pi), rng.uniform(0.3, 1.2)
         for number in range(rng.randint(3, 5)):
-            posts.append((x + number * gap * cos(angle), y + number * gap * sin(angle), 0.025))
+            posts.append((*_ahead((x, y), angle, number * gap), 0.025))
     inside = [post for post in posts if 0.1 < post[0] < width - 0.1 and 0.1 < post[1] < depth - 0.1]
     return Floor(closed([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)]), inside, start)
 
@@ -170,6 +170,12 @@ def poles(rng: random.Random) -> Floor:
 KINDS: Dict[str, Callable[[random.Random], Floor]] = {
     function.__name__: function for function in (corridors, clutter, corners, dead_ends, poles)
 }
+
+
+def _ahead(point: Point, angle: float, distance: float) -> Point:
+    """The point so far from another one in a direction (rad)."""
+    cosine, sine = unit(angle)
+    return point[0] + distance * cosine, point[1] + distance * sine
 
 
 def _away_from_walls(rng: random.Random, width: float, depth: float) -> Point:

@@ -11,7 +11,7 @@ from ...p2os.fields import made
 from ..hardware.accessories import JoystickState
 from ..hardware.hardware import Hardware
 from ..hardware.robot_numbers import RobotNumbers
-from ..world.trigonometry import cos, sin
+from ..world.trigonometry import unit
 
 GRIPPER_UNIT = 0.02
 """Seconds in one unit of the gripper's times on the wire.
@@ -221,11 +221,12 @@ def joystick(hardware: Hardware) -> p2os.Joystick:
 def tcm2(hardware: Hardware) -> p2os.TCM2:
     """TCM2pac: a module that stands level in an undisturbed field."""
     degrees = hardware.compass.degrees(hardware.body.pose[2])
-    angle, field = math.radians(degrees), hardware.compass.numbers
+    north, east = unit(math.radians(degrees))
+    field = hardware.compass.numbers
     return p2os.TCM2(
         heading_ddeg=round(degrees * 10.0) % 3600, pitch_ddeg=0, roll_ddeg=0,
-        magnetic_x_hundredths=round(field.horizontal_field * cos(angle) * 100.0),
-        magnetic_y_hundredths=round(-field.horizontal_field * sin(angle) * 100.0),
+        magnetic_x_hundredths=round(field.horizontal_field * north * 100.0),
+        magnetic_y_hundredths=round(-field.horizontal_field * east * 100.0),
         magnetic_z_hundredths=round(field.vertical_field * 100.0),
         temperature_dc=round(field.temperature_c * 10.0), error_bits=0, calibration_h=9, calibration_v=9,
         calibration_m_hundredths=1200,

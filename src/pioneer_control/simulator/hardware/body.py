@@ -10,7 +10,7 @@ from ..world.echoes import outline_candidates
 from ..world.geometry import Block, Point, Pose, outlines_meet
 from ..world.poses import along_arc, placed, relative
 from ..world.pushing import make_way
-from ..world.trigonometry import Heading, hypot
+from ..world.trigonometry import heading_unit, hypot
 from ..world.world import World
 
 SKINS = (0.5, 0.1, 0.02)
@@ -41,7 +41,7 @@ class Body:
         self.contacts = 0
         self.blocked = False
         self._world = world
-        self._heading = Heading()
+        self._heading = heading_unit()
         self._outline, self._hull = tuple(outline), tuple(hull or outline)
         xs, ys = zip(*self._hull)
         self.box = Block(min(xs), max(xs), min(ys), max(ys))
@@ -60,14 +60,14 @@ class Body:
 
         A contact counts once until the body has gone away from it, not once for each try.
         """
-        pose = along_arc(self.pose, distance, turn, self._heading.unit)
+        pose = along_arc(self.pose, distance, turn, self._heading)
         swept = abs(distance) + self.reach * abs(turn)
         if swept < self._free:
             self._free -= swept
         elif not self._is_free(pose):
             return self._stopped()
         crowd = self._world.crowd
-        for body in crowd.beside(pose[0], pose[1]):
+        for body in crowd.near(pose[0], pose[1], self.reach):
             close = body is not self and body.is_close(pose, self.reach)
             if close and outlines_meet(placed(self._outline, pose), body.outline):
                 return self._stopped()

@@ -2,7 +2,7 @@
 
 from ..world.geometry import Pose
 from ..world.poses import along_arc
-from ..world.trigonometry import Heading
+from ..world.trigonometry import heading_unit
 
 
 class DeadReckoning:
@@ -19,9 +19,9 @@ class DeadReckoning:
     def reset(self, origin: Pose) -> None:
         """Begin at 0, 0, 0 while the robot stands at `origin`."""
         self.origin = origin
-        self._heading = Heading()
+        self._heading = heading_unit()
         self.pose: Pose = (0.0, 0.0, 0.0)
 
     def add(self, distance: float, turn: float) -> None:
         """Add a step: a distance (m) and a turn (rad), both even."""
-        self.pose = along_arc(self.pose, distance, turn, self._heading.unit)
+        self.pose = along_arc(self.pose, distance, turn, self._heading)

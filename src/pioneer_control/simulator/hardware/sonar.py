@@ -10,7 +10,7 @@ from typing import Dict, Iterable, List, NamedTuple, Optional, Sequence, Set, Tu
 
 from ...robots import ARRAY_SIZE, Transducer
 from ..world.geometry import Point, Pose
-from ..world.trigonometry import Heading, unit
+from ..world.trigonometry import heading_unit, unit
 from ..world.world import World
 from .body import Body
 from .robot_numbers import SonarNumbers
@@ -56,7 +56,7 @@ class Sonar:
         self._numbers, self._noise, self._body = numbers, noise, body
         self._ear = world.ear(half_width, numbers.maximum, _tangent(math.radians(numbers.specular_deg)))
         self._random = random.Random(seed)
-        self._heading = Heading()
+        self._heading = heading_unit()
         self._readings: List[Reading] = []
         self.firing: Sequence[int] = ()
         self.dead: Set[int] = set()
@@ -105,7 +105,7 @@ class Sonar:
     def step(self, now_us: int, pose: Pose) -> None:
         """Fire what is due at `now_us`, from a robot at `pose` (map frame)."""
         while self.firing and self._next_us <= now_us:
-            forward = self._heading.unit(pose[2])
+            forward = self._heading(pose[2])
             for array in self.firing:
                 sequence = self._sequences[array]
                 if sequence:

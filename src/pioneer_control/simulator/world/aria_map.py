@@ -18,7 +18,7 @@ import numpy as np
 from ...errors import WorldError
 from .geometry import Point, Pose
 from .grids import borders, place, roomiest
-from .shapes import Wall, closed, turned
+from .poses import Wall, closed, turned
 from .world import START_CLEARANCE, World, begin_at
 
 FIRST_LINE = "2D-Map"

@@ -1,5 +1,6 @@
 """The bodies that stand in a world, found by place: obstacles to each other. Metres, map frame."""
 
+import collections
 import math
 from typing import Dict, List, Protocol, Sequence, Tuple
 
@@ -38,50 +39,17 @@ class Obstacle(Protocol):
         """Whether something within `reach` of the middle of `pose` could touch it."""
 
 
+Grid = Dict[Cell, List[Obstacle]]
 NOBODY: List[Obstacle] = []
 """Never added to."""
-NOWHERE = 1 << 60, 1 << 60
-
-
-class _Grid:
-    """Bodies listed by the square of floor they stand on, and by the eight round it: a question looks into one list."""
-
-    def __init__(self, side: float):
-        self.side = side
-        self._cells: Dict[Cell, List[Obstacle]] = {}
-        self._where: Dict[int, Cell] = {}
-
-    def put(self, body: Obstacle) -> None:
-        """List a body where it stands now."""
-        x, y, _ = body.pose
-        cell = math.floor(x / self.side), math.floor(y / self.side)
-        before = self._where.get(id(body))
-        if cell == before:
-            return
-        if before is not None:
-            self.drop(body)
-        self._where[id(body)] = cell
-        for around in _around(cell):
-            self._cells.setdefault(around, []).append(body)
-
-    def drop(self, body: Obstacle) -> None:
-        """List a body nowhere."""
-        for around in _around(self._where.pop(id(body))):
-            bodies = self._cells[around]
-            bodies.remove(body)
-            if not bodies:
-                del self._cells[around]
-
-    def near(self, x: float, y: float) -> List[Obstacle]:
-        """All that stand within a side of a point, and some that stand farther."""
-        return self._cells.get((math.floor(x / self.side), math.floor(y / self.side)), NOBODY)
 
 
 class Crowd:
-    """The bodies that stand in a world, from `enter` to `leave`.
+    """The bodies that have entered a world, listed by place: a question looks into one list.
 
-    The squares of all grids have sides that are multiples of one. So a body that stays in a square of that side stays
-    in one square of each grid.
+    A grid lists each body in the square of floor that it stands on and in the eight round it. There are grids of
+    several sizes: their squares are so many of the smallest ones wide. Two bodies that touch stand in one of the
+    smallest squares, or in neighbours.
 
     Attributes:
         reach: no body reaches farther (m) from its middle.
@@ -89,66 +57,63 @@ class Crowd:
 
     def __init__(self) -> None:
         self.reach = 0.0
-        self._bodies: Dict[int, Obstacle] = {}
-        self._squares: Dict[int, Cell] = {}
-        self._start_grids()
-
-    def __len__(self) -> int:
-        return len(self._bodies)
+        self._side = 0.0    # of the smallest squares
+        self._squares: Dict[Obstacle, Cell] = {}    # the smallest square that each body stands on
+        self._grids: Dict[int, Grid] = {}           # by the width of their squares
 
     def enter(self, body: Obstacle) -> None:
         """Let a body be in the way of all others."""
-        self._bodies[id(body)] = body
         if body.reach > self.reach:
-            self.reach = body.reach
-            self._start_grids()
-        self._squares = dict.fromkeys(self._bodies, NOWHERE)
-        self.moved(body)
-
-    def leave(self, body: Obstacle) -> None:
-        """Let a body be in nobody's way."""
-        del self._bodies[id(body)], self._squares[id(body)]
-        for grid in self._grids.values():
-            grid.drop(body)
+            self.reach, self._side = body.reach, 2.0 * body.reach
+            self._squares = {each: self._square(each) for each in self._squares}
+            self._grids.clear()     # each is made anew when somebody asks
+        square = self._squares[body] = self._square(body)
+        for width, grid in self._grids.items():
+            _list(body, grid, _around(square, width))
 
     def moved(self, body: Obstacle) -> None:
         """Note that a body stands elsewhere now. Bodies that have not entered do not count."""
-        before = self._squares.get(id(body))
-        if before is not None:
-            x, y, _ = body.pose
-            square = math.floor(x / self._side), math.floor(y / self._side)
-            if square != before:
-                self._squares[id(body)] = square
-                for grid in self._grids.values():
-                    grid.put(body)
-
-    def beside(self, x: float, y: float) -> List[Obstacle]:
-        """The bodies that could touch another body whose middle is at (x, y), and some that could not.
-
-        The other body is among them if it has entered.
-        """
-        return self._smallest.near(x, y) if self._bodies else NOBODY
+        before = self._squares.get(body)
+        if before is None:
+            return
+        square = self._square(body)
+        if square == before:
+            return
+        self._squares[body] = square
+        for width, grid in self._grids.items():
+            old, new = _around(before, width), _around(square, width)
+            if old != new:
+                for cell in old:
+                    grid[cell].remove(body)
+                    if not grid[cell]:
+                        del grid[cell]
+                _list(body, grid, new)
 
     def near(self, x: float, y: float, reach: float) -> List[Obstacle]:
         """The bodies that have a point within `reach` of (x, y), and some that have none."""
-        if not self._bodies:
+        if not self._squares:
             return NOBODY
-        sides = math.ceil((reach + self.reach) / self._side)
-        return (self._grids.get(sides) or self._add_grid(sides)).near(x, y)
+        width = math.ceil((reach + self.reach) / self._side)
+        grid = self._grids.get(width) or self._add_grid(width)
+        return grid.get((math.floor(x / self._side) // width, math.floor(y / self._side) // width), NOBODY)
 
-    def _start_grids(self) -> None:
-        """Begin with the smallest grid alone: two bodies that touch stand in one of its squares, or in neighbours."""
-        self._side = 2.0 * self.reach
-        self._grids: Dict[int, _Grid] = {}
-        self._smallest = self._add_grid(1)
+    def _square(self, body: Obstacle) -> Cell:
+        x, y, _ = body.pose
+        return math.floor(x / self._side), math.floor(y / self._side)
 
-    def _add_grid(self, sides: int) -> _Grid:
-        grid = self._grids[sides] = _Grid(self._side * sides)
-        for body in self._bodies.values():
-            grid.put(body)
+    def _add_grid(self, width: int) -> Grid:
+        grid = self._grids[width] = collections.defaultdict(list)
+        for body, square in self._squares.items():
+            _list(body, grid, _around(square, width))
         return grid
 
 
-def _around(cell: Cell) -> List[Cell]:
-    column, row = cell
+def _list(body: Obstacle, grid: Grid, cells: Sequence[Cell]) -> None:
+    for cell in cells:
+        grid[cell].append(body)
+
+
+def _around(square: Cell, width: int) -> List[Cell]:
+    """The square of a grid that one of the smallest squares lies in, and the eight round it."""
+    column, row = square[0] // width, square[1] // width
     return [(column + right, row + up) for right in (-1, 0, 1) for up in (-1, 0, 1)]

@@ -10,7 +10,7 @@ from typing import Dict, List, Optional, Sequence, Tuple
 import numpy as np
 
 from .geometry import Array, Point
-from .shapes import Wall
+from .poses import Wall
 
 STRAIGHTENED_SQUARED = 2
 """Square of how far a straightened border may be from a cell's corner: the stairs of any slanted wall are no wider

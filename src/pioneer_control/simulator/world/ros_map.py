@@ -15,7 +15,7 @@ import yaml
 from ...errors import WorldError
 from .geometry import Array
 from .grids import borders, place, roomiest
-from .shapes import turned
+from .poses import turned
 from .world import START_CLEARANCE, World, begin_at
 from .yaml_nodes import NodeReader
 

@@ -5,8 +5,9 @@ library may differ in that bit from one Debian to the next. Right to 1e-13 for a
 way.
 """
 
+import functools
 import math
-from typing import Optional, Tuple
+from typing import Callable, Tuple
 
 _QUARTERS_PER_RADIAN = 2.0 / math.pi
 _QUARTER_HIGH = float.fromhex("0x1.921fb544p+0")  # of a quarter turn (rad) the first 33 bits: its multiples are exact
@@ -34,30 +35,11 @@ def unit(angle: float) -> Tuple[float, float]:
     return sine, -cosine
 
 
-class Heading:
-    """The unit vector of an angle that stays the same for long, as that of what stands or goes straight on: worked out
-    only when it changes.
+def heading_unit() -> Callable[[float], Tuple[float, float]]:
+    """A `unit` that remembers its last answer, for a heading that stays the same for long: of what stands or goes
+    straight on.
     """
-
-    def __init__(self) -> None:
-        self._angle: Optional[float] = None
-        self._unit = 1.0, 0.0
-
-    def unit(self, angle: float) -> Tuple[float, float]:
-        """Cosine and sine of the angle (rad) that it is now."""
-        if angle != self._angle:
-            self._angle, self._unit = angle, unit(angle)
-        return self._unit
-
-
-def cos(angle: float) -> float:
-    """Cosine of an angle (rad)."""
-    return unit(angle)[0]
-
-
-def sin(angle: float) -> float:
-    """Sine of an angle (rad)."""
-    return unit(angle)[1]
+    return functools.lru_cache(maxsize=1)(unit)
 
 
 def hypot(x: float, y: float) -> float:

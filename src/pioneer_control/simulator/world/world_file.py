@@ -11,7 +11,7 @@ import yaml
 
 from ...errors import WorldError
 from .geometry import Pose
-from .shapes import Wall, box_walls
+from .poses import Wall, box_walls
 from .world import SONAR_PLANE, Can, World, begin_at
 from .yaml_nodes import NodeReader
 
