@@ -31,11 +31,8 @@ class Number(NamedTuple):
 
     def accept(self, value: Any) -> float:
         """The value as float. Raises ValueError when it is not legal."""
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ValueError
-        if not (math.isfinite(value) and self.low <= value <= self.high):
-            raise ValueError
-        return float(value)
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+        return float(_sure(value, is_number and self.low <= value <= self.high))
 
 
 class Rate(NamedTuple):
@@ -58,9 +55,7 @@ class Rate(NamedTuple):
     def accept(self, value: Any) -> float:
         """The size as float. Raises ValueError when it is not legal."""
         size = abs(Number(self.low, self.high).accept(value))
-        if 0 < size < self.least:
-            raise ValueError
-        return size
+        return float(_sure(size, size == 0 or size >= self.least))
 
 
 class Whole(NamedTuple):
@@ -76,16 +71,21 @@ class Whole(NamedTuple):
 
     def accept(self, value: Any) -> int:
         """The value itself. Raises ValueError when it is not legal."""
-        if isinstance(value, bool) or not isinstance(value, int) or not self.low <= value <= self.high:
-            raise ValueError
-        return int(value)
+        is_whole = isinstance(value, int) and not isinstance(value, bool)
+        return int(_sure(value, is_whole and self.low <= value <= self.high))
 
 
 def _range(low: float, high: float, form: str = "%g") -> str:
     """The limits in words, as far as there are any."""
-    if math.isinf(low):
-        return ""
-    return " from %s" % form % low + (" up" if math.isinf(high) else " to %s" % form % high)
+    up_to = " up" if math.isinf(high) else " to %s" % form % high
+    return "" if math.isinf(low) else " from %s" % form % low + up_to
+
+
+def _sure(value: Any, legal: bool) -> Any:
+    """The value. Raises ValueError when it is not legal."""
+    if not legal:
+        raise ValueError
+    return value
 
 
 class Choice(NamedTuple):
@@ -100,9 +100,7 @@ class Choice(NamedTuple):
 
     def accept(self, value: Any) -> Any:
         """The one chosen, as the table has it. Raises ValueError when it is not legal."""
-        if isinstance(value, bool):
-            raise ValueError
-        return self.choices[self.choices.index(value)]
+        return self.choices[self.choices.index(_sure(value, not isinstance(value, bool)))]
 
 
 class Numbers(NamedTuple):
@@ -120,9 +118,8 @@ class Numbers(NamedTuple):
 
     def accept(self, value: Any) -> Tuple[float, ...]:
         """The numbers as floats. Raises ValueError when it is not legal."""
-        if not isinstance(value, (list, tuple)) or self.length not in (None, len(value)):
-            raise ValueError
-        return tuple(map(Number(self.low, self.high).accept, value))
+        numbers = _sure(value, isinstance(value, (list, tuple)) and self.length in (None, len(value)))
+        return tuple(map(Number(self.low, self.high).accept, numbers))
 
 
 class Switch(NamedTuple):
@@ -132,9 +129,7 @@ class Switch(NamedTuple):
 
     def accept(self, value: Any) -> bool:
         """The value itself. Raises ValueError when it is not legal."""
-        if not isinstance(value, bool):
-            raise ValueError
-        return value
+        return bool(_sure(value, isinstance(value, bool)))
 
 
 class AutoSwitch(NamedTuple):
@@ -145,9 +140,7 @@ class AutoSwitch(NamedTuple):
     def accept(self, value: Any) -> Optional[bool]:
         """True, False or None. Raises ValueError when it is not legal."""
         spelled = {"auto": None, "true": True, "false": False, True: True, False: False}
-        if not isinstance(value, (str, bool)) or value not in spelled:
-            raise ValueError
-        return spelled[value]
+        return spelled[_sure(value, isinstance(value, (str, bool)) and value in spelled)]
 
 
 class Text(NamedTuple):
@@ -163,9 +156,8 @@ class Text(NamedTuple):
 
     def accept(self, value: Any) -> str:
         """The value itself. Raises ValueError when it is not legal."""
-        if not isinstance(value, str) or not (value.strip() or self.empty) or (value[:1] == "/" and not self.slash):
-            raise ValueError
-        return value
+        is_text = isinstance(value, str) and bool(self.empty or value.strip()) and (self.slash or value[:1] != "/")
+        return str(_sure(value, is_text))
 
 
 def parameter(default: Any, kind: Any, meaning: str, unit: str = "", live: bool = False) -> Any:

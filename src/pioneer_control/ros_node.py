@@ -115,8 +115,9 @@ def _publish_log_in_thread_of(listener: logging.handlers.QueueListener) -> None:
     """
     logger = logging.getLogger("rosout")
     handlers = [handler for handler in logger.handlers if isinstance(handler, RosOutHandler)]
-    emitters = (types.SimpleNamespace(handle=handler.emit) for handler in handlers)
-    listener.handlers = tuple(emitters)  # type: ignore[arg-type]  # the listener calls handle() and nothing else
+    # The listener calls handle() and nothing else.
+    listener.handlers = tuple(types.SimpleNamespace(handle=handler.emit)    # type: ignore[misc]
+                              for handler in handlers)
     for handler in handlers:
         logger.removeHandler(handler)
         logger.addHandler(logging.handlers.QueueHandler(listener.queue))
@@ -138,10 +139,8 @@ def sleep(duration: float) -> None:
     Raises ROSInterruptException when ROS shuts down.
     """
     while True:
-        try:
+        with contextlib.suppress(rospy.ROSTimeMovedBackwardsException):
             return rospy.sleep(duration)
-        except rospy.ROSTimeMovedBackwardsException:
-            pass
 
 
 def ticks(rate: float, duration: float) -> Iterator[None]:
@@ -186,21 +185,17 @@ def peer(address: str, timeout: float) -> Any:
 
 def is_offered(service: str, timeout: float) -> Optional[bool]:
     """Whether some node offers a service (its full name); None when the master does not say within ``timeout`` s."""
-    try:
-        with peer(rosgraph.get_master_uri(), timeout) as master:
-            return bool(master.lookupService(rospy.get_caller_id(), service)[0] == 1)
-    except NO_ANSWER:
-        return None
+    with contextlib.suppress(*NO_ANSWER), peer(rosgraph.get_master_uri(), timeout) as master:
+        return bool(master.lookupService(rospy.get_caller_id(), service)[0] == 1)
+    return None
 
 
 def listeners(timeout: float) -> Dict[str, List[str]]:
     """The nodes that listen to each topic; none when the master does not say within ``timeout`` s."""
-    try:
-        with peer(rosgraph.get_master_uri(), timeout) as master:
-            _, _, (_, subscribers, _) = master.getSystemState(rospy.get_caller_id())
-    except NO_ANSWER:
-        return {}
-    return dict(subscribers)
+    with contextlib.suppress(*NO_ANSWER), peer(rosgraph.get_master_uri(), timeout) as master:
+        _, _, (_, subscribers, _) = master.getSystemState(rospy.get_caller_id())
+        return dict(subscribers)
+    return {}
 
 
 def name_for(program: str, robot: str) -> str:
@@ -219,10 +214,7 @@ def is_at_work(node: str, timeout: float) -> bool:
     """
     with peer(rosgraph.get_master_uri(), timeout) as master:
         code, _, address = master.lookupNode(rospy.get_caller_id(), node)
-    if code != 1:
-        return False
-    try:
-        with peer(address, timeout) as known:
+    if code == 1:
+        with contextlib.suppress(*NO_ANSWER), peer(address, timeout) as known:      # no answer: it was killed
             return bool(known.getPid(rospy.get_caller_id())[0] == 1)
-    except NO_ANSWER:       # it was killed
-        return False
+    return False

@@ -25,8 +25,7 @@ def main(arguments: Optional[List[str]] = None) -> int:
     options = _parser().parse_args(arguments)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:
-        robot = Robot(options.port, baud=options.baud, model=options.model, models_file=options.models_file)
-        with robot:
+        with Robot(options.port, baud=options.baud, model=options.model, models_file=options.models_file) as robot:
             state = robot.wait_for_state()
             until = state.time + SONAR_ROUND
             while state.time < until:
@@ -43,12 +42,8 @@ def main(arguments: Optional[List[str]] = None) -> int:
 
 def report(port: str, identity: RobotIdentity, state: RobotState, link: LinkCounts) -> str:
     """The report as text, one line per row."""
-    rows: List[Row] = [("port", port)]
-    rows += _who(identity)
-    rows += _health(identity, state)
-    rows += _fitted(identity, state)
-    rows.append(("link", "%d packets, %d bad checksums, %d bytes discarded"
-                 % (link.sips, link.bad_checksums, link.discarded_bytes)))
+    counts = "%d packets, %d bad checksums, %d bytes discarded" % (link.sips, link.bad_checksums, link.discarded_bytes)
+    rows = [("port", port), *_who(identity), *_health(identity, state), *_fitted(identity, state), ("link", counts)]
     return "\n".join("%-12s %s" % row for row in rows)
 
 
@@ -70,9 +65,9 @@ def _health(identity: RobotIdentity, state: RobotState) -> Iterable[Row]:
     yield "battery", "%.1f V%s%s" % (state.battery_voltage, charge, alarm)
     yield "motors", "on" if state.motors_enabled else "off"
     yield "STOP button", "PRESSED: motors stay off until it is released" if state.stop_button else "released"
-    if state.left_stall or state.right_stall:
-        sides = (("left", state.left_stall), ("right", state.right_stall))
-        yield "stalled", " and ".join(side for side, stalled in sides if stalled)
+    stalled = [side for side, holds in (("left", state.left_stall), ("right", state.right_stall)) if holds]
+    if stalled:
+        yield "stalled", " and ".join(stalled)
     if state.fault_flags:
         yield "faults", ", ".join(str(flag.name) for flag in p2os.FaultFlags if flag & state.fault_flags)
 
@@ -88,9 +83,7 @@ def _fitted(identity: RobotIdentity, state: RobotState) -> Iterable[Row]:
 
 
 def _range(heard: Optional[SonarRange]) -> str:
-    if heard is None:
-        return "?"
-    return "-" if heard.range >= NO_ECHO else "%.2f" % heard.range
+    return "?" if heard is None else "-" if heard.range >= NO_ECHO else "%.2f" % heard.range
 
 
 def _gripper(state: RobotState) -> str:
@@ -100,8 +93,8 @@ def _gripper(state: RobotState) -> str:
     paddles = _first_true(moving=gripper.paddles_moving, open=gripper.paddles_open, closed=gripper.paddles_closed)
     lift = _first_true(moving=gripper.lift_moving, up=gripper.lift_up, down=gripper.lift_down)
     broken = [name for name, beam in (("inner", gripper.inner_beam), ("outer", gripper.outer_beam)) if beam]
-    return "paddles %s, lift %s, beams %s" % (paddles, lift,
-                                              "clear" if not broken else " and ".join(broken) + " broken")
+    beams = " and ".join(broken) + " broken" if broken else "clear"
+    return "paddles %s, lift %s, beams %s" % (paddles, lift, beams)
 
 
 def _first_true(**states: bool) -> str:

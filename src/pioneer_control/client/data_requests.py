@@ -11,7 +11,6 @@ import math
 from typing import AbstractSet, Dict, NamedTuple
 
 from .. import p2os
-from ..p2os import encode_command
 from .gyro import is_for_client
 from .identity import RobotIdentity
 from .line import Line
@@ -50,50 +49,40 @@ class DataRequests:
         self._identity = identity
         self._wanted: Dict[str, bool] = {}
         self._asked_at: Dict[str, float] = {}
-        self._tries: Dict[str, int] = {}        # left, of packets that have not come yet
+        self._tries = dict.fromkeys(DATA, 0)        # left, of packets that have not come yet
 
     @property
     def due(self) -> float:
         """When tick() has something to do."""
-        return min(self._asked_at[kind] for kind in self._tries) + AGAIN if self._tries else math.inf
+        return min((self._asked_at[kind] + AGAIN for kind, left in self._tries.items() if left), default=math.inf)
 
     def want(self, kinds: AbstractSet[str], now: float) -> None:
         """Ask for packets of these kinds with every SIP, and for no more of any other."""
         for kind in DATA:
-            if self._wanted.get(kind, False) != (kind in kinds):
-                self._request(kind, kind in kinds, now)
-
-    def _request(self, kind: str, on: bool, now: float) -> None:
-        if kind == "gyro" and not is_for_client(self._identity):
-            return
-        self._wanted[kind] = on
-        self._tries.pop(kind, None)
-        if on:
-            self._tries[kind] = TRIES
-        self._ask(kind, now)
+            on = kind in kinds
+            if self._wanted.get(kind, False) != on and (kind != "gyro" or is_for_client(self._identity)):
+                self._wanted[kind] = on
+                self._tries[kind] = TRIES if on else 0
+                self._ask(kind, now)
 
     def saw(self, packet: object, now: float) -> None:
         """Take a packet that came."""
         kind = KINDS.get(type(packet))
-        if kind is None:
-            return
-        self._tries.pop(kind, None)
-        if self._wanted.get(kind) is False and now >= self._asked_at[kind] + AGAIN:
-            self._ask(kind, now)
+        if kind is not None:
+            self._tries[kind] = 0
+            if self._wanted.get(kind) is False and now >= self._asked_at[kind] + AGAIN:
+                self._ask(kind, now)
 
     def tick(self, now: float) -> None:
         """Ask again for packets that have not come."""
-        if now >= self.due:
-            for kind in [kind for kind in self._tries if now >= self._asked_at[kind] + AGAIN]:
+        for kind, left in self._tries.items():
+            if left and now >= self._asked_at[kind] + AGAIN:
                 self._ask(kind, now)
 
     def _ask(self, kind: str, now: float) -> None:
         self._asked_at[kind] = now
         if self._line.full:     # else again after AGAIN
             return
-        if kind in self._tries:
-            self._tries[kind] -= 1
-            if not self._tries[kind]:
-                del self._tries[kind]
+        self._tries[kind] = max(0, self._tries[kind] - 1)
         data = DATA[kind]
-        self._line.command(now, encode_command(data.command, data.on if self._wanted[kind] else data.off))
+        self._line.command(now, p2os.encode_command(data.command, data.on if self._wanted[kind] else data.off))

@@ -45,10 +45,6 @@ class MotorsRequest:
         self.error: Optional[PioneerError] = None
         self.done = False
 
-    def finish(self, error: Optional[PioneerError] = None) -> None:
-        """Nothing more will be sent for this request."""
-        self.error, self.done = error, True
-
 
 class Drive:
     """Set points and motors of one connected robot. ``now`` is monotonic time in s.
@@ -92,14 +88,11 @@ class Drive:
     @property
     def due(self) -> float:
         """When tick() has something to do at the latest."""
-        due = math.inf
-        if self._wanted is not None:
-            due = min(self._commanded_at + self.command_timeout, self._sent_at + REFRESH)
-        elif self._stopping:
-            due = self._sent_at + REFRESH
-        if self._motors is not None:
-            due = min(due, self._motors.asked_at + REFRESH, self._motors.give_up_at)
-        return due
+        driving, motors = self._wanted is not None, self._motors
+        repeat = self._sent_at + REFRESH if driving or self._stopping else math.inf
+        time_out = self._commanded_at + self.command_timeout if driving else math.inf
+        ask_again = min(motors.asked_at + REFRESH, motors.give_up_at) if motors is not None else math.inf
+        return min(repeat, time_out, ask_again)
 
     def set_velocity(self, linear: float, angular: float, now: float) -> None:
         """m/s, rad/s; clamped to the limits. Raises UsageError on what is no finite number, and changes nothing."""
@@ -224,8 +217,7 @@ class Drive:
 
     def _judge_motion(self, now: float, state: RobotState) -> None:
         """Say once that a robot stands although it is told to drive and reports nothing that holds it."""
-        if state.moving:
-            self._unmoved = False
+        self._unmoved = self._unmoved and not state.moving
         if (state.moving or self._wanted is None or all(abs(rate) < SURE_TO_MOVE for rate in self._wanted)
                 or not state.motors_enabled or state.left_stall or state.right_stall):
             self._excused_at = now
@@ -238,15 +230,14 @@ class Drive:
         assert request is not None
         if request.on:
             self._take_back(now)
-        what = "on" if request.on else "off"
         stalled = self._state is not None and (self._state.left_stall or self._state.right_stall)
-        why = ": it is stalled, something holds its wheels" if stalled else ""
         self._answer_motors(request, NotConfirmedError(
-            "asked to switch its motors %s, the robot did not confirm it in time%s" % (what, why)))
+            "asked to switch its motors %s, the robot did not confirm it in time%s" % (
+                "on" if request.on else "off", ": it is stalled, something holds its wheels" if stalled else "")))
 
     def _answer_motors(self, request: MotorsRequest, error: Optional[PioneerError] = None) -> None:
         """Finish a request, and tell the user. An ENABLE 1 that still waits for the line is not sent any more."""
-        request.finish(error)
+        request.error, request.done = error, True
         if request.asked:
             self._events.append(MotorsAnswered(request.on, request.changes, error))
         if request.on:

@@ -42,15 +42,16 @@ class GripperReading:
 def read_gripper(grip_state: int, digital_in: int) -> GripperReading:
     """Read the GRIP_STATE byte and DIGIN; beams read 1 when broken, contacts 0 when pressed (Gripper manual)."""
     state, inputs = GripState(grip_state), DigitalIn(digital_in)
-    paddles = _one_of(bool(state & GripState.OPEN), bool(state & GripState.CLOSED))
-    lift = _one_of(bool(state & GripState.LIFT_UP), bool(state & GripState.LIFT_DOWN))
+    # Two end positions exclude each other: both at once means that the position is unknown (protocol 6.2).
+    opened, closed = bool(state & GripState.OPEN), bool(state & GripState.CLOSED)
+    up, down = bool(state & GripState.LIFT_UP), bool(state & GripState.LIFT_DOWN)
     return GripperReading(
-        paddles_open=paddles[0],
-        paddles_closed=paddles[1],
+        paddles_open=opened and not closed,
+        paddles_closed=closed and not opened,
         paddles_moving=bool(state & GripState.MOVING),
         paddles_error=bool(state & GripState.ERROR),
-        lift_up=lift[0],
-        lift_down=lift[1],
+        lift_up=up and not down,
+        lift_down=down and not up,
         lift_moving=bool(state & GripState.LIFT_MOVING),
         lift_error=bool(state & GripState.LIFT_ERROR),
         inner_beam=bool(inputs & DigitalIn.INNER_BEAM_BROKEN),
@@ -120,8 +121,3 @@ def gripper_packets(command: GripperCommand, value: Optional[int]) -> Tuple[byte
         raise UsageError("gripper command %s needs a value in %d..%d (units of 20 ms), not 0; got %r"
                          % (command.name, low, high, value))
     return encode_command("GRIPPER", int(command)), encode_command("GRIPPERVAL", value)
-
-
-def _one_of(first: bool, second: bool) -> Tuple[bool, bool]:
-    """Two end positions exclude each other: both at once means the position is unknown (protocol 6.2)."""
-    return (first and not second, second and not first)

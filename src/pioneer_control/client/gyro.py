@@ -1,7 +1,7 @@
 """A gyro that the client has to read (CONFIGpac: has_gyro 1; protocol 5.6): raw readings to a turn rate."""
 
 import math
-from typing import List, Optional
+from typing import Optional
 
 from .. import p2os
 from .identity import RobotIdentity
@@ -35,12 +35,8 @@ class GyroReader:
         rates = [reading.rate for reading in packet.readings]
         if not rates:
             return None
-        if standing:
-            self._learn(rates)
-        return (self._centre - sum(rates) / len(rates)) * RAD_S_PER_UNIT
-
-    def _learn(self, rates: List[int]) -> None:
         for rate in rates:
-            if abs(rate - NOMINAL_CENTRE) <= NEAR_CENTRE:
+            if standing and abs(rate - NOMINAL_CENTRE) <= NEAR_CENTRE:
                 self._at_rest = min(self._at_rest + 1, MOST_AT_REST)
                 self._centre += (rate - self._centre) / self._at_rest
+        return (self._centre - sum(rates) / len(rates)) * RAD_S_PER_UNIT

@@ -64,9 +64,8 @@ class HostBaud:
             return []
         if self._breaks == MOST_BREAKS:
             self.wanted = None
-            problem = "the link broke %d times when its line was to change to %d baud; not tried again" % (MOST_BREAKS,
-                                                                                                           wanted)
-            return [LineSpeed(own, problem)]
+            return [LineSpeed(own, "the link broke %d times when its line was to change to %d baud; not tried again"
+                              % (MOST_BREAKS, wanted))]
         problem = yield from _hindrance(own, clock, config, sip)
         if problem:
             self._breaks = 0
@@ -132,12 +131,10 @@ def _change(line: Line, baud: int, clock: Clock, times: int) -> Procedure:
 def _answers(line: Line, clock: Clock) -> Generator[float, Any, bool]:
     """Whether the robot answers, and goes on sending SIPs."""
     missing, deadline = {p2os.Sip, p2os.Config}, clock() + ANSWER
-    while clock() < deadline:
+    while missing and clock() < deadline:
         line.command(clock(), CONFIG)
         again = min(clock() + ASK_AGAIN, deadline)
-        while clock() < again:
+        while missing and clock() < again:
             packet = yield again
             missing.discard(type(packet))
-            if not missing:
-                return True
-    return False
+    return not missing

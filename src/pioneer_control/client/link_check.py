@@ -83,14 +83,13 @@ class LinkCheck:
         Returns:
             Whether a question was open.
         """
-        if not self.asks:
-            return False
-        self._surplus += 1
-        if not self._open:
-            return False
-        self._open.pop()
-        self._answered += 1
-        return True
+        if self.asks:
+            self._surplus += 1
+        expected = self.asks and bool(self._open)
+        if expected:
+            self._open.pop()
+            self._answered += 1
+        return expected
 
     def tick(self, now: float) -> None:
         """Count questions that are overdue."""

@@ -7,7 +7,6 @@ import math
 from typing import Dict, List, Optional
 
 from .. import p2os
-from ..p2os import knows
 from .events import Event, Tuned
 from .identity import CONFIG, RobotIdentity
 from .line import Line
@@ -39,7 +38,7 @@ class Tuner:
         """Whether the robot has not shown yet that it stands."""
         self._told: Dict[str, float] = {}               # all values that were sent to this robot
         self._before: Dict[str, Optional[float]] = {}   # values that are being sent: what the robot had
-        self._own = self._config = identity.config
+        self._own = identity.config
         self._answer: Optional[p2os.Config] = None      # to the present round
         self._tries = 0
         self.due = math.inf
@@ -58,7 +57,7 @@ class Tuner:
 
     def saw_config(self, identity: RobotIdentity, now: float) -> None:
         """Take a new CONFIGpac, as part of the identity."""
-        self._identity, self._config = identity, identity.config
+        self._identity = identity
         if self._before:
             self._answer = identity.config
             self._judge(now)
@@ -74,7 +73,7 @@ class Tuner:
             return
         under_way = bool(self._before)
         for name in new:
-            self._before.setdefault(name, ROWS[name].value(ROWS[name].shown(self._config)))
+            self._before.setdefault(name, ROWS[name].value(ROWS[name].shown(self._identity.config)))
         self._told.update(new)
         self._tries = 0
         if not under_way:       # else the next round takes it along: however fast values come, no queue builds up
@@ -95,9 +94,7 @@ class Tuner:
     def _send(self, now: float) -> None:
         self._tries += 1
         self.due = now + AGAIN
-        if self._line.full:
-            return
-        waiting = [name for name in self._before if not self._unknown(name) and not self._taken(name)]
+        waiting = [name for name in self._before if not self._line.full and not self._settled(name)]
         for name in waiting:
             self._line.command(now, ROWS[name].packet(self._told[name]))
         if any(ROWS[name].config for name in waiting):
@@ -105,15 +102,19 @@ class Tuner:
 
     def _judge(self, now: float) -> None:
         """End a round: begin another one, or tell the result."""
-        if self._tries < TRIES and not all(self._unknown(name) or self._taken(name) for name in self._before):
+        if self._tries < TRIES and not all(map(self._settled, self._before)):
             self._send(now)
             return
         changes = tuple(map(self._change, self._before))
         self._before, self._answer, self.due = {}, None, math.inf
         self._events.append(Tuned(changes, self._identity))
 
+    def _settled(self, name: str) -> bool:
+        """Whether there is nothing more to do for a value: the robot has taken it, or does not know such a setting."""
+        return self._unknown(name) or self._taken(name)
+
     def _unknown(self, name: str) -> bool:
-        return not knows(self._identity.model.firmware_family, ROWS[name].command)
+        return not p2os.knows(self._identity.model.firmware_family, ROWS[name].command)
 
     def _taken(self, name: str) -> bool:
         return ROWS[name].shown(self._answer) == ROWS[name].number(self._told[name])

@@ -9,7 +9,6 @@ from typing import Any, Dict, NamedTuple, Optional
 
 from .. import p2os
 from ..errors import ParameterError
-from ..p2os import encode_command
 
 MM = 0.001                      # m, or m/s^2
 DEGREE = math.radians(1)        # rad, or rad/s^2
@@ -41,7 +40,7 @@ class TuningRow(NamedTuple):
 
     def packet(self, value: float) -> bytes:
         """The command that sets it."""
-        return encode_command(self.command, self.sign * self.number(value))
+        return p2os.encode_command(self.command, self.sign * self.number(value))
 
     def shown(self, config: Optional[p2os.Config]) -> Optional[int]:
         """What the robot reports, as CONFIGpac counts it; None when it does not."""
@@ -125,4 +124,4 @@ class Change(NamedTuple):
                             for value in (self.old, self.new, self.wanted))
         if self.problem:
             return "%s %s -> %s, wanted %s: %s" % (self.name, old, new, wanted, self.problem)
-        return "%s %s" % (self.name, "set to " + wanted if self.new is None else "%s -> %s" % (old, new))
+        return "%s set to %s" % (self.name, wanted) if self.new is None else "%s %s -> %s" % (self.name, old, new)

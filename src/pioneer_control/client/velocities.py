@@ -11,7 +11,7 @@ import itertools
 import math
 from abc import ABC, abstractmethod
 from functools import lru_cache
-from typing import Tuple
+from typing import Iterable, Tuple
 
 from ..p2os import COMMANDS, encode_command
 from .identity import RobotIdentity
@@ -30,30 +30,30 @@ packet = lru_cache(maxsize=4096)(encode_command)
 
 
 class FairRounding:
-    """Whole units whose average over time is the rate asked for."""
+    """Whole units whose average over time is the rate asked for.
+
+    Attributes:
+        sent: the units that were sent last.
+    """
 
     def __init__(self) -> None:
         self._wanted = 0.0
-        self._sent = 0
+        self.sent = 0
         self._owed = 0.0        # unit-seconds by which the robot is behind
         self._since = 0.0
 
     def units(self, wanted: float, limit: int, now: float) -> int:
         """The whole number to send at ``now`` (s) for a rate of ``wanted`` units, at most ``limit`` either way."""
-        self._sent = round(clamped(self.aim(clamped(wanted, limit), now), limit))
-        return self._sent
+        self.sent = round(clamped(self.aim(clamped(wanted, limit), now), limit))
+        return self.sent
 
     def aim(self, wanted: float, now: float) -> float:
-        """The rate that makes up for what is owed, from ``now`` (s) on. Call send() with what is sent for it."""
-        self._owed = clamped(self._owed + (self._wanted - self._sent) * (now - self._since), 1)
+        """The rate that makes up for what is owed, from ``now`` (s) on. Set ``sent`` to what is sent for it."""
+        self._owed = clamped(self._owed + (self._wanted - self.sent) * (now - self._since), 1)
         self._wanted, self._since = wanted, now
         if wanted == 0:
             self._owed = 0.0
         return wanted + self._owed / ROUNDING_PERIOD
-
-    def send(self, units: int) -> None:
-        """These units are sent."""
-        self._sent = units
 
 
 class Velocity(ABC):
@@ -84,9 +84,8 @@ class BodyVelocity(Velocity):
         self._limits = (_units(identity.max_linear * 1000), _units(math.degrees(identity.max_angular)))
 
     def packets(self, linear: float, angular: float, now: float) -> Tuple[bytes, ...]:
-        rates = (linear * 1000, math.degrees(angular))
-        vel, rvel = [rounding.units(rate, limit, now)
-                     for rounding, rate, limit in zip(self._rounding, rates, self._limits)]
+        vel = self._rounding[0].units(linear * 1000, self._limits[0], now)
+        rvel = self._rounding[1].units(math.degrees(angular), self._limits[1], now)
         return packet("VEL", vel), packet("RVEL", rvel)
 
 
@@ -111,7 +110,7 @@ class WheelVelocities(Velocity):
         if now >= self._until or not self._still_near(*wheels):
             self._until, self._units = now + HOLD, self._nearest(*aims)
         for rounding, each in zip(self._rounding, self._units):
-            rounding.send(each)
+            rounding.sent = each
         return (packet("VEL2", *self._units),)
 
     def rest(self, now: float) -> None:
@@ -125,10 +124,10 @@ class WheelVelocities(Velocity):
 
     def _excess(self, left: float, right: float) -> float:
         """How many times the tightest limit these are (units of VEL2)."""
-        pairs = ((left, WHEEL_LIMIT), (right, WHEEL_LIMIT), (left + right, self._max_sum),
-                 (right - left, self._max_difference))
-        excess: float = max(abs(rate) / limit if limit else math.inf if rate else 0.0 for rate, limit in pairs)
-        return excess
+        pairs: Iterable[Tuple[float, float]] = (
+            (left, WHEEL_LIMIT), (right, WHEEL_LIMIT), (left + right, self._max_sum),
+            (right - left, self._max_difference))
+        return max(abs(rate) / limit if limit else math.inf if rate else 0.0 for rate, limit in pairs)
 
     def _within(self, left: float, right: float) -> Tuple[float, float]:
         excess = max(1.0, self._excess(left, right))
@@ -137,8 +136,7 @@ class WheelVelocities(Velocity):
     def _nearest(self, left: float, right: float) -> Tuple[int, int]:
         """The whole units within the limits that are nearest to a pair within them."""
         first, second = (range(math.floor(aim) - 1, math.floor(aim) + 3) for aim in (left, right))
-        choices = itertools.product(first, second)
-        legal = (choice for choice in choices if self._excess(*choice) <= LEGAL)
+        legal = (choice for choice in itertools.product(first, second) if self._excess(*choice) <= LEGAL)
         return min(legal, key=lambda choice: (choice[0] - left) ** 2 + (choice[1] - right) ** 2, default=(0, 0))
 
 

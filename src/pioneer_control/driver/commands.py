@@ -5,11 +5,9 @@ Pure functions; a refusal is a UsageError with the reason.
 
 from typing import List, NamedTuple, Optional
 
-from geometry_msgs.msg import Twist
-
 from ..errors import UsageError
 from ..message_values import GripCommand, LiftCommand, LiftStatus
-from ..msg import GripperState, MotorState, WheelVelocities
+from ..msg import GripperState, MotorState
 from ..p2os import GRIPPER_VALUES, GripperCommand
 
 LEAVE_ALONE = 0
@@ -27,29 +25,10 @@ class GripperOrder(NamedTuple):
     value: Optional[int] = None
 
 
-# Whether a message does nothing but stop.
-
-def twist_stops(twist: Twist) -> bool:
-    """Of a cmd_vel."""
-    return twist.linear.x == twist.angular.z == 0
-
-
-def wheels_stop(wheels: WheelVelocities) -> bool:
-    """Of a cmd_wheels."""
-    return wheels.left == wheels.right == 0
-
-
-def motors_stop(message: MotorState) -> bool:
-    """Of a cmd_motor_state."""
-    return message.state == 0
-
-
 def gripper_stops(message: GripperState) -> bool:
-    """Of a gripper_control."""
+    """Whether a gripper_control does nothing but stop."""
     return message.grip.state in STOPS[0] and message.lift.state in STOPS[1]
 
-
-# What is obeyed.
 
 def motors_wanted(message: MotorState) -> bool:
     """Whether motors shall be on. Refuses states other than 0 and 1."""

@@ -1,5 +1,6 @@
 """What a user is warned of, and how often. Pure: time (monotonic, s) is an argument."""
 
+import math
 import re
 from typing import Dict, List, NamedTuple, Optional
 
@@ -72,8 +73,7 @@ def unmoved(age: float) -> str:
 class Throttle:
     """Lets a kind of warning pass once per PERIOD."""
 
-    def __init__(self, period: float = PERIOD) -> None:
-        self._period = period
+    def __init__(self) -> None:
         self._last: Dict[str, float] = {}
 
     def passes(self, kind: str, now: float) -> bool:
@@ -82,11 +82,10 @@ class Throttle:
         Numbers in a kind make no other of it.
         """
         kind = NUMBER.sub("", kind)
-        last = self._last.get(kind)
-        if last is not None and now - last < self._period:
-            return False
-        self._last[kind] = now
-        return True
+        passes = now - self._last.get(kind, -math.inf) >= PERIOD
+        if passes:
+            self._last[kind] = now
+        return passes
 
 
 class Watch:
@@ -111,15 +110,13 @@ class Watch:
 
     def state(self, state: RobotState) -> List[Notice]:
         """What is to be said about a state."""
-        notices = []
-        if state.battery_voltage < self._battery.low:
-            notices.append(Notice("battery", low_battery(state.battery_voltage, self._battery) + "; charge it"))
-        stall = stalled_wheels(state)
-        if stall:
-            notices.append(Notice("stall", stall))
-        if state.stop_button:
-            notices.append(Notice("stop button", stop_button_pressed(self._how_to_enable)))
-        return notices
+        is_low = state.battery_voltage < self._battery.low
+        texts = {
+            "battery": low_battery(state.battery_voltage, self._battery) + "; charge it" if is_low else "",
+            "stall": stalled_wheels(state),
+            "stop button": stop_button_pressed(self._how_to_enable) if state.stop_button else "",
+        }
+        return [Notice(kind, text) for kind, text in texts.items() if text]
 
     def velocity(self, now: float, moving: bool, state: Optional[RobotState]) -> List[Notice]:
         """What is to be said about a velocity command that arrived, `moving` unless it is zero."""

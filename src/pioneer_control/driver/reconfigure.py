@@ -37,16 +37,18 @@ def decode(config: Config) -> Dict[str, Any]:
 
 def description() -> ConfigDescription:
     """What may change, from the table."""
-    rows = []
-    for name, row in LIVE.items():
-        unit = " (%s)" % row.metadata["unit"] if row.metadata["unit"] else ""
-        rows.append(ParamDescription(name, TYPES[type(row.default)][0], 0, row.metadata["meaning"] + unit, ""))
+    rows = [ParamDescription(name, TYPES[type(row.default)][0], 0, _meaning(row.metadata), "")
+            for name, row in LIVE.items()]
     defaults = values_of(DriverParameters())
     bounds = [
         encode({name: type(value)(getattr(LIVE[name].metadata["kind"], bound)) for name, value in defaults.items()})
         for bound in ("low", "high")]
     return ConfigDescription(groups=[Group(GROUP, "", rows, 0, 0)], min=bounds[0], max=bounds[1],
                              dflt=encode(defaults))
+
+
+def _meaning(row: Mapping[str, Any]) -> str:
+    return "%s (%s)" % (row["meaning"], row["unit"]) if row["unit"] else str(row["meaning"])
 
 
 def values_of(parameters: DriverParameters) -> Dict[str, Any]:
@@ -67,8 +69,7 @@ class Reconfiguration:
         self._parameters = parameters
         self._apply = apply
         self._lock = threading.Lock()
-        descriptions = rospy.Publisher("~parameter_descriptions", ConfigDescription, queue_size=1, latch=True)
-        descriptions.publish(description())
+        rospy.Publisher("~parameter_descriptions", ConfigDescription, queue_size=1, latch=True).publish(description())
         self._updates = rospy.Publisher("~parameter_updates", Config, queue_size=1, latch=True)
         self._updates.publish(encode(values_of(parameters)))
         rospy.Service("~set_parameters", Reconfigure, self._set)

@@ -168,19 +168,18 @@ class Requests:
 def check_twist(twist: Twist) -> None:
     """Refuse a velocity in which any number is not finite, whether it is used or not: its sender is in trouble."""
     linear, angular = twist.linear, twist.angular
-    for name, value in zip(AXES, (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)):
-        _check_finite("cmd_vel", name, value)
+    _check_finite("cmd_vel", AXES, (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z))
 
 
 def check_wheels(wheels: WheelVelocities) -> None:
     """Refuse a velocity of a wheel that is not finite."""
-    _check_finite("cmd_wheels", "left", wheels.left)
-    _check_finite("cmd_wheels", "right", wheels.right)
+    _check_finite("cmd_wheels", ("left", "right"), (wheels.left, wheels.right))
 
 
-def _check_finite(topic: str, name: str, value: float) -> None:
-    if not math.isfinite(value):
-        raise UsageError("%s refused: %s is %s, and a velocity must be finite" % (topic, name, value))
+def _check_finite(topic: str, names: Iterable[str], values: Iterable[float]) -> None:
+    for name, value in zip(names, values):
+        if not math.isfinite(value):
+            raise UsageError("%s refused: %s is %s, and a velocity must be finite" % (topic, name, value))
 
 
 class SubscribedTopic(NamedTuple):
@@ -203,9 +202,12 @@ class OfferedService(NamedTuple):
 
 
 TOPICS = (
-    SubscribedTopic("cmd_vel", Twist, VELOCITY_QUEUE, Requests.drive, commands.twist_stops),
-    SubscribedTopic("cmd_wheels", WheelVelocities, VELOCITY_QUEUE, Requests.drive_wheels, commands.wheels_stop),
-    SubscribedTopic("cmd_motor_state", MotorState, QUEUE, Requests.follow_motor_state, commands.motors_stop),
+    SubscribedTopic("cmd_vel", Twist, VELOCITY_QUEUE, Requests.drive,
+                    lambda twist: twist.linear.x == twist.angular.z == 0),
+    SubscribedTopic("cmd_wheels", WheelVelocities, VELOCITY_QUEUE, Requests.drive_wheels,
+                    lambda wheels: wheels.left == wheels.right == 0),
+    SubscribedTopic("cmd_motor_state", MotorState, QUEUE, Requests.follow_motor_state,
+                    lambda motors: motors.state == 0),
     SubscribedTopic("gripper_control", GripperState, QUEUE, Requests.move_gripper, commands.gripper_stops),
 )
 
