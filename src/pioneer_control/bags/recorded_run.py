@@ -12,7 +12,7 @@ import numpy as np
 
 ECHO_GRID = 0.01  # m
 PADDLE_MIDDLE = 0.05  # m behind the paddles' tips: where they grip
-USUAL_FRONT = 0.3  # m, of a robot whose outline is not known
+USUAL_REACH = 0.3  # m to all sides, of a robot whose outline is not known
 
 Pose = Tuple[float, float, float]  # x, y (m), heading (rad, counter-clockwise)
 
@@ -165,7 +165,12 @@ class Run(NamedTuple):
     @property
     def grip(self) -> float:
         """How far ahead of the robot's middle the paddles grip, m."""
-        return float(self.footprint[:, 0].max() if len(self.footprint) else USUAL_FRONT) - PADDLE_MIDDLE
+        return float(self.footprint[:, 0].max() if len(self.footprint) else USUAL_REACH) - PADDLE_MIDDLE
+
+    @property
+    def reach(self) -> float:
+        """How far the robot reaches around its middle, m."""
+        return float(np.hypot(*self.footprint.T).max() if len(self.footprint) else USUAL_REACH)
 
     @property
     def odometry_origin(self) -> Pose:

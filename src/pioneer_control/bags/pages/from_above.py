@@ -8,7 +8,7 @@ from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from ...pictures import BEYOND, BLUE, FAINT, FLOOR, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, WALL
-from ..recorded_run import Map, Pose, Run, Track, placed
+from ..recorded_run import Map, Pose, Run, Track, inverted, placed
 from .timeline import Timeline
 
 CAN_BEFORE, CAN_AFTER = "#000000", ORANGE
@@ -48,8 +48,7 @@ def view_of(run: Run) -> TopView:
     path = odometry if run.truth is None else run.truth
     echoes = np.column_stack(placed(run.odometry_origin, *run.echoes().T))
     walls = run.map if run.truth is not None else None
-    reach = np.hypot(*run.footprint.T).max() if len(run.footprint) else 0.3
-    return TopView(run, path, odometry, echoes, walls, *extent((odometry, path), echoes, walls, reach))
+    return TopView(run, path, odometry, echoes, walls, *extent((odometry, path), echoes, walls, run.reach))
 
 
 def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map],
@@ -82,18 +81,15 @@ def beside_things(view: TopView) -> np.ndarray:
     points = view.echoes
     if view.walls is None or not len(points):
         return np.zeros(len(points), dtype=bool)
-    near = view.walls.cells >= 50
-    for _ in range(int(np.ceil(NEAR_A_WALL / view.walls.resolution))):  # each time by one cell to all sides
-        padded = np.pad(near, 1)
-        near = np.any([padded[row:row + near.shape[0], column:column + near.shape[1]]
-                       for row in range(3) for column in range(3)], axis=0)
-    offset = points - view.walls.origin[:2]
-    on_map = np.column_stack(placed((0.0, 0.0, -view.walls.origin[2]), *offset.T))
+    on_map = np.column_stack(placed(inverted(view.walls.origin), *points.T))
     cells = np.floor(on_map / view.walls.resolution).astype(int)
-    inside = ((cells >= 0) & (cells < near.shape[::-1])).all(axis=1)
+    inside = ((cells >= 0) & (cells < view.walls.cells.shape[::-1])).all(axis=1)
     column, row = cells[inside].T
+    reach = int(np.ceil(NEAR_A_WALL / view.walls.resolution))  # cells
+    walls = np.pad(view.walls.cells >= 50, reach)
     beside = np.ones(len(points), dtype=bool)
-    beside[inside] = ~near[row, column]
+    beside[inside] = ~np.any([walls[row + up, column + right] for up in range(2 * reach + 1)
+                              for right in range(2 * reach + 1)], axis=0)
     for can in view.run.cans:
         for x, y in set(zip(np.round(can.x, 1), np.round(can.y, 1))):
             beside &= np.hypot(points[:, 0] - x, points[:, 1] - y) > 2 * NEAR_A_WALL
@@ -103,9 +99,7 @@ def beside_things(view: TopView) -> np.ndarray:
 def draw(axes: Any, view: TopView, timeline: Timeline, inches: float) -> None:
     """Draw a run on axes that are so many inches wide."""
     scale = (view.high - view.low)[0] / inches  # m in an inch
-    axes.set(xlim=(view.low[0], view.high[0]), ylim=(view.low[1], view.high[1]), aspect="equal")
-    if view.walls is not None:
-        draw_map(axes, view.walls)
+    draw_map(axes, view.walls, view.low, view.high)
     if view.run.truth is not None:
         axes.plot(view.path.x, view.path.y, color=BLUE, linewidth=3.4, alpha=0.55, zorder=3, label="true path",
                   solid_capstyle="round")
@@ -121,20 +115,26 @@ def draw(axes: Any, view: TopView, timeline: Timeline, inches: float) -> None:
     _draw_times(axes, view.path, timeline, scale)
 
 
-def draw_map(axes: Any, walls: Map) -> None:
-    """Walls, posts and boxes, from the occupancy grid."""
+def draw_map(axes: Any, walls: Optional[Map], low: np.ndarray, high: np.ndarray) -> None:
+    """Walls, posts and boxes, from the occupancy grid if there is one, to scale.
+
+    Args:
+        axes: to draw on.
+        walls: the map.
+        low, high: lower left and upper right corner of what is to be seen, m.
+    """
     from matplotlib.colors import to_rgb
     from matplotlib.transforms import Affine2D
 
-    shades = np.where(walls.cells[..., None] >= 50, to_rgb(WALL),
-                      np.where(walls.cells[..., None] < 0, to_rgb(BEYOND), to_rgb(FLOOR)))
-    rows, columns = walls.cells.shape
-    limits = axes.get_xlim(), axes.get_ylim()
-    image = axes.imshow(shades, origin="lower", interpolation="nearest", zorder=0,
-                        extent=(0, columns * walls.resolution, 0, rows * walls.resolution))
-    x, y, turn = walls.origin
-    image.set_transform(Affine2D().rotate(turn).translate(x, y) + axes.transData)
-    axes.set(xlim=limits[0], ylim=limits[1])
+    if walls is not None:
+        cells = walls.cells[..., None]
+        shades = np.where(cells >= 50, to_rgb(WALL), np.where(cells < 0, to_rgb(BEYOND), to_rgb(FLOOR)))
+        rows, columns = walls.cells.shape
+        image = axes.imshow(shades, origin="lower", interpolation="nearest", zorder=0,
+                            extent=(0, columns * walls.resolution, 0, rows * walls.resolution))
+        x, y, turn = walls.origin
+        image.set_transform(Affine2D().rotate(turn).translate(x, y) + axes.transData)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
 
 
 def draw_arrows(axes: Any, path: Track, scale: float, colour: str = INK) -> None:
@@ -241,7 +241,7 @@ def _draw_times(axes: Any, path: Track, timeline: Timeline, scale: float) -> Non
     shown: List[Pose] = [path.pose(0), path.pose(-1)]
     for time in timeline.ticks(TIMES)[1:]:
         x, y, heading = path.at(np.array([time])).pose(0)
-        if time >= path.time[-1] or any(np.hypot(x - other[0], y - other[1]) < TIMES_APART * scale for other in shown):
+        if time >= path.time[-1] or min(np.hypot(x - a, y - b) for a, b, _ in shown) < TIMES_APART * scale:
             continue
         shown.append((x, y, heading))
         ahead = placed((x, y, heading), STROKE * scale, 0.0)

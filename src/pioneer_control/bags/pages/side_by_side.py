@@ -8,7 +8,7 @@ import numpy as np
 
 from ...errors import UsageError
 from ...pictures import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, draw_frame
-from ..compare import Deviation, Driven, deviation, distance_between, driven, first_movement, from_its_start
+from ..compare import deviation, distance_between, driven, first_movement, from_its_start
 from ..bag_names import stem
 from ..recorded_run import Map, Run, Track
 from . import from_above, over_time
@@ -42,21 +42,18 @@ class Compared(NamedTuple):
     name: str
     run: Run
     track: Track  # true paths where all runs know theirs, else by odometry; in a frame of its own
-    figures: Driven
-    deviation: Optional[Deviation]  # from the first; None for the first itself
 
 
 def compared(runs: Sequence[Run]) -> Tuple[Compared, ...]:
-    """Runs with their figures; each is compared with the first.
+    """Runs as they are compared, each with the first.
 
     Raises:
         UsageError: they are too many for a page.
     """
     check_number(len(runs))
-    true = all(run.truth is not None for run in runs)
-    tracks = [run.truth if true and run.truth is not None else run.odometry for run in runs]
-    apart: List[Optional[Deviation]] = [None, *(deviation(tracks[0], track) for track in tracks[1:])]
-    return tuple(Compared(*each) for each in zip(shortened(names(runs)), runs, tracks, map(driven, tracks), apart))
+    true = [run.truth for run in runs if run.truth is not None]
+    tracks = true if len(true) == len(runs) else [run.odometry for run in runs]
+    return tuple(map(Compared, shortened(names(runs)), runs, tracks))
 
 
 def check_number(runs: int) -> None:
@@ -98,8 +95,7 @@ def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
     laid = [from_its_start(row.track).seen_from(begin) for row in rows]
     in_one_world = all(run.truth is not None for run in runs) and len({run.world for run in runs}) == 1
     walls = runs[0].map if in_one_world else None
-    reach = max(np.hypot(*run.footprint.T).max() if len(run.footprint) else 0.3 for run in runs)
-    low, high = from_above.extent(laid, np.empty((0, 2)), walls, reach)
+    low, high = from_above.extent(laid, np.empty((0, 2)), walls, max(run.reach for run in runs))
     timeline = Timeline(0.0, max(float(track.time[-1]) for track in laid))
     shown = _curves(rows)
 
@@ -150,9 +146,7 @@ def _write_head(sheet: Sheet, rows: Sequence[Compared], title: Optional[str]) ->
 def _draw_paths(axes: Any, laid: Sequence[Track], walls: Optional[Map], low: np.ndarray, high: np.ndarray,
                 inches: float) -> None:
     """All paths, on axes so many inches wide, and a mark where each ends."""
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
-    if walls is not None:
-        from_above.draw_map(axes, walls)
+    from_above.draw_map(axes, walls, low, high)
     for number, (track, look) in enumerate(zip(laid, LOOKS)):
         axes.plot(track.x, track.y, zorder=3, **look)
         square = dict(marker="s", markersize=5.5 if number else 9, markeredgecolor="white", markeredgewidth=0.8)
@@ -172,19 +166,17 @@ def _write_table(sheet: Sheet, top: float, rows: Sequence[Compared]) -> None:
         (left, middle), (right, _) = sheet.at(LEFT, top), sheet.at(LEFT + 0.35, top)
         sheet.figure.add_artist(Line2D([left, right], [middle, middle], **look))
         sheet.text(LEFT + 0.45, top, row.name + " (damaged)" * bool(row.run.damage), room=ENDS[0] - LEFT - 1.1)
-        for words, end in zip(figures(row), ENDS):
+        for words, end in zip(figures(rows[0], row), ENDS):
             sheet.text(end, top, words, ha="right")
 
 
-def figures(row: Compared) -> Tuple[str, ...]:
-    """What the table says of a run, by `COLUMNS`."""
-    way, apart = row.figures, row.deviation
+def figures(first: Compared, row: Compared) -> Tuple[str, ...]:
+    """What the table says of a run, by `COLUMNS`: the last two only where it is not the first."""
+    way, apart = driven(row.track), deviation(first.track, row.track)
     faults = sum(len(each.times) for each in incidents(row.run))
     own = how_long(way.time), "%.2f m" % way.length, "%.2f m/s" % way.mean_speed, str(way.stops), str(faults)
-    if apart is None:
-        return (*own, "", "")
-    return (*own, length(apart.maximum),
-            ("%s, %+d°" % (length(apart.at_end), round(np.degrees(apart.turn_at_end)))).replace("-", "−"))
+    at_end = "%s, %+d°" % (length(apart.at_end), round(np.degrees(apart.turn_at_end)))
+    return own if row is first else (*own, length(apart.maximum), at_end.replace("-", "−"))
 
 
 def length(metres: float) -> str:

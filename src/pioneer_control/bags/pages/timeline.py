@@ -26,8 +26,7 @@ class Timeline(NamedTuple):
 
     def write(self, time: float) -> str:
         """A moment of it, counted from its begin: ``7.5 s``, ``68 s``, ``12:05``, ``1:12:05``."""
-        unit = " s" if self.unit == "s" else ""
-        return self.number(time) + unit
+        return self.number(time) + (" s" if self.unit == "s" else "")
 
     def number(self, time: float) -> str:
         """A moment without its unit."""
@@ -63,10 +62,7 @@ def spread(places: Sequence[float], apart: float, low: float, high: float) -> Li
         low: lower end of the room.
         high: upper end of the room.
     """
-    places, room = list(places), high - low
-    apart = min(apart, room / max(len(places) - 1, 1))
-    for number, place in enumerate(places):
-        places[number] = max(place, low if number == 0 else places[number - 1] + apart)
-    for number in range(len(places) - 1, -1, -1):
-        places[number] = min(places[number], high - apart * (len(places) - 1 - number))
-    return places
+    steps = min(apart, (high - low) / max(len(places) - 1, 1)) * np.arange(len(places))
+    # none is nearer to the one before than a step, and none is so high that the rest has no room
+    spread_out = np.maximum.accumulate(np.maximum(places, low) - steps) + steps
+    return np.minimum(spread_out, high - steps[::-1]).tolist()
