@@ -9,7 +9,7 @@ import math
 import struct
 from typing import Any, Iterable, Tuple
 
-from geometry_msgs.msg import Point32, Pose2D, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Point32, Polygon, Pose2D, Quaternion, Transform, TransformStamped, Vector3
 from sensor_msgs.msg import BatteryState, PointCloud2, PointField, Range
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
@@ -75,14 +75,11 @@ def echo_place(
 
 def sonar_frames(transducers: Iterable[Transducer], stamp: Any, base_link_frame: str, frame_prefix: str) -> TFMessage:
     """Where each transducer sits and looks. All in one message: /tf_static keeps only the last one of a node."""
-    transforms = TFMessage()
-    for transducer in transducers:
-        header = Header(stamp=stamp, frame_id=base_link_frame)
-        message = TransformStamped(header, frame_of(transducer.number, frame_prefix), None)
-        message.transform.translation = Vector3(transducer.x, transducer.y, HEIGHT)
-        message.transform.rotation = Quaternion(*quaternion_of(transducer.heading))
-        transforms.transforms.append(message)
-    return transforms
+    header = Header(stamp=stamp, frame_id=base_link_frame)
+    return TFMessage([
+        TransformStamped(header, frame_of(transducer.number, frame_prefix), Transform(
+            Vector3(transducer.x, transducer.y, HEIGHT), Quaternion(*quaternion_of(transducer.heading))))
+        for transducer in transducers])
 
 
 def frame_of(number: int, frame_prefix: str) -> str:
@@ -114,7 +111,7 @@ def robot_info(model: RobotModel, has_gripper: bool, stamp: Any, base_link_frame
 
     The fields that only a connected robot can fill stay empty.
     """
-    message = RobotInfo(
+    return RobotInfo(
         header=Header(stamp=stamp, frame_id=base_link_frame),
         subtype=model.subtype,
         max_linear=model.max_linear,
@@ -122,6 +119,5 @@ def robot_info(model: RobotModel, has_gripper: bool, stamp: Any, base_link_frame
         has_gripper=has_gripper,
         sonar_numbers=[transducer.number for transducer in model.sonar],
         sonar_poses=[Pose2D(transducer.x, transducer.y, transducer.heading) for transducer in model.sonar],
+        footprint=Polygon([Point32(x, y, 0.0) for x, y in model.outline(has_gripper)]),
     )
-    message.footprint.points = [Point32(x, y, 0.0) for x, y in model.outline(has_gripper)]
-    return message

@@ -32,14 +32,9 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
 }
 
 
-def draw_run(run: Run, output: str, title: Optional[str] = None) -> None:
-    """Write the report of a run to a file; see `pictures.write`."""
-    write(lambda: page.figure(run, title), output, DPI)
-
-
-def draw_comparison(runs: Sequence[Run], output: str, title: Optional[str] = None) -> None:
-    """Write the comparison of several runs, with the first, to a file; see `pictures.write`."""
-    write(lambda: side_by_side.figure(runs, title), output, DPI)
+def draw_runs(runs: Sequence[Run], output: str, title: Optional[str] = None) -> None:
+    """Write the report of a run, or of several the comparison with the first, to a file; see `pictures.write`."""
+    write(lambda: side_by_side.figure(runs, title) if len(runs) > 1 else page.figure(runs[0], title), output, DPI)
 
 
 def read(paths: Sequence[str], robot: Optional[str]) -> Run:
@@ -70,10 +65,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         check_output(output)
         side_by_side.check_number(len(chosen))
         runs = [read(*each) for each in chosen]
-        if len(runs) == 1:
-            draw_run(runs[0], output, options.title)
-        else:
-            draw_comparison(runs, output, options.title)
+        draw_runs(runs, output, options.title)
     except (PioneerError, OSError, ImportError) as error:
         print("draw_run: %s" % error, file=sys.stderr)
         return 2

@@ -120,20 +120,17 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
 
 def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, inches: float) -> List[Lane]:
     """Spans with words on them, in as few rows as keep them apart. Those that need more than `ROWS` have no words."""
-    rows: List[Lane] = []
-    ends: List[float] = []
+    rows = [Lane("" if row else name, colour, "", ()) for row in range(ROWS)]
+    ends = [timeline.begin] * ROWS
     for span in sorted(spans):
         wide = LETTER * len(span.what) * timeline.span / inches
         begin = max(min(span.begin, timeline.end - wide), timeline.begin)
-        row = next((number for number, end in enumerate(ends) if end <= begin), len(rows))
-        words = ((begin, span.what),) if row < ROWS else ()
-        row = min(row, ROWS - 1)
-        if row == len(rows):
-            rows.append(Lane("" if rows else name, colour, "", ()))
-            ends.append(begin)
-        rows[row] = rows[row]._replace(spans=rows[row].spans + ((span.begin, span.end),), words=rows[row].words + words)
+        free = [row for row, end in enumerate(ends) if end <= begin]
+        row = free[0] if free else ROWS - 1
+        rows[row] = rows[row]._replace(spans=(*rows[row].spans, (span.begin, span.end)),
+                                       words=(*rows[row].words, *[(begin, span.what)] * bool(free)))
         ends[row] = max(ends[row], span.end, begin + wide)
-    return rows
+    return [row for row in rows if row.spans]
 
 
 def on(series: Series, end: float) -> Tuple[Tuple[float, float], ...]:
@@ -220,9 +217,8 @@ def draw_curves(axes: Any, strip: Curves, width: float) -> None:
     low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
     missing = max(strip.least - (high - low), 0.0)
     low, high = (low, high + missing) if strip.zero and low >= 0.0 else (low - missing / 2, high + missing / 2)
-    margin = 0.12 * (high - low)
-    axes.set_ylim(low - margin, high + margin)
-    axes.set_yticks(value_ticks(low - margin, high + margin, int(strip.height / VALUES_APART)))
+    low, high = low - 0.12 * (high - low), high + 0.12 * (high - low)
+    axes.set(ylim=(low, high), yticks=value_ticks(low, high, int(strip.height / VALUES_APART)))
     if strip.zero:
         axes.axhline(0.0, color=FAINT, linewidth=0.6, zorder=1)
     axes.set_ylabel(strip.name, rotation=0, ha="right", va="center", multialignment="right", fontsize=7.5, color=INK)
@@ -256,17 +252,15 @@ def draw_lanes(axes: Any, rows: Sequence[Lane], timeline: Timeline, width: float
             axes.text(time, middle, " " + plain(words), va="center", color=INK, fontsize=6.5, zorder=5)
         if number and lane.name:
             axes.axhline(middle + 0.5, color=BEYOND, linewidth=0.5, zorder=1)
-    axes.set_ylim(0, len(rows))
-    axes.set_yticks(len(rows) - 0.5 - np.arange(len(rows)))
+    axes.set(ylim=(0, len(rows)), yticks=len(rows) - 0.5 - np.arange(len(rows)))
     axes.set_yticklabels([plain(lane.name) for lane in rows], fontsize=7.5, color=INK)
 
 
 def draw_time(axes: Any, timeline: Timeline, most: int, name: Optional[str]) -> None:
     """The axis of time, written below the strip where it has a name, and the frame of a strip."""
     ticks = timeline.ticks(most)
-    axes.set_xlim(timeline.begin, timeline.begin + timeline.span)
-    axes.set_xticks(ticks)
-    axes.set_xticklabels([timeline.number(tick) for tick in ticks] if name else [])
+    axes.set(xlim=(timeline.begin, timeline.begin + timeline.span), xticks=ticks,
+             xticklabels=[timeline.number(tick) for tick in ticks] if name else [])
     axes.grid(axis="x", color=FAINT, linewidth=0.4, alpha=0.35)
     axes.set_axisbelow(True)
     axes.tick_params(axis="x", colors=INK, labelsize=7.5, length=2 if name else 0)

@@ -31,6 +31,9 @@ FULL, FEWEST = 20, 4  # lanes and lines of text on a page, at most; lines that m
 LINES = 3  # of one text, at most
 WORDS = LEFT + 1.15  # inches: where the words of a fault begin, behind its letter and time
 REAL = 1e8  # s: a clock beyond that is not that of a simulation
+# how versions are written, by their names in a recording's description
+VERSIONS = {"pioneer_control": "pioneer_control %s", "rospy": "rospy %s", "python": "python %s",
+            "commit": "commit %.10s", "system": "%s"}
 EXACT = 0.01  # m by which odometry may be off and still be called exact
 ECHO_NOTE = ("* A sonar hears in a cone, and its echo is drawn in the cone's middle: a wall that is met slantwise also "
              "shows beside itself. Odometry places the echoes.")
@@ -134,10 +137,10 @@ def legend_height(events: int, columns: int) -> float:
 
 def timeline_of(run: Run) -> Timeline:
     """From the first thing that is known of a run to the last."""
-    times: List[Any] = [run.odometry.time, run.commanded.time, run.measured.time, run.battery.time, run.sonar.time,
-                        run.motors.time, run.e_stop.time]
-    times += [[each.time for each in run.faults], [end for gap in run.gaps for end in (gap.begin, gap.end)]]
-    return Timeline(min(min(time) for time in times if len(time)), max(max(time) for time in times if len(time)))
+    times = np.concatenate([
+        run.odometry.time, run.commanded.time, run.measured.time, run.battery.time, run.sonar.time, run.motors.time,
+        run.e_stop.time, [each.time for each in run.faults], [end for gap in run.gaps for end in (gap.begin, gap.end)]])
+    return Timeline(float(times.min()), float(times.max()))
 
 
 def _write_head(sheet: Sheet, run: Run, timeline: Timeline, title: Optional[str], figures: Sequence[str]) -> None:
@@ -145,11 +148,10 @@ def _write_head(sheet: Sheet, run: Run, timeline: Timeline, title: Optional[str]
     robot = run.robot or "robot"
     named = title or robot + (" (%s)" % run.model if run.model else "") + (" in %s" % run.world if run.world else "")
     sheet.text(LEFT, TOP + 0.1, named, room=RIGHT - LEFT - 2.4, size=15, fontweight="bold")
-    began = ""
+    sheet.text(RIGHT, TOP + 0.02, os.path.basename(run.path), room=2.3, size=SMALL, color=FAINT, ha="right")
     if timeline.begin > REAL:
         began = datetime.fromtimestamp(timeline.begin, timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
-    sheet.text(RIGHT, TOP + 0.02, os.path.basename(run.path), room=2.3, size=SMALL, color=FAINT, ha="right")
-    sheet.text(RIGHT, TOP + 0.17, began, size=SMALL, color=FAINT, ha="right")
+        sheet.text(RIGHT, TOP + 0.17, began, size=SMALL, color=FAINT, ha="right")
     sheet.text(LEFT, TOP + 0.43, "   ·   ".join(figures), room=RIGHT - LEFT, size=BODY)
 
 
@@ -159,9 +161,7 @@ def recorded_with(notes: str) -> str:
         versions = description_of(notes).versions
     except UsageError:
         return ""
-    known = ["%s %s" % (name, versions[name]) for name in ("pioneer_control", "rospy", "python") if name in versions]
-    known += ["commit " + versions["commit"][:10]] if "commit" in versions else []
-    known += [versions["system"]] if "system" in versions else []
+    known = [form % versions[name] for name, form in VERSIONS.items() if name in versions]
     return "recorded with " + ", ".join(known) if known else ""
 
 
@@ -172,15 +172,11 @@ def summary(run: Run, view: TopView, wrong: Sequence[Incident]) -> List[str]:
     if run.truth is None:
         parts.append("as the robot's odometry has it")
     else:
-        end = view.odometry.pose(-1)
-        off = np.hypot(end[0] - view.path.x[-1], end[1] - view.path.y[-1])
-        is_exact = off < EXACT
-        parts.append("odometry exact: ideal wheels" if is_exact else "odometry %.0f cm off at the end" % (100 * off))
-    said = [(sum(len(each.times) for each in wrong if each.level == level), what)
-            for level, what in ((ERROR, "error"), (WARNING, "warning"))]
-    for count, what in said + [(len(silences(run.gaps)), "gap")]:
-        parts += ["%s %s%s" % (count, what, "s" * (count > 1)) + " in the data" * (what == "gap")] if count else []
-    return parts
+        off = np.hypot(view.odometry.x[-1] - view.path.x[-1], view.odometry.y[-1] - view.path.y[-1])
+        parts.append("odometry exact: ideal wheels" if off < EXACT else "odometry %.0f cm off at the end" % (100 * off))
+    errors, warnings = (sum(len(each.times) for each in wrong if each.level == level) for level in (ERROR, WARNING))
+    counts = {"error%s": errors, "warning%s": warnings, "gap%s in the data": len(silences(run.gaps))}
+    return parts + ["%s %s" % (count, what % ("s" * (count > 1))) for what, count in counts.items() if count]
 
 
 def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: float, top: float, columns: int) -> None:

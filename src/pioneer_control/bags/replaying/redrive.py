@@ -26,7 +26,7 @@ from ...msg import GripperState, MotorState, RobotInfo, WheelVelocities
 from ..bag_names import bag_files, free_name, stem
 from ..command_line import number, parser_of, say
 from ..compare import deviation
-from ..draw import draw_comparison
+from ..draw import draw_runs
 from ..records import BagError
 from ..recorded_run import Track
 from ..recording.description import Description
@@ -310,8 +310,8 @@ class Redrive:
                np.degrees(apart.turn_at_end), path))
         picture, slower = stem(path) + ".png", " at %g of the speed" % self._factor if self._factor != 1.0 else ""
         try:
-            draw_comparison([recorded, driven], picture,
-                            "%s, driven again%s" % (os.path.basename(stem(self._files[0])), slower))
+            draw_runs([recorded, driven], picture,
+                      "%s, driven again%s" % (os.path.basename(stem(self._files[0])), slower))
             say("picture  %s" % picture)
         except (PioneerError, OSError, ImportError) as error:
             say("There is no picture: %s" % error)
