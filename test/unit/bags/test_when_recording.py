@@ -18,28 +18,17 @@ def test_subscribed(subscribers, expected):
     assert when_recording.subscribed("/recorder", [[["/pioneer/pose", ["/recorder"]]], subscribers, []]) is expected
 
 
-class Time:
-    """A clock that only sleeping moves on."""
-
-    now = 0.0
-
-    def clock(self):
-        return self.now
-
-    def sleep(self, seconds):
-        self.now += seconds
-
-
-def test_waits_no_longer_than_needed():
-    time = Time()
-    assert when_recording.wait_for(lambda: time.now >= 1.0, 5.0, time.clock, time.sleep)
-    assert time.now == pytest.approx(1.0, abs=2 * when_recording.INTERVAL)
+@pytest.mark.parametrize("asked", [1, 2, 21])
+def test_waits_no_longer_than_needed(asked):
+    answers, slept = iter([False] * (asked - 1) + [True]), []
+    assert when_recording.wait_for(lambda: next(answers), slept.append)
+    assert slept == [when_recording.INTERVAL] * (asked - 1)
 
 
 def test_gives_up():
-    time = Time()
-    assert not when_recording.wait_for(lambda: False, 5.0, time.clock, time.sleep)
-    assert time.now == pytest.approx(5.0, abs=2 * when_recording.INTERVAL)
+    slept = []
+    assert not when_recording.wait_for(lambda: False, slept.append)
+    assert sum(slept) == pytest.approx(when_recording.PATIENCE, abs=2 * when_recording.INTERVAL)
 
 
 def test_usage():

@@ -4,7 +4,7 @@ import os
 import shutil
 import threading
 from time import monotonic
-from typing import Any, Callable, Dict, Iterable, Iterator, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, Sequence
 
 import rosgraph
 import rospy
@@ -71,35 +71,30 @@ class Descriptions:
 
 
 def silent(plan: RecordingPlan, state: Sequence[Any]) -> Iterator[LogLine]:
-    """Topics that are to be recorded and have no publisher; `state`: what the master's getSystemState() returned."""
+    """What to say of topics that are to be recorded and have no publisher.
+
+    Args:
+        plan: of the recording.
+        state: what the master's getSystemState() returned.
+    """
     published = {topic for topic, nodes in state[0] if nodes}
+    # the recorder itself publishes the recording's description
+    heard = [topic for topic in published if not topic.endswith("/recording")]
+    gone = [robot for robot in plan.robots
+            if robot and not any(topic.startswith("/%s/" % robot) for topic in heard)]
     robots = sorted({topic.rpartition("/")[0].strip("/") for topic in published if topic.endswith("/pose")})
-    gone = []
-    for robot in plan.robots:
-        own = not robot or {topic for topic in published if topic.startswith("/%s/" % robot)
-                            and not topic.endswith("/recording")}
-        if not own:
-            gone.append(robot)
-            there = "There are: " + ", ".join(robots) if robots else "There is no robot at all yet"
-            yield LogLine("warning",
-                          "nothing is published under /%s: is that the robot's name, and does its driver run? %s. "
-                          "What comes later is recorded" % (robot, there))
+    there = "There are: " + ", ".join(robots) if robots else "There is no robot at all yet"
+    for robot in gone:
+        yield LogLine("warning", "nothing is published under /%s: is that the robot's name, and does its driver run? "
+                      "%s. What comes later is recorded" % (robot, there))
     for topic in plan.asked_for:
         if topic not in published and not any(topic.startswith("/%s/" % robot) for robot in gone):
             how = " (set the driver's publish_wire)" if topic.endswith("/wire") else ""
             yield LogLine("warning", "nothing publishes %s, which was asked for%s" % (topic, how))
 
 
-def ask(master: Any) -> Optional[Tuple[Sequence[Any], Dict[str, Any]]]:
-    """State and parameters of the master; None when it does not answer."""
-    try:
-        return master.getSystemState(rospy.get_name())[2], master.getParam(rospy.get_name(), "/")[2]
-    except NO_ANSWER:
-        return None
-
-
 def begins(plan: RecordingPlan, goes_on: Callable[[], bool], tell: Callable[[Iterable[LogLine]], None]) -> bool:
-    """Wait until there is a bag, which needs a time.
+    """Wait until there is a bag. For that rosbag needs a time.
 
     Args:
         plan: of the recording.
@@ -113,11 +108,10 @@ def begins(plan: RecordingPlan, goes_on: Callable[[], bool], tell: Callable[[Ite
     while not plan.parts:
         if not goes_on():
             return False
-        if monotonic() < start + BEGIN:
-            continue
-        if rospy.get_time():
-            break   # only slow
-        if not told:
+        is_late = monotonic() >= start + BEGIN
+        if is_late and rospy.get_time():
+            break   # it is only slow
+        if is_late and not told:
             told = True
             tell([NO_CLOCK])
     return True
@@ -141,25 +135,31 @@ def attend(plan: RecordingPlan, recorder: int, name: str, lines: Sequence[LogLin
     init_node(name)
     stop = threading.Event()
     rospy.on_shutdown(stop.set)
-    start = monotonic()
-    if not begins(plan, lambda: os.getppid() == recorder and not stop.wait(TICK), say):
+
+    def goes_on() -> bool:
+        return os.getppid() == recorder and not stop.wait(TICK)
+
+    start = due = monotonic()
+    if not begins(plan, goes_on, say):
         return
     say([*lines, first_words(plan, shutil.disk_usage(plan.folder).free)])
     publishers = [rospy.Publisher(whole_name(robot, "recording"), String, queue_size=1, latch=True)
                   for robot in plan.robots]
     descriptions = Descriptions(plan, lambda text: [publisher.publish(text) for publisher in publishers])
     master = peer(rosgraph.get_master_uri(), PATIENCE)
-    due, told = start, False
-    while not rospy.is_shutdown() and os.getppid() == recorder:
-        if monotonic() >= due:
-            due = monotonic() + LOOK
-            seen = ask(master)
-            if seen:
-                descriptions.look(monotonic(), *seen, max(1, len(plan.parts)))
-                if not told and monotonic() > start + GRACE:
-                    told = True
-                    say(silent(plan, seen[0]))
-        stop.wait(TICK)
+    node, told = rospy.get_name(), False
+    while goes_on():
+        if monotonic() < due:
+            continue
+        due = monotonic() + LOOK
+        try:
+            state, parameters = master.getSystemState(node)[2], master.getParam(node, "/")[2]
+        except NO_ANSWER:
+            continue
+        descriptions.look(monotonic(), state, parameters, max(1, len(plan.parts)))
+        if not told and monotonic() > start + GRACE:
+            told = True
+            say(silent(plan, state))
     if not rospy.is_shutdown():
         say([last_words(plan, shutil.disk_usage(plan.folder).free)])
 

@@ -122,8 +122,7 @@ def commit_of(path: str) -> Optional[str]:
 
     try:
         git("ls-files", "--error-unmatch", os.path.abspath(path))
-        changed = git("status", "--porcelain", "--untracked-files=no")
-        return git("rev-parse", "HEAD") + (" and changes" if changed else "")
+        return git("describe", "--always", "--abbrev=40", "--exclude=*", "--dirty= and changes")
     except (OSError, subprocess.SubprocessError):
         return None
 

@@ -7,10 +7,8 @@ USUAL_RATE = {"lz4": 25 * MB, "bz2": 22 * MB, "none": 120 * MB}
 
 def in_words(size: float) -> str:
     """Bytes for people."""
-    for unit, name in ((GB, "GB"), (MB, "MB"), (KB, "kB")):
-        if size >= unit:
-            return "%.3g %s" % (size / unit, name) if size < 1000 * unit else "%.0f %s" % (size / unit, name)
-    return "%.0f bytes" % size
+    unit, name = next((each for each in ((GB, "GB"), (MB, "MB"), (KB, "kB")) if size >= each[0]), (1, "bytes"))
+    return "%.3g %s" % (size / unit, name) if size < 1000 * unit else "%.0f %s" % (size / unit, name)
 
 
 def room(free: int, keep_free: int, rate: float) -> str:

@@ -4,6 +4,7 @@ Here is decided what must not happen: that a recording, also an unfinished one, 
 """
 
 import argparse
+import glob
 import os
 import re
 import tempfile
@@ -11,7 +12,7 @@ import time
 from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 from ...errors import UsageError
-from ..bag_names import stem
+from ..bag_names import in_order, stem
 from .disk import GB, MB, in_words
 from .topics import NAME, load_list, topics_of
 
@@ -181,14 +182,8 @@ def check_place(plan: RecordingPlan, free: int) -> None:
 
 def parts_of(stem: str, numbered: bool) -> List[str]:
     """The files of a recording, finished or not, in their order; `numbered`: it was split."""
-    folder, name = os.path.split(stem)
-    pattern = re.compile(re.escape(name) + (r"_(\d+)" if numbered else "()") + r"\.bag(?:\.active)?")
-    try:
-        found = [(pattern.fullmatch(entry), entry) for entry in os.listdir(folder)]
-    except OSError:
-        return []
-    parts = sorted((int(match.group(1) or 0), entry) for match, entry in found if match)
-    return [os.path.join(folder, entry) for _, entry in parts]
+    pattern = re.compile(re.escape(stem) + (r"_\d+" if numbered else "") + r"\.bag(\.active)?")
+    return in_order([path for path in glob.glob(glob.escape(stem) + "*") if pattern.fullmatch(path)])
 
 
 def left_behind(folder: str, now: float) -> List[LogLine]:

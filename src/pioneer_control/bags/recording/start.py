@@ -43,11 +43,10 @@ def main() -> NoReturn:
     own = [argument for argument in sys.argv[1:] if ":=" not in argument]
     mapped = [argument for argument in sys.argv[1:] if ":=" in argument]
     try:
-        parser = parser_of(
+        arguments = parser_of(
             "record",
             "Record robots: all topics of config/record.yaml, into one bag. Ctrl-C ends it and closes the bag.",
-            OPTIONS)
-        arguments = parser.parse_args(own)
+            OPTIONS).parse_args(own)
         refuse_launch_arguments(mapped, vars(arguments))
         plan = plan_of(arguments, time.localtime())
         if not os.path.isdir(plan.folder):

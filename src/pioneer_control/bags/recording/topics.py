@@ -10,7 +10,6 @@
         TOPIC: reason
 """
 
-import difflib
 import os
 import re
 from typing import Any, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
@@ -18,8 +17,10 @@ from typing import Any, Iterable, Iterator, List, NamedTuple, Optional, Sequence
 import yaml
 
 from ...errors import UsageError
+from ...parameters import nearest
 
-ALWAYS, ALSO = SECTIONS = "always", "also"
+SECTIONS = {"always": False, "also": True}
+"""Of the list; whether its groups are kept only when asked for."""
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")
 """A robot's name, or a topic of it."""
 
@@ -35,20 +36,17 @@ class KeptTopic(NamedTuple):
     """kept only when its group is asked for"""
 
 
-def default_list() -> str:
-    """Where the package keeps its own list."""
-    import rospkg
-
-    return os.path.join(rospkg.RosPack().get_path("pioneer_control"), "config", "record.yaml")
-
-
 def load_list(path: Optional[str] = None) -> Tuple[KeptTopic, ...]:
     """The rows of a list; of the package's own where no path is given.
 
     Raises:
         UsageError: the file cannot be read, or makes no sense; says where.
     """
-    path = os.path.expanduser(path or default_list())
+    if not path:
+        import rospkg
+
+        path = os.path.join(rospkg.RosPack().get_path("pioneer_control"), "config", "record.yaml")
+    path = os.path.expanduser(path)
     try:
         with open(path, encoding="utf-8") as file:
             return tuple(_rows(yaml.safe_load(file)))
@@ -79,7 +77,7 @@ def _rows(given: Any) -> Iterator[KeptTopic]:
                 if not isinstance(reason, (str, type(None))):
                     raise UsageError("the reason of %r must be a text, not %r" % (topic, reason))
                 seen.append(topic)
-                yield KeptTopic(topic, reason or "", group, section == ALSO)
+                yield KeptTopic(topic, reason or "", group, SECTIONS[section])
 
 
 def _items(what: str, given: Any) -> Iterator[Tuple[str, Any]]:
@@ -116,9 +114,9 @@ def topics_of(rows: Sequence[KeptTopic], robots: Sequence[str], also: Sequence[s
     there = groups_to_ask_for(rows)
     for group in also:
         if group not in there:
-            near = difflib.get_close_matches(group, there, n=1)
+            near = nearest(group, there)
             raise UsageError("no group %r can be asked for with also%s; there are: %s" % (
-                group, ": did you mean %r?" % near[0] if near else "", ", ".join(there) or "none"))
+                group, ": did you mean %r?" % near if near else "", ", ".join(there) or "none"))
     kept = [row.topic for row in rows if not row.asked_for or row.group in also]
     own = [whole_name(robot, topic) for robot in robots for topic in kept if not topic.startswith("/")]
     return tuple(dict.fromkeys(own + [topic for topic in kept if topic.startswith("/")]))

@@ -14,19 +14,16 @@ INTERVAL = 0.05  # s between two questions
 
 def subscribed(recorder: str, state: Sequence) -> bool:
     """Whether a node subscribes to anything but the clock, by what a ROS master's getSystemState() returns."""
-    _, subscribers, _ = state
-    return any(recorder in nodes for topic, nodes in subscribers if topic != "/clock")
+    return any(recorder in nodes for topic, nodes in state[1] if topic != "/clock")
 
 
-def wait_for(ready: Callable[[], bool], patience: float, clock: Callable[[], float] = time.monotonic,
-             sleep: Callable[[float], None] = time.sleep) -> bool:
-    """Ask until something is ready, for at most `patience` s; returns whether it was."""
-    deadline = clock() + patience
-    while not ready():
-        if clock() >= deadline:
-            return False
+def wait_for(ready: Callable[[], bool], sleep: Callable[[float], None] = time.sleep) -> bool:
+    """Ask until something is ready, for about `PATIENCE` s at most; returns whether it was."""
+    for _ in range(round(PATIENCE / INTERVAL)):
+        if ready():
+            return True
         sleep(INTERVAL)
-    return True
+    return False
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -41,7 +38,7 @@ def main(arguments: Sequence[str]) -> None:
 
     recorder, command = arguments[0], arguments[1:]
     master = rosgraph.Master("/when_recording")
-    if not wait_for(lambda: subscribed(recorder, master.getSystemState()), PATIENCE):
+    if not wait_for(lambda: subscribed(recorder, master.getSystemState())):
         print("when_recording: no recorder %s after %.0f s; the run goes unrecorded" % (recorder, PATIENCE),
               file=sys.stderr)
     os.execv(command[0], list(command))
