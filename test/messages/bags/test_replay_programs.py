@@ -1,5 +1,6 @@
 """The bag that a re-run or a re-drive keeps, and programs that end: no master, but where one is killed."""
 
+import contextlib
 import signal
 import socket
 import subprocess
@@ -54,6 +55,16 @@ class TestTopicRecorder:
     def test_a_bag_with_nothing_in_it_is_not_left_behind(self, tmp_path):
         TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7)).close()
         assert list(tmp_path.iterdir()) == []
+
+    def test_where_it_is_is_told_of_something_that_ended_before_it_was_done(self, tmp_path, capsys):
+        for error in (None, OSError):
+            with contextlib.suppress(OSError), TopicRecorder(str(tmp_path / ("%s.bag" % error)), lambda: genpy.Time(7)
+                                                             ) as recorder:
+                recorder.write("/pioneer/cmd_vel", Twist())
+                if error:
+                    raise error
+        assert capsys.readouterr().out == "What happened until it ended is in %s\n" % recorder.path
+        assert len(list(read_bag(recorder.path))) == 1
 
     def test_nothing_is_overwritten(self, tmp_path):
         (tmp_path / "x.bag").write_text("mine")
@@ -126,11 +137,9 @@ class TestCarryOut:
 
 class TestPrograms:
     def test_one_that_hears_ctrl_c_ends_by_itself(self):
-        started = programs.Programs()
-        process = started.start([sys.executable, "-c", "import time; print('x', flush=True); time.sleep(60)"],
-                                quiet=True)
-        assert process.poll() is None
-        started.end_all()
+        with programs.running([sys.executable, "-c", "import time; print('x', flush=True); time.sleep(60)"],
+                              quiet=True) as process:
+            assert process.poll() is None
         assert process.poll() in (1, -signal.SIGINT)
 
     def test_one_that_does_not_is_killed(self, monkeypatch, tmp_path):
@@ -138,18 +147,20 @@ class TestPrograms:
         ready = tmp_path / "ready"
         code = ("import signal, time; [signal.signal(n, signal.SIG_IGN) for n in (2, 15)]; open(%r, 'w'); "
                 "time.sleep(60)" % str(ready))
-        started = programs.Programs()
-        process = started.start([sys.executable, "-c", code])
-        while not ready.exists():
-            time.sleep(0.01)
-        started.end_all()
+        with programs.running([sys.executable, "-c", code]) as process:
+            while not ready.exists():
+                time.sleep(0.01)
         assert process.poll() == -signal.SIGKILL
 
     def test_one_that_has_ended_tells_its_code(self):
-        started = programs.Programs()
-        process = started.start([sys.executable, "-c", "raise SystemExit(3)"])
-        process.wait()
-        assert started.end(process) == 3
+        with programs.running([sys.executable, "-c", "raise SystemExit(3)"]) as process:
+            process.wait()
+        assert process.poll() == 3
+
+    def test_one_is_ended_whatever_happens(self):
+        with pytest.raises(OSError), programs.running([sys.executable, "-c", "import time; time.sleep(60)"]) as process:
+            raise OSError
+        assert process.poll() is not None
 
 
 class TestAlive:

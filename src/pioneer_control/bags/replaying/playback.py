@@ -78,10 +78,10 @@ def player(files: Sequence[str], topics: Mapping[str, str], options: Sequence[st
         UsageError: an option would bring commands back elsewhere than under `RECORDED`.
     """
     _check_names(options, _commands(topics))
-    command = ["rosrun", "rosbag", "play", "--clock", *QUEUE, *options]
+    played = list(files)
     if "/clock" in topics:      # recorded in simulated time: two clocks would fight
-        return command + ["--topics", *sorted(set(topics) - {"/clock"}), "--bags", *files, *remappings(topics)]
-    return command + [*files, *remappings(topics)]
+        played = ["--topics", *sorted(set(topics) - {"/clock"}), "--bags", *files]
+    return ["rosrun", "rosbag", "play", "--clock", *QUEUE, *options, *played, *remappings(topics)]
 
 
 def _check_names(options: Sequence[str], commands: Sequence[str]) -> None:

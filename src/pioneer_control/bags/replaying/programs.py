@@ -1,21 +1,21 @@
 """What a re-run and a re-drive need of ROS: their node, programs that they start and end, what the master knows."""
 
+import contextlib
 import ctypes
 import os
 import signal
 import subprocess
 import sys
 import time
-from typing import Any, Callable, Dict, Iterable, List, Sequence, Tuple
-from xmlrpc.client import ServerProxy
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Sequence, Tuple
 
 import rosgraph
 import rospy
 
 from ...errors import NoAnswerError, PioneerError, UsageError
-from ...ros_node import NO_ANSWER, init_node, is_at_work
+from ...ros_node import NO_ANSWER, init_node, is_at_work, peer
 from ..command_line import say
-from .playback import ASIDE
+from .playback import ASIDE, absolute
 from .redrive_schedule import OTHERS, VELOCITIES
 
 PATIENCE = 30.0  # s until programs must be there; the slowest machine needs few of them
@@ -41,8 +41,7 @@ def become_node(name: str) -> None:
     Raises:
         UsageError: there is no master, or a node of that name is at work, which this one would end.
     """
-    named = [word[len("__name:="):] for word in sys.argv if word.startswith("__name:=")]
-    name = (named or [name])[-1]
+    name = next((word[len("__name:="):] for word in reversed(sys.argv) if word.startswith("__name:=")), name)
     try:
         if is_at_work("/" + name, MASTER_PATIENCE):
             raise UsageError("/%s is at work on this master already: end it first, or give this one another name with "
@@ -55,12 +54,17 @@ def become_node(name: str) -> None:
 def run_as_node(name: str, run: Callable[[], int]) -> int:
     """Become a node and run something.
 
+    Where roslaunch started this program, it says afterwards that the last words in red are no error.
+
     Returns:
         The exit code: that of `run`; 1 it ended before, 2 it cannot be done as asked.
     """
     become_node(name)
     try:
-        return run()
+        code = run()
+        if any(word.startswith("__log:=") for word in sys.argv):
+            say("(roslaunch now says in red that a required process has died: it means that this is done.)\n")
+        return code
     except (PioneerError, rospy.ROSException, rospy.ServiceException) as error:
         reason, code = error, 2 if isinstance(error, UsageError) else 1
     except (*NO_ANSWER, rosgraph.MasterException):
@@ -71,44 +75,34 @@ def run_as_node(name: str, run: Callable[[], int]) -> int:
     return code
 
 
-class Programs:
-    """Programs that are started for a while. They end in order, however this program ends."""
+@contextlib.contextmanager
+def running(command: Sequence[str], namespace: str = "/", quiet: bool = False) -> Iterator[subprocess.Popen]:
+    """Run a program for as long as the ``with`` block takes. At its end the program is ended, however that came.
 
-    def __init__(self) -> None:
-        self._running: List[subprocess.Popen] = []
+    It is ended as by Ctrl-C, and harder if that does not help.
 
-    def start(self, command: Sequence[str], namespace: str = "/", quiet: bool = False) -> subprocess.Popen:
-        """Start a program, with its relative names below a namespace."""
-        libc = ctypes.CDLL(None)  # here: nothing may be loaded in the child
-        process = subprocess.Popen(
-            list(command), env=dict(os.environ, ROS_NAMESPACE=namespace), stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL if quiet else None,
-            start_new_session=True,  # Ctrl-C is for this program, which ends them in their order
-            preexec_fn=lambda: libc.prctl(DIE_WITH_PARENT, signal.SIGINT))
-        self._running.append(process)
-        return process
-
-    def end(self, process: subprocess.Popen) -> int:
-        """End a program as Ctrl-C does, and harder if that does not help.
-
-        Returns:
-            Its exit code.
-        """
+    Args:
+        command: the program and its arguments.
+        namespace: for its relative names.
+        quiet: whether its output is left out.
+    """
+    libc = ctypes.CDLL(None)  # here: nothing may be loaded in the child
+    process = subprocess.Popen(
+        list(command), env=dict(os.environ, ROS_NAMESPACE=namespace), stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL if quiet else None,
+        start_new_session=True,  # Ctrl-C is for this program, which ends them in their order
+        preexec_fn=lambda: libc.prctl(DIE_WITH_PARENT, signal.SIGINT))
+    try:
+        yield process
+    finally:
         for number, patience in zip((signal.SIGINT, signal.SIGTERM), LAST_WORDS):
             if process.poll() is None:
                 process.send_signal(number)
-                try:
+                with contextlib.suppress(subprocess.TimeoutExpired):
                     process.wait(patience)
-                except subprocess.TimeoutExpired:
-                    pass
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
-        return process.wait()
-
-    def end_all(self) -> None:
-        """End all programs, the last one first."""
-        while self._running:
-            self.end(self._running.pop())
+        process.wait()
 
 
 def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subprocess.Popen] = (),
@@ -128,10 +122,10 @@ def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subproc
     while not condition():
         if rospy.is_shutdown():
             raise Interrupted("ended before it was done")
-        for process in needed:
-            if process.poll() is not None:
-                raise NoAnswerError("waited for %s, but a program that is needed for it has ended (exit code %s); its "
-                                    "last lines above say why" % (what, process.poll()))
+        ended = [process.poll() for process in needed if process.poll() is not None]
+        if ended:
+            raise NoAnswerError("waited for %s, but a program that is needed for it has ended (exit code %s); its "
+                                "last lines above say why" % (what, ended[0]))
         if time.monotonic() > end:
             raise NoAnswerError("waited %.0f s in vain for %s" % (patience, what))
         time.sleep(INTERVAL)
@@ -148,41 +142,30 @@ def nodes() -> List[str]:
 
 
 def possible_robots() -> List[str]:
-    """Nodes that report motors or listen to commands, each with such a topic: each may be a robot, or move one."""
+    """Nodes that report motors or listen to commands, each with such a topic: each may be a robot, or move one.
+
+    Commands that a replay puts aside move no robot.
+    """
     publishers, subscribers, _ = graph()
-    found = [(node, topic) for topic, names in publishers.items() if topic.rpartition("/")[2] == "motor_state"
-             for node in names]
-    found += [(node, topic) for topic, names in subscribers.items() if _commands_robot(topic) for node in names]
-    return ["%s (%s)" % (node, topic) for node, topic in sorted(dict(sorted(found)).items())]
-
-
-def _commands_robot(topic: str) -> bool:
-    """Whether a node that listens to a topic may be moved by it; commands that a replay puts aside move no robot."""
-    *_, folder, name = ["", *topic.split("/")]
-    return name in VELOCITIES + OTHERS and folder not in ASIDE
+    told = {topic: names for topic, names in subscribers.items()
+            if topic.split("/")[-1] in VELOCITIES + OTHERS and absolute(topic).split("/")[-2] not in ASIDE}
+    reported = {topic: names for topic, names in publishers.items() if topic.split("/")[-1] == "motor_state"}
+    found = {node: topic for topic, names in sorted([*reported.items(), *told.items()]) for node in names}
+    return ["%s (%s)" % each for each in sorted(found.items())]
 
 
 def connected(sender: str, listener: str, topics: Iterable[str]) -> bool:
     """Whether a node has a connection to another on each of some topics, as far as it publishes them."""
     published = {topic for topic, names in graph()[0].items() if sender in names}
-    address = rosgraph.Master(rospy.get_name()).lookupNode(sender)
-    node: Any = ServerProxy(address)
+    node = peer(rosgraph.Master(rospy.get_name()).lookupNode(sender), MASTER_PATIENCE)
     _, _, connections = node.getBusInfo(rospy.get_name())
     return published & set(topics) <= {entry[4] for entry in connections if entry[1] == listener and entry[2] == "o"}
 
 
 def restore_parameter(name: str, value: Any) -> None:
     """Set a parameter to what it was before; None: it was not set."""
-    try:
+    with contextlib.suppress(OSError, KeyError, rosgraph.MasterException):      # the master has ended, too
         if value is not None:
             rospy.set_param(name, value)
         elif rospy.has_param(name):
             rospy.delete_param(name)
-    except (OSError, KeyError, rosgraph.MasterException):
-        pass  # the master has ended, too
-
-
-def explain_roslaunch() -> None:
-    """Where roslaunch started this program: say that its last words in red are no error."""
-    if any(word.startswith("__log:=") for word in sys.argv):
-        say("(roslaunch now says in red that a required process has died: it means that this is done.)\n")

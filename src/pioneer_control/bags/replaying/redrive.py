@@ -5,6 +5,7 @@ in a namespace of their own, and end here. What it did is kept in a bag, compare
 """
 
 import argparse
+import contextlib
 import os
 import re
 import subprocess
@@ -32,9 +33,9 @@ from ..recorded_run import Track
 from ..recording.description import Description
 from ..recording.topics import load_list, topics_of
 from ..run import read_run
-from .programs import Interrupted, Programs, explain_roslaunch, nodes, restore_parameter, run_as_node, wait_until
+from .programs import Interrupted, nodes, restore_parameter, run_as_node, running, wait_until
 from .recorded_commands import read_commands
-from .redrive_schedule import LEGAL_VALID, VALID, Order, duration, schedule
+from .redrive_schedule import LEGAL_VALID, VALID, Order, schedule
 from .topic_recorder import TopicRecorder
 
 KINDS = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
@@ -119,16 +120,11 @@ def _start(truths: Sequence[Tuple[float, Any]], begin: float) -> Optional[Sequen
 
 def simulator_parameters(recorded: RecordedDrive, world: str, numbers_file: str, seed: int) -> Dict[str, Any]:
     """Parameters that make the simulated robot like the recorded one, as far as the bag tells."""
-    parameters = {name: recorded.simulator[name] for name in SAME_ROBOT if name in recorded.simulator}
-    if recorded.model:
-        parameters["model"] = recorded.model
-    if recorded.has_gripper is not None:
-        parameters["gripper"] = recorded.has_gripper
-    parameters["world"] = world or known_world(recorded)
-    if recorded.start is not None:
-        parameters["start"] = list(recorded.start)
-    return dict(parameters, seed=seed, numbers_file=os.path.abspath(os.path.expanduser(numbers_file)) if numbers_file
-                else "")
+    same = {name: recorded.simulator[name] for name in SAME_ROBOT if name in recorded.simulator}
+    told = dict(model=recorded.model or None, gripper=recorded.has_gripper, start=recorded.start)
+    path = os.path.abspath(os.path.expanduser(numbers_file)) if numbers_file else ""
+    return dict(same, **{name: value for name, value in told.items() if value is not None},
+                world=world or known_world(recorded), seed=seed, numbers_file=path)
 
 
 def known_world(recorded: RecordedDrive) -> str:
@@ -136,12 +132,9 @@ def known_world(recorded: RecordedDrive) -> str:
     named = str(recorded.simulator.get("world") or recorded.world)
     if (WORLDS / (named + ".yaml")).is_file() or "/" in named and os.path.isfile(named):
         return named
-    if named:
-        say("The world %r of the recording is not here: there is nothing round the robot now. Give its file with "
-            "world:=FILE." % named)
-    else:
-        say("The bag does not tell what was round the robot: there is nothing round it now. Give a world with "
-            "world:=NAME.")
+    say("The world %r of the recording is not here: there is nothing round the robot now. Give its file with "
+        "world:=FILE." % named if named else
+        "The bag does not tell what was round the robot: there is nothing round it now. Give a world with world:=NAME.")
     return "empty"
 
 
@@ -166,7 +159,6 @@ class Redrive:
         self._name = "/" + given.name.strip("/")
         if not re.fullmatch("(/[A-Za-z][A-Za-z0-9_]*)+", self._name):   # all parameters below it are removed at the end
             raise UsageError("--name %r is not legal: give the name of a namespace, such as redrive" % given.name)
-        self._programs = Programs()
         self._silent = False
         self._publishing = threading.Lock()
 
@@ -186,19 +178,14 @@ class Redrive:
             if topic.startswith(self._name + "/") and name not in KINDS:
                 self._bag.record(topic, heard.get(name, rospy.AnyMsg))
         rospy.on_shutdown(self._stop)
-        try:
-            robot = self._start_robot()
+        with contextlib.ExitStack() as at_end:
+            at_end.callback(restore_parameter, self._name, None)
+            at_end.enter_context(self._bag)
+            robot = self._start_robot(at_end)
+            at_end.callback(self._stop)
             self._switch_motors_on(robot)
             self._drive(robot)
             wait_until("the robot to stand", self._stands, robot)
-        except BaseException:
-            self._bag.say_where()
-            raise
-        finally:
-            self._stop()
-            self._programs.end_all()
-            self._bag.close()
-            restore_parameter(self._name, None)
         self._compare()
         return 0
 
@@ -214,8 +201,12 @@ class Redrive:
             raise UsageError("%s is there already: end it (rosnode cleanup, if it was killed), or take another name "
                              "for the re-driven robot with --name" % ", ".join(there))
 
-    def _start_robot(self) -> Sequence[subprocess.Popen]:
-        """Start the simulated robot and its driver; returns them. Neither may end."""
+    def _start_robot(self, at_end: contextlib.ExitStack) -> Sequence[subprocess.Popen]:
+        """Start the simulated robot and its driver, which `at_end` ends.
+
+        Returns:
+            Both. Neither may end before.
+        """
         recorded, given = self._recorded, self._given
         line, prefix = "/tmp/pioneer_redrive_%s" % os.getpid(), self._name.strip("/") + "/"
         simulator = simulator_parameters(recorded, given.world, given.numbers_file, given.seed)
@@ -224,10 +215,10 @@ class Redrive:
         where = " at x %.2f m, y %.2f m, %.0f degrees" % (x, y, np.degrees(heading)) if "start" in simulator else ""
         say("A simulated %s in the world %r%s is told what %s in %s was told: for %.0f s, as %s."
             % (simulator.get("model", "robot"), simulator["world"], where, recorded.robot or "the robot",
-               self._files[0], duration(self._orders), self._name))
+               self._files[0], max([order.time for order in self._orders], default=0.0), self._name))
         rospy.set_param(self._name + "/simulator", dict(simulator, pty=line, frame_prefix=prefix))
         rospy.set_param(self._name + "/p2os", dict(driver, port=line, frame_prefix=prefix))
-        started = [self._programs.start(["rosrun", "pioneer_control", program, "__name:=" + name], self._name)
+        started = [at_end.enter_context(running(["rosrun", "pioneer_control", program, "__name:=" + name], self._name))
                    for program, name in (("p2os_simulator", "simulator"), ("p2os_driver", "p2os"))]
         wait_until("the robot (%s)" % ", ".join(NEEDED), lambda: all(self._newest(name) for name in NEEDED), started)
         wait_until("its driver to listen",
@@ -295,7 +286,6 @@ class Redrive:
             recorded = read_run(self._files, self._recorded.robot or None)
         except BagError as error:
             say("\nIt was driven, and there is nothing to compare it with: %s\nbag      %s" % (error, path))
-            explain_roslaunch()
             return
         recorded = recorded._replace(odometry=trimmed(recorded.odometry, self._recorded.begin),
                                      truth=recorded.truth and trimmed(recorded.truth, self._recorded.begin))
@@ -315,7 +305,6 @@ class Redrive:
             say("picture  %s" % picture)
         except (PioneerError, OSError, ImportError) as error:
             say("There is no picture: %s" % error)
-        explain_roslaunch()
 
 
 def trimmed(track: Track, begin: float) -> Track:
@@ -330,5 +319,6 @@ def main(arguments: Sequence[str]) -> int:
     Returns:
         The exit code: 0 driven to the end and compared, 1 ended before, 2 it cannot be done as asked.
     """
-    parser = parser_of("replay redrive", "Tell a simulated robot what the recorded one was told, and compare.", OPTIONS)
-    return run_as_node("redrive", Redrive(parser.parse_args(arguments)).run)
+    given = parser_of("replay redrive", "Tell a simulated robot what the recorded one was told, and compare.",
+                      OPTIONS).parse_args(arguments)
+    return run_as_node("redrive", Redrive(given).run)

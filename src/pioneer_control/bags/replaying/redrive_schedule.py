@@ -37,9 +37,7 @@ def schedule(told: Iterable[Order], factor: float = 1.0, valid: float = VALID, r
     """
     told = sorted((order for order in told if order.topic not in VELOCITIES or _is_finite(order.message)),
                   key=lambda order: order.time)
-    if not told:
-        return []
-    begin = told[0].time
+    begin = told[0].time if told else 0.0
     velocities = [order for order in told if order.topic in VELOCITIES]
     orders = [order._replace(time=(order.time - begin) / factor) for order in told if order.topic not in VELOCITIES]
     for order, following in zip(velocities, velocities[1:] + [None]):
@@ -56,15 +54,10 @@ def slowed(message: Any, factor: float) -> Any:
     result = copy.deepcopy(message)
     if hasattr(result, "left"):
         result.left, result.right = factor * result.left, factor * result.right
-        return result
-    for part in (result.linear, result.angular):
-        part.x, part.y, part.z = factor * part.x, factor * part.y, factor * part.z
+    else:
+        for part in (result.linear, result.angular):
+            part.x, part.y, part.z = factor * part.x, factor * part.y, factor * part.z
     return result
-
-
-def duration(orders: List[Order]) -> float:
-    """Seconds from the first order to the last."""
-    return orders[-1].time if orders else 0.0
 
 
 def _repeated(order: Order, end: float, refresh: float) -> Iterator[Order]:

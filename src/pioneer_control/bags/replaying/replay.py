@@ -10,6 +10,7 @@ No command of the bag reaches a node that was there before.
 """
 
 import argparse
+import importlib
 import os
 import sys
 from typing import Optional, Sequence
@@ -82,12 +83,8 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
         refuse_launch_arguments(ros, LAUNCH_ARGUMENTS)
         if way == "look":
             return look(arguments, ros)
-        if way == "rerun":
-            from .rerun import main as rerun
-            return rerun(arguments)
-        if way == "redrive":
-            from .redrive import main as redrive
-            return redrive(arguments)
+        if way in WAYS:     # each needs all of rospy
+            return int(importlib.import_module("." + way, __package__).main(arguments))
         if way in ("-h", "--help"):
             print("usage: replay {%s} FILE.bag ...   (replay WAY --help tells more)\n\n%s" % (",".join(WAYS), __doc__))
             return 0

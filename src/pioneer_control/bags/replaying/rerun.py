@@ -5,6 +5,7 @@ under ``rerun/``. Neither reaches a robot. The program gets the parameters that 
 """
 
 import argparse
+import contextlib
 import os
 import shlex
 import subprocess
@@ -23,8 +24,8 @@ from ..bag_names import bag_files, free_name
 from ..command_line import number, parser_of, say
 from ..reader import decode, read_bag
 from .playback import RERUN, absolute, aside, player, recorded_topics
-from .programs import (INTERVAL, Interrupted, Programs, connected, explain_roslaunch, graph, nodes, possible_robots,
-                       restore_parameter, run_as_node, wait_until)
+from .programs import (INTERVAL, Interrupted, connected, graph, nodes, possible_robots, restore_parameter, run_as_node,
+                       running, wait_until)
 from .recorded_commands import read_commands
 from .redrive_schedule import VELOCITIES
 from .rerun_compare import TimedVelocity, Verdict, judge_decisions, judge_others, judge_velocities
@@ -154,7 +155,6 @@ class Rerun:
         self._topics = recorded_topics(self._files)
         self._live = read_live(self._files, given.robot, given.program)
         self._robot = "/" + self._live.robot if self._live.robot else ""
-        self._programs = Programs()
         self._time = genpy.Time.from_sec(self._live.begin)
         self._looked_out = 0.0
 
@@ -165,26 +165,20 @@ class Rerun:
             The exit code: 0 it commands the same again, 1 it does not.
         """
         self._refuse_company()
-        live = self._live
+        node, commanded = self._live.node, self._live.commanded
         recorder = TopicRecorder(self._given.output or free_name(self._files[0], "rerun"), lambda: self._time)
         # this node began with the time of day, and keeps it
         rospy.Subscriber("/clock", Clock, self._hear_clock, queue_size=1)
         for name, kind in KINDS.items():
             recorder.record(aside("%s/%s" % (self._robot, name), RERUN), kind, "%s/%s" % (self._robot, name))
-        before = {name: rospy.get_param(name, None) for name in ("/use_sim_time", live.node)}
-        try:
+        with contextlib.ExitStack() as at_end:
+            for name in ("/use_sim_time", node):
+                at_end.callback(restore_parameter, name, rospy.get_param(name, None))
+            at_end.enter_context(recorder)
             rospy.set_param("/use_sim_time", True)
-            decisions = [message for _, message in live.commanded.get("decision", [])]
-            rospy.set_param(live.node, dict(live.parameters, **decided(decisions)))
-            self._play(recorder)
-        except BaseException:
-            recorder.say_where()
-            raise
-        finally:
-            self._programs.end_all()
-            recorder.close()
-            for name, value in before.items():
-                restore_parameter(name, value)
+            rospy.set_param(node, dict(self._live.parameters,
+                                       **decided([message for _, message in commanded.get("decision", [])])))
+            self._play(recorder, at_end)
         return self._judge(recorder)
 
     def _hear_clock(self, message: Clock) -> None:
@@ -215,8 +209,8 @@ class Rerun:
             raise UsageError("%s has come to this master: the program could reach it, so the re-run ends here"
                              % ", ".join(others))
 
-    def _play(self, recorder: TopicRecorder) -> None:
-        """Start everything, and let the bag run when all is connected."""
+    def _play(self, recorder: TopicRecorder, at_end: contextlib.ExitStack) -> None:
+        """Start everything, which `at_end` ends, and let the bag run when all is connected."""
         live, given = self._live, self._given
         told = "; the bag does not tell which parameters it had, and it gets none."
         if live.parameters:
@@ -224,7 +218,7 @@ class Rerun:
             told = " with %s." % ", ".join(own)
         say("%s hears %s as %s%s" % (given.program, " ".join(self._files), live.node, told))
         command = player(self._files, self._topics, ["--pause", "--quiet", *shlex.split(given.options)])
-        bag = self._programs.start([*command, "__name:=" + PLAYER[1:]], quiet=True)
+        bag = at_end.enter_context(running([*command, "__name:=" + PLAYER[1:]], quiet=True))
         rospy.wait_for_service(PLAYER + "/pause_playback", PLAYER_PATIENCE)
         namespace, _, name = live.node.rpartition("/")
         ours = (given.package, given.program) == ("pioneer_control", "rosPioneer2.py")
@@ -232,7 +226,7 @@ class Rerun:
         out_of_reach = ["%s/%s" % (self._robot, each) for each in (*KINDS, *SERVICES)]
         elsewhere = ["%s:=%s" % (topic, aside(topic, RERUN)) for topic in out_of_reach]
         command = ["rosrun", given.package, given.program, *arguments, *elsewhere, "__name:=" + name]
-        program = self._programs.start(command, namespace or "/")
+        program = at_end.enter_context(running(command, namespace or "/"))
         self._wait_for_subscribers(program, bag)
         rospy.ServiceProxy(PLAYER + "/pause_playback", SetBool)(False)
         self._wait_for_end(bag, program, recorder)
@@ -286,7 +280,6 @@ class Rerun:
         commands = same + " beside the robot" if again else "NOTHING on the bag"
         say("\n" + "\n".join([*verdict.sentences, "%s commands %s." % (self._given.program, commands),
                               *["bag      %s" % recorder.path] * bool(again)]))
-        explain_roslaunch()
         return 0 if verdict.same else 1
 
 
@@ -296,6 +289,7 @@ def main(arguments: Sequence[str]) -> int:
     Returns:
         The exit code: 0 it commands the same, 1 something else, 2 it cannot be done as asked.
     """
-    parser = parser_of("replay rerun",
-                       "Let a program hear the bag, and compare what it commands with what it commanded then.", OPTIONS)
-    return run_as_node("rerun", Rerun(parser.parse_args(arguments)).run)
+    given = parser_of("replay rerun",
+                      "Let a program hear the bag, and compare what it commands with what it commanded then.",
+                      OPTIONS).parse_args(arguments)
+    return run_as_node("rerun", Rerun(given).run)

@@ -1,10 +1,11 @@
 """A new bag of what a re-run or a re-drive hears and says."""
 
+import contextlib
 import io
 import os
 import threading
 import time
-from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
+from typing import Any, Callable, Counter, Dict, List, Mapping, Optional, Tuple
 
 import genpy
 import rospy
@@ -14,8 +15,10 @@ from ..command_line import say
 from ..writer import BagWriter
 
 
-class TopicRecorder:
+class TopicRecorder(contextlib.AbstractContextManager):
     """Writes messages of topics, and others that it is given, into a new bag.
+
+    ``with`` closes the bag at the end. It says where the bag is if that was not reached.
 
     Args:
         path: of the bag.
@@ -40,7 +43,7 @@ class TopicRecorder:
         self._connections: Dict[Tuple[str, Optional[str]], int] = {}     # by topic and publisher
         self.path, self._now = path, now
         self.newest: Dict[str, Any] = {}
-        self.counts: Dict[str, int] = {}
+        self.counts: Counter[str] = Counter()
         self.heard_at = time.monotonic()
         self._lock = threading.Lock()
         self._subscribers: List[rospy.Subscriber] = []
@@ -54,8 +57,8 @@ class TopicRecorder:
 
     def write(self, topic: str, message: genpy.Message) -> None:
         """Write a message with the present time."""
-        header = dict(type=message._type, md5sum=message._md5sum, message_definition=message._full_text)
-        self._write(topic, message, header)
+        self._write(topic, message, dict(type=message._type, md5sum=message._md5sum,
+                                         message_definition=message._full_text))
 
     def _write(self, topic: str, message: Any, header: Mapping[str, str]) -> None:
         """Write a message that came by a connection with this header."""
@@ -69,7 +72,7 @@ class TopicRecorder:
                 self._connections[sender] = self._writer.connect(topic, dict(header, topic=topic))
             self._writer.write(self._connections[sender], data.getvalue(), self._now().to_nsec())
             self.newest[topic] = message
-            self.counts[topic] = self.counts.get(topic, 0) + 1
+            self.counts[topic] += 1
             self.heard_at = time.monotonic()
 
     def close(self) -> None:
@@ -84,7 +87,7 @@ class TopicRecorder:
                 if not self.counts:
                     os.remove(self.path)
 
-    def say_where(self) -> None:
-        """Say where what happened is, of something that ended before it was done."""
-        if self.counts:
+    def __exit__(self, kind: Any, *about: Any) -> None:
+        if kind is not None and self.counts:
             say("What happened until it ended is in %s" % self.path)
+        self.close()
