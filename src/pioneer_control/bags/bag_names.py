@@ -1,6 +1,7 @@
 """Names of bags: their stem, their parts in order, and those that a text on a command line means."""
 
 import glob
+import itertools
 import os
 import re
 import shlex
@@ -46,8 +47,5 @@ def bag_files(given: str) -> List[str]:
 def free_name(bag: str, what: str) -> str:
     """A file beside a bag that does not exist yet: RUN-redrive.bag, or RUN-redrive-2.bag, ..."""
     beside = "%s-%s" % (stem(bag), what)
-    number, path = 1, beside + ".bag"
-    while os.path.exists(path):
-        number += 1
-        path = "%s-%s.bag" % (beside, number)
-    return path
+    names = itertools.chain([beside + ".bag"], ("%s-%s.bag" % (beside, number) for number in itertools.count(2)))
+    return next(path for path in names if not os.path.exists(path))

@@ -1,5 +1,6 @@
 """A progress bar for what takes long: reading bags of gigabytes."""
 
+import contextlib
 import sys
 import time
 from typing import Any
@@ -8,20 +9,24 @@ PATIENCE = 1.0
 """s of reading without a bar."""
 
 
-class Progress:
+class Progress(contextlib.AbstractContextManager):
     """A bar on a terminal, for what takes longer than `PATIENCE`. ``with`` removes it at the end.
 
-    It is called with the bytes done and all bytes.
+    Args:
+        name: written before the bar.
     """
 
     def __init__(self, name: str) -> None:
         self._name, self._begin = name, time.monotonic()
         self._bar: Any = None
 
-    def __enter__(self) -> "Progress":
-        return self
-
     def __call__(self, done: int, total: int) -> None:
+        """Show how far it is.
+
+        Args:
+            done: bytes that are read.
+            total: all bytes.
+        """
         if self._bar is None and sys.stderr.isatty() and time.monotonic() - self._begin > PATIENCE:
             from tqdm import tqdm  # here: few bags are that long
 

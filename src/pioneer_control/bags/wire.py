@@ -6,17 +6,17 @@ Times are seconds since the first bytes, by the driver's stamps; each robot, whi
 something is missing, a note says so.
 """
 
-import argparse
 import contextlib
 import datetime
 import os
 import sys
-from typing import Dict, Iterator, List, Optional, Sequence
+from typing import Any, Dict, Iterator, List, Optional, Sequence
 
 from ..errors import PioneerError, UsageError
 from ..msg import Wire
 from ..p2os.recording import TITLE, Entry, written
 from .bag_names import stem
+from .command_line import parser_of
 from .reader import BagReader, BagConnection, decode, read_bag
 from .records import BagError
 
@@ -34,33 +34,31 @@ def wire_entries(reader: BagReader) -> Iterator[Entry]:
     """What went over the lines, and notes of what is missing; nothing for a bag without it."""
     begin = None
     numbers: Dict[str, int] = {}
-    counts: Dict[int, int] = {}     # seq of the newest message of each robot
+    counts: Dict[str, int] = {}     # seq of the newest message of each topic
     for topic, connection, data, _ in reader:
         try:
             message = decode(connection, data)
         except BagError:    # its number will be missing
             continue
-        stamp = message.header.stamp
         if begin is None:
-            begin = stamp
+            begin = message.header.stamp
             day = datetime.datetime.fromtimestamp(begin.to_sec(), datetime.timezone.utc)
-            yield Entry(0.0, 0, False, b"", "begins at %.6f, %s UTC"
-                        % (begin.to_sec(), day.strftime("%Y-%m-%d %H:%M:%S")))
-        time = (stamp - begin).to_sec()
+            yield _note(0.0, "begins at %.6f, %s UTC" % (begin.to_sec(), day.strftime("%Y-%m-%d %H:%M:%S")))
+        time, count = (message.header.stamp - begin).to_sec(), message.header.seq
         if topic not in numbers:
             numbers[topic] = len(numbers) + 1
-            yield Entry(time, 0, False, b"", "robot %s is %s" % (numbers[topic], topic))
-        robot, count = numbers[topic], message.header.seq
-        missing = count - counts.get(robot, count - 1) - 1
-        counts[robot] = count
+            yield _note(time, "robot %s is %s" % (numbers[topic], topic))
+        missing = count - counts.get(topic, count - 1) - 1
+        counts[topic] = count
         if missing:
             slow = "%s pieces are missing: the recorder was too slow" % missing
-            what = slow if missing > 0 else "its driver begins anew"
-            yield Entry(time, 0, False, b"", "robot %s: %s" % (robot, what))
-        if message.data:
-            yield Entry(time, robot, message.to_robot, bytes(message.data))
-        else:
-            yield Entry(time, 0, False, b"", "robot %s: pieces are missing: ROS was too slow for the driver" % robot)
+            yield _note(time, "robot %s: %s" % (numbers[topic], slow if missing > 0 else "its driver begins anew"))
+        yield (Entry(time, numbers[topic], message.to_robot, bytes(message.data)) if message.data else
+               _note(time, "robot %s: pieces are missing: ROS was too slow for the driver" % numbers[topic]))
+
+
+def _note(time: float, text: str) -> Entry:
+    return Entry(time, 0, False, b"", text)
 
 
 def write_wire(bags: Sequence[str], path: str) -> str:
@@ -93,16 +91,20 @@ def write_wire(bags: Sequence[str], path: str) -> str:
     return reader.damage
 
 
+OPTIONS: Dict[str, Dict[str, Any]] = {
+    "bags": dict(metavar="BAG", nargs="+",
+                 help="what rosbag record wrote; several are the parts of one recording, in order"),
+    "-o --output": dict(metavar="FILE", help="the file to write (default: beside the bag, .wire)"),
+}
+"""Of the command line."""
+
+
 def main(arguments: Optional[List[str]] = None) -> int:
     """Write the file; 0 when it is written, 2 when there is nothing to write."""
-    parser = argparse.ArgumentParser(
-        prog="python3 -m pioneer_control.bags.wire", description="Write the line of a robot that a bag holds as text.",
+    options = parser_of(
+        "python3 -m pioneer_control.bags.wire", "Write the line of a robot that a bag holds as text.", OPTIONS,
         epilog="python3 -m pioneer_control.p2os --record RUN.wire tells it packet by packet, "
-               "python3 -m pioneer_control.simulator --play RUN.wire is the robot in it.")
-    parser.add_argument("bags", metavar="BAG", nargs="+",
-                        help="what rosbag record wrote; several are the parts of one recording, in order")
-    parser.add_argument("-o", "--output", metavar="FILE", help="the file to write (default: beside the bag, .wire)")
-    options = parser.parse_args(arguments)
+               "python3 -m pioneer_control.simulator --play RUN.wire is the robot in it.").parse_args(arguments)
     output = options.output or stem(options.bags[0]) + ".wire"
     try:
         damage = write_wire(options.bags, output)

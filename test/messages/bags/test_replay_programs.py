@@ -22,28 +22,25 @@ from pioneer_control.errors import NoAnswerError, UsageError
 
 class TestTopicRecorder:
     def test_what_it_is_given_is_in_the_bag_at_its_time(self, tmp_path):
-        recorder = TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
         twist = Twist()
         twist.linear.x = 0.25
-        recorder.write("/pioneer/cmd_vel", twist)
-        recorder.close()
-        recorder.write("/pioneer/cmd_vel", twist)     # too late
-        recorder.close()
+        with TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7)) as recorder:
+            recorder.write(twist, "/pioneer/cmd_vel")
+        recorder.write(twist, "/pioneer/cmd_vel")     # too late
         ((topic, connection, data, nanoseconds),) = read_bag(recorder.path)
         assert (topic, nanoseconds, decode(connection, data)) == ("/pioneer/cmd_vel", 7 * 10 ** 9, twist)
         assert recorder.counts == {topic: 1} and recorder.newest[topic] is twist
 
     def test_what_it_hears_keeps_its_bytes_and_its_sender(self, tmp_path):
-        recorder = TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
         senders = ["/somebody", "/another", "/somebody"]
-        for number, sender in enumerate(senders):
-            message = programs.rospy.AnyMsg()
-            message._buff = bytes([number]) * 48
-            message._connection_header = dict(
-                type=Twist._type, md5sum=Twist._md5sum, message_definition=Twist._full_text, callerid=sender,
-                topic="/rerun/cmd_vel")
-            recorder._hear(message, "/cmd_vel")
-        recorder.close()
+        with TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7)) as recorder:
+            for number, sender in enumerate(senders):
+                message = programs.rospy.AnyMsg()
+                message._buff = bytes([number]) * 48
+                message._connection_header = dict(
+                    type=Twist._type, md5sum=Twist._md5sum, message_definition=Twist._full_text, callerid=sender,
+                    topic="/rerun/cmd_vel")
+                recorder.write(message, "/cmd_vel")
         kept = list(read_bag(recorder.path))
         assert [(entry.data, entry.connection.caller)
                 for entry in kept] == [(bytes([number]) * 48, sender) for number, sender in enumerate(senders)]
@@ -53,14 +50,15 @@ class TestTopicRecorder:
             assert [topic for topic, _, _ in bag.read_messages()] == ["/cmd_vel"] * 3
 
     def test_a_bag_with_nothing_in_it_is_not_left_behind(self, tmp_path):
-        TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7)).close()
+        with TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7)):
+            pass
         assert list(tmp_path.iterdir()) == []
 
     def test_where_it_is_is_told_of_something_that_ended_before_it_was_done(self, tmp_path, capsys):
         for error in (None, OSError):
             with contextlib.suppress(OSError), TopicRecorder(str(tmp_path / ("%s.bag" % error)), lambda: genpy.Time(7)
                                                              ) as recorder:
-                recorder.write("/pioneer/cmd_vel", Twist())
+                recorder.write(Twist(), "/pioneer/cmd_vel")
                 if error:
                     raise error
         assert capsys.readouterr().out == "What happened until it ended is in %s\n" % recorder.path

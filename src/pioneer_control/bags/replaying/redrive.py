@@ -261,7 +261,7 @@ class Redrive:
             if self._silent:
                 return
             self._publishers[order.topic].publish(order.message)
-        self._bag.write("%s/%s" % (self._name, order.topic), order.message)
+        self._bag.write(order.message, "%s/%s" % (self._name, order.topic))
 
     def _stop(self) -> None:
         """Stop the robot and tell it nothing any more. May be called by any thread, and again."""

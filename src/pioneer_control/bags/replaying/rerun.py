@@ -22,7 +22,6 @@ from ...errors import UsageError
 from ...msg import Decision, GripperState, MotorState, WheelVelocities
 from ..bag_names import bag_files, free_name
 from ..command_line import number, parser_of, say
-from ..reader import decode, read_bag
 from .playback import RERUN, absolute, aside, player, recorded_topics
 from .programs import (INTERVAL, Interrupted, connected, graph, nodes, possible_robots, restore_parameter, run_as_node,
                        running, wait_until)
@@ -131,9 +130,8 @@ def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Ver
 
 def velocity_of(seconds: float, message: Any) -> TimedVelocity:
     """The velocity in a Twist or WheelVelocities."""
-    if hasattr(message, "left"):
-        return TimedVelocity(seconds, message.left, message.right)
-    return TimedVelocity(seconds, message.linear.x, message.angular.z)
+    return (TimedVelocity(seconds, message.left, message.right) if hasattr(message, "left")
+            else TimedVelocity(seconds, message.linear.x, message.angular.z))
 
 
 class Rerun:
@@ -271,10 +269,7 @@ class Rerun:
 
     def _judge(self, recorder: TopicRecorder) -> int:
         """Say the verdict in plain sentences; returns the exit code."""
-        again: Dict[str, list] = {}
-        if recorder.counts:
-            for topic, connection, data, nanoseconds in read_bag(recorder.path):
-                again.setdefault(topic.rpartition("/")[2], []).append((nanoseconds * 1e-9, decode(connection, data)))
+        again = read_commands([recorder.path], self._live.robot, KINDS).messages if recorder.counts else {}
         verdict = compare(self._live.commanded, again, self._enough)
         same = "THE SAME on the bag as" if verdict.same else "SOMETHING ELSE on the bag than"
         commands = same + " beside the robot" if again else "NOTHING on the bag"

@@ -5,7 +5,7 @@ import io
 import os
 import threading
 import time
-from typing import Any, Callable, Counter, Dict, List, Mapping, Optional, Tuple
+from typing import Any, Callable, Counter, Dict, List, Optional, Tuple
 
 import genpy
 import rospy
@@ -50,18 +50,12 @@ class TopicRecorder(contextlib.AbstractContextManager):
 
     def record(self, topic: str, kind: type = rospy.AnyMsg, written_as: str = "") -> None:
         """Write every message of a topic from now on, under another name where one is given."""
-        self._subscribers.append(rospy.Subscriber(topic, kind, self._hear, written_as or topic))
+        self._subscribers.append(rospy.Subscriber(topic, kind, self.write, written_as or topic))
 
-    def _hear(self, message: Any, topic: str) -> None:
-        self._write(topic, message, message._connection_header)
-
-    def write(self, topic: str, message: genpy.Message) -> None:
-        """Write a message with the present time."""
-        self._write(topic, message, dict(type=message._type, md5sum=message._md5sum,
-                                         message_definition=message._full_text))
-
-    def _write(self, topic: str, message: Any, header: Mapping[str, str]) -> None:
-        """Write a message that came by a connection with this header."""
+    def write(self, message: Any, topic: str) -> None:
+        """Write a message with the present time; one that was heard, with what its connection said of it."""
+        header = getattr(message, "_connection_header", None) or dict(
+            type=message._type, md5sum=message._md5sum, message_definition=message._full_text)
         data = io.BytesIO()
         message.serialize(data)
         sender = topic, header.get("callerid")
@@ -75,19 +69,15 @@ class TopicRecorder(contextlib.AbstractContextManager):
             self.counts[topic] += 1
             self.heard_at = time.monotonic()
 
-    def close(self) -> None:
-        """Close the bag, and remove it where nothing is in it. What comes later is dropped. May be called twice."""
-        for subscriber in self._subscribers:
-            subscriber.unregister()
-        self._subscribers = []
-        with self._lock:
-            writer, self._writer = self._writer, None
-            if writer is not None:
-                writer.close()
-                if not self.counts:
-                    os.remove(self.path)
-
     def __exit__(self, kind: Any, *about: Any) -> None:
+        """Close the bag, and remove it where nothing is in it. What comes later is dropped."""
         if kind is not None and self.counts:
             say("What happened until it ended is in %s" % self.path)
-        self.close()
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        with self._lock:
+            if self._writer is not None:
+                self._writer.close()
+            self._writer = None
+        if not self.counts:
+            os.remove(self.path)
