@@ -83,6 +83,7 @@ class AriaMap:
         return World(self._path.stem, walls, starts=self._starts, docks=self._docks, goals=self._goals, skipped=skipped)
 
     def fail(self, message: str) -> NoReturn:
+        """Refuse the file, at the present line."""
         raise WorldError("world file %s, line %s: %s" % (self._path, self._line, message))
 
     def numbers(self, text: str, count: int, legal: str) -> List[float]:
