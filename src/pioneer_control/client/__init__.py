@@ -17,7 +17,7 @@ Open ``robot.py`` first, then ``session.py`` and ``phases.py``. From the wire up
 =================  ====================================================================================
 ``transport``      bytes through a serial port, a pty or TCP: the URL chooses
 ``line``           when bytes may go out: pace, one pending velocity, a stop overtakes
-``procedure``      what is done step by step: the form of the next two
+``link``           what the phases of a connection share, their form, and how they end
 ``handshake``      listen, sync, identify: from an unknown state to a robot that has said its name
 ``host_baud``      a faster serial line, and back where that does not work
 ``drive``          velocities, dead man, motors: what to say until the robot does it

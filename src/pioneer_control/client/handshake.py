@@ -54,8 +54,8 @@ from typing import Any, Generator, List, Optional, Tuple
 
 from .. import p2os
 from ..errors import NoAnswerError
-from .line import Line
-from .procedure import Clock
+from .link import Link, Named, Outcome, Procedure, SteppedPhase
+from .odometry import Odometry
 
 RATES = (9600, 38400, 19200, 115200, 57600)     # in the order of their likelihood
 
@@ -77,76 +77,75 @@ TCP_TRY_WITH_SYNC1 = 2  # counted from 0; seven packets in all
 SYNC = [p2os.encode_frame(number) for number in (p2os.SYNC0, p2os.SYNC1, p2os.SYNC2)]
 CLOSE = p2os.encode_command("CLOSE")
 
+UNHEARD = 3.0           # s that a robot may have gone on for without a link: until its watchdog stops it, and a ramp
+
 BEFORE_A_SESSION = (p2os.SyncEcho, p2os.SyncReply, p2os.Reset)
 """What a robot sends that is not open."""
 
 
-class Handshake:
-    """One attempt. The session keeps ``packets`` and ``noise`` up to date before it resumes the procedure.
+class Connecting(SteppedPhase):
+    """Nobody knows yet whether there is a robot: listen, close one that was left open, sync.
 
     Args:
-        line: to send on.
-        url: for the error messages.
+        link: the port is open, and nothing was sent.
         rates: line speeds to try, the present one first; empty on TCP.
-        clock: tells monotonic time (s).
-        again: whether the robot was found at the first of the line speeds before.
+        odometry: of the connection before, in which the robot was found at the first of these speeds.
+
+    Attributes:
+        given_baud: the line speed at which this begins; None on TCP.
     """
 
-    def __init__(self, line: Line, url: str, rates: Tuple[int, ...], clock: Clock, again: bool = False) -> None:
-        self.packets = 0
-        """Packets heard so far."""
-        self.noise = 0
-        """Bytes so far that belonged to no packet."""
-        self.said_its_name = False
-        """Whether the robot has. SIPs from then on belong to a new session."""
-        self.last_words = b""
-        """For a robot that hears us and is not heard, if this leads nowhere: on TCP a SYNC0 may have revived its old
-        speed.
-        """
-        self._line = line
-        self._url = url
+    def __init__(self, link: Link, rates: Tuple[int, ...], odometry: Optional[Odometry]) -> None:
+        super().__init__(link, odometry)
+        self.given_baud = link.line.baud
         self._rates = rates
-        self._clock = clock
-        self._own_rate = rates[0] if again and rates else None
-        self._heard_open = False    # a packet came that only an open robot sends, or noise
-        self._answers_late = False  # an echo came for which nobody waited any more
+        self._own_rate = rates[0] if rates and odometry is not None else None
+        self._packets = 0               # heard so far
+        self._said_its_name = False     # SIPs from then on belong to a new session
+        self._heard_open = False        # a packet came that only an open robot sends, or noise
+        self._answers_late = False      # an echo came for which nobody waited any more
         self._sync_timeout = SYNC_TIMEOUT
 
-    def procedure(self) -> Generator[float, Any, p2os.SyncReply]:
+    def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
+        if isinstance(packet, p2os.Sip) and self.odometry is not None and not self._said_its_name:
+            # The robot was left open, and went on counting.
+            self.odometry.update(packet.x_counts, packet.y_counts, packet.heading_units, UNHEARD)
+        self._packets += 1
+        return super().take(packet, sent_time)
+
+    @property
+    def _noise(self) -> int:
+        """Bytes so far that belonged to no packet."""
+        return self._link.decoder.counts.discarded_bytes
+
+    def _steps(self) -> Procedure:
         """Find the robot. Raises NoAnswerError that says what was tried."""
-        noise, packets = self.noise, self.packets
-        rates, fell_back, listens = self._speeds(), False, True
-        while rates:
-            rate, heard_before = rates.pop(0), self.packets
-            if rate is not None and rate != self._line.baud:
-                self._line.set_baud(rate)
+        line, attempts, fell_back, listens = self._link.line, self._attempts(), False, True
+        while attempts:
+            (rate, tries), heard_before = attempts.pop(0), self._packets
+            if rate is not None and rate != line.baud:
+                line.set_baud(rate)
             silent = not listens or (yield from self._is_silent(LISTEN)) or (yield from self._silenced())
             listens = self._own_rate is None    # else time counts more: CLOSE goes ahead of SYNC0 anyway
-            reply = (yield from self._tried(self._tries_at(rate))) if silent else None
+            reply = (yield from self._tried(tries)) if silent else None
             if reply is not None:
-                return reply
-            if self.packets > heard_before and rate != self._own_rate and not fell_back:
-                # It obeyed CLOSE, and waits at its own speed now: HOSTBAUD had raised this one.
-                rates, fell_back = [each for each in self._speeds() if each != rate], True
-        raise NoAnswerError(self._what_to_do(self.noise - noise, self.packets - packets))
+                return Named(reply)
+            if self._packets > heard_before and rate != self._own_rate and not fell_back:
+                # The robot obeyed CLOSE, and waits at its own speed now: HOSTBAUD had raised this one.
+                attempts, fell_back = [each for each in self._attempts() if each[0] != rate], True
+        raise NoAnswerError(self._what_to_do())
 
-    def _speeds(self) -> List[Optional[int]]:
-        """The line speeds in the order in which they are tried: the one of a robot that was there before also after
-        each other one.
+    def _attempts(self) -> List[Tuple[Optional[int], int]]:
+        """The line speeds in the order in which they are tried, and how often the robot is synchronised at each.
+
+        The speed of a robot that was there before is also tried after each other speed.
         """
+        if not self._rates:
+            return [(None, TCP_TRIES)]
         if self._own_rate is None:
-            return list(self._rates) or [None]
-        speeds: List[Optional[int]] = [self._own_rate]
-        for other in self._rates[1:]:
-            speeds += [other, self._own_rate]
-        return speeds
-
-    def _tries_at(self, rate: Optional[int]) -> int:
-        if rate is None:
-            return TCP_TRIES
-        if self._own_rate is None:
-            return SYNC_TRIES
-        return SYNC_TRIES_AGAIN if rate == self._own_rate else 1
+            return [(rate, SYNC_TRIES) for rate in self._rates]
+        own = (self._own_rate, SYNC_TRIES_AGAIN)
+        return [own, *(each for other in self._rates[1:] for each in ((other, 1), own))]
 
     def _tried(self, tries: int) -> Generator[float, Any, Optional[p2os.SyncReply]]:
         """Synchronise with a silent robot.
@@ -170,34 +169,35 @@ class Handshake:
 
     def _hear(self, deadline: float) -> Generator[float, Any, Any]:
         """The next packet; None at the deadline."""
-        noise = self.noise
+        noise = self._noise
         packet = yield deadline
-        self.said_its_name = self.said_its_name or isinstance(packet, p2os.SyncReply)
+        self._said_its_name |= isinstance(packet, p2os.SyncReply)
         of_open_robot = packet is not None and not isinstance(packet, BEFORE_A_SESSION)
-        self._heard_open = self._heard_open or of_open_robot or self.noise > noise
+        self._heard_open |= of_open_robot or self._noise > noise
         return packet
 
     def _is_silent(self, seconds: float) -> Generator[float, Any, bool]:
         """Whether no open robot, and no noise, is heard for so long; returns as soon as a packet of an open robot is.
         """
         self._heard_open = False
-        deadline = self._clock() + seconds
-        while self._clock() < deadline and not self._heard_open:
+        deadline = self._link.now + seconds
+        while self._link.now < deadline and not self._heard_open:
             yield from self._hear(deadline)
         return not self._heard_open
 
     def _silenced(self) -> Generator[float, Any, bool]:
         """Close the robot until it is silent; False when what is heard is no robot, or does not obey."""
+        link = self._link
         for _ in range(CLOSE_TRIES):
             for _ in range(CLOSES_IF_HEARD):
-                self._line.command(self._clock(), CLOSE)
-            drained = self._clock() + DRAIN
-            while self._clock() < drained:
+                link.line.command(link.now, CLOSE)
+            drained = link.now + DRAIN
+            while link.now < drained:
                 yield from self._hear(drained)
-            noise, packets = self.noise, self.packets
+            noise, packets = self._noise, self._packets
             if (yield from self._is_silent(QUIET)):
                 return True
-            if self._rates and self.packets == packets and self.noise > noise:      # not the line speed of this robot
+            if self._rates and self._packets == packets and self._noise > noise:    # not the line speed of this robot
                 return False
         return False
 
@@ -208,15 +208,15 @@ class Handshake:
         back at this very moment.
         """
         self._heard_open = False
+        link, answer = self._link, None
         if self._rates:
             for _ in range(CLOSES - 1):
-                self._line.command(self._clock(), CLOSE)
+                link.line.command(link.now, CLOSE)
         else:
-            self.last_words = CLOSE * CLOSES
+            self.last_words = CLOSE * CLOSES    # if it hears us and is not heard: SYNC0 may have revived its old speed
         also_sync1 = not self._rates and attempt == TCP_TRY_WITH_SYNC1
-        answer: Optional[p2os.SyncReply] = None
         for number, packet in enumerate(SYNC):
-            self._line.command(self._clock(), *((CLOSE,) if self._rates and number == p2os.SYNC0 else ()), packet)
+            link.line.command(link.now, *((CLOSE,) if self._rates and number == p2os.SYNC0 else ()), packet)
             answer = yield from self._answer(number)
             if answer is None and not (also_sync1 and number == p2os.SYNC0 and not self._heard_open):
                 return None
@@ -229,32 +229,32 @@ class Handshake:
         Unless the robot says its name before the echo of SYNC0: it took the CLOSEs for SYNC2 and CLOSE in turn, and
         sent SIPs in between.
         """
-        deadline = self._clock() + self._sync_timeout
+        deadline = self._link.now + self._sync_timeout
         took_closes_for_sync2 = False
-        while self._clock() < deadline:
+        while self._link.now < deadline:
             packet = yield from self._hear(deadline)
             if isinstance(packet, p2os.SyncReply):
                 if number == p2os.SYNC2:
                     return packet
                 took_closes_for_sync2 = True
-            if isinstance(packet, p2os.SyncEcho) and packet.number == number != p2os.SYNC2:
-                return packet
-            if isinstance(packet, p2os.SyncEcho):
+            elif isinstance(packet, p2os.SyncEcho):
+                if packet.number == number != p2os.SYNC2:
+                    return packet
                 self._answers_late = True
-            if isinstance(packet, p2os.Sip) and not took_closes_for_sync2:
+            elif isinstance(packet, p2os.Sip) and not took_closes_for_sync2:
                 return None
-            if isinstance(packet, p2os.Reset) and number != p2os.SYNC0:    # a CLOSE before SYNC0 may be "wrong" to it
+            elif isinstance(packet, p2os.Reset) and number != p2os.SYNC0:   # a CLOSE before SYNC0 may be "wrong" to it
                 return None
         return None
 
-    def _what_to_do(self, noise: int, packets: int) -> str:
+    def _what_to_do(self) -> str:
         tried = "at %s baud" % ", ".join(map(str, self._rates)) if self._rates else "over TCP"
-        heard = " (%d bytes came that make no packet: is this the robot's port?)" % noise if noise else ""
-        if packets:
+        heard = " (%d bytes came that make no packet: is this the robot's port?)" % self._noise if self._noise else ""
+        if self._packets:
             heard = (" (%d packets came: from a robot that does not obey CLOSE, or one that another program drives)"
-                     % packets)
+                     % self._packets)
         return (
             "%s: nothing answers as a robot, tried %s%s. Is it switched on, its controller running, the cable in its "
             "serial port, and no other program connected? Without a robot: python3 -m pioneer_control.simulator "
-            "simulates one; in ROS, pioneer.launch with sim:=true" % (self._url, tried, heard)
+            "simulates one; in ROS, pioneer.launch with sim:=true" % (self._link.url, tried, heard)
         )

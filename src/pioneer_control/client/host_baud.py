@@ -20,8 +20,8 @@ from .. import p2os
 from ..errors import LinkLostError
 from .events import LineSpeed
 from .identity import CONFIG
-from .line import GAP, Line
-from .procedure import Clock, Procedure, pause
+from .line import GAP
+from .link import Link, Procedure
 
 CAN_CHANGE = (1, 2)     # autobaud in CONFIGpac: HOSTBAUD is obeyed; autobaud besides
 COME_TO_REST = 1.0      # s that a robot gets which still rolls when it is found
@@ -34,63 +34,53 @@ ANSWER = 0.9            # s for the answer
 ASK_AGAIN = 0.2         # s; CONFIGpac alone takes 0.14 s at 9600 baud
 
 
-class HostBaud:
-    """Changes to another line speed, if it is wanted and the robot can.
-
-    One object serves all connections of a client, so that what does not work is not tried again.
-
-    Attributes:
-        wanted: the other speed (baud); None: the robot's own will do.
-    """
-
-    def __init__(self, wanted: Optional[int]) -> None:
-        self.wanted = wanted
-        self._breaks = 0    # times in a row that it was begun, and the link broke over it
-
-    def procedure(self, line: Line, url: str, clock: Clock, config: Optional[p2os.Config],
+def use_host_baud(link: Link, config: Optional[p2os.Config],
                   sip: p2os.Sip) -> Generator[float, Any, List[LineSpeed]]:
-        """Take a serial line there, if the robot stands. Returns what there is to say; LinkLostError when the robot was
-        lost over it.
+    """Change a serial line to the speed that is wanted, if the robot can do it and stands.
 
-        Args:
-            line: to the robot, at its own speed.
-            url: for the error message.
-            clock: tells monotonic time (s).
-            config: what the robot says that it is.
-            sip: its newest.
-        """
-        own, wanted = line.baud, self.wanted
-        if own is None or wanted is None or wanted == own:
-            return []
-        if self._breaks == MOST_BREAKS:
-            self.wanted = None
-            return [LineSpeed(own, "the link broke %d times when its line was to change to %d baud; not tried again"
-                              % (MOST_BREAKS, wanted))]
-        problem = yield from _hindrance(own, clock, config, sip)
-        if problem:
-            self._breaks = 0
-            return [LineSpeed(own, problem)]
-        self._breaks += 1
-        works = yield from _change_baud(line, wanted, clock)
-        self._breaks = 0
-        if works == wanted:
-            return [LineSpeed(wanted, "")]
-        self.wanted = None
-        # It may be at the other speed now, out of reach until it is switched off and on: that is risked only once.
-        if works is None:
-            raise LinkLostError("%s: lost the robot when its line was to change from %d to %d baud; not tried again"
-                                % (url, own, wanted))
-        return [LineSpeed(works, "no answer at %d baud; not tried again" % wanted)]
+    Args:
+        link: to a robot at its own speed. What is found out is kept in its ``host_baud``.
+        config: what the robot says that it is.
+        sip: the newest SIP.
+
+    Returns:
+        What the listeners are to be told.
+
+    Raises:
+        LinkLostError: the robot was lost over it.
+    """
+    own, wanted = link.line.baud, link.host_baud.wanted
+    if own is None or wanted is None or wanted == own:
+        return []
+    if link.host_baud.breaks == MOST_BREAKS:
+        link.host_baud.wanted = None
+        return [LineSpeed(own, "the link broke %d times when its line was to change to %d baud; not tried again"
+                          % (MOST_BREAKS, wanted))]
+    problem = yield from _hindrance(link, own, config, sip)
+    if problem:
+        link.host_baud.breaks = 0
+        return [LineSpeed(own, problem)]
+    link.host_baud.breaks += 1
+    works = yield from _change_baud(link, own, wanted)
+    link.host_baud.breaks = 0
+    if works == wanted:
+        return [LineSpeed(wanted, "")]
+    link.host_baud.wanted = None
+    # The robot may be at the other speed now, out of reach until it is switched off and on: that is risked only once.
+    if works is None:
+        raise LinkLostError("%s: lost the robot when its line was to change from %d to %d baud; not tried again"
+                            % (link.url, own, wanted))
+    return [LineSpeed(works, "no answer at %d baud; not tried again" % wanted)]
 
 
-def _hindrance(own: int, clock: Clock, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, str]:
+def _hindrance(link: Link, own: int, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, str]:
     """Why it cannot be done; empty when the robot can change its speed and has come to rest."""
     if own not in p2os.BAUD_RATES:
         return "there would be no way back to it"
     if config is None or config.autobaud not in CAN_CHANGE:
         return "the robot's firmware cannot change it"
-    deadline = clock() + COME_TO_REST
-    while not stands(sip) and clock() < deadline:
+    deadline = link.now + COME_TO_REST
+    while not stands(sip) and link.now < deadline:
         packet = yield deadline
         sip = packet if isinstance(packet, p2os.Sip) else sip
     return "" if stands(sip) else "the robot does not stand still"
@@ -101,40 +91,39 @@ def stands(sip: p2os.Sip) -> bool:
     return not sip.left_velocity_units and not sip.right_velocity_units
 
 
-def _change_baud(line: Line, baud: int, clock: Clock) -> Generator[float, Any, Optional[int]]:
-    """Take robot and line to ``baud``.
+def _change_baud(link: Link, own: int, wanted: int) -> Generator[float, Any, Optional[int]]:
+    """Take robot and line from their own speed to the one that is wanted.
 
     Returns the speed at which they understand each other then; None if at neither.
     """
-    old = line.baud
-    assert old is not None
     for _ in range(TRIES):
-        yield from _change(line, baud, clock, 1)
-        if (yield from _answers(line, clock)):
-            return baud
-        yield from _change(line, old, clock, BACK_TRIES)
-        if not (yield from _answers(line, clock)):
+        yield from _change(link, wanted, 1)
+        if (yield from _answers(link)):
+            return wanted
+        yield from _change(link, own, BACK_TRIES)
+        if not (yield from _answers(link)):
             return None
-    return old
+    return own
 
 
-def _change(line: Line, baud: int, clock: Clock, times: int) -> Procedure:
+def _change(link: Link, baud: int, times: int) -> Procedure:
+    """Tell the robot so often to go to a speed, and go there with the line."""
     for _ in range(times):
-        line.command(clock(), p2os.encode_command("HOSTBAUD", p2os.BAUD_RATES.index(baud)))
-    while line.waiting or line.busy(clock()):
-        yield max(line.free_at, clock() + GAP)
-    yield from pause(SETTLE, clock)
-    line.set_baud(baud)
-    yield from pause(BEFORE_SPEAKING, clock)
+        link.line.command(link.now, p2os.encode_command("HOSTBAUD", p2os.BAUD_RATES.index(baud)))
+    while link.line.waiting or link.line.busy(link.now):
+        yield max(link.line.free_at, link.now + GAP)
+    yield from link.pause(SETTLE)
+    link.line.set_baud(baud)
+    yield from link.pause(BEFORE_SPEAKING)
 
 
-def _answers(line: Line, clock: Clock) -> Generator[float, Any, bool]:
+def _answers(link: Link) -> Generator[float, Any, bool]:
     """Whether the robot answers, and goes on sending SIPs."""
-    missing, deadline = {p2os.Sip, p2os.Config}, clock() + ANSWER
-    while missing and clock() < deadline:
-        line.command(clock(), CONFIG)
-        again = min(clock() + ASK_AGAIN, deadline)
-        while missing and clock() < again:
+    missing, deadline = {p2os.Sip, p2os.Config}, link.now + ANSWER
+    while missing and link.now < deadline:
+        link.line.command(link.now, CONFIG)
+        again = min(link.now + ASK_AGAIN, deadline)
+        while missing and link.now < again:
             packet = yield again
             missing.discard(type(packet))
     return not missing

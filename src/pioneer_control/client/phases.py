@@ -10,24 +10,25 @@ follows what.
     Finished            Finished                 Closing  <───────────────┘  ──Gone, Failed──> Finished
 
 A phase takes packets and time, writes to the line, and returns an outcome when it is over. It changes no other phase.
+The first phase, Connecting, has a file of its own: `handshake`.
 """
 
 import math
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Type, Union
+from typing import Any, Callable, Dict, Optional, Tuple, Type, Union
 
 from .. import p2os
-from ..errors import LinkLostError, NoAnswerError, PioneerError, RefusedError, UnknownModelError
-from ..robots import RobotModel, find_model
+from ..errors import NoAnswerError, RefusedError, UnknownModelError
+from ..robots import find_model
 from .data_requests import DataRequests
 from .drive import MOTORS, STOP, Drive
-from .events import BaudFound, Event, PacketReceived, Ready, Tuned
-from .handshake import CLOSE, Handshake
-from .host_baud import HostBaud, stands
+from .events import BaudFound, PacketReceived, Ready, Tuned
+from .handshake import CLOSE, Connecting
+from .host_baud import stands, use_host_baud
 from .identity import CONFIG, RobotIdentity, identify
-from .line import LONGEST_QUEUE, Line
+from .line import LONGEST_QUEUE
+from .link import Failed, Gone, Learned, Left, Link, Named, Outcome, Phase, Procedure, Recognised, SteppedPhase
 from .link_check import LinkCheck
 from .odometry import Odometry
-from .procedure import Procedure, pause
 from .settings import Settings
 from .state import StateReader
 from .tuner import Tuner
@@ -37,7 +38,6 @@ ASK_AGAIN = 0.2         # s between repetitions of OPEN and CONFIG
 CONFIG_TIMEOUT = 1.0    # s: firmware that has not answered CONFIG by then never will
 OPEN_TIMEOUT = 3.0      # s for the first SIP
 SILENCE = 2.0           # s without a SIP: the link is lost
-UNHEARD = 3.0           # s that a robot may have gone on for without a link: until its watchdog stops it, and a ramp
 WATCHDOG_MARGIN = 0.8   # of the robot's watchdog: its clock and the line's delay are not ours
 STAND_TIMEOUT = 0.35    # s that a closing session leaves the robot to come to rest
 MOTORS_OFF = 0.05       # s between ENABLE 0 and CLOSE
@@ -50,193 +50,22 @@ LAST_WORDS = b"".join(STOP) + MOTORS[False] + CLOSE
 """For a link that has no time left for more."""
 
 
-class Named(NamedTuple):
-    """The robot has said who it is."""
-
-    reply: p2os.SyncReply
-
-
-class Recognised(NamedTuple):
-    """Its model is known."""
-
-    model: RobotModel
-
-
-class Learned(NamedTuple):
-    """The robot is open, its motors are off, and this is what it said."""
-
-    config: Optional[p2os.Config]
-    """None from firmware that does not know CONFIG"""
-    sip: p2os.Sip
-    time: float
-    """monotonic time (s) at which this SIP was whole"""
-    sent_time: float
-    """... at which the robot began to send it"""
-
-
-class Left(NamedTuple):
-    """The user closes the connection."""
-
-
-class Gone(NamedTuple):
-    """The robot was stopped and closed."""
-
-
-class Failed(NamedTuple):
-    """The connection is over, for this reason."""
-
-    error: PioneerError
-
-
-Outcome = Union[Named, Recognised, Learned, Left, Gone, Failed]
-
-
-class ConnectedCounts(NamedTuple):
-    """See Counts."""
-
-    unknown_sonar: int = 0
-    questions: int = 0
-    unanswered: int = 0
-
-
-class Link:
-    """What all phases of one connection share.
-
-    Args:
-        url: for error messages.
-        settings: what the user wants.
-        line: to send on.
-        now: monotonic time in s.
-        host_baud: another line speed, or none.
-    """
-
-    def __init__(self, url: str, settings: Settings, line: Line, now: float, host_baud: HostBaud) -> None:
-        self.url = url
-        self.settings = settings
-        self.line = line
-        self.now = now
-        self.host_baud = host_baud
-        self.decoder = p2os.FrameDecoder()
-        self.grip_state_first = True
-        """Which kind of firmware it is (p2os.decode_packet)."""
-        self.last_sip = -math.inf
-        self.sips = 0
-        self.unreadable = 0
-        """Whole packets that nobody understands or can believe."""
-        self.events: List[Event] = []
-        """What the listeners are to be told."""
-        self.connected_counts: Callable[[], ConnectedCounts] = ConnectedCounts
-        """What was counted while the robot obeyed."""
-
-    def clock(self) -> float:
-        """Monotonic time (s)."""
-        return self.now
-
-    def lost(self, how: str) -> LinkLostError:
-        """An error that says how the link was lost."""
-        return LinkLostError("%s: %s" % (self.url, how))
-
-
-class Phase:
-    """A phase of a connection.
+class Synced(SteppedPhase):
+    """The robot has said who it is, and is not open: it would ignore another SYNC before a CLOSE.
 
     Attributes:
-        last_words: what a robot in this phase has to hear when the connection ends at once.
-        odometry: of this connection, or of the one before until this robot has its own.
+        reply: what it said.
+        own_baud: the line speed at which it was found, and to which it returns; None on TCP.
     """
-
-    last_words = b""
-
-    def __init__(self, link: Link, odometry: Optional[Odometry]) -> None:
-        self._link = link
-        self.odometry = odometry
-
-    @property
-    def due(self) -> float:
-        """When tick() has something to do at the latest (monotonic, s)."""
-        return math.inf
-
-    def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
-        """Take a packet that is whole now; the robot began to send it at ``sent_time``."""
-        raise NotImplementedError
-
-    def tick(self, now: float) -> Optional[Outcome]:
-        """Let time pass."""
-        raise NotImplementedError
-
-    def use(self, settings: Settings, now: float) -> None:
-        """The user wants something else from now on. Most phases have nothing to do for that."""
-
-
-class SteppedPhase(Phase):
-    """A phase that follows a procedure: step by step until it returns its outcome."""
-
-    def __init__(self, link: Link, odometry: Optional[Odometry]) -> None:
-        super().__init__(link, odometry)
-        self._due = -math.inf   # it begins at once
-        self._procedure = self._steps()
-
-    @property
-    def due(self) -> float:
-        return self._due
-
-    def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
-        return self._resume(packet)
-
-    def tick(self, now: float) -> Optional[Outcome]:
-        return self._resume(None) if now >= self._due else None
-
-    def _steps(self) -> Procedure:
-        raise NotImplementedError
-
-    def _resume(self, packet: Any) -> Optional[Outcome]:
-        try:
-            self._due = self._procedure.send(packet)
-        except StopIteration as end:
-            outcome: Outcome = end.value
-            return outcome
-        except PioneerError as error:
-            return Failed(error)
-        return None
-
-
-class Connecting(SteppedPhase):
-    """Nobody knows yet whether there is a robot: listen, close one that was left open, sync."""
-
-    def __init__(self, link: Link, rates: Tuple[int, ...], odometry: Optional[Odometry]) -> None:
-        self.given_baud = link.line.baud
-        self._handshake = Handshake(link.line, link.url, rates, link.clock, again=odometry is not None)
-        super().__init__(link, odometry)
-
-    def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
-        if isinstance(packet, p2os.Sip) and self.odometry is not None and not self._handshake.said_its_name:
-            # The robot was left open, and went on counting.
-            self.odometry.update(packet.x_counts, packet.y_counts, packet.heading_units, UNHEARD)
-        self._handshake.packets += 1
-        return super().take(packet, sent_time)
-
-    def _resume(self, packet: Any) -> Optional[Outcome]:
-        self._handshake.noise = self._link.decoder.counts.discarded_bytes
-        outcome = super()._resume(packet)
-        self.last_words = self._handshake.last_words
-        return outcome
-
-    def _steps(self) -> Procedure:
-        return Named((yield from self._handshake.procedure()))
-
-
-class Synced(SteppedPhase):
-    """The robot has said who it is, and is not open: it would ignore another SYNC before a CLOSE."""
 
     last_words = CLOSE
 
     def __init__(self, link: Link, before: Connecting, named: Named) -> None:
+        super().__init__(link, before.odometry)
         self.reply = named.reply
         self.own_baud = link.line.baud
-        """The line speed at which the robot was found, and to which it returns; None on TCP."""
         if self.own_baud is not None and self.own_baud != before.given_baud:
             link.events.append(BaudFound(self.own_baud))
-        super().__init__(link, before.odometry)
 
     def _steps(self) -> Procedure:
         reply, settings = self.reply, self._link.settings
@@ -245,7 +74,7 @@ class Synced(SteppedPhase):
         except UnknownModelError as error:
             raise UnknownModelError("%s: the robot %r says it is %s %s: %s" % (
                 self._link.url, reply.name, reply.type, reply.subtype, error)) from error
-        yield from pause(BEFORE_OPEN, self._link.clock)
+        yield from self._link.pause(BEFORE_OPEN)
         return Recognised(model)
 
 
@@ -255,11 +84,11 @@ class Opening(SteppedPhase):
     last_words = LAST_WORDS
 
     def __init__(self, link: Link, before: Synced, recognised: Recognised) -> None:
+        super().__init__(link, before.odometry)
         self.reply, self.own_baud, self.model = before.reply, before.own_baud, recognised.model
         self._config: Optional[p2os.Config] = None
         self._newest: Optional[Tuple[p2os.Sip, float, float]] = None    # with the times at which it was whole and sent
         link.grip_state_first = recognised.model.grip_state_first
-        super().__init__(link, before.odometry)
 
     def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
         if isinstance(packet, p2os.Sip):
@@ -287,8 +116,7 @@ class Opening(SteppedPhase):
                 link.line.command(link.now, *((OPEN,) if self._newest is None else ()), MOTORS[False], CONFIG)
             yield asked_at + ASK_AGAIN
         assert self._newest is not None
-        said = yield from link.host_baud.procedure(link.line, link.url, link.clock, self._config, self._newest[0])
-        link.events += said
+        link.events += yield from use_host_baud(link, self._config, self._newest[0])
         return Learned(self._config, *self._newest)
 
     @property
@@ -300,9 +128,10 @@ class Connected(Phase):
     """The robot streams and obeys.
 
     Attributes:
-        identity: what it is.
+        identity: what the robot is.
         own_baud: the line speed to which it returns; None on TCP.
-        drive, data, tuner, link_check: what it is told, asked and set.
+        drive, data, tuner, link_check: what it is told, asked for and set to, and whether it hears us.
+        reader: makes states of its SIPs.
     """
 
     last_words = LAST_WORDS
@@ -328,9 +157,9 @@ class Connected(Phase):
         link.events.append(Ready(self.identity))
         self._report(learned.sip, learned.time, learned.sent_time)
 
-    def counts(self) -> ConnectedCounts:
-        """What was counted while the robot obeyed."""
-        return ConnectedCounts(self.reader.unknown_sonar, self.link_check.questions, self.link_check.unanswered)
+    def counts(self) -> Tuple[int, int, int]:
+        """What was counted while the robot obeyed: see Link.connected_counts."""
+        return self.reader.unknown_sonar, self.link_check.questions, self.link_check.unanswered
 
     @property
     def due(self) -> float:
@@ -339,11 +168,10 @@ class Connected(Phase):
 
     def command(self, now: float, *packets: bytes) -> None:
         """Send packets that belong together. Raises RefusedError when LONGEST_QUEUE others wait for the line."""
-        line = self._link.line
-        if line.full:
+        if self._link.line.full:
             raise RefusedError("%s: the line is too slow for so many commands: %d wait already"
                                % (self._link.url, LONGEST_QUEUE))
-        line.command(now, *packets)
+        self._link.line.command(now, *packets)
 
     def use(self, settings: Settings, now: float) -> None:
         before, self.identity = self.identity, self._identify()
@@ -428,12 +256,11 @@ class Closing(SteppedPhase):
     last_words = LAST_WORDS
 
     def __init__(self, link: Link, before: Union[Opening, Connected], left: Left) -> None:
-        self._standing = True
+        super().__init__(link, before.odometry)
+        self._standing = not isinstance(before, Connected) or before.drive.at_rest
         if isinstance(before, Connected):
             before.drive.abandon(link.lost("closed"))
-            self._standing = before.drive.at_rest
         link.line.drop()
-        super().__init__(link, before.odometry)
 
     def _steps(self) -> Procedure:
         link = self._link
@@ -443,11 +270,11 @@ class Closing(SteppedPhase):
             packet = yield deadline
             self._standing = isinstance(packet, p2os.Sip) and stands(packet)
         link.line.command(link.now, MOTORS[False])
-        yield from pause(MOTORS_OFF, link.clock)
+        yield from link.pause(MOTORS_OFF)
         for _ in range(CLOSE_TRIES):
             link.line.command(link.now, CLOSE)
             closed_at = link.now
-            yield from pause(SIP_CYCLE, link.clock)
+            yield from link.pause(SIP_CYCLE)
             if link.last_sip <= closed_at:
                 break
         return Gone()
@@ -468,12 +295,6 @@ class Finished(Phase):
         link.line.drop()
         if before.last_words and not isinstance(outcome, Gone):
             link.line.say(before.last_words)
-
-    def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
-        return None
-
-    def tick(self, now: float) -> Optional[Outcome]:
-        return None
 
 
 TRANSITIONS: Dict[Tuple[Type[Phase], type], Callable[[Link, Any, Any], Phase]] = {

@@ -12,10 +12,11 @@ from .. import p2os
 from ..errors import PioneerError
 from .drive import STOP
 from .events import Event
-from .host_baud import HostBaud
+from .handshake import Connecting
 from .line import Action, Line, SetBaud
 from .odometry import Odometry
-from .phases import TRANSITIONS, Connected, Connecting, Failed, Finished, Left, Link, Outcome, Phase
+from .phases import TRANSITIONS, Connected, Finished
+from .link import Failed, HostBaud, Left, Link, Outcome, Phase
 from .settings import Settings
 
 

@@ -15,9 +15,9 @@ from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
 from ..errors import LinkError, LinkLostError, PioneerError
 from .events import Event, LinkDown, PacketReceived, Ready, StatesMissed
 from .handshake import RATES
-from .host_baud import HostBaud
 from .identity import RobotIdentity
 from .line import SetBaud
+from .link import HostBaud
 from .phases import Connected
 from .session import Counts, Session
 from .settings import Settings

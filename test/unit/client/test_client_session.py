@@ -8,8 +8,8 @@ import pytest
 from pioneer_control import p2os
 from pioneer_control.client.events import PacketReceived, Ready
 from pioneer_control.client.line import LONGEST_QUEUE
-from pioneer_control.client.phases import (
-    TRANSITIONS, Closing, Connected, Connecting, Failed, Finished, Left, Opening, Outcome, Synced)
+from pioneer_control.client.link import Failed, Left, Outcome
+from pioneer_control.client.phases import TRANSITIONS, Closing, Connected, Connecting, Finished, Opening, Synced
 from pioneer_control.client.session import Session
 from pioneer_control.client.settings import Settings
 from pioneer_control.client.state import RobotState
