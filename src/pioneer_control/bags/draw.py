@@ -47,12 +47,10 @@ def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tupl
     """(paths, robot) of each run to draw. Raises UsageError when it is not clear which robot of which bag is meant."""
     runs = [in_order(bags)] if parts else [[bag] for bag in bags]
     names: List[Optional[str]] = list(robots) or [None]
-    if len(runs) == 1:
-        return [(runs[0], robot) for robot in names]
-    if len(names) not in (1, len(runs)):
+    if len(runs) > 1 and len(names) not in (1, len(runs)):
         raise UsageError("--robot %s: give one for all bags, or one for each of the %s"
                          % (" --robot ".join(robots), len(runs)))
-    return list(zip(runs, names * (len(runs) if len(names) == 1 else 1)))
+    return [(runs[n % len(runs)], names[n % len(names)]) for n in range(max(len(runs), len(names)))]
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:

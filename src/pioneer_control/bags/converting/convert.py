@@ -7,6 +7,7 @@ import argparse
 import errno
 import os
 import sys
+from contextlib import suppress
 from typing import Any, Counter, Dict, Optional, Sequence, Set, Tuple
 
 from ...errors import PioneerError, UsageError
@@ -31,14 +32,12 @@ def survey(path: str) -> Survey:
         reader = read_bag(path, lambda connection: kind_of(connection) == "RobotInfo"
                           or connection.topic == STATIC_FRAMES, progress)
         for topic, connection, data, _ in reader:
-            try:
+            with suppress(BagError):    # a damaged message says nothing
                 message = decode(connection, data)
-            except BagError:    # a damaged message says nothing
-                continue
-            if topic != STATIC_FRAMES:
-                transducers.setdefault(namespace_of(topic), transducers_of(message))
-            else:
-                frames.update(transform.child_frame_id for transform in getattr(message, "transforms", ()))
+                if topic != STATIC_FRAMES:
+                    transducers.setdefault(namespace_of(topic), transducers_of(message))
+                else:
+                    frames.update(transform.child_frame_id for transform in getattr(message, "transforms", ()))
     return Survey(reader.connections, transducers, frames, reader.compression or "none")
 
 
@@ -173,8 +172,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             raise UsageError("--gripper says something of the robot that --model names: name it")
         if options.gripper and model is not None and not model.can_carry_gripper:
             raise UsageError("--gripper: a model %s carries no gripper" % model.subtype)
-        what = list(dict.fromkeys(options.what)) or DEFAULT
-        wanted = Options(what, model, options.gripper, options.replace, _renamed(options.frame))
+        wanted = Options(list(dict.fromkeys(options.what)) or DEFAULT, model, options.gripper, options.replace,
+                         _renamed(options.frame))
         converter, damage = convert(options.bag, options.output, wanted)
     except (PioneerError, OSError) as error:
         text = str(error)

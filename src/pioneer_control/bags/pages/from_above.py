@@ -103,9 +103,8 @@ def draw(axes: Any, view: TopView, timeline: Timeline, inches: float) -> None:
     if view.run.truth is not None:
         axes.plot(view.path.x, view.path.y, color=BLUE, linewidth=3.4, alpha=0.55, zorder=3, label="true path",
                   solid_capstyle="round")
-    line = "-" if view.run.truth is None else (0, (5, 2))
-    axes.plot(view.odometry.x, view.odometry.y, color=VERMILLION, linewidth=1.2, linestyle=line, zorder=4,
-              label="odometry")
+    axes.plot(view.odometry.x, view.odometry.y, color=VERMILLION, linewidth=1.2, zorder=4, label="odometry",
+              linestyle="-" if view.run.truth is None else (0, (5, 2)))
     draw_arrows(axes, view.path, scale)
     _draw_echoes(axes, view)
     if view.run.truth is not None:
@@ -187,30 +186,25 @@ def _draw_cans(axes: Any, view: TopView) -> None:
 
 
 def _draw_robots(axes: Any, view: TopView, scale: float) -> None:
-    """The robot at the start and at the end; one name for both where they would lie on each other."""
-    start, end = view.path.pose(0), view.path.pose(-1)
-    together = np.hypot(start[0] - end[0], start[1] - end[1]) < NAMES_APART * scale
-    _draw_robot(axes, view.run.footprint, start, "start", scale, "" if together else "start", alpha=0.15)
-    _draw_robot(axes, view.run.footprint, end, "end", scale, "start, end" if together else "end", alpha=0.45)
-
-
-def _draw_robot(axes: Any, footprint: np.ndarray, pose: Pose, name: str, scale: float, written: str,
-                alpha: float) -> None:
-    """The outline of the robot, to scale, its heading, and what is to be written beside."""
+    """The robot at the start and at the end, to scale; one name for both where they would lie on each other."""
     from matplotlib.patches import Polygon
 
-    if len(footprint):
-        outline = np.column_stack(placed(pose, *footprint.T))
-        axes.add_patch(Polygon(outline, facecolor=FAINT, alpha=alpha, edgecolor="none", zorder=2.5))
-        axes.add_patch(Polygon(outline, facecolor="none", edgecolor=INK, linewidth=1.0, zorder=6,
-                               label="robot at " + name))
-    nose = min(LONGEST_NOSE, 0.15 * scale) * np.array([(1.0, 0.0), (0.1, 0.5), (0.1, -0.5)])
-    axes.add_patch(Polygon(np.column_stack(placed(pose, *nose.T)), facecolor=INK, edgecolor="white", linewidth=0.6,
-                           zorder=7))
-    if written:
-        behind = -np.array([(9 + 2.2 * len(written)) * np.cos(pose[2]), 11 * np.sin(pose[2])])
-        axes.annotate(written, pose[:2], behind, textcoords="offset points", ha="center", va="center", fontsize=7,
-                      color=INK, zorder=8, bbox=LABEL_BOX)
+    start, end = view.path.pose(0), view.path.pose(-1)
+    together = np.hypot(start[0] - end[0], start[1] - end[1]) < NAMES_APART * scale
+    for pose, name, written, alpha in ((start, "start", "" if together else "start", 0.15),
+                                       (end, "end", "start, end" if together else "end", 0.45)):
+        if len(view.run.footprint):
+            outline = np.column_stack(placed(pose, *view.run.footprint.T))
+            axes.add_patch(Polygon(outline, facecolor=FAINT, alpha=alpha, edgecolor="none", zorder=2.5))
+            axes.add_patch(Polygon(outline, facecolor="none", edgecolor=INK, linewidth=1.0, zorder=6,
+                                   label="robot at " + name))
+        nose = min(LONGEST_NOSE, 0.15 * scale) * np.array([(1.0, 0.0), (0.1, 0.5), (0.1, -0.5)])
+        axes.add_patch(Polygon(np.column_stack(placed(pose, *nose.T)), facecolor=INK, edgecolor="white", linewidth=0.6,
+                               zorder=7))
+        if written:
+            behind = -np.array([(9 + 2.2 * len(written)) * np.cos(pose[2]), 11 * np.sin(pose[2])])
+            axes.annotate(written, pose[:2], behind, textcoords="offset points", ha="center", va="center", fontsize=7,
+                          color=INK, zorder=8, bbox=LABEL_BOX)
 
 
 def _draw_gripper(axes: Any, view: TopView) -> None:

@@ -3,7 +3,7 @@
 import re
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
-from ..recorded_run import ERROR, WARNING, Report, Run, Span
+from ..recorded_run import Report, Run, Span
 
 LISTED = 10  # kinds, on one page
 AT_ONCE = 1.0  # s
@@ -53,10 +53,9 @@ def _incident(same: Sequence[Report]) -> Incident:
     Two reports at once are one, because a node and its diagnostics both say the same.
     """
     who = same[0].who.rsplit("/", 1)[-1]
-    level = ERROR if max(fault.level for fault in same) >= ERROR else WARNING
     times = [fault.time for fault, before in zip(same, [None, *same])
              if before is None or fault.time - before.time > AT_ONCE]
-    return Incident("", level, tuple(times), "%s: %s" % (who, same[0].what) if who else same[0].what)
+    return Incident("", max(fault.level for fault in same), tuple(times), ("%s: " % who if who else "") + same[0].what)
 
 
 def made(faults: Sequence[Report], end: float) -> Tuple[Span, ...]:

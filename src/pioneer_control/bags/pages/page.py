@@ -59,10 +59,9 @@ def figure(run: Run, title: Optional[str] = None) -> Any:
     lanes += len({each.level for each in wrong})
     pushed = ", ".join("can %s pushed %.2f m at %s" % (push.can, push.distance, timeline.write(push.time))
                        for push in pushes(run))
-    damage = "This recording is damaged: " + run.damage if run.damage else ""
     said: List[Tuple[str, Dict[str, Any]]] = [
         (pushed, dict(color=INK)),
-        (damage, dict(color=VERMILLION, fontweight="bold")),
+        ("This recording is damaged: " + run.damage if run.damage else "", dict(color=VERMILLION, fontweight="bold")),
     ]
     head = [(line, look) for text, look in said for line in probe.lines(text, RIGHT - LEFT, LINES, **look) if text]
 

@@ -128,19 +128,18 @@ def _curves(rows: Sequence[Compared]) -> List[over_time.Curves]:
 def _write_head(sheet: Sheet, rows: Sequence[Compared], title: Optional[str]) -> None:
     """Title, and what is compared with what."""
     models = [row.run.model for row in rows]
-    same = models[0] if len(set(models)) == 1 else ""   # said once, behind the names
+    same = " (%s)" % models[0] if len(set(models)) == 1 and models[0] else ""   # said once, behind the names
     own = ["" if same or not model else " (%s)" % model for model in models]
     robots = list(dict.fromkeys((row.run.robot or "robot") + model for row, model in zip(rows, own)))
     worlds = list(dict.fromkeys(row.run.world for row in rows if row.run.world))
-    of = robots[0] if len(robots) == 1 else "%s robots: %s" % (len(robots), ", ".join(robots))
-    of += " (%s)" % same if same else ""
+    of = (robots[0] if len(robots) == 1 else "%s robots: %s" % (len(robots), ", ".join(robots))) + same
     if worlds:
         of += " in %s" % worlds[0] if len(worlds) == 1 else " in %s worlds: %s" % (len(worlds), ", ".join(worlds))
     sheet.text(LEFT, TOP + 0.1, title or "%s runs of %s" % (len(rows), of), room=RIGHT - LEFT, size=15,
                fontweight="bold")
-    paths = "true paths" if rows[0].track is rows[0].run.truth else "paths as the robots' odometry has them"
+    paths = "True paths" if rows[0].track is rows[0].run.truth else "Paths as the robots' odometry has them"
     words = "%s, laid so that all begin together: at the same place, heading, and moment of the first movement" % paths
-    sheet.text(LEFT, TOP + 0.39, words[0].upper() + words[1:], room=RIGHT - LEFT, size=SMALL)
+    sheet.text(LEFT, TOP + 0.39, words, room=RIGHT - LEFT, size=SMALL)
 
 
 def _draw_paths(axes: Any, laid: Sequence[Track], walls: Optional[Map], low: np.ndarray, high: np.ndarray,
