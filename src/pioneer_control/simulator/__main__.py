@@ -96,7 +96,7 @@ def compare_with(options: argparse.Namespace) -> int:
             lambda time, sentence: notes.append(Entry(time, 0, False, b"", sentence)))
         made = sorted(notes + play_client(recorded, lines), key=lambda entry: entry.time)
         for entry in made:
-            recording.put(*entry)
+            recording.put(entry)
         recording.close()
     except PioneerError as error:
         print("simulator: %s" % error, file=sys.stderr)

@@ -29,10 +29,11 @@ from typing import Any, List, Optional, Tuple
 
 import rospy
 import tf
-from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3
-from nav_msgs.msg import OccupancyGrid, Odometry
+from geometry_msgs.msg import (
+    Point, Pose, PoseArray, PoseWithCovariance, Quaternion, Twist, TwistWithCovariance, Vector3)
+from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Bool, ColorRGBA, String
+from std_msgs.msg import Bool, ColorRGBA, Header, String
 from std_srvs.srv import Trigger, TriggerResponse
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -135,14 +136,12 @@ class RobotTruth:
     def publish(self, now: rospy.Time) -> None:
         """Publish where the robot is."""
         with self._lock:
-            pose, velocity = self._firmware.true_pose, self._firmware.velocity
+            pose, (speed, turn_rate) = self._firmware.true_pose, self._firmware.velocity
             x, y, heading = self._firmware.hardware.odometry.origin
-        truth = Odometry()
-        truth.header.stamp, truth.header.frame_id = now, self._map_frame
-        truth.child_frame_id = self._base_frame
-        truth.pose.pose = pose_message(*pose)
-        truth.twist.twist.linear.x, truth.twist.twist.angular.z = velocity
-        self._ground_truth.publish(truth)
+        self._ground_truth.publish(Odometry(
+            header=Header(stamp=now, frame_id=self._map_frame), child_frame_id=self._base_frame,
+            pose=PoseWithCovariance(pose=pose_message(*pose)),
+            twist=TwistWithCovariance(twist=Twist(linear=Vector3(x=speed), angular=Vector3(z=turn_rate)))))
         self._tf.sendTransform((x, y, 0.0), quaternion_of(heading), now, self._odom_frame, self._map_frame)
 
     def _press(self, message: Bool) -> None:
@@ -166,15 +165,13 @@ class Node:
         server.watched = True
         self._frame = parameters.map_frame
         self._own_clock = parameters.speed != 1.0
-        self._period = PERIOD
-        if self._own_clock:
-            self._period = min(max(CLOCK_STEP / parameters.speed, CLOCK_PERIODS[0]), CLOCK_PERIODS[1])
+        clock_period = min(max(CLOCK_STEP / parameters.speed, CLOCK_PERIODS[0]), CLOCK_PERIODS[1])
+        self._period = clock_period if self._own_clock else PERIOD
         self._stop = threading.Event()
         self._cans_told: Optional[CanPlaces] = None
         self._epoch = time.time()
-        prefixes = [""]
-        if parameters.robots > 1:
-            prefixes = ["robot%d/" % number for number in range(1, parameters.robots + 1)]
+        robots = range(1, parameters.robots + 1)
+        prefixes = ["robot%d/" % number for number in robots] if parameters.robots > 1 else [""]
         self._names = [prefix.rstrip("/") or "the robot" for prefix in prefixes]
         self._truths = [
             RobotTruth(robot, prefix, parameters, server.lock) for robot, prefix in zip(simulation.robots, prefixes)]
@@ -232,9 +229,8 @@ class Node:
             rospy.loginfo("%s", sentence)
         if cans != self._cans_told:
             self._cans_told = cans
-            message = PoseArray(poses=[Pose(Point(*place), UP) for place in cans])
-            message.header.stamp, message.header.frame_id = now, self._frame
-            self._cans.publish(message)
+            self._cans.publish(PoseArray(
+                Header(stamp=now, frame_id=self._frame), [Pose(Point(*place), UP) for place in cans]))
         if self._markers.get_num_connections():
             with self._server.lock:
                 markers = moving_markers(self._simulation, self._frame)
@@ -270,15 +266,11 @@ def can_places(simulation: Simulation) -> CanPlaces:
 
 def map_message(world: World, frame: str) -> OccupancyGrid:
     """The world as a map."""
-    cells, origin = world.occupancy(MAP_RESOLUTION)
-    message = OccupancyGrid()
-    message.header.frame_id = frame
-    message.header.stamp = message.info.map_load_time = rospy.Time.now()
-    message.info.resolution = MAP_RESOLUTION
-    message.info.height, message.info.width = cells.shape
-    message.info.origin = pose_message(origin[0], origin[1], 0.0)
-    message.data = cells.reshape(-1).tolist()
-    return message
+    (cells, (x, y)), now = world.occupancy(MAP_RESOLUTION), rospy.Time.now()
+    return OccupancyGrid(
+        Header(stamp=now, frame_id=frame),
+        MapMetaData(now, MAP_RESOLUTION, cells.shape[1], cells.shape[0], pose_message(x, y, 0.0)),
+        cells.ravel().tolist())
 
 
 def world_markers(world: World, frame: str) -> MarkerArray:
@@ -296,11 +288,10 @@ def world_markers(world: World, frame: str) -> MarkerArray:
 
 def moving_markers(simulation: Simulation, frame: str) -> MarkerArray:
     """What moves: cans as cylinders, the paddles of each gripper as boxes, and the outline of each robot."""
-    markers = []
-    for number, (can, (x, y, z)) in enumerate(zip(simulation.world.cans, can_places(simulation))):
-        size = (2.0 * can.radius, 2.0 * can.radius, can.height)
-        markers.append(marker(frame, "can", number, Marker.CYLINDER, Pose(Point(x, y, z + can.height / 2.0), LEVEL),
-                              size))
+    markers = [
+        marker(frame, "can", number, Marker.CYLINDER, Pose(Point(x, y, z + can.height / 2.0), LEVEL),
+               (2.0 * can.radius, 2.0 * can.radius, can.height))
+        for number, (can, (x, y, z)) in enumerate(zip(simulation.world.cans, can_places(simulation)))]
     for number, robot in enumerate(simulation.robots):
         corners = [compose(robot.true_pose, (x, y, 0.0)) for x, y in robot.model.outline(False)]
         outline = marker(frame, "outline", number, Marker.LINE_STRIP, Pose(orientation=LEVEL), (0.01, 0.0, 0.0))
@@ -316,27 +307,21 @@ def paddle_markers(robot: Firmware, gripper: ParallelGripper, number: int, frame
     shape = gripper.shape
     ahead = robot.model.length_front + shape.paddle_start + shape.paddle_length / 2.0
     aside = (gripper.opening + shape.paddle_thickness) / 2.0
-    markers = []
-    for side in (0, 1):
-        x, y, heading = compose(robot.true_pose, (ahead, aside if side == 0 else -aside, 0.0))
-        pose = pose_message(x, y, heading)
-        pose.position.z = gripper.height + PADDLE_HEIGHT / 2.0
-        markers.append(marker(frame, "paddle", 2 * number + side, Marker.CUBE, pose,
-                              (shape.paddle_length, shape.paddle_thickness, PADDLE_HEIGHT)))
-    return markers
+    poses = [pose_message(*compose(robot.true_pose, (ahead, side, 0.0)), gripper.height + PADDLE_HEIGHT / 2.0)
+             for side in (aside, -aside)]
+    size = shape.paddle_length, shape.paddle_thickness, PADDLE_HEIGHT
+    return [marker(frame, "paddle", 2 * number + side, Marker.CUBE, pose, size) for side, pose in enumerate(poses)]
 
 
 def marker(frame: str, kind: str, number: int, shape: int, pose: Pose, size: Tuple[float, float, float]) -> Marker:
     """One marker; without a stamp, so that RViz takes the newest transform."""
-    result = Marker(ns=kind, id=number, type=shape, action=Marker.ADD, pose=pose, scale=Vector3(*size),
-                    color=COLOURS[kind])
-    result.header.frame_id = frame
-    return result
+    return Marker(header=Header(frame_id=frame), ns=kind, id=number, type=shape, action=Marker.ADD, pose=pose,
+                  scale=Vector3(*size), color=COLOURS[kind])
 
 
-def pose_message(x: float, y: float, heading: float) -> Pose:
-    """A pose on the floor."""
-    return Pose(Point(x, y, 0.0), Quaternion(*quaternion_of(heading)))
+def pose_message(x: float, y: float, heading: float, z: float = 0.0) -> Pose:
+    """A level pose; on the floor, unless `z` says how high (m)."""
+    return Pose(Point(x, y, z), Quaternion(*quaternion_of(heading)))
 
 
 if __name__ == "__main__":

@@ -51,11 +51,6 @@ class Kind(NamedTuple):
         """Whether it is a fault of the line, and so may be on one way only."""
         return self.act is None
 
-    @property
-    def needs_simulated_robot(self) -> bool:
-        """Whether a played robot cannot have it."""
-        return not self.on_line and self.name != "cable"
-
 
 def _radians_together(degrees: List[float]) -> float:
     """The sum in rad. Python 3.12 changed how `sum` rounds, so it is not used here."""
@@ -218,7 +213,8 @@ class Faults:
         if fault.robot is not None and fault.robot > len(self._links):
             raise ParameterError("fault '%s': there is no robot %d; there are 1 to %d"
                                  % (fault, fault.robot, len(self._links)))
-        if KINDS[fault.kind].needs_simulated_robot and any(link.firmware is None for link in self._links):
+        of_robot = not KINDS[fault.kind].on_line and fault.kind != "cable"
+        if of_robot and any(link.firmware is None for link in self._links):
             raise ParameterError("fault '%s': a played robot only says what the record has; its line can have faults"
                                  % str(fault))
         end_us = NEVER_US if math.isinf(fault.end) else now_us + round(fault.end * 1e6)

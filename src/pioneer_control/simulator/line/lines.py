@@ -10,10 +10,11 @@ import errno
 import fcntl
 import os
 import socket
-import stat
 import termios
 import tty
-from typing import Any, Deque, List, Optional, Tuple, Union
+from abc import ABC, abstractmethod
+from io import FileIO
+from typing import Any, Deque, List, Optional, Sequence, Tuple, Union
 
 from ...errors import PortError
 from ...p2os import BAUD_RATES
@@ -30,23 +31,58 @@ ISPEED, OSPEED = 4, 5
 BAUD_RATE_OF = {getattr(termios, "B%s" % baud): baud for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400)}
 """Speeds (baud) of terminals, by the numbers that stand for them. Another speed of the client garbles nothing."""
 
+TCP_PROBLEMS = {
+    errno.EADDRINUSE: "TCP port %(port)d is in use, perhaps by another simulator: stop that one, or choose another port"
+                      " (0 takes any free one)",
+    errno.EACCES: "TCP port %(port)d may not be opened by this user: choose one above 1023",
+}
+"""What is told of errors that users meet."""
 
-def _do_nothing(file: Any) -> None:
+
+def _do_nothing(file: Any) -> object:
     """Do nothing: no server waits for this line."""
 
 
-class _Line:
+class _Line(ABC):
     """What a TCP port and a pseudo-terminal have in common.
 
     Attributes:
         baud: speed of the robot's end; a TCP port has none, and does not use it.
+        plugged: whether the cable is in.
         opened, closing: told of each file to be waited on, when it is there and before it is closed.
         welcomed: told of each new client, where one can be told from the next.
     """
 
     def __init__(self, baud: int):
         self.baud = baud
+        self.plugged = False
         self.opened = self.closing = self.welcomed = _do_nothing
+
+    def plug(self, in_: bool) -> None:
+        """Pull the cable out, or put it back: `close`, or open again.
+
+        Raises:
+            PortError: another program has the port now, or the link cannot be made.
+        """
+        if not in_:
+            self.close()
+        elif not self.plugged:
+            self._open()
+            self.plugged = True
+            for file in self.files():
+                self.opened(file)
+
+    @abstractmethod
+    def files(self) -> Sequence[Any]:
+        """What to wait on for something to read."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Hang up, and give the port or the terminal back."""
+
+    @abstractmethod
+    def _open(self) -> None:
+        """Open the port or the terminal."""
 
 
 class TcpLine(_Line):
@@ -61,25 +97,19 @@ class TcpLine(_Line):
 
     def __init__(self, address: Union[int, str]):
         super().__init__(0)
-        self._listener = _listener(*host_and_port(address))
-        self.host, self.port = self._listener.getsockname()
-        self.url = "socket://%s:%d" % (self.host, self.port)
-        self._plugged = True
-        self._client: Optional[socket.socket] = None
+        self.host, self.port = host_and_port(address)
+        self.client: Optional[socket.socket] = None
         self._unsent: Deque[bytes] = collections.deque()
         self._finished = False
+        self.plug(True)
+        self.url = "socket://%s:%d" % (self.host, self.port)
 
     client_baud: Optional[int] = None
     """A TCP port has no speed."""
 
-    @property
-    def has_client(self) -> bool:
-        """Whether a client is connected."""
-        return self._client is not None
-
     def files(self) -> List[socket.socket]:
         """What to wait on for something to read."""
-        return [file for file in (self._listener if self._plugged else None, self._client) if file is not None]
+        return [file for file in (self._listener, self.client) if file is not None] if self.plugged else []
 
     def read(self, busy: bool) -> bytes:
         """What the client sent since the last call. When `busy` that is thrown away, and no client is welcome.
@@ -97,14 +127,14 @@ class TcpLine(_Line):
 
     def write(self, data: bytes) -> None:
         """Send to the client, if there is one. What it does not read in time is lost, oldest first."""
-        if self._client is None:
+        if self.client is None:
             return
         self._unsent.append(data)
         while sum(map(len, self._unsent)) > UNREAD_LIMIT and len(self._unsent) > 1:
             del self._unsent[1]     # the first may be half sent already
         try:
             while self._unsent:
-                self._unsent[0] = self._unsent[0][self._client.send(self._unsent[0]):]
+                self._unsent[0] = self._unsent[0][self.client.send(self._unsent[0]):]
                 if not self._unsent[0]:
                     self._unsent.popleft()
         except BlockingIOError:
@@ -116,26 +146,26 @@ class TcpLine(_Line):
         """The client has ended its session: another one is welcome, whether or not this one hangs up."""
         self._finished = True
 
-    def plug(self, in_: bool) -> None:
-        """Pull the cable out, which hangs up on the client and refuses others, or put it back.
-
-        Raises:
-            PortError: another program has the port now.
-        """
-        if not in_:
-            self.close()
-        elif not self._plugged:
-            self._listener = _listener(self.host, self.port)
-            self._plugged = True
-            self.opened(self._listener)
-
     def close(self) -> None:
-        """Hang up and give the port back."""
+        """Hang up and give the port back. Who connects now is refused."""
         self._dismiss()
-        if self._plugged:
-            self._plugged = False
+        if self.plugged:
+            self.plugged = False
             self.closing(self._listener)
             self._listener.close()
+
+    def _open(self) -> None:
+        self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self._listener.setblocking(False)
+        try:
+            self._listener.bind((self.host, self.port))
+            self._listener.listen(BACKLOG)
+        except OSError as error:
+            self._listener.close()
+            problem = TCP_PROBLEMS.get(error.errno or 0, "cannot open TCP port %(port)d of %(host)s: %(why)s")
+            raise PortError(problem % dict(port=self.port, host=self.host, why=error.strerror or error)) from error
+        self.host, self.port = self._listener.getsockname()
 
     def _welcome(self, busy: bool) -> bool:
         """Let the next client in, if there is one, or turn it away; whether it is in."""
@@ -150,7 +180,7 @@ class TcpLine(_Line):
         client.setblocking(False)
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD_LIMIT)
-        self._client = client
+        self.client = client
         self.opened(client)
         self.welcomed(client)
         return True
@@ -161,20 +191,20 @@ class TcpLine(_Line):
         Returns:
             None if they have not come yet; empty if none will: the client has hung up, or there is none.
         """
-        if self._client is None:
+        if self.client is None:
             return b""
         try:
-            return self._client.recv(CHUNK, flags)
+            return self.client.recv(CHUNK, flags)
         except BlockingIOError:
             return None
         except OSError:
             return b""
 
     def _dismiss(self) -> None:
-        if self._client is not None:
-            self.closing(self._client)
-            self._client.close()
-        self._client, self._finished = None, False
+        if self.client is not None:
+            self.closing(self.client)
+            self.client.close()
+        self.client, self._finished = None, False
         self._unsent.clear()
 
 
@@ -194,9 +224,11 @@ class PtyLine(_Line):
     def __init__(self, link: str, baud: int = 9600):
         super().__init__(baud)
         self.link = link
-        self._plugged = False
-        self._check_link()
-        self._open()
+        is_ours = os.path.islink(link) and (os.readlink(link).startswith("/dev/pts/") or not os.path.exists(link))
+        if os.path.lexists(link) and not is_ours:
+            raise PortError("%s exists and is not the link of a simulated robot: remove it or choose another path"
+                            % link)
+        self.plug(True)
 
     @property
     def client_baud(self) -> int:
@@ -210,67 +242,44 @@ class PtyLine(_Line):
         fcntl.ioctl(self._slave, termios.FIONREAD, count)
         return count[0]
 
-    def files(self) -> List[int]:
+    def files(self) -> List[FileIO]:
         """What to wait on for something to read."""
-        return [self._master] if self._plugged else []
+        return [self._master] if self.plugged else []
 
     def read(self, busy: bool) -> bytes:
         """What clients sent since the last call; thrown away when `busy`."""
-        if not self._plugged:
-            return b""
-        try:
-            data = os.read(self._master, CHUNK)
-        except BlockingIOError:
-            return b""
-        return b"" if busy else as_heard(data, self.client_baud, self.baud)
+        data = self._master.read(CHUNK) if self.plugged else None
+        return b"" if busy or not data else as_heard(data, self.client_baud, self.baud)
 
     def write(self, data: bytes) -> None:
         """Send to the clients that have the terminal open. What nobody has read is lost when it is too much."""
-        if not self._plugged:
-            return
-        data = as_heard(data, self.baud, self.client_baud)
-        if not data:
-            return
-        if self.unread > PTY_UNREAD_LIMIT:
-            termios.tcflush(self._slave, termios.TCIFLUSH)
-        try:
-            os.write(self._master, data)
-        except BlockingIOError:
-            termios.tcflush(self._slave, termios.TCIFLUSH)
+        if self.plugged:
+            if self.unread > PTY_UNREAD_LIMIT:
+                termios.tcflush(self._slave, termios.TCIFLUSH)
+            if self._master.write(as_heard(data, self.baud, self.client_baud)) is None:     # it is full
+                termios.tcflush(self._slave, termios.TCIFLUSH)
 
     def finish(self) -> None:
         """The client has ended its session. Nothing to do: nobody can tell one client from the next."""
 
-    def plug(self, in_: bool) -> None:
-        """Pull the cable out, as one pulls out a USB adapter: terminal and link are gone.
-
-        Or put it back: there is another terminal.
-        """
-        if in_ and not self._plugged:
-            self._open()
-            self.opened(self._master)
-        elif not in_:
-            self.close()
-
     def close(self) -> None:
-        """Remove the link, if it is still ours, and close the terminal."""
-        if not self._plugged:
-            return
-        self._plugged = False
-        if os.path.islink(self.link) and os.readlink(self.link) == self.device:
-            os.unlink(self.link)
-        self.closing(self._master)
-        self._close_files()
+        """Remove the link, if it is still ours, and close the terminal, as when one pulls out a USB adapter."""
+        if self.plugged:
+            self.plugged = False
+            if os.path.islink(self.link) and os.readlink(self.link) == self.device:
+                os.unlink(self.link)
+            self.closing(self._master)
+            self._close_files()
 
     def _open(self) -> None:
         # Our own hold on the client's end keeps the terminal raw and alive while clients come and go.
-        self._master, self._slave = os.openpty()
-        tty.setraw(self._slave)
+        self._master, self._slave = (FileIO(end, "r+") for end in os.openpty())
+        os.set_blocking(self._master.fileno(), False)
+        tty.setraw(self._slave.fileno())
         settings = termios.tcgetattr(self._slave)
         settings[ISPEED] = settings[OSPEED] = getattr(termios, "B%s" % self.baud)
         termios.tcsetattr(self._slave, termios.TCSANOW, settings)
-        os.set_blocking(self._master, False)
-        self.device = os.ttyname(self._slave)
+        self.device = os.ttyname(self._slave.fileno())
         try:
             if os.path.islink(self.link):
                 os.unlink(self.link)
@@ -278,23 +287,10 @@ class PtyLine(_Line):
         except OSError as error:
             self._close_files()
             raise PortError("cannot make the link %s: %s; choose another path" % (self.link, error.strerror)) from error
-        self._plugged = True
-
-    def _check_link(self) -> None:
-        try:
-            mode = os.lstat(self.link).st_mode
-        except FileNotFoundError:
-            return
-        except OSError as error:
-            raise PortError("cannot make the link %s: %s; choose another path" % (self.link, error.strerror)) from error
-        target = os.readlink(self.link) if stat.S_ISLNK(mode) else None
-        if target is None or not (target.startswith("/dev/pts/") or not os.path.exists(self.link)):
-            raise PortError("%s exists and is not the link of a simulated robot: remove it or choose another path"
-                            % self.link)
 
     def _close_files(self) -> None:
-        os.close(self._master)
-        os.close(self._slave)
+        self._master.close()
+        self._slave.close()
 
 
 ServedLine = Union[TcpLine, PtyLine]
@@ -310,30 +306,3 @@ def host_and_port(address: Union[int, str]) -> Tuple[str, int]:
     if not port.isdigit() or int(port) > 65535:
         raise PortError("%r is no TCP port: wanted 0 to 65535 (0 takes any free one), or host:port" % address)
     return host or "127.0.0.1", int(port)
-
-
-def _listener(host: str, port: int) -> socket.socket:
-    """A socket that listens at a port.
-
-    Raises:
-        PortError: it cannot be opened; says why.
-    """
-    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        listener.bind((host, port))
-        listener.listen(BACKLOG)
-    except OSError as error:
-        listener.close()
-        raise PortError(_why_not(host, port, error)) from error
-    listener.setblocking(False)
-    return listener
-
-
-def _why_not(host: str, port: int, error: OSError) -> str:
-    if error.errno == errno.EADDRINUSE:
-        return ("TCP port %d is in use, perhaps by another simulator: stop that one, or choose another port"
-                " (0 takes any free one)" % port)
-    if error.errno == errno.EACCES:
-        return "TCP port %s may not be opened by this user: choose one above 1023" % port
-    return "cannot open TCP port %s of %s: %s" % (port, host, error.strerror or error)

@@ -12,9 +12,11 @@ import functools
 import selectors
 import threading
 import time
+from dataclasses import dataclass, field
 from typing import Any, Callable, List, Optional, Sequence, Tuple, Union
 
 from ...errors import LinkError, ParameterError
+from ...p2os.recording import Entry
 from ..firmware.firmware import Firmware
 from ..firmware.robot_on_line import FirmwareState, RobotOnLine
 from .faults import Fault
@@ -37,49 +39,32 @@ SPEEDS = (0.01, 100.0)
 """Legal real-time factors."""
 
 
+@dataclass(eq=False)
 class Berth:
     """Where the clients of one robot connect.
 
     Attributes:
         number: of the robot (from 0).
         robot: the robot.
-        url: of its TCP port, None without one.
         pty_link: path of the link to its pseudo-terminal, None without one.
+        url: of its TCP port, None without one.
+        lines: those two, as far as they are there.
+        line: that of the present client, None before the first one.
+        heard: when that client was last heard (real s).
     """
 
-    def __init__(self, number: int, robot: RobotOnLine, tcp: Union[int, str, None], pty: Optional[str]):
-        self.number = number
-        self.robot = robot
-        self.url: Optional[str] = None
-        self.pty_link = pty
-        self.lines: List[ServedLine] = []
-        self.line: Optional[ServedLine] = None    # of the present client
-        self.heard = 0.0
-        if tcp is not None:
-            line = TcpLine(tcp)
-            self.lines.append(line)
-            self.url = line.url
-        if pty is not None:
-            try:
-                self.lines.append(PtyLine(pty, robot.baud))
-            except LinkError:
-                self.close()
-                raise
+    number: int
+    robot: RobotOnLine
+    pty_link: Optional[str]
+    url: Optional[str] = None
+    lines: List[ServedLine] = field(default_factory=list)
+    line: Optional[ServedLine] = None
+    heard: float = 0.0
 
     def busy_elsewhere(self, line: ServedLine, now: float) -> bool:
         """Whether a client on another line is in the middle of a session."""
         elsewhere = self.line is not None and self.line is not line
         return elsewhere and self.robot.session is not FirmwareState.WAITING and now - self.heard < PATIENCE
-
-    def plug(self, in_: bool) -> None:
-        """Pull the cables of all lines out, or put them back."""
-        for line in self.lines:
-            line.plug(in_)
-
-    def close(self) -> None:
-        """Close all lines."""
-        while self.lines:
-            self.lines.pop().close()
 
 
 class Server:
@@ -197,11 +182,16 @@ class Server:
     def _open_berths(self, tcp: Union[int, str, None], pty: Optional[str]) -> None:
         """Open the lines of all robots."""
         host, port = host_and_port(tcp) if tcp is not None else ("", 0)
-        several = len(self.simulation.robots) > 1
         for number, robot in enumerate(self.simulation.robots):
-            address = None if tcp is None else "%s:%d" % (host, port + number if port else 0)
-            link = "%s%d" % (pty, number + 1) if pty is not None and several else pty
-            self.berths.append(Berth(number, robot, address, link))
+            link = "%s%d" % (pty, number + 1) if pty is not None and len(self.simulation.robots) > 1 else pty
+            berth = Berth(number, robot, link)
+            self.berths.append(berth)
+            if tcp is not None:
+                line = TcpLine("%s:%d" % (host, port + number if port else 0))
+                berth.url = line.url
+                berth.lines.append(line)
+            if link is not None:
+                berth.lines.append(PtyLine(link, robot.baud))
 
     # -- its thread
 
@@ -220,8 +210,7 @@ class Server:
                     for key, _ in ready:
                         berth, line = key.data
                         self._serve(berth, line, now)
-                    if self._held_up:
-                        self._let_go()
+                    self._let_go()
         finally:
             self._close()
 
@@ -231,7 +220,7 @@ class Server:
         data = line.read(berth.busy_elsewhere(line, now))
         if data:
             berth.line, berth.heard = line, now
-            self._recording.put(self.simulation.time, berth.number + 1, True, data)
+            self._recording.put(Entry(self.simulation.time, berth.number + 1, True, data))
             self.simulation.send(berth.number, data, line.client_baud)
             # Before another client takes the place of this one:
             self._deliver(self.simulation.run_to(self.simulation.clock.now_us))
@@ -242,18 +231,18 @@ class Server:
 
     def _let_go(self) -> None:
         """Read again from the lines that have carried what was read from them."""
-        for berth, line in [each for each in self._held_up
-                            if self.simulation.backlog(each[0].number) <= LONGEST_BACKLOG]:
-            self._held_up.remove((berth, line))
-            for file in line.files():
-                line.opened(file)
+        for berth, line in self._held_up[:]:
+            if self.simulation.backlog(berth.number) <= LONGEST_BACKLOG:
+                self._held_up.remove((berth, line))
+                for file in line.files():
+                    line.opened(file)
 
     def _deliver(self, arrivals: Sequence[Arrival]) -> None:
         for arrival in arrivals:
             berth = self.berths[arrival.robot]
             if berth.line is not None:
                 berth.line.baud = arrival.baud or berth.robot.baud
-                self._recording.put(arrival.time_us * 1e-6, arrival.robot + 1, False, arrival.data)
+                self._recording.put(Entry(arrival.time_us * 1e-6, arrival.robot + 1, False, arrival.data))
                 berth.line.write(arrival.data)
         while self.simulation.ended:
             line = self.berths[self.simulation.ended.pop()].line
@@ -263,16 +252,14 @@ class Server:
     # -- what is waited for
 
     def _watch(self, berth: Berth, line: ServedLine) -> None:
-        def opened(file: Any) -> None:
-            self._selector.register(file, selectors.EVENT_READ, (berth, line))
-
         def welcomed(file: Any) -> None:
             if berth.robot.session is not FirmwareState.WAITING:
                 berth.robot.close_session()
 
-        line.opened, line.closing, line.welcomed = opened, self._unwatch, welcomed
+        line.opened = functools.partial(self._selector.register, events=selectors.EVENT_READ, data=(berth, line))
+        line.closing, line.welcomed = self._unwatch, welcomed
         for file in line.files():
-            opened(file)
+            line.opened(file)
 
     def _unwatch(self, file: Any) -> None:
         with contextlib.suppress(KeyError):     # a line that is held up is not watched
@@ -281,16 +268,17 @@ class Server:
     def _plug(self, berth: Berth, unplugged: bool) -> None:
         self._held_up = [each for each in self._held_up if each[0] is not berth]
         try:
-            berth.plug(not unplugged)
+            for line in berth.lines:
+                line.plug(not unplugged)
         except LinkError as error:
             self._tell(self.simulation.time, str(error))
 
     def _tell(self, time: float, sentence: str) -> None:
-        self._recording.note(time, sentence)
+        self._recording.put(Entry(time, 0, False, b"", sentence))
         self._say("%.3f s: %s" % (time, sentence))
 
     def _close(self) -> None:
-        for berth in self.berths:
-            berth.close()
+        for line in self._lines:
+            line.close()
         self._selector.close()
         self._recording.close()
