@@ -66,7 +66,7 @@ class Pioneer:
         self._prefix = namespace.rstrip("/") + "/" if namespace else ""
         self._speed = _number("speed", speed, "m/s", above=0)
         self._seed = int(time.time()) if seed is None else _whole("seed", seed)
-        self._begin_at, self._end_at, self._wanders = begin_at, end_at, 0
+        self._limits, self._wanders = {"begin_at": begin_at, "end_at": end_at}, 0
         self._leaving = False  # something was put down just before
         known = Heard(robot=RobotShape.of_model(find_model(model)), has_gripper=gripper) if model else Heard()
         self._commander = Commander(self._prefix)
@@ -129,7 +129,7 @@ class Pioneer:
         Raises:
             NoAnswerError: pose, sonar and robot_info have not all arrived yet.
         """
-        return self._reports.heard.snapshot(rospy.get_time(), self._reports.age)
+        return self._reports.heard.snapshot(rospy.get_time(), self._reports.heard.age(time.monotonic()))
 
     # Getting ready
 
@@ -240,8 +240,7 @@ class Pioneer:
         return end
 
     def _begin_wander(self, duration: float, stop_at_can: bool) -> Wandering:
-        given = {"begin_at": self._begin_at, "end_at": self._end_at}
-        limits = {name: stamps[self._wanders] for name, stamps in given.items() if self._wanders < len(stamps)}
+        limits = {name: stamps[self._wanders] for name, stamps in self._limits.items() if self._wanders < len(stamps)}
         self._wanders += 1
         self._reports.wait(lambda: self.pose and self.ranges and self._reports.heard.robot, LOOK_AGAIN)
         self.snapshot()
@@ -339,7 +338,7 @@ class Pioneer:
         if outcome is None:
             self._commander.move_gripper(GripCommand.STOP, LiftCommand.STOP)
             outcome = Outcome.TIMED_OUT
-            if self._reports.age > SILENCE:
+            if self._reports.heard.age(time.monotonic()) > SILENCE:
                 raise NoAnswerError("the gripper did not %s: %s" % (step.name, self._reports.why_motors_off()))
         rospy.loginfo("gripper, %s: %s", step.name, outcome.value)
         return outcome

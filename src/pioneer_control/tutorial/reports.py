@@ -58,14 +58,9 @@ class Reports:
             rospy.Subscriber(prefix + "robot_info", RobotInfo, self._hear_info, queue_size=1),
         ]
 
-    @property
-    def age(self) -> float:
-        """How old the oldest of pose and ranges is [s]."""
-        return self.heard.age(time.monotonic())
-
     def why_motors_off(self) -> str:
         """Why the motors are off, as far as the robot tells, and what to do."""
-        heard, age = self.heard, self.age
+        heard, age = self.heard, self.heard.age(time.monotonic())
         if age > LINK_LOST:
             return "the link to the robot is down, it told nothing for %.1f s. The driver's log says why" % age
         if heard.stop_button:
@@ -108,39 +103,38 @@ class Reports:
         """Whoever waits stops waiting. A signal handler may call it: it takes no lock."""
         self._ended = True
 
-    def _hear(self, **what: Any) -> None:
+    def _hear(self, sights: Iterable[Sight] = (), **what: Any) -> None:
+        """Take `what` a message tells, and the sights that it completes."""
         with self._news:
+            self.sights.extend((time.monotonic(), sight) for sight in sights)
             self.heard = self.heard._replace(**what)
             self._news.notify_all()
-
-    def _see(self, sights: Iterable[Sight]) -> None:
-        self.sights.extend((time.monotonic(), sight) for sight in sights)
 
     def _hear_pose(self, message: Odometry) -> None:
         position, turn = message.pose.pose.position, message.pose.pose.orientation
         pose = Pose(position.x, position.y, heading_of(turn.x, turn.y, turn.z, turn.w))
         now = time.monotonic()
         with self._news:
-            self._see(self._sights.hear_pose(message.header.stamp.to_nsec(), pose, rospy.Time.now().to_nsec()))
+            sights = self._sights.hear_pose(message.header.stamp.to_nsec(), pose, rospy.Time.now().to_nsec())
             driven, silence = self.heard.driven, self.heard.silence
             if self.heard.pose is not None:
                 step = math.hypot(pose.x - self.heard.pose.x, pose.y - self.heard.pose.y)
                 driven += step if step < NO_STEP else 0.0
                 silence = max(silence, now - self.heard.pose_time)
-            self._hear(pose=pose, pose_time=now, driven=driven, silence=silence)
+            self._hear(sights, pose=pose, pose_time=now, driven=driven, silence=silence)
 
     def _hear_sonar(self, message: SonarArray) -> None:
         ranges = tuple(message.ranges)
         with self._news:
-            self._see(self._sights.hear_sonar(message.header.stamp.to_nsec(), ranges))
-            self._hear(ranges=ranges, ranges_time=time.monotonic())
+            sights = self._sights.hear_sonar(message.header.stamp.to_nsec(), ranges)
+            self._hear(sights, ranges=ranges, ranges_time=time.monotonic())
 
     def _hear_stall(self, message: Stall) -> None:
         stalled = message.left or message.right
         with self._news:
-            self._see(self._sights.hear_stall(message.header.stamp.to_nsec(), stalled))
+            sights = self._sights.hear_stall(message.header.stamp.to_nsec(), stalled)
             begins = stalled and not self.heard.stalled and self.heard.motors
-            self._hear(stalled=stalled, stalls=self.heard.stalls + bool(begins))
+            self._hear(sights, stalled=stalled, stalls=self.heard.stalls + bool(begins))
 
     def _hear_gripper(self, message: GripperState) -> None:
         grip, lift = message.grip, message.lift
@@ -154,8 +148,7 @@ class Reports:
         self._hear(motors=motors, silence=0.0 if motors else self.heard.silence)
 
     def _hear_info(self, message: RobotInfo) -> None:
-        transducers = [
-            Transducer(number, pose.x, pose.y, pose.theta)
-            for number, pose in zip(message.sonar_numbers, message.sonar_poses)]
-        footprint = [(point.x, point.y) for point in message.footprint.points]
-        self._hear(has_gripper=message.has_gripper, robot=RobotShape(transducers, footprint))
+        self._hear(has_gripper=message.has_gripper, robot=RobotShape(
+            [Transducer(number, pose.x, pose.y, pose.theta)
+             for number, pose in zip(message.sonar_numbers, message.sonar_poses)],
+            [(point.x, point.y) for point in message.footprint.points]))

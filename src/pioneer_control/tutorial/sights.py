@@ -39,9 +39,8 @@ class _Stamped(NamedTuple):
 
     def is_after(self, other: "_Stamped") -> bool:
         """Was it measured after a message of another topic? That topic may have jumped back already, or not yet."""
-        if abs(self.stamp - other.stamp) < JUMP_BACK:
-            return self.stamp > other.stamp
-        return (self.jumps, self.stamp) > (other.jumps, other.stamp)
+        same_time = abs(self.stamp - other.stamp) < JUMP_BACK
+        return self.stamp > other.stamp if same_time else (self.jumps, self.stamp) > (other.jumps, other.stamp)
 
 
 class _Topic:

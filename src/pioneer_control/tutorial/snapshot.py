@@ -5,7 +5,6 @@ Everything is in metres, radians and seconds; x is forward, y left, headings cou
 """
 
 import math
-from functools import cached_property
 from typing import Iterable, NamedTuple, Optional, Tuple
 
 from ..errors import NoAnswerError
@@ -56,7 +55,19 @@ class Lift(NamedTuple):
 
 
 class RobotShape:
-    """What a robot is to its wander: where its sonars look, and how much room its body takes."""
+    """What a robot is to its wander: where its sonars look, and how much room its body takes.
+
+    Attributes:
+        transducers: the sonars that are fitted.
+        outline: of the whole robot.
+        sonar_count: how many ranges there must be, so that every transducer's number is the index of one.
+        axes: where each transducer looks, as (cosine, sine) of its heading.
+        front: the sonars that look ahead, from left to right: the tutorial's 1 to 6 on a robot with a full array.
+        middle: numbers of the two front sonars that look most straight ahead (the tutorial's 3 and 4), and of others
+            that look as straight ahead.
+        sees_ahead, sees_behind: whether sonars look at all of the strip straight ahead of the body or behind it, LOOK
+            away, but for gaps of BLIND_GAP.
+    """
 
     def __init__(self, transducers: Iterable[Transducer], footprint: Iterable[Point]):
         """Take the sonars and the footprint.
@@ -67,44 +78,20 @@ class RobotShape:
         """
         self.transducers = tuple(Transducer(*each) for each in transducers)
         self.outline = Outline(footprint)
+        self.sonar_count = 1 + max((each.number for each in self.transducers), default=-1)
+        self.axes = tuple((math.cos(each.heading), math.sin(each.heading)) for each in self.transducers)
+        ahead = (each for each in self.transducers if abs(each.heading) < FRONT)
+        self.front = tuple(sorted(ahead, key=lambda each: -each.heading))
+        aside = sorted(abs(each.heading) for each in self.front)
+        limit = aside[min(1, len(aside) - 1)] + 1e-6 if aside else 0.0
+        self.middle = tuple(each.number for each in self.front if abs(each.heading) <= limit)
+        self.sees_ahead = self._sees(1, self.outline.front + LOOK)
+        self.sees_behind = self._sees(-1, self.outline.rear + LOOK)
 
     @classmethod
     def of_model(cls, model: RobotModel) -> "RobotShape":
-        """The shape of a model. A gripper that it can carry is part of it: with too large an outline nothing is hit."""
+        """The shape of a model. It includes the gripper that the model can carry: too large an outline hits nothing."""
         return cls(model.sonar, model.outline(model.can_carry_gripper))
-
-    @cached_property
-    def sonar_count(self) -> int:
-        """How many ranges there must be, so that every transducer's number is the index of one."""
-        return 1 + max((each.number for each in self.transducers), default=-1)
-
-    @cached_property
-    def axes(self) -> Tuple[Tuple[float, float], ...]:
-        """Where each transducer looks, as (cosine, sine) of its heading."""
-        return tuple((math.cos(each.heading), math.sin(each.heading)) for each in self.transducers)
-
-    @cached_property
-    def front(self) -> Tuple[Transducer, ...]:
-        """The sonars that look ahead, from left to right: the tutorial's 1 to 6 on a robot with a full array."""
-        ahead = (each for each in self.transducers if abs(each.heading) < FRONT)
-        return tuple(sorted(ahead, key=lambda each: -each.heading))
-
-    @cached_property
-    def middle(self) -> Tuple[int, ...]:
-        """Numbers of the two front sonars that look most straight ahead (the tutorial's 3 and 4), and their equals."""
-        aside = sorted(abs(each.heading) for each in self.front)
-        limit = aside[min(1, len(aside) - 1)] + 1e-6 if aside else 0.0
-        return tuple(each.number for each in self.front if abs(each.heading) <= limit)
-
-    @cached_property
-    def sees_ahead(self) -> bool:
-        """Do sonars look at all of the strip straight ahead of the body, LOOK away, but for gaps of BLIND_GAP?"""
-        return self._sees(1, self.outline.front + LOOK)
-
-    @cached_property
-    def sees_behind(self) -> bool:
-        """Do sonars look at all of the strip straight behind the body, LOOK away, but for gaps of BLIND_GAP?"""
-        return self._sees(-1, self.outline.rear + LOOK)
 
     def _sees(self, direction: int, distance: float) -> bool:
         seen = (_seen(each, direction, distance) for each in self.transducers)

@@ -69,8 +69,8 @@ class Wandering:
         self.end = self._ended(sight.time, self._first + self._duration, heard)
         if self.end is not None:
             return None
-        here = heard._replace(pose=sight.pose, ranges=sight.ranges, stalled=sight.stalled)
-        move, self.memory = wander(here.snapshot(sight.time, sight.pose_age), self.memory)
+        heard = heard._replace(pose=sight.pose, ranges=sight.ranges, stalled=sight.stalled)
+        move, self.memory = wander(heard.snapshot(sight.time, sight.pose_age), self.memory)
         return move
 
     def _ended(self, time: float, until: float, heard: Heard) -> Optional[WanderEnd]:
