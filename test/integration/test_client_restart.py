@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 from faulty_link import Rig, Velocity, packets_in
 
 from pioneer_control.client.handshake import CLOSES
-from pioneer_control.robots import find_model, load_models
+from pioneer_control.robots import find_model, load_table
 from pioneer_control.robots.table import FAMILIES
 from pioneer_control.simulator.firmware import Firmware, FirmwareState
 from pioneer_control.simulator.world import World
@@ -21,7 +21,8 @@ STARTS = 40
 NEVER = 0.0          # m
 WATCHED = 3.5       # s after which the robot's watchdog has stopped it; it is open, and remembers its set points
 
-OLDEST_FIRST = [next(subtype for subtype, model in sorted(load_models().items()) if model.firmware_family == family)
+MODELS = sorted(load_table().models.items())
+OLDEST_FIRST = [next(subtype for subtype, model in MODELS if model.firmware_family == family)
                 for family in FAMILIES]
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from pioneer_control.client import Robot, Tuned, Tuning
 from pioneer_control.client.tuning import ROWS
-from pioneer_control.robots import find_model, load_models
+from pioneer_control.robots import find_model, load_table
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.world import World, load_world
 from pioneer_control.simulator.line import Server
@@ -143,7 +143,7 @@ def test_what_is_beyond_the_robots_top_is_reported_as_not_taken():
 
 
 @pytest.mark.parametrize(
-    "subtype", sorted({model.firmware_family: name for name, model in sorted(load_models().items())}.values()))
+    "subtype", sorted({model.firmware_family: name for name, model in sorted(load_table().models.items())}.values()))
 def test_each_family_of_firmware_takes_what_it_knows_and_no_other_hears_of_it(subtype):
     told = {name: value for name, (value, *_) in EFFECTS.items()}
     run = Rig(subtype, tuning=Tuning(**told))

@@ -22,7 +22,14 @@ def main(arguments: Optional[List[str]] = None) -> int:
 
     Returns the exit code: 0 printed, 1 no robot or no port, 2 a wrong argument or an unknown model.
     """
-    options = _parser().parse_args(arguments)
+    parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.client",
+                                     description="Say what robot is on a port. Nothing moves.")
+    parser.add_argument("port", metavar="PORT", help="/dev/ttyUSB0, the path of a pty, or socket://host:port")
+    parser.add_argument("--baud", type=int, default=9600,
+                        help="line speed of a serial port (default: %(default)s); the others follow")
+    parser.add_argument("--model", help="take it for this model, whatever it says it is")
+    parser.add_argument("--models-file", metavar="FILE", help="a models file that overrides or adds robot models")
+    options = parser.parse_args(arguments)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:
         with Robot(options.port, baud=options.baud, model=options.model, models_file=options.models_file) as robot:
@@ -99,17 +106,6 @@ def _gripper(state: RobotState) -> str:
 
 def _first_true(**states: bool) -> str:
     return next((name for name, so in states.items() if so), "in between")
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.client",
-                                     description="Say what robot is on a port. Nothing moves.")
-    parser.add_argument("port", metavar="PORT", help="/dev/ttyUSB0, the path of a pty, or socket://host:port")
-    parser.add_argument("--baud", type=int, default=9600,
-                        help="line speed of a serial port (default: %(default)s); the others follow")
-    parser.add_argument("--model", help="take it for this model, whatever it says it is")
-    parser.add_argument("--models-file", metavar="FILE", help="a models file that overrides or adds robot models")
-    return parser
 
 
 if __name__ == "__main__":

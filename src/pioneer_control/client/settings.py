@@ -6,7 +6,7 @@ from typing import FrozenSet, Optional
 
 from ..errors import ParameterError
 from ..p2os import BAUD_RATES
-from ..robots import find_model, load_models
+from ..robots import find_model, load_table
 from .tuning import Tuning
 
 
@@ -45,7 +45,7 @@ class Settings:
         if self.model is not None:
             find_model(self.model, self.models_file)
         elif self.models_file is not None:
-            load_models(self.models_file)
+            load_table(self.models_file)
 
 
 def _check(name: str, value: float, legal: bool, what: str) -> None:

@@ -17,30 +17,6 @@ def main(arguments: Optional[List[str]] = None) -> int:
         0 when all bytes were whole packets (a record says itself what is not), 1 when some were not, 2 when something
         was not hex.
     """
-    parser = _parser()
-    options = parser.parse_args(arguments)
-    try:
-        if options.record:
-            _print_record(options.record, options.long, not options.port_first)
-            return 0
-        data = parse_hex(sys.stdin.read() if not options.bytes and not sys.stdin.isatty() else " ".join(options.bytes))
-    except UsageError as error:
-        parser.error(str(error))
-    if not data:
-        parser.error("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")
-    print("\n".join(explain(data, not options.from_robot, not options.to_robot, not options.port_first)))
-    return 0 if not any(piece.wrong for piece in pieces(data)) else 1
-
-
-def _print_record(path: str, long: bool, grip_state_first: bool) -> None:
-    try:
-        for line in explain_record(read_record(path), long, grip_state_first):
-            print(line)
-    except BrokenPipeError:     # a reader such as `head` has seen enough; Python must not flush to it either
-        sys.stdout = open(os.devnull, "w")
-
-
-def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python3 -m pioneer_control.p2os", description="Explain bytes of the P2OS protocol, byte by byte.",
         epilog="Bytes may be written as FA FB 03, fafb03, 0xFA, 0xFB, 0x03 or \\xfa\\xfb\\x03; without any they are "
@@ -54,7 +30,22 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--record", metavar="FILE",
                         help="explain the record of a line that a simulated robot wrote, one line for each packet")
     parser.add_argument("--long", action="store_true", help="every packet of a record byte by byte")
-    return parser
+    options = parser.parse_args(arguments)
+    try:
+        if options.record:
+            for line in explain_record(read_record(options.record), options.long, not options.port_first):
+                print(line)
+            return 0
+        data = parse_hex(sys.stdin.read() if not options.bytes and not sys.stdin.isatty() else " ".join(options.bytes))
+    except UsageError as error:
+        parser.error(str(error))
+    except BrokenPipeError:     # a reader such as `head` has seen enough; Python must not flush to it either
+        sys.stdout = open(os.devnull, "w")
+        return 0
+    if not data:
+        parser.error("no bytes given; try: FA FB 06 0B 1B C8 00 D3 1B")
+    print("\n".join(explain(data, not options.from_robot, not options.to_robot, not options.port_first)))
+    return 0 if not any(piece.wrong for piece in pieces(data)) else 1
 
 
 if __name__ == "__main__":

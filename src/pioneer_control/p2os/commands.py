@@ -303,9 +303,8 @@ def _decode_argument(data: bytes, unsigned: bool) -> Union[None, int, bytes]:
     if len(data) < 3 or data[0] not in (POSITIVE, NEGATIVE):
         return None
     number = int.from_bytes(data[1:3], "little")
-    if data[0] == NEGATIVE:
-        return -number
-    return number - 0x10000 if number > INT_MAX and not unsigned else number
+    wraps = data[0] == POSITIVE and number > INT_MAX and not unsigned
+    return -number if data[0] == NEGATIVE else number - 0x10000 if wraps else number
 
 
 def two_bytes(value: int) -> Tuple[int, int]:

@@ -56,9 +56,7 @@ def checksum(body: bytes) -> int:
     """16-bit checksum of `body` (id and data): the sum of its big-endian words; an odd last byte is XORed to it."""
     even = len(body) & ~1
     total = (sum(body[0:even:2]) << 8) + sum(body[1:even:2])
-    if even < len(body):
-        total ^= body[-1]
-    return total & 0xFFFF
+    return (total ^ body[-1] if even < len(body) else total) & 0xFFFF
 
 
 def encode_frame(id: int, data: bytes = b"") -> bytes:
@@ -99,25 +97,11 @@ class FrameDecoder:
         return DecoderCounts(self._frames, self._discarded, self._bad_checksums, self._bad_counts)
 
     def feed(self, data: bytes) -> List[Frame]:
-        """The frames that `data`, following on all that was fed before, completes."""
-        self._held += data
-        return self._scan()
+        """The frames that `data`, following on all that was fed before, completes.
 
-    def drop_partial(self) -> List[Frame]:
-        """Give up the unfinished frame, because `PARTIAL_TIMEOUT` passed without a byte.
-
-        Returns:
-            Whole frames found among the bytes that were held for it. Nothing is held afterwards.
+        What cannot become a frame is dropped; an unfinished frame is kept.
         """
-        frames: List[Frame] = []
-        while self._held:
-            del self._held[0]
-            self._discarded += 1
-            frames += self._scan()
-        return frames
-
-    def _scan(self) -> List[Frame]:
-        """Deliver every whole frame, drop what cannot become one, keep an unfinished one."""
+        self._held += data
         held, at = self._held, 0
         frames: List[Frame] = []
         while at < len(held):
@@ -133,6 +117,19 @@ class FrameDecoder:
             at = end
         del held[:at]
         self._frames += len(frames)
+        return frames
+
+    def drop_partial(self) -> List[Frame]:
+        """Give up the unfinished frame, because `PARTIAL_TIMEOUT` passed without a byte.
+
+        Returns:
+            Whole frames found among the bytes that were held for it. Nothing is held afterwards.
+        """
+        frames: List[Frame] = []
+        while self._held:
+            del self._held[0]
+            self._discarded += 1
+            frames += self.feed(b"")
         return frames
 
     def _frame_end(self, at: int) -> Optional[int]:

@@ -40,8 +40,8 @@ def written(entry: Entry) -> str:
     """The line of an entry, without its end."""
     if entry.note:
         return "# %.6f %s" % (entry.time, entry.note)
-    way = ">" if entry.to_robot else "<"
-    return "%.6f %d %s %s" % (entry.time, entry.robot, way, entry.data.hex(" ").upper())
+    data = entry.data.hex(" ").upper()
+    return "%.6f %d %s %s" % (entry.time, entry.robot, ">" if entry.to_robot else "<", data)
 
 
 def entries(lines: Iterable[str]) -> Iterator[Entry]:
@@ -124,10 +124,9 @@ def explain_record(record: Iterable[Entry], long: bool = False, grip_state_first
             if long:
                 yield head.rstrip()
                 yield from explain_piece(piece, to_robot, not to_robot, grip_state_first)
-                continue
-            whole = piece.frame is not None and not piece.wrong
-            step = steps.name(robot, to_robot, piece.frame.id) if piece.frame is not None and whole else ""
-            yield head + (step or in_one_line(piece, to_robot, grip_state_first))
+            else:
+                step = steps.name(robot, to_robot, piece.frame.id) if piece.frame and not piece.wrong else ""
+                yield head + (step or in_one_line(piece, to_robot, grip_state_first))
 
     for time, robot, to_robot, data, note in record:
         for stream, (before, held) in list(streams.items()):

@@ -9,8 +9,8 @@ itself; a user's own file of the same form overrides any value of it. ``table`` 
 """
 
 from .model import ARRAY_SIZE, GripperShape, RobotModel, Transducer
-from .table import ModelTable, find_model, load_models, load_table
+from .table import ModelTable, find_model, load_table
 
 __all__ = [
-    "ARRAY_SIZE", "GripperShape", "ModelTable", "RobotModel", "Transducer", "find_model", "load_models", "load_table",
+    "ARRAY_SIZE", "GripperShape", "ModelTable", "RobotModel", "Transducer", "find_model", "load_table",
 ]

@@ -7,7 +7,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional
 
 from ..errors import UsageError
 from .model import RobotModel
-from .table import load_models
+from .table import load_table
 
 
 class Column(NamedTuple):
@@ -48,9 +48,8 @@ def main(arguments: Optional[List[str]] = None) -> int:
     parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.robots",
                                      description="Print all robot models as a table in Markdown.")
     parser.add_argument("file", metavar="FILE", nargs="?", help="a models file that overrides or adds models")
-    options = parser.parse_args(arguments)
     try:
-        print("\n".join(table(load_models(options.file))))
+        print("\n".join(table(load_table(parser.parse_args(arguments).file).models)))
     except UsageError as error:
         parser.error(str(error))
     return 0

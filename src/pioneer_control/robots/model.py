@@ -110,8 +110,8 @@ class RobotModel:
         if not gripper:
             return ((rear, -side), (front, -side), (front, side), (rear, side))
         tip, paddles = front + self.gripper.reach, min(self.gripper.width / 2, side)
-        jaws = ((front, -paddles), (tip, -paddles), (tip, paddles), (front, paddles))
-        return ((rear, -side), (front, -side), *jaws, (front, side), (rear, side))
+        return ((rear, -side), (front, -side), (front, -paddles), (tip, -paddles), (tip, paddles), (front, paddles),
+                (front, side), (rear, side))
 
     @functools.lru_cache(maxsize=None)
     def with_arrays(self, front: bool, rear: bool) -> "RobotModel":

@@ -4,7 +4,7 @@ import difflib
 import math
 import os
 from dataclasses import dataclass
-from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Iterator, NamedTuple, Optional, Tuple
 
 import yaml
 
@@ -117,11 +117,6 @@ def load_table(override_file: Optional[str] = None) -> ModelTable:
     return ModelTable(models, dict(content["aliases"]), excluded)
 
 
-def load_models(override_file: Optional[str] = None) -> Dict[str, RobotModel]:
-    """All models by subtype. Raises UsageError as `load_table` does."""
-    return load_table(override_file).models
-
-
 def find_model(subtype: str, override_file: Optional[str] = None) -> RobotModel:
     """The model of a subtype. Raises UnknownModelError as `ModelTable.find` and UsageError as `load_table`."""
     return load_table(override_file).find(subtype)
@@ -175,11 +170,12 @@ def _model(name: str, content: Dict[str, Dict[str, Any]], gripper: GripperShape,
     values = dict(DEFAULTS, **_resolved(name, content["models"], source))
     sonar = values.pop("sonar", ())
     fields = _converted(where, values, MODEL_KEYS)
-    transducers = _transducers(where, sonar, content["sonar_layouts"])
+    transducers = tuple(_transducers(where, sonar, content["sonar_layouts"]))
     return RobotModel(subtype=name, sonar=transducers, gripper=gripper, **fields)
 
 
-def _transducers(where: str, sonar: Any, layouts: Dict[str, Any]) -> Tuple[Transducer, ...]:
+def _transducers(where: str, sonar: Any, layouts: Dict[str, Any]) -> Iterator[Transducer]:
+    """The transducers of a model: ``sonar`` is what the file says of them, their poses or the name of a layout."""
     if isinstance(sonar, str):
         if sonar not in layouts:
             raise UsageError("%s: unknown sonar layout %r (known: %s)" % (where, sonar, ", ".join(layouts)))
@@ -187,15 +183,13 @@ def _transducers(where: str, sonar: Any, layouts: Dict[str, Any]) -> Tuple[Trans
     if not isinstance(sonar, list) or len(sonar) > MOST_TRANSDUCERS:
         raise UsageError("%s: sonar must name a layout or list at most %d poses, not %r"
                          % (where, MOST_TRANSDUCERS, sonar))
-    fitted = []
     for number, pose in enumerate(sonar):
         if pose is None:
             continue
         if not isinstance(pose, list) or len(pose) != 3:
             raise UsageError("%s: sonar %d must be [x_mm, y_mm, heading_deg] or null, not %r" % (where, number, pose))
         x_mm, y_mm, heading_deg = (_checked(where, "sonar %d" % number, value, Number(-1e5)) for value in pose)
-        fitted.append(Transducer(number, _metres(x_mm), _metres(y_mm), math.radians(heading_deg)))
-    return tuple(fitted)
+        yield Transducer(number, _metres(x_mm), _metres(y_mm), math.radians(heading_deg))
 
 
 def _converted(where: str, values: Dict[str, Any], keys: Dict[str, Key]) -> Dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import List, Optional
 
 from ..errors import PioneerError
 from ..p2os.recording import Entry, read_record
-from ..robots import find_model, load_models
+from ..robots import find_model, load_table
 from .hardware.robot_numbers import load_numbers
 from .line.faults import Fault, fault_of, load_faults, rows
 from .line.line_recorder import LineRecorder
@@ -163,7 +163,7 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="\n".join([
             "worlds: %s" % ", ".join(known_worlds()), "",
-            *textwrap.wrap("models: %s" % ", ".join(load_models()), 79, break_on_hyphens=False), "",
+            *textwrap.wrap("models: %s" % ", ".join(load_table().models), 79, break_on_hyphens=False), "",
             "faults, written as KIND [VALUE] [way to-robot|from-robot] [robot N] [from S] [to S], S in simulated"
             " seconds:",
             *("  %-17s %s" % (name + (" " + unit if unit else ""), meaning) for name, _, unit, meaning in rows())]),

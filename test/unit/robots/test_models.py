@@ -5,7 +5,7 @@ import math
 import pytest
 
 from pioneer_control.errors import UnknownModelError, UsageError
-from pioneer_control.robots import find_model, load_models, load_table
+from pioneer_control.robots import find_model, load_table
 
 # A sample of the vendor's parameter files, by hand: one row of each family.
 # subtype, family, front, rear, width (m), top speed (m/s), top rate (deg/s), units per turn, dist, vel, range, diff,
@@ -45,13 +45,13 @@ def test_a_model_has_the_values_of_its_row(row):
 
 
 def test_every_robot_loads_and_mappr_is_left_out_with_a_reason():
-    assert len(load_models()) == 49
+    assert len(load_table().models) == 49
     with pytest.raises(UnknownModelError, match="'mappr' is not supported: .*limits"):
         find_model("mappr")
 
 
 def test_every_model_is_physically_plausible():
-    for model in load_models().values():
+    for model in load_table().models.values():
         assert 0.2 < model.width < 1.5 and 0.1 < model.length_front < 1.0 and 0.1 < model.length_rear < 1.0
         assert model.angle_rad_per_unit == 2 * math.pi / model.angle_units_per_rev
         assert 0.15 < 2 / model.diff_rad_per_mm / 1000 < 0.7, "effective track of %s" % model.subtype
@@ -118,7 +118,8 @@ def test_the_gripper_is_in_metres_and_seconds():
 
 @pytest.mark.parametrize("family, first", [("ARCOS", True), ("AROS", True), ("P2OS", False), ("PSOS", False)])
 def test_the_order_of_the_gripper_byte_follows_the_firmware(family, first):
-    assert {model.grip_state_first for model in load_models().values() if model.firmware_family == family} == {first}
+    models = load_table().models.values()
+    assert {model.grip_state_first for model in models if model.firmware_family == family} == {first}
 
 
 @pytest.fixture
@@ -146,7 +147,7 @@ def test_the_wheel_radius_is_known_for_some_and_may_be_left_out(user_file):
             find_model("amigo-sh").wheel_radius) == (0.0975, 0.1075, None)
     assert find_model("amigo-sh", user_file("models: {amigo-sh: {wheel_radius_mm: 50}}")).wheel_radius == 0.05
     with pytest.raises(UsageError, match="wheel_radius_mm is -1"):
-        load_models(user_file("models: {amigo-sh: {wheel_radius_mm: -1}}"))
+        load_table(user_file("models: {amigo-sh: {wheel_radius_mm: -1}}"))
 
 
 def test_a_users_file_adds_models_and_gripper_measures(user_file):
@@ -184,10 +185,10 @@ def test_a_users_file_adds_models_and_gripper_measures(user_file):
 )
 def test_a_users_file_that_makes_no_sense_is_refused_by_name(user_file, text, message):
     with pytest.raises(UsageError, match=message) as refused:
-        load_models(user_file(text))
+        load_table(user_file(text))
     assert "mine.yaml" in str(refused.value)
 
 
 def test_a_users_file_that_is_not_there_is_named():
     with pytest.raises(UsageError, match="models file /nowhere/robots.yaml cannot be read: No such file"):
-        load_models("/nowhere/robots.yaml")
+        load_table("/nowhere/robots.yaml")

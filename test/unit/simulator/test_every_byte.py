@@ -12,7 +12,7 @@ import pytest
 
 from by_the_sheet import SIP_HEAD, bodies, command, decode, decode_all, framed
 
-from pioneer_control.robots import find_model, load_models
+from pioneer_control.robots import find_model, load_table
 from pioneer_control.simulator.hardware.accessories import JoystickState
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.hardware import load_numbers
@@ -320,7 +320,7 @@ def test_every_byte_has_its_meaning_and_is_true(name, gripper, gyro):
 
 
 def test_every_model_says_a_little_and_all_of_it_decodes():
-    for name in load_models():
+    for name in load_table().models:
         robot = robot_of(name, None, 0)
         stream = live(robot, 2.0, seed=2, look=lambda packet, robot: None)
         assert len(decode_all(stream, robot.model.firmware_family)) > 20

@@ -9,7 +9,7 @@ from robot_on_bench import Bench
 
 from pioneer_control import p2os
 from pioneer_control.errors import ParameterError
-from pioneer_control.robots import find_model, load_models
+from pioneer_control.robots import find_model, load_table
 from pioneer_control.simulator.firmware import Firmware, FirmwareState
 from pioneer_control.simulator.world import World
 
@@ -216,7 +216,7 @@ def test_a_sip_byte_by_byte():
     assert struct.unpack("<BBBBBHBhH", tail) == (0x11, 5, 0, 0xF0, 0, 130, 0, -200, 0)
 
 
-@pytest.mark.parametrize("name", sorted(load_models()))
+@pytest.mark.parametrize("name", sorted(load_table().models))
 def test_every_model_opens_and_streams(name):
     bench = Bench(name).open().send("CONFIG").send("VEL", 100).wait(1.0)
     told = [config.subtype for config in bench.of(p2os.Config)]
@@ -225,7 +225,7 @@ def test_every_model_opens_and_streams(name):
     assert bench.sip.left_velocity_units == pytest.approx(100 / find_model(name).vel_mm_s_per_unit, abs=0.6)
 
 
-@pytest.mark.parametrize("name", sorted(load_models()))
+@pytest.mark.parametrize("name", sorted(load_table().models))
 def test_every_model_at_its_fastest_fits_the_wire(name):
     bench = Bench(name).open().send("SETV", 9999).send("SETRV", 9999).send("SETA", 9999).send("SETRA", 9999)
     bench.send("VEL", 9999).send("RVEL", -9999).wait(1.9)

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from pioneer_control.errors import WorldError
-from pioneer_control.robots import find_model, load_models
+from pioneer_control.robots import find_model, load_table
 from pioneer_control.simulator.world import World, known_worlds, load_world
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "bench"))
@@ -174,7 +174,7 @@ def test_the_gallery_is_complete():
 def test_gallery_worlds_have_free_starts_for_every_robot(name):
     world = load_world(name)
     assert world.name == name
-    for model in load_models().values():
+    for model in load_table().models.values():
         for pose in world.starts:
             outline = placed(model.outline(gripper=model.can_carry_gripper), pose)
             assert not world.touches(outline), (model.subtype, pose)
