@@ -26,6 +26,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "src"))
 
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.world import World, load_world
+from pioneer_control.simulator.world.trigonometry import unit
 
 HALF_WIDTH, MAXIMUM = math.radians(12.5), 5.0
 PLACES, ROUNDS = 50, 20
@@ -54,6 +55,11 @@ def microseconds(function, arguments):
     return sorted(least)[len(least) // 2] * 1e6
 
 
+def look_from(ear, sensors):
+    """What some transducers at places and headings hear."""
+    return [ear.echo(x, y, to, unit(to - HALF_WIDTH), unit(to + HALF_WIDTH)) for x, y, to in sensors]
+
+
 def measure(world, model, rng):
     """One row of the table."""
     low_x, low_y, high_x, high_y = world.bounds
@@ -63,14 +69,14 @@ def measure(world, model, rng):
         cosine, sine = math.cos(heading), math.sin(heading)
         sensors = [(x + s.x * cosine - s.y * sine, y + s.x * sine + s.y * cosine, heading + s.heading)
                    for s in model.sonar[1:6]]
-        looks.append((*zip(*sensors), HALF_WIDTH, MAXIMUM))
+        looks.append((world.ear(HALF_WIDTH, MAXIMUM), sensors))
         outlines.append(([(x + px * cosine - py * sine, y + px * sine + py * cosine)
                           for px, py in model.outline(gripper=True)],))
     begin = time.perf_counter()
     for look in looks:
-        world.echoes(*look)
+        look_from(*look)
     first = (time.perf_counter() - begin) / PLACES * 1e6
-    return (first, microseconds(world.echoes, looks), microseconds(world.touches, outlines),
+    return (first, microseconds(look_from, looks), microseconds(world.touches, outlines),
             microseconds(world.clearance, [place[:2] for place in places]))
 
 

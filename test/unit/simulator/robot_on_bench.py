@@ -1,11 +1,21 @@
 """A simulated robot and the computer's end of its line, for tests: no thread, no clock."""
 
+import math
 from typing import List, Optional, Tuple
 
 from pioneer_control import p2os
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.world import World
+from pioneer_control.simulator.world.trigonometry import unit
+
+
+def heard(
+    world: World, x: float, y: float, heading: float, half_width: float = math.radians(12.5), maximum: float = 5.0,
+) -> float:
+    """What one sonar transducer hears."""
+    ear = world.ear(half_width, maximum)
+    return ear.echo(x, y, heading, unit(heading - half_width), unit(heading + half_width))
 
 
 class Bench:

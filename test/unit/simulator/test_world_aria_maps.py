@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from robot_on_bench import heard
 from pioneer_control.errors import WorldError
 from pioneer_control.simulator.world import load_world
 
@@ -83,8 +84,7 @@ def test_points_make_walls_where_there_are_no_lines(tmp_path):
     world = load_world(written(tmp_path, header + points))
     assert world.skipped == () and len(world.walls) == 8                # inside and outside
     for heading, expected in ((0.0, 3.0), (math.pi / 2, 2.0), (math.pi, 3.0), (-math.pi / 2, 2.0)):
-        (echo,) = world.echoes([3.0], [2.0], [heading], 0.2, 5.0)
-        assert echo == pytest.approx(expected, abs=0.101)
+        assert heard(world, 3.0, 2.0, heading, 0.2) == pytest.approx(expected, abs=0.101)
 
 
 def test_a_slanted_scan_is_one_wall_without_gaps(tmp_path):

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from robot_on_bench import heard
 from pioneer_control.errors import WorldError
 from pioneer_control.robots import find_model, load_table
 from pioneer_control.simulator.world import World, known_worlds, load_world
@@ -207,5 +208,4 @@ def test_tutorial_has_a_can_straight_ahead_with_a_clear_way_to_it():
     from_start = [((can.x - x) * ahead + (can.y - y) * aside, (can.y - y) * ahead - (can.x - x) * aside)
                   for can in world.cans]
     assert any(1.0 <= distance <= 1.5 and abs(offset) < 0.02 for distance, offset in from_start)
-    (echo,) = world.echoes([x], [y], [heading], math.radians(12.5), 5.0)
-    assert echo > 2.5
+    assert heard(world, x, y, heading) > 2.5

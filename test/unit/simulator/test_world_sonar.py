@@ -9,6 +9,7 @@ import random
 import numpy as np
 import pytest
 
+import robot_on_bench
 from pioneer_control.errors import UsageError
 from pioneer_control.simulator.world import Can, World
 
@@ -18,8 +19,7 @@ MAXIMUM = 5.0
 
 def heard(world, x=0.0, y=0.0, heading=0.0, half_width=HALF, maximum=MAXIMUM):
     """What one sensor hears."""
-    (echo,) = world.echoes([x], [y], [heading], half_width, maximum)
-    return echo
+    return robot_on_bench.heard(world, x, y, heading, half_width, maximum)
 
 
 def wall_at(distance, normal_deg, half_length=20.0):
@@ -136,9 +136,8 @@ def test_no_least_distance():
     assert heard(World("at the nose", walls=[(0.03, -1.0, 0.03, 1.0)])) == 0.03
 
 
-def test_empty_world_and_no_sensors():
+def test_empty_world():
     assert heard(World("empty")) == MAXIMUM
-    assert World("empty").echoes([], [], [], HALF, MAXIMUM) == []
 
 
 def test_cans_are_below_the_sonar():
@@ -178,9 +177,9 @@ def test_random_worlds_against_points_sampled_densely(seed):
     walls, posts = crowd(rng)
     half_width = math.radians(rng.choice([12.5, 12.5, 4.0, 45.0]))
     poses = [(rng.uniform(-3.0, 3.0), rng.uniform(-3.0, 3.0), rng.uniform(-7.0, 7.0)) for _ in range(4)]
-    echoes = World("crowd", walls, posts).echoes(*zip(*poses), half_width, MAXIMUM)
-    for pose, echo in zip(poses, echoes):
-        assert echo == pytest.approx(sampled_echo(walls, posts, *pose, half_width), abs=2e-3)
+    world = World("crowd", walls, posts)
+    for pose in poses:
+        assert heard(world, *pose, half_width) == pytest.approx(sampled_echo(walls, posts, *pose, half_width), abs=2e-3)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -195,17 +194,17 @@ def test_moving_and_turning_everything_changes_nothing(seed):
     poses = [(rng.uniform(-3.0, 3.0), rng.uniform(-3.0, 3.0), rng.uniform(-3.0, 3.0)) for _ in range(5)]
     there = World("there", [moved(*wall[:2]) + moved(*wall[2:]) for wall in walls],
                   [moved(x, y) + (r,) for x, y, r in posts])
-    expected = World("here", walls, posts).echoes(*zip(*poses), HALF, MAXIMUM)
-    echoes = there.echoes(*zip(*[moved(x, y) + (heading + turn,) for x, y, heading in poses]), HALF, MAXIMUM)
-    assert echoes == pytest.approx(expected, abs=1e-9)
+    here = World("here", walls, posts)
+    for x, y, heading in poses:
+        assert heard(there, *moved(x, y), heading + turn) == pytest.approx(heard(here, x, y, heading), abs=1e-9)
 
 
-def test_one_call_for_many_sensors_gives_the_very_bytes_of_many_calls():
+def test_a_world_that_was_heard_before_gives_the_very_bytes_of_a_new_one():
     rng = random.Random(5)
     walls = [[rng.uniform(-30.0, 30.0) for _ in range(4)] for _ in range(40)]
     world = World("large", walls, [(1.0, 1.0, 0.2)])
     poses = [(rng.uniform(-30.0, 30.0), rng.uniform(-30.0, 30.0), rng.uniform(-3.0, 3.0)) for _ in range(50)]
-    together = world.echoes(*zip(*poses), HALF, MAXIMUM)
+    together = [heard(world, *pose) for pose in poses]
     apart = [heard(World("large", walls, [(1.0, 1.0, 0.2)]), *pose) for pose in poses]
     assert together == apart
     assert min(apart) < MAXIMUM == max(apart)
@@ -221,6 +220,6 @@ def test_a_floor_without_end_takes_no_memory_where_nothing_is(walls, places):
     for metres in range(100):
         heard(world, y=float(metres))
     ear = world.ear(HALF, MAXIMUM)
-    assert len({id(earshot) for earshot in ear._earshots.values()}) == places
+    assert len({id(ear._earshot(0, metres)) for metres in range(100)}) == places
     assert world.clearance(0.0, 0.0) == (walls[0][0] if walls else math.inf)
-    assert (len(world._neighbourhoods) == 0) is (not walls)
+    assert (world._neighbourhood.cache_info().currsize == 0) is (not walls)

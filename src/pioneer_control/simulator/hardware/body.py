@@ -6,8 +6,7 @@ Metres and radians in the map frame; knows neither motors nor packets.
 from typing import List, Optional, Sequence, Tuple
 
 from ..world.crowd import Candidate
-from ..world.echoes import outline_candidates
-from ..world.geometry import Block, Point, Pose, outlines_meet
+from ..world.geometry import Block, Point, Pose, edges, outlines_meet
 from ..world.poses import along_arc, placed, relative
 from ..world.pushing import make_way
 from ..world.trigonometry import heading_unit, hypot
@@ -105,7 +104,8 @@ class Body:
     def candidates(self) -> List[Candidate]:
         """What sonar can hear of it, where it stands now."""
         if self._heard_at is not self.pose:
-            self._heard_at, self._candidates = self.pose, outline_candidates(placed(self._hull, self.pose))
+            self._heard_at = self.pose
+            self._candidates = [(0.0, *edge) for edge in edges(placed(self._hull, self.pose))]
         return self._candidates
 
     def is_close(self, pose: Pose, reach: float) -> bool:

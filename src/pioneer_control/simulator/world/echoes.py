@@ -5,9 +5,10 @@ edge, less than half a turn apart. Only ``+ - * / sqrt`` and comparisons decide 
 on every computer.
 """
 
+import functools
 import math
 import struct
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Protocol, Sequence
+from typing import Any, Callable, Iterable, Iterator, List, Optional, Protocol
 
 import numpy as np
 
@@ -53,14 +54,14 @@ class Ear:
         UsageError: for a wider cone.
     """
 
-    def __init__(self, world: Surroundings, half_width: float, maximum: float, slant: float):
+    def __init__(self, world: Surroundings, half_width: float, maximum: float, slant: float = math.inf):
         if not 0.0 < half_width <= math.pi / 4.0:
             raise UsageError("half_width %r rad: a sonar cone's must be above 0 and at most pi / 4" % half_width)
         self._world, self._maximum, self._slant = world, maximum, slant
         borders = [2.0 * math.pi / SECTORS * key for key in range(SECTORS)]
         self._rights = np.array([unit(border - half_width) for border in borders])
         self._lefts = np.array([unit(border + 2.0 * math.pi / SECTORS + half_width) for border in borders])
-        self._earshots: Dict[Point, Earshot] = {}
+        self._earshot = functools.lru_cache(MOST_SQUARES)(self._listen)
         nothing = Solids(np.empty((0, 4)), np.empty((0, 3)))
         # Where there is nothing, which is the same everywhere:
         self._silence = Earshot(nothing, 0.0, 0.0, 0.0, self._rights, self._lefts)
@@ -82,8 +83,7 @@ class Ear:
         Returns:
             The maximum where nothing is nearer, 0 inside a post.
         """
-        square = math.floor(x / SQUARE), math.floor(y / SQUARE)
-        earshot = self._earshots.get(square) or self._listen(*square)
+        earshot = self._earshot(math.floor(x / SQUARE), math.floor(y / SQUARE))
         number = math.floor(heading * SECTORS_PER_RADIAN) % SECTORS
         candidates = earshot.sectors[number]
         if candidates is None:
@@ -107,14 +107,10 @@ class Ear:
         return nearest
 
     def _listen(self, column: int, row: int) -> "Earshot":
-        """The `Earshot` of a square of floor, kept for the next time."""
-        if len(self._earshots) >= MOST_SQUARES:
-            self._earshots.clear()
+        """The `Earshot` of a square of floor."""
         x, y, spread = (column + 0.5) * SQUARE, (row + 0.5) * SQUARE, SQUARE * 0.7072
         solids = self._world.within(x, y, self._maximum + spread)
-        earshot = Earshot(solids, x, y, spread, self._rights, self._lefts) if len(solids) else self._silence
-        self._earshots[column, row] = earshot
-        return earshot
+        return Earshot(solids, x, y, spread, self._rights, self._lefts) if len(solids) else self._silence
 
 
 class Earshot:
@@ -160,16 +156,6 @@ def _audible(solids: Solids, x: float, y: float, spread: float, rights: Array, l
         inside = side * (edge_x * ends_y[0] - edge_y * ends_x[0]), side * (edge_x * ends_y[1] - edge_y * ends_x[1])
         audible &= np.maximum(*inside) >= -room
     return audible
-
-
-def outline_candidates(outline: Sequence[Point]) -> List[Candidate]:
-    """The edges of a polygon, in the order of its corners."""
-    candidates = []
-    for (x1, y1), (x2, y2) in zip(outline, [*outline[1:], outline[0]]):
-        along_x, along_y = x2 - x1, y2 - y1
-        length = math.sqrt(along_x * along_x + along_y * along_y)
-        candidates.append((0.0, x1, y1, along_x / length, along_y / length, length))
-    return candidates
 
 
 def echo(

@@ -21,6 +21,10 @@ TOUCH = 1e-5
 """Overlaps smaller than this (m) are contacts, not overlaps."""
 
 
+_NEXT_ROW = 1 << 32
+"""By how much the number of a square of floor is more than that of the square below: more than any floor is wide."""
+
+
 class Solids:
     """Walls and posts, laid out for fast questions: all that sonar sees and a body bumps into.
 
@@ -47,12 +51,10 @@ class Solids:
         yield from (self.some(slice(i, i + 1), slice(0)) for i in range(len(self.walls)))
         yield from (self.some(slice(0), slice(i, i + 1)) for i in range(len(self.posts)))
 
-    def bounds(self) -> Tuple[float, float, float, float]:
-        """Least x and y and greatest x and y of any of them, of which there is at least one."""
-        x, y, radius = self.posts.T
-        xs = np.concatenate((self.walls[:, 0], self.walls[:, 2], x - radius, x + radius))
-        ys = np.concatenate((self.walls[:, 1], self.walls[:, 3], y - radius, y + radius))
-        return float(xs.min()), float(ys.min()), float(xs.max()), float(ys.max())
+    def corners(self) -> Array:
+        """Points (k, 2) whose bounds are the bounds of all of them."""
+        middles, radii = self.posts[:, :2], self.posts[:, 2:]
+        return np.concatenate((self.walls[:, :2], self.walls[:, 2:], middles - radii, middles + radii))
 
     def within(self, x: float, y: float, reach: float) -> "Solids":
         """The walls and posts that come within `reach` of a point."""
@@ -89,12 +91,9 @@ class Solids:
         """
         for start_x, start_y, ux, uy, length in self.frames.T.tolist():
             to_x, to_y = start_x - x, start_y - y
-            low = to_x * ux + to_y * uy
-            if abs(to_x * uy - to_y * ux) <= radius and -length - radius <= low <= radius:
-                in_frame = [((px - start_x) * ux + (py - start_y) * uy, (py - start_y) * ux - (px - start_x) * uy)
-                            for px, py in outline]
-                if _crosses_axis(in_frame, length):
-                    return True
+            near = abs(to_x * uy - to_y * ux) <= radius and -length - radius <= to_x * ux + to_y * uy <= radius
+            if near and _crosses(outline, start_x, start_y, ux, uy, length):
+                return True
         return any(_meets_disc(outline, *post) for post in self.posts.tolist())
 
 
@@ -109,58 +108,35 @@ class Finder:
     """Finds the few solids round a point among many: they are listed by squares of floor, once.
 
     Each is listed by points so dense that none of its own is farther than a quarter of a square's side from the next
-    of them.
+    of them: a post by its middle, for no post is wider than half a side.
     """
 
     def __init__(self, solids: Solids):
         self._solids = solids
-        lengths = solids.frames[4]
-        self._side = max(2.0, float(lengths.max(initial=0.0)) * len(lengths) / 1e6)  # a few million points at most
-        owners, x, y = [np.concatenate(parts) for parts in zip(self._points_of_walls(), self._points_of_posts())]
-        columns, rows = np.floor(x / self._side).astype(np.int64), np.floor(y / self._side).astype(np.int64)
-        self._low = (int(columns.min(initial=0)), int(rows.min(initial=0)))
-        self._high = (int(columns.max(initial=0)), int(rows.max(initial=0)))
-        squares = self._number(columns, rows)
-        order = np.argsort(squares, kind="stable")
-        self._squares, self._owners = squares[order], owners[order]
+        lengths, (post_x, post_y, radii) = solids.frames[4], solids.posts.T
+        dense_enough = lengths.max(initial=0.0) * len(lengths) / 1e6     # a few million points at most
+        self._side = float(max(2.0, dense_enough, 4.0 * radii.max(initial=0.0)))
+        steps = np.ceil(lengths / (self._side / 2.0)).astype(int)
+        of_wall = np.repeat(np.arange(len(steps)), steps + 1)
+        share = (np.arange(len(of_wall)) - (np.cumsum(steps + 1) - steps - 1)[of_wall]) / steps[of_wall]
+        x1, y1, x2, y2 = solids.walls[of_wall].T
+        columns = np.floor(np.concatenate((x1 + (x2 - x1) * share, post_x)) / self._side).astype(np.int64)
+        rows = np.floor(np.concatenate((y1 + (y2 - y1) * share, post_y)) / self._side).astype(np.int64)
+        order = np.argsort(rows * _NEXT_ROW + columns, kind="stable")
+        self._squares = (rows * _NEXT_ROW + columns)[order]
+        self._owners = np.concatenate((of_wall, np.arange(len(lengths), len(solids))))[order]
 
     def within(self, x: float, y: float, reach: float) -> Solids:
         """The solids that come within `reach` of a point."""
         wide = reach + self._side / 4.0
-        (low_column, high_column), (low_row, high_row) = [
-            (max(low, math.floor((at - wide) / self._side)), min(high, math.floor((at + wide) / self._side)))
-            for at, low, high in zip((x, y), self._low, self._high)
-        ]
-        rows = np.arange(low_row, high_row + 1)
-        begins: Array = np.searchsorted(self._squares, self._number(low_column, rows))
-        ends: Array = np.searchsorted(self._squares, self._number(high_column, rows), side="right")
-        owners = [self._owners[begin:end] for begin, end in zip(begins.tolist(), ends.tolist())]
-        found = np.unique(np.concatenate(owners)) if owners and low_column <= high_column else np.empty(0, dtype=int)
+        left, right, low, high = [math.floor(at / self._side) for at in (x - wide, x + wide, y - wide, y + wide)]
+        rows = np.arange(low, high + 1) * _NEXT_ROW
+        begins: Array = np.searchsorted(self._squares, rows + left)
+        ends: Array = np.searchsorted(self._squares, rows + right, side="right")
+        found = np.unique(np.concatenate(
+            [self._owners[begin:end] for begin, end in zip(begins.tolist(), ends.tolist())]))
         walls = len(self._solids.walls)
         return self._solids.some(found[found < walls], found[found >= walls] - walls).within(x, y, reach)
-
-    def _number(self, column: Any, row: Any) -> Any:
-        """Numbers of squares, row by row, from their columns and rows: numbers or arrays of them."""
-        return (row - self._low[1]) * (self._high[0] - self._low[0] + 1) + column - self._low[0]
-
-    def _points_of_walls(self) -> Tuple[Array, Array, Array]:
-        """Number of the solid, x and y of every point."""
-        steps = np.ceil(self._solids.frames[4] / (self._side / 2.0)).astype(int)
-        owners = np.repeat(np.arange(len(steps)), steps + 1)
-        first = np.cumsum(steps + 1) - (steps + 1)
-        share = (np.arange(len(owners)) - first[owners]) / steps[owners]
-        x1, y1, x2, y2 = self._solids.walls[owners].T
-        return owners, x1 + (x2 - x1) * share, y1 + (y2 - y1) * share
-
-    def _points_of_posts(self) -> Tuple[Array, Array, Array]:
-        """The same: of a small post its middle, of a large one a lattice over it."""
-        points = []
-        for owner, (x, y, radius) in enumerate(self._solids.posts.tolist(), len(self._solids.walls)):
-            reach = math.ceil(radius / (0.35 * self._side)) if radius > self._side / 4.0 else 0
-            steps = [radius * step / reach for step in range(-reach, reach + 1)] if reach else [0.0]
-            points += [(owner, x + right, y + up) for right in steps for up in steps]
-        columns = np.array(points).reshape(-1, 3).T
-        return columns[0].astype(int), columns[1], columns[2]
 
 
 class Block(NamedTuple):
@@ -196,20 +172,24 @@ class Block(NamedTuple):
         return min(ways_out, key=lambda way: way[0])[1]
 
 
-def outlines_meet(first: Sequence[Point], second: Sequence[Point]) -> bool:
-    """Whether two polygons share a point, also when one is wholly inside the other."""
-    return _edge_inside(first, second) or _edge_inside(second, first)
-
-
-def _edge_inside(outline: Sequence[Point], other: Sequence[Point]) -> bool:
-    """Whether an edge of the other polygon has a point inside the first."""
-    for (x1, y1), (x2, y2) in zip(other, [*other[1:], other[0]]):
+def edges(outline: Sequence[Point]) -> Iterator[Tuple[float, float, float, float, float]]:
+    """Of each edge of a polygon its start, unit vector and length."""
+    for (x1, y1), (x2, y2) in zip(outline, [*outline[1:], outline[0]]):
         along_x, along_y = x2 - x1, y2 - y1
         length = hypot(along_x, along_y)
-        ux, uy = along_x / length, along_y / length
-        if _crosses_axis([((x - x1) * ux + (y - y1) * uy, (y - y1) * ux - (x - x1) * uy) for x, y in outline], length):
-            return True
-    return False
+        yield x1, y1, along_x / length, along_y / length, length
+
+
+def outlines_meet(first: Sequence[Point], second: Sequence[Point]) -> bool:
+    """Whether two polygons share a point, also when one is wholly inside the other."""
+    return (any(_crosses(first, *edge) for edge in edges(second))
+            or any(_crosses(second, *edge) for edge in edges(first)))
+
+
+def _crosses(outline: Sequence[Point], start_x: float, start_y: float, ux: float, uy: float, length: float) -> bool:
+    """Whether a polygon has a point of a segment inside."""
+    return _crosses_axis([((x - start_x) * ux + (y - start_y) * uy, (y - start_y) * ux - (x - start_x) * uy)
+                          for x, y in outline], length)
 
 
 def _crosses_axis(outline: List[Point], length: float) -> bool:

@@ -3,9 +3,10 @@
 A world knows nothing of robots' models or packets. Metres, radians, map frame (x and y of REP 103).
 """
 
+import functools
 import math
 from dataclasses import dataclass
-from typing import Dict, List, Mapping, Optional, Protocol, Sequence, Tuple
+from typing import List, Mapping, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from .crowd import Crowd
 from .echoes import Ear
 from .geometry import Array, Finder, Point, Pose, Solids
 from .grids import flood
-from .trigonometry import hypot, unit
+from .trigonometry import hypot
 
 SONAR_PLANE = 0.17
 """Height of the sonar above the floor (m): what is lower is not seen."""
@@ -104,14 +105,14 @@ class World:
                     raise WorldError("world %s: %s %s has radius %g; must be above 0" % (name, kind, number, radius))
         self._solids = Solids(self.walls, self.posts)
         self._finder = Finder(self._solids)
-        self._ears: Dict[Tuple[float, float, float], Ear] = {}
-        self._neighbourhoods: Dict[Tuple[float, int, int], Solids] = {}
+        self._neighbourhood = functools.lru_cache(_KEPT_NEIGHBOURHOODS)(self._find)
+        self.ear = functools.lru_cache(maxsize=None)(functools.partial(Ear, self))
+        """What hears in this world for transducers of a kind, the same for all of that kind: see `Ear`."""
         self.crowd = Crowd()
         """The bodies of the robots of one `Simulation`, in each other's way."""
         places = [(x, y) for x, y, _ in (*self.starts, *self.docks, *self.goals.values())]
-        points = [place + place for place in places + [(can.x, can.y) for can in self.cans]]
-        boxes = np.array(points + ([self._solids.bounds()] if len(self._solids) else []))
-        (low_x, low_y), (high_x, high_y) = boxes[:, :2].min(axis=0).tolist(), boxes[:, 2:].max(axis=0).tolist()
+        corners = np.vstack((self._solids.corners(), places + [(can.x, can.y) for can in self.cans]))
+        (low_x, low_y), (high_x, high_y) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
         self.bounds: Tuple[float, float, float, float] = (low_x, low_y, high_x, high_y)
         """Least x and y, greatest x and y of everything."""
 
@@ -128,20 +129,6 @@ class World:
             self.goals,
             self.skipped)
 
-    def ear(self, half_width: float, maximum: float, slant: float = math.inf) -> Ear:
-        """What hears in this world for transducers of a kind, the same for all of that kind; see `Ear`."""
-        kind = half_width, maximum, slant
-        if kind not in self._ears:
-            self._ears[kind] = Ear(self, *kind)
-        return self._ears[kind]
-
-    def echoes(
-        self, xs: Sequence[float], ys: Sequence[float], headings: Sequence[float], half_width: float, maximum: float,
-    ) -> List[float]:
-        """What several transducers hear: distances, `maximum` where nothing is nearer. `headings` are in rad."""
-        ear = self.ear(half_width, maximum)
-        return [ear.echo(x, y, to, unit(to - half_width), unit(to + half_width)) for x, y, to in zip(xs, ys, headings)]
-
     def touches(self, outline_xy: Sequence[Point]) -> bool:
         """Whether a body overlaps any wall or post, also one that is wholly inside it. Cans give way and do not count.
 
@@ -155,10 +142,7 @@ class World:
     def clearance(self, x: float, y: float) -> float:
         """Distance from a point to the nearest wall or post: infinite where there is none, 0 inside a post."""
         close = self._near(x, y, _CLOSE).nearest(x, y)
-        if close <= _CLOSE:
-            return close
-        walls, posts = self._solids.distances(np.array(x), np.array(y))
-        return float(min(np.min(walls, initial=math.inf), np.min(posts, initial=math.inf)))
+        return close if close <= _CLOSE else self._solids.nearest(x, y)
 
     def clearances(self, column_x: Array, row_y: Array, limit: float = math.inf) -> Array:
         """Clearance at every crossing of a grid: (rows, columns), `limit` where it is more.
@@ -169,7 +153,8 @@ class World:
         """
         grid = np.full((len(row_y), len(column_x)), limit)
         for solid in self._solids.each():
-            low_x, low_y, high_x, high_y = solid.bounds()
+            corners = solid.corners()
+            (low_x, low_y), (high_x, high_y) = corners.min(axis=0), corners.max(axis=0)
             columns = slice(*np.searchsorted(column_x, (low_x - limit, high_x + limit)))
             rows = slice(*np.searchsorted(row_y, (low_y - limit, high_y + limit)))
             for distances in solid.distances(column_x[None, columns], row_y[rows, None]):
@@ -213,15 +198,12 @@ class World:
         """At least every solid within `reach` of a point, found once for each small square of floor and kept."""
         if not len(self._solids):   # an endless floor
             return self._solids
-        reach = math.ceil(reach)    # a few sizes only, so that squares are shared
-        square = (reach, math.floor(x / _SIDE), math.floor(y / _SIDE))
-        solids = self._neighbourhoods.get(square)
-        if solids is None:
-            if len(self._neighbourhoods) >= _KEPT_NEIGHBOURHOODS:
-                self._neighbourhoods.clear()
-            solids = self.within((square[1] + 0.5) * _SIDE, (square[2] + 0.5) * _SIDE, reach + 0.7072 * _SIDE)
-            self._neighbourhoods[square] = solids
-        return solids
+        # of a few sizes only, so that squares are shared
+        return self._neighbourhood(math.floor(x / _SIDE), math.floor(y / _SIDE), math.ceil(reach))
+
+    def _find(self, column: int, row: int, reach: int) -> Solids:
+        """Every solid within `reach` of a square of floor."""
+        return self.within((column + 0.5) * _SIDE, (row + 0.5) * _SIDE, reach + 0.7072 * _SIDE)
 
 
 def _middle(xs: Sequence[float], ys: Sequence[float]) -> Tuple[float, float, float]:
