@@ -12,13 +12,14 @@ from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tupl
 import numpy as np
 
 from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, heading_of
-from .recorded_run import (ERROR, WARNING, GripperEvent, Map, RecordedDecision, Report, Series, Span, Track,
-                           Velocities)
+from .recorded_run import ERROR, WARNING, GripperEvent, Map, Report, Series, Span, Track, Velocities
 
 ROWS = 1 << 16
 """Rows that one thing keeps at most."""
 TEXTS = 1000
-"""Faults, cans, and gaps of a topic, kept at most."""
+"""Faults, cans, and gaps of a topic, kept at most; of gaps up to twice as many."""
+SPANS = 10000
+"""Spans of time of one kind that are always kept; where they are twice as many, the longest stay."""
 FARTHEST = 1e9  # m: what is beyond, or no number, is damage
 CHANGE_OF_PLACE = (0.01, 0.01, math.radians(1.0))  # m, m, rad: less is the same place
 CHANGE_OF_CAN = (0.002, 0.002, 0.002)  # m: x, y, height
@@ -245,6 +246,13 @@ def told_of(info: Any) -> Dict[str, Any]:
     return dict(model=info.subtype, footprint=np.array(outline).reshape(-1, 2), transducers=looks)
 
 
+def _longest(spans: List[Span], most: int) -> List[Span]:
+    """The spans; where they are more than twice as many as `most`, the longest of them, in order of time."""
+    if len(spans) <= 2 * most:
+        return spans
+    return sorted(heapq.nlargest(most, spans, key=lambda span: span.end - span.begin))
+
+
 class SpanCollector:
     """Spans of time in which words of a message are not empty: each lasts until the words change.
 
@@ -268,8 +276,8 @@ class SpanCollector:
         if what and what != self._what:
             self.spans.append(Span(time, time, what))
         self._what = what
-        if len(self.spans) > 2 * TEXTS:    # the longest ones stay
-            self.spans = sorted(heapq.nlargest(TEXTS, self.spans, key=lambda span: span.end - span.begin))
+        if len(self.spans) > 2 * SPANS:
+            self.spans = _longest(self.spans, SPANS)
             self._what = ""
 
 
@@ -286,26 +294,22 @@ def pressed(message: Any) -> str:
     return "; ".join("%s %s" % (name, ", ".join(segments)) for name, segments in parts.items() if segments)
 
 
-class DecisionCollector:
-    """What a program decided: where its reason changes, and the first and the last of each wander.
+def doing(message: Any) -> str:
+    """What a Decision is about: the first word of its reason, "driving", "turning", ..."""
+    return message.reason.replace(":", " ").partition(" ")[0] or "no reason"
 
-    Attributes:
-        decisions: in order of time.
-    """
 
-    def __init__(self) -> None:
-        self.decisions: List[RecordedDecision] = []
-        self._repeats = False   # the last one repeats the one before
+class DecisionCollector(SpanCollector):
+    """Spans of what a program decided: a decision holds until the next one of its wander."""
+
+    _wander = 0
 
     def add(self, time: float, message: Any) -> None:
         """Take in a message that came at a time (s)."""
-        decision = RecordedDecision(time, message.wander, message.reason)
-        if self._repeats and self.decisions[-1].wander == decision.wander:
-            self.decisions.pop()    # it is not the last of its wander
-        self._repeats = bool(self.decisions) and self.decisions[-1]._replace(time=time) == decision
-        self.decisions.append(decision)
-        if len(self.decisions) > 10 * TEXTS:
-            self.decisions = self.decisions[::2]
+        if message.wander != self._wander:
+            self._what = ""     # what the wander before was about has ended with it
+        self._wander = message.wander
+        super().add(time, message)
 
 
 class ReportCollector:
@@ -360,27 +364,23 @@ class SilenceCollector:
     def __init__(self) -> None:
         self._last: Optional[float] = None
         self._periods = Sampled(1)
-        self._silences: List[Tuple[float, float, float]] = []   # the longest: length, begin, end
+        self._silences: List[Span] = []     # the longest
 
     def add(self, time: float, _: Any = None) -> None:
         """Take in the time (s) of a message."""
         if self._last is not None:
             self._periods.keep(time - self._last)
             if time - self._last > SHORTEST_GAP:
-                self._keep(self._last, time)
+                self._silences = _longest([*self._silences, Span(self._last, time, "")], TEXTS)
         self._last = time
-
-    def _keep(self, begin: float, end: float) -> None:
-        keep = heapq.heappush if len(self._silences) < TEXTS else heapq.heappushpop
-        keep(self._silences, (end - begin, begin, end))
 
     def gaps(self, topic: str, end: float) -> List[Span]:
         """Gaps of this topic until the recording's end (s)."""
         if self._last is None or len(self._periods.rows) < FEWEST:
             return []
-        self._keep(self._last, end)
         most = max(SHORTEST_GAP, SILENCE * float(np.median(np.array(self._periods.rows))))
-        return sorted(Span(begin, end, topic) for length, begin, end in self._silences if length > most)
+        return [Span(begin, until, topic) for begin, until, _ in [*self._silences, Span(self._last, end, "")]
+                if until - begin > most]
 
 
 def is_plausible(*values: float) -> bool:

@@ -88,14 +88,6 @@ class Report(NamedTuple):
     what: str
 
 
-class RecordedDecision(NamedTuple):
-    """What a wandering program decided at a time (s), and why."""
-
-    time: float
-    wander: int
-    reason: str
-
-
 class GripperEvent(NamedTuple):
     """Something the paddles did: time in s, and "picked up", "put down" or "closed on nothing"."""
 
@@ -153,7 +145,7 @@ class Run(NamedTuple):
     bumps: Tuple[Span, ...] = ()
     faults: Tuple[Report, ...] = ()  # of this robot, and of nodes that belong to no robot
     gaps: Tuple[Span, ...] = ()  # a topic that should not be silent was; what: its name
-    decisions: Tuple[RecordedDecision, ...] = ()  # where their reason changes
+    doings: Tuple[Span, ...] = ()  # what a wandering program was about: "driving", "turning"
     notes: str = ""  # how the recording describes itself (YAML)
     damage: str = ""  # what of the bag could not be read; empty when all was
 

@@ -11,7 +11,7 @@ from typing import Any, Callable, Counter, DefaultDict, Dict, List, NamedTuple, 
 import numpy as np
 
 from .collectors import (CHANGE_OF_SPEED, CanCollector, DecisionCollector, EchoCollector, LastCollector,
-                         OdometryCollector, ReportCollector, SilenceCollector, SpanCollector, Thinned, changes,
+                         OdometryCollector, ReportCollector, SilenceCollector, SpanCollector, Thinned, changes, doing,
                          grip_of, gripper_events, map_of, pressed, speed_of, stalled, told_of)
 from .reader import BagReader, BagConnection, decode, message_class, plural, read_bag
 from .records import BagError
@@ -48,7 +48,7 @@ TOPICS: Dict[str, Topic] = {
     "e_stop": Topic("Bool", lambda: Thinned(lambda message: [message.data], SWITCHED)),
     "stall": Topic("Stall", lambda: SpanCollector(stalled), True),
     "bumpers": Topic("Bumpers", lambda: SpanCollector(pressed), True),
-    "decision": Topic("Decision", DecisionCollector),
+    "decision": Topic("Decision", lambda: DecisionCollector(doing)),
     "robot_info": Topic("RobotInfo", lambda: LastCollector(told_of)),
     "cans": Topic("PoseArray", CanCollector, shared=True),
     "map": Topic("OccupancyGrid", lambda: LastCollector(map_of), shared=True),
@@ -205,7 +205,7 @@ def _run(path: str, name: str, collector: RunCollector, reader: BagReader) -> Ru
         bumps=tuple(robot["bumpers"].spans),
         faults=collector.reports.of(name, _robots(reader)),
         gaps=tuple(sorted(gaps, key=lambda gap: gap.begin)),
-        decisions=tuple(robot["decision"].decisions),
+        doings=tuple(robot["decision"].spans),
         notes=collector.nearest(name, "recording") or "",
         damage=" ".join([reader.damage] * bool(reader.damage) + undecoded),
     )

@@ -11,7 +11,8 @@ from std_msgs.msg import Bool, Float64, Header, String
 
 import bag_factory as make
 from pioneer_control.bags import collectors
-from pioneer_control.bags.collectors import DecisionCollector, EchoCollector, SilenceCollector, SpanCollector, Thinned
+from pioneer_control.bags.collectors import (DecisionCollector, EchoCollector, SilenceCollector, SpanCollector, Thinned,
+                                             doing)
 from pioneer_control.bags.reader import BagError
 from pioneer_control.bags.recorded_run import Span
 from pioneer_control.bags.run import TOPICS, read_run
@@ -68,10 +69,9 @@ class TestEverything:
             "pose", "sonar", "gripper_state", "battery_state", "motor_state", "stall", "bumpers"}
         assert all(since(gap[:2]) == [6.0, 8.0] for gap in eventful.gaps)
 
-    def test_decisions_where_the_reason_changes(self, eventful):
-        assert [(since([entry.time])[0], entry.reason[:7])
-                for entry in eventful.decisions] == [(0.0, "forward"), (5.0, "turning"), (20.0, "turning")]
-        assert eventful.decisions[1].wander == 1
+    def test_what_a_program_was_about(self, eventful):
+        assert [(since(span[:2]), span.what) for span in eventful.doings] == [
+            ([0.0, 5.0], "forward"), ([5.0, 20.0], "turning")]
 
     def test_notes_and_damage(self, eventful):
         assert eventful.notes == "robots: [pioneer]" and eventful.damage == ""
@@ -80,7 +80,7 @@ class TestEverything:
         run = run_of([("/pioneer/pose", make.odometry(0.1 * step, 0.0, 0.0), 1.0 + step) for step in range(3)])
         values = [run.commanded, run.battery, run.motors, run.e_stop, run.sonar]
         assert [len(each.time) for each in values] == [0] * 5
-        assert run.stalls == run.bumps == run.faults == run.gaps == run.decisions == ()
+        assert run.stalls == run.bumps == run.faults == run.gaps == run.doings == ()
         assert run.notes == run.damage == ""
 
 
@@ -303,6 +303,7 @@ class TestBounded:
     def few(self, monkeypatch):
         monkeypatch.setattr(collectors, "ROWS", 100)
         monkeypatch.setattr(collectors, "TEXTS", 10)
+        monkeypatch.setattr(collectors, "SPANS", 10)
 
     def test_rows(self):
         rows = Thinned(lambda message: [message.data], 0.1)
@@ -334,17 +335,17 @@ class TestBounded:
         assert spans.spans == sorted(spans.spans)
 
     def test_decisions(self):
-        decisions = DecisionCollector()
-        for step in range(1000):
+        decisions = DecisionCollector(doing)
+        for step in range(1001):
             decisions.add(float(step), make.decision(float(step), str(step)))
-        assert len(decisions.decisions) <= 101 and decisions.decisions[-1].time == 999.0
+        assert len(decisions.spans) <= 20 and decisions.spans[-1] == (1000.0, 1000.0, "1000")
 
     def test_gaps(self):
         silence = SilenceCollector()
-        for step in range(1000):
+        for step in range(3000):
             silence.add(step * 0.1 + step // 50)
-        gaps = silence.gaps("/x", 119.9)
-        assert len(gaps) == 10 and {gap.what for gap in gaps} == {"/x"}
+        gaps = silence.gaps("/x", 359.0)
+        assert 10 <= len(gaps) <= 20 and {gap.what for gap in gaps} == {"/x"}
         assert all(gap.end - gap.begin == pytest.approx(1.1) for gap in gaps)
 
 
@@ -353,3 +354,12 @@ def test_a_span_lasts_until_its_words_change():
     for time, value in enumerate([False, True, True, False, True]):
         spans.add(float(time), Bool(value))
     assert spans.spans == [Span(1.0, 3.0, "True"), Span(4.0, 4.0, "True")]
+
+
+def test_a_decision_holds_until_the_next_of_its_wander():
+    decisions = DecisionCollector(doing)
+    for time, reason in ((1, "driving: 2 m"), (3, "driving: 1 m"), (5, "turning left: x"), (8, "driving: 2 m"), (9, ""),
+                         (15, "driving: 3"), (17, "driving: 3")):
+        decisions.add(float(time), make.decision(0.0, reason, wander=1 + (time > 9)))
+    assert decisions.spans == [(1.0, 5.0, "driving"), (5.0, 8.0, "turning"), (8.0, 9.0, "driving"),
+                               (9.0, 9.0, "no reason"), (15.0, 17.0, "driving")]

@@ -2,13 +2,12 @@
 
 import numpy as np
 
-from pioneer_control.bags.recorded_run import (CanPath, Echoes, GripperEvent, Map, RecordedDecision, Report, Run,
-                                               Series, Span, Track, Velocities)
+from pioneer_control.bags.recorded_run import (CanPath, Echoes, GripperEvent, Map, Report, Run, Series, Span, Track,
+                                               Velocities)
 
 BEGIN = 1.8e9  # s
 SQUARE = np.array([(0.36, -0.2), (0.36, 0.2), (-0.3, 0.2), (-0.3, -0.2)])
-REASONS = ("driving: 1 m clear ahead", "turning left: sonar 1", "stopped: the time is up", "backing off",
-           "halting: to turn", "asleep", "awake")
+DOINGS = ("driving", "turning", "stopped", "backing", "halting", "asleep", "awake")
 LONG_TEXT = ("the other side closed the line: switched off, cable pulled, or another program is connected, "
              "and this says it at great length")
 
@@ -64,7 +63,8 @@ def full(odometry, times=5):
         + tuple(Report(time, 1, "/pioneer/simulator", "simulated 1.0 s: fault begins: loss 0.4") for time in moments),
         gaps=tuple(Span(time, time + 1.0, "/pioneer/" + name) for time in moments
                    for name in ("pose", "sonar", "battery", "stall", "cans")),
-        decisions=tuple(RecordedDecision(time, 1, REASONS[n % len(REASONS)]) for n, time in enumerate(moments)),
+        doings=tuple(Span(begin, end, DOINGS[n % len(DOINGS)])
+                     for n, (begin, end) in enumerate(zip(moments, [*moments[1:], moments[-1]]))),
         damage="it was not closed and ends within a message after 56.8 s: its recorder was killed, or the disk was "
         "full. " * 2,
     )  # fmt: skip

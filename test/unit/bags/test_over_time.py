@@ -6,7 +6,7 @@ import pytest
 import run_factory as make
 from pioneer_control.bags.pages import over_time
 from pioneer_control.bags.pages.incidents import incidents
-from pioneer_control.bags.recorded_run import GripperEvent, RecordedDecision, Report, Span
+from pioneer_control.bags.recorded_run import GripperEvent, Report, Span
 from pioneer_control.bags.pages.timeline import Timeline
 
 LINE = Timeline(make.BEGIN, make.BEGIN + 20.0)
@@ -49,24 +49,16 @@ def test_errors_and_warnings_have_rows_of_their_own():
     assert [badge.words for badge in found["warnings"].badges + found["errors"].badges] == ["A", "B"]
 
 
-def test_a_decision_holds_until_the_next_of_its_wander():
-    reasons = [
-        (1, "driving: 2 m"),
-        (3, "driving: 1 m"),
-        (5, "turning left: x"),
-        (8, "driving: 2 m"),
-        (9, ""),
-        (15, "driving: 3"),
-        (17, "driving: 3"),
-    ]
-    decisions = tuple(RecordedDecision(make.BEGIN + time, 1 + (time > 9), reason) for time, reason in reasons)
-    found = rows(make.run(decisions=decisions))
-    assert found["decided: driving"].spans == ((1.0, 5.0), (8.0, 9.0), (15.0, 17.0))
+def test_each_thing_that_a_program_was_about_has_a_row():
+    spans = (1, 5, "driving"), (5, 8, "turning"), (8, 9, "driving"), (9, 9, "no reason")
+    doings = tuple(Span(make.BEGIN + begin, make.BEGIN + end, what) for begin, end, what in spans)
+    found = rows(make.run(doings=doings))
+    assert found["decided: driving"].spans == ((1.0, 5.0), (8.0, 9.0))
     assert found["decided: turning"].spans == ((5.0, 8.0),)
-    assert found["decided: no reason"].spans == ((9.0, 9.0),)  # the wander's last
+    assert found["decided: no reason"].spans == ((9.0, 9.0),)
 
 
-def test_no_more_than_the_commonest_decisions():
+def test_no_more_than_the_commonest_of_them():
     assert len([name for name in rows(make.full(make.track(20.0), times=30))
                 if name.startswith("decided")]) == over_time.DOINGS
 

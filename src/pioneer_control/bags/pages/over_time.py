@@ -147,19 +147,12 @@ def held(run: Run, end: float) -> Tuple[Tuple[float, float], ...]:
 
 
 def doings(run: Run) -> List[Lane]:
-    """A lane for each of the commonest kinds of decisions, by the first word of the reason: "driving", "turning", ...
-
-    A decision holds until the next of its wander.
-    """
-    changes: Dict[str, List[Tuple[float, float]]] = {}
-    for decision, then in zip(run.decisions, [*run.decisions[1:], None]):
-        begin, until = decision.time, then.time if then and then.wander == decision.wander else decision.time
-        spans = changes.setdefault(decision.reason.replace(":", " ").partition(" ")[0] or "no reason", [])
-        if spans and spans[-1][1] == begin:
-            begin = spans.pop()[0]
-        spans.append((begin, until))
-    commonest = sorted(changes, key=lambda word: -sum(until - begin for begin, until in changes[word]))[:DOINGS]
-    return [Lane("decided: " + word, FAINT, "", tuple(changes[word])) for word in changes if word in commonest]
+    """A lane for each of the commonest things that a program was about."""
+    spans: Dict[str, List[Tuple[float, float]]] = {}
+    for begin, end, what in run.doings:
+        spans.setdefault(what, []).append((begin, end))
+    commonest = sorted(spans, key=lambda what: -sum(end - begin for begin, end in spans[what]))[:DOINGS]
+    return [Lane("decided: " + what, FAINT, "", tuple(spans[what])) for what in spans if what in commonest]
 
 
 def _said(level: int, wrong: Sequence[Incident]) -> Lane:
