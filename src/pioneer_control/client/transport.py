@@ -4,6 +4,7 @@ pyserial opens and configures serial ports; reading and writing then go to the f
 ports alike. Its own ``socket://`` is not used: it cannot be woken from a read, and closes only after 0.3 s.
 """
 
+import contextlib
 import errno
 import grp
 import os
@@ -13,7 +14,7 @@ import socket
 import stat
 import termios
 import time
-from typing import Callable, NamedTuple, Optional
+from typing import Any, Callable, NamedTuple, Optional
 
 import serial
 from serial.tools import list_ports
@@ -60,34 +61,38 @@ def open_transport(url: str, baud: int) -> "Transport":
     """
     address = tcp_address(url)
     if address is not None:
-        return SocketTransport(url, _connect(url, address))
+        return SocketTransport(url, _connect(url, address), None)
     if url.isdigit():
         raise PortError(
             "cannot understand the port %r: for a robot on that TCP port of this machine give socket://localhost:%s"
             % (url, url))
     if "://" in url:
         raise PortError("cannot understand the port %r: give a path such as /dev/ttyUSB0, or socket://host:port" % url)
-    return SerialTransport(url, _open_serial(url, baud))
+    return SerialTransport(url, _open_serial(url, baud), baud)
 
 
 class Transport:
     """An open line. One thread reads; any thread may write (the caller serialises writes) and wake the reader.
 
-    ``baud`` is the line speed, None where there is none (TCP).
+    Args:
+        url: for error messages.
+        port: an open serial.Serial or socket that never blocks. The transport closes it.
+        baud: the line speed; None where there is none (TCP).
+
+    Attributes:
+        baud: the present line speed.
     """
 
-    def __init__(self, url: str, descriptor: int, baud: Optional[int]) -> None:
+    def __init__(self, url: str, port: Any, baud: Optional[int]) -> None:
         self.url = url
         self.baud = baud
-        self._descriptor = descriptor
-        self._wake_reader, self._wake_writer = os.pipe()
-        os.set_blocking(self._wake_reader, False)
-        os.set_blocking(self._wake_writer, False)
-        self._readable = select.poll()
-        self._readable.register(descriptor, select.POLLIN)
+        self._port = port
+        self._descriptor = port.fileno()
+        self._wake_reader, self._wake_writer = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+        self._readable, self._writable = select.poll(), select.poll()
+        self._readable.register(self._descriptor, select.POLLIN)
         self._readable.register(self._wake_reader, select.POLLIN)
-        self._writable = select.poll()
-        self._writable.register(descriptor, select.POLLOUT)
+        self._writable.register(self._descriptor, select.POLLOUT)
 
     def read(self, timeout: float) -> bytes:
         """What has arrived, as soon as anything has; empty after ``timeout`` s or a wake().
@@ -95,20 +100,17 @@ class Transport:
         Raises LinkLostError when the other side is gone.
         """
         for descriptor, _ in self._readable.poll(max(0.0, timeout) * 1000):
-            if descriptor == self._wake_reader:
-                os.read(self._wake_reader, READ_SIZE)
-                continue
             try:
-                data = os.read(self._descriptor, READ_SIZE)
+                data = os.read(descriptor, READ_SIZE)
             except BlockingIOError:
                 continue
             except OSError as error:
                 raise LinkLostError("%s: the line broke: %s" % (self.url, error.strerror)) from error
-            if not data:
-                raise LinkLostError(
-                    "%s: the other side closed the line: switched off, cable pulled, or another program is connected"
-                    % self.url)
-            return data
+            if descriptor == self._descriptor:
+                if not data:
+                    raise LinkLostError("%s: the other side closed the line: switched off, cable pulled, or another "
+                                        "program is connected" % self.url)
+                return data
         return b""
 
     def write(self, data: bytes) -> None:
@@ -128,16 +130,16 @@ class Transport:
 
     def wake(self) -> None:
         """Make a read() that waits return at once."""
-        try:
+        with contextlib.suppress(BlockingIOError):      # as many calls as the pipe holds are not noticed yet
             os.write(self._wake_writer, b"\0")
-        except BlockingIOError:     # as many calls as the pipe holds are waiting to be noticed already
-            pass
 
     def set_baud(self, baud: int) -> None:
         """Change the line speed and drop what was received at the old one; nothing to do on TCP."""
 
     def close(self) -> None:
         """Close the line; what was written still goes out."""
+        with contextlib.suppress(OSError):      # an adapter that is unplugged may say so once more
+            self._port.close()
         os.close(self._wake_reader)
         os.close(self._wake_writer)
 
@@ -167,10 +169,6 @@ def tap(transport: Transport, tell: Callable[[bool, bytes], None]) -> None:
 class SerialTransport(Transport):
     """A serial port or a pty."""
 
-    def __init__(self, url: str, port: serial.Serial) -> None:
-        super().__init__(url, port.fileno(), port.baudrate)
-        self._port = port
-
     def set_baud(self, baud: int) -> None:
         try:
             self._port.baudrate = baud
@@ -180,43 +178,31 @@ class SerialTransport(Transport):
             raise LinkLostError("%s: cannot change to %d baud: %s" % (self.url, baud, error)) from error
         self.baud = baud
 
-    def close(self) -> None:
-        try:
-            self._port.close()
-        except OSError:     # an adapter that is unplugged may say so once more
-            pass
-        super().close()
-
 
 class SocketTransport(Transport):
-    """A TCP connection, without Nagle's delay."""
-
-    def __init__(self, url: str, connection: socket.socket) -> None:
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        connection.setblocking(False)
-        super().__init__(url, connection.fileno(), None)
-        self._connection = connection
+    """A TCP connection."""
 
     def close(self) -> None:
         """Half-close, and read on until the other side has taken all: a close with unread input would cancel our last
         bytes (RST).
         """
         deadline = time.monotonic() + DRAIN_TIMEOUT
-        try:
-            self._connection.shutdown(socket.SHUT_WR)
+        with contextlib.suppress(OSError):      # LinkLostError is one: the other side is done
+            self._port.shutdown(socket.SHUT_WR)
             while time.monotonic() < deadline:
                 self.read(deadline - time.monotonic())
-        except OSError:     # LinkLostError is one: the other side is done
-            pass
-        self._connection.close()
         super().close()
 
 
 def _connect(url: str, address: Address) -> socket.socket:
+    """A connection without Nagle's delay."""
     if not 0 < address.port <= 65535:
         raise PortError("%s: there is no TCP port %d (legal: 1..65535)" % (url, address.port))
     try:
-        return socket.create_connection(address, timeout=CONNECT_TIMEOUT)
+        connection = socket.create_connection(address, timeout=CONNECT_TIMEOUT)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        connection.setblocking(False)
+        return connection
     except ConnectionRefusedError as error:
         raise PortError(
             "%s: connection refused: nothing listens on port %d of %s. %s"
