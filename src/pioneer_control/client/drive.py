@@ -159,15 +159,14 @@ class Drive:
             self._stand(now, STOP)
         if self._motors is not None:
             if now >= self._motors.give_up_at:
-                self._give_up_motors(now)
+                self._give_up_motors(self._motors, now)
             elif now >= self._motors.asked_at + REFRESH:
                 self._send_motors(self._motors, now)
 
     def abandon(self, error: PioneerError) -> None:
         """The link is gone: an open request for the motors fails."""
-        request, self._motors = self._motors, None
-        if request is not None:
-            self._answer_motors(request, error)
+        if self._motors is not None:
+            self._answer_motors(self._motors, error)
 
     def _want(self, driven: Velocity, wanted: Tuple[float, float], now: float) -> None:
         if wanted == (0, 0):
@@ -212,8 +211,6 @@ class Drive:
                 self._take_back(now)
         elif seen and now > request.answer_from and state.motors_enabled == request.on:
             self._answer_motors(request)
-        if request.done and self._motors is request:
-            self._motors = None
 
     def _judge_motion(self, now: float, state: RobotState) -> None:
         """Say once that a robot stands although it is told to drive and reports nothing that holds it."""
@@ -225,9 +222,7 @@ class Drive:
             self._unmoved = True
             self._events.append(Unmoved(now - self._excused_at))
 
-    def _give_up_motors(self, now: float) -> None:
-        request, self._motors = self._motors, None
-        assert request is not None
+    def _give_up_motors(self, request: MotorsRequest, now: float) -> None:
         if request.on:
             self._take_back(now)
         stalled = self._state is not None and (self._state.left_stall or self._state.right_stall)
@@ -238,6 +233,8 @@ class Drive:
     def _answer_motors(self, request: MotorsRequest, error: Optional[PioneerError] = None) -> None:
         """Finish a request, and tell the user. An ENABLE 1 that still waits for the line is not sent any more."""
         request.error, request.done = error, True
+        if self._motors is request:
+            self._motors = None
         if request.asked:
             self._events.append(MotorsAnswered(request.on, request.changes, error))
         if request.on:

@@ -110,6 +110,7 @@ class Connecting(SteppedPhase):
         if isinstance(packet, p2os.Sip) and self.odometry is not None and not self._said_its_name:
             # The robot was left open, and went on counting.
             self.odometry.update(packet.x_counts, packet.y_counts, packet.heading_units, UNHEARD)
+        self._said_its_name |= isinstance(packet, p2os.SyncReply)
         self._packets += 1
         return super().take(packet, sent_time)
 
@@ -171,9 +172,8 @@ class Connecting(SteppedPhase):
         """The next packet; None at the deadline."""
         noise = self._noise
         packet = yield deadline
-        self._said_its_name |= isinstance(packet, p2os.SyncReply)
-        of_open_robot = packet is not None and not isinstance(packet, BEFORE_A_SESSION)
-        self._heard_open |= of_open_robot or self._noise > noise
+        from_open_robot = packet is not None and not isinstance(packet, BEFORE_A_SESSION)
+        self._heard_open |= from_open_robot or self._noise > noise
         return packet
 
     def _is_silent(self, seconds: float) -> Generator[float, Any, bool]:
@@ -191,9 +191,7 @@ class Connecting(SteppedPhase):
         for _ in range(CLOSE_TRIES):
             for _ in range(CLOSES_IF_HEARD):
                 link.line.command(link.now, CLOSE)
-            drained = link.now + DRAIN
-            while link.now < drained:
-                yield from self._hear(drained)
+            yield from link.pause(DRAIN)
             noise, packets = self._noise, self._packets
             if (yield from self._is_silent(QUIET)):
                 return True

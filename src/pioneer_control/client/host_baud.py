@@ -21,7 +21,7 @@ from ..errors import LinkLostError
 from .events import LineSpeed
 from .identity import CONFIG
 from .line import GAP
-from .link import Link, Procedure
+from .link import Link
 
 CAN_CHANGE = (1, 2)     # autobaud in CONFIGpac: HOSTBAUD is obeyed; autobaud besides
 COME_TO_REST = 1.0      # s that a robot gets which still rolls when it is found
@@ -61,16 +61,17 @@ def use_host_baud(link: Link, config: Optional[p2os.Config],
         link.host_baud.breaks = 0
         return [LineSpeed(own, problem)]
     link.host_baud.breaks += 1
-    works = yield from _change_baud(link, own, wanted)
-    link.host_baud.breaks = 0
-    if works == wanted:
-        return [LineSpeed(wanted, "")]
+    for _ in range(TRIES):
+        if (yield from _works_at(link, wanted, 1)):
+            link.host_baud.breaks = 0
+            return [LineSpeed(wanted, "")]
+        if not (yield from _works_at(link, own, BACK_TRIES)):
+            # It may be at the other speed now, out of reach until it is switched off and on: that is risked only once.
+            link.host_baud.wanted = None
+            raise LinkLostError("%s: lost the robot when its line was to change from %d to %d baud; not tried again"
+                                % (link.url, own, wanted))
     link.host_baud.wanted = None
-    # The robot may be at the other speed now, out of reach until it is switched off and on: that is risked only once.
-    if works is None:
-        raise LinkLostError("%s: lost the robot when its line was to change from %d to %d baud; not tried again"
-                            % (link.url, own, wanted))
-    return [LineSpeed(works, "no answer at %d baud; not tried again" % wanted)]
+    return [LineSpeed(own, "no answer at %d baud; not tried again" % wanted)]
 
 
 def _hindrance(link: Link, own: int, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, str]:
@@ -91,23 +92,11 @@ def stands(sip: p2os.Sip) -> bool:
     return not sip.left_velocity_units and not sip.right_velocity_units
 
 
-def _change_baud(link: Link, own: int, wanted: int) -> Generator[float, Any, Optional[int]]:
-    """Take robot and line from their own speed to the one that is wanted.
+def _works_at(link: Link, baud: int, times: int) -> Generator[float, Any, bool]:
+    """Tell the robot so many times to change to a speed, and change the line.
 
-    Returns the speed at which they understand each other then; None if at neither.
+    Returns whether the robot answers then, and goes on sending SIPs.
     """
-    for _ in range(TRIES):
-        yield from _change(link, wanted, 1)
-        if (yield from _answers(link)):
-            return wanted
-        yield from _change(link, own, BACK_TRIES)
-        if not (yield from _answers(link)):
-            return None
-    return own
-
-
-def _change(link: Link, baud: int, times: int) -> Procedure:
-    """Tell the robot so often to go to a speed, and go there with the line."""
     for _ in range(times):
         link.line.command(link.now, p2os.encode_command("HOSTBAUD", p2os.BAUD_RATES.index(baud)))
     while link.line.waiting or link.line.busy(link.now):
@@ -115,10 +104,6 @@ def _change(link: Link, baud: int, times: int) -> Procedure:
     yield from link.pause(SETTLE)
     link.line.set_baud(baud)
     yield from link.pause(BEFORE_SPEAKING)
-
-
-def _answers(link: Link) -> Generator[float, Any, bool]:
-    """Whether the robot answers, and goes on sending SIPs."""
     missing, deadline = {p2os.Sip, p2os.Config}, link.now + ANSWER
     while missing and link.now < deadline:
         link.line.command(link.now, CONFIG)

@@ -41,7 +41,6 @@ class LinkCheck:
         self._every = max(EVERY, CYCLES * cycle, transfer_time(len(ANSWER)) / SHARE)
         self._open: Deque[float] = deque()      # when the questions were asked that have no answer yet
         self._last_asked = -math.inf
-        self._asked = 0
         self._answered = 0
         self._unanswered = 0
         self._surplus = 0                       # of answers
@@ -64,7 +63,8 @@ class LinkCheck:
 
     def question(self, now: float) -> Sequence[bytes]:
         """The packets that are sent with a velocity that is written now."""
-        if not self.asks or now < self._last_asked + (self._every if self._answered or self._asked < TRIES else SELDOM):
+        asks_often = self._answered or len(self._open) + self._unanswered < TRIES
+        if not self.asks or now < self._last_asked + (self._every if asks_often else SELDOM):
             return ()
         self._last_asked = now
         if self._surplus >= TOO_MANY:
@@ -72,7 +72,6 @@ class LinkCheck:
             return (SILENCE,)
         if self._goes_on:
             return ()
-        self._asked += 1
         self._surplus -= 1
         self._open.append(now)
         return (QUESTION,)

@@ -107,7 +107,8 @@ class Opening(SteppedPhase):
                         (CONFIG,)):
             link.line.command(link.now, *packets)
         opened_at = asked_at = link.now
-        while not self._motors_are_off or (self._config is None and link.now - opened_at < CONFIG_TIMEOUT):
+        while (self._newest is None or self._newest[0].flags & p2os.Flags.MOTORS_ENABLED
+               or self._config is None and link.now - opened_at < CONFIG_TIMEOUT):
             if link.now - opened_at >= OPEN_TIMEOUT:
                 what = "sends no packets" if self._newest is None else "does not switch its motors off"
                 raise NoAnswerError("%s: %s was opened, but %s" % (link.url, self.reply.name, what))
@@ -115,13 +116,8 @@ class Opening(SteppedPhase):
                 asked_at = link.now
                 link.line.command(link.now, *((OPEN,) if self._newest is None else ()), MOTORS[False], CONFIG)
             yield asked_at + ASK_AGAIN
-        assert self._newest is not None
         link.events += yield from use_host_baud(link, self._config, self._newest[0])
         return Learned(self._config, *self._newest)
-
-    @property
-    def _motors_are_off(self) -> bool:
-        return self._newest is not None and not self._newest[0].flags & p2os.Flags.MOTORS_ENABLED
 
 
 class Connected(Phase):

@@ -117,10 +117,9 @@ class Session:
 
     def events(self) -> List[Event]:
         """What the listeners are to be told, in order; each only once."""
-        events = self._link.events
-        taken = events[:]
-        events.clear()
-        return taken
+        events = self._link.events[:]
+        self._link.events.clear()
+        return events
 
     @property
     def counts(self) -> Counts:

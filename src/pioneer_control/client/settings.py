@@ -15,7 +15,7 @@ class Settings:
     """See Robot for the meaning of each.
 
     Raises ParameterError that names the value and its legal range, UnknownModelError and UsageError for a model or a
-    models file that is none.
+    file that is not a models file.
     """
 
     model: Optional[str] = None
@@ -33,21 +33,19 @@ class Settings:
     """Kinds of packets to be asked for (data_requests.DATA)."""
 
     def __post_init__(self) -> None:
-        _check("pulse", self.pulse, self.pulse >= 0, "0 (none) or more seconds")
-        _check("command_timeout", self.command_timeout, self.command_timeout > 0, "more than 0 s")
-        for name in ("max_linear", "max_angular"):
-            value = getattr(self, name)
-            if value is not None:
-                _check(name, value, value >= 0, "0 or more, or None for the robot's own limit")
-        if self.host_baud is not None and self.host_baud not in BAUD_RATES:
-            raise ParameterError("host_baud is %r; legal: %s, or None for the robot's own"
-                                 % (self.host_baud, ", ".join(map(str, BAUD_RATES))))
+        limit = "0 or more, or None for the robot's own limit"
+        checks = (
+            ("pulse", 0 <= self.pulse < math.inf, "0 (none) or more seconds"),
+            ("command_timeout", 0 < self.command_timeout < math.inf, "more than 0 s"),
+            ("max_linear", self.max_linear is None or 0 <= self.max_linear < math.inf, limit),
+            ("max_angular", self.max_angular is None or 0 <= self.max_angular < math.inf, limit),
+            ("host_baud", self.host_baud is None or self.host_baud in BAUD_RATES,
+             "%s, or None for the robot's own" % ", ".join(map(str, BAUD_RATES))),
+        )
+        for name, legal, what in checks:
+            if not legal:
+                raise ParameterError("%s is %r; legal: %s" % (name, getattr(self, name), what))
         if self.model is not None:
             find_model(self.model, self.models_file)
         elif self.models_file is not None:
             load_table(self.models_file)
-
-
-def _check(name: str, value: float, legal: bool, what: str) -> None:
-    if not legal or not math.isfinite(value):
-        raise ParameterError("%s is %r; legal: %s" % (name, value, what))

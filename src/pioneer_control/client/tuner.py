@@ -48,12 +48,20 @@ class Tuner:
         """Other values. Only what differs is sent. A value that is None now goes back to what the robot had itself."""
         self._tuning = tuning
         if not self.waits_for_rest:
-            self._begin(now)
+            self.begin(now)
 
     def begin(self, now: float) -> None:
-        """The robot stands."""
+        """The robot stands, or has stood before: send what it was not told yet."""
         self.waits_for_rest = False
-        self._begin(now)
+        under_way = bool(self._before)
+        new = {name: value for name, value in self._wanted().items() if self._told.get(name) != value}
+        for name in new:
+            self._before.setdefault(name, ROWS[name].value(ROWS[name].shown(self._identity.config)))
+        self._told.update(new)
+        if new:
+            self._tries = 0
+            if not under_way:   # else the next round takes it along: however fast values come, no queue builds up
+                self._send(now)
 
     def saw_config(self, identity: RobotIdentity, now: float) -> None:
         """Take a new CONFIGpac, as part of the identity."""
@@ -66,18 +74,6 @@ class Tuner:
         """Ask again, give up."""
         if now >= self.due:
             self._judge(now)
-
-    def _begin(self, now: float) -> None:
-        new = {name: value for name, value in self._wanted().items() if self._told.get(name) != value}
-        if not new:
-            return
-        under_way = bool(self._before)
-        for name in new:
-            self._before.setdefault(name, ROWS[name].value(ROWS[name].shown(self._identity.config)))
-        self._told.update(new)
-        self._tries = 0
-        if not under_way:       # else the next round takes it along: however fast values come, no queue builds up
-            self._send(now)
 
     def _wanted(self) -> Dict[str, float]:
         wanted = dict(self._tuning.values)
@@ -104,10 +100,10 @@ class Tuner:
         """End a round: begin another one, or tell the result."""
         if self._tries < TRIES and not all(map(self._settled, self._before)):
             self._send(now)
-            return
-        changes = tuple(map(self._change, self._before))
-        self._before, self._answer, self.due = {}, None, math.inf
-        self._events.append(Tuned(changes, self._identity))
+        else:
+            changes = tuple(map(self._change, self._before))
+            self._before, self._answer, self.due = {}, None, math.inf
+            self._events.append(Tuned(changes, self._identity))
 
     def _settled(self, name: str) -> bool:
         """Whether there is nothing more to do for a value: the robot has taken it, or does not know such a setting."""

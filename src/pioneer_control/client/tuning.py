@@ -48,12 +48,11 @@ class TuningRow(NamedTuple):
 
     def check(self, name: str, value: Any) -> None:
         """Raises ParameterError that names the value and what is legal."""
-        sane = isinstance(value, int if self.scale is None else (int, float)) and not isinstance(value, bool)
-        sane = sane and abs(value) < 1e9        # NaN is not
+        kinds = (int,) if self.scale is None else (int, float)
+        sane = isinstance(value, kinds) and not isinstance(value, bool) and abs(value) < 1e9     # NaN is not
         if not sane or not self.low <= self.number(value) <= self.high:
-            legal = "a whole number from %d to %d" % (self.low, self.high)
-            if self.scale is not None:
-                legal = "%.4g to %.6g %s" % (self.low * self.scale, self.high * self.scale, self.unit)
+            legal = ("a whole number from %d to %d" % (self.low, self.high) if self.scale is None else
+                     "%.4g to %.6g %s" % (self.low * self.scale, self.high * self.scale, self.unit))
             raise ParameterError("%s is %r; legal: %s, or None to leave it as the robot has it" % (name, value, legal))
 
 
