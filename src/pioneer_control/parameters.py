@@ -180,7 +180,7 @@ def check(table: type, given: Mapping[str, Any]) -> Tuple[Any, List[str]]:
         ParameterError: names every illegal parameter, its value and what is legal, and every misspelt name.
     """
     known = {entry.name: entry.metadata for entry in fields(table)}
-    accepted, unknown, problems = {}, [], []
+    accepted, problems = {}, []
     for name, row in known.items():
         if name in given:
             try:
@@ -188,12 +188,9 @@ def check(table: type, given: Mapping[str, Any]) -> Tuple[Any, List[str]]:
             except ValueError:
                 unit = " (%s)" % row["unit"] if row["unit"] else ""
                 problems.append("~%s = %r is not legal: give %s%s" % (name, given[name], row["kind"].legal, unit))
-    for name in sorted(set(given) - set(known)):
-        near = nearest(name, known)
-        if near is None:
-            unknown.append(name)
-        else:
-            problems.append("~%s is not a parameter of this node: did you mean ~%s?" % (name, near))
+    foreign = {name: nearest(name, known) for name in sorted(set(given) - set(known))}
+    problems += ["~%s is not a parameter of this node: did you mean ~%s?" % (name, near)
+                 for name, near in foreign.items() if near is not None]
     if problems:
         raise ParameterError("; ".join(problems))
-    return table(**accepted), unknown
+    return table(**accepted), [name for name, near in foreign.items() if near is None]

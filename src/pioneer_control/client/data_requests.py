@@ -81,8 +81,7 @@ class DataRequests:
 
     def _ask(self, kind: str, now: float) -> None:
         self._asked_at[kind] = now
-        if self._line.full:     # else again after AGAIN
-            return
-        self._tries[kind] = max(0, self._tries[kind] - 1)
-        data = DATA[kind]
-        self._line.command(now, p2os.encode_command(data.command, data.on if self._wanted[kind] else data.off))
+        if not self._line.full:     # else again after AGAIN
+            self._tries[kind] = max(0, self._tries[kind] - 1)
+            data = DATA[kind]
+            self._line.command(now, p2os.encode_command(data.command, data.on if self._wanted[kind] else data.off))

@@ -171,12 +171,12 @@ class Drive:
     def _want(self, driven: Velocity, wanted: Tuple[float, float], now: float) -> None:
         if wanted == (0, 0):
             self._stand(now, ZERO_VELOCITY)
-            return
-        if driven is not self._driven:
-            self._driven.rest(now)
-        self._driven, self._wanted, self._commanded_at = driven, wanted, now
-        self._stopping = False
-        self._send_velocity(now)
+        else:
+            if driven is not self._driven:
+                self._driven.rest(now)
+            self._driven, self._wanted, self._commanded_at = driven, wanted, now
+            self._stopping = False
+            self._send_velocity(now)
 
     def _send_velocity(self, now: float) -> None:
         assert self._wanted is not None

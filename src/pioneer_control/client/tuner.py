@@ -51,16 +51,16 @@ class Tuner:
             self.begin(now)
 
     def begin(self, now: float) -> None:
-        """The robot stands, or has stood before: send what it was not told yet."""
+        """The robot has shown that it stands: send all values that it was not told yet."""
         self.waits_for_rest = False
-        under_way = bool(self._before)
         new = {name: value for name, value in self._wanted().items() if self._told.get(name) != value}
-        for name in new:
-            self._before.setdefault(name, ROWS[name].value(ROWS[name].shown(self._identity.config)))
-        self._told.update(new)
         if new:
+            under_way = bool(self._before)
+            for name in new:
+                self._before.setdefault(name, ROWS[name].value(ROWS[name].shown(self._identity.config)))
+            self._told.update(new)
             self._tries = 0
-            if not under_way:   # else the next round takes it along: however fast values come, no queue builds up
+            if not under_way:       # else the next round takes it along: however fast values come, no queue builds up
                 self._send(now)
 
     def saw_config(self, identity: RobotIdentity, now: float) -> None:
@@ -101,9 +101,8 @@ class Tuner:
         if self._tries < TRIES and not all(map(self._settled, self._before)):
             self._send(now)
         else:
-            changes = tuple(map(self._change, self._before))
+            self._events.append(Tuned(tuple(map(self._change, self._before)), self._identity))
             self._before, self._answer, self.due = {}, None, math.inf
-            self._events.append(Tuned(changes, self._identity))
 
     def _settled(self, name: str) -> bool:
         """Whether there is nothing more to do for a value: the robot has taken it, or does not know such a setting."""

@@ -41,12 +41,12 @@ class Requests:
 
     def __init__(self, parameters: DriverParameters, robot: Robot, watch: Watch,
                  warn: Callable[[Iterable[Notice]], None]) -> None:
-        self._parameters = parameters
+        self._accept_replay = parameters.accept_replay
         self._robot = robot
         self._watch = watch
         self._warn = warn
         self._senders = Senders(watch)
-        self._first_connection = True
+        self._switch_on = parameters.enable_motors_on_start     # the motors, with the first connection
         for topic in TOPICS:
             rospy.Subscriber(topic.name, topic.message, self._listener(topic), queue_size=topic.queue, tcp_nodelay=True)
         for service in SERVICES:
@@ -54,11 +54,10 @@ class Requests:
 
     def connected(self) -> None:
         """The robot is found; for the first time it may be told to switch its motors on, if the user wants that."""
-        first, self._first_connection = self._first_connection, False
-        if first and self._parameters.enable_motors_on_start:
-            if self._robot.link.reconnects:     # this is told late: listeners were held up
-                rospy.logwarn("enable_motors_on_start counts no more: the robot has been connected again meanwhile")
-                return
+        switch_on, self._switch_on = self._switch_on, False
+        if switch_on and self._robot.link.reconnects:     # this is told late: listeners were held up
+            rospy.logwarn("enable_motors_on_start counts no more: the robot has been connected again meanwhile")
+        elif switch_on:
             rospy.logwarn("enable_motors_on_start is set: motors are switched on now, with nobody asking")
             try:
                 self._robot.request_motors(True, CONFIRM_TIMEOUT)
@@ -133,7 +132,7 @@ class Requests:
         def hear(message: Any) -> None:
             connection = getattr(message, "_connection_header", None) or {}
             known = self._senders.known.get((topic.name, connection.get("callerid", "")))
-            if known is not connection and not self._parameters.accept_replay:
+            if known is not connection and not self._accept_replay:
                 why_not = self._senders.why_not(message, topic.name, topic.stops)
                 if why_not is not None:
                     self._warn([why_not])

@@ -118,9 +118,8 @@ def in_one_line(piece: Piece, to_robot: bool, grip_state_first: bool = True) -> 
         lines = _explain_command(piece.frame) if to_robot else _explain_packet(piece.frame, grip_state_first)
         return next(lines).partition(": ")[2]
     rows = {row.name: row for row in packet_rows(type(packet), grip_state_first)}
-    fields = ["%s %s" % (name, _value(value, rows.get(name)))
-              for name, value in vars(packet).items() if value is not None]
-    return "%s: %s" % (type(packet).__name__, ", ".join(fields))
+    return "%s: %s" % (type(packet).__name__, ", ".join(
+        "%s %s" % (name, _value(value, rows.get(name))) for name, value in vars(packet).items() if value is not None))
 
 
 def _argument_fault(data: bytes) -> str:
@@ -135,19 +134,15 @@ def _argument_fault(data: bytes) -> str:
 
 
 def _explain_command(frame: Frame) -> Iterator[str]:
-    received, command = decode_command(frame), COMMAND_NUMBERS.get(frame.id)
-    fault = _argument_fault(frame.data)
+    value, command, fault = decode_command(frame).value, COMMAND_NUMBERS.get(frame.id), _argument_fault(frame.data)
     if command is None:
         yield "  to the robot: command %d, which no Pioneer knows" % frame.id
     else:
-        value = "" if received.value is None else " " + _command_value(command, received.value)
-        yield "  to the robot: %s%s" % (command.name, value)
+        yield "  to the robot: %s%s" % (command.name, "" if value is None else " " + _command_value(command, value))
         yield "    %s" % command.effect
     if fault:
         yield "    its argument is broken: %s" % fault
-    for other in OTHER_MEANINGS:
-        if other.number == frame.id:
-            yield "    (%s: %s)" % (other.who, other.meaning)
+    yield from ("    (%s: %s)" % (each.who, each.meaning) for each in OTHER_MEANINGS if each.number == frame.id)
 
 
 def _command_value(command: Command, value: Any) -> str:
@@ -165,8 +160,8 @@ def _command_value(command: Command, value: Any) -> str:
 def _explain_packet(frame: Frame, grip_state_first: bool) -> Iterator[str]:
     packet = decode_packet(frame, grip_state_first)
     if isinstance(packet, UnknownPacket):
-        name = NAMES_ONLY.get(frame.id, "a packet of unknown type")
-        yield "  from the robot: %s; what its data mean is not known" % name
+        yield "  from the robot: %s; what its data mean is not known" % NAMES_ONLY.get(
+            frame.id, "a packet of unknown type")
         return
     if isinstance(packet, MalformedPacket):
         yield "  from the robot: malformed, its data end too soon: %s" % packet.reason
@@ -174,12 +169,10 @@ def _explain_packet(frame: Frame, grip_state_first: bool) -> Iterator[str]:
     yield "  from the robot: %s. %s" % (type(packet).__name__, (type(packet).__doc__ or "").splitlines()[0])
     rows = {row.name: row for row in packet_rows(type(packet), grip_state_first)}
     width = max(map(len, vars(packet)), default=0)
-    for name in sorted(set(vars(packet)) - set(rows)):
-        yield "    %-*s  %s" % (width, name, getattr(packet, name))
-    for name, row in rows.items():
-        value = getattr(packet, name)
+    for name in sorted(vars(packet), key=lambda name: name in rows):    # first what the id says, which has no row
+        value, row = getattr(packet, name), rows.get(name)
         if value is not None:
-            yield ("    %-*s  %-20s  %s" % (width, name, _value(value, row), row.meaning)).rstrip()
+            yield ("    %-*s  %-20s  %s" % (width, name, _value(value, row), row.meaning if row else "")).rstrip()
     absent = [name for name in rows if getattr(packet, name) is None]
     if absent:
         yield "    not sent by this firmware: %s" % ", ".join(absent)

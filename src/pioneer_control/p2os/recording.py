@@ -13,6 +13,7 @@ A simulated robot writes a record, in simulated s, and the programs of `bags` ma
 again. ``python3 -m pioneer_control.p2os --record FILE`` explains it.
 """
 
+from contextlib import suppress
 from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from ..errors import UsageError
@@ -52,21 +53,19 @@ def entries(lines: Iterable[str]) -> Iterator[Entry]:
     """
     for number, line in enumerate(lines, 1):
         words = line.split(maxsplit=3)
-        if not words:
-            continue
-        try:
-            if words[0] == "#":
+        if words and words[0] == "#":
+            with suppress(ValueError, IndexError):      # a title, or another line for people
                 yield Entry(float(words[1]), 0, False, b"", line.split(maxsplit=2)[2].strip())
-            else:
+        elif words:
+            try:
                 time, robot, way, data = words
                 entry = Entry(float(time), int(robot), {">": True, "<": False}[way], parse_hex(data))
                 if not abs(entry.time) <= LATEST or entry.robot < 1:
                     raise ValueError
-                yield entry
-        except (ValueError, KeyError, IndexError) as error:
-            if words[0] != "#":
+            except (ValueError, KeyError) as error:
                 raise UsageError("line %d of the record: %r is not 'TIME ROBOT > BYTES' or 'TIME ROBOT < BYTES'"
                                  % (number, line.strip())) from error
+            yield entry
 
 
 def read_record(path: str) -> List[Entry]:

@@ -67,8 +67,8 @@ class Commander:
 
     def unheard(self) -> List[str]:
         """The topics on which a driver must listen, and nobody does."""
-        needed = self._velocity, self._motors
-        return ["listener on %s" % each.resolved_name for each in needed if not each.get_num_connections()]
+        return ["listener on %s" % each.resolved_name for each in (self._velocity, self._motors)
+                if not each.get_num_connections()]
 
     def wait_for_listeners(self, timeout: float) -> None:
         """Wait until all that listen, by what the master knows, are connected, at most `timeout` seconds.

@@ -53,9 +53,9 @@ def remember(echoes: Tuple[Echo, ...], snapshot: Snapshot, turning: bool) -> Tup
     refuting = TURNING if turning else STEADY
     kept: Dict[Tuple[int, int], Echo] = {}
     around: List[Point] = []
-    robot = snapshot.robot
     beams = [
-        (each.x, each.y, *axis, snapshot.ranges[each.number]) for each, axis in zip(robot.transducers, robot.axes)]
+        (each.x, each.y, *axis, snapshot.ranges[each.number])
+        for each, axis in zip(snapshot.robot.transducers, snapshot.robot.axes)]
     far = [beam for beam in beams if beam[4] > 0.3]
     for echo in echoes:
         dx, dy = echo.x - pose.x, echo.y - pose.y

@@ -172,9 +172,7 @@ def wander(snapshot: Snapshot, memory: Memory) -> Tuple[Move, Memory]:
         return _drive(view, replace(memory, short=SHORT))
     if memory.going is Going.DRIVING and _goes_on(view, memory):
         return _drive(view, memory)
-    if memory.going is not Going.TURNING:
-        memory = _begin_turn(view, memory)
-    return _turn(view, memory)
+    return _turn(view, memory if memory.going is Going.TURNING else _begin_turn(view, memory))
 
 
 def can_leave(snapshot: Snapshot) -> bool:
@@ -267,8 +265,8 @@ def _turn(view: View, memory: Memory) -> Tuple[Move, Memory]:
         best = Way(clear, view.snapshot.pose.heading)
     memory = replace(memory, best=best)
     if memory.goal is None and (memory.turned > memory.enough or memory.blocked > 1):
-        why = "turning {side}: back to the best way seen, %.1f m" % best.clear
-        memory = replace(memory, goal=best, why=why, blocked=0)
+        memory = replace(
+            memory, goal=best, why="turning {side}: back to the best way seen, %.1f m" % best.clear, blocked=0)
     if memory.goal is not None:
         off = _difference(memory.goal.heading, view.snapshot.pose.heading)
         if abs(off) < AT_HEADING:
@@ -326,8 +324,8 @@ def _stand_while_held(view: View, memory: Memory) -> Tuple[Move, Memory]:
     """Stand until the wheels have been free for a while, then leave what held them: no sonar sees it."""
     now = view.snapshot.time
     if view.snapshot.stalled or memory.going is not Going.HELD:
-        backed = memory.backed or memory.going is Going.BACKING
-        memory = replace(memory, going=Going.HELD, since=now, backed=backed)
+        memory = replace(
+            memory, going=Going.HELD, since=now, backed=memory.backed or memory.going is Going.BACKING)
     if now - memory.since < FREE_FOR:
         return Move(0.0, 0.0, "stopped: the wheels stall, something holds the robot"), memory
     memory = replace(memory, avoided=view.snapshot.pose.heading)
