@@ -234,8 +234,8 @@ class LastCollector:
 def map_of(message: Any) -> Map:
     """An OccupancyGrid as a Map."""
     info = message.info
-    corner = (info.origin.position.x, info.origin.position.y, heading_in(info.origin.orientation))
-    return Map(np.array(message.data, dtype=np.int8).reshape(info.height, info.width), info.resolution, corner)
+    return Map(np.array(message.data, dtype=np.int8).reshape(info.height, info.width), info.resolution,
+               (info.origin.position.x, info.origin.position.y, heading_in(info.origin.orientation)))
 
 
 def told_of(info: Any) -> Dict[str, Any]:

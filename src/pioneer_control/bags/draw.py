@@ -55,8 +55,8 @@ def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tupl
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Draw bags; 0 when the picture is written, 2 when there is nothing to draw."""
-    parser = parser_of("draw_run", "Make a report of a recorded run, on one page; of several, compare them.", OPTIONS)
-    options = parser.parse_args(arguments)
+    options = parser_of("draw_run", "Make a report of a recorded run, on one page; of several, compare them.",
+                        OPTIONS).parse_args(arguments)
     try:
         chosen = wanted(options.bag, options.robot, options.parts)
         output = options.output or stem(options.bag[0]) + ("-compared.png" if len(chosen) > 1 else ".png")

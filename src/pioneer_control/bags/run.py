@@ -163,10 +163,9 @@ def _choose(path: str, wanted: Optional[str], reader: BagReader) -> str:
     robots = _robots(reader)
     names = ", ".join(name or "/" for name in robots)
     if not robots:
-        topics = {"%s (%s)" % (entry.topic, entry.type) for entry in reader.connections}
-        there = ", ".join(sorted(topics)) or "nothing: the bag is empty"
+        topics = sorted({"%s (%s)" % (entry.topic, entry.type) for entry in reader.connections})
         raise BagError(("%s has no odometry of a robot (a topic `pose` or `odom`, nav_msgs/Odometry). It has: %s. %s"
-                        % (path, there, reader.damage)).strip())
+                        % (path, ", ".join(topics) or "nothing: the bag is empty", reader.damage)).strip())
     if wanted is not None and wanted not in robots:
         raise BagError("%s has no robot %r; it has: %s. Choose one with --robot" % (path, wanted, names))
     if wanted is None and len(robots) > 1:

@@ -227,10 +227,8 @@ class Converter:
             old = self._decoded(message)
             stamp = old.header.stamp if old.header.stamp.to_nsec() else genpy.Time(0, message.time)
             base_link = old.header.frame_id.lstrip("/") or self._options.renamed.get(BASE_LINK, BASE_LINK)
-            if "battery" in outlets:
-                made = iter([("battery", standard_messages.battery(old.voltage, stamp, base_link))])
-            else:
-                made = self._sonar(outlets, history, robot, old.ranges, stamp, base_link)
+            made = ([("battery", standard_messages.battery(old.voltage, stamp, base_link))] if "battery" in outlets
+                    else self._sonar(outlets, history, robot, old.ranges, stamp, base_link))
             for word, each in made:
                 if word not in ("info", "frames"):
                     each.header.seq = old.header.seq
@@ -246,8 +244,7 @@ class Converter:
     def _decoded(self, message: Message) -> Any:
         """A message whose frames have their new names."""
         made = decode(message.connection, message.data)
-        if self._options.renamed:
-            self._rename_frames(made)
+        self._rename_frames(made)
         return made
 
     def _rename_frames(self, part: Any) -> None:

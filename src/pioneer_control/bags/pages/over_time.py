@@ -159,8 +159,8 @@ def _said(level: int, wrong: Sequence[Incident]) -> Lane:
     """The lane of all warnings or all errors, with letters where each was first said."""
     mine = [each for each in wrong if each.level == level]
     badges = tuple(Badge(each.times[0], each.letter, SAID_COLOUR[level]) for each in mine if each.letter)
-    moments = tuple((time, time) for each in mine for time in each.times)
-    return Lane(SAID[level], SAID_COLOUR[level], "", moments, badges)
+    spans = tuple((time, time) for each in mine for time in each.times)
+    return Lane(SAID[level], SAID_COLOUR[level], "", spans, badges)
 
 
 def height(shown: Sequence[Curves], lanes: int) -> float:
@@ -231,16 +231,16 @@ def draw_lanes(axes: Any, rows: Sequence[Lane], timeline: Timeline, width: float
     """Rows from the top down, with their names at the left; `width` in inches."""
     for number, lane in enumerate(rows):
         middle = len(rows) - 0.5 - number
-        bars = [(begin, end - begin) for begin, end in lane.spans]
         look = dict(facecolor="white", hatch=lane.hatch) if lane.hatch else dict(facecolor=lane.colour)
-        axes.broken_barh(bars, (middle - 0.3, 0.6), edgecolor=lane.colour, linewidth=0.8, zorder=3, **look)
+        axes.broken_barh([(begin, end - begin) for begin, end in lane.spans], (middle - 0.3, 0.6),
+                         edgecolor=lane.colour, linewidth=0.8, zorder=3, **look)
         badges = sorted(lane.badges)
         places = spread([badge.time for badge in badges], BADGES_APART * timeline.span / width, timeline.begin,
                         timeline.end)
         for badge, place in zip(badges, places):
-            box = dict(boxstyle="circle,pad=0.18", facecolor=badge.colour, edgecolor="white", linewidth=0.5)
             axes.text(place, middle, badge.words, ha="center", va="center", color=ink_on(badge.colour), fontsize=6.5,
-                      fontweight="bold", zorder=5, bbox=box)
+                      fontweight="bold", zorder=5, bbox=dict(boxstyle="circle,pad=0.18", facecolor=badge.colour,
+                                                             edgecolor="white", linewidth=0.5))
         for time, words in lane.words:
             axes.text(time, middle, " " + plain(words), va="center", color=INK, fontsize=6.5, zorder=5)
         if number and lane.name:

@@ -144,9 +144,9 @@ def timeline_of(run: Run) -> Timeline:
 
 def _write_head(sheet: Sheet, run: Run, timeline: Timeline, title: Optional[str], figures: Sequence[str]) -> None:
     """Title, when and from which file, and figures."""
-    robot = run.robot or "robot"
-    named = title or robot + (" (%s)" % run.model if run.model else "") + (" in %s" % run.world if run.world else "")
-    sheet.text(LEFT, TOP + 0.1, named, room=RIGHT - LEFT - 2.4, size=15, fontweight="bold")
+    model, world = (" (%s)" % run.model) * bool(run.model), (" in %s" % run.world) * bool(run.world)
+    sheet.text(LEFT, TOP + 0.1, title or (run.robot or "robot") + model + world, room=RIGHT - LEFT - 2.4, size=15,
+               fontweight="bold")
     sheet.text(RIGHT, TOP + 0.02, os.path.basename(run.path), room=2.3, size=SMALL, color=FAINT, ha="right")
     if timeline.begin > REAL:
         began = datetime.fromtimestamp(timeline.begin, timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
@@ -200,9 +200,8 @@ def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: f
 
 def _badge(sheet: Sheet, left: float, middle: float, words: str, colour: str) -> None:
     """A sign as the drawings have it, beside its explanation."""
-    badge = dict(boxstyle="circle,pad=0.18", facecolor=colour, edgecolor="none")
     sheet.text(left, middle, words, size=6.5, color=over_time.ink_on(colour), fontweight="bold", ha="center",
-               bbox=badge)
+               bbox=dict(boxstyle="circle,pad=0.18", facecolor=colour, edgecolor="none"))
 
 
 def _write_wrong(sheet: Sheet, top: float, wrong: Sequence[Incident], words: Dict[str, List[str]],

@@ -91,8 +91,7 @@ def shortened(long: Sequence[str], most: int = LONGEST_NAME) -> List[str]:
 def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
     """The matplotlib Figure of a comparison."""
     rows = compared(runs)
-    begin = rows[0].track.pose(0)
-    laid = [from_its_start(row.track).seen_from(begin) for row in rows]
+    laid = [from_its_start(row.track).seen_from(rows[0].track.pose(0)) for row in rows]
     in_one_world = all(run.truth is not None for run in runs) and len({run.world for run in runs}) == 1
     walls = runs[0].map if in_one_world else None
     low, high = from_above.extent(laid, np.empty((0, 2)), walls, max(run.reach for run in runs))
@@ -138,8 +137,8 @@ def _write_head(sheet: Sheet, rows: Sequence[Compared], title: Optional[str]) ->
     sheet.text(LEFT, TOP + 0.1, title or "%s runs of %s" % (len(rows), of), room=RIGHT - LEFT, size=15,
                fontweight="bold")
     paths = "True paths" if rows[0].track is rows[0].run.truth else "Paths as the robots' odometry has them"
-    words = "%s, laid so that all begin together: at the same place, heading, and moment of the first movement" % paths
-    sheet.text(LEFT, TOP + 0.39, words, room=RIGHT - LEFT, size=SMALL)
+    sheet.text(LEFT, TOP + 0.39, paths + ", laid so that all begin together: at the same place, heading, and moment of "
+               "the first movement", room=RIGHT - LEFT, size=SMALL)
 
 
 def _draw_paths(axes: Any, laid: Sequence[Track], walls: Optional[Map], low: np.ndarray, high: np.ndarray,
@@ -148,8 +147,8 @@ def _draw_paths(axes: Any, laid: Sequence[Track], walls: Optional[Map], low: np.
     from_above.draw_map(axes, walls, low, high)
     for number, (track, look) in enumerate(zip(laid, LOOKS)):
         axes.plot(track.x, track.y, zorder=3, **look)
-        square = dict(marker="s", markersize=5.5 if number else 9, markeredgecolor="white", markeredgewidth=0.8)
-        axes.plot(*track.pose(-1)[:2], color=look["color"], zorder=6, **square)
+        axes.plot(*track.pose(-1)[:2], "s", color=look["color"], markersize=5.5 if number else 9,
+                  markeredgecolor="white", markeredgewidth=0.8, zorder=6)
     axes.plot(*laid[0].pose(0)[:2], "o", color="white", markeredgecolor=INK, markersize=6, zorder=6)
     from_above.draw_arrows(axes, laid[0], (high - low)[0] / inches)
 
