@@ -220,13 +220,17 @@ class _File:
                 raise BagError("%s is encrypted. To make a bag of it that can be read: rosbag decrypt" % self.path)
             self._index, = U64.unpack(head.fields[b"index_pos"])
             if 0 < self._index <= self.size:
-                counts = (U32.unpack(head.fields[name])[0] for name in (b"conn_count", b"chunk_count"))
-                self._read_index(source, *counts)
+                self._read_index(source, head)
         if not self.indexed:
             self._read_tail(source)
 
-    def _read_index(self, source: Source, connection_count: int, chunk_count: int) -> None:
-        """Learn of all connections, and of all chunks unless something in the index is damaged or missing."""
+    def _read_index(self, source: Source, head: BagRecord) -> None:
+        """Learn of all connections, and of all chunks unless something in the index is damaged or missing.
+
+        Args:
+            source: of the file.
+            head: its first record, which says how many of each the index has.
+        """
         described: Set[int] = set()
         chunks: Dict[int, _Chunk] = {}
         bad: List[int] = []
@@ -241,7 +245,8 @@ class _File:
                 chunks[position] = _Chunk(start, end, sum(count for _, count in counts), foreign, start)
             else:
                 return
-        if not bad and (len(described), len(chunks)) == (connection_count, chunk_count):
+        expected = [U32.unpack(head.fields[name])[0] for name in (b"conn_count", b"chunk_count")]
+        if not bad and [len(described), len(chunks)] == expected:
             self.indexed = True
             backwards = sorted(chunks, reverse=True)
             earliest: Iterable[int] = itertools.accumulate((chunks[position].start for position in backwards), min)
@@ -324,8 +329,7 @@ class _File:
                         continue
                     in_head = self._head.takes(record.time, connection)
                     if record.connection not in self._unwanted:
-                        data = source.data(record)
-                        queue.add(Message(connection.topic, connection, data, record.time), in_head)
+                        queue.add(Message(connection.topic, connection, source.data(record), record.time), in_head)
                 elif record.op == CONNECTION:
                     self._know(record, source.data(record))
                 elif record.op == INDEX:
@@ -536,12 +540,10 @@ def _class_of(type_name: str, md5sum: str, definition: str) -> type:
     import genpy.dynamic
     import roslib.message
 
-    try:
+    with contextlib.suppress(Exception):    # whatever a broken package raises when it is imported
         known = roslib.message.get_message_class(type_name)
-    except Exception:   # whatever a broken package raises when it is imported
-        known = None
-    if known is not None and known._md5sum == md5sum:
-        return known
+        if known is not None and known._md5sum == md5sum:
+            return known
     try:
         _check_arrays(definition)
         return genpy.dynamic.generate_dynamic(type_name, definition)[type_name]

@@ -48,19 +48,23 @@ class TestWhatTheBagTells:
         recorded = redrive.read_drive([bag])
         topics = [order.topic for order in recorded.told]
         assert topics == ["cmd_motor_state", "cmd_vel", "cmd_wheels", "gripper_control"]
-        assert recorded.begin == pytest.approx(1002.0) and recorded.valid == 1.5
+        assert recorded.told[0].time == pytest.approx(1002.0) and recorded.valid == 1.5
 
     def test_which_robot_where(self, bag):
         recorded = redrive.read_drive([bag])
-        assert (recorded.robot, recorded.model) == ("pioneer", "p3dx-sh")
-        assert (recorded.has_gripper, recorded.world) == (True, "tutorial")
+        assert (recorded.robot, recorded.like["model"], recorded.like["gripper"]) == ("pioneer", "p3dx-sh", True)
+        assert recorded.world == "office"
         # when it was told the first, not when the bag begins
-        assert recorded.start == pytest.approx([2.0 + 0.2 * 0.8776, 3.0 + 0.2 * 0.4794, 0.5], abs=1e-3)
+        assert recorded.like["start"] == pytest.approx([2.0 + 0.2 * 0.8776, 3.0 + 0.2 * 0.4794, 0.5], abs=1e-3)
 
     def test_the_simulated_robot_is_made_of_that(self, bag):
         parameters = redrive.simulator_parameters(redrive.read_drive([bag]), "", "", 5)
         assert parameters == dict(model="p3dx-sh", gripper=True, rear_sonar=False, models_file="", world="office",
                                   seed=5, numbers_file="", start=pytest.approx([2.175, 3.096, 0.5], abs=1e-3))
+
+    def test_the_world_may_be_told_by_its_topic_alone(self, tmp_path):
+        path = make.write_bag(tmp_path / "run.bag", [described({}, {}), *make.driven(), *told()])
+        assert redrive.read_drive([path]).world == "tutorial"
 
     def test_a_world_that_is_named_counts_more(self, bag):
         assert redrive.simulator_parameters(redrive.read_drive([bag]), "maze", "", 0)["world"] == "maze"
@@ -74,14 +78,14 @@ class TestWhatTheBagTells:
 
     def test_a_world_that_is_gone(self, tmp_path, capsys):
         path = make.write_bag(tmp_path / "run.bag", [described(dict(world="/nowhere/lab.yaml"), {}), *told()])
-        assert redrive.known_world(redrive.read_drive([path])) == "empty"
+        assert redrive.known_world(redrive.read_drive([path]).world) == "empty"
         assert "'/nowhere/lab.yaml' of the recording is not here" in capsys.readouterr().out
 
     def test_a_world_that_is_a_file(self, tmp_path):
         world = tmp_path / "lab.yaml"
         world.write_text("")
         path = make.write_bag(tmp_path / "run.bag", [described(dict(world=str(world)), {}), *told()])
-        assert redrive.known_world(redrive.read_drive([path])) == str(world)
+        assert redrive.known_world(redrive.read_drive([path]).world) == str(world)
 
     def test_nothing_was_told(self, tmp_path):
         path = make.write_bag(tmp_path / "run.bag", make.driven(seconds=1))

@@ -55,15 +55,15 @@ def bag(tmp_path):
 class TestWhatTheBagTells:
     def test_who_commanded_whom_with_what(self, bag):
         live = rerun.read_live([bag], "", "rosPioneer2.py")
-        assert (live.robot, live.node, live.parameters) == ("pioneer", PROGRAM, {"seed": 7, "deep": {"er": 1}})
-        counts = {name: len(messages) for name, messages in live.commanded.items()}
+        assert (live.told.robot, live.node, live.parameters) == ("pioneer", PROGRAM, {"seed": 7, "deep": {"er": 1}})
+        counts = {name: len(messages) for name, messages in live.told.messages.items() if name in rerun.KINDS}
         assert counts == {"cmd_motor_state": 1, "decision": 40, "cmd_vel": 40}
-        assert live.begin == pytest.approx(10.0)
+        assert live.told.begin == pytest.approx(10.0)
 
     def test_a_wander_begins_and_ends_where_it_did(self, bag):
         live = rerun.read_live([bag], "pioneer", "")
-        decided = rerun.decided([message for _, message in live.commanded["decision"]])
-        assert decided.pop("seed") == live.commanded["decision"][0][1].seed
+        decided = rerun.decided([message for _, message in live.told.messages["decision"]])
+        assert decided.pop("seed") == live.told.messages["decision"][0][1].seed
         assert decided == {"begin_at": pytest.approx([11.0, 13.0]), "end_at": pytest.approx([12.9, 14.9])}
 
     def test_without_decisions_there_are_no_limits(self):
@@ -88,7 +88,7 @@ class TestWhatTheBagTells:
         path = write(tmp_path / "two.bag", [("/alice/cmd_vel", twist(0.1), 1.0), ("/bob/cmd_vel", twist(0.1), 1.1)])
         with pytest.raises(BagError, match="alice, bob. Choose one with robot:="):
             rerun.read_live([path], "", "")
-        assert rerun.read_live([path], "/bob/", "").robot == "bob"
+        assert rerun.read_live([path], "/bob/", "").told.robot == "bob"
         with pytest.raises(BagError, match="robot 'carol' was told nothing in it.*these robots were: alice, bob"):
             rerun.read_live([path], "carol", "")
 

@@ -20,6 +20,10 @@ class RecordedCommands(NamedTuple):
     senders: Dict[str, str]  # the first node that published; empty where the bag does not say
     begin: float  # s: first message of the bag
 
+    def newest(self, name: str) -> Any:
+        """The newest message on a topic; None where there is none."""
+        return self.messages[name][-1][1] if name in self.messages else None
+
     def descriptions(self) -> Iterator[Description]:
         """The recording's descriptions that make sense, the newest first."""
         for _, message in reversed(self.messages.get("recording", [])):
@@ -56,11 +60,10 @@ def read_commands(files: Sequence[str], robot: str, commands: Mapping[str, type]
         found = robots.setdefault(namespace.strip("/"), RecordedCommands(namespace.strip("/"), {}, {}, 0.0))
         try:
             message = decode(connection, data)
+            found.messages.setdefault(name, []).append((nanoseconds * 1e-9, message))
+            found.senders.setdefault(name, connection.caller)
         except BagError:
             damaged[topic] += 1
-            continue
-        found.messages.setdefault(name, []).append((nanoseconds * 1e-9, message))
-        found.senders.setdefault(name, connection.caller)
     if reader.damage:
         say("%s: %s" % (", ".join(files), reader.damage))
     for topic, count in damaged.items():

@@ -5,6 +5,7 @@ in a namespace of their own, and end here. What it did is kept in a bag, compare
 """
 
 import argparse
+import collections
 import contextlib
 import os
 import re
@@ -12,7 +13,7 @@ import subprocess
 import threading
 import time
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 import rospy
@@ -33,7 +34,7 @@ from ..recorded_run import Track
 from ..recording.description import Description
 from ..recording.topics import load_list, topics_of
 from ..run import read_run
-from .programs import Interrupted, nodes, restore_parameter, run_as_node, running, wait_until
+from .programs import INTERVAL, Interrupted, nodes, restore_parameter, run_as_node, running, wait_until
 from .recorded_commands import read_commands
 from .redrive_schedule import LEGAL_VALID, VALID, Order, schedule
 from .topic_recorder import TopicRecorder
@@ -72,15 +73,16 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
 class RecordedDrive(NamedTuple):
     """What a bag tells of a robot that was driven."""
 
-    robot: str  # namespace
+    robot: str
+    """namespace"""
     told: List[Order]
-    begin: float  # s: when it was told the first
-    model: str
-    has_gripper: Optional[bool]
+    """in order of time, the first at the time of the bag"""
     world: str
-    start: Optional[Sequence[float]]  # where it truly stood when it was told the first: x, y (m), heading (rad)
-    simulator: Dict[str, Any]  # parameters
-    driver: Dict[str, Any]  # parameters
+    """name or file; empty where the bag does not tell"""
+    like: Dict[str, Any]
+    """parameters that make a simulated robot like it, and put it where it truly stood when it was told the first"""
+    driver: Dict[str, Any]
+    """parameters of its driver"""
 
     @property
     def valid(self) -> float:
@@ -96,40 +98,39 @@ def read_drive(files: Sequence[str], robot: str = "") -> RecordedDrive:
         BagError: as `read_commands` does.
     """
     told = read_commands(files, robot, KINDS, {"robot_info": RobotInfo, "world": String, "ground_truth": Odometry})
-    parts = told.messages
-    orders = sorted((Order(when, name, message) for name in KINDS for when, message in parts.get(name, [])),
+    orders = sorted((Order(when, name, message) for name in KINDS for when, message in told.messages.get(name, [])),
                     key=lambda order: order.time)
-    begin = orders[0].time
     description = next(told.descriptions(), Description({}, {}, {}, {}))
-    info = parts["robot_info"][-1][1] if parts.get("robot_info") else None
-    return RecordedDrive(
-        told.robot, orders, begin, info.subtype if info else "", info.has_gripper if info else None,
-        parts["world"][-1][1].data if parts.get("world") else "", _start(parts.get("ground_truth", []), begin),
-        description.parameters_of("%s/simulator" % told.robot), description.parameters_of("%s/p2os" % told.robot))
+    simulator = description.parameters_of("%s/simulator" % told.robot)
+    like = {name: simulator[name] for name in SAME_ROBOT if name in simulator}
+    info, world, truths = told.newest("robot_info"), told.newest("world"), told.messages.get("ground_truth")
+    if info:
+        like.update(gripper=info.has_gripper, **({"model": info.subtype} if info.subtype else {}))
+    if truths:
+        like["start"] = _place(truths, orders[0].time)
+    return RecordedDrive(told.robot, orders, str(simulator.get("world") or world and world.data or ""), like,
+                         description.parameters_of("%s/p2os" % told.robot))
 
 
-def _start(truths: Sequence[Tuple[float, Any]], begin: float) -> Optional[Sequence[float]]:
-    """Where the robot stood last before a time (s), or first after it."""
-    if not truths:
-        return None
-    before = [message for when, message in truths if when <= begin]
-    pose = (before[-1] if before else truths[0][1]).pose.pose
-    turn = pose.orientation
-    return [pose.position.x, pose.position.y, heading_of(turn.x, turn.y, turn.z, turn.w)]
+def _place(truths: Sequence[Tuple[float, Any]], time: float) -> List[float]:
+    """Where the robot stood last before a time (s), or first after it: x, y (m), heading (rad)."""
+    message = ([message for when, message in truths if when <= time] or [truths[0][1]])[-1]
+    position, turn = message.pose.pose.position, message.pose.pose.orientation
+    return [position.x, position.y, heading_of(turn.x, turn.y, turn.z, turn.w)]
 
 
 def simulator_parameters(recorded: RecordedDrive, world: str, numbers_file: str, seed: int) -> Dict[str, Any]:
     """Parameters that make the simulated robot like the recorded one, as far as the bag tells."""
-    same = {name: recorded.simulator[name] for name in SAME_ROBOT if name in recorded.simulator}
-    told = dict(model=recorded.model or None, gripper=recorded.has_gripper, start=recorded.start)
-    path = os.path.abspath(os.path.expanduser(numbers_file)) if numbers_file else ""
-    return dict(same, **{name: value for name, value in told.items() if value is not None},
-                world=world or known_world(recorded), seed=seed, numbers_file=path)
+    return dict(recorded.like, world=world or known_world(recorded.world), seed=seed,
+                numbers_file=numbers_file and os.path.abspath(os.path.expanduser(numbers_file)))
 
 
-def known_world(recorded: RecordedDrive) -> str:
-    """The world of the recorded robot if it is still there, else the empty one; says so."""
-    named = str(recorded.simulator.get("world") or recorded.world)
+def known_world(named: str) -> str:
+    """The world of the recorded robot if it is still there, else the empty one; says so.
+
+    Args:
+        named: its name or file; empty where the bag does not tell.
+    """
     if (WORLDS / (named + ".yaml")).is_file() or "/" in named and os.path.isfile(named):
         return named
     say("The world %r of the recording is not here: there is nothing round the robot now. Give its file with "
@@ -241,20 +242,15 @@ class Redrive:
 
     def _drive(self, robot: Sequence[subprocess.Popen]) -> None:
         """Give every order when it is due."""
-        begin = time.monotonic()
-        for order in self._orders:
-            self._check(robot)
-            while time.monotonic() < begin + order.time:
-                time.sleep(max(0.0, min(begin + order.time - time.monotonic(), 0.05)))
-                self._check(robot)
-            self._give(order)
-
-    def _check(self, robot: Sequence[subprocess.Popen]) -> None:
-        """Raise an error when it must not go on."""
-        if rospy.is_shutdown():
-            raise Interrupted("ended before it was done; the robot was stopped")
-        if any(process.poll() is not None for process in robot):
-            raise UsageError("the robot is gone: the last lines of its programs above say why")
+        begin, orders = time.monotonic(), collections.deque(self._orders)
+        while orders:
+            if rospy.is_shutdown():
+                raise Interrupted("ended before it was done; the robot was stopped")
+            if any(process.poll() is not None for process in robot):
+                raise UsageError("the robot is gone: the last lines of its programs above say why")
+            time.sleep(max(0.0, min(begin + orders[0].time - time.monotonic(), INTERVAL)))
+            if time.monotonic() >= begin + orders[0].time:
+                self._give(orders.popleft())
 
     def _give(self, order: Order) -> None:
         with self._publishing:
@@ -287,8 +283,9 @@ class Redrive:
         except BagError as error:
             say("\nIt was driven, and there is nothing to compare it with: %s\nbag      %s" % (error, path))
             return
-        recorded = recorded._replace(odometry=trimmed(recorded.odometry, self._recorded.begin),
-                                     truth=recorded.truth and trimmed(recorded.truth, self._recorded.begin))
+        begin = self._recorded.told[0].time
+        recorded = recorded._replace(odometry=trimmed(recorded.odometry, begin),
+                                     truth=recorded.truth and trimmed(recorded.truth, begin))
         driven = read_run(path, self._name.strip("/"))
         where, before, after = "where it truly was", recorded.truth, driven.truth
         if before is None or after is None:

@@ -9,15 +9,14 @@
 No command of the bag reaches a node that was there before.
 """
 
-import argparse
 import importlib
 import os
 import sys
-from typing import Optional, Sequence
+from typing import Any, Dict, Optional, Sequence
 
 from ...errors import PioneerError, UsageError
 from ..bag_names import bag_files
-from ..command_line import refuse_launch_arguments, yes_or_no
+from ..command_line import parser_of, refuse_launch_arguments, yes_or_no
 from ..draw import main as draw
 from .playback import REMAPPING, player, recorded_topics
 
@@ -26,6 +25,13 @@ WAYS = "look", "rerun", "redrive"
 LAUNCH_ARGUMENTS = ("bag", "way", "robot", "rviz", "picture", "frame", "options", "package", "program", "args", "speed",
                     "world", "numbers_file", "seed")
 """Those of replay.launch."""
+
+
+LOOK_OPTIONS: Dict[str, Dict[str, Any]] = {
+    "bag": dict(help="the bag; several, or a pattern, in quotes: the parts of one recording"),
+    "--picture": dict(type=yes_or_no, default=False, metavar="true|false", help="draw it first (default: false)"),
+}
+"""Of the command line, to look."""
 
 
 def warn_of_robots() -> None:
@@ -53,13 +59,9 @@ def look(arguments: Sequence[str], ros: Sequence[str]) -> int:
         arguments: of the command line.
         ros: words of it that are for ROS.
     """
-    parser = argparse.ArgumentParser(prog="replay look", description="Play a bag back, its commands aside.",
-                                     allow_abbrev=False,
-                                     epilog="Whatever else is given goes to rosbag play: -r 2, -s 30, -l, ...")
-    parser.add_argument("bag", help="the bag; several, or a pattern, in quotes: the parts of one recording")
-    parser.add_argument("--picture", type=yes_or_no, default=False, metavar="true|false",
-                        help="draw it first (default: false)")
-    given, options = parser.parse_known_args(arguments)
+    given, options = parser_of(
+        "replay look", "Play a bag back, its commands aside.", LOOK_OPTIONS, allow_abbrev=False,
+        epilog="Whatever else is given goes to rosbag play: -r 2, -s 30, -l, ...").parse_known_args(arguments)
     files = bag_files(given.bag)
     command = player(files, recorded_topics(files), [*options, *ros])
     if given.picture:

@@ -25,7 +25,7 @@ from ..command_line import number, parser_of, say
 from .playback import RERUN, absolute, aside, player, recorded_topics
 from .programs import (INTERVAL, Interrupted, connected, graph, nodes, possible_robots, restore_parameter, run_as_node,
                        running, wait_until)
-from .recorded_commands import read_commands
+from .recorded_commands import RecordedCommands, read_commands
 from .redrive_schedule import VELOCITIES
 from .rerun_compare import TimedVelocity, Verdict, judge_decisions, judge_others, judge_velocities
 from .topic_recorder import TopicRecorder
@@ -61,15 +61,15 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
 class Live(NamedTuple):
     """What a program commanded when the bag was recorded."""
 
-    robot: str  # namespace
-    node: str  # its whole name
-    commanded: Dict[str, list]  # topic's last name -> (s, message)
+    told: RecordedCommands
+    node: str
+    """whole name of the program's node"""
     parameters: Dict[str, Any]
-    begin: float  # s: first message of the bag
+    """private ones of the node, as far as the bag tells"""
 
 
 def read_live(files: Sequence[str], robot: str, program: str) -> Live:
-    """Read it.
+    """Read what a program commanded.
 
     Args:
         files: a bag, or the parts of a recording.
@@ -83,8 +83,7 @@ def read_live(files: Sequence[str], robot: str, program: str) -> Live:
     who = [told.senders[name] for name in KINDS if told.senders.get(name)]
     node = who[0] if who else "/" + os.path.splitext(os.path.basename(program))[0]
     known = [description.parameters_of(node) for description in told.descriptions()]
-    return Live(told.robot, node, {name: told.messages[name] for name in KINDS if name in told.messages},
-                next((parameters for parameters in known if parameters), {}), told.begin)
+    return Live(told, node, next((parameters for parameters in known if parameters), {}))
 
 
 def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
@@ -109,27 +108,28 @@ def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Ver
         again: likewise.
         enough: share of the time for which velocities must be alike.
     """
-    sentences, same = [], []
-    for name in KINDS:
-        before, now = live.get(name, []), again.get(name, [])
-        if not before and not now:
-            continue
-        if name == "decision" and not before:   # recorded without them, or by another program: nothing to compare with
-            sentences.append("no decisions live, %s in the re-run: what was commanded counts." % len(now))
-            continue
-        if name in VELOCITIES:
-            verdict = judge_velocities(name, [velocity_of(*each) for each in before],
-                                       [velocity_of(*each) for each in now], enough)
-        else:
-            messages = [message for _, message in before], [message for _, message in now]
-            verdict = judge_decisions(*messages) if name == "decision" else judge_others(name, *messages)
-        sentences += verdict.sentences
-        same += [verdict.same] if name != "cmd_motor_state" else []
-    return Verdict(same[0] if live.get("decision") else all(same), sentences)
+    verdicts = {name: _verdict(name, live.get(name, []), again.get(name, []), enough)
+                for name in KINDS if live.get(name) or again.get(name)}
+    same = (verdicts["decision"].same if live.get("decision")
+            else all(verdict.same for name, verdict in verdicts.items() if name != "cmd_motor_state"))
+    return Verdict(same, [sentence for verdict in verdicts.values() for sentence in verdict.sentences])
+
+
+def _verdict(name: str, before: Sequence[Any], now: Sequence[Any], enough: float) -> Verdict:
+    """Compare what was commanded on one topic; the arguments are as those of `compare`."""
+    if name in VELOCITIES:
+        return judge_velocities(name, [velocity_of(*each) for each in before],
+                                [velocity_of(*each) for each in now], enough)
+    messages = [message for _, message in before], [message for _, message in now]
+    if name != "decision":
+        return judge_others(name, *messages)
+    # recorded without decisions, or by another program: there is nothing to compare with
+    return judge_decisions(*messages) if before else Verdict(
+        True, ["no decisions live, %s in the re-run: what was commanded counts." % len(now)])
 
 
 def velocity_of(seconds: float, message: Any) -> TimedVelocity:
-    """The velocity in a Twist or WheelVelocities."""
+    """The velocity in a Twist or WheelVelocities, which was commanded at a time (s)."""
     return (TimedVelocity(seconds, message.left, message.right) if hasattr(message, "left")
             else TimedVelocity(seconds, message.linear.x, message.angular.z))
 
@@ -152,8 +152,9 @@ class Rerun:
         self._files = bag_files(given.bag)
         self._topics = recorded_topics(self._files)
         self._live = read_live(self._files, given.robot, given.program)
-        self._robot = "/" + self._live.robot if self._live.robot else ""
-        self._time = genpy.Time.from_sec(self._live.begin)
+        self._robot = "/" + self._live.told.robot if self._live.told.robot else ""
+        self._decisions = [message for _, message in self._live.told.messages.get("decision", [])]
+        self._time = genpy.Time.from_sec(self._live.told.begin)
         self._looked_out = 0.0
 
     def run(self) -> int:
@@ -163,19 +164,17 @@ class Rerun:
             The exit code: 0 it commands the same again, 1 it does not.
         """
         self._refuse_company()
-        node, commanded = self._live.node, self._live.commanded
         recorder = TopicRecorder(self._given.output or free_name(self._files[0], "rerun"), lambda: self._time)
         # this node began with the time of day, and keeps it
         rospy.Subscriber("/clock", Clock, self._hear_clock, queue_size=1)
         for name, kind in KINDS.items():
             recorder.record(aside("%s/%s" % (self._robot, name), RERUN), kind, "%s/%s" % (self._robot, name))
         with contextlib.ExitStack() as at_end:
-            for name in ("/use_sim_time", node):
+            for name in ("/use_sim_time", self._live.node):
                 at_end.callback(restore_parameter, name, rospy.get_param(name, None))
             at_end.enter_context(recorder)
             rospy.set_param("/use_sim_time", True)
-            rospy.set_param(node, dict(self._live.parameters,
-                                       **decided([message for _, message in commanded.get("decision", [])])))
+            rospy.set_param(self._live.node, dict(self._live.parameters, **decided(self._decisions)))
             self._play(recorder, at_end)
         return self._judge(recorder)
 
@@ -220,7 +219,7 @@ class Rerun:
         rospy.wait_for_service(PLAYER + "/pause_playback", PLAYER_PATIENCE)
         namespace, _, name = live.node.rpartition("/")
         ours = (given.package, given.program) == ("pioneer_control", "rosPioneer2.py")
-        arguments = shlex.split(given.args) if given.args else [live.robot] if ours else []
+        arguments = shlex.split(given.args) if given.args else [live.told.robot] if ours else []
         out_of_reach = ["%s/%s" % (self._robot, each) for each in (*KINDS, *SERVICES)]
         elsewhere = ["%s:=%s" % (topic, aside(topic, RERUN)) for topic in out_of_reach]
         command = ["rosrun", given.package, given.program, *arguments, *elsewhere, "__name:=" + name]
@@ -255,11 +254,10 @@ class Rerun:
                 raise Interrupted("ended before the bag was over")
             self._look_out()
             time.sleep(INTERVAL)
-        expected = len(self._live.commanded.get("decision", []))
         ended = time.monotonic()
         while program.poll() is None and not rospy.is_shutdown():
             quiet = time.monotonic() - max(recorder.heard_at, ended)
-            all_said = 0 < expected <= recorder.counts.get(self._robot + "/decision", 0)
+            all_said = 0 < len(self._decisions) <= recorder.counts[self._robot + "/decision"]
             if quiet > (LAST_WORD if all_said else QUIET):
                 break
             self._look_out()
@@ -269,8 +267,8 @@ class Rerun:
 
     def _judge(self, recorder: TopicRecorder) -> int:
         """Say the verdict in plain sentences; returns the exit code."""
-        again = read_commands([recorder.path], self._live.robot, KINDS).messages if recorder.counts else {}
-        verdict = compare(self._live.commanded, again, self._enough)
+        again = read_commands([recorder.path], self._live.told.robot, KINDS).messages if recorder.counts else {}
+        verdict = compare(self._live.told.messages, again, self._enough)
         same = "THE SAME on the bag as" if verdict.same else "SOMETHING ELSE on the bag than"
         commands = same + " beside the robot" if again else "NOTHING on the bag"
         say("\n" + "\n".join([*verdict.sentences, "%s commands %s." % (self._given.program, commands),
