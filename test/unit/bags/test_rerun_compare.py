@@ -116,6 +116,12 @@ class TestVelocities:
         assert same.same and "alike for 100.0 %" in same.sentences[0] and "different" not in same.sentences[0]
         assert not other.same and "by at most 0.10 m/s" in other.sentences[0]
 
+    def test_either_wheel_is_compared_with_the_tolerance_that_is_told(self):
+        for left, right in ((0.03, 0.0), (0.0, 0.03)):
+            other = [TimedVelocity(time, one + left, two + right) for time, one, two in driven()]
+            verdict = judge_velocities("cmd_wheels", driven(), other, 0.95)
+            assert not verdict.same and "within 0.02 m/s left and 0.02 m/s right" in verdict.sentences[0]
+
     def test_wheels_are_told_in_their_units(self):
         assert "m/s left" in judge_velocities("cmd_wheels", driven(), driven(faster=0.1), 0.95).sentences[0]
 

@@ -76,20 +76,20 @@ def first_difference(live: Sequence[Any], again: Sequence[Any]) -> Optional[Diff
     return None
 
 
-def likeness(live: Sequence[TimedVelocity], again: Sequence[TimedVelocity], tolerance: Tuple[float, float] = TOLERANCE,
-             late: float = LATE) -> Likeness:
+def likeness(live: Sequence[TimedVelocity], again: Sequence[TimedVelocity],
+             tolerance: Tuple[float, float] = TOLERANCE) -> Likeness:
     """How alike are the velocities that hold, from the first command of either to the end of the last one?
 
-    A moment is alike when what was commanded then is met, within the tolerance, at some moment not more than `late` s
+    A moment is alike when what was commanded then is met, within the tolerance, at some moment not more than `LATE` s
     away. After `redrive_schedule.VALID` without a command a robot stands.
     """
     everything = [*live, *again]
     if not everything:
         return Likeness(0.0, 1.0, None, (0.0, 0.0))
     begin = min(velocity.time for velocity in everything)
-    moments = np.arange(-late, max(velocity.time for velocity in everything) - begin + VALID + late, STEP)
+    moments = np.arange(-LATE, max(velocity.time for velocity in everything) - begin + VALID + LATE, STEP)
     one, other = _held(live, begin, moments), _held(again, begin, moments)
-    around = round(late / STEP)
+    around = round(LATE / STEP)
     apart = np.maximum(_nearest(one, other, around, tolerance), _nearest(other, one, around, tolerance))
     alike = np.all(apart <= np.array(tolerance) + 1e-9, axis=1)
     first = None if alike.all() else max(0.0, float(moments[np.argmin(alike)]))
@@ -147,9 +147,9 @@ def judge_velocities(topic: str, live: Sequence[TimedVelocity], again: Sequence[
         again: on the bag.
         enough: share of the time for which they must be alike.
     """
-    alike = likeness(live, again)
     units = ("m/s", "rad/s") if topic == "cmd_vel" else ("m/s left", "m/s right")
-    tolerance = TOLERANCE if topic == "cmd_vel" else TOLERANCE[:1] * 2
+    tolerance = TOLERANCE if topic == "cmd_vel" else (TOLERANCE[0], TOLERANCE[0])
+    alike = likeness(live, again, tolerance)
     sentence = "%s: %s live, %s in the re-run; alike for %.1f %% of %.1f s (within %g %s and %g %s)" % (
         topic, len(live), len(again), 100 * alike.share, alike.seconds, tolerance[0], units[0], tolerance[1], units[1])
     if alike.first is not None:
