@@ -1,4 +1,4 @@
-"""Names of bags: their stem, their parts in order, and those that a text on a command line means."""
+"""Names of bags: their stem, the order of parts, the files that a text on a command line names, and free names."""
 
 import glob
 import itertools
@@ -16,16 +16,16 @@ def stem(path: str) -> str:
 
 
 def in_order(parts: Sequence[str]) -> List[str]:
-    """Parts by their numbers: FILE_2.bag before FILE_10.bag, which a shell has the other way round."""
+    """Parts of a recording by their numbers: FILE_2.bag before FILE_10.bag. A shell sorts them the other way."""
     return sorted(
         parts, key=lambda path: [int(word) if word.isdigit() else word for word in re.split("([0-9]+)", path)])
 
 
 def bag_files(given: str) -> List[str]:
-    """The files that a text names: one, several between spaces, or a pattern such as ``run_*.bag``.
+    """The files that a text names: one, several with spaces between them, or a pattern such as ``run_*.bag``.
 
     Raises:
-        BagError: one of them does not exist.
+        BagError: the text names no file, or one that does not exist.
     """
     if os.path.exists(os.path.expanduser(given)):
         return [os.path.expanduser(given)]
@@ -45,7 +45,7 @@ def bag_files(given: str) -> List[str]:
 
 
 def free_name(bag: str, what: str) -> str:
-    """A file beside a bag that does not exist yet: RUN-redrive.bag, or RUN-redrive-2.bag, ..."""
+    """A name beside a bag that no file has yet: RUN-redrive.bag, or RUN-redrive-2.bag, ..."""
     beside = "%s-%s" % (stem(bag), what)
     names = itertools.chain([beside + ".bag"], ("%s-%s.bag" % (beside, number) for number in itertools.count(2)))
     return next(path for path in names if not os.path.exists(path))

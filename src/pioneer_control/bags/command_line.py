@@ -15,7 +15,7 @@ def refuse_launch_arguments(words: Iterable[str], names: Iterable[str]) -> None:
         names: of the launch file's arguments.
 
     Raises:
-        UsageError: one of the words gives one of the arguments.
+        UsageError: a word of the command line gives an argument of the launch file.
     """
     for word in words:
         if word.partition(":=")[0] in names:
@@ -29,8 +29,8 @@ def parser_of(program: str, description: str, options: Dict[str, Dict[str, Any]]
     Args:
         program: its name.
         description: what it does.
-        options: by name (several with spaces between them), what `add_argument` is told.
-        more: for the parser itself.
+        options: for each option, its name (or names, with spaces between them) and the arguments of `add_argument`.
+        more: arguments of the parser itself.
     """
     parser = argparse.ArgumentParser(prog=program, description=description, **more)
     for name, option in options.items():
@@ -42,7 +42,7 @@ def yes_or_no(text: str) -> bool:
     """The value of "true" or "false", as launch files write it.
 
     Raises:
-        ArgumentTypeError: it is neither.
+        ArgumentTypeError: the text is neither.
     """
     if text.lower() not in ("true", "false"):
         raise argparse.ArgumentTypeError("%r is not legal: give true or false" % text)
@@ -50,10 +50,16 @@ def yes_or_no(text: str) -> bool:
 
 
 def number(name: str, text: str, low: float, high: float) -> float:
-    """The value of an option of this name.
+    """The number that an option gives.
+
+    Args:
+        name: of the option, for the error.
+        text: what was given.
+        low: the least legal number.
+        high: the greatest legal number.
 
     Raises:
-        UsageError: it is no number from `low` to `high`.
+        UsageError: the text is not a number from `low` to `high`.
     """
     kind = Number(low, high)
     try:
@@ -63,5 +69,5 @@ def number(name: str, text: str, low: float, high: float) -> float:
 
 
 def say(sentence: str) -> None:
-    """Print a sentence at once: other programs print in between."""
+    """Print a sentence without delay, because other programs print in between."""
     print(sentence, flush=True)

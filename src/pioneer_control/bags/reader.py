@@ -1,8 +1,8 @@
 """Read what ``rosbag record`` wrote, front to back, in bounded memory, whole or damaged: `read_bag`.
 
-``rosbag.Bag`` keeps an entry of every message in memory and refuses a bag that was not closed. This keeps little more
-than a chunk. Of a bag that was closed it reads the index first, and passes over chunks without a wanted topic; of
-another one it reads all that is there. Where bytes are damaged it goes on behind them, and says afterwards what is
+``rosbag.Bag`` keeps an entry of every message in memory and refuses a bag that was not closed. This reader keeps little
+more than a chunk. In a bag that was closed it reads the index first, and passes over chunks without a wanted topic. In
+any other bag it reads all that is there. Where bytes are damaged it goes on behind them, and says afterwards what is
 missing. The format is in `records`.
 """
 
@@ -20,8 +20,7 @@ from .records import (BETWEEN_CHUNKS, BLOCK, CHUNK, CHUNK_INFO, CONNECTION, FIEL
                       record_at, records, source_of_bytes)
 
 LATE = 10 ** 9
-"""ns by which messages may be recorded in the wrong order and are still given in the right one, in a bag without index.
-"""
+"""ns by which a message may be recorded too late in a bag without index; it is still given in the right order."""
 HELD = 1 << 25
 """Bytes of messages kept back at most, to put them in order."""
 OVERHEAD = 200
@@ -106,6 +105,7 @@ class _Queue:
         self.size, self._numbers = 0, itertools.count()
 
     def add(self, message: Message, in_head: bool) -> None:
+        """Let a message wait. `in_head`: whether it is in the head of a part."""
         heapq.heappush(self._waiting, (message.time, in_head, next(self._numbers), message))
         self.size += len(message.data) + OVERHEAD
 
@@ -196,7 +196,7 @@ class _File:
             self._look(source)
 
     def _look(self, source: Source) -> None:
-        """Whether it is a bag, and what its index says."""
+        """Check that the file is a bag, and learn what its index says."""
         magic = source.get(0, len(MAGIC))
         if not magic:
             raise BagError("%s is empty (0 bytes): its recorder wrote nothing, or the disk was full" % self.path)
@@ -358,7 +358,10 @@ class _File:
                 yield message
 
     def _contents(self, source: Source) -> Iterator[Tuple[Source, BagRecord]]:
-        """All records and where their data are, those in chunks too, but for chunks in which nothing is wanted."""
+        """All records, each with the source that has its data.
+
+        The records in chunks are among them, except in chunks in which nothing is wanted.
+        """
         for record in records(source, self._first, self._passes_over, self._damaged, self._searched):
             yield source, record
             if record.compressed and not self._passes_over(source, record):
@@ -370,7 +373,7 @@ class _File:
                     self._damaged(record.begin, record.end)
 
     def damage(self) -> str:
-        """What is missing, in sentences, after all was read; of a bag called "it"."""
+        """What is missing, in sentences that call the bag "it". To be asked after all was read."""
         index = self._index if 0 < self._index < self.size else self.size
         places = [place for place in self._places if place.begin < index]
         cut = bool(places) and places[-1].end == self.size
@@ -432,7 +435,7 @@ def _missing(chunk: Optional[_Chunk], passed: bool, listed: int, met: int) -> in
 
 
 def _is_known(connection: BagConnection, data: bytes, latched: Latched) -> bool:
-    """Whether this was the first latched message of its publisher; of an unknown publisher, of any of the topic."""
+    """Whether data are the first latched message of a publisher; where it is unknown, of any publisher of the topic."""
     return any(topic == connection.topic and caller == (connection.caller or caller) and first == data
                for (topic, caller), first in latched.items())
 
@@ -473,7 +476,7 @@ class BagReader:
 
     @property
     def connections(self) -> List[BagConnection]:
-        """Those known so far: of a bag that was closed all, and of others those in what was read."""
+        """Those that are known so far: all of a bag that was closed; of another one, those in what was read."""
         return [connection for file in self._files for connection in file.connections.values()]
 
     @property
@@ -501,7 +504,10 @@ class BagReader:
 
     @property
     def damage(self) -> str:
-        """What is missing and where, in a sentence, after all was read; empty if nothing is. A single bag is "it"."""
+        """What is missing and where, in a sentence that calls a single bag "it"; empty if nothing is missing.
+
+        To be asked after all was read.
+        """
         told = [(os.path.basename(file.path) + ": ") * self._several + file.damage()
                 for file in self._files if file.damage()] + self._refused
         return "; ".join(told) + "." if told else ""
@@ -523,7 +529,7 @@ def read_bag(paths: Union[str, Sequence[str]], is_wanted: Callable[[BagConnectio
 
 
 def _check_arrays(definition: str) -> None:
-    """Whether messages have no more values than they have bytes, or not many more. Raises ValueError."""
+    """Check that messages of a definition have hardly more values than bytes. Raises ValueError where they could."""
     if any(int(length) > LONGEST_ARRAY for length in re.findall(r"\[(\d+)\]", definition)):
         raise ValueError("an array in it is too long")
     for part in re.split("^=+$", definition, flags=re.MULTILINE):

@@ -37,12 +37,16 @@ FIELDS: Dict[int, Dict[bytes, Optional[int]]] = {
     CHUNK_INFO: {b"chunk_pos": 8, b"start_time": 8, b"end_time": 8, b"count": 4},
     CONNECTION: {b"conn": 4, b"topic": None},
 }
-"""op -> the fields it has at least, with their length in bytes; None: any. What has them all is taken for a record."""
+"""Fields that a record has at least, by its op, with their length in bytes (None: any).
+
+What has them all is taken for a record."""
 ENTRY = {INDEX: 12, CHUNK_INFO: 8}
 """Bytes of data for each of ``count``."""
 COMPRESSIONS = (b"none", b"bz2", b"lz4")
 BETWEEN_CHUNKS = (INDEX, CHUNK, CHUNK_INFO)
-"""What can follow a compressed chunk. Other records found behind one may be pieces of it: lz4 leaves some bytes as they
+"""Kinds of records that can follow a compressed chunk.
+
+A record of another kind that is found behind a damaged chunk may be a piece of the chunk: lz4 leaves some bytes as they
 are."""
 LONGEST_HEADER = 1 << 16
 """Bytes; a topic's name is the longest thing in a header."""
@@ -115,7 +119,15 @@ class Source:
         self.block, self.base = block, 0
 
     def load(self, position: int, length: int) -> int:
-        """Have so many bytes from a position on in the block, as far as there are; returns their index in it."""
+        """Have bytes in the block.
+
+        Args:
+            position: of the first.
+            length: how many are needed; at the end there may be fewer.
+
+        Returns:
+            The index of the first in the block.
+        """
         index = position - self.base
         if index < 0 or index + length > len(self.block) and self.base + len(self.block) < self.size:
             self.block, self.base, index = self.read_at(position, max(length, BLOCK)), position, 0
@@ -125,7 +137,7 @@ class Source:
         return index
 
     def get(self, position: int, length: int) -> bytes:
-        """Bytes, as far as there are."""
+        """Bytes from a position on; fewer than `length` at the end."""
         index = self.load(position, length)
         return self.block[index:index + length]
 
@@ -164,7 +176,7 @@ def nanoseconds(field: bytes) -> int:
 
 
 def record_at(source: Source, position: int) -> Optional[BagRecord]:
-    """The record that begins at a position, whose data may end anywhere; None if there is none."""
+    """The record that begins at a position; None if there is none. Its data may end anywhere."""
     index = source.load(position, USUAL_LENGTH)
     usual = USUAL_MESSAGE.match(source.block, index)
     if usual is None:
@@ -196,7 +208,7 @@ def _unusual_record_at(source: Source, position: int) -> Optional[BagRecord]:
 
 
 def next_record(source: Source, position: int, searched: Collection[int] = FIELDS) -> int:
-    """Position of the first record of some kinds at or after a position; the end if there is none."""
+    """Position of the first record of the kinds `searched` at or after a position; the end if there is none."""
     earliest = position
     while position < source.size:
         index = source.load(position, BLOCK)
@@ -252,7 +264,7 @@ def records(source: Source, position: int,
 
 
 def decompressed(source: Source, chunk: BagRecord) -> bytes:
-    """The records in a compressed chunk, as far as they can be had, and no more than `LARGEST_CHUNK`."""
+    """The records in a compressed chunk, as far as they can be decompressed: `LARGEST_CHUNK` bytes at most."""
     decompress = _decompressor(chunk.fields[b"compression"])
     found = bytearray()
     with contextlib.suppress(OSError, EOFError):    # damaged, or more bytes than it has
@@ -264,7 +276,7 @@ def decompressed(source: Source, chunk: BagRecord) -> bytes:
 
 
 def _decompressor(compression: bytes) -> Callable[[bytes, int], bytes]:
-    """What decompresses piece after piece, each to so many bytes at most."""
+    """A function that decompresses piece after piece. It takes a piece, and how many bytes may come out of it."""
     if compression == b"bz2":
         return bz2.BZ2Decompressor().decompress
     try:

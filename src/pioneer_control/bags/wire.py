@@ -26,12 +26,12 @@ HOW_TO = ("it has no bytes of a robot's line: the driver publishes them with its
 
 
 def is_wire(connection: BagConnection) -> bool:
-    """Whether it carries pioneer_control/Wire, with the fields of ours."""
+    """Whether a connection carries pioneer_control/Wire, with the same fields as ours."""
     return connection.type.endswith("/Wire") and connection.md5sum == Wire._md5sum
 
 
 def wire_entries(reader: BagReader) -> Iterator[Entry]:
-    """What went over the lines, and notes of what is missing; nothing for a bag without it."""
+    """What went over the robots' lines in a bag, with notes of what is missing. A bag without lines gives nothing."""
     begin = None
     numbers: Dict[str, int] = {}
     counts: Dict[str, int] = {}     # seq of the newest message of each topic
@@ -62,11 +62,14 @@ def _note(time: float, text: str) -> Entry:
 
 
 def write_wire(bags: Sequence[str], path: str) -> str:
-    """Write what the parts of a recording hold of the lines. Returns what is wrong with the bag, in sentences.
+    """Write into a file what the parts of a recording hold of the robots' lines.
+
+    Returns:
+        What is wrong with the bag, in sentences.
 
     Raises:
-        UsageError: the bag cannot be read, or holds nothing of a line, which says how to record it, or the file cannot
-            be written.
+        UsageError: the bag cannot be read, or the file cannot be written, or the bag holds nothing of a line. Then the
+            error says how to record it.
     """
     if any(os.path.realpath(path) == os.path.realpath(bag) for bag in bags):
         raise UsageError("%s is the bag itself: give another file" % path)

@@ -47,9 +47,10 @@ COMPRESSIONS: Dict[str, Callable[[bytes], bytes]] = {"none": bytes, "bz2": bz2.c
 
 
 class BagWriter:
-    """Writes one bag; until it is closed the file is no bag that tools would play.
+    """Writes one bag. Until it is closed, tools do not take the file for a bag.
 
     Args:
+        path: of the bag.
         compression: none, bz2 or lz4.
     """
 
@@ -64,7 +65,15 @@ class BagWriter:
         self._file.write(MAGIC + self._file_header(0))
 
     def connect(self, topic: str, header: Mapping[str, str]) -> int:
-        """Add a connection, with the fields of its header; gives the number by which `write` knows it."""
+        """Add a connection.
+
+        Args:
+            topic: its name.
+            header: fields of the connection's header.
+
+        Returns:
+            The number by which `write` knows the connection.
+        """
         number = len(self._connections)
         record = _record(CONNECTION, _header(header), conn=U32.pack(number), topic=topic)
         self._connections.append(record)
@@ -72,7 +81,13 @@ class BagWriter:
         return number
 
     def write(self, connection: int, data: bytes, time: int) -> None:
-        """Add a message that was recorded at a time, in ns."""
+        """Add a message.
+
+        Args:
+            connection: number of its connection.
+            data: the message as it was sent.
+            time: ns, when it was recorded.
+        """
         self._index.setdefault(connection, []).append((time, len(self._chunk)))
         self._chunk += MESSAGE_HEADER % (U32.pack(connection), _time(time), U32.pack(len(data)))
         self._chunk += data
@@ -80,7 +95,7 @@ class BagWriter:
             self._end_chunk()
 
     def close(self) -> None:
-        """Write the rest and the index. Afterwards it is a bag."""
+        """Write the rest and the index. Afterwards the file is a bag."""
         if self._chunk:
             self._end_chunk()
         index = self._file.tell()
@@ -90,7 +105,7 @@ class BagWriter:
         self._file.close()
 
     def abandon(self) -> None:
-        """Write nothing more."""
+        """Write nothing more, and leave the file without an index."""
         with contextlib.suppress(OSError):      # what was left to be written does not fit either
             self._file.close()
 

@@ -19,13 +19,13 @@ from .topics import whole_name
 PATIENCE = 3.0
 """s for an answer of the master."""
 TICK = 0.2
-"""s between two looks whether the recorder is there."""
+"""s between two checks that the recorder is there."""
 LOOK = 3.0
-"""s between two looks at nodes and parameters."""
+"""s between two looks at the nodes and parameters of the master."""
 LONGER = 1.2
-"""Each description that is published makes the next wait so much longer: a parameter that flickers fills no bag."""
+"""How many times longer the wait after each published description is: a parameter that flickers fills no bag."""
 BEGIN = 5.0
-"""s for which rosbag may first list all it subscribes to, so that what is said here stands below."""
+"""s that rosbag has to list all it subscribes to. What is said here then stands below that list."""
 GRACE = 10.0
 """s from the start until the node says which topics have no publisher; drivers start beside the recorder."""
 NO_CLOCK = LogLine("warning",
@@ -52,13 +52,13 @@ class Descriptions:
         self._parts = 1
 
     def look(self, time: float, state: Sequence[Any], parameters: Dict[str, Any], parts: int = 1) -> None:
-        """Publish it if it is due.
+        """Publish the description if something in it has changed, and if it is due.
 
         Args:
-            time: s.
+            time: now, s.
             state: what the master's getSystemState() returned.
             parameters: of the whole parameter server.
-            parts: number of files. Each new one gets the description.
+            parts: number of files of the recording. Each new file gets the description.
         """
         seen = nodes_of(state), parameters
         if parts == self._parts and (seen == self._last or time < self._due):
@@ -89,12 +89,12 @@ def silent(plan: RecordingPlan, state: Sequence[Any]) -> Iterator[LogLine]:
                       "%s. What comes later is recorded" % (robot, there))
     for topic in plan.asked_for:
         if topic not in published and not any(topic.startswith("/%s/" % robot) for robot in gone):
-            how = " (set the driver's publish_wire)" if topic.endswith("/wire") else ""
-            yield LogLine("warning", "nothing publishes %s, which was asked for%s" % (topic, how))
+            yield LogLine("warning", "nothing publishes %s, which was asked for%s"
+                          % (topic, " (set the driver's publish_wire)" if topic.endswith("/wire") else ""))
 
 
 def begins(plan: RecordingPlan, goes_on: Callable[[], bool], tell: Callable[[Iterable[LogLine]], None]) -> bool:
-    """Wait until there is a bag. For that rosbag needs a time.
+    """Wait until there is a bag. rosbag begins one when ROS has a time.
 
     Args:
         plan: of the recording.
@@ -102,7 +102,7 @@ def begins(plan: RecordingPlan, goes_on: Callable[[], bool], tell: Callable[[Ite
         tell: takes what is to be said.
 
     Returns:
-        Whether there is one before the end.
+        Whether there is a bag before the recorder ends.
     """
     start, told = monotonic(), False
     while not plan.parts:
@@ -130,7 +130,7 @@ def attend(plan: RecordingPlan, recorder: int, name: str, lines: Sequence[LogLin
         plan: of the recording.
         recorder: process id of the recorder, which is the parent of this process.
         name: of the node.
-        lines: to be said first.
+        lines: what is said first.
     """
     init_node(name)
     stop = threading.Event()
@@ -165,7 +165,7 @@ def attend(plan: RecordingPlan, recorder: int, name: str, lines: Sequence[LogLin
 
 
 def first_words(plan: RecordingPlan, free: int) -> LogLine:
-    """What is recorded, and for how long there is room; `free`: bytes on the disk."""
+    """What to say at first: what is recorded, and for how long there is room. `free`: bytes free on the disk."""
     kind, amount = plan.split
     parts = ", a new part each %s %s" % (amount, "MB" if kind == "size" else "s") if kind else ""
     return LogLine("info", "recording %s: %d topics into %s (%s%s). %s free: %s" % (
@@ -174,7 +174,7 @@ def first_words(plan: RecordingPlan, free: int) -> LogLine:
 
 
 def last_words(plan: RecordingPlan, free: int) -> LogLine:
-    """What to say when the recorder has ended and nothing asked this node to end too; `free`: bytes on the disk."""
+    """What to say when the recorder has ended and nothing asked this node to end. `free`: bytes free on the disk."""
     there = plan.parts
     unfinished = [path for path in there if path.endswith(".active")]
     if unfinished:

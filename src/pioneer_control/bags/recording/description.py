@@ -10,8 +10,8 @@
       /pioneer/p2os: {serves: [...], publishes: [...], hears: [...]}
     parameters:                     the whole parameter server: {pioneer: {p2os: {port: ...}}}
 
-It is said again when nodes or parameters change, so a bag may hold several: all nodes there ever were are in one or
-another.
+It is published again when nodes or parameters change, so a bag may hold several descriptions. Each node that ever ran
+is in one of them.
 """
 
 import datetime
@@ -39,7 +39,7 @@ class Description(NamedTuple):
     """The tree of the parameter server."""
 
     def parameters_of(self, node: str) -> Dict[str, Any]:
-        """The private parameters of a node (its whole name), as a tree; empty where it has none."""
+        """The private parameters of a node, as a tree; empty where it has none. `node`: its whole name."""
         tree: Any = self.parameters
         for name in node.strip("/").split("/"):
             tree = tree.get(name, {}) if isinstance(tree, Mapping) else {}
@@ -47,7 +47,7 @@ class Description(NamedTuple):
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes also what only XML-RPC knows, and repeats what is there twice."""
+    """Writes also values that only XML-RPC knows, and writes what is there twice two times."""
 
     def ignore_aliases(self, data: Any) -> bool:
         return True
@@ -57,7 +57,7 @@ _Dumper.add_multi_representer(object, lambda dumper, value: dumper.represent_str
 
 
 class _Loader(yaml.SafeLoader):
-    """Of what `_Dumper` writes: without names for parts, of which a few can make more values than there is memory."""
+    """Reads what `_Dumper` writes. It refuses aliases: a few of them can make more values than there is memory."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         if self.check_event(yaml.AliasEvent):  # type: ignore[no-untyped-call]  # PyYAML's stubs have no types there
@@ -75,7 +75,7 @@ def description_of(text: str) -> Description:
     """The values of a published text.
 
     Raises:
-        UsageError: it is no description.
+        UsageError: the text is not a description.
     """
     try:
         given = yaml.load(text, _Loader)
@@ -87,7 +87,7 @@ def description_of(text: str) -> Description:
 
 
 def nodes_of(state: Sequence[Sequence[Tuple[str, Sequence[str]]]]) -> Dict[str, Dict[str, list]]:
-    """Who publishes, hears and serves what, by node: of what a ROS master's getSystemState() returns."""
+    """Who publishes, hears and serves what, by node. `state`: what a ROS master's getSystemState() returned."""
     nodes: Dict[str, Dict[str, list]] = {}
     for kind, entries in zip(("publishes", "hears", "serves"), state):
         for name, there in entries:
@@ -98,7 +98,7 @@ def nodes_of(state: Sequence[Sequence[Tuple[str, Sequence[str]]]]) -> Dict[str, 
 
 
 def versions(source: str = __file__) -> Dict[str, str]:
-    """Of all that the run may depend on, as far as it can be known."""
+    """Versions of all that the run may depend on, as far as they can be known. `source`: a file of this package."""
     known = {
         "pioneer_control": __version__,
         "commit": commit_of(source),
@@ -128,7 +128,7 @@ def commit_of(path: str) -> Optional[str]:
 
 
 def _package_version(name: str) -> Optional[str]:
-    """Of a ROS package."""
+    """The version of a ROS package; None where it is not installed."""
     import rospkg
 
     try:
@@ -138,7 +138,7 @@ def _package_version(name: str) -> Optional[str]:
 
 
 def _system() -> str:
-    """What the operating system calls itself."""
+    """The name that the operating system gives itself."""
     try:
         with open("/etc/os-release", encoding="utf-8") as file:
             rows = dict(line.rstrip().split("=", 1) for line in file if "=" in line)

@@ -6,7 +6,7 @@ USUAL_RATE = {"lz4": 25 * MB, "bz2": 22 * MB, "none": 120 * MB}
 
 
 def in_words(size: float) -> str:
-    """Bytes for people."""
+    """A size in words. `size`: bytes."""
     unit, name = next((each for each in ((GB, "GB"), (MB, "MB"), (KB, "kB")) if size >= each[0]), (1, "bytes"))
     return "%.3g %s" % (size / unit, name) if size < 1000 * unit else "%.0f %s" % (size / unit, name)
 

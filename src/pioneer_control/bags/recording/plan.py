@@ -1,6 +1,6 @@
 """What is to be recorded and where to: from a command line, checked, to the ``rosbag record`` that does it.
 
-Here is decided what must not happen: that a recording, also an unfinished one, is overwritten.
+This file also sees to it that no recording is overwritten, not even an unfinished one.
 """
 
 import argparse
@@ -20,13 +20,15 @@ COMPRESSIONS = "lz4", "bz2", "none"
 UNITS: Dict[str, Tuple[str, float]] = {
     "MB": ("size", MB), "GB": ("size", GB), "s": ("duration", 1), "min": ("duration", 60), "h": ("duration", 3600)}
 CHUNK = 64
-"""kB of messages that are compressed together, and lost when the recorder is killed: about 2 s of one robot. rosbag's
-own 768 make bags an eighth smaller, and lose up to half a minute; bench/recording.md."""
+"""kB of messages that are compressed together, and lost when the recorder is killed: about 2 s of one robot.
+
+rosbag's own 768 kB make bags an eighth smaller, and lose up to half a minute: see bench/recording.md."""
 KEEP_FREE = 256 * MB
-"""Bytes that are left free on the disk, so that the computer goes on working: ten hours of one robot. rosbag warns when
-less than five times as much is free."""
+"""Bytes that stay free on the disk, so that the computer goes on working: as much as ten hours of one robot.
+
+rosbag warns when less than five times as much is free."""
 LEFT = 60.0
-"""s after the last write until an unfinished bag counts as one whose recorder is gone."""
+"""s after the last write. Then the recorder of an unfinished bag counts as gone."""
 WHAT_TO_DO = ("is of a recorder that was killed: all is in it but the last seconds. draw_run reads it as it is; "
               "for rosbag: rosbag reindex '%s', and rename it to .bag")
 
@@ -44,7 +46,7 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
                         help="space on the disk that rosbag leaves, such as 1GB (%s)" % in_words(KEEP_FREE)),
     "--topics": dict(default="", metavar="FILE", help="another list than config/record.yaml"),
 }
-"""Of the command line. record.launch gives all of them; an empty one counts as not given."""
+"""Of the command line. record.launch gives all of them. An empty option counts as not given."""
 
 
 class LogLine(NamedTuple):
@@ -62,7 +64,7 @@ class RecordingPlan(NamedTuple):
     topics: Tuple[str, ...]
     """whole names"""
     asked_for: Tuple[str, ...]
-    """those of them in groups that are kept only when asked for"""
+    """those topics that are in groups which are kept only when asked for"""
     stem: str
     """absolute path without .bag"""
     compression: str
@@ -83,12 +85,12 @@ class RecordingPlan(NamedTuple):
 
     @property
     def parts(self) -> List[str]:
-        """The files that there are of it, finished or not, in their order."""
+        """The files of the recording that exist, finished or not, in their order."""
         return parts_of(self.stem, bool(self.split[0]))
 
     @property
     def command(self) -> List[str]:
-        """The rosbag record that does it."""
+        """The ``rosbag record`` command that records it."""
         how, amount = self.split
         return ["rosrun", "rosbag", "record", "--output-name=" + self.stem, "--tcpnodelay",
                 "--min-space=%sM" % (self.keep_free // MB), "--chunksize=%s" % CHUNK,
@@ -100,8 +102,12 @@ class RecordingPlan(NamedTuple):
 def plan_of(arguments: argparse.Namespace, now: time.struct_time) -> RecordingPlan:
     """What a command line asks for.
 
+    Args:
+        arguments: of the command line.
+        now: the local time, for the name of the bag.
+
     Raises:
-        UsageError: it makes no sense; says what would.
+        UsageError: the command line makes no sense. The error says what would.
     """
     robots = tuple(dict.fromkeys(name.strip("/") for argument in arguments.robots
                                  for name in argument.replace(",", " ").split()))
@@ -145,7 +151,13 @@ def split_of(text: str) -> Tuple[str, int]:
 
 
 def stem_of(bag: str, robots: Sequence[str], now: time.struct_time) -> str:
-    """The absolute path of the bag without its ending; where no file is given it is named by robots and time."""
+    """The absolute path of the bag without its ending.
+
+    Args:
+        bag: a file, or a directory for it; empty: the working directory.
+        robots: their names, which a bag without a given name gets.
+        now: the local time, which it gets too.
+    """
     path = os.path.abspath(os.path.expanduser(bag)) if bag else os.getcwd()
     if bag and not bag.endswith("/") and not os.path.isdir(path):
         return stem(path)
@@ -159,10 +171,10 @@ def check_place(plan: RecordingPlan, free: int) -> None:
 
     Args:
         plan: of the recording.
-        free: bytes on the disk.
+        free: bytes free on the disk.
 
     Raises:
-        UsageError: not so; says what to do.
+        UsageError: a file is in the way, or nothing can be written. The error says what to do.
     """
     folder, name = os.path.split(plan.stem)
     there = plan.parts
@@ -181,13 +193,18 @@ def check_place(plan: RecordingPlan, free: int) -> None:
 
 
 def parts_of(stem: str, numbered: bool) -> List[str]:
-    """The files of a recording, finished or not, in their order; `numbered`: it was split."""
+    """The files of a recording, finished or not, in their order.
+
+    Args:
+        stem: absolute path of the recording without .bag.
+        numbered: whether it was split.
+    """
     pattern = re.compile(re.escape(stem) + (r"_\d+" if numbered else "") + r"\.bag(\.active)?")
     return in_order([path for path in glob.glob(glob.escape(stem) + "*") if pattern.fullmatch(path)])
 
 
 def left_behind(folder: str, now: float) -> List[LogLine]:
-    """What to say of bags that killed recorders left in a folder; `now`: s since 1970."""
+    """What to say of the newest bag that a killed recorder left in a folder; empty without one. `now`: s since 1970."""
     unfinished = sorted(entry.path for entry in os.scandir(folder)
                         if entry.name.endswith(".bag.active") and now - entry.stat().st_mtime > LEFT)
     return [LogLine("warning", "%s %s" % (path, WHAT_TO_DO % path)) for path in unfinished[-1:]]

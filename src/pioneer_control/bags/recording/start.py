@@ -1,6 +1,7 @@
 """``record``: checks what it was told, starts the attendant, and becomes ``rosbag record``.
 
-So Ctrl-C, ``rosnode kill`` and the closing of the bag are rosbag's own. `plan` decides what it records, and where to.
+As it becomes rosbag, Ctrl-C, ``rosnode kill`` and the closing of the bag are rosbag's own. `plan` decides what is
+recorded, and where to.
 """
 
 import os
@@ -19,10 +20,13 @@ PATIENCE = 3.0
 
 
 def check_alone(node: str) -> None:
-    """Check that no node of that name records already: this one would end it.
+    """Check that no node of a name records already: this recorder would end that one.
+
+    Args:
+        node: whole name.
 
     Raises:
-        UsageError: one does, or there is no master.
+        UsageError: such a node is at work, or there is no master.
     """
     import rosgraph
 

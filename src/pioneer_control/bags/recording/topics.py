@@ -37,10 +37,13 @@ class KeptTopic(NamedTuple):
 
 
 def load_list(path: Optional[str] = None) -> Tuple[KeptTopic, ...]:
-    """The rows of a list; of the package's own where no path is given.
+    """The rows of a list of topics.
+
+    Args:
+        path: its file; None or empty: the package's own list.
 
     Raises:
-        UsageError: the file cannot be read, or makes no sense; says where.
+        UsageError: the file cannot be read, or makes no sense. The error says where.
     """
     if not path:
         import rospkg
@@ -62,7 +65,7 @@ def load_list(path: Optional[str] = None) -> Tuple[KeptTopic, ...]:
 
 
 def _rows(given: Any) -> Iterator[KeptTopic]:
-    """The rows of what YAML had."""
+    """The rows of a list, checked. `given`: what YAML read."""
     seen: List[str] = []
     for section, groups in _items("the list", given):
         if section not in SECTIONS:
@@ -81,7 +84,7 @@ def _rows(given: Any) -> Iterator[KeptTopic]:
 
 
 def _items(what: str, given: Any) -> Iterator[Tuple[str, Any]]:
-    """Keys and values of a mapping; there are none in an empty one."""
+    """Keys and values of a mapping. `what`: its name in errors."""
     if not isinstance(given, (dict, type(None))):
         raise UsageError("%s is to have rows 'name: ...', not %r" % (what, given))
     for key, value in (given or {}).items():
@@ -91,7 +94,7 @@ def _items(what: str, given: Any) -> Iterator[Tuple[str, Any]]:
 
 
 def groups_to_ask_for(rows: Iterable[KeptTopic]) -> Tuple[str, ...]:
-    """The groups that are kept only when asked for."""
+    """Names of the groups that are kept only when asked for."""
     return tuple(dict.fromkeys(row.group for row in rows if row.asked_for))
 
 
@@ -105,7 +108,7 @@ def topics_of(rows: Sequence[KeptTopic], robots: Sequence[str], also: Sequence[s
 
     Args:
         rows: the list.
-        robots: namespaces, without slashes at the ends; "": none.
+        robots: namespaces, without slashes at the ends; "" is a robot without a namespace.
         also: groups that were asked for.
 
     Raises:

@@ -27,7 +27,7 @@ def wait_for(ready: Callable[[], bool], sleep: Callable[[float], None] = time.sl
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Become a program once a recorder subscribes, or after `PATIENCE` without it, which is said.
+    """Become a program once a recorder subscribes. After `PATIENCE` without a recorder, say so and become it too.
 
     Args:
         arguments: RECORDER PROGRAM [ARGUMENT ...].

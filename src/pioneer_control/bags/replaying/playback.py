@@ -8,8 +8,8 @@ from ..reader import read_bag
 from ..records import BagError
 
 RECORDED, RERUN = ASIDE = "recorded", "rerun"
-"""Namespaces, below that of a command: the commands of the bag are played under the first, and those of a program that
-hears the bag are sent to the second."""
+"""Namespaces below that of a command. The commands of the bag are played in the first one. A program that hears the bag
+sends its commands to the second one."""
 
 COMMANDS = {
     "cmd_vel": "drives",
@@ -23,13 +23,13 @@ COMMANDS = {
     "cancel": "ends that",
     "initialpose": "tells a navigation where it is",
 }
-"""Last names of topics by which a node that is alive would do something, and what it would do."""
+"""Last names of topics that make a node do something, and what it would do."""
 
 COMMAND_TYPES = "Twist", "TwistStamped", "WheelVelocities"
 """Last names of message types that drive, whatever their topic is called."""
 
 QUEUE = ["--queue=100000"]
-"""For rosbag play: so many messages may wait on a topic. A subscriber that is held up for a moment misses none."""
+"""Option of rosbag play: so many messages may wait on a topic. A subscriber that is busy for a moment misses none."""
 
 REMAPPING = re.compile(r"[\w~/]+:=")
 """Begin of a word that ROS takes from a command line."""
@@ -42,7 +42,7 @@ PREFIX = re.compile(r"--pr|-\w*p")
 
 
 def is_command(topic: str, type_name: str) -> bool:
-    """Whether a node that is alive may do what comes on a topic."""
+    """Whether messages of a topic are commands: a node that hears them may do something."""
     return topic.rpartition("/")[2] in COMMANDS or type_name.rpartition("/")[2] in COMMAND_TYPES
 
 
@@ -52,18 +52,21 @@ def absolute(topic: str) -> str:
 
 
 def aside(topic: str, folder: str = RECORDED) -> str:
-    """A topic's name where nothing alive listens: ``/pioneer/cmd_vel`` becomes ``/pioneer/recorded/cmd_vel``."""
+    """Another name for a topic, on which no node listens for commands.
+
+    ``/pioneer/cmd_vel`` becomes ``/pioneer/recorded/cmd_vel``. `folder`: the namespace that is put in.
+    """
     namespace, _, name = absolute(topic).rpartition("/")
     return "%s/%s/%s" % (namespace, folder, name)
 
 
 def _commands(topics: Mapping[str, str]) -> List[str]:
-    """Whole names of those of {topic: type} that command."""
+    """Whole names of the topics that command. `topics`: {topic: type}."""
     return sorted({absolute(topic) for topic in topics if is_command(topic, topics[topic])})
 
 
 def remappings(topics: Mapping[str, str]) -> List[str]:
-    """Arguments for a player of {topic: type}, so that no command reaches what listens for it."""
+    """Arguments for a player, so that no command reaches a node that listens for it. `topics`: {topic: type}."""
     return ["%s:=%s" % (topic, aside(topic)) for topic in _commands(topics)]
 
 
@@ -71,6 +74,7 @@ def player(files: Sequence[str], topics: Mapping[str, str], options: Sequence[st
     """The command that plays bags with their own clock, in order of time: one bag, or the parts of a recording.
 
     Args:
+        files: the bags.
         topics: {topic: type} of the bags.
         options: more for rosbag play.
 

@@ -15,10 +15,14 @@ from .playback import absolute
 class RecordedCommands(NamedTuple):
     """What a bag has of one robot, by the last names of topics."""
 
-    robot: str  # namespace
-    messages: Dict[str, List[Tuple[float, Any]]]  # (s, message) in order of time
-    senders: Dict[str, str]  # the first node that published; empty where the bag does not say
-    begin: float  # s: first message of the bag
+    robot: str
+    """namespace"""
+    messages: Dict[str, List[Tuple[float, Any]]]
+    """(s, message) in order of time"""
+    senders: Dict[str, str]
+    """the first node that published; empty where the bag does not say"""
+    begin: float
+    """s: first message of the bag"""
 
     def newest(self, name: str) -> Any:
         """The newest message on a topic; None where there is none."""
@@ -35,16 +39,16 @@ class RecordedCommands(NamedTuple):
 
 def read_commands(files: Sequence[str], robot: str, commands: Mapping[str, type],
                   others: Optional[Mapping[str, type]] = None) -> RecordedCommands:
-    """Read what a robot was told. Messages with other fields than the type that is given for their topic are left out.
+    """Read what a robot was told. A message is left out when its fields are not those of the type given for its topic.
 
     Args:
         files: a bag, or the parts of a recording.
-        robot: its namespace; "": the only one that was told something.
+        robot: its namespace; "": the only robot that was told something.
         commands: {last name of a topic: message class} of what a robot is told.
-        others: likewise, of what else to read.
+        others: likewise, of what else is read.
 
     Raises:
-        BagError: the robot was told nothing, or "" and there are several.
+        BagError: the robot was told nothing; or no robot is named, and several were told something.
     """
     wanted = {**commands, **(others or {}), "recording": String}
 
