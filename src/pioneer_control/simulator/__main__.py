@@ -6,7 +6,7 @@ import signal
 import sys
 import textwrap
 import threading
-from typing import List, Optional
+from typing import Any, Dict, List, Optional
 
 from ..errors import PioneerError
 from ..p2os.recording import Entry, read_record
@@ -34,8 +34,9 @@ def main(arguments: Optional[List[str]] = None) -> int:
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
+    most_files = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most_files, most_files))    # several hundred robots need them
     try:
-        allow_many_files()
         simulation = None if options.play is not None else simulation_of(options)
         server = Server(
             simulation or played_robot(options), options.tcp, options.pty, speed=options.speed, seed=options.seed,
@@ -143,17 +144,49 @@ def say(sentence: str) -> None:
     print(sentence, flush=True)
 
 
-def allow_many_files() -> None:
-    """Several hundred robots need more open files than a process has at first."""
-    hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
-    resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
-
-
 def count(text: str) -> int:
     """A number of robots."""
     if not text.isdigit() or not 1 <= int(text) <= MOST_ROBOTS:
         raise argparse.ArgumentTypeError("%r is not legal: give a whole number from 1 to %s" % (text, MOST_ROBOTS))
     return int(text)
+
+
+OPTIONS: Dict[str, Dict[str, Any]] = {
+    "--model": dict(default="p3dx-sh", help="robot model, by its subtype: see below (default: %(default)s)"),
+    "--world": dict(default="tutorial",
+                    help="name of a world, or path of a world file or a map: see below (default: %(default)s)"),
+    "--robots": dict(type=count, default=1, metavar="N", help="so many of them (default: %(default)s)"),
+    "--tcp": dict(metavar="PORT",
+                  help="TCP port of the first robot, the next ones for the others; 0 for any free ones; for this"
+                       " machine only unless HOST:PORT is given, such as 0.0.0.0:8101 (default: %s, unless --pty is"
+                       " given)" % STANDARD_PORT),
+    "--pty": dict(metavar="LINK",
+                  help="make a pseudo-terminal, and this link to it; of several robots LINK1, LINK2, ..."),
+    "--seed": dict(type=int, default=0, help="of all that is left to chance (default: %(default)s)"),
+    "--speed": dict(type=float, default=1.0, metavar="X",
+                    help="simulated seconds in a real one, %g to %g (default: %%(default)s)" % SPEEDS),
+    "--record": dict(metavar="FILE",
+                     help="write there what goes over the lines; python3 -m pioneer_control.p2os --record FILE explains"
+                          " it"),
+    "--play": dict(metavar="FILE",
+                   help="no simulated robot, but the one in this record: it says again what it said; see docs/wire.md"),
+    "--client": dict(metavar="FILE",
+                     help="tell the simulated robots what those in this record were told, and say how they differ"),
+    "--robot": dict(type=count, default=1, metavar="N",
+                    help="which robot of the record is played (default: %(default)s)"),
+    "--fault": dict(action="append", default=[], metavar="WORDS",
+                    help="such as 'loss 0.1 from 10 to 20'; may be given again; see below"),
+    "--faults": dict(action="append", default=[], metavar="FILE", help="a YAML list of faults; may be given again"),
+    "--noise": dict(type=float, metavar="M",
+                    help="sonar ranges are off by up to this much (default: as robot.yaml says)"),
+    "--gripper": dict(action="store_true", default=None, help="fit a gripper (default: on a p3dx-sh)"),
+    "--no-gripper": dict(action="store_false", dest="gripper", help="fit no gripper"),
+    "--no-rear-sonar": dict(action="store_false", dest="rear_sonar", help="fit no rear sonar array"),
+    "--name": dict(help="the robot's own name; several are numbered, NAME_0001 and up (default: sim_0001 and up)"),
+    "--models": dict(metavar="FILE", help="a models file that overrides or adds robot models"),
+    "--numbers": dict(metavar="FILE", help="a file that overrides numbers of robot.yaml"),
+}
+"""The options, in the order of the help: each with what argparse is told of it."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -168,42 +201,10 @@ def parser() -> argparse.ArgumentParser:
             " seconds:",
             *("  %-17s %s" % (name + (" " + unit if unit else ""), meaning) for name, _, unit, meaning in rows())]),
     )
-    add = result.add_argument
-    add("--model", default="p3dx-sh", help="robot model, by its subtype: see below (default: %(default)s)")
-    add("--world", default="tutorial",
-        help="name of a world, or path of a world file or a map: see below (default: %(default)s)")
-    add("--robots", type=count, default=1, metavar="N", help="so many of them (default: %(default)s)")
-    add("--tcp", metavar="PORT",
-        help="TCP port of the first robot, the next ones for the others; 0 for any free ones; for this machine only"
-             " unless "
-        "HOST:PORT is given, such as 0.0.0.0:8101 (default: %s, unless --pty is given)" % STANDARD_PORT)
-    add("--pty", metavar="LINK",
-        help="make a pseudo-terminal, and this link to it; of several robots LINK1, LINK2, ...")
-    add("--seed", type=int, default=0, help="of all that is left to chance (default: %(default)s)")
-    add("--speed", type=float, default=1.0, metavar="X",
-        help="simulated seconds in a real one, %g to %g (default: %%(default)s)" % SPEEDS)
-    add("--record", metavar="FILE",
-        help="write there what goes over the lines; python3 -m pioneer_control.p2os --record FILE explains it")
-    played = result.add_mutually_exclusive_group()
-    played.add_argument("--play", metavar="FILE",
-                        help="no simulated robot, but the one in this record: it says again what it said; see"
-                             " docs/wire.md")
-    played.add_argument("--client", metavar="FILE",
-                        help="tell the simulated robots what those in this record were told, and say how they differ")
-    add("--robot", type=count, default=1, metavar="N",
-        help="which robot of the record is played (default: %(default)s)")
-    add("--fault", action="append", default=[], metavar="WORDS",
-        help="such as 'loss 0.1 from 10 to 20'; may be given again; see below")
-    add("--faults", action="append", default=[], metavar="FILE", help="a YAML list of faults; may be given again")
-    add("--noise", type=float, metavar="M",
-        help="sonar ranges are off by up to this much (default: as robot.yaml says)")
-    fitted = result.add_mutually_exclusive_group()
-    fitted.add_argument("--gripper", action="store_true", default=None, help="fit a gripper (default: on a p3dx-sh)")
-    fitted.add_argument("--no-gripper", action="store_false", dest="gripper", help="fit no gripper")
-    add("--no-rear-sonar", action="store_false", dest="rear_sonar", help="fit no rear sonar array")
-    add("--name", help="the robot's own name; several are numbered, NAME_0001 and up (default: sim_0001 and up)")
-    add("--models", metavar="FILE", help="a models file that overrides or adds robot models")
-    add("--numbers", metavar="FILE", help="a file that overrides numbers of robot.yaml")
+    played, fitted = result.add_mutually_exclusive_group(), result.add_mutually_exclusive_group()
+    group_of = {"--play": played, "--client": played, "--gripper": fitted, "--no-gripper": fitted}
+    for name, how in OPTIONS.items():
+        group_of.get(name, result).add_argument(name, **how)
     return result
 
 

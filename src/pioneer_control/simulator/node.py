@@ -177,14 +177,11 @@ class Node:
             RobotTruth(robot, prefix, parameters, server.lock) for robot, prefix in zip(simulation.robots, prefixes)]
         self._cans = rospy.Publisher("cans", PoseArray, queue_size=1, latch=True)
         self._markers = rospy.Publisher("markers", MarkerArray, queue_size=1)
-        self._latched = []
         world = simulation.world
         for topic, kind, message in (
                 ("map", OccupancyGrid, map_message(world, self._frame)), ("world", String, String(world.name)),
                 ("world_markers", MarkerArray, world_markers(world, self._frame))):
-            publisher = rospy.Publisher(topic, kind, queue_size=1, latch=True)
-            publisher.publish(message)
-            self._latched.append(publisher)
+            rospy.Publisher(topic, kind, queue_size=1, latch=True).publish(message)     # rospy keeps it
         if self._own_clock:
             self._clock = rospy.Publisher("/clock", Clock, queue_size=10)
             if not rospy.get_param("/use_sim_time", False):

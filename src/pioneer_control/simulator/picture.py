@@ -42,13 +42,11 @@ def draw_world(world: World, output: str, robots: Sequence[Standing] = (), title
 
 def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] = None) -> Any:
     """The matplotlib Figure of a world."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # here: it takes a second to load
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure    # here: it takes a second to load, and may be missing
 
     low, high = _extent(world)
     width, height = np.maximum((high - low) * np.min((WIDEST, HIGHEST) / (high - low)), NARROWEST)
     page = Figure(figsize=(width + 0.8, height + 1.25), facecolor="white")
-    FigureCanvasAgg(page)
     axes = page.add_axes([0.55 / (width + 0.8), 0.6 / (height + 1.25), width / (width + 0.8), height / (height + 1.25)])
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     draw_floor(axes, world, (high - low).max() / CELLS)
@@ -69,8 +67,8 @@ def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] =
 def _extent(world: World) -> Tuple[Array, Array]:
     """Lower left and upper right corner of what is to be seen, m, with a margin."""
     low, high = np.array(world.bounds[:2]), np.array(world.bounds[2:])
-    margin = np.maximum((LEAST_SPAN if not len(world.walls) else 0.0) - (high - low),
-                        0.0) / 2.0 + 0.02 * (high - low).max() + 0.1
+    least = 0.0 if len(world.walls) else LEAST_SPAN
+    margin = np.maximum(least - (high - low), 0.0) / 2.0 + 0.02 * (high - low).max() + 0.1
     return low - margin, high + margin
 
 
@@ -82,13 +80,10 @@ def draw_floor(axes: Any, world: World, resolution: float) -> None:
     cells, (x, y) = world.occupancy(resolution, margin=0.5)
     rows, columns = cells.shape
     extent = (x, x + columns * resolution, y, y + rows * resolution)
-    limits = axes.get_xlim(), axes.get_ylim()
     shades = np.where((cells == FREE) | (cells == OCCUPIED), 0, 1)
-    closed = shades[0].any()  # else the floor goes on beyond the picture
-    axes.set_facecolor(BEYOND if closed else FLOOR)
+    axes.set_facecolor(BEYOND if shades[0].any() else FLOOR)  # in an open world, the floor goes on beyond the picture
     axes.imshow(shades, cmap=ListedColormap([FLOOR, BEYOND]), vmin=0, vmax=1, origin="lower", extent=extent,
                 interpolation="nearest", zorder=0)
-    axes.set(xlim=limits[0], ylim=limits[1])
 
 
 def draw_solids(axes: Any, world: World) -> None:
@@ -115,10 +110,11 @@ def draw_cans(axes: Any, world: World) -> None:
             axes.add_patch(Circle((can.x, can.y), can.radius, facecolor=CAN, edgecolor=INK, linewidth=0.5, zorder=4.1))
 
 
-def _arrow(pose: Pose, length: float) -> Array:
+def _draw_arrow(axes: Any, pose: Pose, length: float, colour: str, zorder: float, **style: Any) -> None:
     """A triangle whose middle is at a pose and that points along it."""
-    return _placed(((length * 0.6, 0.0), (-length * 0.4, length * 0.38), (-length * 0.2, 0.0),
-                    (-length * 0.4, -length * 0.38)), pose)
+    corners = (0.6, 0.0), (-0.4, 0.38), (-0.2, 0.0), (-0.4, -0.38)
+    outline = [(length * x, length * y) for x, y in corners]
+    axes.fill(*_placed(outline, pose).T, facecolor=colour, zorder=zorder, **style)
 
 
 def _placed(outline: Outline, pose: Pose) -> Array:
@@ -144,43 +140,33 @@ def _label(axes: Any, pose: Pose, text: str, colour: str, points: float = 11.0) 
 
 
 def _draw_starts(axes: Any, world: World) -> None:
-    from matplotlib.patches import Polygon
-
     for number, pose in enumerate(world.starts, 1):
-        arrow = Polygon(_arrow(pose, _size(axes)), facecolor=START, edgecolor="white", linewidth=0.6, zorder=6)
-        axes.add_patch(arrow)
+        _draw_arrow(axes, pose, _size(axes), START, 6, edgecolor="white", linewidth=0.6)
         _label(axes, pose, "start %s" % number if len(world.starts) > 1 else "start", START, 15.0)
 
 
 def _draw_docks(axes: Any, world: World) -> None:
     """A bracket before the robot that charges there, open to where it comes from."""
-    from matplotlib.patches import Polygon
-
     for pose in world.docks:
         size = _size(axes)
         bracket = _placed(((-0.2 * size, 0.6 * size), (0.6 * size, 0.6 * size), (0.6 * size, -0.6 * size),
                            (-0.2 * size, -0.6 * size)), pose)
         axes.plot(*bracket.T, color=DOCK, linewidth=2.0, zorder=5, solid_joinstyle="miter")
-        axes.add_patch(Polygon(_arrow(pose, 0.7 * size), facecolor=DOCK, edgecolor="none", zorder=5))
+        _draw_arrow(axes, pose, 0.7 * size, DOCK, 5, edgecolor="none")
         _label(axes, pose, "dock", DOCK, 23.0)
 
 
 def _draw_goals(axes: Any, world: World) -> None:
-    from matplotlib.patches import Polygon
-
     for name, pose in world.goals.items():
         axes.plot(*pose[:2], "o", markersize=13, color="none", markeredgecolor=GOAL, markeredgewidth=1.4, zorder=5)
-        axes.add_patch(Polygon(_arrow(pose, 0.6 * _size(axes)), facecolor=GOAL, edgecolor="none", zorder=5))
+        _draw_arrow(axes, pose, 0.6 * _size(axes), GOAL, 5, edgecolor="none")
         _label(axes, pose, name, "#9c4f7c", 14.0)
 
 
 def draw_robot(axes: Any, outline: Outline, pose: Pose, colour: str = ROBOT) -> None:
     """The outline of a robot (base_link), to scale, and its heading."""
-    from matplotlib.patches import Polygon
-
-    axes.add_patch(Polygon(_placed(outline, pose), facecolor=colour, edgecolor=colour, alpha=0.85, linewidth=0.8,
-                           zorder=6))
-    axes.add_patch(Polygon(_arrow(pose, 0.28), facecolor="white", edgecolor="none", zorder=6))
+    axes.fill(*_placed(outline, pose).T, facecolor=colour, edgecolor=colour, alpha=0.85, linewidth=0.8, zorder=6)
+    _draw_arrow(axes, pose, 0.28, "white", 6, edgecolor="none")
 
 
 def _draw_ticks(axes: Any, span: float) -> None:
@@ -188,19 +174,18 @@ def _draw_ticks(axes: Any, span: float) -> None:
     from matplotlib.ticker import MultipleLocator
 
     step = min(step for step in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0) if step > span / 13.0 or step == 100.0)
-    axes.xaxis.set_major_locator(MultipleLocator(step))
-    axes.yaxis.set_major_locator(MultipleLocator(step))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MultipleLocator(step))
 
 
 def _write_texts(page: Any, axes: Any, world: World, title: Optional[str]) -> None:
     """Name and size above."""
     width, height = page.get_size_inches()
     low_x, low_y, high_x, high_y = world.bounds
-    parts = ["%.3g × %.3g m"
-             % (high_x - low_x,
-                high_y - low_y)] if len(world.walls) or len(world.posts) else ["nothing, as far as anybody drives"]
+    solid = len(world.walls) or len(world.posts)
+    size = "%.3g × %.3g m" % (high_x - low_x, high_y - low_y) if solid else "nothing, as far as anybody drives"
     counts = ((len(world.walls), "walls"), (len(world.posts), "posts"), (len(world.cans), "cans"))
-    parts += ["%s %s" % (count, what if count > 1 else what[:-1]) for count, what in counts if count]
+    parts = [size, *("%s %s" % (count, what if count > 1 else what[:-1]) for count, what in counts if count)]
     page.text(0.55 / width, 1 - 0.22 / height, title or world.name, fontsize=15, fontweight="bold", color=INK,
               va="center")
     page.text(0.55 / width, 1 - 0.47 / height, "  ·  ".join(parts), fontsize=9.5, color=INK, va="center")

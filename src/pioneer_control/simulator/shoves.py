@@ -1,9 +1,9 @@
 """Cans that robots push, told to people: which, how far, and from where to where. Knows no ROS."""
 
+import math
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
 from .world.geometry import Point
-from .world.trigonometry import hypot
 from .world.world import Can
 
 REST = 1.0
@@ -48,8 +48,8 @@ class ShoveWatch:
             if can.held_by is not None:
                 self._shoves.pop(number, None)
             elif place != before:
-                begin, robot, _ = self._shoves.get(number) or _Shove(before, _nearest(robots, place), now)
-                self._shoves[number] = _Shove(begin, robot, now)
+                nearest, _ = min(robots, key=lambda robot: math.dist(robot[1], place))
+                self._shoves[number] = self._shoves.get(number, _Shove(before, nearest, now))._replace(moved_at=now)
         return self._told([number for number, shove in self._shoves.items() if now - shove.moved_at >= REST])
 
     def finish(self) -> List[str]:
@@ -59,14 +59,9 @@ class ShoveWatch:
     def _told(self, numbers: List[int]) -> List[str]:
         sentences = []
         for number in numbers:
-            (x, y), robot, _ = self._shoves.pop(number)
-            to_x, to_y = self._places[number]
-            far = hypot(to_x - x, to_y - y)
-            if far >= SHORTEST:
+            begin, robot, _ = self._shoves.pop(number)
+            end = self._places[number]
+            if math.dist(begin, end) >= SHORTEST:
                 sentences.append("%s pushed can %d by %.2f m, from x %.2f, y %.2f to x %.2f, y %.2f" % (
-                    robot, number + 1, far, x, y, to_x, to_y))
+                    robot, number + 1, math.dist(begin, end), *begin, *end))
         return sentences
-
-
-def _nearest(robots: Sequence[Tuple[str, Point]], place: Point) -> str:
-    return min(robots, key=lambda robot: hypot(robot[1][0] - place[0], robot[1][1] - place[1]))[0]

@@ -55,7 +55,10 @@ class Simulation:
             ParameterError: it would stand in something, or the world has no start left.
         """
         if pose is None:
-            pose = self._next_start()
+            if len(self.robots) >= len(self.world.starts):
+                raise ParameterError("the world %r has %s starts: say where robot %s is to stand"
+                                     % (self.world.name, len(self.world.starts), len(self.robots) + 1))
+            pose = self.world.starts[len(self.robots)]
         robot = Firmware(model, self.world, pose, clock=self.clock, **options)
         self.world.crowd.enter(robot.hardware.body)
         self.robots.append(robot)
@@ -83,13 +86,6 @@ class Simulation:
                     robot.step()
             self.next_step_us = min([robot.next_step_us for robot in self.robots])
         self.clock.now_us = end_us
-
-    def _next_start(self) -> Pose:
-        starts = self.world.starts
-        if len(self.robots) >= len(starts):
-            raise ParameterError("the world %r has %s starts: say where robot %s is to stand"
-                                 % (self.world.name, len(starts), len(self.robots) + 1))
-        return starts[len(self.robots)]
 
 
 def simulate(world: World, model: RobotModel, count: int, name: Optional[str], seed: int, **options: Any) -> Simulation:

@@ -78,10 +78,8 @@ class CommandedRobot(RobotOnLine):
     ):
         self.numbers = numbers or standard_numbers()
         super().__init__(name, clock or Clock(), self.numbers.session.host_baud)
-        if gripper is None:
-            gripper = model.subtype in self.numbers.gripper.fitted_by_default
-        if noise is None:
-            noise = self.numbers.sonar.noise
+        gripper = model.subtype in self.numbers.gripper.fitted_by_default if gripper is None else gripper
+        noise = self.numbers.sonar.noise if noise is None else noise
         if noise < 0.0:
             raise ParameterError("noise is %g, wanted metres from 0 up" % noise)
         self.model = model.with_arrays(front=True, rear=rear_sonar)
@@ -146,9 +144,8 @@ class CommandedRobot(RobotOnLine):
     @property
     def watchdog_expired(self) -> bool:
         """Whether an open session has been silent for so long that the drives stand until the next command."""
-        if self._open is None:
-            return False
-        return self.clock.now_us - self._open.last_command_us > self.numbers.session.watchdog_ms * 1000
+        watchdog_us = self.numbers.session.watchdog_ms * 1000
+        return self._open is not None and self.clock.now_us - self._open.last_command_us > watchdog_us
 
     def press_stop_button(self, pressed: bool) -> None:
         """Press the STOP button on the robot, or let it go."""
@@ -198,13 +195,11 @@ class CommandedRobot(RobotOnLine):
 
     def request(self, kind: str, how: int) -> None:
         """Send packets of a kind with the SIP: 0 no more of them, 1 with the next one, more with every one."""
-        if self._open is None:
-            return
-        if how <= 0:
-            self._open.requests.pop(kind, None)
-        else:
-            self._open.requests[kind] = how > 1
+        requests = {} if self._open is None else self._open.requests
+        requests.pop(kind, None)
+        if how > 0:
+            requests[kind] = how > 1
 
-    def send(self, packet: object) -> None:
-        """Send a packet, behind all others."""
-        self._sent.append(p2os.encode_packet(packet, self.model.grip_state_first))
+    def send(self, *packets: object) -> None:
+        """Send packets, behind all others."""
+        self._sent += [p2os.encode_packet(packet, self.model.grip_state_first) for packet in packets]

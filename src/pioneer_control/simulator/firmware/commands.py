@@ -26,6 +26,7 @@ S is PSOS, P P2OS, G AmigOS, A AROS, C ARCOS and its kin, U uARCS, M MARCOS.
 Source: protocol sheet 3.
 """
 ALL, NOT_PSOS, LATER, ARCOS = "SPGAC", "PGAC", "AC", "C"
+ALL_NUMBERS, AT_LEAST_0, AT_LEAST_1 = range(-0xFFFF, 0x10000), range(0x10000), range(1, 0x10000)
 
 
 def is_one_of(family: str, letters: str) -> bool:
@@ -44,6 +45,8 @@ class Handler(NamedTuple):
     """Letters of the firmware families that know the command."""
     does: str = ""
     """What it does, for people."""
+    legal: range = ALL_NUMBERS
+    """The numbers that change something; the robot obeys any other number by doing nothing."""
 
     def known_to(self, family: str) -> bool:
         """Whether firmware of this family obeys it; to the others it is an unknown number."""
@@ -116,15 +119,9 @@ def sonar(robot: CommandedRobot, value: int) -> None:
     robot.hardware.sonar.switch(bool(value & 1), robot.clock.now_us, arrays if single and arrays else None)
 
 
-def polling(robot: CommandedRobot, numbers: bytes) -> None:
-    """Obey POLLING."""
-    robot.hardware.sonar.set_sequence([number - 1 for number in numbers if 1 <= number <= 32], robot.clock.now_us)
-
-
 def sonar_cycle(robot: CommandedRobot, milliseconds: int) -> None:
     """Obey SONARCYCLE."""
-    if 2 <= milliseconds <= 120:
-        robot.hardware.sonar.cycle_us = milliseconds * 1000
+    robot.hardware.sonar.cycle_us = milliseconds * 1000
 
 
 def digital_out(robot: CommandedRobot, value: int) -> None:
@@ -141,11 +138,6 @@ def analog_select(robot: CommandedRobot, port: int) -> None:
 
 
 # -- requests
-
-def config(robot: CommandedRobot, _: Any) -> None:
-    """Obey CONFIG."""
-    robot.send(reports.config(robot.hardware, robot.name, robot.numbers, robot.settings))
-
 
 def request(kind: str, what: str, families: str) -> Handler:
     """The row of a command that asks for packets of a kind."""
@@ -169,18 +161,11 @@ def compass(robot: CommandedRobot, how: int) -> None:
         robot.request("compass", {2: 1, 3: 2, 6: 1}.get(how, 0))
 
 
-def playlist(robot: CommandedRobot, number: int) -> None:
-    """Obey PLAYLIST."""
-    for packet in reports.playlist(robot.model.firmware_family, number, robot.settings["sounds_on"]):
-        robot.send(packet)
-
-
 # -- the line, and auxiliary serial ports
 
 def host_baud(robot: CommandedRobot, code: int) -> None:
     """Obey HOSTBAUD."""
-    if 0 <= code < len(BAUD_RATES):
-        robot.baud = BAUD_RATES[code]
+    robot.baud = BAUD_RATES[code]
 
 
 def aux_write(port: int) -> Handler:
@@ -205,11 +190,6 @@ def dock(robot: CommandedRobot, how: int) -> None:
     """Obey DOCK."""
     robot.hardware.charger.asks_dock = how in (1, 2)
     robot.hardware.charger.stops_in_dock = how == 2
-
-
-def sounds(robot: CommandedRobot, on: int) -> None:
-    """Obey SOUNDTOG."""
-    robot.settings["sounds_on"] = int(on != 0)
 
 
 def gripper(robot: CommandedRobot, number: int) -> None:
@@ -253,36 +233,25 @@ def bump_stall(robot: CommandedRobot, which: int) -> None:
 
 def rev_count(robot: CommandedRobot, count: int) -> None:
     """Obey REVCOUNT."""
-    if count >= 1:
-        robot.hardware.wheels.rev_count = count
+    robot.hardware.wheels.rev_count = count
 
 
 def ticks_per_mm(robot: CommandedRobot, ticks: int) -> None:
     """Obey TICKSMM."""
-    if ticks >= 1:
-        robot.hardware.wheels.ticks_per_mm = ticks
-
-
-def battery_test(robot: CommandedRobot, decivolts: int) -> None:
-    """Obey BATTEST."""
-    if decivolts >= 0:
-        robot.hardware.battery.pretend(decivolts / 10.0)
+    robot.hardware.wheels.ticks_per_mm = ticks
 
 
 def setting(
-    name: str, families: str, lowest: int = 0, highest: int = 0x7FFF,
+    name: str, families: str, legal: range = range(0x8000),
     does: str = "Shown in CONFIGpac, until the session ends; it drives no differently.",
 ) -> Handler:
-    """The row of a command that keeps a number under its name in CONFIGpac, unless the number has no meaning."""
-    def keep(robot: CommandedRobot, number: int) -> None:
-        if lowest <= number <= highest:
-            robot.settings[name] = number
-    return Handler(int, keep, families, does)
+    """The row of a command that keeps a number under its name in CONFIGpac."""
+    return Handler(int, lambda robot, number: robot.settings.update({name: number}), families, does, legal)
 
 
 def aux_baud(port: int) -> Handler:
     """The row of a command that keeps the speed of an auxiliary port."""
-    return setting("aux%d_baud" % port, ARCOS if port == 3 else NOT_PSOS, 0, len(BAUD_RATES) - 1,
+    return setting("aux%d_baud" % port, ARCOS if port == 3 else NOT_PSOS, range(len(BAUD_RATES)),
                    "Shown in CONFIGpac, until the session ends; the devices hear at any speed.")
 
 
@@ -307,7 +276,7 @@ HANDLERS: Dict[str, Handler] = {
                      "Ends the session as a fresh start of the controller, and says so with 0xFF."),
     "HOSTBAUD": Handler(int, host_baud, NOT_PSOS,
                         "Another speed of the line (a pseudo-terminal garbles what comes at the old one), until the"
-                        " session ends."),
+                        " session ends.", range(len(BAUD_RATES))),
     "ENABLE": Handler(int, enable, ALL,
                       "Motor power on, unless the STOP button or an empty battery forbids it, or off."),
     "VEL": Handler(int, motion(lambda hardware, mm_s: hardware.drives.linear.set_speed(mm_s / 1000.0)), ALL,
@@ -344,14 +313,18 @@ HANDLERS: Dict[str, Handler] = {
     "SONAR": Handler(int, sonar, ALL,
                      "Bit 0: on or off; bits 1 to 4: which of arrays 1 to 4, as FLAGS numbers them (AROS and later; our"
                      " reading), none set: all."),
-    "POLLING": Handler(bytes, polling, ALL,
+    "POLLING": Handler(bytes, lambda robot, numbers: robot.hardware.sonar.set_sequence(
+                           [number - 1 for number in numbers if 1 <= number <= 32], robot.clock.now_us), ALL,
                        "A new firing sequence of the arrays that it names (numbers count from 1, repeats allowed, 16"
                        " for an array); empty: sonar off, sequences kept."),
-    "SONARCYCLE": Handler(int, sonar_cycle, LATER, "Time of a firing, 2 to 120 ms, in every array."),
+    "SONARCYCLE": Handler(int, sonar_cycle, LATER, "Time of a firing, 2 to 120 ms, in every array.",
+                          range(2, 121)),
     "DIGOUT": Handler(int, digital_out, ALL,
                       "Mask of the outputs to change in the high byte, their new states in the low one."),
     "ADSEL": Handler(int, analog_select, NOT_PSOS, "The analog port that the SIP shows: 1 to 5, on ARCOS 0 to 7."),
-    "CONFIG": Handler(None, config, NOT_PSOS, "Send CONFIGpac, at once."),
+    "CONFIG": Handler(None, lambda robot, _: robot.send(
+        reports.config(robot.hardware, robot.name, robot.numbers, robot.settings)), NOT_PSOS,
+                      "Send CONFIGpac, at once."),
     "ENCODER": request("encoder", "ENCODERpac", NOT_PSOS),
     "GRIPREQUEST": request("gripper", "GRIPPERpac", NOT_PSOS),
     "IOREQUEST": request("io", "IOpac", NOT_PSOS),
@@ -369,9 +342,11 @@ HANDLERS: Dict[str, Handler] = {
     "TCM2": Handler(int, compass, NOT_PSOS,
                     "Where a compass is fitted: 0 off, 1 shown in the SIP, 2 one TCM2pac, 3 one with every SIP, 6 one"
                     " and then as 1, 7 as after power-on. 4 and 5 calibrate, which changes nothing here."),
-    "PLAYLIST": Handler(int, playlist, "GPA",
+    "PLAYLIST": Handler(int, lambda robot, number: robot.send(*reports.playlist(
+                            robot.model.firmware_family, number, robot.settings["sounds_on"])), "GPA",
                         "Send PLAYLIST: AmigOS its sounds, all for 0; the others 25 zero bytes."),
-    "SOUNDTOG": Handler(int, sounds, "GAC", "Shown in PLAYLIST; nobody hears anything."),
+    "SOUNDTOG": Handler(int, lambda robot, on: robot.settings.update(sounds_on=int(on != 0)), "GAC",
+                        "Shown in PLAYLIST; nobody hears anything."),
     "GRIPPER": Handler(int, gripper, NOT_PSOS,
                        "One of the sub-commands 1 to 8 and 15 at once; 16 and 17 wait for their GRIPPERVAL. Without a"
                        " gripper: nothing."),
@@ -397,7 +372,8 @@ HANDLERS: Dict[str, Handler] = {
     "E_STALL": Handler(int, lambda robot, on: robot.hardware.motors.set_stop_button_stalls(bool(on)), NOT_PSOS,
                        "Whether the STOP button takes the power from the motors: at first it does, before AROS it does"
                        " not."),
-    "BATTEST": Handler(int, battery_test, ARCOS, "Pretend a battery voltage (0.1 V), 0 for the real one."),
+    "BATTEST": Handler(int, lambda robot, decivolts: robot.hardware.battery.pretend(decivolts / 10.0), ARCOS,
+                       "Pretend a battery voltage (0.1 V), 0 for the real one.", AT_LEAST_0),
     "ROTKP": setting("rotation_kp", NOT_PSOS),
     "ROTKV": setting("rotation_kv", NOT_PSOS),
     "ROTKI": setting("rotation_ki", NOT_PSOS),
@@ -405,10 +381,10 @@ HANDLERS: Dict[str, Handler] = {
     "TRANSKV": setting("translation_kv", NOT_PSOS),
     "TRANSKI": setting("translation_ki", NOT_PSOS),
     "REVCOUNT": Handler(int, rev_count, NOT_PSOS,
-                        "Encoder count of a turn: a greater one makes wider turns of the same angle told."),
+                        "Encoder count of a turn: a greater one makes wider turns of the same angle told.", AT_LEAST_1),
     "TICKSMM": Handler(int, ticks_per_mm, ARCOS,
-                       "Encoder ticks of a mm: more make longer metres of the same distance told."),
-    "DRIFTFACTOR": setting("drift_factor", ARCOS, lowest=-0x7FFF),
+                       "Encoder ticks of a mm: more make longer metres of the same distance told.", AT_LEAST_1),
+    "DRIFTFACTOR": setting("drift_factor", ARCOS, range(-0x7FFF, 0x8000)),
     "ARM_INFO": Handler(None, lambda robot, _: robot.send(reports.NO_ARM_INFO), NOT_PSOS, "Send ARMINFOpac: no arm."),
     "ARM_STATUS": request("arm", "ARMpac (no arm)", NOT_PSOS),
 }

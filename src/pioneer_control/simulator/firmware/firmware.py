@@ -50,11 +50,10 @@ class Firmware(CommandedRobot):
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the client, as `RobotOnLine` says. While it boots, the robot does not hear them."""
-        if self.clock.now_us < self._booted_us:
-            return
-        self._last_byte_us = self.clock.now_us
-        for frame in self.decoder.feed(data):
-            self._take(frame)
+        if self.clock.now_us >= self._booted_us:
+            self._last_byte_us = self.clock.now_us
+            for frame in self.decoder.feed(data):
+                self._take(frame)
 
     def run_to(self, end_us: int) -> None:
         """Let simulated time pass until `end_us`, for a robot that is alone."""
@@ -74,8 +73,7 @@ class Firmware(CommandedRobot):
         session = self._open
         if session is not None and now_us >= session.next_sip_us:
             session.next_sip_us += self.numbers.session.sip_cycle_ms * 1000
-            for packet in session.packets(self.hardware):
-                self.send(packet)
+            self.send(*session.packets(self.hardware))
 
     def _take(self, frame: Frame) -> None:
         command = p2os.decode_command(frame)
@@ -111,4 +109,5 @@ class Firmware(CommandedRobot):
             self.command_counts = counts._replace(senseless=counts.senseless + 1)
         else:
             self.command_counts = counts._replace(obeyed=counts.obeyed + 1)
-            handler.act(self, command.value)
+            if handler.value is not int or command.value in handler.legal:
+                handler.act(self, command.value)

@@ -71,6 +71,7 @@ def sip(hardware: Hardware) -> p2os.Sip:
     left, right = hardware.drives.wheel_speeds
     front_bumpers, rear_bumpers = hardware.bumpers.bits()
     stalled = hardware.motors.e_stalled
+    per_metre = 1000.0 / model.range_mm_per_unit
     values = dict(
         type_id=p2os.MOVING if hardware.drives.moving else p2os.STOPPED,
         x_counts=x & 0x7FFF,
@@ -84,7 +85,8 @@ def sip(hardware: Hardware) -> p2os.Sip:
         control_units=heading_units(hardware, hardware.heading_goal),
         flags=_flags(hardware),
         compass=_compass(hardware),
-        sonar=_sonar(hardware),
+        sonar=tuple(p2os.SonarReading(number, round(distance * per_metre))
+                    for number, distance in hardware.sonar.take_readings(MOST_READINGS)),
         grip_state=grip_state(hardware),
         analog_port=hardware.ports.analog_port,
         analog=round(hardware.ports.volts(hardware.ports.analog_port) * 255.0 / 5.0),
@@ -113,12 +115,6 @@ def heading_units(hardware: Hardware, heading: float) -> int:
     """An angle (rad) in units of THPOS, within half a turn either way."""
     turn = hardware.model.angle_units_per_rev
     return (round(heading / hardware.model.angle_rad_per_unit) + turn // 2) % turn - turn // 2
-
-
-def _sonar(hardware: Hardware) -> Tuple[p2os.SonarReading, ...]:
-    per_metre = 1000.0 / hardware.model.range_mm_per_unit
-    readings = hardware.sonar.take_readings(MOST_READINGS)
-    return tuple(p2os.SonarReading(number, round(distance * per_metre)) for number, distance in readings)
 
 
 def _flags(hardware: Hardware) -> int:
@@ -201,9 +197,8 @@ def io(hardware: Hardware) -> p2os.IO:
 
 def _compass(hardware: Hardware) -> int:
     """COMPASS: 2 degrees each, 1 to 180 so that no reading looks like none; 0 without one, or switched off."""
-    if not hardware.compass.fitted or not hardware.compass.on:
-        return 0
-    return round(hardware.compass.degrees(hardware.body.pose[2]) / 2.0) or 180
+    shown = hardware.compass.fitted and hardware.compass.on
+    return (round(hardware.compass.degrees(hardware.body.pose[2]) / 2.0) or 180) if shown else 0
 
 
 def gyro(hardware: Hardware) -> p2os.Gyro:
@@ -295,9 +290,8 @@ PACKETS: Mapping[str, Callable[[Hardware], object]] = {
 
 def charger(hardware: Hardware) -> int:
     """CONFIGpac Charger: fitted where the world has docks; 1 is the one of P3 and PeopleBot, 2 that of the PowerBot."""
-    if not hardware.charger.docks:
-        return 0
-    return 2 if hardware.model.subtype.lower().startswith("powerbot") else 1
+    fitting = 2 if hardware.model.subtype.lower().startswith("powerbot") else 1
+    return fitting if hardware.charger.docks else 0
 
 
 def _millimetres(metres: float) -> int:

@@ -71,8 +71,8 @@ def play_client(entries: Iterable[Entry], lines: LineSimulation) -> List[Entry]:
     made: List[Entry] = []
 
     def run_to(time_us: int) -> None:
-        for arrival in lines.run_to(time_us):
-            made.append(Entry(arrival.time_us / 1e6, arrival.robot + 1, False, arrival.data))
+        made.extend(Entry(arrival.time_us / 1e6, arrival.robot + 1, False, arrival.data)
+                    for arrival in lines.run_to(time_us))
 
     for entry in entries:
         if entry.note:
