@@ -1,9 +1,9 @@
 """Cans that robots push, told to people: which, how far, and from where to where. Knows no ROS."""
 
-import math
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
 from .world.geometry import Point
+from .world.trigonometry import hypot
 from .world.world import Can
 
 REST = 1.0
@@ -48,7 +48,7 @@ class ShoveWatch:
             if can.held_by is not None:
                 self._shoves.pop(number, None)
             elif place != before:
-                nearest, _ = min(robots, key=lambda robot: math.dist(robot[1], place))
+                nearest, _ = min(robots, key=lambda robot: _distance(robot[1], place))
                 self._shoves[number] = self._shoves.get(number, _Shove(before, nearest, now))._replace(moved_at=now)
         return self._told([number for number, shove in self._shoves.items() if now - shove.moved_at >= REST])
 
@@ -61,7 +61,11 @@ class ShoveWatch:
         for number in numbers:
             begin, robot, _ = self._shoves.pop(number)
             end = self._places[number]
-            if math.dist(begin, end) >= SHORTEST:
+            if _distance(begin, end) >= SHORTEST:
                 sentences.append("%s pushed can %d by %.2f m, from x %.2f, y %.2f to x %.2f, y %.2f" % (
-                    robot, number + 1, math.dist(begin, end), *begin, *end))
+                    robot, number + 1, _distance(begin, end), *begin, *end))
         return sentences
+
+
+def _distance(begin: Point, end: Point) -> float:
+    return hypot(end[0] - begin[0], end[1] - begin[1])
