@@ -59,8 +59,9 @@ def gripper_orders(message: GripperState) -> List[GripperOrder]:
     if grip in MOVES_BOTH and lift != LEAVE_ALONE:
         raise UsageError("gripper_control refused: grip.state %d moves the lift too, so lift.state must be 0, not %d"
                          % (grip, lift))
-    parts = ("grip", grip, message.grip.dir), ("lift", lift, message.lift.dir)
-    return [_order(part, GripperCommand(number), value) for part, number, value in parts if number != LEAVE_ALONE]
+    return [_order(part, GripperCommand(number), value)
+            for part, number, value in (("grip", grip, message.grip.dir), ("lift", lift, message.lift.dir))
+            if number != LEAVE_ALONE]
 
 
 def _order(part: str, command: GripperCommand, value: int) -> GripperOrder:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from typing import Dict, List, NamedTuple, Optional
+from typing import Dict, List, Mapping, NamedTuple, Optional
 
 from ..client import RobotIdentity, RobotState
 
@@ -111,27 +111,27 @@ class Watch:
     def state(self, state: RobotState) -> List[Notice]:
         """What is to be said about a state."""
         is_low = state.battery_voltage < self._battery.low
-        texts = {
+        return _notices({
             "battery": low_battery(state.battery_voltage, self._battery) + "; charge it" if is_low else "",
             "stall": stalled_wheels(state),
             "stop button": stop_button_pressed(self._how_to_enable) if state.stop_button else "",
-        }
-        return [Notice(kind, text) for kind, text in texts.items() if text]
+        })
 
     def velocity(self, now: float, moving: bool, state: Optional[RobotState]) -> List[Notice]:
         """What is to be said about a velocity command that arrived, `moving` unless it is zero."""
-        notices = []
-        if moving and state is not None and not state.motors_enabled:
-            notices.append(Notice("motors off", "a velocity arrived, but the motors are off; to switch them on: %s"
-                                  % self._how_to_enable))
+        motors_off = moving and state is not None and not state.motors_enabled
         gap = now - self._last_command if self._last_command is not None else 0.0
         self._gaps = self._gaps + 1 if self._was_moving and self.cmd_vel_timeout < gap < SAME_COMMANDER else 0
-        if self._gaps > 1:  # one alone may be the pause between two drives
-            notices.append(Notice(
-                "slow",
-                "velocities come every %.1f s, but are too old after %.1f s (cmd_vel_timeout): the robot stops in "
-                "between; publish at 10 Hz"
-                % (gap, self.cmd_vel_timeout),
-            ))
         self._last_command, self._was_moving = now, moving
-        return notices
+        return _notices({
+            "motors off": ("a velocity arrived, but the motors are off; to switch them on: %s" % self._how_to_enable
+                           if motors_off else ""),
+            "slow": ("velocities come every %.1f s, but are too old after %.1f s (cmd_vel_timeout): the robot stops in "
+                     "between; publish at 10 Hz" % (gap, self.cmd_vel_timeout)
+                     if self._gaps > 1 else ""),    # one alone may be the pause between two drives
+        })
+
+
+def _notices(texts: Mapping[str, str]) -> List[Notice]:
+    """A notice of each kind that has a text."""
+    return [Notice(kind, text) for kind, text in texts.items() if text]

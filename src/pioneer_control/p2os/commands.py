@@ -266,8 +266,8 @@ def encode_command(name: str, *values: Any) -> bytes:
         raise EncodingError("no command is called %r" % name)
     needed = 0 if command.argument is NONE else 2 if command.argument is TWO_BYTES else 1
     if len(values) != needed and not (command.optional and not values):
-        plural = "" if needed == 1 else "s"
-        raise EncodingError("%s takes %d value%s, not %d (%s)" % (name, needed, plural, len(values), command.effect))
+        raise EncodingError("%s takes %d value%s, not %d (%s)" % (
+            name, needed, "" if needed == 1 else "s", len(values), command.effect))
     return encode_frame(command.number, _encode_argument(command, values) if values else b"")
 
 
@@ -292,9 +292,9 @@ def decode_command(frame: Frame) -> ReceivedCommand:
     take it, unless the command has an unsigned argument.
     """
     command = COMMAND_NUMBERS.get(frame.id)
-    name = command.name if command else "COMMAND_%d" % frame.id
     unsigned = command is not None and command.argument in (UINT, TWO_BYTES)
-    return ReceivedCommand(frame.id, name, _decode_argument(frame.data, unsigned))
+    return ReceivedCommand(
+        frame.id, command.name if command else "COMMAND_%d" % frame.id, _decode_argument(frame.data, unsigned))
 
 
 def _decode_argument(data: bytes, unsigned: bool) -> Union[None, int, bytes]:

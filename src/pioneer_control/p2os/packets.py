@@ -329,13 +329,14 @@ def _port_first(table: Table) -> Table:
     return Table(table[:at] + (table[at + 1], table[at]) + table[at + 2:])
 
 
-def _with_switches(table: Table) -> Table:
-    """The table of a `Gripper` as P2OS sends it."""
-    return Table(row._replace(type=BYTE.of(GripperSwitches)) if row.name == "state" else row for row in table)
-
-
 _TABLES = {True: {packet_class: rows(packet_class) for packet_class in _IDS}}
-_TABLES[False] = {**_TABLES[True], Sip: _port_first(rows(Sip)), Gripper: _with_switches(rows(Gripper))}
+_TABLES[False] = {
+    **_TABLES[True],
+    Sip: _port_first(rows(Sip)),
+    Gripper: Table(row._replace(type=BYTE.of(GripperSwitches)) if row.name == "state" else row
+                   for row in rows(Gripper)),
+}
+"""The tables, by `grip_state_first` (see `decode_packet`)."""
 
 
 def packet_rows(packet_class: Any, grip_state_first: bool = True) -> Table:

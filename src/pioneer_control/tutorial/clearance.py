@@ -35,9 +35,9 @@ class Outline:
         self.half_width = float(abs(hull[:, 1]).max())
         self.front, self.rear = float(hull[:, 0].max()), -float(hull[:, 0].min())
 
-    def distance(self, x: float, y: float) -> float:
-        """From the outline to a point [m]; negative inside, never more than the true distance."""
-        return float(self._outside(x, y).max())
+    def distance(self, x: Array, y: Array) -> Array:
+        """From the outline to points [m]; negative inside, never more than the true distance."""
+        return self._outside(x, y).max(axis=0)
 
     def _outside(self, x: Array, y: Array) -> Array:
         """How far points are outside each edge [m]: a row for each edge."""
@@ -75,12 +75,11 @@ class Outline:
 
         A point that is nearer than `margin` already stops the turn only if the turn brings it nearer still.
         """
-        near = [(x, y) for x, y in points if math.hypot(x, y) < self.reach + margin]
-        x, y = _columns(near)
-        angle, before = 0.0, self._outside(x, y).max(axis=0)
-        while near and angle < limit:
+        x, y = _columns((x, y) for x, y in points if math.hypot(x, y) < self.reach + margin)
+        angle, before = 0.0, self.distance(x, y)
+        while x.size and angle < limit:
             cosine, sine = math.cos(angle + TURN_STEP), -side * math.sin(angle + TURN_STEP)
-            after = self._outside(cosine * x - sine * y, sine * x + cosine * y).max(axis=0)
+            after = self.distance(cosine * x - sine * y, sine * x + cosine * y)
             if ((after < margin) & (after < before)).any():
                 return angle
             angle, before = angle + TURN_STEP, after
