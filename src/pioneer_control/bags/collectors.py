@@ -1,6 +1,6 @@
-"""What is kept of the messages of a bag: collectors, whose ``add(time, message)`` takes one after the other.
+"""Collectors: each takes the messages of a topic one after the other, by ``add(time, message)``, and keeps what counts.
 
-Each keeps what is worth keeping. When that is more than `ROWS`, it becomes coarser.
+However long a bag is, no collector keeps more than some number of rows, texts or spans. What is longer becomes coarser.
 """
 
 import heapq
@@ -12,31 +12,32 @@ from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tupl
 import numpy as np
 
 from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, heading_of
-from .recorded_run import ERROR, WARNING, GripperEvent, Map, Report, Series, Span, Track, Velocities
+from .recorded_run import ERROR, WARNING, GripperEvent, Map, Report, Series, Span
 
 ROWS = 1 << 16
-"""Rows that one thing keeps at most."""
+"""Rows that one collector keeps at most."""
 TEXTS = 1000
-"""Faults, cans, and gaps of a topic, kept at most; of gaps up to twice as many."""
+"""Cans that are kept at most. Of the gaps of a topic they may be twice as many, of faults ten times."""
 SPANS = 10000
-"""Spans of time of one kind that are always kept; where they are twice as many, the longest stay."""
-FARTHEST = 1e9  # m: what is beyond, or no number, is damage
-CHANGE_OF_PLACE = (0.01, 0.01, math.radians(1.0))  # m, m, rad: less is the same place
+"""Spans of one kind that are always kept. When there are twice as many, so many of them stay, the longest."""
+FARTHEST = 1e9  # m: a place that is farther away, or not a number, is damage
+CHANGE_OF_PLACE = (0.01, 0.01, math.radians(1.0))  # m, m, rad: a robot that moved less is in the same place
 CHANGE_OF_CAN = (0.002, 0.002, 0.002)  # m: x, y, height
 CHANGE_OF_SPEED = (0.002, math.radians(0.2))  # m/s, rad/s
 SILENCE = 3.0
-"""Median periods without a message that are a gap, ..."""
+"""A silence is a gap when it is longer than so many median periods of its topic, ..."""
 SHORTEST_GAP = 0.5
-"""... if they are so many seconds."""
+"""... and longer than so many seconds."""
 FEWEST = 10
-"""Messages from which on a topic has a period."""
-ROS_LOG = ((8, ERROR), (4, WARNING))  # least rosgraph_msgs/Log.level of each
+"""A topic of which fewer periods are known has no gaps."""
+ROS_LOG = ((8, ERROR), (4, WARNING))  # the least rosgraph_msgs/Log.level that is one
 
 
 class Thinned:
-    """Rows of numbers over time, without those that hardly differ from the one before.
+    """Rows of numbers over time, without those that hardly differ from the row kept before.
 
-    Kept are the rows that differ from the row kept before by more than a tolerance, and the row before each of them.
+    A row is kept when one of its numbers differs from the row kept before by more than its tolerance. Then the row
+    before it is kept too.
 
     Args:
         row_of: gives the numbers of a message.
@@ -66,7 +67,7 @@ class Thinned:
 
     def columns(self) -> np.ndarray:
         """The columns (time, values ...) of all rows kept and of the last, in order of time."""
-        rows = np.array([*self._rows, *self._passed]).reshape(-1, self._width)
+        rows = np.concatenate((self._rows, self._passed)).reshape(-1, self._width)
         return rows[np.argsort(rows[:, 0], kind="stable")].T
 
 
@@ -98,22 +99,26 @@ class Sampled:
 
 
 def speed_of(twist: Any) -> Tuple[float, float]:
-    """Forward (m/s) and to the left (rad/s), of a Twist. Raises ValueError when no robot can be so fast."""
+    """The speeds of a Twist, forward (m/s) and to the left (rad/s). Raises ValueError when no robot can be so fast."""
     if not is_plausible(twist.linear.x, twist.angular.z):
         raise ValueError("no velocity")
     return twist.linear.x, twist.angular.z
 
 
 class OdometryCollector:
-    """Where a robot was and how fast, of nav_msgs/Odometry."""
+    """Where a robot was and how fast, of nav_msgs/Odometry.
+
+    Attributes:
+        places: rows of time (s), x, y (m), and heading (rad), which does not jump at half a turn.
+        speeds: rows of time (s), forward (m/s), and to the left (rad/s).
+    """
 
     def __init__(self) -> None:
-        self._places = Thinned(self._place_of, *CHANGE_OF_PLACE)
-        self._speeds = Thinned(speed_of, *CHANGE_OF_SPEED)
+        self.places = Thinned(self._place_of, *CHANGE_OF_PLACE)
+        self.speeds = Thinned(speed_of, *CHANGE_OF_SPEED)
         self._heading = 0.0
 
     def _place_of(self, pose: Any) -> Tuple[float, float, float]:
-        """x, y (m) and the heading (rad), which does not jump at half a turn."""
         place, heading = pose.position, heading_in(pose.orientation)
         if not is_plausible(place.x, place.y, heading):
             raise ValueError("no place")
@@ -122,24 +127,13 @@ class OdometryCollector:
 
     def add(self, time: float, message: Any) -> None:
         """Take in a message that came at a time (s)."""
-        self._places.add(time, message.pose.pose)
+        self.places.add(time, message.pose.pose)
         with suppress(ValueError):  # of a robot that does not measure its speed
-            self._speeds.add(time, message.twist.twist)
-
-    @property
-    def track(self) -> Optional[Track]:
-        """The poses that were taken in; None if there were none."""
-        columns = self._places.columns()
-        return Track(*columns) if columns.size else None
-
-    @property
-    def velocities(self) -> Velocities:
-        """The velocities that were taken in."""
-        return Velocities(*self._speeds.columns())
+            self.speeds.add(time, message.twist.twist)
 
 
 def changes(time: np.ndarray, value: np.ndarray) -> Series:
-    """Of the columns of a value only the first row, those that differ from the row before, and the last."""
+    """A value (a number for each time, s) without those that are as the one before; the first and the last stay."""
     chosen = np.ones(len(time), dtype=bool)
     chosen[1:-1] = value[1:-1] != value[:-2]
     return Series(time[chosen], value[chosen])
@@ -148,7 +142,7 @@ def changes(time: np.ndarray, value: np.ndarray) -> Series:
 class EchoCollector(Sampled):
     """What the sonar heard, of SonarArray: rows of time (s), number of the transducer, and range (m).
 
-    A driver repeats each reading until its transducer's next turn.
+    A driver repeats each reading until its transducer's next turn. Only the first is kept.
     """
 
     def __init__(self) -> None:
@@ -195,7 +189,7 @@ def gripper_events(states: Iterable[Sequence[float]]) -> Tuple[GripperEvent, ...
 
 
 class CanCollector:
-    """Where each can was, of a simulated world's PoseArray: those of the first message.
+    """Where the cans of a simulated world were, of its PoseArray. The cans are those of the first message.
 
     Attributes:
         last: the rows (time in s; x, y, height in m) of each can; None before the first message.
@@ -254,10 +248,10 @@ def _longest(spans: List[Span], most: int) -> List[Span]:
 
 
 class SpanCollector:
-    """Spans of time in which words of a message are not empty: each lasts until the words change.
+    """Spans of time in which messages say something. Each lasts until the words change.
 
     Args:
-        words: gives the words of a message.
+        words: gives the words of a message; empty where it says nothing.
 
     Attributes:
         spans: in order of time.
@@ -282,13 +276,13 @@ class SpanCollector:
 
 
 def stalled(message: Any) -> str:
-    """Which wheels are stalled."""
+    """Which wheels a Stall says are stalled; empty where none is."""
     return {(True, True): "both wheels", (True, False): "left wheel",
             (False, True): "right wheel"}.get((message.left, message.right), "")
 
 
 def pressed(message: Any) -> str:
-    """Which segments of the bumpers are pressed, numbered from 1."""
+    """Which segments of the bumpers are pressed, numbered from 1; empty where none is."""
     parts = {name: [str(number) for number, segment in enumerate(getattr(message, name), 1) if segment]
              for name in ("front", "rear")}
     return "; ".join("%s %s" % (name, ", ".join(segments)) for name, segments in parts.items() if segments)
@@ -307,13 +301,13 @@ class DecisionCollector(SpanCollector):
     def add(self, time: float, message: Any) -> None:
         """Take in a message that came at a time (s)."""
         if message.wander != self._wander:
-            self._what = ""     # what the wander before was about has ended with it
+            self._what = ""     # the last decision of the wander before ends with that wander
         self._wander = message.wander
         super().add(time, message)
 
 
 class ReportCollector:
-    """What went wrong: of /diagnostics, where a level gets worse or turns to another one, and of /rosout."""
+    """Warnings and errors: of /diagnostics where a task's level becomes one, of /rosout where a node says a new one."""
 
     def __init__(self) -> None:
         self._told: List[Tuple[str, Report]] = []    # with the node
@@ -353,13 +347,13 @@ class ReportCollector:
 
 
 def _owner(node: str, robots: Sequence[str]) -> str:
-    """The innermost robot in whose namespace a node is; empty: no robot. A robot without a name has no nodes."""
+    """The innermost robot in whose namespace a node is; empty where there is none. One without a name has no nodes."""
     around = (robot for robot in robots if robot and node.startswith(robot + "/"))
     return max(around, key=len, default="")
 
 
 class SilenceCollector:
-    """How regularly a topic comes, and where it does not."""
+    """How regularly the messages of a topic come, and when they do not."""
 
     def __init__(self) -> None:
         self._last: Optional[float] = None
@@ -375,7 +369,7 @@ class SilenceCollector:
         self._last = time
 
     def gaps(self, topic: str, end: float) -> List[Span]:
-        """Gaps of this topic until the recording's end (s)."""
+        """The gaps in this topic until the recording's end (s)."""
         if self._last is None or len(self._periods.rows) < FEWEST:
             return []
         most = max(SHORTEST_GAP, SILENCE * float(np.median(np.array(self._periods.rows))))
@@ -384,7 +378,7 @@ class SilenceCollector:
 
 
 def is_plausible(*values: float) -> bool:
-    """Whether these can be m or rad, or that each second."""
+    """Whether these can be places (m), angles (rad), or speeds (m/s, rad/s) of a robot."""
     return all(-FARTHEST < value < FARTHEST for value in values)
 
 

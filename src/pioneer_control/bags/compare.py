@@ -19,19 +19,19 @@ HELD_WITHIN = 0.12  # m from the middle of the paddles: a can that the gripper h
 
 
 class Deviation(NamedTuple):
-    """How far one track is from a reference: at the same moments since both began to move, and when both have ended.
+    """How far one track is from a reference, at the same times since each began to move.
 
-    A robot that ended before the other stands where it ended.
+    The robot whose track ends before the other's stands where it ended.
     """
 
     mean: float  # m, over time
     maximum: float  # m
     at_end: float  # m, from end to end
-    turn_at_end: float  # rad, -pi to pi; positive: the other one ended turned further to the left
+    turn_at_end: float  # rad, -pi to pi; positive: it ended turned further to the left than the reference
 
 
 def deviation(reference: Track, other: Track) -> Deviation:
-    """How far ``other`` is from ``reference``, however long each is and wherever its frame lies."""
+    """How far ``other`` is from ``reference``, however long each track is and wherever its frame lies."""
     time, apart = distance_between(reference, other)
     turn = (other.heading[-1] - other.heading[0]) - (reference.heading[-1] - reference.heading[0])
     return Deviation(_mean(time, apart), float(apart.max()), float(apart[-1]), float(np.angle(np.exp(1j * turn))))
@@ -40,7 +40,7 @@ def deviation(reference: Track, other: Track) -> Deviation:
 def distance_between(reference: Track, other: Track) -> Tuple[np.ndarray, np.ndarray]:
     """Seconds since both began to move, and how far apart (m) they are then."""
     one, two = from_its_start(reference), from_its_start(other)
-    # both go straight between these: the farthest is at one of them
+    # both go straight between these moments, so they are farthest apart at one of them
     moments: np.ndarray = np.unique(np.concatenate((np.zeros(1), one.time, two.time)))
     moments = moments[moments >= 0.0]
     one, two = one.at(moments), two.at(moments)
@@ -58,7 +58,7 @@ class Driven(NamedTuple):
 
     time: float  # s from the first movement to the last
     length: float  # m
-    mean_speed: float  # m/s: the length by the time
+    mean_speed: float  # m/s: the length divided by the time
     stops: int  # on the way, each of `STOP` s or longer
 
 
@@ -73,7 +73,7 @@ def driven(track: Track) -> Driven:
 
 
 def standing(track: Track) -> List[Tuple[float, float]]:
-    """Spans of time (s) in which a robot stood, but for those shorter than `STOP`."""
+    """Spans of time (s) in which a robot stood, without those shorter than `STOP`."""
     passed = np.maximum(np.diff(track.time), 1e-9)
     moved, turned = np.hypot(np.diff(track.x), np.diff(track.y)), np.abs(np.diff(track.heading))
     still = (moved < STILL[0] * passed) & (turned < STILL[1] * passed)
@@ -83,7 +83,7 @@ def standing(track: Track) -> List[Tuple[float, float]]:
 
 
 def first_movement(track: Track) -> float:
-    """When a robot was `MOVED` from where it began, s; of one that stays, its first moment."""
+    """When (s) a robot was `MOVED` from its first pose; the first moment of a robot that stays."""
     moved = np.hypot(track.x - track.x[0], track.y - track.y[0]) / MOVED[0]
     moved = np.maximum(moved, np.abs(track.heading - track.heading[0]) / MOVED[1])
     if moved.max() < 1.0:
@@ -101,7 +101,7 @@ class Push(NamedTuple):
 
 
 def pushes(run: Run) -> Tuple[Push, ...]:
-    """Which cans were pushed, in order of time. Known of a simulated world only."""
+    """The pushes of all cans, in order of time. Only a simulated world tells where its cans are."""
     found = []
     for number, can in enumerate(run.cans, 1):
         moved = (np.hypot(np.diff(can.x), np.diff(can.y)) > 0.0) & (np.maximum(can.height[1:], can.height[:-1]) <= 0.0)

@@ -1,8 +1,8 @@
 """What one robot did, as numpy arrays in SI units, on the recorder's clock: a :class:`Run`. `run.read_run` reads it.
 
-Only odometry is required; whatever else a bag has not is empty or ``None``. However long the run, a Run stays small: of
-paths and values those rows are kept that differ from the row kept before (1 cm, 1 degree, ...), and of echoes those
-that are new.
+Only odometry is required. Whatever else is not in a bag is empty or ``None``. A Run stays small however long the run
+was: a row of a path or of values is kept where it differs from the row kept before (by 1 cm, 1 degree, ...), and an
+echo where it is new.
 """
 
 from types import MappingProxyType
@@ -18,7 +18,7 @@ Pose = Tuple[float, float, float]  # x, y (m), heading (rad, counter-clockwise)
 
 
 class Track(NamedTuple):
-    """Where a robot was: arrays of one length; s, m, m, and rad without jumps at half a turn."""
+    """Where a robot was: arrays of the same length; s, m, m, rad. The heading does not jump at half a turn."""
 
     time: np.ndarray
     x: np.ndarray
@@ -46,7 +46,7 @@ class Track(NamedTuple):
 
 
 class Echoes(NamedTuple):
-    """New echoes of the sonar: arrays of one length; s, the transducer's number, m."""
+    """New echoes of the sonar: arrays of the same length; s, the transducer's number, m."""
 
     time: np.ndarray
     number: np.ndarray
@@ -54,7 +54,7 @@ class Echoes(NamedTuple):
 
 
 class Velocities(NamedTuple):
-    """How fast a robot was or was to be: arrays of one length; s, m/s forward, rad/s counter-clockwise."""
+    """How fast a robot was or was to be: arrays of the same length; s, m/s forward, rad/s counter-clockwise."""
 
     time: np.ndarray
     linear: np.ndarray
@@ -62,7 +62,7 @@ class Velocities(NamedTuple):
 
 
 class Series(NamedTuple):
-    """A value over time: arrays of one length. It holds from its time to the next one's."""
+    """A value over time: arrays of the same length. Each value holds from its time (s) to the next time."""
 
     time: np.ndarray
     value: np.ndarray
@@ -96,7 +96,7 @@ class GripperEvent(NamedTuple):
 
 
 class CanPath(NamedTuple):
-    """Where a can was: arrays of one length; s, m, m, and how high it was lifted (m)."""
+    """Where a can was: arrays of the same length; s, m, m, and how high it was lifted (m)."""
 
     time: np.ndarray
     x: np.ndarray
@@ -144,7 +144,7 @@ class Run(NamedTuple):
     stalls: Tuple[Span, ...] = ()
     bumps: Tuple[Span, ...] = ()
     faults: Tuple[Report, ...] = ()  # of this robot, and of nodes that belong to no robot
-    gaps: Tuple[Span, ...] = ()  # a topic that should not be silent was; what: its name
+    gaps: Tuple[Span, ...] = ()  # when a topic was silent that should not be; what: its name
     doings: Tuple[Span, ...] = ()  # what a wandering program was about: "driving", "turning"
     notes: str = ""  # how the recording describes itself (YAML)
     damage: str = ""  # what of the bag could not be read; empty when all was
@@ -166,15 +166,15 @@ class Run(NamedTuple):
 
     @property
     def odometry_origin(self) -> Pose:
-        """Where the odometry's frame lies in the map: so that both tracks begin together. Zero without ground truth."""
+        """Where the odometry's frame lies in the map when both tracks begin together. Zero without a true path."""
         if self.truth is None:
             return (0.0, 0.0, 0.0)
-        # Both are taken when both are there: one may begin before the other.
+        # One track may begin before the other: this is the first moment that both have.
         start = np.array([max(self.truth.time[0], self.odometry.time[0])])
         return chained(self.truth.at(start).pose(0), inverted(self.odometry.at(start).pose(0)))
 
     def echoes(self) -> np.ndarray:
-        """Points (n, 2) in the odometry's frame that returned a ping; m. Of those in one square of 1 cm the first."""
+        """Where the sonar heard something: points (n, 2) in the odometry's frame, m; one in each square of 1 cm."""
         fitted = np.isin(self.sonar.number, list(self.transducers))
         if not fitted.any():
             return np.empty((0, 2))
@@ -188,18 +188,18 @@ class Run(NamedTuple):
 
 
 def placed(pose: Any, x: Any, y: Any) -> Tuple[np.ndarray, np.ndarray]:
-    """Points that are given in the frame of a pose, in the frame in which the pose is given. All may be arrays."""
+    """Points x, y in the frame that lies at a pose, as the frame sees them in which that pose is. All may be arrays."""
     cosine, sine = np.cos(pose[2]), np.sin(pose[2])
     return pose[0] + cosine * x - sine * y, pose[1] + sine * x + cosine * y
 
 
 def chained(first: Pose, then: Pose) -> Pose:
-    """The pose `then`, which is given in the frame of `first`, in the frame in which `first` is given."""
+    """The pose `then`, which is in the frame that lies at `first`, as the frame sees it in which `first` is."""
     x, y = placed(first, then[0], then[1])
     return float(x), float(y), first[2] + then[2]
 
 
 def inverted(pose: Pose) -> Pose:
-    """The pose of the outer frame seen from this one."""
+    """The pose of the outer frame, seen from the frame that lies at this pose in it."""
     x, y = placed((0.0, 0.0, -pose[2]), -pose[0], -pose[1])
     return float(x), float(y), -pose[2]

@@ -1,8 +1,8 @@
 """From the messages of a bag to a `recorded_run.Run`, in bounded memory however long the bag is: `read_run`.
 
-What is read is the table `TOPICS`; `collectors` keep what is kept of it. A topic counts by the last part of its name
-and the last part of its type, so bags with ``p2os_driver/SonarArray`` or ``p2os_msgs/SonarArray`` read as ours do.
-Robots are told apart by their namespace.
+The table `TOPICS` says what is read, and which of the `collectors` takes it. A topic is known by the last part of its
+name and the last part of its type, so bags with ``p2os_driver/SonarArray`` or ``p2os_msgs/SonarArray`` read as ours do.
+Robots are told apart by their namespaces.
 """
 
 from collections import defaultdict
@@ -15,7 +15,7 @@ from .collectors import (CHANGE_OF_SPEED, CanCollector, DecisionCollector, EchoC
                          grip_of, gripper_events, map_of, pressed, speed_of, stalled, told_of)
 from .reader import BagReader, BagConnection, decode, message_class, plural, read_bag
 from .records import BagError
-from .recorded_run import CanPath, Echoes, Run, Series, Velocities
+from .recorded_run import CanPath, Echoes, Run, Series, Track, Velocities
 
 CHANGE_OF_VOLTAGE = 0.05  # V
 SWITCHED = 0.5  # of a value that is 0 or 1
@@ -31,7 +31,7 @@ class Topic(NamedTuple):
     periodic: bool = False
     """whether silence is a gap"""
     shared: bool = False
-    """whether one of another namespace counts where the robot has none: a world, or a recording, of several robots"""
+    """whether a robot that has none uses that of another namespace: several robots share a world, or a recording"""
 
 
 TOPICS: Dict[str, Topic] = {
@@ -55,7 +55,7 @@ TOPICS: Dict[str, Topic] = {
     "world": Topic("String", lambda: LastCollector(lambda message: message.data), shared=True),
     "recording": Topic("String", lambda: LastCollector(lambda message: message.data), shared=True),
 }
-ODOMETRY = ("pose", "odom")     # the first that is there
+ODOMETRY = ("pose", "odom")     # the first of them that a robot has counts
 
 Adder = Callable[[float, Any], Any]
 
@@ -81,8 +81,8 @@ class RunCollector:
         self.silences: DefaultDict[Tuple[str, str], SilenceCollector] = defaultdict(SilenceCollector)
         self.reports = ReportCollector()
         self.undecoded: Counter[str] = Counter()
-        # By connection: what takes its messages, and one message that is filled again and again, in half the time of a
-        # new one.
+        # By the id of a connection: what takes its messages, and one message that is filled again and again, which
+        # takes half the time of making a new one.
         self._known: Dict[int, Tuple[List[Adder], Any]] = {}
 
     def adders(self, connection: BagConnection) -> List[Adder]:
@@ -111,7 +111,10 @@ class RunCollector:
             self.undecoded[connection.topic] += 1
 
     def nearest(self, robot: str, name: str) -> Any:
-        """The last of a shared topic: the robot's own, else of the innermost namespace around it, else any, or None."""
+        """What was last said on a shared topic: the robot's own, else of the innermost namespace around it, else any.
+
+        None where nothing was said.
+        """
         def distance(place: str) -> Tuple[bool, int]:
             is_around = place == "" or (robot + "/").startswith(place + "/")
             return not is_around, -len(place)
@@ -130,12 +133,12 @@ def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None,
         progress: called with the bytes done and all bytes.
 
     Raises:
-        BagError: it cannot be read, or has no such robot.
+        BagError: the bag cannot be read, or has no such robot.
     """
     paths = [paths] if isinstance(paths, str) else list(paths)
     collector = RunCollector(None if robot is None else robot.strip("/"))
     reader = read_bag(paths, lambda connection: bool(collector.adders(connection)), progress)
-    if reader.indexed:  # it has said before it is read what is in it
+    if reader.indexed:  # all its connections are known before the messages are read
         _choose(paths[0], collector.robot, reader)
     for _, connection, data, time in reader:
         collector.add(connection, data, time / 1e9)
@@ -143,7 +146,7 @@ def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None,
 
 
 def _place(connection: BagConnection) -> Tuple[str, str]:
-    """The namespace of a topic (no slashes at its ends), and its name in `TOPICS`, empty where it is not of them."""
+    """The namespace of a topic (no slashes at its ends), and its name in `TOPICS`; empty where it is not there."""
     namespace, _, name = connection.topic.strip("/").rpartition("/")
     is_ours = name in TOPICS and TOPICS[name].type == connection.type.split("/")[-1]
     return namespace, name if is_ours else ""
@@ -155,10 +158,10 @@ def _robots(reader: BagReader) -> List[str]:
 
 
 def _choose(path: str, wanted: Optional[str], reader: BagReader) -> str:
-    """The namespace to read, of those there are.
+    """The namespace of the robot to read.
 
     Raises:
-        BagError: there is none, not the wanted one, or none is wanted and there are several.
+        BagError: there is no robot, or not the wanted one, or there are several and nobody said which.
     """
     robots = _robots(reader)
     names = ", ".join(name or "/" for name in robots)
@@ -176,27 +179,27 @@ def _choose(path: str, wanted: Optional[str], reader: BagReader) -> str:
 def _run(path: str, name: str, collector: RunCollector, reader: BagReader) -> Run:
     """What was collected of a robot."""
     robot = collector.robots[name]
-    odometry = next((robot[topic] for topic in ODOMETRY if robot[topic].track is not None), None)
+    odometry = next((robot[topic] for topic in ODOMETRY if robot[topic].places.columns().size), None)
     if odometry is None or reader.end is None:
         raise BagError(("%s has no message of the odometry of %s. %s" % (path, name or "/", reader.damage)).strip())
     gaps = [gap for (namespace, topic), silence in sorted(collector.silences.items()) if namespace == name
             for gap in silence.gaps(topic, reader.end / 1e9)]
     undecoded = ["%s on %s could not be understood." % (plural(count, "message"), topic)
                  for topic, count in sorted(collector.undecoded.items())]
-    battery = Series(*robot["battery_state"].columns())
+    battery, truth = Series(*robot["battery_state"].columns()), Track(*robot["ground_truth"].places.columns())
     return Run(
         path=path,
         robot=name,
         **robot["robot_info"].last or {},
         world=collector.nearest(name, "world") or "",
-        odometry=odometry.track,
-        truth=robot["ground_truth"].track,
+        odometry=Track(*odometry.places.columns()),
+        truth=truth if len(truth.time) else None,
         sonar=Echoes(*np.array(robot["sonar"].rows).reshape(-1, 3).T),
         gripper=gripper_events(robot["gripper_state"].columns().T.tolist()),
         cans=tuple(CanPath(*can.columns()) for can in collector.nearest(name, "cans") or ()),
         map=collector.nearest(name, "map"),
         commanded=Velocities(*robot["cmd_vel"].columns()),
-        measured=odometry.velocities,
+        measured=Velocities(*odometry.speeds.columns()),
         battery=battery if len(battery.time) else Series(*robot["battery"].columns()),
         motors=changes(*robot["motor_state"].columns()),
         e_stop=changes(*robot["e_stop"].columns()),
