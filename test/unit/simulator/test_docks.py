@@ -5,7 +5,7 @@ import math
 import pytest
 from robot_on_bench import Bench
 
-from pioneer_control.simulator.hardware.charger import dock_at
+from pioneer_control.simulator.hardware.charger import stands_in
 from pioneer_control.simulator.world import known_worlds, load_world
 
 DOCKS = [(1.0, 2.0, math.pi / 2), (5.0, 2.0, -math.pi)]
@@ -28,11 +28,12 @@ DISTANCE, ANGLE = 0.1, math.radians(15)
     ((3.0, 2.0, 0.0), None),
 ])
 def test_near_and_facing_the_right_way(pose, dock):
-    assert dock_at(pose, DOCKS, DISTANCE, ANGLE) == (None if dock is None else DOCKS[dock])
+    found = [number for number, each in enumerate(DOCKS) if stands_in(each, pose, DISTANCE, ANGLE)]
+    assert found == ([] if dock is None else [dock])
 
 
 def test_without_docks():
-    assert dock_at((0.0, 0.0, 0.0), [], DISTANCE, ANGLE) is None
+    assert not Bench().open().send("CHARGE", 1).wait(0.5).sip.charge_state
 
 
 @pytest.mark.parametrize("name", [name for name in known_worlds() if load_world(name).docks])

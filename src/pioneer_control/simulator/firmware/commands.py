@@ -156,7 +156,7 @@ def gyro(robot: CommandedRobot, how: int) -> None:
 
 def compass(robot: CommandedRobot, how: int) -> None:
     """Obey TCM2."""
-    if robot.hardware.compass.fitted and 0 <= how <= 7:
+    if robot.hardware.compass.numbers.fitted and 0 <= how <= 7:
         robot.hardware.compass.on = how != 0
         robot.request("compass", {2: 1, 3: 2, 6: 1}.get(how, 0))
 
@@ -214,8 +214,8 @@ GRIPPER_ACTIONS: Dict[int, Callable[[ParallelGripper], None]] = {
     GripperCommand.OPEN: ParallelGripper.open,
     GripperCommand.CLOSE: ParallelGripper.close,
     GripperCommand.STOP: ParallelGripper.stop,
-    GripperCommand.LIFT_UP: lambda fitted: fitted.lift.raise_fully(),
-    GripperCommand.LIFT_DOWN: lambda fitted: fitted.lift.lower_fully(),
+    GripperCommand.LIFT_UP: lambda fitted: fitted.lift.move_to(fitted.shape.lift_height),
+    GripperCommand.LIFT_DOWN: lambda fitted: fitted.lift.move_to(0.0),
     GripperCommand.LIFT_STOP: lambda fitted: fitted.lift.stop(),
     GripperCommand.STORE: ParallelGripper.store,
     GripperCommand.DEPLOY: ParallelGripper.deploy,

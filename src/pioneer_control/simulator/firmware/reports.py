@@ -197,7 +197,7 @@ def io(hardware: Hardware) -> p2os.IO:
 
 def _compass(hardware: Hardware) -> int:
     """COMPASS: 2 degrees each, 1 to 180 so that no reading looks like none; 0 without one, or switched off."""
-    shown = hardware.compass.fitted and hardware.compass.on
+    shown = hardware.compass.numbers.fitted and hardware.compass.on
     return (round(hardware.compass.degrees(hardware.body.pose[2]) / 2.0) or 180) if shown else 0
 
 

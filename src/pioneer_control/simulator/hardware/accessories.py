@@ -68,9 +68,8 @@ class RateGyro:
         """The turn (rad) of a step of `dt` seconds as the robot adds it up: by its wheels, or by a gyro that it reads
         itself.
         """
-        if self.kind == GYRO_OF_ROBOT and self.mode != ENCODERS_ONLY:
-            return really + self.drift * dt
-        return by_wheels
+        by_gyro = self.kind == GYRO_OF_ROBOT and self.mode != ENCODERS_ONLY
+        return really + self.drift * dt if by_gyro else by_wheels
 
     @property
     def turns_alone(self) -> bool:
@@ -104,7 +103,7 @@ class RateGyro:
 
 
 class Compass:
-    """A compass, if one is fitted, in an undisturbed field.
+    """A compass, if `numbers.fitted`, in an undisturbed field.
 
     Attributes:
         on: it is switched on.
@@ -118,16 +117,10 @@ class Compass:
         """Switch it on, as at power-on."""
         self.on = True
 
-    @property
-    def fitted(self) -> bool:
-        """Whether there is one."""
-        return self.numbers.fitted
-
     @staticmethod
     def degrees(heading: float) -> float:
         """Degrees clockwise from north, above 0 up to 360, of a heading (rad, map frame). North is where y grows."""
-        degrees = (90.0 - math.degrees(heading)) % 360.0
-        return degrees or 360.0
+        return (90.0 - math.degrees(heading)) % 360.0 or 360.0
 
 
 @dataclass
@@ -142,16 +135,6 @@ class JoystickState:
     x: int = 512
     y: int = 512
     throttle: int = 512
-
-    @property
-    def forward(self) -> float:
-        """How far it is pushed forward, -1 to 1."""
-        return (self.y - 512) / 512.0
-
-    @property
-    def leftward(self) -> float:
-        """How far it is pushed to the left, -1 to 1."""
-        return (512 - self.x) / 512.0
 
 
 class JoystickDrive:
@@ -174,8 +157,8 @@ class JoystickDrive:
         """Tell the drives what the joystick says now."""
         if joystick is not None and joystick.button_1 and self.allowed and motors_enabled:
             self._drives.set_speeds(
-                joystick.forward * self._numbers.linear_mm_s / 1000.0,
-                joystick.leftward * math.radians(self._numbers.angular_deg_s))
+                (joystick.y - 512) / 512.0 * self._numbers.linear_mm_s / 1000.0,
+                (512 - joystick.x) / 512.0 * math.radians(self._numbers.angular_deg_s))
             self.drove = True
         elif self.drove:
             self._drives.set_speeds(0.0, 0.0)
@@ -212,6 +195,10 @@ class AuxPort:
 
     def __init__(self) -> None:
         self.device: Optional[Callable[[bytes], bytes]] = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all bytes, as at power-on."""
         self._waiting = b""
         self._wanted = 0
 
@@ -238,7 +225,3 @@ class AuxPort:
         taken, self._waiting = self._waiting[:self._wanted], self._waiting[self._wanted:]
         self._wanted = 0
         return taken
-
-    def reset(self) -> None:
-        """Forget all bytes, as at power-on."""
-        self._waiting, self._wanted = b"", 0

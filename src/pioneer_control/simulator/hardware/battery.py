@@ -12,6 +12,10 @@ class BatteryPack:
     Args:
         numbers: voltages of the 12 V class and how fast they fall and rise.
         nominal: 12 or 24.
+
+    Attributes:
+        scale: by how much its voltage is more than that of a 12 V battery.
+        charging: a charger feeds it.
     """
 
     def __init__(self, numbers: BatteryNumbers, nominal: int):
@@ -19,11 +23,7 @@ class BatteryPack:
         self.scale = nominal / 12.0
         self._level = numbers.full
         self._pretended = 0.0
-        self._standing_fall = numbers.standing_fall_per_min / US_PER_MINUTE
-        self._driving_fall = numbers.driving_fall_per_min / US_PER_MINUTE
-        self._charging_rise = numbers.charging_rise_per_min / US_PER_MINUTE
         self.charging = False
-        """Whether a charger feeds it."""
 
     @property
     def voltage_12v(self) -> float:
@@ -50,9 +50,8 @@ class BatteryPack:
         """What the charger does, one of `ChargeState`."""
         if not self.charging:
             return int(ChargeState.NOT_CHARGING)
-        if self._level < self._numbers.overcharge:
-            return int(ChargeState.BULK)
-        return int(ChargeState.OVERCHARGE if self._level < self._numbers.full else ChargeState.FLOAT)
+        reached = (self._level >= self._numbers.overcharge) + (self._level >= self._numbers.full)
+        return int((ChargeState.BULK, ChargeState.OVERCHARGE, ChargeState.FLOAT)[reached])
 
     @property
     def is_low(self) -> bool:
@@ -70,7 +69,10 @@ class BatteryPack:
 
     def step(self, duration_us: int, driving: bool) -> None:
         """Use the battery for some microseconds, or charge it."""
+        numbers, level = self._numbers, self._level
         if self.charging:
-            self._level = max(self._level, min(self._numbers.full, self._level + self._charging_rise * duration_us))
+            rise = numbers.charging_rise_per_min / US_PER_MINUTE * duration_us
+            self._level = max(level, min(numbers.full, level + rise))
         else:
-            self._level = max(0.0, self._level - (self._driving_fall if driving else self._standing_fall) * duration_us)
+            fall_per_min = numbers.driving_fall_per_min if driving else numbers.standing_fall_per_min
+            self._level = max(0.0, level - fall_per_min / US_PER_MINUTE * duration_us)

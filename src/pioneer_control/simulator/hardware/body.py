@@ -33,26 +33,37 @@ class Body:
         outline: corners of the body in its own frame (m, base_link).
         pose: where it starts (map frame).
         hull: what of it is so tall that sonar sees it; all if None.
+
+    Attributes:
+        pose: where it stands (map frame).
+        reach: no point of it is farther (m) from its middle.
+        box: the rectangle that it is to a can (base_link).
+        contacts: how often it has run into something.
+        blocked: it could not take its last step.
     """
 
     def __init__(self, world: World, outline: Sequence[Point], pose: Pose, hull: Optional[Sequence[Point]] = None):
-        self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
-        self.contacts = 0
-        self.blocked = False
         self._world = world
+        self.place(pose)
+        self.contacts = 0
         self._heading = heading_unit()
         self._outline, self._hull = tuple(outline), tuple(hull or outline)
         xs, ys = zip(*self._hull)
         self.box = Block(min(xs), max(xs), min(ys), max(ys))
-        """The rectangle that it is to a can (base_link)."""
         self._outlines = [(box_round(outline, skin), skin) for skin in SKINS] + [(tuple(outline), 0.0)]
         self.reach = max(hypot(x, y) for x, y in outline)
-        self._free = 0.0
         self._tried = 0
         self._refused: Optional[Pose] = None
         self._contact_at: Optional[Pose] = None
         self._heard_at: Optional[Pose] = None
         self._candidates: List[Candidate] = []
+
+    def place(self, pose: Pose) -> None:
+        """Put the body somewhere else, as if a person carried it there."""
+        self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
+        self._free = 0.0
+        self.blocked = False
+        self._world.crowd.moved(self)
 
     def move(self, distance: float, turn: float) -> bool:
         """Drive an arc. Where the body would touch something at its end, it stays, and a contact is counted.
@@ -67,8 +78,8 @@ class Body:
             return self._stopped()
         crowd = self._world.crowd
         for body in crowd.near(pose[0], pose[1], self.reach):
-            close = body is not self and body.is_close(pose, self.reach)
-            if close and outlines_meet(placed(self._outline, pose), body.outline):
+            if body is not self and body.is_close(pose, self.reach) and outlines_meet(
+                    placed(self._outline, pose), body.outline):
                 return self._stopped()
         self.pose = pose
         self.blocked = False
@@ -83,13 +94,6 @@ class Body:
         self._contact_at = self.pose
         self.blocked = True
         return False
-
-    def place(self, pose: Pose) -> None:
-        """Put the body somewhere else, as if a person carried it there."""
-        self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
-        self._free = 0.0
-        self.blocked = False
-        self._world.crowd.moved(self)
 
     def make_way(self, pose: Pose) -> bool:
         """Push cans aside for the body at `pose`; False when one is jammed, and nothing was moved."""
@@ -118,10 +122,9 @@ class Body:
         included.
         """
         corners = placed(polygon, self.pose)
-        if self._world.touches(corners):
-            return True
         near = self._world.crowd.near(self.pose[0], self.pose[1], self.reach)
-        return any(outlines_meet(corners, body.outline) for body in near if body is not self)
+        return self._world.touches(corners) or any(
+            outlines_meet(corners, body.outline) for body in near if body is not self)
 
     def _far_from(self, pose: Pose) -> bool:
         x, y, heading = relative(pose, self.pose)

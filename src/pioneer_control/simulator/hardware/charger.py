@@ -1,12 +1,13 @@
-"""What feeds the battery: a charger that somebody plugs in, or a dock of the world that the robot stands in and asks
-for power.
+"""What feeds the battery: a charger that somebody plugs in, or a dock of the world.
+
+A robot asks a dock for power, and gets it while it stands in the dock.
 
 A dock is the pose (m, rad; map frame) that a robot has while it charges there. The station itself is drawn as walls or
 boxes, or not at all.
 """
 
 import math
-from typing import Optional, Sequence
+from typing import Sequence
 
 from ..world.geometry import Pose
 from .robot_numbers import BatteryNumbers
@@ -19,7 +20,7 @@ class Charger:
         docks: of the world.
         plugged_in: somebody has plugged a charger in.
         asks_dock: the robot takes power where it stands in a dock.
-        stops_in_dock: and stops there.
+        stops_in_dock: it stops in a dock that feeds it.
     """
 
     def __init__(self, numbers: BatteryNumbers, docks: Sequence[Pose]):
@@ -44,23 +45,18 @@ class Charger:
         """Whether the battery of a robot at `pose` is charged."""
         if self.plugged_in or not self.asks_dock:
             return self.plugged_in
-        numbers = self._numbers
-        return dock_at(pose, self.docks, numbers.dock_distance, math.radians(numbers.dock_angle_deg)) is not None
+        distance, angle = self._numbers.dock_distance, math.radians(self._numbers.dock_angle_deg)
+        return any(stands_in(dock, pose, distance, angle) for dock in self.docks)
 
 
-def dock_at(pose: Pose, docks: Sequence[Pose], distance: float, angle: float) -> Optional[Pose]:
-    """The dock that a robot at `pose` stands in, None when it stands in none.
+def stands_in(dock: Pose, pose: Pose, distance: float, angle: float) -> bool:
+    """Whether a robot at `pose` stands in a dock.
 
     Args:
-        docks: as `World.docks`.
         distance: how far (m) the robot's middle may be from the dock's.
         angle: how far (rad) its heading may be from the dock's, either way; headings need not be wrapped.
     """
-    x, y, heading = pose
-    for dock in docks:
-        away_x, away_y = x - dock[0], y - dock[1]
-        near = away_x * away_x + away_y * away_y <= distance * distance
-        # remainder is exact: no library rounds it
-        if near and abs(math.remainder(heading - dock[2], 2.0 * math.pi)) <= angle:
-            return dock
-    return None
+    away_x, away_y = pose[0] - dock[0], pose[1] - dock[1]
+    near = away_x * away_x + away_y * away_y <= distance * distance
+    # remainder is exact: no library rounds it
+    return near and abs(math.remainder(pose[2] - dock[2], 2.0 * math.pi)) <= angle

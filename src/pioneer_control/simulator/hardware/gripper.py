@@ -23,14 +23,12 @@ class PaddleLift:
 
     Attributes:
         height: of the paddles (m above the lowest).
-        motion: 1 up, -1 down, 0 none.
         jammed: it was told to move and could not.
     """
 
     def __init__(self, shape: GripperShape, up: bool):
         self._shape = shape
         self.height = shape.lift_height if up else 0.0
-        self.motion = 0
         self.jammed = False
         self._goal = self.height
 
@@ -44,18 +42,14 @@ class PaddleLift:
         """Whether it is at its bottom."""
         return self.height <= 0.0
 
-    def raise_fully(self) -> None:
-        """Go to the top."""
-        self.move_to(self._shape.lift_height)
-
-    def lower_fully(self) -> None:
-        """Go to the bottom."""
-        self.move_to(0.0)
+    @property
+    def motion(self) -> int:
+        """1 up, -1 down, 0 none."""
+        return (self._goal > self.height) - (self._goal < self.height)
 
     def move_to(self, height: float) -> None:
         """Raise or lower the paddles to `height` (m above the lowest), clipped to the travel of the lift."""
         self._goal = max(0.0, min(self._shape.lift_height, height))
-        self.motion = (self._goal > self.height) - (self._goal < self.height)
         self.jammed = False
 
     def move_for(self, seconds: float) -> None:
@@ -65,19 +59,12 @@ class PaddleLift:
     def stop(self) -> None:
         """Stop where it is."""
         self._goal = self.height
-        self.motion = 0
 
     def step(self, dt: float) -> None:
         """Move on for `dt` seconds."""
         way = self._shape.lift_speed * dt
-        if abs(self._goal - self.height) <= way:
-            self.height, self.motion = self._goal, 0
-        else:
-            self.height += way * self.motion
-
-    def jam_at(self, height: float) -> None:
-        """Give up at a height: something is in the way."""
-        self.height, self.motion, self.jammed = height, 0, True
+        arrives = abs(self._goal - self.height) <= way
+        self.height = self._goal if arrives else self.height + way * self.motion
 
 
 class ParallelGripper:
@@ -111,12 +98,10 @@ class ParallelGripper:
         self.held: List[Can] = []
         self._held_at: List[Point] = []
         self._felt = False, False
-        self._world = world
+        self._world, self._body = world, body
         self._palm = front + shape.paddle_start
         self._reach = max(hypot(front + shape.reach, shape.width / 2.0), body.reach) + shape.max_object / 2.0
-        self._reach_height = numbers.reach_height
-        self._jam_time = numbers.jam_time
-        self._body = body
+        self._numbers = numbers
         self._mount = Block(front, self._palm, -shape.width / 2.0, shape.width / 2.0)
         self._pressing_s = 0.0
         self._stuck_for = 0.0
@@ -148,12 +133,12 @@ class ParallelGripper:
     def store(self) -> None:
         """Close the paddles and raise the lift."""
         self.close()
-        self.lift.raise_fully()
+        self.lift.move_to(self.shape.lift_height)
 
     def deploy(self) -> None:
         """Open the paddles and lower the lift."""
         self.open()
-        self.lift.lower_fully()
+        self.lift.move_to(0.0)
 
     # -- what it is
 
@@ -191,23 +176,21 @@ class ParallelGripper:
     @property
     def is_low(self) -> bool:
         """Whether the paddles are low enough to meet what stands on the floor."""
-        return self.lift.height <= self._reach_height
+        return self.height <= self._numbers.reach_height
 
     def beams_broken(self, pose: Pose) -> Tuple[bool, bool]:
         """Whether something is in the inner and in the outer beam, for a robot at `pose`."""
         places = [(x, y, can.radius) for can, (x, y) in zip(self.held, self._held_at)]
         if self.is_low:
             places += [self._from_palm(can, pose) + (can.radius,) for can in cans_near(self._world, pose, self._reach)]
-        if not places:
-            return False, False
         half = self.opening / 2.0
 
         def broken(beam: float) -> bool:
-            return any(
+            return half > 0.0 and any(
                 abs(x - beam) < radius and abs(y) < half + math.sqrt((radius - x + beam) * (radius + x - beam))
                 for x, y, radius in places
             )
-        return half > 0.0 and broken(self.shape.inner_beam), half > 0.0 and broken(self.shape.outer_beam)
+        return broken(self.shape.inner_beam), broken(self.shape.outer_beam)
 
     def blocks_for(self, radius: float) -> Sequence[Block]:
         """The rectangles, body included, that a can of `radius` on the floor meets (m, base_link)."""
@@ -230,7 +213,9 @@ class ParallelGripper:
         if self.held and self.paddle_motion > 0:
             self._release()
         if self.is_closed and self.paddle_motion < 0:
-            self._press(dt)
+            self._pressing_s -= dt
+            if self._pressing_s <= 1e-9:
+                self.stop()
         elif self.paddle_motion < 0:
             self._close_further(dt, pose)
         elif self.paddle_motion > 0:
@@ -241,23 +226,23 @@ class ParallelGripper:
     def _strain(self, dt: float) -> None:
         """Try to move what is stuck, for a while; then give up and show an error."""
         self._stuck_for = self._stuck_for + dt if self.paddle_motion or self.lift.motion else 0.0
-        if self._stuck_for >= self._jam_time - 1e-9:
+        if self._stuck_for >= self._numbers.jam_time - 1e-9:
             self.paddles_jammed |= self.paddle_motion != 0
             self.lift.jammed |= self.lift.motion != 0
             self.paddle_motion = 0
             self.lift.stop()
 
     def make_way(self, pose: Pose) -> bool:
-        """Push cans aside for a robot that goes to `pose`; False when one is jammed, and nothing was moved."""
+        """Move what is held to a robot that goes to `pose`, and push cans aside.
+
+        Returns:
+            False when a can is jammed. Then none was pushed.
+        """
         if not self._world.cans:
             return True
-        self.carry(pose)
-        return make_way(self._world, pose, self.blocks_for, self.held if self.is_low else (), self._reach)
-
-    def carry(self, pose: Pose) -> None:
-        """Move what is held to where the robot is."""
         for can, (x, y) in zip(self.held, self._held_at):
             can.x, can.y, _ = compose(pose, (self._palm + x, y, 0.0))
+        return make_way(self._world, pose, self.blocks_for, self.held if self.is_low else (), self._reach)
 
     def _from_palm(self, can: Can, pose: Pose) -> Point:
         x, y, _ = relative(pose, (can.x, can.y, 0.0))
@@ -265,15 +250,12 @@ class ParallelGripper:
 
     def _between(self, pose: Pose) -> List[Can]:
         """The cans whose middles are between the paddles, while the paddles are low."""
-        if not self.is_low:
-            return []
-        between = []
-        for can in cans_near(self._world, pose, self._reach):
-            x, y = self._from_palm(can, pose)
-            graspable = self.shape.min_object <= 2.0 * can.radius <= self.shape.max_object
-            if graspable and 0.0 < x <= self.shape.paddle_length and abs(y) < self.opening / 2.0:
-                between.append(can)
-        return between
+        near = cans_near(self._world, pose, self._reach) if self.is_low else []
+        places = [(can, *self._from_palm(can, pose)) for can in near]
+        shape = self.shape
+        return [can for can, x, y in places
+                if shape.min_object <= 2.0 * can.radius <= shape.max_object
+                and 0.0 < x <= shape.paddle_length and abs(y) < self.opening / 2.0]
 
     def _close_further(self, dt: float, pose: Pose) -> None:
         between = self._between(pose)
@@ -289,12 +271,6 @@ class ParallelGripper:
         elif jammed:
             self.stop()
         self._pressing_s = self.grasp_time
-
-    def _press(self, dt: float) -> None:
-        """The motor runs on for the grasp time after the paddles have met what they press on."""
-        self._pressing_s -= dt
-        if self._pressing_s <= 1e-9:
-            self.stop()
 
     def _feel(self, between: List[Can], pose: Pose) -> Tuple[bool, bool]:
         """Whether the left and the right paddle press on one of the cans between them."""
@@ -317,14 +293,16 @@ class ParallelGripper:
     def _open_further(self, dt: float, pose: Pose) -> None:
         before = self.opening
         self.opening = min(self.shape.opening, before + self.shape.opening / self.shape.close_time * dt)
-        if not self.make_way(pose):
+        jammed = not self.make_way(pose)
+        if jammed:
             self.opening = before
-            self.paddle_motion = 0
-        elif self.is_open:
+        if jammed or self.is_open:
             self.paddle_motion = 0
 
     def _lift_further(self, dt: float, pose: Pose) -> None:
         before = self.lift.height
         self.lift.step(dt)
         if not self.make_way(pose):
-            self.lift.jam_at(before)
+            self.lift.height = before
+            self.lift.jammed = True
+            self.lift.stop()
