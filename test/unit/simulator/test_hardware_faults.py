@@ -93,14 +93,14 @@ def test_a_charger_that_is_plugged_in():
     assert not bench.wait(0.1).sip.flags & Flags.CHARGER_POWER
 
 
-def test_the_motors_button_toggles():
+def test_a_pressed_stop_button_keeps_the_motors_off():
     bench = Bench().open(motors=False)
-    bench.robot.hardware.motors.press_motors_button()
+    bench.robot.hardware.motors.enable()
     assert bench.wait(0.1).sip.flags & Flags.MOTORS_ENABLED
-    bench.robot.hardware.motors.press_motors_button()
+    bench.robot.hardware.motors.disable()
     assert not bench.wait(0.1).sip.flags & Flags.MOTORS_ENABLED
     bench.robot.hardware.motors.press_stop_button(True)
-    bench.robot.hardware.motors.press_motors_button()
+    bench.robot.hardware.motors.enable()
     assert not bench.wait(0.1).sip.flags & Flags.MOTORS_ENABLED
 
 

@@ -6,7 +6,7 @@ SI units; knows neither packets nor walls.
 
 import math
 from dataclasses import replace
-from typing import Optional, Tuple
+from typing import List, Optional, Tuple
 
 from ...robots import RobotModel
 from .battery import BatteryPack
@@ -39,7 +39,7 @@ class Drives:
         self._numbers, self._model = numbers, model
         linear, angular = limits_of(numbers, model)
         self.linear, self.angular = Channel(linear, ARRIVED), Channel(angular, ARRIVED)
-        self._wheels: Optional[Tuple[Channel, Channel]] = None
+        self._wheels: Optional[List[Channel]] = None    # left, right
         self._told_by_wheels = False
 
     def reset(self) -> None:
@@ -67,10 +67,11 @@ class Drives:
         """Turn the left and the right wheels at these speeds (m/s), until another command of motion."""
         self._told_by_wheels = True
         if self._model.firmware_family in TRUE_WHEELS:
+            limits = replace(self.linear.limits, limit=self.linear.limits.top, back_limit=None)
             if self._wheels is None:
-                self._wheels = (self._wheel(self.wheel_speeds[0]), self._wheel(self.wheel_speeds[1]))
+                self._wheels = [Channel(limits, ARRIVED, speed) for speed in self.wheel_speeds]
             for wheel, speed in zip(self._wheels, (left, right)):
-                wheel.limits = self._wheel_limits()
+                wheel.limits = limits
                 wheel.set_speed(speed)
         else:
             self.linear.set_speed((left + right) / 2.0)
@@ -109,11 +110,9 @@ class Drives:
         """
         if self._wheels is None:
             return self.linear.step(dt, held), self.angular.step(dt, held)
-        left, right = (wheel.step(dt, held) for wheel in self._wheels)
-        per_metre = 1000.0 * self._model.diff_rad_per_mm
-        self.linear.speed = (self._wheels[0].speed + self._wheels[1].speed) / 2.0
-        self.angular.speed = (self._wheels[1].speed - self._wheels[0].speed) / 2.0 * per_metre
-        return (left + right) / 2.0, (right - left) / 2.0 * per_metre
+        ways = [wheel.step(dt, held) for wheel in self._wheels]
+        self.linear.speed, self.angular.speed = self._together(*[wheel.speed for wheel in self._wheels])
+        return self._together(*ways)
 
     def blocked(self, distance: float, turn: float) -> None:
         """The last step's distance and turn did not happen: something stands in the way."""
@@ -122,13 +121,9 @@ class Drives:
         for wheel in self._wheels or ():
             wheel.blocked(0.0)
 
-    def _wheel(self, speed: float) -> Channel:
-        wheel = Channel(self._wheel_limits(), ARRIVED)
-        wheel.speed = speed
-        return wheel
-
-    def _wheel_limits(self) -> Limits:
-        return replace(self.linear.limits, limit=self.linear.limits.top, back_limit=None)
+    def _together(self, left: float, right: float) -> Tuple[float, float]:
+        """What ways or speeds of the left and the right wheel (m, m/s) make the robot do (m and rad, m/s and rad/s)."""
+        return (left + right) / 2.0, (right - left) / 2.0 * (1000.0 * self._model.diff_rad_per_mm)
 
 
 class Stall:
@@ -205,13 +200,6 @@ class MotorPower:
         """Take the power from the motors; set points are forgotten."""
         self.enabled = False
         self._drives.emergency_stop()
-
-    def press_motors_button(self) -> None:
-        """Press the MOTORS button: it switches the motors on, if they may be, or off."""
-        if self.enabled:
-            self.disable()
-        else:
-            self.enable()
 
     def press_stop_button(self, pressed: bool) -> None:
         """Press the STOP button, or let it go."""

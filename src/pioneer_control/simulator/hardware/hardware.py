@@ -63,9 +63,8 @@ class Hardware:
             raise ParameterError(
                 "the %s would stand in a wall, a post or another robot at x %g, y %g of the world %r:"
                 " choose another world, place or model" % (model.subtype, pose[0], pose[1], world.name))
-        self.gripper: Optional[ParallelGripper] = None
-        if gripper:
-            self.gripper = ParallelGripper(model.gripper, numbers.gripper, world, model.length_front, self.body.box)
+        self.gripper = ParallelGripper(
+            model.gripper, numbers.gripper, world, model.length_front, self.body.box) if gripper else None
         self.sonar = Sonar(model.sonar, numbers.sonar, world, noise, seed, self.body)
         self.battery = BatteryPack(numbers.battery, model.battery_class)
         self.charger = Charger(numbers.battery, world.docks)

@@ -94,21 +94,22 @@ class Limits:
 class Channel:
     """One of the two things a robot can be told independently: to translate, or to rotate.
 
-    `arrived` is how near (m or rad) to the goal of a set distance counts as there.
+    Args:
+        limits: what it may do.
+        arrived: how near (m or rad) to the goal of a set distance counts as there.
+        speed: at first (m/s or rad/s).
+
+    Attributes:
+        remaining: what is left of a set distance (m or rad), None while a speed is set.
     """
 
-    def __init__(self, limits: Limits, arrived: float):
+    def __init__(self, limits: Limits, arrived: float, speed: float = 0.0):
         self.limits = limits
-        self.speed = 0.0
+        self.speed = speed
+        self.remaining: Optional[float] = None
         self._arrived = arrived
         self._target = 0.0
-        self._remaining: Optional[float] = None
         self._emergency = False
-
-    @property
-    def remaining(self) -> Optional[float]:
-        """What is left of a set distance, or None while a speed is set."""
-        return self._remaining
 
     @property
     def driven(self) -> bool:
@@ -118,19 +119,18 @@ class Channel:
     def set_speed(self, speed: float) -> None:
         """Go at `speed`, clipped to the limit of this moment."""
         self._target = max(-self.limits.towards(-1.0), min(self.limits.limit, speed))
-        self._remaining = None
+        self.remaining = None
         self._emergency = False
 
     def set_distance(self, distance: float) -> None:
         """Go `distance` at the speed limit of this moment, and stop there."""
         self._target = self.limits.towards(distance)
-        self._remaining = distance
+        self.remaining = distance
         self._emergency = False
 
     def emergency_stop(self) -> None:
         """Stop as fast as the drive can, and stay there until told something else."""
-        self._target = 0.0
-        self._remaining = None
+        self.set_speed(0.0)
         self._emergency = True
 
     def step(self, dt: float, held: bool) -> float:
@@ -139,26 +139,26 @@ class Channel:
         `held` stops the drive but keeps what it was told.
         """
         limits = self.limits
-        if held or self._remaining is None:
+        if held or self.remaining is None:
             target = 0.0 if held else self._target
             if self.speed == target:
                 return target * dt
             fall = limits.rate_top if self._emergency else limits.fall
             self.speed, travelled = ramp(self.speed, target, limits.rise, fall, dt)
-            if self._remaining is not None:
-                self._remaining -= travelled
+            if self.remaining is not None:
+                self.remaining -= travelled
             return travelled
-        self.speed, travelled = approach(self.speed, self._remaining, self._target, limits.rise, limits.fall, dt)
-        left = self._remaining - travelled
+        self.speed, travelled = approach(self.speed, self.remaining, self._target, limits.rise, limits.fall, dt)
+        left = self.remaining - travelled
         if abs(left) < self._arrived and abs(self.speed) * dt < self._arrived:
-            travelled, self.speed, self._target = self._remaining, 0.0, 0.0
-            self._remaining = None
+            travelled, self.speed, self._target = self.remaining, 0.0, 0.0
+            self.remaining = None
         else:
-            self._remaining = left
+            self.remaining = left
         return travelled
 
     def blocked(self, travelled: float) -> None:
         """Take the last step's `travelled` back: something stands in the way."""
         self.speed = 0.0
-        if self._remaining is not None:
-            self._remaining += travelled
+        if self.remaining is not None:
+            self.remaining += travelled

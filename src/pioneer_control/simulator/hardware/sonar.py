@@ -6,7 +6,7 @@ Arrays of eight fire in step, one transducer each per cycle, in the order of the
 import functools
 import math
 import random
-from typing import Dict, Iterable, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from ...robots import ARRAY_SIZE, Transducer
 from ..world.geometry import Point, Pose
@@ -21,22 +21,15 @@ LONGEST_SEQUENCE = 16
 Reading = Tuple[int, float]
 
 
-class Mount(NamedTuple):
-    """Where on a robot a transducer sits and looks (m, rad, base_link), and the unit vectors along the edges of its
-    cone.
-    """
+Mount = Tuple[float, float, float, Point, Point]
+"""Where on a robot a transducer sits and looks: x, y, heading (m, rad, base_link).
 
-    x: float
-    y: float
-    heading: float
-    right: Point
-    left: Point
+And the unit vectors along the right and the left edge of its cone.
+"""
 
 
 class Sonar:
     """The transducers that are fitted to a robot, and their firing.
-
-    `arrays` are the numbers (from 0) of those arrays that have a transducer, `firing` of those that are switched on.
 
     Args:
         transducers: as `RobotModel.sonar` lists them.
@@ -45,6 +38,12 @@ class Sonar:
         noise: every range is off by up to this much (m).
         seed: of the noise.
         body: that it is on, which it does not hear.
+
+    Attributes:
+        arrays: numbers (from 0) of those arrays that have a transducer.
+        firing: numbers of those arrays that are switched on.
+        dead: numbers of transducers that fire and hear nothing.
+        cycle_us: time between two firings of an array.
     """
 
     def __init__(
@@ -60,16 +59,14 @@ class Sonar:
         self._readings: List[Reading] = []
         self.firing: Sequence[int] = ()
         self.dead: Set[int] = set()
-        """Numbers of transducers that fire and hear nothing."""
         self.arrays = sorted({number // ARRAY_SIZE for number in self._mounts})
         self.reset()
 
     def reset(self) -> None:
         """Take the sequence and cycle of power-on: every fitted transducer once, in the order of the numbers."""
         self.cycle_us = self._numbers.cycle_ms * 1000
-        self._sequences: Dict[int, List[int]] = {array: [] for array in self.arrays}
-        for number in sorted(self._mounts):
-            self._sequences[number // ARRAY_SIZE].append(number)
+        self._sequences = {array: [number for number in sorted(self._mounts) if number // ARRAY_SIZE == array]
+                           for array in self.arrays}
         self._fired = 0
         self._next_us = 0
 
@@ -144,7 +141,7 @@ def _mounts(transducers: Sequence[Transducer], half_width: float) -> Dict[int, M
     """How transducers sit, by number: the same for all robots of a model, so that many of them need not be read from
     memory again and again.
     """
-    return {number: Mount(x, y, to, unit(to - half_width), unit(to + half_width)) for number, x, y, to in transducers}
+    return {number: (x, y, to, unit(to - half_width), unit(to + half_width)) for number, x, y, to in transducers}
 
 
 def _tangent(angle: float) -> float:
