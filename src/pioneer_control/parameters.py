@@ -1,4 +1,4 @@
-"""How values that a user gives are checked: parameters of nodes, and what stands in files. No ROS in here.
+"""How values that a user gives are checked: parameters of nodes, and values in files. This file does not need ROS.
 
 A kind of value has `legal`, which says to people what may be given, and `accept`, which turns what was given into the
 value that is used, or raises ValueError.
@@ -36,7 +36,7 @@ class Number(NamedTuple):
 
 
 class Rate(NamedTuple):
-    """A number whose size, without the sign, is in [least, high], or 0 for none. ``signed``: it may be negative."""
+    """0, or a number whose size, without its sign, is in [least, high]. A ``signed`` number may be negative."""
 
     least: float
     high: float
@@ -166,7 +166,7 @@ def parameter(default: Any, kind: Any, meaning: str, unit: str = "", live: bool 
 
 
 def nearest(name: Any, known: Iterable[str]) -> Optional[str]:
-    """The known name that is most like a misspelt one; None if none is like it."""
+    """The known name that is most like a misspelt name; None when no known name is like it."""
     return next(iter(difflib.get_close_matches(str(name).lower(), known, n=1, cutoff=0.7)), None)
 
 
@@ -174,7 +174,7 @@ def check(table: type, given: Mapping[str, Any]) -> Tuple[Any, List[str]]:
     """Compare what the parameter server holds with a table.
 
     Returns:
-        An instance of the table, and the unknown names that are no misspelt known ones.
+        An instance of the table; and the unknown names, but for those that look like misspelt known names.
 
     Raises:
         ParameterError: names every illegal parameter, its value and what is legal, and every misspelt name.

@@ -103,7 +103,7 @@ def _raise_listen_backlog() -> None:
     The others would try again only a second later.
     """
     server = init_tcpros_server()
-    server.start_server()       # where none runs yet
+    server.start_server()       # unless it runs already
     with contextlib.suppress(OSError):      # the node has ended meanwhile
         server.tcp_ros_server.server_sock.listen(WAITING_CONNECTIONS)
 
@@ -126,7 +126,7 @@ def _publish_log_in_thread_of(listener: logging.handlers.QueueListener) -> None:
 def wait_for_clock() -> None:
     """Return once ROS time goes on. Raises ROSInterruptException when ROS shuts down.
 
-    Simulated time may not have begun, or may be paused. Then the log says what is waited for.
+    Simulated time may not have begun, or may be paused. Then the log says what this node waits for.
     """
     if not rospy.rostime.is_wallclock():
         rospy.loginfo("waiting for the time on /clock to go on (use_sim_time is set)")
@@ -191,7 +191,7 @@ def is_offered(service: str, timeout: float) -> Optional[bool]:
 
 
 def listeners(timeout: float) -> Dict[str, List[str]]:
-    """The nodes that listen to each topic; none when the master does not say within ``timeout`` s."""
+    """By topic, the nodes that listen to it; empty when the master does not say within ``timeout`` s."""
     with contextlib.suppress(*NO_ANSWER), peer(rosgraph.get_master_uri(), timeout) as master:
         _, _, (_, subscribers, _) = master.getSystemState(rospy.get_caller_id())
         return dict(subscribers)

@@ -38,8 +38,8 @@ class Command(NamedTuple):
     """One row of the table.
 
     `low` and `high` bound the argument: its value; for STRING its length in bytes; for TWO_BYTES a pair, first the
-    byte in bits 8..15, then the one in bits 0..7; None where there is none. `optional`: it goes with and without its
-    argument.
+    byte in bits 8..15, then the one in bits 0..7; None where there is no argument. An `optional` argument may be left
+    out.
     """
 
     number: int
@@ -184,7 +184,7 @@ UNKNOWN_TO: Dict[str, Tuple[str, ...]] = {
 }
 """Commands, and the families of firmware that do not know them.
 
-Early versions of other families may not know a setting either: what they report of it tells.
+Early versions of other families may not know a setting either. What they report of the setting shows it.
 """
 
 COMMAND_NUMBERS: Dict[int, Command] = {command.number: command for command in COMMANDS.values()}
@@ -196,7 +196,7 @@ def knows(family: str, command: str) -> bool:
 
 
 class OtherMeaning(NamedTuple):
-    """A number that others use with another meaning. If a Pioneer knows the number too, its own meaning counts here."""
+    """What a number means to other robots and programs. To a Pioneer that knows the number, it means its command."""
 
     number: int
     who: str

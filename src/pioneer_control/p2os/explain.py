@@ -21,9 +21,9 @@ LONGEST = 3 + 0xFF
 
 
 class Piece(NamedTuple):
-    """Some bytes of a stream: a whole frame, or bytes that belong to none, with what is `wrong` with them.
+    """Some bytes of a stream: a whole frame; or bytes that are not a frame, and what is `wrong` with them.
 
-    Bytes with a wrong checksum have a frame, too: what they would say.
+    Bytes with a wrong checksum have a `frame`, too. It tells what they would say.
     """
 
     data: bytes
@@ -32,10 +32,10 @@ class Piece(NamedTuple):
 
 
 def parse_hex(text: str) -> bytes:
-    """The bytes that `text` writes down: ``FA FB 06``, ``fafb06``, ``0xFA, 0xFB, 0x06`` or ``\\xfa\\xfb\\x06``.
+    """The bytes that a text gives: ``FA FB 06``, ``fafb06``, ``0xFA, 0xFB, 0x06`` or ``\\xfa\\xfb\\x06``.
 
     Raises:
-        UsageError: naming what is no hex.
+        UsageError: a word is not hexadecimal. The message names the word.
     """
     data = bytearray()
     for word in re.sub(r"0[xX]|\\x|[\s,;:]", " ", text).split():
@@ -83,8 +83,8 @@ def explain(data: bytes, to_robot: bool = True, from_robot: bool = True,
 
     Args:
         data: any bytes of a line.
-        to_robot, from_robot: the directions to consider. A number means one thing to the robot and another from it.
-            If only one of the two readings makes sense, only that one is given.
+        to_robot, from_robot: the directions to consider. A frame means one thing when it goes to the robot and another
+            when it comes from there. If only one of the two meanings makes sense, only that one is given.
         grip_state_first: as in `decode_packet`.
     """
     for piece in pieces(data):
@@ -123,7 +123,7 @@ def in_one_line(piece: Piece, to_robot: bool, grip_state_first: bool = True) -> 
 
 
 def _argument_fault(data: bytes) -> str:
-    """What keeps the data of a command from being an argument; empty if nothing does."""
+    """Why the data of a command are not an argument; empty if they are one, or if there are no data."""
     if not data:
         return ""
     if data[0] not in (POSITIVE, NEGATIVE, TEXT):
@@ -179,7 +179,7 @@ def _explain_packet(frame: Frame, grip_state_first: bool) -> Iterator[str]:
 
 
 def _value(value: Any, row: Optional[Row] = None) -> str:
-    """`value` for people. A value that the id of a frame says has no row."""
+    """A value for people. It has no row when it is not in the data, but in the id of the frame."""
     if isinstance(value, tuple):
         return "; ".join(map(_item, value)) or "none"
     if isinstance(value, bytes):
@@ -202,7 +202,7 @@ def _item(item: Any) -> str:
 
 
 def _in_units(value: int, row: Optional[Row]) -> str:
-    """`value` in the unit of its row, which may begin with the size of a step: ``0.1 V``, ``5/255 V``."""
+    """What to add to a value: its unit. It is calculated where the unit begins with a step: ``0.1 V``, ``5/255 V``."""
     whole_unit = "" if row is None else row.unit
     step, _, unit = whole_unit.partition(" ")
     if re.fullmatch(r"[0-9./]+", step):

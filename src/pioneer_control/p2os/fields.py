@@ -4,12 +4,12 @@ A packet is a frozen dataclass, and the dataclass is its table: each field is a 
 
     name_with_unit: type = wire(WIRE_TYPE, "unit", "meaning")
 
-in the order in which the bytes travel (`later` instead of `wire` if older firmware stops before it). A field with
-neither is not in the data: the frame's id says it.
+in the order in which the bytes travel. A field that older firmware does not send has `later` instead of `wire`. A field
+without both is not in the data: the id of the frame says its value.
 All integers are little-endian, negative ones two's complement; strings end with a NUL (protocol sheet 1.4).
 
-Neighbouring numbers are read and written together, with one `struct`: a robot says the same forty of them ten times a
-second. Only when one of them does not fit are they taken one by one, to find out which.
+Neighbouring numbers are read and written together, with one `struct`: a robot sends the same forty numbers ten times a
+second. When one of them does not fit, each is written alone, to find out which it is.
 """
 
 import operator
@@ -24,11 +24,14 @@ from ..errors import EncodingError
 
 
 class TooShort(Exception):
-    """The data end before the field does. Never leaves this folder: it becomes a `MalformedPacket`."""
+    """The data end before the field does. Programs never see this exception: they get a `MalformedPacket`."""
 
 
 class Row(NamedTuple):
-    """One field of a packet. `unit` is that of one step. If an `optional` field is missing, so are all behind it."""
+    """One field of a packet. `unit` is the unit of one step of a number.
+
+    When an `optional` field is missing, all fields behind it are missing, too.
+    """
 
     name: str
     type: Any
@@ -37,7 +40,10 @@ class Row(NamedTuple):
     optional: bool
 
     def read(self, data: bytes, at: int) -> Tuple[Tuple[Any, ...], int]:
-        """The value at `at` in a tuple, and where the next field begins. A missing optional value is None: data end."""
+        """The value at `at` in a tuple, and where the next field begins.
+
+        Where an optional field is missing, the value is None, and the data count as read to their end.
+        """
         try:
             value, end = self.type.read(data, at)
         except TooShort as short:
@@ -52,12 +58,12 @@ class Row(NamedTuple):
 
 
 def wire(type: Any, unit: str, meaning: str) -> Any:
-    """A dataclass field that travels as `type`; `unit` is that of one step (``"mm"``, ``"0.1 V"``), if it has one."""
+    """A dataclass field that travels as `type`. `unit` is the unit of one step: ``"mm"``, ``"0.1 V"``, or empty."""
     return field(metadata={"wire": (type, unit, meaning, False)})
 
 
 def later(type: Any, unit: str, meaning: str) -> Any:
-    """The same for a field that older firmware does not send: then it is None, as is everything behind it."""
+    """A dataclass field, as `wire` makes it, which older firmware does not send. A missing field is None."""
     return field(default=None, metadata={"wire": (type, unit, meaning, True)})
 
 
@@ -71,7 +77,7 @@ class NumberRun:
         self._sizes = [layout.size for layout in self._layouts]
 
     def read(self, data: bytes, at: int) -> Tuple[Tuple[Any, ...], int]:
-        """The values from `at` on, and where they end. Missing optional ones are None, and the data end there."""
+        """The values from `at` on, and where they end. Missing optional values are None."""
         number = bisect_right(self._sizes, len(data) - at) - 1
         layout, missing = self._layouts[number], self._rows[number:]
         if missing and not missing[0].optional:
@@ -91,7 +97,7 @@ class NumberRun:
 
 
 class Table(Tuple[Row, ...]):
-    """The rows of a packet or record, in wire order."""
+    """The rows of a packet or record, in the order in which they travel."""
 
     @cached_property
     def names(self) -> Tuple[str, ...]:
@@ -185,7 +191,7 @@ class NumberField:
         self.low, self.high = (-1 << bits - 1, (1 << bits - 1) - 1) if letter.islower() else (0, (1 << bits) - 1)
 
     def of(self, names: Type[int]) -> "NumberField":
-        """The same integer with `names`. It is still read as a plain int: newer firmware may know more numbers."""
+        """The same integer with `names`. It is still read as a plain int: newer firmware may send unknown numbers."""
         return NumberField(self.letter, names)
 
     def read(self, data: bytes, at: int) -> Tuple[int, int]:
@@ -248,7 +254,7 @@ class Record:
         self.record_class, self._table = record_class, rows(record_class)
         plain = all(isinstance(row.type, NumberField) for row in self._table)
         self.layout = struct.Struct("<" + "".join(row.type.letter for row in self._table)) if plain else None
-        """That of its fields, if they are numbers and nothing else."""
+        """How the fields lie in the data, if all of them are numbers; else None."""
 
     def read(self, data: bytes, at: int) -> Tuple[Any, int]:
         """The record at `at`, and where the next field begins."""
@@ -263,9 +269,13 @@ class Record:
 
 
 class Many:
-    """A tuple of items. How many travels before them as `count` (a `NumberField`), unless `count` itself is the number.
+    """A tuple of items.
 
-    With `sized`, the length of one item in bytes follows the count; what an item has beyond our table is skipped.
+    Args:
+        item: the type of each.
+        count: the number in front of the items that tells how many there are (a byte, if not given); or, where the data
+            do not tell it, how many there always are.
+        sized: whether the length of one item in bytes follows the count. What an item has beyond our table is skipped.
     """
 
     def __init__(self, item: Any, count: Union[None, int, NumberField] = None, sized: bool = False) -> None:

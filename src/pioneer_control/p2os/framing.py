@@ -78,8 +78,8 @@ class FrameDecoder:
     """Finds the frames in a stream of bytes that may come in any pieces and with any noise.
 
     Give what was read to `feed`. It never raises on what comes from the line, holds back at most one unfinished frame
-    (257 bytes), and needs time in proportion to the bytes. A place that looked like a frame and was none costs only its
-    first byte: the search goes on right behind it, so noise never hides a good frame.
+    (257 bytes), and needs time in proportion to the bytes. When bytes looked like a frame and are not one, only the
+    first of them is dropped: the search goes on right behind it, so noise never hides a good frame.
     """
 
     def __init__(self) -> None:
@@ -97,9 +97,9 @@ class FrameDecoder:
         return DecoderCounts(self._frames, self._discarded, self._bad_checksums, self._bad_counts)
 
     def feed(self, data: bytes) -> List[Frame]:
-        """The frames that `data`, following on all that was fed before, completes.
+        """The frames that are complete with these bytes, which follow all that was fed before.
 
-        What cannot become a frame is dropped; an unfinished frame is kept.
+        Bytes that cannot become a frame are dropped. An unfinished frame is kept.
         """
         self._held += data
         held, at = self._held, 0
@@ -123,7 +123,7 @@ class FrameDecoder:
         """Give up the unfinished frame, because `PARTIAL_TIMEOUT` passed without a byte.
 
         Returns:
-            Whole frames found among the bytes that were held for it. Nothing is held afterwards.
+            The whole frames that begin inside it. Nothing is held afterwards.
         """
         frames: List[Frame] = []
         while self._held:
@@ -133,7 +133,7 @@ class FrameDecoder:
         return frames
 
     def _frame_end(self, at: int) -> Optional[int]:
-        """Where the frame that starts at `at` ends; `at` itself if none does; None if it takes more bytes to say."""
+        """Where the frame that starts at `at` ends; `at` when no frame starts there; None when more bytes must tell."""
         held, there = self._held, len(self._held)
         if held[at] != HEADER[0] or at + 1 < there and held[at + 1] != HEADER[1]:
             return at

@@ -324,7 +324,7 @@ NAMES_ONLY = {
 
 
 def _port_first(table: Table) -> Table:
-    """The table of a `Sip` as PSOS, P2OS and AmigOS send it: with two neighbours changed round."""
+    """The table of a `Sip` as PSOS, P2OS and AmigOS send it: with the analog port before the gripper state."""
     at = [row.name for row in table].index("grip_state")
     return Table(table[:at] + (table[at + 1], table[at]) + table[at + 2:])
 
@@ -374,7 +374,7 @@ def encode_packet(packet: Any, grip_state_first: bool = True) -> bytes:
     """The bytes of `packet`, as a robot sends them; `grip_state_first` as in `decode_packet`.
 
     Raises:
-        EncodingError: `packet` is no packet, or a value of it does not fit the wire.
+        EncodingError: no robot sends such a packet, or a value of it does not fit the wire.
     """
     if isinstance(packet, (UnknownPacket, MalformedPacket)):
         return encode_frame(packet.id, packet.data)

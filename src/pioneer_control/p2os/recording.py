@@ -7,10 +7,10 @@
     0.480000 1 < FA FB 03 00 00 00
     # 0.500000 fault begins: loss 0.1
 
-Lines that begin with # are for people. A packet may be spread over several lines, as it went over the line.
+Lines that begin with # are for people. A packet may be spread over several lines of the record, as its bytes came.
 
-A simulated robot writes a record, in simulated s, and the programs of `bags` make one of a bag. The simulator plays it
-again. ``python3 -m pioneer_control.p2os --record FILE`` explains it.
+A simulated robot writes a record of its own line; its times are simulated. The programs of `bags` make a record from a
+bag. The simulator plays a record. ``python3 -m pioneer_control.p2os --record FILE`` explains it.
 """
 
 from contextlib import suppress
@@ -24,7 +24,7 @@ from .framing import HEADER, PARTIAL_TIMEOUT
 TITLE = "# pioneer_control line record 1: s, robot, > to it or < from it, bytes as its client wrote and got them"
 
 LATEST = 1e10
-"""s: no record is so long, not even one whose clock was set meanwhile."""
+"""Seconds. No record is so long, not even when somebody set the clock meanwhile."""
 
 
 class Entry(NamedTuple):
@@ -49,7 +49,7 @@ def entries(lines: Iterable[str]) -> Iterator[Entry]:
     """The entries of the lines of a record. Titles and empty lines are left out.
 
     Raises:
-        UsageError: naming the line that makes no sense.
+        UsageError: a line makes no sense. The message names it.
     """
     for number, line in enumerate(lines, 1):
         words = line.split(maxsplit=3)
@@ -85,11 +85,11 @@ def read_record(path: str) -> List[Entry]:
 
 
 class Steps:
-    """Names the steps of connections, whose packets are those of PULSE, OPEN and CLOSE."""
+    """Names the SYNC packets of a handshake. Inside a session the same packets are PULSE, OPEN and CLOSE."""
 
     def __init__(self) -> None:
-        # By robot: the id of what it said last; None since CLOSE, when 0, 1, 2 are SYNCs until it is connected. Missing
-        # as long as nothing tells whether the record begins in a session.
+        # By robot: the id of the last packet that came from it. None after CLOSE: then 0, 1, 2 are SYNCs, until the
+        # robot is connected. A robot is missing as long as nothing tells whether the record begins in a session.
         self._answers: Dict[int, Optional[int]] = {}
 
     def name(self, robot: int, to_robot: bool, number: int) -> str:
@@ -145,5 +145,5 @@ def explain_record(record: Iterable[Entry], long: bool = False, grip_state_first
 
 
 def _unfinished(piece: Piece) -> bool:
-    """Whether more bytes can make a packet of it."""
+    """Whether the piece may be the beginning of a packet."""
     return piece.data == HEADER[:1] or piece.wrong.startswith("cut off")

@@ -7,7 +7,7 @@ from .fields import BYTE, INT8, INT16, UINT16, UINT32, Many, Record, later, wire
 from .flags import ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripState, StallBits
 
 STOPPED, MOVING = 0x32, 0x33
-"""Frame ids of a SIP: only a hint, the velocities say more. 0x31 is no motor power on PSOS."""
+"""Frame ids of a SIP. They are only a hint; the velocities tell more. PSOS sends 0x31 when its motors have no power."""
 COUNT_RANGE = 0x8000
 """x and y wrap at this many counts (protocol sheet 4.3)."""
 

@@ -51,7 +51,7 @@ MODEL_KEYS: Dict[str, Key] = {
     "wheel_radius_mm": Key("wheel_radius", Number(0), lambda value_mm: value_mm / 1000.0 or None),
 }
 DEFAULTS = {"wheel_radius_mm": 0}
-"""What a model need not say."""
+"""Keys that a model may leave out, and what counts then."""
 GRIPPER_KEYS: Dict[str, Key] = {
     "paddle_start_mm": Key("paddle_start", Number(0), _metres),
     "paddle_length_mm": Key("paddle_length", Number(0), _metres),
@@ -70,9 +70,12 @@ GRIPPER_KEYS: Dict[str, Key] = {
 
 @dataclass(frozen=True)
 class ModelTable:
-    """All models by subtype, and other names that robots announce: aliases of models, and robots that we do not drive.
+    """All models by subtype, and other names that robots announce.
 
-    `excluded` gives the reason.
+    Attributes:
+        models: by subtype.
+        aliases: the subtypes that other names stand for.
+        excluded: by name, in lower case, the reason why we do not drive such a robot.
     """
 
     models: Dict[str, RobotModel]
@@ -143,7 +146,7 @@ def _read(path: str) -> Dict[str, Dict[str, Any]]:
 
 
 def _merged(own: Dict[str, Dict[str, Any]], user: Dict[str, Dict[str, Any]], source: str) -> Dict[str, Dict[str, Any]]:
-    """The user's values over ours; a model is merged key by key, everything else replaced entry by entry."""
+    """The user's values over ours. A model is merged key by key; in other sections an entry replaces ours."""
     merged = {section: dict(own[section], **user[section]) for section in SECTIONS}
     for name, values in user["models"].items():
         if not isinstance(values, dict):
@@ -153,7 +156,7 @@ def _merged(own: Dict[str, Dict[str, Any]], user: Dict[str, Dict[str, Any]], sou
 
 
 def _resolved(name: str, models: Dict[str, Dict[str, Any]], source: str, seen: Tuple[str, ...] = ()) -> Dict[str, Any]:
-    """All values of a model, those of the model it is like included."""
+    """All values of a model. It has those of the model that it is ``like``, but for those that it gives itself."""
     if name in seen:
         raise UsageError("%s: models are like each other in a circle: %s" % (source, " -> ".join(seen + (name,))))
     values = dict(models[name])
