@@ -54,7 +54,9 @@ class DataRequests:
     @property
     def due(self) -> float:
         """When tick() has something to do."""
-        return min((self._asked_at[kind] + AGAIN for kind, left in self._tries.items() if left), default=math.inf)
+        if not any(self._tries.values()):       # nearly always
+            return math.inf
+        return min(self._asked_at[kind] for kind, left in self._tries.items() if left) + AGAIN
 
     def want(self, kinds: AbstractSet[str], now: float) -> None:
         """Ask for packets of these kinds with every SIP, and for no more of any other."""

@@ -88,11 +88,12 @@ class Drive:
     @property
     def due(self) -> float:
         """When tick() has something to do at the latest."""
-        driving, motors = self._wanted is not None, self._motors
-        repeat = self._sent_at + REFRESH if driving or self._stopping else math.inf
-        time_out = self._commanded_at + self.command_timeout if driving else math.inf
-        ask_again = min(motors.asked_at + REFRESH, motors.give_up_at) if motors is not None else math.inf
-        return min(repeat, time_out, ask_again)
+        due = self._sent_at + REFRESH if self._wanted is not None or self._stopping else math.inf
+        if self._wanted is not None:
+            due = min(due, self._commanded_at + self.command_timeout)
+        if self._motors is not None:
+            due = min(due, self._motors.asked_at + REFRESH, self._motors.give_up_at)
+        return due
 
     def set_velocity(self, linear: float, angular: float, now: float) -> None:
         """m/s, rad/s; clamped to the limits. Raises UsageError on what is no finite number, and changes nothing."""

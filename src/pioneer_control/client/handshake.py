@@ -104,7 +104,6 @@ class Connecting(SteppedPhase):
         self._said_its_name = False     # SIPs from then on belong to a new session
         self._heard_open = False        # a packet came that only an open robot sends, or noise
         self._answers_late = False      # an echo came for which nobody waited any more
-        self._sync_timeout = SYNC_TIMEOUT
 
     def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
         if isinstance(packet, p2os.Sip) and self.odometry is not None and not self._said_its_name:
@@ -153,15 +152,15 @@ class Connecting(SteppedPhase):
 
         One that answers as an open robot is closed at once. Such a one, and a slow one, gets as many tries again.
         """
-        self._answers_late, self._sync_timeout = False, SYNC_TIMEOUT
+        self._answers_late, timeout = False, SYNC_TIMEOUT
         for attempt in range(2 * tries):
             if attempt >= tries and not self._heard_open and not self._answers_late:
                 break
             if self._answers_late:
-                self._sync_timeout = min(2 * self._sync_timeout, LONGEST_SYNC_TIMEOUT)
+                timeout = min(2 * timeout, LONGEST_SYNC_TIMEOUT)
             if attempt > 0 and self._heard_open and not (yield from self._silenced()):
                 return None
-            reply = yield from self._synced(attempt)
+            reply = yield from self._synced(attempt, timeout)
             if reply is not None:
                 return reply
         if self._heard_open:
@@ -199,7 +198,7 @@ class Connecting(SteppedPhase):
                 return False
         return False
 
-    def _synced(self, attempt: int) -> Generator[float, Any, Optional[p2os.SyncReply]]:
+    def _synced(self, attempt: int, timeout: float) -> Generator[float, Any, Optional[p2os.SyncReply]]:
         """The three SYNCs, each after the echo of the one before; None when the robot does not play along.
 
         On a serial line CLOSE goes ahead, the last one in one write with SYNC0: the cable of an open robot may be put
@@ -215,19 +214,19 @@ class Connecting(SteppedPhase):
         also_sync1 = not self._rates and attempt == TCP_TRY_WITH_SYNC1
         for number, packet in enumerate(SYNC):
             link.line.command(link.now, *((CLOSE,) if self._rates and number == p2os.SYNC0 else ()), packet)
-            answer = yield from self._answer(number)
+            answer = yield from self._answer(number, timeout)
             if answer is None and not (also_sync1 and number == p2os.SYNC0 and not self._heard_open):
                 return None
         return answer
 
-    def _answer(self, number: int) -> Generator[float, Any, Any]:
+    def _answer(self, number: int, timeout: float) -> Generator[float, Any, Any]:
         """The robot's answer to one SYNC. Late echoes of earlier ones are passed over; a SIP means that it was open
         after all.
 
         Unless the robot says its name before the echo of SYNC0: it took the CLOSEs for SYNC2 and CLOSE in turn, and
         sent SIPs in between.
         """
-        deadline = self._link.now + self._sync_timeout
+        deadline = self._link.now + timeout
         took_closes_for_sync2 = False
         while self._link.now < deadline:
             packet = yield from self._hear(deadline)

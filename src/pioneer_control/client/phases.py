@@ -146,7 +146,7 @@ class Connected(Phase):
         self.link_check = LinkCheck(self.identity.sip_cycle, link.line.transfer_time)
         self.drive = Drive(link.line, self.identity, settings.command_timeout, link.events, self.link_check.question)
         self.data = DataRequests(link.line, self.identity)
-        self.tuner = Tuner(link.line, self.identity, settings.tuning, link.events)
+        self.tuner = Tuner(link, self.identity)
         self.reader = StateReader(self.identity, odometry)
         link.connected_counts = self.counts
         self.use(settings, link.now)
@@ -175,7 +175,7 @@ class Connected(Phase):
             self.drive.follow(self.identity)
             self._link.events.append(Tuned((), self.identity))
         self.drive.command_timeout = settings.command_timeout
-        self.tuner.tune(settings.tuning, now)
+        self.tuner.follow_settings(now)
         self.data.want(settings.data, now)
         self.link_check.asks = (
             settings.link_check and "encoder" not in settings.data

@@ -4,13 +4,13 @@ A robot acknowledges nothing. So a value is sent in up to four rounds, until CON
 """
 
 import math
-from typing import Dict, List, Optional
+from typing import Dict, Optional
 
 from .. import p2os
-from .events import Event, Tuned
+from .events import Tuned
 from .identity import CONFIG, RobotIdentity
-from .line import Line
-from .tuning import ROWS, Change, Tuning
+from .link import Link
+from .tuning import ROWS, Change
 
 TRIES = 4               # rounds in which a value is sent
 AGAIN = 0.4             # s for the answer to a round: CONFIGpac alone takes 0.14 s at 9600 baud
@@ -23,17 +23,13 @@ class Tuner:
     question for CONFIGpac. CONFIGpac never shows bump_stall, so that is sent in every round.
 
     Args:
-        line: to send on.
+        link: to send on. Its settings have the values, and its events get what became of them (Tuned).
         identity: has the newest CONFIGpac.
-        tuning: the first values.
-        events: gets what became of them (Tuned).
     """
 
-    def __init__(self, line: Line, identity: RobotIdentity, tuning: Tuning, events: List[Event]) -> None:
-        self._line = line
+    def __init__(self, link: Link, identity: RobotIdentity) -> None:
+        self._link = link
         self._identity = identity
-        self._events = events
-        self._tuning = tuning
         self.waits_for_rest = True
         """Whether the robot has not shown yet that it stands."""
         self._told: Dict[str, float] = {}               # all values that were sent to this robot
@@ -44,9 +40,10 @@ class Tuner:
         self.due = math.inf
         """When tick() has something to do at the latest."""
 
-    def tune(self, tuning: Tuning, now: float) -> None:
-        """Other values. Only what differs is sent. A value that is None now goes back to what the robot had itself."""
-        self._tuning = tuning
+    def follow_settings(self, now: float) -> None:
+        """Other values may be wanted. Only what differs is sent. A value that is None now goes back to what the robot
+        had itself.
+        """
         if not self.waits_for_rest:
             self.begin(now)
 
@@ -57,7 +54,7 @@ class Tuner:
         if new:
             under_way = bool(self._before)
             for name in new:
-                self._before.setdefault(name, ROWS[name].value(ROWS[name].shown(self._identity.config)))
+                self._before.setdefault(name, ROWS[name].shown(self._identity.config))
             self._told.update(new)
             self._tries = 0
             if not under_way:       # else the next round takes it along: however fast values come, no queue builds up
@@ -76,32 +73,32 @@ class Tuner:
             self._judge(now)
 
     def _wanted(self) -> Dict[str, float]:
-        wanted = dict(self._tuning.values)
+        wanted = dict(self._link.settings.tuning.values)
         for name in [name for name in self._told if name not in wanted]:
-            number = ROWS[name].shown(self._own)
-            own = None if number is None or number < ROWS[name].low else ROWS[name].value(number)
-            if own is not None:
+            own = ROWS[name].shown(self._own)
+            if own is not None and ROWS[name].number(own) >= ROWS[name].low:
                 wanted[name] = own
             elif not self._unknown(name):
                 problem = "what it had itself is not known: it stays %.6g until the next connect" % self._told.pop(name)
-                self._events.append(Tuned((Change(name, ROWS[name].unit, None, None, None, problem),), self._identity))
+                change = Change(name, ROWS[name].unit, None, None, None, problem)
+                self._link.events.append(Tuned((change,), self._identity))
         return wanted
 
     def _send(self, now: float) -> None:
         self._tries += 1
         self.due = now + AGAIN
-        waiting = [name for name in self._before if not self._line.full and not self._settled(name)]
+        waiting = [name for name in self._before if not self._link.line.full and not self._settled(name)]
         for name in waiting:
-            self._line.command(now, ROWS[name].packet(self._told[name]))
+            self._link.line.command(now, ROWS[name].packet(self._told[name]))
         if any(ROWS[name].config for name in waiting):
-            self._line.command(now, CONFIG)
+            self._link.line.command(now, CONFIG)
 
     def _judge(self, now: float) -> None:
         """End a round: begin another one, or tell the result."""
         if self._tries < TRIES and not all(map(self._settled, self._before)):
             self._send(now)
         else:
-            self._events.append(Tuned(tuple(map(self._change, self._before)), self._identity))
+            self._link.events.append(Tuned(tuple(map(self._change, self._before)), self._identity))
             self._before, self._answer, self.due = {}, None, math.inf
 
     def _settled(self, name: str) -> bool:
@@ -112,7 +109,8 @@ class Tuner:
         return not p2os.knows(self._identity.model.firmware_family, ROWS[name].command)
 
     def _taken(self, name: str) -> bool:
-        return ROWS[name].shown(self._answer) == ROWS[name].number(self._told[name])
+        shown, number = ROWS[name].shown(self._answer), ROWS[name].number
+        return shown is not None and number(shown) == number(self._told[name])
 
     def _change(self, name: str) -> Change:
         row = ROWS[name]
@@ -124,4 +122,4 @@ class Tuner:
             problem = "sent, but the robot does not report it"
         elif row.config and not self._taken(name):
             problem = "the robot did not take it"
-        return Change(name, row.unit, self._told[name], self._before[name], row.value(reported), problem)
+        return Change(name, row.unit, self._told[name], self._before[name], reported, problem)

@@ -34,17 +34,14 @@ class TuningRow(NamedTuple):
         """The value as CONFIGpac counts it."""
         return int(value) if self.scale is None else round(value / self.scale)
 
-    def value(self, number: Optional[int]) -> Optional[float]:
-        """A number of CONFIGpac in the field's own unit."""
-        return number if self.scale is None or number is None else number * self.scale
-
     def packet(self, value: float) -> bytes:
         """The command that sets it."""
         return p2os.encode_command(self.command, self.sign * self.number(value))
 
-    def shown(self, config: Optional[p2os.Config]) -> Optional[int]:
-        """What the robot reports, as CONFIGpac counts it; None when it does not."""
-        return None if config is None or self.config is None else getattr(config, self.config)
+    def shown(self, config: Optional[p2os.Config]) -> Optional[float]:
+        """What the robot reports, in the field's own unit; None when it does not."""
+        number: Optional[int] = None if config is None or self.config is None else getattr(config, self.config)
+        return number if number is None or self.scale is None else number * self.scale
 
     def check(self, name: str, value: Any) -> None:
         """Raises ParameterError that names the value and what is legal."""

@@ -107,7 +107,9 @@ class WheelVelocities(Velocity):
         scale = FASTEST / max(FASTEST, abs(left), abs(right)) / self._unit
         wheels = self._within(left * scale, right * scale)
         aims = self._within(*(rounding.aim(wheel, now) for rounding, wheel in zip(self._rounding, wheels)))
-        if now >= self._until or not self._still_near(*wheels):
+        # whether the present units are a rounded form of this pair
+        near = abs(self._units[0] - wheels[0]) < 1 and abs(self._units[1] - wheels[1]) < 1
+        if now >= self._until or not near or self._excess(*self._units) > LEGAL:
             self._until, self._units = now + HOLD, self._nearest(*aims)
         for rounding, each in zip(self._rounding, self._units):
             rounding.sent = each
@@ -116,11 +118,6 @@ class WheelVelocities(Velocity):
     def rest(self, now: float) -> None:
         super().rest(now)
         self._until = now
-
-    def _still_near(self, left: float, right: float) -> bool:
-        """Whether the present units are a rounded form of this pair."""
-        units = self._units
-        return abs(units[0] - left) < 1 and abs(units[1] - right) < 1 and self._excess(*units) <= LEGAL
 
     def _excess(self, left: float, right: float) -> float:
         """How many times the tightest limit these are (units of VEL2)."""
