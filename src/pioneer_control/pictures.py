@@ -1,6 +1,6 @@
-"""What all our pictures from above have in common: colours, frame, and how they are written to a file.
+"""What all our pictures have in common: colours, the frame of those from above, and how they are written to a file.
 
-matplotlib's objects come as arguments.
+Objects of matplotlib come as arguments: it takes a second to load.
 """
 
 import contextlib
@@ -13,7 +13,7 @@ from .errors import UsageError
 FORMATS = (".png", ".pdf", ".svg")
 WALL, FLOOR, BEYOND = "#3c3c3c", "#ffffff", "#e4e4e4"
 INK, FAINT = "#222222", "#8a8a8a"
-# Okabe and Ito's colours: colour-blind people can tell them apart. In grey print line styles and hatches differ.
+# Okabe and Ito's colours: colour-blind people can tell them apart. For grey print, line styles and hatches differ too.
 BLUE, SKY, VERMILLION, ORANGE, GREEN, PURPLE = "#0072b2", "#56b4e9", "#d55e00", "#e69f00", "#009e73", "#cc79a7"
 SCALE_BARS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # m
 
@@ -41,7 +41,7 @@ def write(figure: Callable[[], Any], output: str, dpi: int) -> None:
         UsageError: another ending, a place where nothing can be written, or no matplotlib.
     """
     check_output(output)
-    drawn = io.BytesIO()    # whole before the first byte is written
+    drawn = io.BytesIO()    # the whole picture, before the first byte is written to the file
     try:
         figure().savefig(drawn, dpi=dpi, format=os.path.splitext(output)[1][1:])
     except ModuleNotFoundError as error:

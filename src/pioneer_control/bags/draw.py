@@ -44,7 +44,16 @@ def read(paths: Sequence[str], robot: Optional[str]) -> Run:
 
 
 def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tuple[Sequence[str], Optional[str]]]:
-    """(paths, robot) of each run to draw. Raises UsageError when it is not clear which robot of which bag is meant."""
+    """The bags and the robot of each run to draw; None: the only robot there is.
+
+    Args:
+        bags: as they are named on the command line.
+        robots: as they are named with --robot.
+        parts: whether the bags are the parts of one recording.
+
+    Raises:
+        UsageError: it is not clear which robot of which bag is meant.
+    """
     runs = [in_order(bags)] if parts else [[bag] for bag in bags]
     names: List[Optional[str]] = list(robots) or [None]
     if len(runs) > 1 and len(names) not in (1, len(runs)):

@@ -93,7 +93,14 @@ def _check_files(source: str, target: str) -> None:
 
 
 def report(source: str, target: str, converter: Converter, damage: str, model: str = "") -> str:
-    """What was converted into what, what was kept, and what is wrong, in plain words."""
+    """What was converted into what, what was kept, and what is wrong, in plain words.
+
+    Args:
+        source, target: names of the old bag and the new one.
+        converter: after the last message.
+        damage: what is missing in the old bag, a sentence.
+        model: that was named on the command line.
+    """
     made = [outlet for outlet in converter.outlets if outlet.made]
     renamed = [outlet for outlet in converter.outlets if not outlet.made
                and outlet.header["type"] != outlet.source.type]
@@ -150,7 +157,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _renamed(texts: Sequence[str]) -> Dict[str, str]:
-    """The frames of --frame."""
+    """Frames, old name -> new name, of the values of --frame. Raises UsageError."""
     renamed = {}
     for text in texts:
         old, equal, new = (part.strip().lstrip("/") for part in text.partition("="))
@@ -161,7 +168,12 @@ def _renamed(texts: Sequence[str]) -> Dict[str, str]:
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """0 when the bag is written, 1 when of a damaged one all that could be read is, 2 when nothing is."""
+    """Convert a bag.
+
+    Returns:
+        0 when the new bag is written, 1 when the old one is damaged and the new one has what could be read of it, 2 when
+        nothing is written.
+    """
     options = _parser().parse_intermixed_args(arguments)
     try:
         for word in options.what:

@@ -23,7 +23,7 @@ MESSAGES = ("AIO", "BatteryState", "DIO", "GripState", "GripperState", "LiftStat
             "SonarArray")
 """What p2os has too, with the same fields."""
 BASE_LINK = "base_link"
-"""What a frame means that p2os left empty."""
+"""The frame that is meant where p2os left it empty."""
 STATIC_FRAMES = "/tf_static"
 
 
@@ -50,7 +50,7 @@ class Conversion(NamedTuple):
     """of the messages that something is made of"""
     made: Optional[type] = None
     topic: str = ""
-    """of what is made, beside the one it is made of: /alice/sonar -> /alice/sonar_ranges"""
+    """last name of the new topic, in the namespace of the old one: /alice/sonar -> /alice/sonar_ranges"""
     by_default: bool = True
 
 
@@ -75,11 +75,11 @@ class Options(NamedTuple):
     what: Sequence[str] = DEFAULT
     """names of CONVERSIONS"""
     model: Optional[RobotModel] = None
-    """of a robot of which no robot_info tells where its sonar looks"""
+    """of the robots of which no robot_info tells where their sonar looks"""
     gripper: bool = False
-    """whether that one has a gripper"""
+    """whether these have a gripper"""
     replace: bool = False
-    """leave out what was converted, instead of keeping it beside"""
+    """leave out what was converted, instead of keeping it beside what is made of it"""
     renamed: Mapping[str, str] = MappingProxyType({})
     """frames, old name -> new name, in every message"""
 
@@ -91,7 +91,7 @@ class Survey(NamedTuple):
     transducers: Mapping[str, Sequence[Transducer]]
     """by the robot's namespace, where a robot_info tells"""
     static_frames: Collection[str] = ()
-    """in /tf_static"""
+    """child frames in /tf_static"""
     compression: str = "none"
 
 
@@ -102,7 +102,7 @@ class Outlet:
         source: the connection that its messages come from.
         topic: of the new bag.
         type_: class of its messages; None: that of the source.
-        made: whether they are made of the source's messages; else they are these, as they were.
+        made: whether its messages are made of the source's; else they are the source's, as they were.
         latched: whether it latches; else it does as the source does.
 
     Attributes:
@@ -146,14 +146,14 @@ class Converter:
 
     Args:
         options: what is wanted.
-        known: of the old bag. A topic that is there already is not made, nor are transducers that its /tf_static has.
+        known: what the old bag has. What is there is not made again: topics, and frames of transducers.
 
     Attributes:
         outlets: of the new bag, in order of their first message.
-        dropped: messages left out, by topic.
-        already_there: topics not made.
-        not_fitted: readings of transducers that the robot does not have.
-        damaged: messages of which nothing could be made, by topic.
+        dropped: how many messages were left out, by topic.
+        already_there: topics that are not made because the bag has them.
+        not_fitted: how many readings came from transducers that the robot does not have.
+        damaged: how many messages were so damaged that nothing could be made of them, by topic.
     """
 
     def __init__(self, options: Options, known: Survey) -> None:
@@ -165,7 +165,7 @@ class Converter:
         self._options, self._known = options, known
         self._transducers, self._static_frames = dict(known.transducers), set(known.static_frames)
         self._speeds: Dict[str, Tuple[float, float]] = {}               # m/s and rad/s, by namespace
-        # by the id of a connection, which its outlets hold so that the id stays its own: kind, outlets by word
+        # kind and outlets by the id of a connection; the outlets hold the connection, so its id stays its own
         self._sources: Dict[int, Tuple[str, Dict[str, Outlet], SonarHistory]] = {}
 
     def __call__(self, message: Message) -> Iterator[Written]:

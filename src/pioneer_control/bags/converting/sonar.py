@@ -12,14 +12,15 @@ from ...robots import Transducer
 from ...standard_messages import MIN_RANGE
 
 ROUND = 0.32
-"""s in which each transducer of an array has its turn. A reading that has not changed for so long has been heard anew.
-"""
+"""s in which each transducer of an array has its turn. A reading that stays the same for so long was heard again."""
 BEAMS = 360
-"""Directions of a scan; a degree, for where an echo is seen from the robot's middle depends on how far it is."""
+"""Directions of a scan, a degree apart: as seen from the robot's middle, near and far echoes of one transducer lie in
+different directions.
+"""
 
 
 class Reading(NamedTuple):
-    """What a transducer heard last: m, and how long ago, s. Age 0: just now."""
+    """What a transducer heard last: its range (m), and its age (s); 0 where it was just heard."""
 
     transducer: Transducer
     range: float
@@ -35,7 +36,7 @@ class SonarHistory:
 
     def readings(self, ranges: Sequence[float], transducers: Iterable[Transducer], time: float) -> List[Reading]:
         """The newest reading of each transducer that was heard, in an array that came at a time (s)."""
-        if time < self._time:   # it began anew
+        if time < self._time:   # time began anew
             self._last.clear()
         self._time = time
         found = []
@@ -62,7 +63,7 @@ def sonar_scan(
 
     Args:
         points: echoes (x, y); m.
-        silent: transducers that hear nothing: infinity. NaN is where no transducer looks.
+        silent: transducers that hear nothing: infinity in their direction. Where no transducer looks there is NaN.
         transducers: of the robot.
         stamp: of the message.
         base_link_frame: of the message.
@@ -72,7 +73,7 @@ def sonar_scan(
     for each in silent:
         ranges[_beam(each.x + NO_ECHO * math.cos(each.heading), each.y + NO_ECHO * math.sin(each.heading))] = math.inf
     for x, y in points:
-        ranges[_beam(x, y)] = np.fmin(ranges[_beam(x, y)], math.hypot(x, y))    # the nearest; NaN counts for nothing
+        ranges[_beam(x, y)] = np.fmin(ranges[_beam(x, y)], math.hypot(x, y))    # the nearest echo; fmin passes over NaN
     return LaserScan(
         header=Header(stamp=stamp, frame_id=base_link_frame),
         angle_min=-math.pi,

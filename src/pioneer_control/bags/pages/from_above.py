@@ -18,23 +18,23 @@ LABEL_BOX = dict(boxstyle="round,pad=0.12", facecolor="white", edgecolor="none",
 
 CAN_RADIUS = 0.033  # m
 CAN_MOVED = 0.05  # m: a can that went farther is drawn with its way
-NEAR_A_WALL = 0.12  # m: an echo farther from everything on the map is drawn as one beside it
+NEAR_A_WALL = 0.12  # m: an echo that is farther from all walls is drawn as one beside its wall
 LONGEST_NOSE = 0.16  # m, of the triangle that shows a heading
-MOST = 0.4  # share of a map: a run that saw more of it is drawn with the whole map
-FEWEST_METRES = 1.0  # seen across: a robot that never moved is not drawn larger than that
+MOST = 0.4  # share of the map: where the robot saw more of it, the whole map is drawn
+FEWEST_METRES = 1.0  # across, that are seen at least: else a robot that never moved would fill the page
 
 ARROW, ARROW_EVERY = 0.1, 0.7  # inches: length of an arrow, and way between two of them
 STROKE = 0.11  # inches, from a dot in the direction of the robot's heading
-TIMES, TIMES_APART = 12, 0.36  # written beside the path, at most; inches
+TIMES, TIMES_APART = 12, 0.36  # so many times, at most, are written beside the path, so many inches apart
 NAMES_APART = 0.3  # inches: a robot that ends nearer to its start than that gets one name for both
-BADGES = 24  # numbered on the drawing: more of them would hide it
+BADGES = 24  # numbers on the drawing, at most: more would hide it
 
 
 class TopView(NamedTuple):
-    """What is to be seen of a run, in the map's frame if the true path is known, else in the odometry's; m."""
+    """What is to be seen of a run, m; in the map's frame where the true path is known, else in the odometry's."""
 
     run: Run
-    path: Track  # the true one if it is known
+    path: Track  # the true path where it is known, else the odometry's
     odometry: Track
     echoes: np.ndarray
     walls: Optional[Map]
@@ -55,7 +55,7 @@ def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map],
            reach: float) -> Tuple[np.ndarray, np.ndarray]:
     """Lower left and upper right corner of what is to be seen, m, with a margin.
 
-    A map is shown whole, unless that would leave most of the page to where the robot never was.
+    A map is shown whole, unless most of the page would show places where the robot never was.
 
     Args:
         tracks: where robots were.
@@ -77,7 +77,7 @@ def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map],
 
 
 def beside_things(view: TopView) -> np.ndarray:
-    """Which echoes (n,) are farther than `NEAR_A_WALL` from all that is on the map, and from all cans."""
+    """Whether each echo (n,) is farther than `NEAR_A_WALL` from all walls, and twice as far from all cans."""
     points = view.echoes
     if view.walls is None or not len(points):
         return np.zeros(len(points), dtype=bool)
@@ -137,7 +137,14 @@ def draw_map(axes: Any, walls: Optional[Map], low: np.ndarray, high: np.ndarray)
 
 
 def draw_arrows(axes: Any, path: Track, scale: float, colour: str = INK) -> None:
-    """Arrows along a path, where there is none yet: the way it moves, which is not its heading when it backs off."""
+    """Draw arrows along a path, one in each square of the drawing. They point where the robot went, even backwards.
+
+    Args:
+        axes: to draw on.
+        path: the path.
+        scale: m in an inch.
+        colour: of the arrows.
+    """
     from matplotlib.collections import PolyCollection
 
     way = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(path.x), np.diff(path.y)))))
@@ -146,14 +153,14 @@ def draw_arrows(axes: Any, path: Track, scale: float, colour: str = INK) -> None
     course = np.arctan2(ahead.y - behind.y, ahead.x - behind.x)
     middle = (behind.x + ahead.x) / 2, (behind.y + ahead.y) / 2
     cells = np.floor(np.column_stack(middle) / (ARROW_EVERY * scale / 2))
-    _, first = np.unique(cells, axis=0, return_index=True)  # of all in one square of the drawing
+    _, first = np.unique(cells, axis=0, return_index=True)  # arrow in each square
     arrow = ARROW * scale * np.array([(0.6, 0.0), (-0.4, 0.5), (-0.15, 0.0), (-0.4, -0.5)])
     shapes = [np.column_stack(placed(pose, *arrow.T)) for pose in np.column_stack((*middle, course))[first]]
     axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor="white", linewidth=0.4, zorder=5))
 
 
 def _draw_echoes(axes: Any, view: TopView) -> None:
-    """Echoes; paler those that are drawn beside what is on the map."""
+    """Echoes; those beside their walls are paler."""
     beside = beside_things(view)
     for chosen, name, size, alpha in ((~beside, "sonar echo" if view.walls is not None else "sonar echo *", 2.0, 0.7),
                                       (beside, "echo beside its wall *", 1.3, 0.35)):
@@ -163,14 +170,14 @@ def _draw_echoes(axes: Any, view: TopView) -> None:
 
 
 def _draw_cans(axes: Any, view: TopView) -> None:
-    """Cans where they were first and last, if one is in sight, and with its number the way of each that was moved."""
+    """Cans where they were first and last, if any is in sight. A can that was moved has its way and its number."""
     from matplotlib.patches import Circle
 
     cans = view.run.cans
     before, after = (np.array([(can.x[end], can.y[end]) for can in cans]).reshape(-1, 2) for end in (0, -1))
     if not any(((view.low < place) & (place < view.high)).all() for place in (*before, *after)):
         return
-    # large enough to be found; in a large drawing the circles to scale are larger
+    # dots that are large enough to be found; in a large drawing the circles to scale, below, are larger
     dots = dict(linestyle="none", marker="o")
     axes.plot(*before.T, **dots, markersize=7, markerfacecolor="none", markeredgecolor=CAN_BEFORE, label="can before",
               zorder=6.6)
@@ -208,7 +215,7 @@ def _draw_robots(axes: Any, view: TopView, scale: float) -> None:
 
 
 def _draw_gripper(axes: Any, view: TopView) -> None:
-    """A numbered badge where the paddles did something; a mark where that is too often for numbers."""
+    """A badge with a number where the paddles did something; where that was too often, a mark without a number."""
     events = view.run.gripper
     robot = view.path.at(np.array([event.time for event in events]))
     x, y = placed((robot.x, robot.y, robot.heading), view.run.grip, 0.0)
@@ -220,7 +227,7 @@ def _draw_gripper(axes: Any, view: TopView) -> None:
         return
     for number, event in enumerate(events):
         near = (np.hypot(x[:number] - x[number], y[:number] - y[number]) < 0.6).sum()
-        # left, right, left ahead, ... of the paddles
+        # the badges of one place lie to the left of the paddles, to the right, ahead on the left, ...
         angle = robot.heading[number] + np.pi / 2 * (-1) ** near * (1 - 0.25 * (near // 2))
         axes.annotate(
             str(number + 1), (x[number], y[number]), (26 * np.cos(angle), 26 * np.sin(angle)),
@@ -231,7 +238,7 @@ def _draw_gripper(axes: Any, view: TopView) -> None:
 
 
 def _draw_times(axes: Any, path: Track, timeline: Timeline, scale: float) -> None:
-    """When it was where, beside the path, with a stroke that points where it looked."""
+    """Times beside the path, each with a dot where the robot was, and a stroke in the direction of its heading."""
     shown: List[Pose] = [path.pose(0), path.pose(-1)]
     for time in timeline.ticks(TIMES)[1:]:
         x, y, heading = path.at(np.array([time])).pose(0)

@@ -5,11 +5,11 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple
 
 from ..recorded_run import Report, Run, Span
 
-LISTED = 10  # kinds, on one page
-AT_ONCE = 1.0  # s
-CONNECTING = 3.0  # s before the first pose in which a driver that finds no robot yet has only just begun to look
+LISTED = 10  # incidents that get a letter, where nobody says how many
+AT_ONCE = 1.0  # s: reports that follow each other so soon are one
+CONNECTING = 3.0  # s before the first pose: a driver that finds no robot yet has only just begun to look
 NUMBER = re.compile(r"\d+(\.\d+)?")
-# as the simulator says what it was asked to break
+# how the simulator says what it was asked to break
 MADE = re.compile(r"(?:simulated [\d.]+ s: )?fault (begins|ends): (.*)")
 TOPICS_NAMED = 3
 
@@ -17,14 +17,14 @@ TOPICS_NAMED = 3
 class Incident(NamedTuple):
     """One kind of warning or error."""
 
-    letter: str  # empty for one that the page has no room for
+    letter: str  # empty where the page has no room to list it
     level: int
     times: Tuple[float, ...]  # s
     words: str
 
 
 def incidents(run: Run, listed: int = LISTED) -> Tuple[Incident, ...]:
-    """Warnings and errors in order of time. Those that say the same are one.
+    """Warnings and errors in order of time. Reports that say the same are one incident.
 
     Args:
         run: what is shown.
@@ -59,7 +59,7 @@ def _incident(same: Sequence[Report]) -> Incident:
 
 
 def made(faults: Sequence[Report], end: float) -> Tuple[Span, ...]:
-    """What a simulator was asked to break, until `end` (s) where it was not mended."""
+    """When something was broken that a simulator was asked to break: until it was mended, else until `end` (s)."""
     spans: List[Span] = []
     for fault in sorted(faults):
         told = MADE.fullmatch(fault.what)
@@ -73,7 +73,7 @@ def made(faults: Sequence[Report], end: float) -> Tuple[Span, ...]:
 
 
 def silences(gaps: Sequence[Span]) -> Tuple[Span, ...]:
-    """Gaps in the data; those that overlap are one, with the names of all topics that were silent."""
+    """Gaps in the data. Gaps that overlap are one, with the names of all topics that were silent."""
     found: List[Tuple[float, float, List[str]]] = []
     for begin, end, topic in sorted(gaps):
         if found and begin < found[-1][1]:
@@ -85,7 +85,7 @@ def silences(gaps: Sequence[Span]) -> Tuple[Span, ...]:
 
 
 def _named(topics: Sequence[str]) -> str:
-    """The last names of topics, the first few of them."""
+    """The last names of the first few topics, and how many more there are."""
     names = list(dict.fromkeys(topic.rsplit("/", 1)[-1] for topic in topics))
     more = len(names) - TOPICS_NAMED
     return ", ".join(names[:TOPICS_NAMED]) + (" and %s more" % more if more > 0 else "")

@@ -15,13 +15,13 @@ CURVE, BATTERY, LANE = 0.8, 0.45, 0.19  # inches high
 BETWEEN = 0.09  # inches between two strips
 NAMES = 1.15  # inches from the left edge of the sheet: room for the strips' names
 TICKS_APART = 0.65  # inches, on the axis of time
-LEAST_SPEED, LEAST_VOLTS = 0.1, 1.0  # shown at least: noise is not blown up
+LEAST_SPEED, LEAST_VOLTS = 0.1, 1.0  # m/s or rad/s, V: an axis shows at least so much, so that noise looks small
 BADGES_APART, VALUES_APART = 0.17, 0.12  # inches
-# it holds until the next one
+# steps: a command holds until the next one
 COMMANDED = dict(label="commanded", color=ORANGE, linewidth=3.0, alpha=0.7, drawstyle="steps-post")
 MEASURED = dict(label="measured", color=BLUE, linewidth=1.0)  # thin and dark over wide and light
 VOLTAGE = dict(color=INK, linewidth=1.0)
-DOINGS = 5  # lanes of decisions, at most
+DOINGS = 5  # lanes of what a program was about, at most
 SAID = {ERROR: "errors", WARNING: "warnings"}
 SAID_COLOUR = {ERROR: VERMILLION, WARNING: ORANGE}
 BROKEN, SILENT, SILENCE = "made to fail", "no data", "#b4b4b4"
@@ -47,21 +47,21 @@ class Lane(NamedTuple):
     hatch: str
     spans: Tuple[Tuple[float, float], ...]
     badges: Tuple[Badge, ...] = ()
-    words: Tuple[Tuple[float, str], ...] = ()  # written on it: from when (s) on
+    words: Tuple[Tuple[float, str], ...] = ()  # what is written on it, and at which time (s) that begins
 
 
 class Curves(NamedTuple):
-    """A strip of lines."""
+    """A strip of lines: times (s), values, and the look of each."""
 
     name: str
     height: float
     lines: Tuple[Tuple[np.ndarray, np.ndarray, Look], ...]
-    least: float
-    zero: bool  # belongs on the axis
+    least: float  # the axis shows at least so much
+    zero: bool  # whether the axis shows zero
 
 
 def ink_on(colour: str) -> str:
-    """The colour of letters that can be read on another."""
+    """The colour of letters that can be read on this colour."""
     return INK if colour == ORANGE else "white"
 
 
@@ -75,12 +75,18 @@ def curves(run: Run) -> List[Curves]:
 
 
 def measured(run: Run) -> Velocities:
-    """What a robot measured, without the times of which its bag has nothing."""
+    """The velocities that a robot measured, with NaN where its bag has a gap."""
     return Velocities(*broken(run.measured, run.gaps, "pose", "odom"))
 
 
 def broken(lines: Sequence[np.ndarray], gaps: Sequence[Span], *topics: str) -> List[np.ndarray]:
-    """Time and values over it, with NaN in each gap of topics of a name, so that no line is drawn there."""
+    """Times and values with NaN in each gap, so that no line is drawn there.
+
+    Args:
+        lines: times (s), and values at these times.
+        gaps: of all topics.
+        topics: last names of those whose gaps count.
+    """
     time = lines[0]
     silent = [gap for gap in silences([gap for gap in gaps if gap.what.rsplit("/", 1)[-1] in topics])
               if len(time) and time[0] < gap.begin < gap.end < time[-1]]
@@ -93,7 +99,7 @@ def broken(lines: Sequence[np.ndarray], gaps: Sequence[Span], *topics: str) -> L
 
 
 def velocities(each: Sequence[Tuple[Velocities, Look]]) -> List[Curves]:
-    """Strips of velocities, each with its look; none where there are none."""
+    """Strips of velocities, each with its look; no strip where there are no velocities."""
     some = [(v, look) for v, look in each if len(v.time)]
     return [
         Curves("forward\n(m/s)", CURVE, tuple((v.time, v.linear, look) for v, look in some), LEAST_SPEED, True),
@@ -102,7 +108,10 @@ def velocities(each: Sequence[Tuple[Velocities, Look]]) -> List[Curves]:
 
 
 def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float = RIGHT - NAMES) -> List[Lane]:
-    """What a run has to show as rows that are `inches` wide. What never happened has no row, except the motors."""
+    """What a run has to show as rows that are so many inches wide. What never happened has no row.
+
+    But the motors have one wherever it is known whether they were on.
+    """
     end = timeline.end
     held_by = tuple(Badge(event.time, str(number), EVENT[event.what]) for number, event in enumerate(run.gripper, 1))
     found = [
@@ -119,7 +128,7 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
 
 
 def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, inches: float) -> List[Lane]:
-    """Spans with words on them, in as few rows as keep them apart. Those that need more than `ROWS` have no words."""
+    """Spans with words on them, in as few rows as keep them apart. Where `ROWS` rows are full, spans have no words."""
     rows = [Lane("" if row else name, colour, "", ()) for row in range(ROWS)]
     ends = [timeline.begin] * ROWS
     for span in sorted(spans):
@@ -156,7 +165,7 @@ def doings(run: Run) -> List[Lane]:
 
 
 def _said(level: int, wrong: Sequence[Incident]) -> Lane:
-    """The lane of all warnings or all errors, with letters where each was first said."""
+    """The lane of all warnings or all errors, with its letter where each was first said."""
     mine = [each for each in wrong if each.level == level]
     badges = tuple(Badge(each.times[0], each.letter, SAID_COLOUR[level]) for each in mine if each.letter)
     spans = tuple((time, time) for each in mine for time in each.times)
@@ -219,7 +228,10 @@ def draw_curves(axes: Any, strip: Curves, width: float) -> None:
 
 
 def value_ticks(low: float, high: float, most: int) -> np.ndarray:
-    """Round values well inside an axis, as many as may be, so that no number touches that of the next strip."""
+    """Round values for an axis from low to high, at most so many.
+
+    They lie well inside, so that no number touches one of the next strip.
+    """
     edge = 0.08 * (high - low)
     power = 10.0 ** np.floor(np.log10((high - low) / most))
     steps = (ten * power * np.arange(np.ceil((low + edge) / ten / power), np.floor((high - edge) / ten / power) + 1)
@@ -228,7 +240,7 @@ def value_ticks(low: float, high: float, most: int) -> np.ndarray:
 
 
 def draw_lanes(axes: Any, rows: Sequence[Lane], timeline: Timeline, width: float) -> None:
-    """Rows from the top down, with their names at the left; `width` in inches."""
+    """Rows from the top down, with their names at the left. The axes are `width` inches wide."""
     for number, lane in enumerate(rows):
         middle = len(rows) - 0.5 - number
         look = dict(facecolor="white", hatch=lane.hatch) if lane.hatch else dict(facecolor=lane.colour)
@@ -250,7 +262,7 @@ def draw_lanes(axes: Any, rows: Sequence[Lane], timeline: Timeline, width: float
 
 
 def draw_time(axes: Any, timeline: Timeline, most: int, name: Optional[str]) -> None:
-    """The axis of time, written below the strip where it has a name, and the frame of a strip."""
+    """The frame of a strip, and its axis of time with at most so many steps; times are written where it has a name."""
     ticks = timeline.ticks(most)
     axes.set(xlim=(timeline.begin, timeline.begin + timeline.span), xticks=ticks,
              xticklabels=[timeline.number(tick) for tick in ticks] if name else [])

@@ -18,19 +18,19 @@ from .sheet import BODY, BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Sheet
 from .timeline import Timeline, how_long
 
 GAP, AXIS = 0.28, 0.36  # inches above the map for its scale bar; below the map and below the strips for their axes
-LINE, EVENT_LINE = 0.175, 0.22  # inches from one line of text to the next; where they have badges
+LINE, EVENT_LINE = 0.175, 0.22  # inches from one line of text to the next; the same where lines have badges
 LEAST_MAP, LARGEST_SCALE = 2.4, 2.5  # inches high; inches on paper for each metre
-BESIDE = 1.9  # inches: a map that leaves so much has its legend beside it
-# what is so many times as high as wide has the strips beside it, and is at most so many inches wide
+BESIDE = 1.9  # inches that a legend beside the map takes
+# a map that is so many times as high as wide has the strips beside it, and is at most so many inches wide
 NARROW, WIDEST = 1.6, 3.2
-SIGNS, EVENTS_LISTED = 7, 8  # in a legend
-MANY = -1  # events of the gripper: they have signs then, and no numbers
-EVENTS_BESIDE = {7: 4, 2: 2, 1: 1}  # columns of signs in a legend to columns of events
-SQUEEZED = 0.75  # of their height is what curves have where that leaves more for the map
-FULL, FEWEST = 20, 4  # lanes and lines of text on a page, at most; lines that may always be
+SIGNS, EVENTS_LISTED = 7, 8  # in a legend, at most
+MANY = -1  # so many events of the gripper that they have signs in the legend, and no numbers
+EVENTS_BESIDE = {7: 4, 2: 2, 1: 1}  # columns of events in a legend, by its columns of signs
+SQUEEZED = 0.75  # share of their height that curves keep where the map gains by it
+FULL, FEWEST = 20, 4  # lanes and lines of text on a page, at most; lines of text that are always allowed
 LINES = 3  # of one text, at most
 WORDS = LEFT + 1.15  # inches: where the words of a fault begin, behind its letter and time
-REAL = 1e8  # s: a clock beyond that is not that of a simulation
+REAL = 1e8  # s: a clock beyond that tells the date, and is not that of a simulation
 # how versions are written, by their names in a recording's description
 VERSIONS = {"pioneer_control": "pioneer_control %s", "rospy": "rospy %s", "python": "python %s",
             "commit": "commit %.10s", "system": "%s"}
@@ -89,7 +89,7 @@ def figure(run: Run, title: Optional[str] = None) -> Any:
 
 
 def _listed(run: Run, room: int, probe: Sheet) -> Tuple[Tuple[Incident, ...], Dict[str, List[str]]]:
-    """What went wrong, with letters for as many as fit on so many lines; and the lines by letter."""
+    """What went wrong, and by letter the lines that say it. Letters go to as many as fit into so many lines."""
     for number in range(room, 0, -1):
         wrong = incidents(run, number)
         words = {each.letter: probe.lines(each.words, RIGHT - WORDS, LINES, SMALL) for each in wrong if each.letter}
@@ -116,11 +116,11 @@ def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: 
         end = max(head + height + AXIS, head + below + legend_height(events, 2))
         return Plan(end + listed + BOTTOM, (LEFT, head, width, height), (left, head + below, 2), (left, head), end)
     room = HEIGHT - head - AXIS - below - listed - BOTTOM
-    # inches for each metre, with the legend there
+    # inches for each metre of the map, with the legend beside it or below it
     beside = min((RIGHT - LEFT - BESIDE) / span[0], max(room, LEAST_MAP) / span[1], LARGEST_SCALE)
-    above = min((RIGHT - LEFT) / span[0], (room - legend_height(events, 7)) / span[1], LARGEST_SCALE)
-    width, height = max(beside, above) * span
-    if beside >= above:
+    alone = min((RIGHT - LEFT) / span[0], (room - legend_height(events, 7)) / span[1], LARGEST_SCALE)
+    width, height = max(beside, alone) * span
+    if beside >= alone:
         legend, top = (LEFT + width + 0.15, head, 1), max(head + height + AXIS, head + legend_height(events, 1))
     else:
         legend, top = (LEFT, head + height + AXIS, 7), head + height + AXIS + legend_height(events, 7)
@@ -155,7 +155,7 @@ def _write_head(sheet: Sheet, run: Run, timeline: Timeline, title: Optional[str]
 
 
 def recorded_with(notes: str) -> str:
-    """By which versions a run was recorded, of the recording's own description; empty where it has none."""
+    """By which versions a run was recorded, as the recording describes itself; empty where it does not tell."""
     try:
         versions = description_of(notes).versions
     except UsageError:
@@ -165,7 +165,7 @@ def recorded_with(notes: str) -> str:
 
 
 def summary(run: Run, view: TopView, wrong: Sequence[Incident]) -> List[str]:
-    """The figures of a run."""
+    """The figures of a run, in words: how long, how far, how exact, and how many errors, warnings and gaps."""
     parts = [how_long(run.duration),
              ("%.1f m driven" if view.path.length < 100 else "%.0f m driven") % view.path.length]
     if run.truth is None:
@@ -187,7 +187,7 @@ def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: f
         borderpad=0, ncol=columns, frameon=False, fontsize=SMALL, handlelength=1.8, columnspacing=1.2,
         handletextpad=0.5)
     for line in legend.get_lines():
-        line.set_markersize(max(line.get_markersize(), 5))  # an echo's dot is too small to be seen alone
+        line.set_markersize(max(line.get_markersize(), 5))  # the dot of a single echo is too small to be seen
     if len(run.gripper) > BADGES:
         return
     top += -(-len(shown) // columns) * LINE + 0.1
@@ -199,7 +199,7 @@ def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: f
 
 
 def _badge(sheet: Sheet, left: float, middle: float, words: str, colour: str) -> None:
-    """A sign as the drawings have it, beside its explanation."""
+    """A badge as in the drawings, to stand before its explanation."""
     sheet.text(left, middle, words, size=6.5, color=over_time.ink_on(colour), fontweight="bold", ha="center",
                bbox=dict(boxstyle="circle,pad=0.18", facecolor=colour, edgecolor="none"))
 

@@ -13,7 +13,12 @@ MORE = "…"
 
 
 class Sheet:
-    """A matplotlib Figure of a height in inches."""
+    """A sheet of a height in inches.
+
+    Attributes:
+        height: the same.
+        figure: the matplotlib Figure.
+    """
 
     def __init__(self, height: float) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg  # here: it takes a second to load
@@ -29,7 +34,7 @@ class Sheet:
                                      height / self.height), **look)
 
     def at(self, left: float, top: float) -> Tuple[float, float]:
-        """A place as matplotlib's figure has it."""
+        """A place in inches as the figure's own place: shares of its width and height, from the lower left corner."""
         return left / WIDTH, 1.0 - top / self.height
 
     def text(self, left: float, middle: float, words: str, room: float = WIDTH, size: float = BODY, **look: Any) -> Any:
@@ -81,5 +86,5 @@ class Sheet:
 
 
 def plain(words: str) -> str:
-    """Words of a bag or a user as matplotlib shows them as they are: on one line, no formula made of dollars."""
+    """Words of a bag or a user, written so that matplotlib shows them on one line, and dollars as dollars."""
     return "".join(sign if sign.isprintable() else " " for sign in words).replace("$", r"\$")

@@ -30,25 +30,25 @@ MOST = len(LOOKS)
 
 AXIS, ROW = 0.36, 0.2  # inches
 LARGEST_SCALE = 2.5  # inches on paper for each metre
-FEWEST_METRES = 0.1  # of distance, shown at least
+FEWEST_METRES = 0.1  # the axis of distances shows at least so much
 LONGEST_NAME = 25  # letters, in the table
 COLUMNS = ("time", "way", "mean speed", "stops", "faults", "farthest from first", "at the end")
 ENDS = (3.35, 4.0, 4.8, 5.25, 5.7, 6.85, 7.92)  # inches from the left edge of the sheet to the right end of each column
 
 
 class Compared(NamedTuple):
-    """A run as it is compared."""
+    """A run as it is compared with others."""
 
     name: str
     run: Run
-    track: Track  # true paths where all runs know theirs, else by odometry; in a frame of its own
+    track: Track  # the true path where those of all runs are known, else the odometry's; in a frame of its own
 
 
 def compared(runs: Sequence[Run]) -> Tuple[Compared, ...]:
     """Runs as they are compared, each with the first.
 
     Raises:
-        UsageError: they are too many for a page.
+        UsageError: there are too many runs for a page.
     """
     check_number(len(runs))
     true = [run.truth for run in runs if run.truth is not None]
@@ -63,7 +63,7 @@ def check_number(runs: int) -> None:
 
 
 def names(runs: Sequence[Run]) -> List[str]:
-    """Files without their ending. Where two are the same, the robot's name is added, or that of the directory."""
+    """Names of the files without their ending. Where two are the same, the robot or the directory is named too."""
     files = [stem(os.path.basename(run.path)) for run in runs]
     if len(set(files)) == len(files):
         return files
@@ -74,7 +74,7 @@ def names(runs: Sequence[Run]) -> List[str]:
 
 
 def shortened(long: Sequence[str], most: int = LONGEST_NAME) -> List[str]:
-    """Names of at most so many letters, which differ where the long ones do."""
+    """Names of at most so many letters. They differ where the long ones do."""
     if max(map(len, long)) <= most:
         return list(long)
     alike = os.path.commonprefix(list(long))
@@ -115,7 +115,7 @@ def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
 
 
 def _curves(rows: Sequence[Compared]) -> List[over_time.Curves]:
-    """Velocities of all, and how far each is from the first, since each began to move."""
+    """Velocities of all runs, and how far each is from the first, over the time since each began to move."""
     measured = [over_time.measured(row.run) for row in rows]
     shifted = [(each._replace(time=each.time - first_movement(row.track)), look)
                for each, row, look in zip(measured, rows, LOOKS)]
@@ -169,7 +169,7 @@ def _write_table(sheet: Sheet, top: float, rows: Sequence[Compared]) -> None:
 
 
 def figures(first: Compared, row: Compared) -> Tuple[str, ...]:
-    """What the table says of a run, by `COLUMNS`: the last two only where it is not the first."""
+    """What the table says of a run, by `COLUMNS`. The first run is not compared with itself."""
     way, apart = driven(row.track), deviation(first.track, row.track)
     faults = sum(len(each.times) for each in incidents(row.run))
     own = how_long(way.time), "%.2f m" % way.length, "%.2f m/s" % way.mean_speed, str(way.stops), str(faults)

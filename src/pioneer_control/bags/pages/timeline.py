@@ -16,16 +16,16 @@ class Timeline(NamedTuple):
 
     @property
     def span(self) -> float:
-        """Its length, s; never nothing."""
+        """How long the run is, s; never 0."""
         return max(self.end - self.begin, 0.1)
 
     @property
     def unit(self) -> str:
-        """In what its moments are written."""
+        """The unit in which moments are written."""
         return "s" if self.span < 200 else "min:s" if self.span < 7200 else "h:min:s"
 
     def write(self, time: float) -> str:
-        """A moment of it, counted from its begin: ``7.5 s``, ``68 s``, ``12:05``, ``1:12:05``."""
+        """A moment, counted from the begin of the run: ``7.5 s``, ``68 s``, ``12:05``, ``1:12:05``."""
         return self.number(time) + (" s" if self.unit == "s" else "")
 
     def number(self, time: float) -> str:
@@ -39,7 +39,7 @@ class Timeline(NamedTuple):
         return "%s:%02d:%02d" % (minutes // 60, minutes % 60, second)
 
     def ticks(self, most: int) -> np.ndarray:
-        """Moments at round steps from the begin, at most so many steps of them; s."""
+        """Moments (s) at round steps from the begin of the run, at most so many steps."""
         step = next((step for step in STEPS if self.span <= most * step),
                     STEPS[-1] * np.ceil(self.span / STEPS[-1] / most))
         return self.begin + np.arange(0.0, self.span + step / 1000, step)
@@ -63,6 +63,6 @@ def spread(places: Sequence[float], apart: float, low: float, high: float) -> Li
         high: upper end of the room.
     """
     steps = min(apart, (high - low) / max(len(places) - 1, 1)) * np.arange(len(places))
-    # none is nearer to the one before than a step, and none is so high that the rest has no room
+    # first each place moves up until it is a step above the one before, then down until the rest has room above it
     spread_out = np.maximum.accumulate(np.maximum(places, low) - steps) + steps
     return np.minimum(spread_out, high - steps[::-1]).tolist()
