@@ -4,17 +4,16 @@ import argparse
 import math
 import signal
 import sys
-from typing import Iterable, List, Optional, Tuple
+from typing import List, Optional
 
 from .. import p2os
 from ..errors import PioneerError, UsageError
+from .gripper import GripperReading
 from .identity import RobotIdentity
 from .robot import LinkCounts, Robot
 from .state import NO_ECHO, RobotState, SonarRange
 
 SONAR_ROUND = 0.7       # s in which every transducer has fired: eight per array, one each 40 ms, twice
-
-Row = Tuple[str, str]
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
@@ -48,53 +47,42 @@ def main(arguments: Optional[List[str]] = None) -> int:
 
 
 def report(port: str, identity: RobotIdentity, state: RobotState, link: LinkCounts) -> str:
-    """The report as text, one line per row."""
-    counts = "%d packets, %d bad checksums, %d bytes discarded" % (link.sips, link.bad_checksums, link.discarded_bytes)
-    rows = [("port", port), *_who(identity), *_health(identity, state), *_fitted(identity, state), ("link", counts)]
-    return "\n".join("%-12s %s" % row for row in rows)
-
-
-def _who(identity: RobotIdentity) -> Iterable[Row]:
-    model = identity.model
-    yield "name", identity.name or "(none)"
-    yield "model", "%s (says %s %s)" % (model.subtype, identity.type, identity.subtype)
-    yield "firmware", "%s %s" % (model.firmware_family, identity.firmware or "(does not report its version)")
-    if identity.serial:
-        yield "serial", identity.serial
-    yield "limits", "%.2f m/s, %.0f deg/s; stops by itself after %.1f s without a command" % (
-        identity.max_linear, math.degrees(identity.max_angular), identity.watchdog)
-
-
-def _health(identity: RobotIdentity, state: RobotState) -> Iterable[Row]:
-    low = identity.config.low_battery_dv if identity.config is not None else None
-    alarm = "" if not low else " (alarm at %.1f V)" % (low / 10)
+    """The report as text, one line per row. What there is nothing to say about has no row."""
+    model, config = identity.model, identity.config
+    alarm = " (alarm at %.1f V)" % (config.low_battery_dv / 10) if config is not None and config.low_battery_dv else ""
     charge = "" if state.state_of_charge is None else ", %.0f %%" % (100 * state.state_of_charge)
-    yield "battery", "%.1f V%s%s" % (state.battery_voltage, charge, alarm)
-    yield "motors", "on" if state.motors_enabled else "off"
-    yield "STOP button", "PRESSED: motors stay off until it is released" if state.stop_button else "released"
     stalled = [side for side, holds in (("left", state.left_stall), ("right", state.right_stall)) if holds]
-    if stalled:
-        yield "stalled", " and ".join(stalled)
-    if state.fault_flags:
-        yield "faults", ", ".join(str(flag.name) for flag in p2os.FaultFlags if flag & state.fault_flags)
-
-
-def _fitted(identity: RobotIdentity, state: RobotState) -> Iterable[Row]:
-    fitted = [transducer.number for transducer in identity.model.sonar]
-    ranges = " ".join("%d:%s" % (number, _range(state.sonar[number])) for number in fitted)
-    yield "sonar", "%s; m: %s" % ("on" if state.sonar_enabled else "off", ranges) if fitted else "none"
-    yield "gripper", _gripper(state)
-    if state.front_bumpers or state.rear_bumpers:
-        yield "bumpers", "%d front, %d rear, %d pressed" % (
-            len(state.front_bumpers), len(state.rear_bumpers), sum(state.front_bumpers) + sum(state.rear_bumpers))
+    faults = [str(flag.name) for flag in p2os.FaultFlags if state.fault_flags and flag & state.fault_flags]
+    ranges = ["%d:%s" % (each.number, _range(state.sonar[each.number])) for each in model.sonar]
+    front, rear = state.front_bumpers, state.rear_bumpers
+    bumpers = "%d front, %d rear, %d pressed" % (len(front), len(rear), sum(front + rear)) if front + rear else ""
+    rows = (
+        ("port", port),
+        ("name", identity.name or "(none)"),
+        ("model", "%s (says %s %s)" % (model.subtype, identity.type, identity.subtype)),
+        ("firmware", "%s %s" % (model.firmware_family, identity.firmware or "(does not report its version)")),
+        ("serial", identity.serial),
+        ("limits", "%.2f m/s, %.0f deg/s; stops by itself after %.1f s without a command" % (
+            identity.max_linear, math.degrees(identity.max_angular), identity.watchdog)),
+        ("battery", "%.1f V%s%s" % (state.battery_voltage, charge, alarm)),
+        ("motors", "on" if state.motors_enabled else "off"),
+        ("STOP button", "PRESSED: motors stay off until it is released" if state.stop_button else "released"),
+        ("stalled", " and ".join(stalled)),
+        ("faults", ", ".join(faults)),
+        ("sonar", "%s; m: %s" % ("on" if state.sonar_enabled else "off", " ".join(ranges)) if ranges else "none"),
+        ("gripper", _gripper(state.gripper)),
+        ("bumpers", bumpers),
+        ("link", "%d packets, %d bad checksums, %d bytes discarded" % (
+            link.sips, link.bad_checksums, link.discarded_bytes)),
+    )
+    return "\n".join("%-12s %s" % row for row in rows if row[1])
 
 
 def _range(heard: Optional[SonarRange]) -> str:
     return "?" if heard is None else "-" if heard.range >= NO_ECHO else "%.2f" % heard.range
 
 
-def _gripper(state: RobotState) -> str:
-    gripper = state.gripper
+def _gripper(gripper: Optional[GripperReading]) -> str:
     if gripper is None:
         return "none"
     paddles = _first_true(moving=gripper.paddles_moving, open=gripper.paddles_open, closed=gripper.paddles_closed)

@@ -108,9 +108,11 @@ class Drive:
         self._body.follow(identity)
         self._wheels.follow(identity)
 
-    def stop(self, now: float) -> None:
-        """Stop with the robot's normal deceleration, and say so until it stands."""
-        self._stand(now, STOP)
+    def stop(self, now: float, packets: Tuple[bytes, ...] = STOP) -> None:
+        """Set both set points to zero by these packets, ahead of everything else, until the robot stands."""
+        self._driven.rest(now)
+        self._wanted, self._stopping, self._sent_at = None, True, now
+        self._line.stop(now, *packets)
 
     def request_motors(self, on: bool, now: float, timeout: float) -> MotorsRequest:
         """Ask for the motors.
@@ -121,15 +123,13 @@ class Drive:
         Returns:
             The request: ``done`` and ``error`` tell what became of it.
         """
-        request = self._motors
-        if request is None or request.on != on:
-            if request is not None:
-                self._answer_motors(request, NotConfirmedError("overtaken by another motor command"))
-            changes = self._state is None or self._state.motors_enabled != on
-            request = self._motors = MotorsRequest(on, now, timeout, changes, asked=True)
+        if self._motors is not None and self._motors.on != on:
+            self._answer_motors(self._motors, NotConfirmedError("overtaken by another motor command"))
+        changes = self._state is None or self._state.motors_enabled != on
+        request = self._motors = self._motors or MotorsRequest(on, now, timeout, changes, asked=True)
         request.asked = True
         if not (on and self._state is not None and self._state.motors_enabled):
-            self._stand(now, STOP)
+            self.stop(now)
         self._judge_motors(now, seen=False)
         if not request.done:
             self._send_motors(request, now)
@@ -143,9 +143,9 @@ class Drive:
             self._stopping = state.moving
         asked_off = self._motors is not None and not self._motors.on
         if before is not None and before.motors_enabled and not state.motors_enabled and not asked_off:
-            reason = "the STOP button is pressed" if state.stop_button else "the robot switched its motors off"
-            self._events.append(MotionCleared(reason))
-            self._stand(now, STOP)
+            self._events.append(MotionCleared(
+                "the STOP button is pressed" if state.stop_button else "the robot switched its motors off"))
+            self.stop(now)
         self._judge_motors(now, seen=True)
         self._judge_motion(now, state)
 
@@ -153,11 +153,11 @@ class Drive:
         """Repeat, time out, give up."""
         if self._wanted is not None and now >= self._commanded_at + self.command_timeout:
             self._events.append(CommandTimedOut(now - self._commanded_at))
-            self._stand(now, STOP)
+            self.stop(now)
         elif self._wanted is not None and now >= self._sent_at + REFRESH:
             self._send_velocity(now)
         elif self._stopping and now >= self._sent_at + REFRESH:
-            self._stand(now, STOP)
+            self.stop(now)
         if self._motors is not None:
             if now >= self._motors.give_up_at:
                 self._give_up_motors(self._motors, now)
@@ -171,7 +171,7 @@ class Drive:
 
     def _want(self, driven: Velocity, wanted: Tuple[float, float], now: float) -> None:
         if wanted == (0, 0):
-            self._stand(now, ZERO_VELOCITY)
+            self.stop(now, ZERO_VELOCITY)
         else:
             if driven is not self._driven:
                 self._driven.rest(now)
@@ -184,12 +184,6 @@ class Drive:
         self._sent_at = now
         self._line.velocity(now, *self._driven.packets(*self._wanted, now),
                             until=self._commanded_at + self.command_timeout, companion=self._companion)
-
-    def _stand(self, now: float, packets: Tuple[bytes, ...]) -> None:
-        """Set both set points to zero, ahead of everything else."""
-        self._driven.rest(now)
-        self._wanted, self._stopping, self._sent_at = None, True, now
-        self._line.stop(now, *packets)
 
     def _send_motors(self, request: MotorsRequest, now: float) -> None:
         request.asked_at = now

@@ -14,7 +14,7 @@ import socket
 import stat
 import termios
 import time
-from typing import Any, Callable, NamedTuple, Optional
+from typing import Any, Callable, Optional, Tuple
 
 import serial
 from serial.tools import list_ports
@@ -35,23 +35,16 @@ TCP_URL = re.compile(
     r"|(?P<bare_host>[^/:]+|\[[^\]]+\]):(?P<bare_port>\d+))$")
 
 
-class Address(NamedTuple):
-    """Where a TCP robot listens."""
-
-    host: str
-    port: int
-
-
-def tcp_address(url: str) -> Optional[Address]:
-    """The address in ``socket://host:port``, ``tcp://host:port`` or ``host:port``; None when it is the path of a serial
-    port.
+def tcp_address(url: str) -> Optional[Tuple[str, int]]:
+    """Host and port in ``socket://host:port``, ``tcp://host:port`` or ``host:port``; None when it is the path of a
+    serial port.
     """
     match = TCP_URL.match(url)
     if match is None:
         return None
     host = match.group("host") or match.group("bare_host")
     port = match.group("port") or match.group("bare_port") or DEFAULT_TCP_PORT
-    return Address(host.strip("[]"), int(port))
+    return host.strip("[]"), int(port)
 
 
 def open_transport(url: str, baud: int) -> "Transport":
@@ -61,7 +54,7 @@ def open_transport(url: str, baud: int) -> "Transport":
     """
     address = tcp_address(url)
     if address is not None:
-        return SocketTransport(url, _connect(url, address), None)
+        return SocketTransport(url, _connect(url, *address), None)
     if url.isdigit():
         raise PortError(
             "cannot understand the port %r: for a robot on that TCP port of this machine give socket://localhost:%s"
@@ -194,25 +187,25 @@ class SocketTransport(Transport):
         super().close()
 
 
-def _connect(url: str, address: Address) -> socket.socket:
+def _connect(url: str, host: str, port: int) -> socket.socket:
     """A connection without Nagle's delay."""
-    if not 0 < address.port <= 65535:
-        raise PortError("%s: there is no TCP port %d (legal: 1..65535)" % (url, address.port))
+    if not 0 < port <= 65535:
+        raise PortError("%s: there is no TCP port %d (legal: 1..65535)" % (url, port))
     try:
-        connection = socket.create_connection(address, timeout=CONNECT_TIMEOUT)
+        connection = socket.create_connection((host, port), timeout=CONNECT_TIMEOUT)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.setblocking(False)
         return connection
     except ConnectionRefusedError as error:
         raise PortError(
             "%s: connection refused: nothing listens on port %d of %s. %s"
-            % (url, address.port, address.host, WITHOUT_A_ROBOT % address.port)
+            % (url, port, host, WITHOUT_A_ROBOT % port)
         ) from error
     except (socket.gaierror, UnicodeError) as error:
         raise PortError("%s: no such host: %s" % (url, getattr(error, "strerror", error))) from error
     except socket.timeout as error:
         raise PortError("%s: no answer from %s within %.0f s: is it switched on and in this network?"
-                        % (url, address.host, CONNECT_TIMEOUT)) from error
+                        % (url, host, CONNECT_TIMEOUT)) from error
     except OSError as error:
         raise PortError("%s: cannot connect: %s" % (url, error)) from error
 
