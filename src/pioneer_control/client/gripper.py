@@ -110,8 +110,8 @@ def gripper_packets(command: GripperCommand, value: Optional[int]) -> Tuple[byte
     try:
         command = GripperCommand(command)
     except ValueError:
-        legal = ", ".join("%d %s" % (member, member.name) for member in GripperCommand)
-        raise UsageError("gripper command %r means nothing; legal: %s" % (command, legal)) from None
+        raise UsageError("gripper command %r means nothing; legal: %s" % (
+            command, ", ".join("%d %s" % (member, member.name) for member in GripperCommand))) from None
     if command not in GRIPPER_VALUES:
         if value is not None:
             raise UsageError("gripper command %s takes no value" % command.name)

@@ -66,8 +66,8 @@ def _piece_at(data: bytes, at: int) -> Piece:
         return Piece(noise, None, "cut off: a header, and nothing behind it")
     count = rest[2]
     if count < SMALLEST_COUNT:
-        wrong = "no packet: byte count %d, but id and checksum alone are %d" % (count, SMALLEST_COUNT)
-        return Piece(noise, None, wrong)
+        return Piece(
+            noise, None, "no packet: byte count %d, but id and checksum alone are %d" % (count, SMALLEST_COUNT))
     if len(rest) < 3 + count:
         return Piece(noise, None, "cut off: byte count %d, %d missing" % (count, 3 + count - len(rest)))
     frame, sent = Frame(rest[3], rest[4:count + 1]), rest[count + 1:count + 3]
@@ -99,8 +99,8 @@ def explain_piece(piece: Piece, to_robot: bool = True, from_robot: bool = True,
     if frame is None:
         yield "  %s" % piece.wrong
         return
-    checked = piece.wrong or "checksum %s is right" % _hex(piece.data[-2:])
-    yield "  byte count %d, id %d (0x%02X), %s" % (frame.length - 3, frame.id, frame.id, checked)
+    yield "  byte count %d, id %d (0x%02X), %s" % (
+        frame.length - 3, frame.id, frame.id, piece.wrong or "checksum %s is right" % _hex(piece.data[-2:]))
     is_command = frame.id in COMMAND_NUMBERS and not _argument_fault(frame.data)
     is_packet = not isinstance(decode_packet(frame), (UnknownPacket, MalformedPacket))
     if to_robot and (is_command or not (from_robot and is_packet)):

@@ -41,8 +41,8 @@ def written(entry: Entry) -> str:
     """The line of an entry, without its end."""
     if entry.note:
         return "# %.6f %s" % (entry.time, entry.note)
-    data = entry.data.hex(" ").upper()
-    return "%.6f %d %s %s" % (entry.time, entry.robot, ">" if entry.to_robot else "<", data)
+    return "%.6f %d %s %s" % (
+        entry.time, entry.robot, ">" if entry.to_robot else "<", entry.data.hex(" ").upper())
 
 
 def entries(lines: Iterable[str]) -> Iterator[Entry]:

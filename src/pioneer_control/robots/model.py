@@ -116,8 +116,8 @@ class RobotModel:
     @functools.lru_cache(maxsize=None)
     def with_arrays(self, front: bool, rear: bool) -> "RobotModel":
         """This model without the sonar arrays that are not fitted (CONFIGpac says it: FrontSonar, RearSonar)."""
-        fitted = (each for each in self.sonar if (front if self._array_looks_ahead(each) else rear))
-        return replace(self, sonar=tuple(fitted))
+        return replace(self, sonar=tuple(
+            each for each in self.sonar if (front if self._array_looks_ahead(each) else rear)))
 
     def _array_looks_ahead(self, transducer: Transducer) -> bool:
         """Whether most of the array of a transducer looks ahead. An AmigoBot's only array does; two of it look back."""

@@ -116,8 +116,8 @@ def load_table(override_file: Optional[str] = None) -> ModelTable:
     for alias, name in content["aliases"].items():
         if name not in models:
             raise UsageError("%s: alias %s names the model %r, which is not in the table" % (source, alias, name))
-    excluded = {name.lower(): reason for name, reason in content["excluded"].items()}
-    return ModelTable(models, dict(content["aliases"]), excluded)
+    return ModelTable(models, dict(content["aliases"]),
+                      {name.lower(): reason for name, reason in content["excluded"].items()})
 
 
 def find_model(subtype: str, override_file: Optional[str] = None) -> RobotModel:
@@ -138,8 +138,7 @@ def _read(path: str) -> Dict[str, Dict[str, Any]]:
         raise UsageError("models file %s must be a mapping with the sections %s" % (path, ", ".join(SECTIONS)))
     for section, values in content.items():
         if section not in SECTIONS:
-            legal = ", ".join(SECTIONS)
-            raise UsageError("models file %s: unknown section %r (legal: %s)" % (path, section, legal))
+            raise UsageError("models file %s: unknown section %r (legal: %s)" % (path, section, ", ".join(SECTIONS)))
         if not isinstance(values, dict):
             raise UsageError("models file %s: section %s must be a mapping, not %r" % (path, section, values))
     return {section: content.get(section, {}) for section in SECTIONS}
@@ -173,8 +172,8 @@ def _model(name: str, content: Dict[str, Dict[str, Any]], gripper: GripperShape,
     values = dict(DEFAULTS, **_resolved(name, content["models"], source))
     sonar = values.pop("sonar", ())
     fields = _converted(where, values, MODEL_KEYS)
-    transducers = tuple(_transducers(where, sonar, content["sonar_layouts"]))
-    return RobotModel(subtype=name, sonar=transducers, gripper=gripper, **fields)
+    return RobotModel(subtype=name, sonar=tuple(_transducers(where, sonar, content["sonar_layouts"])),
+                      gripper=gripper, **fields)
 
 
 def _transducers(where: str, sonar: Any, layouts: Dict[str, Any]) -> Iterator[Transducer]:

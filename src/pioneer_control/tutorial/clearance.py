@@ -67,8 +67,7 @@ class Outline:
         x, y = _columns(points)
         radius = np.where(np.hypot(x, y) > self.reach + margin, self.reach + margin, self.reach)
         ahead = (abs(y) < radius) & (x > 0)
-        way = x[ahead] - np.sqrt(radius[ahead] ** 2 - y[ahead] ** 2)
-        return float(max(0.0, way.min(initial=limit)))
+        return float(max(0.0, (x[ahead] - np.sqrt(radius[ahead] ** 2 - y[ahead] ** 2)).min(initial=limit)))
 
     def turn(self, points: Iterable[Point], side: int, margin: float, limit: float) -> float:
         """How far the body can turn on the spot to the left (`side` 1) or right (-1) [rad], at most `limit`.

@@ -60,8 +60,8 @@ def remember(echoes: Tuple[Echo, ...], snapshot: Snapshot, turning: bool) -> Tup
     for echo in echoes:
         dx, dy = echo.x - pose.x, echo.y - pose.y
         x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
-        lasts = snapshot.time - echo.time < REMEMBERED and x * x + y * y < FORGOTTEN_BEYOND ** 2
-        if lasts and not _refuted(x, y, far, refuting):
+        if (snapshot.time - echo.time < REMEMBERED and x * x + y * y < FORGOTTEN_BEYOND ** 2
+                and not _refuted(x, y, far, refuting)):
             kept[round(echo.x / CELL), round(echo.y / CELL)] = echo
             around.append((x, y))
     for bx, by, ahead, aside, heard in beams:

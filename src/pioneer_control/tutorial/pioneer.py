@@ -164,16 +164,16 @@ class Pioneer:
             self._reports.wait(lambda: self._reports.heard.motors, ASK_AGAIN)
 
     def _missing(self) -> List[str]:
+        """The topics that this program still waits for."""
         heard = self._reports.heard
-        needed = [
+        return self._commander.unheard() + [name for name, there in (
             ("/clock", rospy.rostime.is_wallclock() or rospy.get_time()),
             (self._prefix + "robot_info", heard.robot),
             (self._prefix + "pose", heard.pose),
             (self._prefix + "motor_state", heard.motors is not None),
             (self._prefix + "sonar (is use_sonar on?)", heard.ranges),
             (self._prefix + "gripper_state", heard.grip or not self.has_gripper),
-        ]
-        return self._commander.unheard() + [name for name, there in needed if not there]
+        ) if not there]
 
     def _advice(self) -> str:
         """What to do about what is missing."""

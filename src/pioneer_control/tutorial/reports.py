@@ -126,8 +126,8 @@ class Reports:
     def _hear_sonar(self, message: SonarArray) -> None:
         ranges = tuple(message.ranges)
         with self._news:
-            sights = self._sights.hear_sonar(message.header.stamp.to_nsec(), ranges)
-            self._hear(sights, ranges=ranges, ranges_time=time.monotonic())
+            self._hear(self._sights.hear_sonar(message.header.stamp.to_nsec(), ranges),
+                       ranges=ranges, ranges_time=time.monotonic())
 
     def _hear_stall(self, message: Stall) -> None:
         stalled = message.left or message.right

@@ -105,8 +105,8 @@ class Sights:
         while self._sonar.waiting and self._poses.take_until(self._sonar.waiting[0]):
             sonar, pose = self._sonar.waiting.popleft(), self._poses.taken
             if pose is not None and pose.stamp < sonar.stamp + JUMP_BACK:
-                age = max(0, sonar.stamp - pose.stamp) * 1e-9
-                self._posed.append((sonar, Sight(sonar.stamp, age, pose.value, sonar.value)))
+                self._posed.append((sonar, Sight(
+                    sonar.stamp, max(0, sonar.stamp - pose.stamp) * 1e-9, pose.value, sonar.value)))
         while self._posed and (self._stalls.take_until(self._posed[0][0]) or not self._tells_of_stalls()):
             sonar, sight = self._posed.popleft()
             stall = self._stalls.taken

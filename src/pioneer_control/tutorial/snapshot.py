@@ -80,8 +80,8 @@ class RobotShape:
         self.outline = Outline(footprint)
         self.sonar_count = 1 + max((each.number for each in self.transducers), default=-1)
         self.axes = tuple((math.cos(each.heading), math.sin(each.heading)) for each in self.transducers)
-        ahead = (each for each in self.transducers if abs(each.heading) < FRONT)
-        self.front = tuple(sorted(ahead, key=lambda each: -each.heading))
+        self.front = tuple(sorted(
+            (each for each in self.transducers if abs(each.heading) < FRONT), key=lambda each: -each.heading))
         aside = sorted(abs(each.heading) for each in self.front)
         limit = aside[min(1, len(aside) - 1)] + 1e-6 if aside else 0.0
         self.middle = tuple(each.number for each in self.front if abs(each.heading) <= limit)
@@ -160,5 +160,6 @@ class Heard(NamedTuple):
         if self.pose is None or self.ranges is None or self.robot is None:
             raise NoAnswerError(
                 "nothing to decide on: the robot has not told its pose, its sonar ranges and its shape yet")
-        ranges = self.ranges + (0.0,) * (self.robot.sonar_count - len(self.ranges))
-        return Snapshot(time, age, self.pose, ranges, self.robot, self.grip, self.lift, self.stalled)
+        return Snapshot(
+            time, age, self.pose, self.ranges + (0.0,) * (self.robot.sonar_count - len(self.ranges)), self.robot,
+            self.grip, self.lift, self.stalled)

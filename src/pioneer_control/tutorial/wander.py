@@ -193,8 +193,7 @@ def _look(snapshot: Snapshot, memory: Memory) -> Tuple[View, Memory]:
     turned = abs(_difference(pose.heading, before.heading))
     echoes, points = remember(memory.echoes, snapshot, turned > STEADY * passed)
     farthest = max(robot.front, key=lambda each: ranges[each.number] + TIE * (each.number in robot.middle))
-    margin = NARROW if memory.room is Room.TO_SQUEEZE else WIDE
-    ahead = outline.straight(points, margin.side, FARTHEST)
+    ahead = outline.straight(points, (NARROW if memory.room is Room.TO_SQUEEZE else WIDE).side, FARTHEST)
     circle = outline.circle_straight(points, CIRCLE_MARGIN, FARTHEST)
     view = View(
         snapshot, points, farthest, sees=ranges[farthest.number], middle=max(ranges[number] for number in robot.middle),
@@ -219,10 +218,10 @@ def _goes_on(view: View, memory: Memory) -> bool:
 
 def _drive(view: View, memory: Memory) -> Tuple[Move, Memory]:
     """Forward, slower where the way gets short, and a little away from what is near at one side."""
-    left_over = (view.ahead - _stop_distance(memory.speed)) / SLOW
-    linear = memory.speed * min(1.0, max(SLOWEST, left_over))
-    room = Room.TO_TURN_ROUND if view.circle > _braking(memory.speed) else memory.room
-    memory = replace(memory, going=Going.DRIVING, best=None, goal=None, backed=False, avoided=None, room=room)
+    linear = memory.speed * min(1.0, max(SLOWEST, (view.ahead - _stop_distance(memory.speed)) / SLOW))
+    memory = replace(
+        memory, going=Going.DRIVING, best=None, goal=None, backed=False, avoided=None,
+        room=Room.TO_TURN_ROUND if view.circle > _braking(memory.speed) else memory.room)
     return Move(linear, _steer(view), "driving: %.1f m clear ahead" % min(view.ahead, view.middle)), memory
 
 
@@ -276,8 +275,8 @@ def _turn(view: View, memory: Memory) -> Tuple[Move, Memory]:
     for _ in range(2):
         for margin in (WIDE, NARROW) if memory.room is Room.TO_SQUEEZE else (WIDE,):
             if _can_turn(view, margin, memory.side):
-                why = memory.why.format(side="left" if memory.side > 0 else "right")
-                return Move(0.0, memory.side * margin.rate, why), memory
+                reason = memory.why.format(side="left" if memory.side > 0 else "right")
+                return Move(0.0, memory.side * margin.rate, reason), memory
         memory = replace(memory, side=-memory.side, blocked=memory.blocked + 1)
     return _take_best_way(view, memory)
 
@@ -285,8 +284,9 @@ def _turn(view: View, memory: Memory) -> Tuple[Move, Memory]:
 def _take_best_way(view: View, memory: Memory) -> Tuple[Move, Memory]:
     """The robot looks along the best way it knows, or cannot turn to it: drive, back off, or demand less room."""
     if view.ahead > _stop_distance(memory.speed) + 0.05 and not _is_avoided(view, memory):
-        room = Room.TO_PASS if memory.room is Room.TO_TURN_ROUND else memory.room
-        return _drive(view, replace(memory, short=min(SHORT, view.middle / 2), room=room))
+        return _drive(view, replace(
+            memory, short=min(SHORT, view.middle / 2),
+            room=Room.TO_PASS if memory.room is Room.TO_TURN_ROUND else memory.room))
     if _can_back_off(view, memory):
         return _begin_to_back_off(view, memory)
     memory = replace(memory, going=Going.LOOKING, backed=False)
