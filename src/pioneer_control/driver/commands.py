@@ -3,7 +3,7 @@
 Pure functions; a refusal is a UsageError with the reason.
 """
 
-from typing import List, NamedTuple, Optional
+from typing import List, Optional, Tuple
 
 from ..errors import UsageError
 from ..message_values import GripCommand, LiftCommand, LiftStatus
@@ -18,11 +18,8 @@ STOPS = ({LEAVE_ALONE, GripCommand.STOP, GripCommand.HALT}, {LEAVE_ALONE, LiftCo
 MOVES_BOTH = (GripCommand.STORE, GripCommand.DEPLOY, GripCommand.HALT)
 
 
-class GripperOrder(NamedTuple):
-    """One sub-command of the gripper, with the value (20 ms) of those that need one."""
-
-    command: GripperCommand
-    value: Optional[int] = None
+GripperOrder = Tuple[GripperCommand, Optional[int]]
+"""One sub-command of the gripper, with its value (20 ms) if it needs one."""
 
 
 def gripper_stops(message: GripperState) -> bool:
@@ -40,12 +37,11 @@ def motors_wanted(message: MotorState) -> bool:
 def gripper_orders(message: GripperState) -> List[GripperOrder]:
     """The sub-commands in a gripper_control message, paddles first; 0 leaves that part alone.
 
-    The messages of p2os have no field for the value of PRESSURE and CARRY. It is taken from ``dir`` beside the number,
-    which no other command
-    uses: for CARRY its sign is the direction, as in a status.
+    The messages of p2os have no field for the value of PRESSURE and CARRY. It is taken from the field ``dir`` beside
+    the number, which no other command uses. For CARRY the sign of ``dir`` is the direction, as in a status.
 
-    Refuses the whole message when a number means nothing, or when its lift.state is that of a status: then it is a
-    gripper_state, and would move the paddles.
+    Refuses the whole message when a number means nothing. Also when lift.state is a number of a status: then the
+    message is a gripper_state that came on the wrong topic, and would move the paddles.
     """
     grip, lift = message.grip.state, message.lift.state
     if lift in list(LiftStatus):
@@ -66,9 +62,9 @@ def gripper_orders(message: GripperState) -> List[GripperOrder]:
 
 def _order(part: str, command: GripperCommand, value: int) -> GripperOrder:
     if command not in GRIPPER_VALUES:
-        return GripperOrder(command)
+        return command, None
     low, high = GRIPPER_VALUES[command]
     if not low <= value <= high or not value:
         raise UsageError("gripper_control refused: %s.state %d needs %s.dir in %d..%d (units of 20 ms), not 0; it is %d"
                          % (part, command, part, low, high, value))
-    return GripperOrder(command, value)
+    return command, value

@@ -1,4 +1,4 @@
-"""What the bits of FAULTFLAGS, with which a robot names its own faults, mean in diagnostics: a table."""
+"""A table of what the bits of FAULTFLAGS mean in diagnostics. With these bits a robot tells its own faults."""
 
 from enum import IntEnum
 from typing import Dict, NamedTuple

@@ -9,16 +9,16 @@ from ..client import RobotIdentity, RobotState
 PERIOD = 10.0
 """The same warning is not repeated within so many seconds."""
 LOW_BATTERY_12_V = 11.5
-"""Alarm level (V) of a 12 V robot that does not report its own (CONFIGpac LowBattery)."""
+"""Alarm level (V) of a 12 V robot that does not report an own level (CONFIGpac LowBattery)."""
 EMPTY_BATTERY_12_V = 11.0
-"""Level (V) at which a 12 V robot switches itself off that does not report its own (CONFIGpac ShutdownVolts)."""
+"""Level (V) at which a 12 V robot switches itself off, if it does not report an own level (CONFIGpac ShutdownVolts)."""
 SAME_COMMANDER = 5.0
-"""Velocities that come further apart (s) than this are two drives, not one slow commander."""
+"""Seconds. Velocities that come with a longer pause between them are two drives, not one slow commander."""
 NUMBER = re.compile("[0-9]+")
 
 
 class Notice(NamedTuple):
-    """One warning: the kind it is throttled by, and what the user reads."""
+    """One warning: its kind, of which one is given in each PERIOD, and the text that the user reads."""
 
     kind: str
     text: str
@@ -32,7 +32,7 @@ class BatteryLevels(NamedTuple):
 
 
 def battery_levels(identity: RobotIdentity) -> BatteryLevels:
-    """The robot's own levels, else the usual ones of its class."""
+    """The levels that the robot reports, or the usual levels of robots with such a battery."""
     config, volts_of_class = identity.config, identity.model.battery_class / 12
     low_dv, shutdown_dv = (None, None) if config is None else (config.low_battery_dv, config.shutdown_dv)
 
@@ -51,7 +51,7 @@ def low_battery(voltage: float, levels: BatteryLevels) -> str:
 
 
 def stalled_wheels(state: RobotState) -> str:
-    """What to say of stalled wheels; empty when none is, or when the STOP button holds them."""
+    """What to say of stalled wheels; empty when no wheel is stalled, or when the STOP button holds the wheels."""
     stalled = [name for name, stall in (("left", state.left_stall), ("right", state.right_stall)) if stall]
     if not stalled or state.stop_button:
         return ""
@@ -77,9 +77,9 @@ class Throttle:
         self._last: Dict[str, float] = {}
 
     def passes(self, kind: str, now: float) -> bool:
-        """Whether a warning of this kind may be given now; if so it counts as given.
+        """Whether a warning of this kind may be given now. If it may, it counts as given.
 
-        Numbers in a kind make no other of it.
+        Kinds that differ only in numbers are one kind.
         """
         kind = NUMBER.sub("", kind)
         passes = now - self._last.get(kind, -math.inf) >= PERIOD

@@ -1,5 +1,5 @@
-"""Everything that can be set on the driver, in one table: a field is a private parameter of the node, with its default,
-what is legal, its unit and what it does.
+"""Everything that can be set on the driver, in one table. A field is a private parameter of the node. Its row says its
+default, what is legal, its unit and what it does.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -28,7 +28,7 @@ WITHOUT_EFFECT = {
     "rot_accel": "it is called max_yawaccel here",
     "rot_decel": "it is called max_yawdecel here",
 }
-"""Parameters of p2os and ROSARIA that do nothing here, and what to say of them: named in a warning, never read."""
+"""Parameters of p2os and ROSARIA that do nothing here, and what to say of each in a warning."""
 
 TUNING = {
     "max_xaccel": "max_linear_acceleration",
@@ -46,8 +46,8 @@ TUNING = {
     "drift_factor": "drift_factor",
     "rev_count": "rev_count",
 }
-"""Parameters that are set in the robot, by their names in client.Tuning; at its default each leaves the robot's own
-value.
+"""Parameters that are set in the robot itself, each with its name in client.Tuning. A parameter at its default leaves
+the robot's own value.
 """
 
 

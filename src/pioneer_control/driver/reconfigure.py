@@ -1,8 +1,8 @@
-"""dynamic_reconfigure without a .cfg file: what may change while the driver runs, and within which bounds, is what the
-table of parameters says.
+"""dynamic_reconfigure without a .cfg file: the table of parameters says what may change while the driver runs, and
+within which bounds.
 
-Its own server would move a value that is out of range to the bound, and let NaN pass; here it is refused, and the log
-says why.
+The server of dynamic_reconfigure itself moves a value that is out of range to the bound, and lets NaN pass. This one
+refuses such values, and the log says why.
 """
 
 import threading
@@ -17,7 +17,7 @@ from ..errors import PioneerError
 from .parameters import LIVE, DriverParameters, changed
 
 TYPES = {int: ("int", "ints", IntParameter), float: ("double", "doubles", DoubleParameter)}
-"""The types of what may change: their names in a description, where a Config lists them, and in which message."""
+"""The types of values that may change. Of each: its name in a description, the list in a Config, and its message."""
 GROUP = "Default"
 
 
@@ -61,8 +61,8 @@ class Reconfiguration:
 
     Args:
         parameters: as they are.
-        apply: is given what they shall be, and makes it so; a PioneerError that it raises is the answer, and then
-            nothing has changed.
+        apply: is given the parameters as they shall be, and makes it so. When it raises PioneerError, nothing has
+            changed, and the error is the answer to who asked.
     """
 
     def __init__(self, parameters: DriverParameters, apply: Callable[[DriverParameters], None]) -> None:
@@ -93,7 +93,7 @@ class Reconfiguration:
         return ReconfigureResponse(message)
 
     def _keep(self, name: str, value: Any) -> None:
-        """For the next start. The robot obeys already, so a master that is gone makes no failure of it."""
+        """Keep a value for the next start. When the master is gone, that is only logged: the robot obeys already."""
         try:
             rospy.set_param("~" + name, value)
         except OSError as error:

@@ -1,7 +1,6 @@
-"""In: commands to the robot, from topics and services: a table of each, and what obeys by it. Called on threads of
-rospy's.
+"""In: commands to the robot. A table of the topics and a table of the services say which method obeys a command.
 
-`commands` says which messages are obeyed.
+The methods are called on threads of rospy. `commands` says which messages are obeyed.
 """
 
 import math
@@ -22,7 +21,9 @@ from .senders import Senders
 
 QUEUE = 10
 VELOCITY_QUEUE = 3
-"""Of a bunch those that a fast line takes at once, and one that waits (client.line); of more the newest."""
+"""So many velocities may come in a bunch: a fast line takes some at once, and one waits (client.line). Of more than
+these, the newest count.
+"""
 CONFIRM_TIMEOUT = 2.0
 """Seconds the robot has to confirm that its motors or its sonar are on or off."""
 ANSWER_WITHIN = 3
@@ -71,8 +72,8 @@ class Requests:
         elif answer.changed:
             rospy.loginfo("motors are %s", "on" if answer.on else "off")
 
-    # What is obeyed. Each raises PioneerError with the reason why not; those of services return what they say when it
-    # worked.
+    # What obeys a command. Each method raises PioneerError when it does not obey; the error says why. The methods of
+    # services return the text of the answer.
 
     def drive(self, message: Twist) -> None:
         """Forward and turning speed."""
@@ -97,7 +98,8 @@ class Requests:
     def follow_motor_state(self, message: MotorState) -> None:
         """Motors on or off.
 
-        Nobody waits for the answer, for the next message may want the opposite; it comes to motors_answered().
+        Nobody waits for the robot's answer here, because the next message may want the opposite. The answer comes to
+        motors_answered().
         """
         self._robot.request_motors(commands.motors_wanted(message), CONFIRM_TIMEOUT)
 
@@ -115,14 +117,14 @@ class Requests:
                 self._robot.set_sonar(on)
                 if any(self._robot.wait_for_state().sonar_enabled == on for _ in range(ANSWER_WITHIN)):
                     return "the sonar is %s" % what
-            except LinkError:       # the answer is no: it must not be done after a reconnect either
+            except LinkError:       # the caller is told that it failed: so a reconnect must not do it later
                 self._robot.use_sonar = before
                 raise
         raise NotConfirmedError("asked to switch its sonar %s, the robot did not confirm it within %.0f s"
                                 % (what, CONFIRM_TIMEOUT))
 
     def reset_odometry(self) -> str:
-        """The robot stands at 0, 0, 0 of the odometry frame; the robot itself is told nothing."""
+        """Let the place where the robot stands be 0, 0, 0 of the odometry frame. The robot itself is told nothing."""
         self._robot.reset_odometry()
         return "the next pose is 0, 0, 0"
 
@@ -165,7 +167,7 @@ class Requests:
 
 
 def check_twist(twist: Twist) -> None:
-    """Refuse a velocity in which any number is not finite, whether it is used or not: its sender is in trouble."""
+    """Refuse a velocity in which any number is not finite, even one that is not used: its sender is in trouble."""
     linear, angular = twist.linear, twist.angular
     _check_finite("cmd_vel", AXES, (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z))
 

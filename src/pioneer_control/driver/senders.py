@@ -7,7 +7,8 @@ from ..ros_node import is_offered
 from .notices import Notice, Watch
 
 MASTER_TIMEOUT = 0.3
-"""Seconds, at most, in which the master must say who sent a command; then it is asked no more for as long."""
+"""Seconds, at most, in which the master must say who sent a command. If it does not, it is not asked again for as long.
+"""
 
 
 def is_player(node: str) -> bool:
@@ -22,7 +23,7 @@ class Senders:
         watch: knows how old a velocity may become.
 
     Attributes:
-        known: by topic and name of the node, the connection over which a sender commands that is no player.
+        known: of senders that are not players: by topic and name of the node, the connection over which it sends.
     """
 
     def __init__(self, watch: Watch) -> None:
@@ -32,7 +33,10 @@ class Senders:
         self._ask_again_at = 0.0    # when the master may be asked again, after it did not answer
 
     def why_not(self, message: Any, topic: str, stops: Callable[[Any], bool]) -> Optional[Notice]:
-        """Why a message is not obeyed: it is recorded, or may be and does more than to stop. None when it is obeyed."""
+        """Why a message is not obeyed. None when it is obeyed.
+
+        It is not obeyed when it is played from a bag; nor when it may be so and is more than a stop.
+        """
         connection = getattr(message, "_connection_header", None)
         node = (connection or {}).get("callerid", "")
         replayed = self._plays_a_bag(topic, node, connection)
@@ -46,12 +50,12 @@ class Senders:
         return None
 
     def _plays_a_bag(self, topic: str, node: str, connection: Any) -> Optional[bool]:
-        """Whether a node is a `rosbag play`, under whatever name: it offers a service of its own. None when the master
-        does not say in time.
+        """Whether a node is a `rosbag play`, whatever its name: a player offers a service that no other node has. None
+        when the master does not say it in time.
 
-        No command waits longer for that than half of cmd_vel_timeout, nor do those behind it: after a question in vain
-        none is asked for a while. A new connection is asked about anew: a player may have the name of a program that
-        was there before.
+        No command waits longer for the master than half of cmd_vel_timeout. When it does not answer, it is not asked
+        for a while, so that the commands behind do not wait either. For a new connection the master is asked again: a
+        player may have the name of a program that was there before.
         """
         for senders, answer in ((self.known, False), (self._players, True)):
             if (topic, node) in senders and senders[topic, node] is connection:
