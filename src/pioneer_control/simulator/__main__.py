@@ -11,15 +11,13 @@ from typing import Any, Dict, List, Optional
 from ..errors import PioneerError
 from ..p2os.recording import Entry, read_record
 from ..robots import find_model, load_table
-from .hardware.robot_numbers import load_numbers
-from .line.faults import Fault, fault_of, load_faults, rows
-from .line.line_recorder import LineRecorder
-from .line.line_simulation import LineSimulation
-from .line.server import SPEEDS, STANDARD_PORT, Berth, Server
-from .played.played_client import compare, play_client
-from .played.played_robot import PlayedRobot
+from .hardware import load_numbers
+from .line import Fault, LineRecorder, LineSimulation, Server, fault_of, load_faults
+from .line.faults import rows
+from .line.server import SPEEDS, STANDARD_PORT, Berth
+from .played import PlayedRobot, compare, play_client
 from .simulation import MOST_ROBOTS, Simulation, simulate
-from .world.world_loader import known_worlds, load_world
+from .world import known_worlds, load_world
 
 
 def main(arguments: Optional[List[str]] = None) -> int:

@@ -42,17 +42,15 @@ from ..message_values import quaternion_of
 from ..robots import find_model
 from ..ros_node import init_node
 from ..srv import AddFault, AddFaultResponse
-from .firmware.firmware import Firmware
+from .firmware import Firmware
+from .hardware import load_numbers
 from .hardware.gripper import ParallelGripper
-from .hardware.robot_numbers import load_numbers
-from .line.faults import fault_of, load_faults
-from .line.server import Server
+from .line import Server, fault_of, load_faults
 from .parameters import SimulatorParameters, check_parameters
 from .shoves import ShoveWatch
 from .simulation import Simulation, simulate
+from .world import World, load_world
 from .world.poses import compose
-from .world.world import World
-from .world.world_loader import load_world
 
 PERIOD = 0.1
 """Seconds between two publications, of real time."""
@@ -90,8 +88,8 @@ def main() -> int:
         simulation = simulation_of(parameters)
         server = Server(
             simulation, parameters.tcp, parameters.pty or None, speed=parameters.speed, seed=parameters.seed,
-            faults=faults,
-            record=parameters.record or None, say=lambda sentence: rospy.logwarn("simulated %s", sentence))
+            faults=faults, record=parameters.record or None,
+            say=lambda sentence: rospy.logwarn("simulated %s", sentence))
     except PioneerError as error:
         rospy.logfatal("%s", error)
         return 2 if isinstance(error, ValueError) else 1
@@ -99,9 +97,8 @@ def main() -> int:
         for skipped in simulation.world.skipped:
             rospy.loginfo("world file, skipped: %s", skipped)
         for berth in server.berths:
-            places = " and ".join(place for place in (berth.url, berth.pty_link) if place)
             rospy.loginfo("a simulated %s stands in the world %s, at %s", parameters.model, simulation.world.name,
-                          places)
+                          " and ".join(filter(None, (berth.url, berth.pty_link))))
         if server.open_to_others:
             rospy.logwarn("every machine that reaches this one can drive the simulated robots: the protocol knows no"
                           " password")

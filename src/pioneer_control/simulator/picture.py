@@ -15,10 +15,9 @@ import numpy as np
 from ..errors import PioneerError
 from ..pictures import BEYOND, FLOOR, INK, WALL, draw_frame, write
 from ..robots import find_model
+from .world import World, known_worlds, load_world, standing_places
 from .world.geometry import Array, Point, Pose
-from .world.start_poses import standing_places
-from .world.world import FREE, OCCUPIED, World
-from .world.world_loader import known_worlds, load_world
+from .world.world import FREE, OCCUPIED
 
 CAN, START, DOCK, GOAL, ROBOT = "#e69f00", "#009e73", "#0072b2", "#cc79a7", "#d55e00"
 LEAST_SPAN = 4.0  # m: a world without anything is drawn this wide

@@ -2,9 +2,9 @@
 
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
+from .world import Can
 from .world.geometry import Point
 from .world.trigonometry import hypot
-from .world.world import Can
 
 REST = 1.0
 """A shove is over when the can has stood still for so long (simulated s)."""

@@ -19,11 +19,10 @@ from typing import Any, List, Optional
 from ..errors import ParameterError
 from ..robots import RobotModel
 from .clock import NEVER_US, Clock
-from .firmware.firmware import Firmware
+from .firmware import Firmware
+from .world import World, standing_places
 from .world.crowd import Crowd
 from .world.geometry import Pose
-from .world.start_poses import standing_places
-from .world.world import World
 
 MOST_ROBOTS = 2000
 """Most robots that can be asked for by number."""

@@ -11,11 +11,10 @@ from ...errors import ParameterError
 from ...p2os import SYNC0, FrameDecoder, ReceivedCommand
 from ...robots import RobotModel
 from ..clock import NEVER_US, Clock
+from ..hardware import Hardware, RobotNumbers, standard_numbers
 from ..hardware.gripper import ParallelGripper
-from ..hardware.hardware import Hardware
-from ..hardware.robot_numbers import RobotNumbers, standard_numbers
+from ..world import World
 from ..world.geometry import Pose
-from ..world.world import World
 from . import reports
 from .robot_on_line import FirmwareState, RobotOnLine
 

@@ -9,9 +9,9 @@ import math
 from typing import Any, Callable, Dict, NamedTuple, Optional
 
 from ...p2os import BAUD_RATES, GripperCommand, two_bytes
+from ..hardware import Hardware
 from ..hardware.accessories import GYRO_OF_CLIENT
 from ..hardware.gripper import ParallelGripper
-from ..hardware.hardware import Hardware
 from . import reports
 from .commanded_robot import CommandedRobot
 from .reports import GRIPPER_UNIT

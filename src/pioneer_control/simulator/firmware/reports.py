@@ -8,9 +8,8 @@ from typing import Any, Callable, Dict, List, Mapping, Tuple
 from ... import p2os
 from ...p2os import DigitalIn, FaultFlags, Flags, GripperSwitches, GripState
 from ...p2os.fields import made
+from ..hardware import Hardware, RobotNumbers
 from ..hardware.accessories import JoystickState
-from ..hardware.hardware import Hardware
-from ..hardware.robot_numbers import RobotNumbers
 from ..world.trigonometry import unit
 
 GRIPPER_UNIT = 0.02

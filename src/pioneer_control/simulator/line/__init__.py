@@ -10,7 +10,8 @@ time.
 """
 
 from .faults import Fault, fault_of, load_faults
+from .line_recorder import LineRecorder
 from .line_simulation import LineSimulation
 from .server import Server
 
-__all__ = ["Fault", "LineSimulation", "Server", "fault_of", "load_faults"]
+__all__ = ["Fault", "LineRecorder", "LineSimulation", "Server", "fault_of", "load_faults"]

@@ -200,9 +200,9 @@ class Faults:
 
     def told(self, now_us: int) -> List[str]:
         """In words, the faults that are on, then those to come, and when they come."""
-        to_come = [(str(timed.fault), (timed.start_us - now_us) / 1e6) for timed in self._waiting]
-        on = [str(fault) for fault in self.on]
-        return on + ["%s, in %.1f s" % (words, wait) if wait > 0.0 else words for words, wait in to_come]
+        waits = [(fault, (start_us - now_us) / 1e6) for fault, start_us, _ in self._waiting]
+        to_come = ["%s, in %.1f s" % (fault, wait) if wait > 0.0 else str(fault) for fault, wait in waits]
+        return [str(fault) for fault in self.on] + to_come
 
     def add(self, fault: Fault, now_us: int = 0) -> None:
         """Add a fault; its times count from `now_us`.
@@ -235,9 +235,8 @@ class Faults:
     @property
     def next_us(self) -> int:
         """When the next one begins or ends."""
-        if not (self._waiting or self._on):
-            return NEVER_US
-        return min([timed.start_us for timed in self._waiting[:1]] + [timed.end_us for timed in self._on])
+        return min([timed.start_us for timed in self._waiting[:1]] + [timed.end_us for timed in self._on],
+                   default=NEVER_US)
 
     def step(self, now_us: int) -> None:
         """Begin and end what is due."""

@@ -21,7 +21,7 @@ from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 from ...errors import ParameterError
 from ...p2os.framing import SMALLEST_COUNT
 from ..clock import NEVER_US
-from ..firmware.robot_on_line import FirmwareState
+from ..firmware import FirmwareState
 from .faults import Fault, Faults
 from .robot_link import FROM_ROBOT, TO_ROBOT, RobotLink, RobotsInTime
 

@@ -1,7 +1,6 @@
 """The lines that a simulated robot can be reached by: a TCP port and a pseudo-terminal. Non-blocking, one client each.
 
 A line never waits and never fills up: what a client does not read in time is lost, oldest first, as on a serial line.
-A server that waits for several lines sets `opened` and `closing`.
 """
 
 import array
@@ -39,24 +38,19 @@ TCP_PROBLEMS = {
 """What is told of errors that users meet."""
 
 
-def _do_nothing(file: Any) -> object:
-    """Do nothing: no server waits for this line."""
-
-
 class _Line(ABC):
     """What a TCP port and a pseudo-terminal have in common.
 
     Attributes:
         baud: speed of the robot's end; a TCP port has none, and does not use it.
         plugged: whether the cable is in.
-        opened, closing: told of each file to be waited on, when it is there and before it is closed.
-        welcomed: told of each new client, where one can be told from the next.
+        clients: how many have come, where one can be told from the next.
     """
 
     def __init__(self, baud: int):
         self.baud = baud
         self.plugged = False
-        self.opened = self.closing = self.welcomed = _do_nothing
+        self.clients = 0
 
     def plug(self, in_: bool) -> None:
         """Pull the cable out, or put it back: `close`, or open again.
@@ -69,8 +63,6 @@ class _Line(ABC):
         elif not self.plugged:
             self._open()
             self.plugged = True
-            for file in self.files():
-                self.opened(file)
 
     @abstractmethod
     def files(self) -> Sequence[Any]:
@@ -151,7 +143,6 @@ class TcpLine(_Line):
         self._dismiss()
         if self.plugged:
             self.plugged = False
-            self.closing(self._listener)
             self._listener.close()
 
     def _open(self) -> None:
@@ -181,8 +172,7 @@ class TcpLine(_Line):
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNREAD_LIMIT)
         self.client = client
-        self.opened(client)
-        self.welcomed(client)
+        self.clients += 1
         return True
 
     def _receive(self, flags: int = 0) -> Optional[bytes]:
@@ -202,7 +192,6 @@ class TcpLine(_Line):
 
     def _dismiss(self) -> None:
         if self.client is not None:
-            self.closing(self.client)
             self.client.close()
         self.client, self._finished = None, False
         self._unsent.clear()
@@ -268,7 +257,6 @@ class PtyLine(_Line):
             self.plugged = False
             if os.path.islink(self.link) and os.readlink(self.link) == self.device:
                 os.unlink(self.link)
-            self.closing(self._master)
             self._close_files()
 
     def _open(self) -> None:

@@ -133,30 +133,21 @@ class Ruler:
 
     def begins(self, byte: int) -> bool:
         """Take a byte; whether a packet begins with it."""
-        at = self._at
-        if at == 0 or (at == 1 and byte == 0xFA):
-            self._at = int(byte == 0xFA)
-            return True
-        if (at == 1 and byte != 0xFB) or (at == 2 and byte < SMALLEST_COUNT):
-            self._at = 0
-            return False
-        if at == 2:
+        begins = self._at == 0 or self._at == 1 and byte == HEADER[0]
+        self._at = 1 if begins else self._at + 1
+        if self._at == 3:
             self._length = 3 + byte
-        self._at += 1
-        if self._at == self._length:
+        legal = byte == HEADER[self._at - 1] if self._at < 3 else self._length >= 3 + SMALLEST_COUNT
+        if not legal or self._at == self._length:
             self._at = self._length = 0
-        return False
+        return begins
 
     def skip(self, data: bytes) -> None:
         """Take many bytes."""
-        start = 0
-        while self._at == 0 and data[start:start + 2] == HEADER and start + 2 < len(data):
-            end = start + 3 + data[start + 2]
-            if data[start + 2] < SMALLEST_COUNT or end > len(data):
-                break
-            start = end     # behind a whole packet: nearly always all there is
-        for byte in data[start:]:
-            self.begins(byte)
+        one_packet = data[:2] == HEADER and len(data) > 2 + SMALLEST_COUNT and len(data) == 3 + data[2]
+        if self._at > 0 or not one_packet:      # nearly always it is one
+            for byte in data:
+                self.begins(byte)
 
     def is_cut(self, share: float) -> bool:
         """Whether the byte just taken is the first beyond this share of its packet (1: none is).

@@ -2,9 +2,8 @@
 
 from typing import Callable, Optional, Union
 
-from ..firmware.firmware import Firmware
-from ..firmware.robot_on_line import RobotOnLine
-from ..hardware.hardware import Hardware
+from ..firmware import Firmware, RobotOnLine
+from ..hardware import Hardware
 from ..simulation import Simulation
 from .one_way import OneWay
 

@@ -7,18 +7,16 @@ socket://127.0.0.1:41873
 All sockets, terminals and clocks of the computer are here and in `lines`.
 """
 
-import contextlib
 import functools
 import selectors
 import threading
 import time
 from dataclasses import dataclass, field
-from typing import Any, Callable, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Union
 
 from ...errors import LinkError, ParameterError
 from ...p2os.recording import Entry
-from ..firmware.firmware import Firmware
-from ..firmware.robot_on_line import FirmwareState, RobotOnLine
+from ..firmware import Firmware, FirmwareState, RobotOnLine
 from .faults import Fault
 from .line_recorder import LineRecorder
 from .line_simulation import Arrival, LineSimulation
@@ -114,8 +112,8 @@ class Server:
         """The robots, their lines and faults."""
         self.berths: List[Berth] = []
         self._selector = selectors.DefaultSelector()
-        # those that are read no more until the line has carried what was read
-        self._held_up: List[Tuple[Berth, ServedLine]] = []
+        self._watched: Dict[ServedLine, Set[Any]] = {}      # the files of each line that are waited for
+        self._held_up: Dict[ServedLine, Berth] = {}         # not read until they have carried what was read
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulated robots", daemon=True)
         try:
@@ -217,7 +215,10 @@ class Server:
     def _serve(self, berth: Berth, line: ServedLine, now: float) -> None:
         """Read from a line that has something, and let its robot answer."""
         line.baud = berth.robot.baud
+        clients = line.clients
         data = line.read(berth.busy_elsewhere(line, now))
+        if line.clients > clients and berth.robot.session is not FirmwareState.WAITING:
+            berth.robot.close_session()
         if data:
             berth.line, berth.heard = line, now
             self._recording.put(Entry(self.simulation.time, berth.number + 1, True, data))
@@ -225,17 +226,15 @@ class Server:
             # Before another client takes the place of this one:
             self._deliver(self.simulation.run_to(self.simulation.clock.now_us))
             if line.client_baud and self.simulation.backlog(berth.number) > LONGEST_BACKLOG:
-                for file in line.files():
-                    self._unwatch(file)
-                self._held_up.append((berth, line))
+                self._held_up[line] = berth
+        self._watch(berth, line)
 
     def _let_go(self) -> None:
         """Read again from the lines that have carried what was read from them."""
-        for berth, line in self._held_up[:]:
+        for line, berth in list(self._held_up.items()):
             if self.simulation.backlog(berth.number) <= LONGEST_BACKLOG:
-                self._held_up.remove((berth, line))
-                for file in line.files():
-                    line.opened(file)
+                del self._held_up[line]
+                self._watch(berth, line)
 
     def _deliver(self, arrivals: Sequence[Arrival]) -> None:
         for arrival in arrivals:
@@ -244,6 +243,7 @@ class Server:
                 berth.line.baud = arrival.baud or berth.robot.baud
                 self._recording.put(Entry(arrival.time_us * 1e-6, arrival.robot + 1, False, arrival.data))
                 berth.line.write(arrival.data)
+                self._watch(berth, berth.line)
         while self.simulation.ended:
             line = self.berths[self.simulation.ended.pop()].line
             if line is not None:
@@ -252,24 +252,20 @@ class Server:
     # -- what is waited for
 
     def _watch(self, berth: Berth, line: ServedLine) -> None:
-        def welcomed(file: Any) -> None:
-            if berth.robot.session is not FirmwareState.WAITING:
-                berth.robot.close_session()
-
-        line.opened = functools.partial(self._selector.register, events=selectors.EVENT_READ, data=(berth, line))
-        line.closing, line.welcomed = self._unwatch, welcomed
-        for file in line.files():
-            line.opened(file)
-
-    def _unwatch(self, file: Any) -> None:
-        with contextlib.suppress(KeyError):     # a line that is held up is not watched
-            self._selector.unregister(file)
+        """Wait from now on for the files that a line has now; for none of a line that is held up."""
+        before = self._watched.get(line, set())
+        now = self._watched[line] = set() if line in self._held_up else set(line.files())
+        for file in before - now:
+            self._selector.unregister(file)     # it may be closed already
+        for file in now - before:
+            self._selector.register(file, selectors.EVENT_READ, (berth, line))
 
     def _plug(self, berth: Berth, unplugged: bool) -> None:
-        self._held_up = [each for each in self._held_up if each[0] is not berth]
         try:
             for line in berth.lines:
                 line.plug(not unplugged)
+                self._held_up.pop(line, None)
+                self._watch(berth, line)
         except LinkError as error:
             self._tell(self.simulation.time, str(error))
 

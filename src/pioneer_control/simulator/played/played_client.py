@@ -15,7 +15,7 @@ from ...errors import UsageError
 from ...p2os import FrameDecoder
 from ...p2os.recording import Entry
 from ...robots import RobotModel
-from ..line.line_simulation import LineSimulation
+from ..line import LineSimulation
 from ..world.trigonometry import hypot
 
 SAME_MOMENT = 0.1

@@ -17,7 +17,7 @@ from ...errors import UsageError
 from ...p2os import SYNC0, SYNC2, Frame, FrameDecoder, ReceivedCommand
 from ...p2os.recording import Entry
 from ..clock import NEVER_US, Clock
-from ..firmware.robot_on_line import FirmwareState, RobotOnLine
+from ..firmware import FirmwareState, RobotOnLine
 
 OPEN = 3
 """The stage of a connection behind SYNC0, SYNC1 and SYNC2."""
