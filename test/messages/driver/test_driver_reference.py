@@ -54,11 +54,11 @@ def test_what_the_readme_names_is_there():
 
 
 @pytest.mark.parametrize("sentence, number", [
-    ("it, %g s at most, and otherwise says why not", requests.CONFIRM_TIMEOUT),
-    ("0.0: not heard for %g s", conversions.SONAR_LIFETIME),
+    ("for %g s at most. Otherwise it answers why not", requests.CONFIRM_TIMEOUT),
+    ("0.0: no reading for %g s", conversions.SONAR_LIFETIME),
     ("not older than %g s", conversions.SONAR_LIFETIME),
     ("%.1f: no echo", conversions.NO_ECHO),
-    ("From %g m on", standard_messages.MIN_RANGE),
+    ("The smallest range is %g m", standard_messages.MIN_RANGE),
     ("of the transducers, %g m above the floor", standard_messages.HEIGHT),
 ])
 def test_a_number_in_a_sentence_is_the_constant(sentence, number):
