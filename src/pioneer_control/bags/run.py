@@ -115,11 +115,9 @@ class RunCollector:
 
         None where nothing was said.
         """
-        def distance(place: str) -> Tuple[bool, int]:
-            is_around = place == "" or (robot + "/").startswith(place + "/")
-            return not is_around, -len(place)
-
-        found = (self.robots[place][name].last for place in sorted(self.robots, key=distance))
+        around = {place for place in self.robots if not place or (robot + "/").startswith(place + "/")}
+        places = sorted(self.robots, key=lambda place: (place not in around, -len(place)))
+        found = (self.robots[place][name].last for place in places)
         return next((last for last in found if last is not None), None)
 
 

@@ -108,25 +108,23 @@ def report(source: str, target: str, converter: Converter, damage: str, model: s
     read = Counter(converter.dropped)
     for outlet in renamed + kept:
         read[outlet.topic] += outlet.count
-    lines = ["%s -> %s" % (source, target)]
-    lines += ["  renamed %s: %s of %s are %s" % (outlet.topic, outlet.count, outlet.source.type, outlet.header["type"])
-              for outlet in renamed]
-    lines += ["  made    %s: %s of %s from %s of %s"
-              % (outlet.topic, outlet.count, outlet.header["type"], read[outlet.source.topic], outlet.source.topic)
-              for outlet in made]
-    lines += ["  dropped %s: %s, replaced" % each for each in converter.dropped.items()]
     topics = ", ".join(sorted({outlet.topic for outlet in kept})) or "no topic"
-    lines += ["  kept    %s as they were, of %s" % (sum(outlet.count for outlet in kept), topics)]
-    lines += ["  %s is in the bag already: it was not made" % topic for topic in sorted(converter.already_there)]
-    if not made and not renamed:
-        lines.append("  There was nothing to convert: neither types of p2os nor what was asked for.")
-    if converter.not_fitted:
-        lines.append("  %s readings of transducers that %s does not have were left out: is it the right model?"
-                     % (converter.not_fitted, model or "the robot_info of the bag"))
-    lines += ["  %s messages of %s are damaged: nothing was made of them" % (count, topic)
-              for topic, count in converter.damaged.items()]
-    lines += ["  %s: %s What could be read was converted." % (source, damage)] * bool(damage)
-    return "\n".join(lines)
+    return "\n".join([
+        "%s -> %s" % (source, target),
+        *["  renamed %s: %s of %s are %s" % (outlet.topic, outlet.count, outlet.source.type, outlet.header["type"])
+          for outlet in renamed],
+        *["  made    %s: %s of %s from %s of %s" % (outlet.topic, outlet.count, outlet.header["type"],
+                                                    read[outlet.source.topic], outlet.source.topic) for outlet in made],
+        *["  dropped %s: %s, replaced" % each for each in converter.dropped.items()],
+        "  kept    %s as they were, of %s" % (sum(outlet.count for outlet in kept), topics),
+        *["  %s is in the bag already: it was not made" % topic for topic in sorted(converter.already_there)],
+        *["  There was nothing to convert: neither types of p2os nor what was asked for."] * (not made and not renamed),
+        *["  %s readings of transducers that %s does not have were left out: is it the right model?"
+          % (converter.not_fitted, model or "the robot_info of the bag")] * bool(converter.not_fitted),
+        *["  %s messages of %s are damaged: nothing was made of them" % (count, topic)
+          for topic, count in converter.damaged.items()],
+        *["  %s: %s What could be read was converted." % (source, damage)] * bool(damage),
+    ])
 
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
@@ -171,8 +169,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Convert a bag.
 
     Returns:
-        0 when the new bag is written, 1 when the old one is damaged and the new one has what could be read of it, 2 when
-        nothing is written.
+        0 when the new bag is written, 1 when the old one is damaged and the new one has what could be read of it, 2
+        when nothing is written.
     """
     options = _parser().parse_intermixed_args(arguments)
     try:

@@ -194,20 +194,16 @@ def _draw_cans(axes: Any, view: TopView) -> None:
 
 def _draw_robots(axes: Any, view: TopView, scale: float) -> None:
     """The robot at the start and at the end, to scale; one name for both where they would lie on each other."""
-    from matplotlib.patches import Polygon
-
     start, end = view.path.pose(0), view.path.pose(-1)
     together = np.hypot(start[0] - end[0], start[1] - end[1]) < NAMES_APART * scale
     for pose, name, written, alpha in ((start, "start", "" if together else "start", 0.15),
                                        (end, "end", "start, end" if together else "end", 0.45)):
         if len(view.run.footprint):
-            outline = np.column_stack(placed(pose, *view.run.footprint.T))
-            axes.add_patch(Polygon(outline, facecolor=FAINT, alpha=alpha, edgecolor="none", zorder=2.5))
-            axes.add_patch(Polygon(outline, facecolor="none", edgecolor=INK, linewidth=1.0, zorder=6,
-                                   label="robot at " + name))
+            outline = placed(pose, *view.run.footprint.T)
+            axes.fill(*outline, facecolor=FAINT, alpha=alpha, edgecolor="none", zorder=2.5)
+            axes.fill(*outline, facecolor="none", edgecolor=INK, linewidth=1.0, zorder=6, label="robot at " + name)
         nose = min(LONGEST_NOSE, 0.15 * scale) * np.array([(1.0, 0.0), (0.1, 0.5), (0.1, -0.5)])
-        axes.add_patch(Polygon(np.column_stack(placed(pose, *nose.T)), facecolor=INK, edgecolor="white", linewidth=0.6,
-                               zorder=7))
+        axes.fill(*placed(pose, *nose.T), facecolor=INK, edgecolor="white", linewidth=0.6, zorder=7)
         if written:
             behind = -np.array([(9 + 2.2 * len(written)) * np.cos(pose[2]), 11 * np.sin(pose[2])])
             axes.annotate(written, pose[:2], behind, textcoords="offset points", ha="center", va="center", fontsize=7,

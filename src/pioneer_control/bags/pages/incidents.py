@@ -1,7 +1,8 @@
 """What went wrong in a run, as a page shows it: warnings and errors, what a simulator was asked to break, silences."""
 
 import re
-from typing import Dict, List, NamedTuple, Sequence, Tuple
+from collections import defaultdict
+from typing import DefaultDict, Dict, List, NamedTuple, Sequence, Tuple
 
 from ..recorded_run import Report, Run, Span
 
@@ -61,26 +62,22 @@ def _incident(same: Sequence[Report]) -> Incident:
 def made(faults: Sequence[Report], end: float) -> Tuple[Span, ...]:
     """When something was broken that a simulator was asked to break: until it was mended, else until `end` (s)."""
     spans: List[Span] = []
+    begun: DefaultDict[str, List[float]] = defaultdict(list)    # since when (s) each thing is broken
     for fault in sorted(faults):
         told = MADE.fullmatch(fault.what)
-        if told and told.group(1) == "begins":
-            spans.append(Span(fault.time, end, told.group(2)))
-        elif told:
-            begun = [number for number, span in enumerate(spans) if span.what == told.group(2) and span.end == end]
-            if begun:
-                spans[begun[0]] = spans[begun[0]]._replace(end=fault.time)
-    return tuple(spans)
+        if told and told[1] == "begins":
+            begun[told[2]].append(fault.time)
+        elif told and begun[told[2]]:
+            spans.append(Span(begun[told[2]].pop(0), fault.time, told[2]))
+    return tuple(sorted(spans + [Span(time, end, what) for what, times in begun.items() for time in times]))
 
 
 def silences(gaps: Sequence[Span]) -> Tuple[Span, ...]:
     """Gaps in the data. Gaps that overlap are one, with the names of all topics that were silent."""
     found: List[Tuple[float, float, List[str]]] = []
     for begin, end, topic in sorted(gaps):
-        if found and begin < found[-1][1]:
-            first, last, topics = found.pop()
-            found.append((first, max(last, end), topics + [topic]))
-        else:
-            found.append((begin, end, [topic]))
+        first, last, topics = found.pop() if found and begin < found[-1][1] else (begin, end, [])
+        found.append((first, max(last, end), [*topics, topic]))
     return tuple(Span(begin, end, _named(topics)) for begin, end, topics in found)
 
 

@@ -114,17 +114,21 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
     """
     end = timeline.end
     held_by = tuple(Badge(event.time, str(number), EVENT[event.what]) for number, event in enumerate(run.gripper, 1))
-    found = [
+    spans = [
         Lane("motors on", GREEN, "", on(run.motors, end)),
         Lane("STOP button", VERMILLION, "////", on(run.e_stop, end)),
         Lane("stalled", PURPLE, "xxxx", tuple((span.begin, span.end) for span in run.stalls)),
         Lane("bumped", INK, "....", tuple((span.begin, span.end) for span in run.bumps)),
         Lane("gripper", SKY, "", held(run, end), held_by if len(held_by) <= BADGES else ()),
     ]
-    shown = [lane for lane in found if lane.spans or lane.badges or (lane.name == "motors on" and len(run.motors.time))]
-    shown += doings(run) + [lane for lane in (_said(level, wrong) for level in SAID) if lane.spans]
-    shown += packed(BROKEN, PURPLE, made(run.faults, end), timeline, inches)
-    return shown + packed(SILENT, SILENCE, silences(run.gaps), timeline, inches)
+    said = [_said(level, wrong) for level in SAID]
+    return [
+        *[lane for lane in spans if lane.spans or lane.badges or (lane.name == "motors on" and len(run.motors.time))],
+        *doings(run),
+        *[lane for lane in said if lane.spans],
+        *packed(BROKEN, PURPLE, made(run.faults, end), timeline, inches),
+        *packed(SILENT, SILENCE, silences(run.gaps), timeline, inches),
+    ]
 
 
 def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, inches: float) -> List[Lane]:

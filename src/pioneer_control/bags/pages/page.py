@@ -166,16 +166,16 @@ def recorded_with(notes: str) -> str:
 
 def summary(run: Run, view: TopView, wrong: Sequence[Incident]) -> List[str]:
     """The figures of a run, in words: how long, how far, how exact, and how many errors, warnings and gaps."""
-    parts = [how_long(run.duration),
-             ("%.1f m driven" if view.path.length < 100 else "%.0f m driven") % view.path.length]
-    if run.truth is None:
-        parts.append("as the robot's odometry has it")
-    else:
-        off = np.hypot(view.odometry.x[-1] - view.path.x[-1], view.odometry.y[-1] - view.path.y[-1])
-        parts.append("odometry exact: ideal wheels" if off < EXACT else "odometry %.0f cm off at the end" % (100 * off))
+    off = np.hypot(view.odometry.x[-1] - view.path.x[-1], view.odometry.y[-1] - view.path.y[-1])
+    odometry = "odometry exact: ideal wheels" if off < EXACT else "odometry %.0f cm off at the end" % (100 * off)
     errors, warnings = (sum(len(each.times) for each in wrong if each.level == level) for level in (ERROR, WARNING))
     counts = {"error%s": errors, "warning%s": warnings, "gap%s in the data": len(silences(run.gaps))}
-    return parts + ["%s %s" % (count, what % ("s" * (count > 1))) for what, count in counts.items() if count]
+    return [
+        how_long(run.duration),
+        ("%.1f m driven" if view.path.length < 100 else "%.0f m driven") % view.path.length,
+        "as the robot's odometry has it" if run.truth is None else odometry,
+        *["%s %s" % (count, what % ("s" * (count > 1))) for what, count in counts.items() if count],
+    ]
 
 
 def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: float, top: float, columns: int) -> None:
