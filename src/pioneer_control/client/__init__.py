@@ -41,13 +41,13 @@ Open ``robot.py`` first, then ``session.py`` and ``phases.py``. From the wire up
 
 **How a connection lives.** A Session has a phase, and the phase has what is true in it: a connected robot has its
 drive, odometry, tuner and so on, and no other phase has them. A phase returns an outcome when it is over; one table
-(phases.TRANSITIONS) says what follows. A packet is decoded once, and a SIP becomes one RobotState. Nobody is called
-back in the midst of a change: the owner asks data_to_send() and events() when a call has returned.
+(phases.TRANSITIONS) says what follows. A packet is decoded once, and a SIP becomes one RobotState. A session calls
+nobody back in the midst of a change: its owner calls data_to_send() and events() after each other call.
 
 **How the threads work.** Two threads take turns. One has the port: it reads, keeps the time and sends. When there is
-something to tell, it leaves the port to the other and tells the listeners itself. A command is written by the thread
-that gives it, under the same lock. So neither a listener nor a program that is busy holds up the line: the dead man and
-every stop work on.
+something to tell, it leaves the port to the other thread and tells the listeners itself. A command is written by the
+thread that gives it, under the same lock. So a busy listener or a busy program never holds up the line: the dead man
+and every stop go on working.
 """
 
 from .events import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, MotionCleared, MotorsAnswered,

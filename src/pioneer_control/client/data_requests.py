@@ -1,8 +1,8 @@
 """Packets that a robot sends besides the SIP, when it is asked for them. They arrive as PacketReceived events.
 
-A robot acknowledges no request. So a request for packets is repeated a few times until they come, and a request to end
-them is repeated while they still come. A robot never sends packets of a device that it does not have; that is no error.
-CLOSE ends them all.
+A robot acknowledges no request. So the client repeats a request for packets a few times, until they come. It repeats a
+request for no more packets as long as some still come. A robot never sends packets of a device that it does not have;
+that is no error. CLOSE ends all requests.
 
 Source: protocol sheet 3.2.
 """
@@ -20,7 +20,7 @@ AGAIN = 0.5             # s between two requests: five SIP cycles, because on a 
 
 
 class DataKind(NamedTuple):
-    """One kind of packet: the command that asks for it, with its values for packets and for no more, and the packet."""
+    """One kind of packet, and the command for it: its value ``on`` asks for packets, its value ``off`` for no more."""
 
     command: str
     on: int
@@ -59,7 +59,7 @@ class DataRequests:
         return min(self._asked_at[kind] for kind, left in self._tries.items() if left) + AGAIN
 
     def want(self, kinds: AbstractSet[str], now: float) -> None:
-        """Ask for packets of these kinds with every SIP, and for no more of any other."""
+        """Ask for packets of these kinds with every SIP, and for no more packets of any other kind."""
         for kind in DATA:
             on = kind in kinds
             if self._wanted.get(kind, False) != on and (kind != "gyro" or is_for_client(self._identity)):

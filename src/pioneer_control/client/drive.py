@@ -18,7 +18,8 @@ TAKE_BACK = 2.0             # s for the robot to show that its motors are off, a
 REFRESH = 0.2               # s between two repetitions of a command
 MOVES_WITHIN = 2.0          # s after a velocity in which a robot moves, if nothing holds it
 SURE_TO_MOVE = 0.05         # m/s or rad/s: at a lower speed friction may hold the robot
-# s that a SIP travels at 9600 baud. A SIP that arrives sooner after a command was sent before the robot heard it.
+# s that a SIP travels at 9600 baud. A SIP that arrives within this time after a command left the robot before the robot
+# heard the command.
 UNDER_WAY = 0.1
 
 ZERO_VELOCITY = (encode_command("VEL", 0), encode_command("RVEL", 0))
@@ -96,11 +97,17 @@ class Drive:
         return due
 
     def set_velocity(self, linear: float, angular: float, now: float) -> None:
-        """m/s, rad/s; clamped to the limits. Raises UsageError on what is no finite number, and changes nothing."""
+        """Drive at these velocities (m/s, rad/s), clamped to the limits, until command_timeout.
+
+        Raises UsageError when one of them is not a finite number; then nothing changes.
+        """
         self._want(self._body, (_finite("linear", linear), _finite("angular", angular)), now)
 
     def set_wheel_velocities(self, left: float, right: float, now: float) -> None:
-        """m/s; both made smaller alike to the limits, so that the curve stays. Otherwise as set_velocity()."""
+        """Drive at these velocities of the wheels (m/s). Otherwise as set_velocity().
+
+        Beyond a limit both are made smaller by the same factor, so that the curve stays.
+        """
         self._want(self._wheels, (_finite("left", left), _finite("right", right)), now)
 
     def follow(self, identity: RobotIdentity) -> None:
@@ -118,7 +125,7 @@ class Drive:
         """Ask for the motors.
 
         An open request for the opposite fails. An open request for the same is returned again, with its own time-out:
-        otherwise a topic that asks again and again would move the end away for ever.
+        otherwise a topic that asks again and again would put off the end for ever.
 
         Returns:
             The request: ``done`` and ``error`` tell what became of it.
@@ -138,7 +145,7 @@ class Drive:
     def saw(self, state: RobotState) -> None:
         """Take what the robot reports."""
         now, before, self._state = state.time, self._state, state
-        # Also when an earlier SIP showed that it stands: that SIP may be older than a velocity that came late.
+        # Each SIP counts, also after one that showed a standing robot: a velocity may reach the robot late.
         if self._wanted is None and now > self._sent_at:
             self._stopping = state.moving
         asked_off = self._motors is not None and not self._motors.on

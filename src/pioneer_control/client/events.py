@@ -16,9 +16,9 @@ class Ready(NamedTuple):
 
 
 class LinkDown(NamedTuple):
-    """No link: the port did not open, nothing answered, or it worked and is gone.
+    """There is no link: the port did not open, nothing answered, or the link worked and is gone.
 
-    What to do is in the message of ``error``.
+    The message of ``error`` says what to do.
     """
 
     error: PioneerError
@@ -42,9 +42,9 @@ class MotionCleared(NamedTuple):
 
 
 class Unmoved(NamedTuple):
-    """The robot was told to drive, its motors are on, no wheel is stalled, and yet it stands: it may not hear.
+    """The robot was told to drive, its motors are on, and no wheel is stalled. Yet it stands: perhaps it does not hear.
 
-    Said once, until it has moved.
+    This is told once, and again only after the robot has moved.
     """
 
     age: float
@@ -57,7 +57,7 @@ class MotorsAnswered(NamedTuple):
     on: bool
     """what was asked for"""
     changed: bool
-    """whether the motors were otherwise before"""
+    """whether the motors were in the other state before"""
     error: Optional[PioneerError]
     """why the robot did not do it; None when it did"""
 
@@ -65,7 +65,7 @@ class MotorsAnswered(NamedTuple):
 class StatesMissed(NamedTuple):
     """The listeners were too slow: the oldest states and packets that waited for them were dropped.
 
-    No other event ever is.
+    Other events are never dropped.
     """
 
     number: int
@@ -102,7 +102,7 @@ class PacketReceived(NamedTuple):
     time: float
     """Monotonic time (s) of its last byte."""
     sent_time: float
-    """... of its first byte: ``time`` without what the line took to carry it."""
+    """Monotonic time (s) of its first byte: ``time`` without what the line took to carry the packet."""
 
 
 Event = Union[

@@ -18,10 +18,10 @@ ON_GENERAL_IO = 2       # has_gripper in CONFIGpac, and in GRIPPERpac
 
 @dataclass(frozen=True)
 class GripperReading:
-    """Paddles, lift and switches of one SIP; every field True when the thing named is so.
+    """Paddles, lift and switches of one SIP. A field is True when what its name says is so.
 
-    Neither open nor closed, or neither up nor down: in between. A beam is True when something breaks it, a contact when
-    its paddle presses on something.
+    Paddles that are neither open nor closed are in between; so is a lift that is neither up nor down. A beam is True
+    when something breaks it. A contact is True when its paddle presses on something.
     """
 
     paddles_open: bool
@@ -103,7 +103,7 @@ def with_switches(reading: GripperReading, switches: GripperSwitches) -> Gripper
 
 
 def gripper_packets(command: GripperCommand, value: Optional[int]) -> Tuple[bytes, ...]:
-    """One sub-command, with the value (20 ms) of those that need one.
+    """The packets of one sub-command of the gripper, with its value (units of 20 ms) if it needs one.
 
     Raises UsageError for a number that means nothing.
     """

@@ -22,18 +22,19 @@ CLOSE several times, because nothing acknowledges it, then SYNC0.
 On TCP an open robot may hear SYNC0 and not be heard: SYNC0 is a sign of life to it, and it drives on. So CLOSE follows
 when all tries were in vain, right before the client hangs up.
 
-No answer at all: try again. A robot that answers later than that gets more time at each further try. A robot that said
-its name but was never opened is silent, too. On a serial line CLOSE ends that, on TCP a SYNC1 after an unanswered
-SYNC0: it is OPEN to that robot, and the next step to one that is slow.
+When no answer comes at all, the client tries again. A robot that answers too late gets more time at each further try.
+A robot that said its name but was never opened is silent, too. On a serial line CLOSE ends that. On TCP a SYNC1 after
+an unanswered SYNC0 ends it: to that robot it is OPEN, and to a slow robot it is the next step.
 
-A robot to which CLOSE is SYNC2 is closed by one CLOSE and opened by the next. An even number leaves it as it was, an
-odd number closes it if it was open: so a silent robot gets an even number, one that is heard an odd number.
+A robot to which CLOSE is SYNC2 is closed by one CLOSE and opened by the next. An even number of them leaves the robot
+as it was. An odd number closes it if it was open. So a silent robot gets an even number, and a robot that is heard gets
+an odd number.
 
-A robot that was left open at a speed which HOSTBAUD had raised falls back to its own at CLOSE: then the others are
-tried once more.
+At CLOSE a robot that was left open at a speed which HOSTBAUD had raised falls back to its own speed. Then the other
+speeds are tried once more.
 
-A robot that was there before is most likely at the line speed it had: that is tried four times, and again after each
-other speed, which is tried once.
+A robot that was connected before is most likely at the line speed that it had. This speed is tried four times, and
+again after each other speed. Each other speed is tried once.
 
 At the latest it takes from the first byte until the robot is ready, with firmware that does not know CONFIG (0.9 s less
 with any other):
@@ -47,7 +48,7 @@ was left open at a speed that was raised       3.0 s              7.0 s
 is not there                                   0.8 s              3.8 s (TCP: 2.1 s)
 =============================================  =================  ====================
 
-For a raised one known means that the own speed was given, and the raised one as host_baud.
+"Known" means of a raised speed: the robot's own speed was given, and the raised speed as host_baud.
 """
 
 from typing import Any, Generator, List, Optional, Tuple
@@ -60,15 +61,15 @@ from .odometry import Odometry
 RATES = (9600, 38400, 19200, 115200, 57600)     # in the order of their likelihood
 
 LISTEN = 0.26           # s: two SIP cycles and some, and one of the longest that can be set (255 ms)
-# To a silent robot on a serial line: half of all packets may get lost. It is even, and with three SYNCs fewer than the
-# ten packets after which the vendor's simulator hangs up.
+# To a silent robot on a serial line, where half of all packets may get lost. The number is even. Together with three
+# SYNCs these are fewer than the ten packets after which the vendor's simulator hangs up.
 CLOSES = 6
 CLOSES_IF_HEARD = 7     # odd
 DRAIN = 0.1             # s for what was under way when CLOSE was sent, and for CLOSE itself
 QUIET = 0.2             # s of silence after that: the robot waits for a SYNC now
 CLOSE_TRIES = 10
 SYNC_TIMEOUT = 0.25     # s for the echo of each SYNC
-LONGEST_SYNC_TIMEOUT = 1.0  # s for that of a robot that answers too late: it gets twice as long at each further try
+LONGEST_SYNC_TIMEOUT = 1.0  # s for the echo of a robot that answers too late: it gets twice as long at each further try
 SYNC_TRIES = 2          # per line speed
 SYNC_TRIES_AGAIN = 4    # at the speed at which the robot was found before
 TCP_TRIES = 6
@@ -148,9 +149,9 @@ class Connecting(SteppedPhase):
         return [own, *(each for other in self._rates[1:] for each in ((other, 1), own))]
 
     def _tried(self, tries: int) -> Generator[float, Any, Optional[p2os.SyncReply]]:
-        """Synchronise with a silent robot.
+        """Synchronise with a silent robot. Returns its name; None when it never says one.
 
-        One that answers as an open robot is closed at once. Such a one, and a slow one, gets as many tries again.
+        A robot that answers as an open robot is closed at once. It gets as many tries again; so does a slow robot.
         """
         self._answers_late, timeout = False, SYNC_TIMEOUT
         for attempt in range(2 * tries):
@@ -176,8 +177,7 @@ class Connecting(SteppedPhase):
         return packet
 
     def _is_silent(self, seconds: float) -> Generator[float, Any, bool]:
-        """Whether no open robot, and no noise, is heard for so long; returns as soon as a packet of an open robot is.
-        """
+        """Whether neither an open robot nor noise is heard for so long. Returns as soon as one of them is heard."""
         self._heard_open = False
         deadline = self._link.now + seconds
         while self._link.now < deadline and not self._heard_open:
@@ -185,7 +185,7 @@ class Connecting(SteppedPhase):
         return not self._heard_open
 
     def _silenced(self) -> Generator[float, Any, bool]:
-        """Close the robot until it is silent; False when what is heard is no robot, or does not obey."""
+        """Close the robot until it is silent. Returns False when it does not obey, or when noise is all that comes."""
         link = self._link
         for _ in range(CLOSE_TRIES):
             for _ in range(CLOSES_IF_HEARD):
@@ -199,10 +199,10 @@ class Connecting(SteppedPhase):
         return False
 
     def _synced(self, attempt: int, timeout: float) -> Generator[float, Any, Optional[p2os.SyncReply]]:
-        """The three SYNCs, each after the echo of the one before; None when the robot does not play along.
+        """Send the three SYNCs, each after the echo of the one before. Returns None when the robot does not play along.
 
-        On a serial line CLOSE goes ahead, the last one in one write with SYNC0: the cable of an open robot may be put
-        back at this very moment.
+        On a serial line CLOSEs go ahead, the last of them in one write with SYNC0: somebody may put back the cable of
+        an open robot at this very moment.
         """
         self._heard_open = False
         link, answer = self._link, None
@@ -220,11 +220,11 @@ class Connecting(SteppedPhase):
         return answer
 
     def _answer(self, number: int, timeout: float) -> Generator[float, Any, Any]:
-        """The robot's answer to one SYNC. Late echoes of earlier ones are passed over; a SIP means that it was open
-        after all.
+        """The robot's answer to one SYNC; None when none comes in time.
 
-        Unless the robot says its name before the echo of SYNC0: it took the CLOSEs for SYNC2 and CLOSE in turn, and
-        sent SIPs in between.
+        Late echoes of earlier SYNCs are passed over. A SIP means that the robot was open after all. But when the robot
+        has said its name before the echo of SYNC0, a SIP means nothing: this robot took the CLOSEs for SYNC2 and CLOSE
+        in turn, and sent SIPs in between.
         """
         deadline = self._link.now + timeout
         took_closes_for_sync2 = False

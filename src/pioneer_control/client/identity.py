@@ -51,8 +51,9 @@ def identify(
     max_angular: Optional[float] = None,
     has_gripper: Optional[bool] = None,
 ) -> RobotIdentity:
-    """Join the robot's own words with the model; the robot's win, the user's limits (m/s, rad/s) and ``has_gripper``
-    win over both.
+    """Join the robot's own words with the model.
+
+    The robot's words win over the model. The user's limits (m/s, rad/s) and ``has_gripper`` win over both.
     """
     firmware = serial = None
     linear, angular, gripper, watchdog = model.max_linear, model.max_angular, False, DEFAULT_WATCHDOG
@@ -85,8 +86,9 @@ def _least(unit: float, otherwise: float, *values: Optional[int]) -> float:
 
 
 def _fitted(model: RobotModel, config: p2os.Config) -> RobotModel:
-    """The model with the bumpers and sonar arrays that are there; a robot that reports neither array is one that does
-    not say.
+    """The model with the bumpers and sonar arrays that the robot reports.
+
+    A robot that reports neither array does not say which it has: then the model's arrays stay.
     """
     if config.front_bumpers is not None and config.rear_bumpers is not None:
         model = replace(model, front_bumpers=config.front_bumpers, rear_bumpers=config.rear_bumpers)

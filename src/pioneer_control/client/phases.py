@@ -141,15 +141,15 @@ class Connected(Phase):
         self.own_baud = before.own_baud
         self._reply, self._model, self._config = before.reply, model, learned.config
         self.identity = self._identify()
-        settings = link.settings
         link.line.watchdog = self.identity.watchdog * WATCHDOG_MARGIN
         self.link_check = LinkCheck(self.identity.sip_cycle, link.line.transfer_time)
-        self.drive = Drive(link.line, self.identity, settings.command_timeout, link.events, self.link_check.question)
+        self.drive = Drive(link.line, self.identity, link.settings.command_timeout, link.events,
+                           self.link_check.question)
         self.data = DataRequests(link.line, self.identity)
         self.tuner = Tuner(link, self.identity)
         self.reader = StateReader(self.identity, odometry)
         link.connected_counts = self.counts
-        self.use(settings, link.now)
+        self.use(link.settings, link.now)
         link.events.append(Ready(self.identity))
         self._report(learned.sip, learned.time, learned.sent_time)
 
@@ -212,11 +212,11 @@ class Connected(Phase):
         state = self.reader.read(sip, time, sent_time)
         if state is None:
             self._link.unreadable += 1
-            return
-        self._link.events.append(state)
-        self.drive.saw(state)
-        if self.tuner.waits_for_rest and not state.moving:
-            self.tuner.begin(time)
+        else:
+            self._link.events.append(state)
+            self.drive.saw(state)
+            if self.tuner.waits_for_rest and not state.moving:
+                self.tuner.begin(time)
 
     def _reconfigure(self, config: p2os.Config) -> None:
         """The robot says again what it is: limits and watchdog may be others now."""

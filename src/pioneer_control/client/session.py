@@ -63,12 +63,12 @@ class Session:
 
     @property
     def finished(self) -> bool:
-        """Whether it is over."""
+        """Whether the connection is over."""
         return isinstance(self.phase, Finished)
 
     @property
     def error(self) -> Optional[PioneerError]:
-        """Why it is over; None when it was closed, or is not over."""
+        """Why the connection is over; None when it was closed, or is not over."""
         return self.phase.error if isinstance(self.phase, Finished) else None
 
     @property
@@ -138,7 +138,7 @@ class Session:
             self._follow(self.phase.take(packet, link.now - frame.length * byte_time))
 
     def _follow(self, outcome: Optional[Outcome]) -> None:
-        """Go on to what follows a phase that is over, by the table; it begins at once."""
+        """Go on to the phase that the table names after this outcome. That phase begins at once."""
         while outcome is not None:
             following = TRANSITIONS.get((type(self.phase), type(outcome)))
             if following is None:

@@ -138,11 +138,10 @@ class Transport:
 
 
 def tap(transport: Transport, tell: Callable[[bool, bytes], None]) -> None:
-    """Tell of all bytes from now on, in the order in which they go over the line: whether they go to the robot, and
-    they.
+    """Call ``tell(to_robot, data)`` with all bytes from now on, in the order in which they go over the line.
 
-    On the thread that reads or writes them; of what is written right before that, for an answer must not be told of
-    first.
+    The thread that reads or writes calls it. What is written is told right before it is written: otherwise the answer
+    to it could be told first.
     """
     read, write = transport.read, transport.write
 
@@ -237,7 +236,7 @@ def _why_not_open(path: str, error: serial.SerialException) -> str:
 
 
 def _how_to_get_permission(path: str) -> str:
-    """Names the group that may use the device; there is not always one."""
+    """Name the group that may use the device; not every device has one."""
     status = os.stat(path)
     if not status.st_mode & stat.S_IRGRP or not status.st_mode & stat.S_IWGRP:
         return "Only its owner may use it: %s" % stat.filemode(status.st_mode)
