@@ -82,20 +82,19 @@ def _squares(sums: Array, side: int) -> Array:
 def _rings(walls: Array) -> List[List[Corner]]:
     """Every closed border by its corners, with the wall on its left."""
     starting: Dict[Corner, List[Run]] = {}
-    for run in _runs(walls):
-        starting.setdefault(run[0], []).append(run)
+    for straight in _runs(walls):
+        starting.setdefault(straight[0], []).append(straight)
     rings: List[List[Corner]] = []
     while starting:
-        run = next(iter(starting.values()))[0]
+        run: Optional[Run] = next(iter(starting.values()))[0]
         rings.append([])
-        while True:
+        while run:
             rings[-1].append(run[0])
             starting[run[0]].remove(run)
             if not starting[run[0]]:
                 del starting[run[0]]
-            if run[1] not in starting:
-                break
-            run = min(starting[run[1]], key=functools.partial(_turn, run))
+            following = starting.get(run[1])
+            run = min(following, key=functools.partial(_turn, run)) if following else None
     return rings
 
 

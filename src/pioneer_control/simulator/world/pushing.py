@@ -1,5 +1,4 @@
-"""Cans give way: what stands on the floor is pushed aside by whatever comes, and only jams against walls and other
-robots.
+"""Cans give way: a robot pushes aside what stands on the floor. Cans jam only against walls and other robots.
 
 Blocks are rectangles along the axes of the robot's own frame (m, base_link); cans stand in the map frame.
 """
@@ -8,7 +7,8 @@ import math
 from typing import Callable, List, Optional, Sequence, Set
 
 from .geometry import TOUCH, Block, Point, Pose
-from .trigonometry import hypot, unit
+from .poses import compose, relative
+from .trigonometry import hypot
 from .world import Can, World
 
 ROUNDS = 200
@@ -46,7 +46,6 @@ def make_way(
     near = cans_near(world, pose, reach)
     if not near:
         return True
-    robot = _Robot(pose, blocks_for, held)
     standing = [can for can in world.cans if can.held_by is None]
     pending = [key for key, can in enumerate(standing) if any(can is other for other in near)]
     places = [(can.x, can.y) for can in standing]
@@ -55,10 +54,11 @@ def make_way(
     for _ in range(ROUNDS):
         changed: Set[int] = set()
         for key in pending:
-            place = robot.push(places[key], standing[key].radius)
+            radius = standing[key].radius
+            place = _off_robot(pose, blocks_for(radius), held, places[key], radius)
             if place is None and key in moved:
-                place = (_off_walls(world, places[key], standing[key].radius)
-                         or _off_robots(world, pose, places[key], standing[key].radius))
+                place = (_off_walls(world, places[key], radius)
+                         or _off_other_robots(world, pose, places[key], radius))
             if place is not None:
                 places[key] = place
                 changed.add(key)
@@ -73,10 +73,6 @@ def make_way(
             return False
         history.append(list(places))
     return False
-
-
-def _always(box: Block) -> Callable[[float], Sequence[Block]]:
-    return lambda radius: (box,)
 
 
 def _same(before: List[Point], now: List[Point]) -> bool:
@@ -125,42 +121,29 @@ def _off_walls(world: World, place: Point, radius: float) -> Optional[Point]:
     return x + slope_x * step, y + slope_y * step
 
 
-def _off_robots(world: World, pose: Pose, place: Point, radius: float) -> Optional[Point]:
-    """Where a can goes that overlaps a robot other than the one at `pose`, which does not give way; None when it
-    overlaps none.
+def _off_other_robots(world: World, pose: Pose, place: Point, radius: float) -> Optional[Point]:
+    """The new place of a can that overlaps a robot other than the one at `pose`; None for any other can.
+
+    That robot does not give way.
     """
-    for body in world.crowd.near(pose[0], pose[1], PUSHED_FAR):
-        if body.pose != pose:
-            away = _Robot(body.pose, _always(body.box), ()).push(place, radius)
-            if away is not None:
-                return away
-    return None
+    others = [body for body in world.crowd.near(pose[0], pose[1], PUSHED_FAR) if body.pose != pose]
+    pushed = (_off_robot(body.pose, (body.box,), (), place, radius) for body in others)
+    return next(filter(None, pushed), None)
 
 
-class _Robot:
-    """The robot at one pose, as an obstacle to cans."""
-
-    def __init__(self, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], held: Sequence[Can]):
-        self._pose, self._blocks_for = pose, blocks_for
-        self._cosine, self._sine = unit(pose[2])
-        self._held = [(can.x, can.y, can.radius) for can in held]
-
-    def push(self, place: Point, radius: float) -> Optional[Point]:
-        """The new place (map frame) of a can that overlaps the robot; None when it does not."""
-        from_x, from_y = place[0] - self._pose[0], place[1] - self._pose[1]
-        x = from_x * self._cosine + from_y * self._sine
-        y = from_y * self._cosine - from_x * self._sine
-        pushed = None
-        for block in self._blocks_for(radius):
-            away = block.push(x, y, radius)
-            if away is not None:
-                pushed = x, y = away
-        moved = self._to_map(pushed) if pushed is not None else None
-        for held_x, held_y, held_radius in self._held:
-            now_x, now_y = moved or place
-            moved = _pushed_off(now_x, now_y, held_x, held_y, radius + held_radius) or moved
-        return moved
-
-    def _to_map(self, place: Point) -> Point:
-        x, y = place
-        return self._pose[0] + x * self._cosine - y * self._sine, self._pose[1] + x * self._sine + y * self._cosine
+def _off_robot(
+    pose: Pose, blocks: Sequence[Block], held: Sequence[Can], place: Point, radius: float,
+) -> Optional[Point]:
+    """The new place of a can that overlaps the robot at `pose`: its blocks, or a can that it holds; None for any other
+    can.
+    """
+    x, y, _ = relative(pose, (place[0], place[1], 0.0))
+    moved: Optional[Point] = None
+    for block in blocks:
+        away = block.push(x, y, radius)
+        if away is not None:
+            x, y = away
+            moved = compose(pose, (x, y, 0.0))[:2]
+    for can in held:
+        moved = _pushed_off(*(moved or place), can.x, can.y, radius + can.radius) or moved
+    return moved

@@ -34,9 +34,10 @@ def standing_places(world: World, model: RobotModel, count: int) -> List[Pose]:
     x0, y0, heading = starts[0]
     low_x, low_y, high_x, high_y = world.bounds
     beyond = (math.isqrt(count) + 2) * cells         # an open floor has room on all sides
-    columns = np.arange(math.floor((low_x - x0) / RESOLUTION) - beyond, math.ceil((high_x - x0) / RESOLUTION) + beyond
-                        + 1)
-    rows = np.arange(math.floor((low_y - y0) / RESOLUTION) - beyond, math.ceil((high_y - y0) / RESOLUTION) + beyond + 1)
+    columns, rows = [
+        np.arange(math.floor((low - at) / RESOLUTION) - beyond, math.ceil((high - at) / RESOLUTION) + beyond + 1)
+        for low, high, at in ((low_x, high_x, x0), (low_y, high_y, y0))
+    ]
     grid_x, grid_y = x0 + columns * RESOLUTION, y0 + rows * RESOLUTION
     free = world.clearances(grid_x, grid_y, limit=radius + RESOLUTION) >= radius
     seeds = np.zeros_like(free)
@@ -45,12 +46,12 @@ def standing_places(world: World, model: RobotModel, count: int) -> List[Pose]:
     reached = flood(seeds & free, free)[np.ix_(rows % cells == 0, columns % cells == 0)]
     places = [(float(x), float(y)) for row, y in zip(reached, grid_y[rows % cells == 0])
               for x in grid_x[columns % cells == 0][row]]
-    taken = [(other_x, other_y, 2.0 * radius) for other_x, other_y,
-             _ in starts] + [(can.x, can.y, radius + can.radius) for can in world.cans]
+    taken = ([(other_x, other_y, 2.0 * radius) for other_x, other_y, _ in starts]
+             + [(can.x, can.y, radius + can.radius) for can in world.cans])
     apart = [(x, y) for x, y in places
              if all(hypot(x - other_x, y - other_y) >= reach for other_x, other_y, reach in taken)]
-    apart.sort(key=lambda place: (hypot(place[0] - x0, place[1] - y0), place))
-    poses = starts + [(x, y, heading) for x, y in apart]
+    nearest_first = sorted(apart, key=lambda place: (hypot(place[0] - x0, place[1] - y0), place))
+    poses = starts + [(x, y, heading) for x, y in nearest_first]
     if len(poses) < count:
         raise ParameterError("the world %r has room for %s robots of the model %s, not for %s"
                              % (world.name, len(poses), model.subtype, count))
