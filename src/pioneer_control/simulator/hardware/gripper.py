@@ -7,7 +7,7 @@ import math
 from typing import List, Optional, Sequence, Tuple
 
 from ...robots import GripperShape
-from ..world.geometry import Block, Point, Pose
+from ..world.geometry import Block, Pose
 from ..world.poses import compose, relative
 from ..world.pushing import cans_near, make_way
 from ..world.trigonometry import hypot
@@ -16,6 +16,9 @@ from .robot_numbers import GripperNumbers
 
 TOLERANCE = 1e-4
 """A paddle this near (m) to a can presses on it."""
+
+Seen = Tuple[Can, float, float]
+"""A can, and where its middle is: ahead of the palm and left of the middle of the gripper (m)."""
 
 
 class PaddleLift:
@@ -84,7 +87,6 @@ class ParallelGripper:
         paddle_motion: 1 outward, -1 inward, 0 none.
         paddles_jammed: the paddles were told to move and could not.
         stuck: something keeps paddles and lift from moving.
-        held: the cans it holds.
     """
 
     def __init__(self, shape: GripperShape, numbers: GripperNumbers, world: World, front: float, body: Block):
@@ -95,8 +97,7 @@ class ParallelGripper:
         self.paddle_motion = 0
         self.paddles_jammed = False
         self.stuck = False
-        self.held: List[Can] = []
-        self._held_at: List[Point] = []
+        self._held: List[Seen] = []
         self._felt = False, False
         self._world, self._body = world, body
         self._palm = front + shape.paddle_start
@@ -148,9 +149,14 @@ class ParallelGripper:
         return self.lift.height
 
     @property
+    def held(self) -> List[Can]:
+        """The cans that it holds."""
+        return [can for can, _, _ in self._held]
+
+    @property
     def held_can(self) -> Optional[Can]:
         """The can that it holds, the first of several; None when it holds nothing."""
-        return self.held[0] if self.held else None
+        return self._held[0][0] if self._held else None
 
     @property
     def is_open(self) -> bool:
@@ -160,7 +166,7 @@ class ParallelGripper:
     @property
     def is_closed(self) -> bool:
         """Whether the paddles are closed, on each other or on something."""
-        return self.opening <= 0.0 or bool(self.held)
+        return self.opening <= 0.0 or bool(self._held)
 
     @property
     def contacts(self) -> Tuple[bool, bool]:
@@ -180,15 +186,14 @@ class ParallelGripper:
 
     def beams_broken(self, pose: Pose) -> Tuple[bool, bool]:
         """Whether something is in the inner and in the outer beam, for a robot at `pose`."""
-        places = [(x, y, can.radius) for can, (x, y) in zip(self.held, self._held_at)]
-        if self.is_low:
-            places += [self._from_palm(can, pose) + (can.radius,) for can in cans_near(self._world, pose, self._reach)]
+        seen = [*self._held, *self._near(pose)]
         half = self.opening / 2.0
 
         def broken(beam: float) -> bool:
             return half > 0.0 and any(
-                abs(x - beam) < radius and abs(y) < half + math.sqrt((radius - x + beam) * (radius + x - beam))
-                for x, y, radius in places
+                abs(x - beam) < can.radius
+                and abs(y) < half + math.sqrt((can.radius - x + beam) * (can.radius + x - beam))
+                for can, x, y in seen
             )
         return broken(self.shape.inner_beam), broken(self.shape.outer_beam)
 
@@ -210,7 +215,7 @@ class ParallelGripper:
             self._strain(dt)
             return
         self._stuck_for = 0.0
-        if self.held and self.paddle_motion > 0:
+        if self._held and self.paddle_motion > 0:
             self._release()
         if self.is_closed and self.paddle_motion < 0:
             self._pressing_s -= dt
@@ -240,54 +245,44 @@ class ParallelGripper:
         """
         if not self._world.cans:
             return True
-        for can, (x, y) in zip(self.held, self._held_at):
+        for can, x, y in self._held:
             can.x, can.y, _ = compose(pose, (self._palm + x, y, 0.0))
         return make_way(self._world, pose, self.blocks_for, self.held if self.is_low else (), self._reach)
 
-    def _from_palm(self, can: Can, pose: Pose) -> Point:
+    def _see(self, can: Can, pose: Pose) -> Seen:
         x, y, _ = relative(pose, (can.x, can.y, 0.0))
-        return x - self._palm, y
+        return can, x - self._palm, y
 
-    def _between(self, pose: Pose) -> List[Can]:
-        """The cans whose middles are between the paddles, while the paddles are low."""
-        near = cans_near(self._world, pose, self._reach) if self.is_low else []
-        places = [(can, *self._from_palm(can, pose)) for can in near]
-        shape = self.shape
-        return [can for can, x, y in places
-                if shape.min_object <= 2.0 * can.radius <= shape.max_object
-                and 0.0 < x <= shape.paddle_length and abs(y) < self.opening / 2.0]
+    def _near(self, pose: Pose) -> List[Seen]:
+        """The cans that low paddles could meet; none while the paddles are higher."""
+        return [self._see(can, pose) for can in cans_near(self._world, pose, self._reach)] if self.is_low else []
 
     def _close_further(self, dt: float, pose: Pose) -> None:
-        between = self._between(pose)
-        before = self.opening
+        shape, before = self.shape, self.opening
+        between = [can for can, x, y in self._near(pose)
+                   if shape.min_object <= 2.0 * can.radius <= shape.max_object
+                   and 0.0 < x <= shape.paddle_length and abs(y) < before / 2.0]
         widest = max((2.0 * can.radius for can in between), default=0.0)
-        self.opening = max(widest, before - self.shape.opening / self.shape.close_time * dt, 0.0)
+        self.opening = max(widest, before - shape.opening / shape.close_time * dt, 0.0)
         jammed = not self.make_way(pose)
         if jammed:
             self.opening = before
-        self._felt = self._feel(between, pose)
+        half = self.opening / 2.0 - TOLERANCE
+        seen = [self._see(can, pose) for can in between]
+        self._felt = (any(y + can.radius >= half for can, _, y in seen),
+                      any(y - can.radius <= -half for can, _, y in seen))
         if all(self._felt) and (jammed or self.opening <= widest):
-            self._grasp([can for can in between if jammed or 2.0 * can.radius >= self.opening - TOLERANCE], pose)
+            self._held = [each for each in seen if jammed or 2.0 * each[0].radius >= self.opening - TOLERANCE]
+            for can in self.held:
+                can.held_by = self
         elif jammed:
             self.stop()
         self._pressing_s = self.grasp_time
 
-    def _feel(self, between: List[Can], pose: Pose) -> Tuple[bool, bool]:
-        """Whether the left and the right paddle press on one of the cans between them."""
-        half = self.opening / 2.0 - TOLERANCE
-        sides = [(self._from_palm(can, pose)[1], can.radius) for can in between]
-        return any(y + radius >= half for y, radius in sides), any(y - radius <= -half for y, radius in sides)
-
-    def _grasp(self, cans: List[Can], pose: Pose) -> None:
-        self.held = cans
-        self._held_at = [self._from_palm(can, pose) for can in cans]
-        for can in cans:
-            can.held_by = self
-
     def _release(self) -> None:
         for can in self.held:
             can.held_by = None
-        self.held, self._held_at = [], []
+        self._held = []
         self._felt = False, False
 
     def _open_further(self, dt: float, pose: Pose) -> None:
