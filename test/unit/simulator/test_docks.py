@@ -5,7 +5,7 @@ import math
 import pytest
 from robot_on_bench import Bench
 
-from pioneer_control.simulator.hardware.charger import stands_in
+from pioneer_control.simulator.hardware.battery import stands_in
 from pioneer_control.simulator.world import known_worlds, load_world
 
 DOCKS = [(1.0, 2.0, math.pi / 2), (5.0, 2.0, -math.pi)]

@@ -2,13 +2,12 @@
 
 ``drives``         translation, rotation and wheels: what they are told, and when they give up
 ``ramps``          how the drives follow that: with limited acceleration
-``wheels``         what the wheels really do, and what their encoders count
-``odometry``       the robot's own pose, added up from that
+``wheels``         what the wheels really do, what their encoders count, and the pose added up from that
 ``body``           where the robot stands in its world, how it moves, and what stops it
 ``bumpers``        which segments of the bumpers are pressed
 ``sonar``          which transducer fires when, and what it hears
 ``gripper``        paddles on a lift, with beams and contacts
-``battery``        its voltage; ``charger``: what feeds it
+``battery``        its voltage, and what feeds it
 ``accessories``    gyro, compass, joystick, user inputs and outputs, serial ports
 ``robot_numbers``  the numbers of all these, from ``robot.yaml`` or a user's file
 """

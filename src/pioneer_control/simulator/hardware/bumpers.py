@@ -47,12 +47,8 @@ class BumperRing:
         """
         if not count or not self._body.blocked:
             return 0
-        width = self._model.width / count
-        far = near + side * DEPTH
-        bits = 0
-        for segment in range(count):
-            left = side * (self._model.width / 2.0 - segment * width)
-            right = left - side * width
-            if self._body.touches(((near, left), (near, right), (far, right), (far, left))):
-                bits |= 1 << segment
-        return bits
+        width, far = self._model.width / count, near + side * DEPTH
+        lefts = [side * (self._model.width / 2.0 - segment * width) for segment in range(count)]
+        return sum(
+            1 << segment for segment, left in enumerate(lefts)
+            if self._body.touches(((near, left), (near, left - side * width), (far, left - side * width), (far, left))))

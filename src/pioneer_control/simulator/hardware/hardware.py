@@ -10,16 +10,14 @@ from ...robots import RobotModel
 from ..world.geometry import Pose
 from ..world.world import World
 from .accessories import GYRO_OF_CLIENT, AuxPort, Compass, JoystickDrive, JoystickState, RateGyro, UserPorts
-from .battery import BatteryPack
+from .battery import BatteryPack, Charger
 from .body import Body
 from .bumpers import BumperRing
-from .charger import Charger
 from .drives import Drives, MotorPower, Stall
 from .gripper import ParallelGripper
-from .odometry import DeadReckoning
 from .robot_numbers import RobotNumbers
 from .sonar import Sonar
-from .wheels import WheelErrors, Wheels
+from .wheels import DeadReckoning, WheelErrors, Wheels
 
 
 class Device(Protocol):
@@ -73,7 +71,7 @@ class Hardware:
         self.stall = Stall(numbers.drive)
         self.wheels = Wheels(model, numbers.drive.encoder_ticks_per_mm)
         self.bumpers = BumperRing(model, self.body)
-        self.odometry = DeadReckoning(self.body.pose)
+        self.reset_odometry()
         self.gyro = RateGyro(numbers.gyro)
         self.compass = Compass(numbers.compass)
         self.joystick: Optional[JoystickState] = None
@@ -108,7 +106,7 @@ class Hardware:
 
     def reset_odometry(self) -> None:
         """Make the present pose the origin of the odometry."""
-        self.odometry.reset(self.body.pose)
+        self.odometry = DeadReckoning(self.body.pose)
 
     @property
     def heading_goal(self) -> float:

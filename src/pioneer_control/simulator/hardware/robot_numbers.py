@@ -191,17 +191,17 @@ def _read(path: str) -> Dict[str, Dict[str, Any]]:
 def _checked(path: str, section: str, name: str, value: Any, known: Dict[str, Any]) -> Any:
     if name not in known:
         raise ParameterError("%s: no number %s.%s; there are %s" % (path, section, name, ", ".join(known)))
-    own = known[name]
+    own, limits = known[name], LEGAL.get("%s.%s" % (section, name))
     wanted = (int, float) if isinstance(own, float) else (type(own),)
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not isinstance(value, wanted) or isinstance(value, bool) != isinstance(own, bool):
-        raise ParameterError("%s: %s.%s is %r, wanted something like %r" % (path, section, name, value, own))
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        limits = LEGAL.get("%s.%s" % (section, name))
-        if limits is not None and not limits[0] <= value <= limits[1]:
-            raise ParameterError("%s: %s.%s is %r, legal: from %g to %g" % (path, section, name, value, *limits))
-        if limits is None and not 0 < value < float("inf"):
-            raise ParameterError("%s: %s.%s is %r, wanted a positive number" % (path, section, name, value))
-    if name == "host_baud" and value not in BAUD_RATES:
-        legal = ", ".join(map(str, BAUD_RATES))
-        raise ParameterError("%s: %s.%s is %r, legal: %s" % (path, section, name, value, legal))
-    return value
+        problem = "wanted something like %r" % own
+    elif is_number and limits is not None and not limits[0] <= value <= limits[1]:
+        problem = "legal: from %g to %g" % limits
+    elif is_number and limits is None and not 0 < value < float("inf"):
+        problem = "wanted a positive number"
+    elif name == "host_baud" and value not in BAUD_RATES:
+        problem = "legal: %s" % ", ".join(map(str, BAUD_RATES))
+    else:
+        return value
+    raise ParameterError("%s: %s.%s is %r, %s" % (path, section, name, value, problem))

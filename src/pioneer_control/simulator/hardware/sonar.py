@@ -117,23 +117,22 @@ class Sonar:
         return readings
 
     def _fire(self, number: int, pose: Pose, forward: Point) -> float:
-        """The range (m) that a transducer of a robot at `pose`, which looks `forward`, reports."""
+        """The range (m) that a transducer of a robot at `pose`, which looks `forward`, reports.
+
+        The electronics add noise to an echo, and report no less than the minimum; the maximum where there is no echo.
+        """
+        maximum = self._numbers.maximum
         if number in self.dead:
-            return self._numbers.maximum
+            return maximum
         x, y, heading, (right_x, right_y), (left_x, left_y) = self._mounts[number]
         cosine, sine = forward
         right = right_x * cosine - right_y * sine, right_x * sine + right_y * cosine
         left = left_x * cosine - left_y * sine, left_x * sine + left_y * cosine
         x, y = pose[0] + x * cosine - y * sine, pose[1] + x * sine + y * cosine
-        return self._reported(self._ear.echo(x, y, pose[2] + heading, right, left, self._body))
-
-    def _reported(self, distance: float) -> float:
-        """A range as the electronics report it: with its noise, no less than the minimum, the maximum for no echo."""
-        if distance >= self._numbers.maximum:
-            return self._numbers.maximum
-        if self._noise:
+        distance = self._ear.echo(x, y, pose[2] + heading, right, left, self._body)
+        if distance < maximum and self._noise:
             distance += self._random.uniform(-self._noise, self._noise)
-        return max(self._numbers.minimum, min(distance, self._numbers.maximum))
+        return max(self._numbers.minimum, min(distance, maximum))
 
 
 @functools.lru_cache(maxsize=None)

@@ -1,4 +1,5 @@
-"""The wheels: what the firmware takes their turning for, what their encoders count, and what the body really does.
+"""The wheels: what the firmware takes their turning for, what their encoders count, and what the body really does. And
+the robot's own pose, which it adds up from that.
 
 Lengths are metres, angles radians, counter-clockwise positive. The firmware counts ticks of the encoders, so its
 calibration (TicksMM, RevCount) decides how far the wheels turn. Real wheels are not what the firmware takes them for,
@@ -10,6 +11,9 @@ import random
 from typing import Tuple
 
 from ...robots import RobotModel
+from ..world.geometry import Pose
+from ..world.poses import along_arc
+from ..world.trigonometry import heading_unit
 from .robot_numbers import WheelNumbers
 
 REV_COUNT = 16570
@@ -110,3 +114,24 @@ class WheelErrors:
         if self._noise:
             way += self._random.uniform(-WIDEST_DRAW, WIDEST_DRAW) * self._noise * math.sqrt(abs(way))
         return way
+
+
+class DeadReckoning:
+    """The pose that a robot adds up step by step.
+
+    Args:
+        origin: where it stands (m, rad; map frame) while it begins.
+
+    Attributes:
+        origin: as the argument.
+        pose: x, y (m) and heading (rad, not wrapped) since then, at first 0, 0, 0.
+    """
+
+    def __init__(self, origin: Pose):
+        self.origin = origin
+        self.pose: Pose = (0.0, 0.0, 0.0)
+        self._heading = heading_unit()
+
+    def add(self, distance: float, turn: float) -> None:
+        """Add a step: a distance (m) and a turn (rad), both even."""
+        self.pose = along_arc(self.pose, distance, turn, self._heading)

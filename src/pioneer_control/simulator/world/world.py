@@ -67,7 +67,7 @@ class World:
         posts: discs ``(x, y, radius)``, like the walls taller than the sonar plane.
         cans: what can be picked up; the list and its cans are the caller's to change.
         starts: poses ``(x, y, heading)``, at least one.
-        docks: poses ``(x, y, heading)`` that a robot has while it charges; see `charger.stands_in`.
+        docks: poses ``(x, y, heading)`` that a robot has while it charges; see `battery.stands_in`.
         goals: places by name, each a pose ``(x, y, heading)``; nothing here acts on them.
         skipped: what the file that it comes from says and this world has not, a sentence each.
 
