@@ -292,9 +292,15 @@ def test_listeners_are_called_in_order_and_one_at_a_time(server):
 
 
 def test_both_threads_take_turns(server):
-    """Whoever has told the listeners waits for the port, which the other has meanwhile."""
+    """While a listener takes long the other thread takes the port. It keeps it, and so it tells what comes then."""
     names = set()
-    with Robot(server.url, on_state=lambda state: names.add(threading.current_thread().name)):
+
+    def listener(state):
+        if not names:
+            time.sleep(2 * threads.TURN)
+        names.add(threading.current_thread().name)
+
+    with Robot(server.url, on_state=listener):
         until(lambda: len(names) == 2, "both of them")
 
 

@@ -1,9 +1,10 @@
 """What runs beside the program: two threads that keep the link of one robot, and tell its listeners.
 
-The threads take turns. One of them has the port: it opens it, reads, keeps the time, and sends what is due. When there
-is something to tell, it leaves the port to the other thread and tells the listeners itself. So a listener can never
-hold up the line, whatever it does, and a state need not wait until another thread has woken up. Listeners are called
-one at a time, and in order.
+One of them has the port: it opens it, reads, keeps the time, and sends what is due. When there is something to tell, it
+gives the port away while it tells the listeners, and takes it back afterwards. So a state need not wait until another
+thread has woken up. The other thread tries every TURN seconds to take the port. That works only while listeners are
+told, and so most likely when one of them takes long: then the two change places. So a listener can hold up the line for
+TURN seconds and no longer, whatever it does. Listeners are called one at a time, and in order.
 """
 
 import contextlib
@@ -28,6 +29,8 @@ BACK_OFF = 0.2                      # s before the next attempt to connect
 CLOSE_TIMEOUT = 0.9                 # s that close() waits for the threads
 # Events that wait for the listeners; of more, the oldest states and packets are dropped.
 MOST_WAITING = 100
+# s between two tries to take the port. Each costs as much time as half a cmd_vel: with 0.05 s, a tenth of the driver's.
+TURN = 0.2
 
 
 class Audience:
@@ -146,7 +149,8 @@ class LinkThreads:
         self.url = url
         self.settings = settings
         # reentrant: a signal handler may call close() while its thread holds it.
-        self.changed = threading.Condition(threading.RLock())
+        self._lock = threading.RLock()
+        self.changed = threading.Condition(self._lock)
         self.connection: Optional[Connection] = None
         self.identity: Optional[RobotIdentity] = None
         self.state: Optional[RobotState] = None
@@ -209,7 +213,7 @@ class LinkThreads:
 
         Raises LinkError, which says what stands in the way.
         """
-        with self.changed:
+        with self._lock:
             connection, connected = self.connection, self.connected
             if connection is None or connected is None:
                 raise self.failure(LinkLostError("%s: no link to the robot" % self.url))
@@ -259,13 +263,17 @@ class LinkThreads:
 
     def _keep_link(self) -> bool:
         """Have the port until there is something to tell. Returns whether there may be more."""
-        with self._port:
+        while not self._port.acquire(blocking=False):
+            self.ended.wait(TURN)
+        try:
             while not self.ended.is_set():
                 connection = self.connection
                 events = self._connect() if connection is None or not connection.is_open else self._serve(connection)
                 if events:
                     self._audience.put(events)
                     return True
+        finally:
+            self._port.release()
         return False
 
     def _connect(self) -> List[Event]:
@@ -300,14 +308,14 @@ class LinkThreads:
     def _serve(self, connection: Connection) -> List[Event]:
         """Wait until something comes, or is due, and do what follows from it. Returns what there is to tell."""
         session = connection.session
-        with self.changed:
+        with self._lock:
             due = connection.read_until = session.wake_at
         data, lost = b"", None
         try:
             data = connection.transport.read(0.0 if session.finished else due - monotonic())
         except LinkLostError as error:
             lost = error
-        with self.changed:
+        with self._lock:
             connection.read_until = 0.0
             now = monotonic()
             if data:
