@@ -132,8 +132,8 @@ class Drive:
         """
         if self._motors is not None and self._motors.on != on:
             self._answer_motors(self._motors, NotConfirmedError("overtaken by another motor command"))
-        changes = self._state is None or self._state.motors_enabled != on
-        request = self._motors = self._motors or MotorsRequest(on, now, timeout, changes, asked=True)
+        request = self._motors = self._motors or MotorsRequest(
+            on, now, timeout, changes=self._state is None or self._state.motors_enabled != on, asked=True)
         request.asked = True
         if not (on and self._state is not None and self._state.motors_enabled):
             self.stop(now)

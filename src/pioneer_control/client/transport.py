@@ -30,9 +30,7 @@ WITHOUT_A_ROBOT = (
     "Without a robot: python3 -m pioneer_control.simulator --tcp %d simulates one; "
     "in ROS, pioneer.launch with sim:=true")
 
-TCP_URL = re.compile(
-    r"^(?:(?:socket|tcp)://(?P<host>[^/:]+|\[[^\]]+\])(?::(?P<port>\d+))?/?"
-    r"|(?P<bare_host>[^/:]+|\[[^\]]+\]):(?P<bare_port>\d+))$")
+TCP_URL = re.compile(r"^(?P<scheme>(?:socket|tcp)://)?(?P<host>[^/:]+|\[[^\]]+\])(?::(?P<port>\d+))?(?(scheme)/?)$")
 
 
 def tcp_address(url: str) -> Optional[Tuple[str, int]]:
@@ -40,11 +38,9 @@ def tcp_address(url: str) -> Optional[Tuple[str, int]]:
     serial port.
     """
     match = TCP_URL.match(url)
-    if match is None:
+    if match is None or not (match["scheme"] or match["port"]):
         return None
-    host = match.group("host") or match.group("bare_host")
-    port = match.group("port") or match.group("bare_port") or DEFAULT_TCP_PORT
-    return host.strip("[]"), int(port)
+    return match["host"].strip("[]"), int(match["port"] or DEFAULT_TCP_PORT)
 
 
 def open_transport(url: str, baud: int) -> "Transport":
