@@ -2,9 +2,10 @@
 
 import math
 
+import numpy as np
 import pytest
 
-from pioneer_control.bags.replaying.rerun_compare import (LATE, TimedVelocity, first_difference, judge_decisions,
+from pioneer_control.bags.replaying.rerun_compare import (LATE, first_difference, judge_decisions,
                                                           judge_others, judge_velocities, likeness)
 
 
@@ -70,8 +71,13 @@ class TestDecisions:
 
 def driven(wave=0.0, late=0.0, count=100, faster=0.0):
     """Ten velocities a second: 2 s straight on, 2 s turning, ..."""
-    return [TimedVelocity(5.0 + 0.1 * n + late, 0.1 + faster, 0.5 * (n // 20 % 2) + wave * math.sin(n))
-            for n in range(count)]
+    return np.array([(5.0 + 0.1 * n + late, 0.1 + faster, 0.5 * (n // 20 % 2) + wave * math.sin(n))
+                     for n in range(count)])
+
+
+STRAIGHT = 1.0, 1.0, 0.0
+"""Of a velocity what is left without a turn."""
+NOTHING = np.empty((0, 3))
 
 
 class TestVelocities:
@@ -91,13 +97,12 @@ class TestVelocities:
         assert found.share < 0.1 and found.first < 0.1 and found.largest[0] == pytest.approx(0.1)
 
     def test_a_turn_that_was_not_made(self):
-        found = likeness(driven(), [velocity._replace(second=0.0) for velocity in driven()])
+        found = likeness(driven(), driven() * STRAIGHT)
         assert found.first == pytest.approx(2.0, abs=LATE + 0.1)
         assert found.largest[1] == pytest.approx(0.5) and 0.5 < found.share < 0.75
 
     def test_a_turn_too_many(self):
-        straight = [velocity._replace(second=0.0) for velocity in driven()]
-        assert likeness(straight, driven()).largest[1] == pytest.approx(0.5)
+        assert likeness(driven() * STRAIGHT, driven()).largest[1] == pytest.approx(0.5)
 
     def test_one_that_comes_far_too_late(self):
         assert likeness(driven(), driven(late=1.5)).share < 0.95
@@ -107,8 +112,8 @@ class TestVelocities:
         assert found.first == pytest.approx(5.0 + 0.6 - LATE, abs=0.5)
 
     def test_nothing_at_all(self):
-        assert likeness(driven(), []).share < 0.2
-        assert likeness([], []).share == 1.0
+        assert likeness(driven(), NOTHING).share < 0.2
+        assert likeness(NOTHING, NOTHING).share == 1.0
 
     def test_what_is_told(self):
         same = judge_velocities("cmd_vel", driven(), driven(), 0.95)
@@ -117,9 +122,8 @@ class TestVelocities:
         assert not other.same and "by at most 0.10 m/s" in other.sentences[0]
 
     def test_either_wheel_is_compared_with_the_tolerance_that_is_told(self):
-        for left, right in ((0.03, 0.0), (0.0, 0.03)):
-            other = [TimedVelocity(time, one + left, two + right) for time, one, two in driven()]
-            verdict = judge_velocities("cmd_wheels", driven(), other, 0.95)
+        for faster in ((0.0, 0.03, 0.0), (0.0, 0.0, 0.03)):
+            verdict = judge_velocities("cmd_wheels", driven(), driven() + faster, 0.95)
             assert not verdict.same and "within 0.02 m/s left and 0.02 m/s right" in verdict.sentences[0]
 
     def test_wheels_are_told_in_their_units(self):

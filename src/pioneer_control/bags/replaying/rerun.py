@@ -27,7 +27,7 @@ from .programs import (INTERVAL, Interrupted, connected, graph, nodes, possible_
                        running, wait_until)
 from .recorded_commands import RecordedCommands, read_commands
 from .redrive_schedule import VELOCITIES
-from .rerun_compare import TimedVelocity, Verdict, judge_decisions, judge_others, judge_velocities
+from .rerun_compare import Verdict, judge_decisions, judge_others, judge_velocities, velocities_of
 from .topic_recorder import TopicRecorder
 
 KINDS = {"decision": Decision, "cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
@@ -118,20 +118,13 @@ def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Ver
 def _verdict(name: str, before: Sequence[Any], now: Sequence[Any], enough: float) -> Verdict:
     """Compare what was commanded on one topic; the arguments are as those of `compare`."""
     if name in VELOCITIES:
-        return judge_velocities(name, [velocity_of(*each) for each in before],
-                                [velocity_of(*each) for each in now], enough)
+        return judge_velocities(name, velocities_of(before), velocities_of(now), enough)
     messages = [message for _, message in before], [message for _, message in now]
     if name != "decision":
         return judge_others(name, *messages)
     # recorded without decisions, or by another program: there is nothing to compare with
     return judge_decisions(*messages) if before else Verdict(
         True, ["no decisions live, %s in the re-run: what was commanded counts." % len(now)])
-
-
-def velocity_of(seconds: float, message: Any) -> TimedVelocity:
-    """The velocity in a Twist or WheelVelocities, which was commanded at a time (s)."""
-    return (TimedVelocity(seconds, message.left, message.right) if hasattr(message, "left")
-            else TimedVelocity(seconds, message.linear.x, message.angular.z))
 
 
 class Rerun:

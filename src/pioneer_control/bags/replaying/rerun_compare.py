@@ -18,20 +18,6 @@ NOT_COMPARED = {"header.seq"}
 """Fields of a decision that count what a publisher sent, not what it decided."""
 
 
-class TimedVelocity(NamedTuple):
-    """A velocity.
-
-    Attributes:
-        time: when it was commanded, s.
-        first: m/s forward of a cmd_vel, m/s of the left side of a cmd_wheels.
-        second: rad/s of a cmd_vel, m/s of the right side of a cmd_wheels.
-    """
-
-    time: float
-    first: float
-    second: float
-
-
 class Difference(NamedTuple):
     """The first of two sequences' elements that are not the same: which (from 0), and what is different."""
 
@@ -76,19 +62,34 @@ def first_difference(live: Sequence[Any], again: Sequence[Any]) -> Optional[Diff
     return None
 
 
-def likeness(live: Sequence[TimedVelocity], again: Sequence[TimedVelocity],
-             tolerance: Tuple[float, float] = TOLERANCE) -> Likeness:
+def velocities_of(told: Sequence[Tuple[float, Any]]) -> np.ndarray:
+    """Velocities as numbers, (n, 3): when they were commanded (s), and their two numbers.
+
+    Those are m/s forward and rad/s of a Twist, m/s of either side of a WheelVelocities.
+
+    Args:
+        told: (s, message).
+    """
+    return np.array([(time, message.left, message.right) if hasattr(message, "left")
+                     else (time, message.linear.x, message.angular.z) for time, message in told]).reshape(-1, 3)
+
+
+def likeness(live: np.ndarray, again: np.ndarray, tolerance: Tuple[float, float] = TOLERANCE) -> Likeness:
     """How alike are the velocities that hold, from the first command of either to the end of the last one?
 
     A moment is alike when what was commanded then is met, within the tolerance, at some moment not more than `LATE` s
     away. After `redrive_schedule.VALID` without a command a robot stands.
+
+    Args:
+        live: beside the robot, as `velocities_of` has them.
+        again: on the bag, likewise.
+        tolerance: of either number.
     """
-    everything = [*live, *again]
-    if not everything:
+    times = np.concatenate([live[:, 0], again[:, 0]])
+    if not len(times):
         return Likeness(0.0, 1.0, None, (0.0, 0.0))
-    begin = min(velocity.time for velocity in everything)
-    moments = np.arange(-LATE, max(velocity.time for velocity in everything) - begin + VALID + LATE, STEP)
-    one, other = _held(live, begin, moments), _held(again, begin, moments)
+    moments = np.arange(-LATE, np.ptp(times) + VALID + LATE, STEP)
+    one, other = _held(live, times.min() + moments), _held(again, times.min() + moments)
     around = round(LATE / STEP)
     apart = np.maximum(_nearest(one, other, around, tolerance), _nearest(other, one, around, tolerance))
     alike = np.all(apart <= np.array(tolerance) + 1e-9, axis=1)
@@ -97,16 +98,13 @@ def likeness(live: Sequence[TimedVelocity], again: Sequence[TimedVelocity],
                     (float(apart[:, 0].max()), float(apart[:, 1].max())))
 
 
-def _held(velocities: Sequence[TimedVelocity], begin: float, moments: np.ndarray) -> np.ndarray:
-    """Which velocity held at each moment, (m, 2)."""
-    if not velocities:
-        return np.zeros((len(moments), 2))
-    ordered = np.array(sorted(velocities), dtype=float)
-    times = ordered[:, 0] - begin
-    index = np.searchsorted(times, moments, side="right") - 1
-    held = ordered[np.maximum(index, 0), 1:].copy()
-    held[(index < 0) | (moments - times[np.maximum(index, 0)] > VALID)] = 0.0
-    return held
+def _held(velocities: np.ndarray, moments: np.ndarray) -> np.ndarray:
+    """Which velocity held at each moment (s), (m, 2)."""
+    in_order = velocities[np.argsort(velocities[:, 0], kind="stable")]
+    ordered = np.concatenate([[(-np.inf, 0.0, 0.0)], in_order])     # before the first command a robot stands
+    index = np.searchsorted(ordered[:, 0], moments, side="right") - 1
+    is_old = moments - ordered[index, 0] > VALID
+    return np.where(is_old[:, np.newaxis], 0.0, ordered[index, 1:])
 
 
 def _nearest(one: np.ndarray, other: np.ndarray, around: int, tolerance: Tuple[float, float]) -> np.ndarray:
@@ -137,14 +135,13 @@ def judge_decisions(live: Sequence[Any], again: Sequence[Any]) -> Verdict:
                            % (counts, found.place + 1, stamp, found.what)])
 
 
-def judge_velocities(topic: str, live: Sequence[TimedVelocity], again: Sequence[TimedVelocity],
-                     enough: float) -> Verdict:
+def judge_velocities(topic: str, live: np.ndarray, again: np.ndarray, enough: float) -> Verdict:
     """Compare the velocities of one topic.
 
     Args:
         topic: last name.
-        live: beside the robot.
-        again: on the bag.
+        live: beside the robot, as `velocities_of` has them.
+        again: on the bag, likewise.
         enough: share of the time for which they must be alike.
     """
     units = ("m/s", "rad/s") if topic == "cmd_vel" else ("m/s left", "m/s right")
