@@ -141,8 +141,7 @@ def _system() -> str:
     """The name that the operating system gives itself."""
     try:
         with open("/etc/os-release", encoding="utf-8") as file:
-            rows = dict(line.rstrip().split("=", 1) for line in file if "=" in line)
-        return rows.get("PRETTY_NAME", "").strip('"')
+            return dict(line.rstrip().split("=", 1) for line in file if "=" in line).get("PRETTY_NAME", "").strip('"')
     except OSError:
         return sys.platform
 

@@ -63,7 +63,6 @@ def main() -> NoReturn:
         check_alone("/" + ("%s/%s" % (namespace.strip("/"), name)).strip("/"))
     except UsageError as error:
         sys.exit("record: %s" % error)
-    lines = left_behind(plan.folder, time.time())
     recorder = os.getpid()
     sys.stdout.flush()
     attentive = signal.getsignal(signal.SIGHUP) == signal.SIG_DFL
@@ -75,7 +74,7 @@ def main() -> NoReturn:
             signal.signal(signal.SIGHUP, lambda *_: os.kill(recorder, signal.SIGINT))
         from .attendant import attend
 
-        attend(plan, recorder, name + "_notes", lines)
+        attend(plan, recorder, name + "_notes", left_behind(plan.folder, time.time()))
         sys.exit(0)
     os.execvp("rosrun", [*plan.command, "__name:=" + name,
                          *(argument for argument in mapped if not argument.startswith("__name:="))])

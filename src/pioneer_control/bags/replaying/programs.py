@@ -18,11 +18,16 @@ from ..command_line import say
 from .playback import ASIDE, absolute
 from .redrive_schedule import OTHERS, VELOCITIES
 
-PATIENCE = 30.0  # s until programs must be there; the slowest machine needs few of them
-MASTER_PATIENCE = 5.0  # s for an answer of the master
-INTERVAL = 0.05  # s between two looks
-LAST_WORDS = 10.0, 5.0  # s after Ctrl-C, and after SIGTERM, until a program is killed
-DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
+PATIENCE = 30.0
+"""s until programs must be there; the slowest machine needs a few."""
+MASTER_PATIENCE = 5.0
+"""s for an answer of the master, or of a node."""
+INTERVAL = 0.05
+"""s between two looks."""
+LAST_WORDS = 10.0, 5.0
+"""s that a program has after Ctrl-C, and then after SIGTERM. Then it is killed."""
+DIE_WITH_PARENT = 1
+"""PR_SET_PDEATHSIG of prctl(2)"""
 
 
 class Interrupted(PioneerError):
@@ -39,7 +44,7 @@ def become_node(name: str) -> None:
     """Become a node of this name, or of that given with ``__name:=``.
 
     Raises:
-        UsageError: there is no master, or a node of that name is at work, which this one would end.
+        UsageError: there is no master, or a node of that name is at work. This node would end it.
     """
     name = next((word[len("__name:="):] for word in reversed(sys.argv) if word.startswith("__name:=")), name)
     try:
@@ -54,7 +59,11 @@ def become_node(name: str) -> None:
 def run_as_node(name: str, run: Callable[[], int]) -> int:
     """Become a node and run something.
 
-    Where roslaunch started this program, it says afterwards that the last words in red are no error.
+    Where roslaunch started this program, a line says that what roslaunch then writes in red is no error.
+
+    Args:
+        name: of the node.
+        run: gives the exit code.
 
     Returns:
         The exit code: that of `run`; 1 it ended before, 2 it cannot be done as asked.
@@ -106,28 +115,32 @@ def running(command: Sequence[str], namespace: str = "/", quiet: bool = False) -
 
 
 def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subprocess.Popen] = (),
-               patience: float = PATIENCE) -> None:
+               patience: float = PATIENCE, watch: Callable[[], None] = lambda: None, is_done: str = "it was done") -> None:
     """Wait until a condition holds.
 
     Args:
         what: the condition in words.
+        condition: is asked again and again.
         needed: programs that must not end meanwhile.
         patience: s.
+        watch: called again and again meanwhile; may raise an error.
+        is_done: what has not come about when this node ends, in words.
 
     Raises:
-        NoAnswerError: it did not come to hold, or a needed program ended.
-        Interrupted: this node ended.
+        NoAnswerError: the condition did not come to hold, or a needed program ended.
+        Interrupted: this node is to end.
     """
     end = time.monotonic() + patience
     while not condition():
         if rospy.is_shutdown():
-            raise Interrupted("ended before it was done")
-        ended = [process.poll() for process in needed if process.poll() is not None]
-        if ended:
+            raise Interrupted("ended before " + is_done)
+        codes = [process.poll() for process in needed if process.poll() is not None]
+        if codes:
             raise NoAnswerError("waited for %s, but a program that is needed for it has ended (exit code %s); its "
-                                "last lines above say why" % (what, ended[0]))
+                                "last lines above say why" % (what, codes[0]))
         if time.monotonic() > end:
             raise NoAnswerError("waited %.0f s in vain for %s" % (patience, what))
+        watch()
         time.sleep(INTERVAL)
 
 
@@ -137,7 +150,7 @@ def graph() -> Tuple[Dict[str, List[str]], ...]:
 
 
 def nodes() -> List[str]:
-    """All nodes there are."""
+    """Whole names of all nodes that the master knows."""
     return sorted({node for part in graph() for names in part.values() for node in names})
 
 
@@ -155,7 +168,13 @@ def possible_robots() -> List[str]:
 
 
 def connected(sender: str, listener: str, topics: Iterable[str]) -> bool:
-    """Whether a node has a connection to another on each of some topics, as far as it publishes them."""
+    """Whether a node is connected to another one.
+
+    Args:
+        sender: whole name of the node that publishes.
+        listener: whole name of the node that listens.
+        topics: whole names. Those that the sender publishes must all be connected.
+    """
     published = {topic for topic, names in graph()[0].items() if sender in names}
     node = peer(rosgraph.Master(rospy.get_name()).lookupNode(sender), MASTER_PATIENCE)
     _, _, connections = node.getBusInfo(rospy.get_name())
@@ -163,7 +182,7 @@ def connected(sender: str, listener: str, topics: Iterable[str]) -> bool:
 
 
 def restore_parameter(name: str, value: Any) -> None:
-    """Set a parameter to what it was before; None: it was not set."""
+    """Set a parameter to the value that it had before; None: it was not set."""
     with contextlib.suppress(OSError, KeyError, rosgraph.MasterException):      # the master has ended, too
         if value is not None:
             rospy.set_param(name, value)

@@ -8,11 +8,9 @@ import argparse
 import collections
 import contextlib
 import os
-import re
 import subprocess
 import threading
 import time
-from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
@@ -32,7 +30,7 @@ from ..draw import draw_runs
 from ..records import BagError
 from ..recorded_run import Track
 from ..recording.description import Description
-from ..recording.topics import load_list, topics_of
+from ..recording.topics import NAME, load_list, topics_of
 from ..run import read_run
 from .programs import INTERVAL, Interrupted, nodes, restore_parameter, run_as_node, running, wait_until
 from .recorded_commands import read_commands
@@ -41,19 +39,24 @@ from .topic_recorder import TopicRecorder
 
 KINDS = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
          "gripper_control": GripperState}
+"""What a robot is told: message by the topic's last name."""
 NEEDED = "pose", "motor_state", "robot_info", "ground_truth"
 """Topics of the simulated robot that must be there before it is told anything."""
-WORLDS = Path(__file__).parents[2] / "simulator" / "worlds"
+WORLDS = os.path.join(os.path.dirname(__file__), "..", "..", "simulator", "worlds")
 SAME_ROBOT = "model", "models_file", "gripper", "rear_sonar"
-"""Parameters of a recorded simulator that the new one gets, too."""
+"""Parameters of the recorded simulator that the new one gets too."""
 SAME_DRIVER = "cmd_vel_timeout", "max_"
-"""Begins of the names of those of a recorded driver."""
+"""How the names of parameters begin that the new driver gets from the recorded one."""
 SLOWEST = 0.05
 """Least share of the recorded speeds."""
-ON = 1  # MotorState.state
-STOPS, STOP_AGAIN = 5, 0.05  # of the last stop: how often, and s between
-SERVICE_PATIENCE = 120.0  # s for the driver to offer its service, and for the motors to be on
-STANDS = 0.005  # m/s and rad/s
+ON = 1
+"""MotorState.state"""
+STOPS, STOP_AGAIN = 5, 0.05
+"""How often the last stop is said, and s between."""
+SERVICE_PATIENCE = 120.0
+"""s for the driver to offer its service, and for the motors to be on."""
+STANDS = 0.005
+"""m/s and rad/s: a slower robot stands."""
 
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
@@ -82,7 +85,7 @@ class RecordedDrive(NamedTuple):
     like: Dict[str, Any]
     """parameters that make a simulated robot like it, and put it where it truly stood when it was told the first"""
     driver: Dict[str, Any]
-    """parameters of its driver"""
+    """parameters that make a driver drive like its driver"""
 
     @property
     def valid(self) -> float:
@@ -92,7 +95,11 @@ class RecordedDrive(NamedTuple):
 
 
 def read_drive(files: Sequence[str], robot: str = "") -> RecordedDrive:
-    """Read what a robot was told.
+    """Read what a robot was told, and what it was.
+
+    Args:
+        files: a bag, or the parts of a recording.
+        robot: its namespace; "": the only robot that was told something.
 
     Raises:
         BagError: as `read_commands` does.
@@ -108,13 +115,14 @@ def read_drive(files: Sequence[str], robot: str = "") -> RecordedDrive:
         like.update(gripper=info.has_gripper, **({"model": info.subtype} if info.subtype else {}))
     if truths:
         like["start"] = _place(truths, orders[0].time)
+    driver = description.parameters_of("%s/p2os" % told.robot)
     return RecordedDrive(told.robot, orders, str(simulator.get("world") or world and world.data or ""), like,
-                         description.parameters_of("%s/p2os" % told.robot))
+                         {name: driver[name] for name in driver if name.startswith(SAME_DRIVER)})
 
 
-def _place(truths: Sequence[Tuple[float, Any]], time: float) -> List[float]:
+def _place(truths: Sequence[Tuple[float, Any]], begin: float) -> List[float]:
     """Where the robot stood last before a time (s), or first after it: x, y (m), heading (rad)."""
-    message = ([message for when, message in truths if when <= time] or [truths[0][1]])[-1]
+    message = ([message for when, message in truths if when <= begin] or [truths[0][1]])[-1]
     position, turn = message.pose.pose.position, message.pose.pose.orientation
     return [position.x, position.y, heading_of(turn.x, turn.y, turn.z, turn.w)]
 
@@ -131,7 +139,7 @@ def known_world(named: str) -> str:
     Args:
         named: its name or file; empty where the bag does not tell.
     """
-    if (WORLDS / (named + ".yaml")).is_file() or "/" in named and os.path.isfile(named):
+    if os.path.isfile(os.path.join(WORLDS, named + ".yaml")) or "/" in named and os.path.isfile(named):
         return named
     say("The world %r of the recording is not here: there is nothing round the robot now. Give its file with "
         "world:=FILE." % named if named else
@@ -146,7 +154,7 @@ class Redrive:
         given: the command line.
 
     Raises:
-        UsageError: it makes no sense; nothing is started yet.
+        UsageError: the command line makes no sense. Nothing is started yet.
     """
 
     def __init__(self, given: argparse.Namespace) -> None:
@@ -158,16 +166,16 @@ class Redrive:
         if given.numbers_file and not os.path.isfile(os.path.expanduser(given.numbers_file)):
             raise UsageError("numbers_file:=%s: no such file" % given.numbers_file)
         self._name = "/" + given.name.strip("/")
-        if not re.fullmatch("(/[A-Za-z][A-Za-z0-9_]*)+", self._name):   # all parameters below it are removed at the end
+        if not NAME.fullmatch(self._name[1:]):      # all parameters below it are removed at the end
             raise UsageError("--name %r is not legal: give the name of a namespace, such as redrive" % given.name)
         self._silent = False
         self._publishing = threading.Lock()
 
     def run(self) -> int:
-        """Drive.
+        """Drive the simulated robot, and compare its path.
 
         Returns:
-            The exit code: 0 driven to the end and compared.
+            The exit code: 0, driven to the end and compared.
         """
         self._refuse_a_shared_name()
         self._bag = TopicRecorder(self._given.output or free_name(self._files[0], "redrive"), rospy.Time.now)
@@ -203,22 +211,24 @@ class Redrive:
                              "for the re-driven robot with --name" % ", ".join(there))
 
     def _start_robot(self, at_end: contextlib.ExitStack) -> Sequence[subprocess.Popen]:
-        """Start the simulated robot and its driver, which `at_end` ends.
+        """Start the simulated robot and its driver.
+
+        Args:
+            at_end: ends them.
 
         Returns:
-            Both. Neither may end before.
+            Both programs. Neither may end before.
         """
         recorded, given = self._recorded, self._given
         line, prefix = "/tmp/pioneer_redrive_%s" % os.getpid(), self._name.strip("/") + "/"
         simulator = simulator_parameters(recorded, given.world, given.numbers_file, given.seed)
-        driver = {name: value for name, value in recorded.driver.items() if name.startswith(SAME_DRIVER)}
         x, y, heading = simulator.get("start") or (0.0, 0.0, 0.0)
         where = " at x %.2f m, y %.2f m, %.0f degrees" % (x, y, np.degrees(heading)) if "start" in simulator else ""
         say("A simulated %s in the world %r%s is told what %s in %s was told: for %.0f s, as %s."
             % (simulator.get("model", "robot"), simulator["world"], where, recorded.robot or "the robot",
                self._files[0], max([order.time for order in self._orders], default=0.0), self._name))
         rospy.set_param(self._name + "/simulator", dict(simulator, pty=line, frame_prefix=prefix))
-        rospy.set_param(self._name + "/p2os", dict(driver, port=line, frame_prefix=prefix))
+        rospy.set_param(self._name + "/p2os", dict(recorded.driver, port=line, frame_prefix=prefix))
         started = [at_end.enter_context(running(["rosrun", "pioneer_control", program, "__name:=" + name], self._name))
                    for program, name in (("p2os_simulator", "simulator"), ("p2os_driver", "p2os"))]
         wait_until("the robot (%s)" % ", ".join(NEEDED), lambda: all(self._newest(name) for name in NEEDED), started)
@@ -254,20 +264,17 @@ class Redrive:
 
     def _give(self, order: Order) -> None:
         with self._publishing:
-            if self._silent:
-                return
-            self._publishers[order.topic].publish(order.message)
-        self._bag.write(order.message, "%s/%s" % (self._name, order.topic))
+            if not self._silent:
+                self._publishers[order.topic].publish(order.message)
+                self._bag.write(order.message, "%s/%s" % (self._name, order.topic))
 
     def _stop(self) -> None:
-        """Stop the robot and tell it nothing any more. May be called by any thread, and again."""
+        """Stop the robot, and tell it nothing any more. Any thread may call it, and more than once."""
         with self._publishing:
-            if self._silent:
-                return
-            self._silent = True
-            for _ in range(STOPS):  # this program may end next: give its sending thread time
+            for _ in range(0 if self._silent else STOPS):   # this program may end next: give its sending thread time
                 self._publishers["cmd_vel"].publish(Twist())
                 time.sleep(STOP_AGAIN)
+            self._silent = True
 
     def _stands(self) -> bool:
         twist = self._newest("pose").twist.twist
@@ -305,7 +312,12 @@ class Redrive:
 
 
 def trimmed(track: Track, begin: float) -> Track:
-    """A track from a moment (s) on: from where the robot was just then, however few of its places are kept."""
+    """A track from a moment on. It begins where the robot was just then, however few of its places are kept.
+
+    Args:
+        track: the whole one.
+        begin: the moment, s.
+    """
     begin = min(max(begin, float(track.time[0])), float(track.time[-1]))
     return track.at(np.append(begin, track.time[track.time > begin]))
 

@@ -13,27 +13,33 @@ from typing import Any, Iterable, Iterator, List, NamedTuple
 VELOCITIES = "cmd_vel", "cmd_wheels"
 OTHERS = "cmd_motor_state", "gripper_control"
 
-VALID = 0.6  # s: the driver's default for cmd_vel_timeout
-LEGAL_VALID = 0.1, 2.0  # s: what that may be
-REFRESH = 0.2  # s between two repetitions of a velocity
+VALID = 0.6
+"""s: the driver's default for cmd_vel_timeout."""
+LEGAL_VALID = 0.1, 2.0
+"""s: the least and the greatest cmd_vel_timeout."""
+REFRESH = 0.2
+"""s between two repetitions of a velocity."""
 
 
 class Order(NamedTuple):
-    """Something a robot is told: when (s from the first), on which topic (its last name), and the message."""
+    """Something that a robot is told."""
 
     time: float
+    """when, s"""
     topic: str
+    """its last name"""
     message: Any
 
 
-def schedule(told: Iterable[Order], factor: float = 1.0, valid: float = VALID, refresh: float = REFRESH) -> List[Order]:
-    """The orders to give, from time 0 on. Velocities that are no numbers are left out: a driver refuses them.
+def schedule(told: Iterable[Order], factor: float = 1.0, valid: float = VALID) -> List[Order]:
+    """The orders to give, in order of time, from time 0 on.
+
+    Velocities that are not finite numbers are left out: a driver refuses them.
 
     Args:
         told: recorded orders, in whatever order.
         factor: the k above, more than 0.
         valid: s for which a velocity holds.
-        refresh: s between two repetitions of a velocity.
     """
     told = sorted((order for order in told if order.topic not in VELOCITIES or _is_finite(order.message)),
                   key=lambda order: order.time)
@@ -43,14 +49,14 @@ def schedule(told: Iterable[Order], factor: float = 1.0, valid: float = VALID, r
     for order, following in zip(velocities, velocities[1:] + [None]):
         ends = order.time + valid if following is None else min(order.time + valid, following.time)
         said = Order((order.time - begin) / factor, order.topic, slowed(order.message, factor))
-        orders += _repeated(said, (ends - begin) / factor, refresh)
+        orders += _repeated(said, (ends - begin) / factor)
         if following is None or following.time - order.time > valid:
             orders.append(Order((ends - begin) / factor, order.topic, slowed(order.message, 0.0)))
     return sorted(orders, key=lambda order: order.time)  # stable: what came together stays in its order
 
 
 def slowed(message: Any, factor: float) -> Any:
-    """A Twist or WheelVelocities that is so many times as fast."""
+    """A Twist or WheelVelocities that is `factor` times as fast as another."""
     result = copy.deepcopy(message)
     if hasattr(result, "left"):
         result.left, result.right = factor * result.left, factor * result.right
@@ -60,14 +66,14 @@ def slowed(message: Any, factor: float) -> Any:
     return result
 
 
-def _repeated(order: Order, end: float, refresh: float) -> Iterator[Order]:
+def _repeated(order: Order, end: float) -> Iterator[Order]:
     """An order, repeated until shortly before its end (s)."""
-    for number in range(max(1, math.ceil((end - 1e-9 - order.time) / refresh))):
-        yield order._replace(time=order.time + number * refresh)
+    for number in range(max(1, math.ceil((end - 1e-9 - order.time) / REFRESH))):
+        yield order._replace(time=order.time + number * REFRESH)
 
 
 def _is_finite(message: Any) -> bool:
-    """Whether a Twist or WheelVelocities has numbers only."""
-    if hasattr(message, "left"):
-        return math.isfinite(message.left) and math.isfinite(message.right)
-    return all(math.isfinite(value) for part in (message.linear, message.angular) for value in (part.x, part.y, part.z))
+    """Whether all numbers of a Twist or WheelVelocities are finite."""
+    numbers = ((message.left, message.right) if hasattr(message, "left") else
+               [value for part in (message.linear, message.angular) for value in (part.x, part.y, part.z)])
+    return all(map(math.isfinite, numbers))

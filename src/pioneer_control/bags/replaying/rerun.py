@@ -6,13 +6,13 @@ under ``rerun/``. Neither reaches a robot. The program gets the parameters that 
 
 import argparse
 import contextlib
+import math
 import os
 import shlex
 import subprocess
 import time
 from typing import Any, Dict, List, NamedTuple, Sequence
 
-import genpy
 import rospy
 from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
@@ -23,7 +23,7 @@ from ...msg import Decision, GripperState, MotorState, WheelVelocities
 from ..bag_names import bag_files, free_name
 from ..command_line import number, parser_of, say
 from .playback import RERUN, absolute, aside, player, recorded_topics
-from .programs import (INTERVAL, Interrupted, connected, graph, nodes, possible_robots, restore_parameter, run_as_node,
+from .programs import (Interrupted, connected, graph, nodes, possible_robots, restore_parameter, run_as_node,
                        running, wait_until)
 from .recorded_commands import RecordedCommands, read_commands
 from .redrive_schedule import VELOCITIES
@@ -32,15 +32,22 @@ from .topic_recorder import TopicRecorder
 
 KINDS = {"decision": Decision, "cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
          "gripper_control": GripperState}
+"""What a program commands, and why: message by the topic's last name."""
 SERVICES = "set_motors", "enable_motors", "disable_motors", "set_sonar", "reset_odometry"
-"""Of a driver. The program does not reach those of one that is alive either."""
+"""Services of a driver. The program does not reach those of a driver that is alive."""
 PLAYER = "/play_rerun"
-PLAYER_PATIENCE = 30.0  # s until the player is there
-LOOK_OUT = 0.3  # s between two looks for robots that have come
-SETTLED = 1.0  # s without a new topic: the program listens to all it is going to listen to
-WAITS_FOR_TIME = 5.0  # s in which it listens to the clock only: it wants to see the time go on first
-QUIET = 10.0  # s without a word from the program: it has nothing more to say
-LAST_WORD = 0.5  # s without one, where it has made as many decisions as there were
+PLAYER_PATIENCE = 30.0
+"""s until the player must be there."""
+LOOK_OUT = 0.3
+"""s between two looks for robots that have come."""
+SETTLED = 1.0
+"""s in which the program subscribes to no more topics. Then it listens to all it is going to listen to."""
+WAITS_FOR_TIME = 5.0
+"""s in which the program listens to the clock alone. Then it wants to see the time go on first."""
+QUIET = 10.0
+"""s without a word from the program. Then it has nothing more to say."""
+LAST_WORD = 0.5
+"""s without a word from a program that has made as many decisions as are in the bag."""
 
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
@@ -73,7 +80,7 @@ def read_live(files: Sequence[str], robot: str, program: str) -> Live:
 
     Args:
         files: a bag, or the parts of a recording.
-        robot: its namespace; "": the only one that was told something.
+        robot: its namespace; "": the only robot that was told something.
         program: gives the node's name where the bag does not say who commanded.
 
     Raises:
@@ -99,13 +106,13 @@ def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
 
 
 def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Verdict:
-    """Compare everything that was commanded. Decisions count; without them velocities and gripper do.
+    """Compare everything that was commanded. Decisions count. Where there are none, velocities and gripper do.
 
-    Whether a program asks for the motors depends on whether they are on already: that is told, but does not count.
+    Whether a program asks for the motors depends on whether they are on already. So that is told, but does not count.
 
     Args:
-        live: (s, message) by the topic's last name.
-        again: likewise.
+        live: what was commanded beside the robot: (s, message) by the topic's last name.
+        again: likewise, on the bag.
         enough: share of the time for which velocities must be alike.
     """
     verdicts = {name: _verdict(name, live.get(name, []), again.get(name, []), enough)
@@ -134,7 +141,7 @@ class Rerun:
         given: the command line.
 
     Raises:
-        UsageError: it makes no sense; nothing is started yet.
+        UsageError: the command line makes no sense. Nothing is started yet.
     """
 
     def __init__(self, given: argparse.Namespace) -> None:
@@ -147,7 +154,7 @@ class Rerun:
         self._live = read_live(self._files, given.robot, given.program)
         self._robot = "/" + self._live.told.robot if self._live.told.robot else ""
         self._decisions = [message for _, message in self._live.told.messages.get("decision", [])]
-        self._time = genpy.Time.from_sec(self._live.told.begin)
+        self._time = rospy.Time.from_sec(self._live.told.begin)
         self._looked_out = 0.0
 
     def run(self) -> int:
@@ -200,7 +207,12 @@ class Rerun:
                              % ", ".join(others))
 
     def _play(self, recorder: TopicRecorder, at_end: contextlib.ExitStack) -> None:
-        """Start everything, which `at_end` ends, and let the bag run when all is connected."""
+        """Start everything, and let the bag run when all is connected.
+
+        Args:
+            recorder: hears what the program commands.
+            at_end: ends what is started.
+        """
         live, given = self._live, self._given
         told = "; the bag does not tell which parameters it had, and it gets none."
         if live.parameters:
@@ -229,7 +241,6 @@ class Rerun:
 
         def ready() -> bool:
             nonlocal before, since
-            self._look_out()
             heard = {topic for topic, names in graph()[1].items() if self._live.node in names}
             if heard != before:
                 before, since = heard, time.monotonic()
@@ -238,23 +249,21 @@ class Rerun:
                 return unchanged > SETTLED and connected(PLAYER, self._live.node, heard)
             return bool(heard) and unchanged > WAITS_FOR_TIME
 
-        wait_until("%s to be there" % self._given.program, ready, [program, bag])
+        wait_until("%s to be there" % self._given.program, ready, [program, bag], watch=self._look_out)
 
     def _wait_for_end(self, bag: subprocess.Popen, program: subprocess.Popen, recorder: TopicRecorder) -> None:
         """Wait until the bag is over and the program has said all it has to say."""
-        while bag.poll() is None:
-            if rospy.is_shutdown():
-                raise Interrupted("ended before the bag was over")
-            self._look_out()
-            time.sleep(INTERVAL)
+        wait_until("the bag to be over", lambda: bag.poll() is not None, patience=math.inf, watch=self._look_out,
+                   is_done="the bag was over")
         ended = time.monotonic()
-        while program.poll() is None and not rospy.is_shutdown():
-            quiet = time.monotonic() - max(recorder.heard_at, ended)
+
+        def has_ended() -> bool:
             all_said = 0 < len(self._decisions) <= recorder.counts[self._robot + "/decision"]
-            if quiet > (LAST_WORD if all_said else QUIET):
-                break
-            self._look_out()
-            time.sleep(INTERVAL)
+            quiet = time.monotonic() - max(recorder.heard_at, ended)
+            return program.poll() is not None or quiet > (LAST_WORD if all_said else QUIET)
+
+        with contextlib.suppress(Interrupted):      # what it has said until then is judged
+            wait_until("its last word", has_ended, patience=math.inf, watch=self._look_out)
         if program.poll():
             say("%s ended with exit code %s." % (self._given.program, program.poll()))
 

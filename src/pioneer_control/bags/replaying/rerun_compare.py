@@ -11,27 +11,36 @@ import numpy as np
 
 from .redrive_schedule import VALID
 
-STEP = 0.05  # s between two moments that are compared
-LATE = 0.3  # s by which a command may come earlier or later
-TOLERANCE = 0.02, 0.05  # m/s, rad/s: as good as the same
+STEP = 0.05
+"""s between two moments that are compared."""
+LATE = 0.3
+"""s by which a command may come earlier or later."""
+TOLERANCE = 0.02, 0.05
+"""m/s, rad/s: velocities that differ by less are as good as the same."""
 NOT_COMPARED = {"header.seq"}
 """Fields of a decision that count what a publisher sent, not what it decided."""
 
 
 class Difference(NamedTuple):
-    """The first of two sequences' elements that are not the same: which (from 0), and what is different."""
+    """The first elements of two sequences that are not the same."""
 
     place: int
+    """which, from 0"""
     what: str
+    """what is different"""
 
 
 class Likeness(NamedTuple):
     """How alike two commanded motions are."""
 
-    seconds: float  # compared
-    share: float  # of that time within the tolerance
-    first: Optional[float]  # s after the first command: when they differ for the first time; None: never
-    largest: Tuple[float, float]  # difference in either number
+    seconds: float
+    """that were compared"""
+    share: float
+    """of that time, within the tolerance"""
+    first: Optional[float]
+    """s after the first command: when they differ for the first time; None: never"""
+    largest: Tuple[float, float]
+    """difference of either number"""
 
 
 class Verdict(NamedTuple):
@@ -108,13 +117,13 @@ def _held(velocities: np.ndarray, moments: np.ndarray) -> np.ndarray:
 
 
 def _nearest(one: np.ndarray, other: np.ndarray, around: int, tolerance: Tuple[float, float]) -> np.ndarray:
-    """How far numbers are from the nearest at moments near by, (m, 2).
+    """How far velocities are from the nearest velocity at a moment near by, (m, 2).
 
     Args:
         one: velocities (m, 2).
         other: those to look for, (m, 2).
-        around: steps that a moment may be away.
-        tolerance: unit of either number.
+        around: how many steps away a moment may be.
+        tolerance: the unit in which either number is compared.
     """
     padded = np.pad(other, ((around, around), (0, 0)))
     shifted = np.stack([np.abs(one - padded[start:start + len(one)]) for start in range(2 * around + 1)])
@@ -156,7 +165,7 @@ def judge_velocities(topic: str, live: np.ndarray, again: np.ndarray, enough: fl
 
 
 def judge_others(topic: str, live: Sequence[Any], again: Sequence[Any]) -> Verdict:
-    """Compare what is no velocity: it must be the same, in the same order; how often one is repeated does not count."""
+    """Compare messages that are not velocities: the same must come in the same order. Repetitions do not count."""
     one, other = _changes(live), _changes(again)
     found = first_difference(one, other)
     if found is None:

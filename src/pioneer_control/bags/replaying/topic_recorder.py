@@ -7,7 +7,6 @@ import threading
 import time
 from typing import Any, Callable, Counter, Dict, List, Optional, Tuple
 
-import genpy
 import rospy
 
 from ...errors import UsageError
@@ -22,18 +21,19 @@ class TopicRecorder(contextlib.AbstractContextManager):
 
     Args:
         path: of the bag.
-        now: the time at which a message is written.
+        now: the time that a message gets.
 
     Attributes:
-        newest: message by topic.
-        counts: messages by topic.
+        path: of the bag.
+        newest: the newest message of each topic.
+        counts: how many messages of each topic are written.
         heard_at: when the last message came; s, of the monotonic clock.
 
     Raises:
-        UsageError: no such bag can be made.
+        UsageError: there is such a file already, or it cannot be written.
     """
 
-    def __init__(self, path: str, now: Callable[[], genpy.Time]) -> None:
+    def __init__(self, path: str, now: Callable[[], rospy.Time]) -> None:
         if os.path.exists(path):
             raise UsageError("%s is there already: name another output" % path)
         try:
