@@ -1,5 +1,6 @@
 """Names of bags: their stem, the order of parts, the files that a text on a command line names, and free names."""
 
+import contextlib
 import glob
 import itertools
 import os
@@ -27,12 +28,10 @@ def bag_files(given: str) -> List[str]:
     Raises:
         BagError: the text names no file, or one that does not exist.
     """
-    if os.path.exists(os.path.expanduser(given)):
-        return [os.path.expanduser(given)]
-    try:
-        words = shlex.split(given)
-    except ValueError:
-        words = [given]
+    words = [given]
+    if not os.path.exists(os.path.expanduser(given)):
+        with contextlib.suppress(ValueError):   # a quote that stands alone
+            words = shlex.split(given)
     files: List[str] = []
     for word in (os.path.expanduser(word) for word in words):   # no shell does it in bag:=~/FILE.bag
         found = [word] if os.path.exists(word) else in_order(glob.glob(word))

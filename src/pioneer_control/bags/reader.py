@@ -140,14 +140,12 @@ class _Head:
         self._publishers: Set[Tuple[str, str]] = set()
 
     def takes(self, time: int, connection: BagConnection) -> bool:
-        """Whether a message is in the head. Called with all messages of the part, in their order in the file.
+        """Whether a message is in the head. Called with all messages of the part in their order, as long as it is open.
 
         Args:
             time: of the message, ns.
             connection: of the message.
         """
-        if not self.open:
-            return False
         alike, publisher = (time, bool(connection.caller)), (connection.topic, connection.caller)
         self._first = self._first or alike
         may_be_repeated = not connection.caller or connection.latching and publisher not in self._publishers
@@ -327,7 +325,7 @@ class _File:
                     if connection is None:
                         self._nameless += 1
                         continue
-                    in_head = self._head.takes(record.time, connection)
+                    in_head = self._head.open and self._head.takes(record.time, connection)
                     if record.connection not in self._unwanted:
                         queue.add(Message(connection.topic, connection, source.data(record), record.time), in_head)
                 elif record.op == CONNECTION:

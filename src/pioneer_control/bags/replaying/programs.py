@@ -115,7 +115,8 @@ def running(command: Sequence[str], namespace: str = "/", quiet: bool = False) -
 
 
 def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subprocess.Popen] = (),
-               patience: float = PATIENCE, watch: Callable[[], None] = lambda: None, is_done: str = "it was done") -> None:
+               patience: float = PATIENCE, watch: Callable[[], None] = lambda: None,
+               is_done: str = "it was done") -> None:
     """Wait until a condition holds.
 
     Args:

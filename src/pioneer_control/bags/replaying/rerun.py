@@ -214,10 +214,9 @@ class Rerun:
             at_end: ends what is started.
         """
         live, given = self._live, self._given
-        told = "; the bag does not tell which parameters it had, and it gets none."
-        if live.parameters:
-            own = ["%s %s" % each for each in sorted(live.parameters.items()) if not isinstance(each[1], dict)]
-            told = " with %s." % ", ".join(own)
+        own = ["%s %s" % each for each in sorted(live.parameters.items()) if not isinstance(each[1], dict)]
+        told = (" with %s." % ", ".join(own) if live.parameters else
+                "; the bag does not tell which parameters it had, and it gets none.")
         say("%s hears %s as %s%s" % (given.program, " ".join(self._files), live.node, told))
         command = player(self._files, self._topics, ["--pause", "--quiet", *shlex.split(given.options)])
         bag = at_end.enter_context(running([*command, "__name:=" + PLAYER[1:]], quiet=True))
