@@ -367,6 +367,10 @@ class Record(unittest.TestCase):
         with open(self.killed + ".bag.active", "rb") as file:
             self.assertEqual(file.read(), before)
 
+    def test_one_that_is_told_to_end_does_not_seem_killed(self):
+        self.assertIn("topics into", self.log("parts"))
+        self.assertNotIn("was killed", self.log("parts"))
+
     def test_a_closed_terminal_closes_the_bag(self):
         recorder = self.start("closed", "rosrun", "pioneer_control", "record", "robot1", "--bag=closed",
                               "__name:=closed")

@@ -160,7 +160,7 @@ def attend(plan: RecordingPlan, recorder: int, name: str, lines: Sequence[LogLin
         if not told and monotonic() > start + GRACE:
             told = True
             say(silent(plan, state))
-    if not rospy.is_shutdown():
+    if not stop.is_set():
         say([last_words(plan, shutil.disk_usage(plan.folder).free)])
 
 
