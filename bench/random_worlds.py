@@ -11,9 +11,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
 from free_space import room
 
 from pioneer_control.errors import WorldError
-from pioneer_control.simulator.world.trigonometry import unit
-from pioneer_control.simulator.world.geometry import Point
-from pioneer_control.simulator.world.poses import Wall, box_walls, closed, turned
+from pioneer_control.simulator.world.poses import Point, Wall, box_walls, closed, turned, unit
 from pioneer_control.simulator.world.world import START_CLEARANCE, World
 
 START_ROOM = 2.0

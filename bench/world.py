@@ -26,7 +26,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "src"))
 
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.world import World, load_world
-from pioneer_control.simulator.world.trigonometry import unit
+from pioneer_control.simulator.world.poses import unit
 
 HALF_WIDTH, MAXIMUM = math.radians(12.5), 5.0
 PLACES, ROUNDS = 50, 20

@@ -10,7 +10,7 @@ from ..errors import ParameterError
 from ..parameters import AutoSwitch, Number, Numbers, Switch, Text, Whole, check, parameter
 from .line.server import SPEEDS
 from .simulation import MOST_ROBOTS
-from .world.geometry import Pose
+from .world.poses import Pose
 
 
 class TcpAddress(NamedTuple):

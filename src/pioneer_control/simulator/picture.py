@@ -16,7 +16,8 @@ from ..errors import PioneerError
 from ..pictures import BEYOND, FLOOR, INK, WALL, draw_frame, write
 from ..robots import find_model
 from .world import World, known_worlds, load_world, standing_places
-from .world.geometry import Array, Point, Pose
+from .world.geometry import Array
+from .world.poses import Point, Pose
 from .world.world import FREE, OCCUPIED
 
 CAN, START, DOCK, GOAL, ROBOT = "#e69f00", "#009e73", "#0072b2", "#cc79a7", "#d55e00"

@@ -3,8 +3,7 @@
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
 from .world import Can
-from .world.geometry import Point
-from .world.trigonometry import hypot
+from .world.poses import Point, hypot
 
 REST = 1.0
 """A shove is over when the can has stood still for so long (simulated s)."""

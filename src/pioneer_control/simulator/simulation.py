@@ -22,7 +22,7 @@ from .clock import NEVER_US, Clock
 from .firmware import Firmware
 from .world import World, standing_places
 from .world.crowd import Crowd
-from .world.geometry import Pose
+from .world.poses import Pose
 
 MOST_ROBOTS = 2000
 """Most robots that can be asked for by number."""

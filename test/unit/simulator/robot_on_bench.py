@@ -7,7 +7,7 @@ from pioneer_control import p2os
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.firmware import Firmware
 from pioneer_control.simulator.world import World
-from pioneer_control.simulator.world.trigonometry import unit
+from pioneer_control.simulator.world.poses import unit
 
 
 def heard(

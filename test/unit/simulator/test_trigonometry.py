@@ -10,7 +10,7 @@ import struct
 
 import pytest
 
-from pioneer_control.simulator.world import trigonometry as exact
+from pioneer_control.simulator.world import poses as exact
 
 ANGLES = [quarter * math.pi / 4.0 + aside for quarter in range(-40, 41) for aside in (-1e-9, 0.0, 1e-9)]
 ANGLES += [random.Random(1).uniform(-10.0 ** power, 10.0 ** power) for power in range(-9, 7) for _ in range(100)]

@@ -14,7 +14,7 @@ from ..clock import NEVER_US, Clock
 from ..hardware import Hardware, RobotNumbers, standard_numbers
 from ..hardware.gripper import ParallelGripper
 from ..world import World
-from ..world.geometry import Pose
+from ..world.poses import Pose
 from . import reports
 from .robot_on_line import FirmwareState, RobotOnLine
 

@@ -10,7 +10,7 @@ from ...p2os import DigitalIn, FaultFlags, Flags, GripperSwitches, GripState
 from ...p2os.fields import made
 from ..hardware import Hardware, RobotNumbers
 from ..hardware.accessories import JoystickState
-from ..world.trigonometry import unit
+from ..world.poses import unit
 
 GRIPPER_UNIT = 0.02
 """Seconds in one unit of the gripper's times on the wire.

@@ -9,7 +9,7 @@ import math
 from typing import Sequence
 
 from ...p2os import ChargeState
-from ..world.geometry import Pose
+from ..world.poses import Pose
 from .robot_numbers import BatteryNumbers
 
 US_PER_MINUTE = 6e7

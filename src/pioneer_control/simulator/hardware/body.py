@@ -6,10 +6,9 @@ Metres and radians in the map frame; knows neither motors nor packets.
 from typing import List, Optional, Sequence, Tuple
 
 from ..world.crowd import Candidate
-from ..world.geometry import Block, Point, Pose, edges, outlines_meet
-from ..world.poses import along_arc, placed, relative
+from ..world.geometry import Block, edges, outlines_meet
+from ..world.poses import Point, Pose, along_arc, heading_unit, hypot, placed, relative
 from ..world.pushing import make_way
-from ..world.trigonometry import heading_unit, hypot
 from ..world.world import World
 
 SKINS = (0.5, 0.1, 0.02)

@@ -7,10 +7,9 @@ import math
 from typing import List, Optional, Sequence, Tuple
 
 from ...robots import GripperShape
-from ..world.geometry import Block, Pose
-from ..world.poses import compose, relative
+from ..world.geometry import Block
+from ..world.poses import Pose, compose, hypot, relative
 from ..world.pushing import cans_near, make_way
-from ..world.trigonometry import hypot
 from ..world.world import Can, World
 from .robot_numbers import GripperNumbers
 

@@ -7,7 +7,7 @@ from typing import List, Optional, Protocol
 
 from ...errors import ParameterError
 from ...robots import RobotModel
-from ..world.geometry import Pose
+from ..world.poses import Pose
 from ..world.world import World
 from .accessories import GYRO_OF_CLIENT, AuxPort, Compass, JoystickDrive, JoystickState, RateGyro, UserPorts
 from .battery import BatteryPack, Charger

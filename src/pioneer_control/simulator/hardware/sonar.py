@@ -9,8 +9,7 @@ import random
 from typing import Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from ...robots import ARRAY_SIZE, Transducer
-from ..world.geometry import Point, Pose
-from ..world.trigonometry import heading_unit, unit
+from ..world.poses import Point, Pose, heading_unit, unit
 from ..world.world import World
 from .body import Body
 from .robot_numbers import SonarNumbers

@@ -11,9 +11,7 @@ import random
 from typing import Tuple
 
 from ...robots import RobotModel
-from ..world.geometry import Pose
-from ..world.poses import along_arc
-from ..world.trigonometry import heading_unit
+from ..world.poses import Pose, along_arc, heading_unit
 from .robot_numbers import WheelNumbers
 
 REV_COUNT = 16570

@@ -16,7 +16,7 @@ from ...p2os import FrameDecoder
 from ...p2os.recording import Entry
 from ...robots import RobotModel
 from ..line import LineSimulation
-from ..world.trigonometry import hypot
+from ..world.poses import hypot
 
 SAME_MOMENT = 0.1
 """SIPs that are further apart (s) are not compared."""

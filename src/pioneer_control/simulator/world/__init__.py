@@ -2,8 +2,7 @@
 about them.
 
 ``geometry``      outlines and points against walls and posts
-``trigonometry``  sine, cosine and the like, the same to the last bit on every computer
-``poses``         one pose seen from another; outlines where they stand, and as walls
+``poses``         one pose seen from another, outlines where they stand; the same to the last bit on every computer
 ``echoes``        what sonar hears: the nearest point of anything solid in a cone
 ``crowd``         the bodies of robots, found by place; ``pushing``: how robots push cans
 ``grids``         what a grid of cells tells of a floor; ``start_poses``: where many robots can stand at first

@@ -16,9 +16,8 @@ from typing import Callable, Dict, List, NoReturn, Tuple
 import numpy as np
 
 from ...errors import WorldError
-from .geometry import Point, Pose
 from .grids import borders, place, roomiest
-from .poses import Wall, closed, turned
+from .poses import Point, Pose, Wall, closed, turned
 from .world import START_CLEARANCE, World, begin_at
 
 FIRST_LINE = "2D-Map"

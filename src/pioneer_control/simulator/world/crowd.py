@@ -4,7 +4,8 @@ import collections
 import math
 from typing import Dict, List, Protocol, Sequence, Tuple
 
-from .geometry import Block, Point, Pose
+from .geometry import Block
+from .poses import Point, Pose
 
 Cell = Tuple[int, int]
 Candidate = Tuple[float, float, float, float, float, float]

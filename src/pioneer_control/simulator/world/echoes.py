@@ -14,8 +14,8 @@ import numpy as np
 
 from ...errors import UsageError
 from .crowd import Candidate, Crowd, Obstacle
-from .geometry import Array, Point, Solids
-from .trigonometry import unit
+from .geometry import Array, Solids
+from .poses import Point, unit
 
 SQUARE = 1.0
 """Side (m) of the squares of floor for which is found out what can be heard there."""

@@ -10,13 +10,10 @@ from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Tuple, U
 
 import numpy as np
 
-from .trigonometry import hypot
+from .poses import Point, hypot
 
 Array = Union["np.ndarray[Any, Any]"]
 """An array of numpy; its shape is said where it is used."""
-Point = Tuple[float, float]
-Pose = Tuple[float, float, float]
-"""x, y, heading (counter-clockwise from x)."""
 TOUCH = 1e-5
 """Overlaps smaller than this (m) are contacts, not overlaps."""
 

@@ -9,8 +9,8 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from .geometry import Array, Point
-from .poses import Wall
+from .geometry import Array
+from .poses import Point, Wall
 
 STRAIGHTENED_SQUARED = 2
 """Square of how far a straightened border may be from a cell's corner: the stairs of any slanted wall are no wider

@@ -6,9 +6,8 @@ Blocks are rectangles along the axes of the robot's own frame (m, base_link); ca
 import math
 from typing import Callable, List, Optional, Sequence, Set
 
-from .geometry import TOUCH, Block, Point, Pose
-from .poses import compose, relative
-from .trigonometry import hypot
+from .geometry import TOUCH, Block
+from .poses import Point, Pose, compose, hypot, relative
 from .world import Can, World
 
 ROUNDS = 200

@@ -9,9 +9,8 @@ import numpy as np
 
 from ...errors import ParameterError
 from ...robots import RobotModel
-from .geometry import Pose
 from .grids import flood
-from .trigonometry import hypot
+from .poses import Pose, hypot
 from .world import World
 
 RESOLUTION = 0.05

@@ -13,9 +13,9 @@ import numpy as np
 from ...errors import WorldError
 from .crowd import Crowd
 from .echoes import Ear
-from .geometry import Array, Finder, Point, Pose, Solids
+from .geometry import Array, Finder, Solids
 from .grids import flood
-from .trigonometry import hypot
+from .poses import Point, Pose, hypot
 
 SONAR_PLANE = 0.17
 """Height of the sonar above the floor (m): what is lower is not seen."""

@@ -10,8 +10,7 @@ from typing import Any, Callable, Dict, List, Optional, Tuple
 import yaml
 
 from ...errors import WorldError
-from .geometry import Pose
-from .poses import Wall, box_walls
+from .poses import Pose, Wall, box_walls
 from .world import SONAR_PLANE, Can, World, begin_at
 from .yaml_nodes import NodeReader
 
