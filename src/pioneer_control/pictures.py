@@ -71,10 +71,15 @@ def draw_frame(axes: Any, low_x: float, high_x: float) -> None:
               clip_on=False)
     axes.text(high_x - length / 2, 1.02, "%g m" % length, ha="center", va="bottom", fontsize=9, color=INK,
               transform=top)
-    axes.grid(color=FAINT, linewidth=0.4, alpha=0.35, zorder=1)
-    axes.set_axisbelow(True)
+    draw_grid(axes, "both")
     axes.tick_params(colors=FAINT, labelsize=8, length=2)
-    for spine in axes.spines.values():
-        spine.set_color(BEYOND)
     axes.set_xlabel("x (m)", color=FAINT, fontsize=8, labelpad=1)
     axes.set_ylabel("y (m)", color=FAINT, fontsize=8, labelpad=1)
+
+
+def draw_grid(axes: Any, axis: str) -> None:
+    """Draw faint lines at the ticks of an axis ("x", "y", or "both"), below all else, and faint borders."""
+    axes.grid(axis=axis, color=FAINT, linewidth=0.4, alpha=0.35)
+    axes.set_axisbelow(True)
+    for spine in axes.spines.values():
+        spine.set_color(BEYOND)

@@ -12,7 +12,7 @@ from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tupl
 import numpy as np
 
 from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, heading_of
-from .recorded_run import ERROR, WARNING, GripperEvent, Map, Report, Series, Span
+from .recorded_run import ERROR, WARNING, GripperEvent, Map, Report, Span
 
 ROWS = 1 << 16
 """Rows that one collector keeps at most."""
@@ -130,13 +130,6 @@ class OdometryCollector:
         self.places.add(time, message.pose.pose)
         with suppress(ValueError):  # of a robot that does not measure its speed
             self.speeds.add(time, message.twist.twist)
-
-
-def changes(time: np.ndarray, value: np.ndarray) -> Series:
-    """A value (a number for each time, s) without those that are as the one before; the first and the last stay."""
-    chosen = np.ones(len(time), dtype=bool)
-    chosen[1:-1] = value[1:-1] != value[:-2]
-    return Series(time[chosen], value[chosen])
 
 
 class EchoCollector(Sampled):

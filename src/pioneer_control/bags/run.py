@@ -11,8 +11,8 @@ from typing import Any, Callable, Counter, DefaultDict, Dict, List, NamedTuple, 
 import numpy as np
 
 from .collectors import (CHANGE_OF_SPEED, CanCollector, DecisionCollector, EchoCollector, LastCollector,
-                         OdometryCollector, ReportCollector, SilenceCollector, SpanCollector, Thinned, changes, doing,
-                         grip_of, gripper_events, map_of, pressed, speed_of, stalled, told_of)
+                         OdometryCollector, ReportCollector, SilenceCollector, SpanCollector, Thinned, doing, grip_of,
+                         gripper_events, map_of, pressed, speed_of, stalled, told_of)
 from .reader import BagReader, BagConnection, decode, message_class, plural, read_bag
 from .records import BagError
 from .recorded_run import CanPath, Echoes, Run, Series, Track, Velocities
@@ -199,8 +199,8 @@ def _run(path: str, name: str, collector: RunCollector, reader: BagReader) -> Ru
         commanded=Velocities(*robot["cmd_vel"].columns()),
         measured=Velocities(*odometry.speeds.columns()),
         battery=battery if len(battery.time) else Series(*robot["battery"].columns()),
-        motors=changes(*robot["motor_state"].columns()),
-        e_stop=changes(*robot["e_stop"].columns()),
+        motors=Series(*robot["motor_state"].columns()),
+        e_stop=Series(*robot["e_stop"].columns()),
         stalls=tuple(robot["stall"].spans),
         bumps=tuple(robot["bumpers"].spans),
         faults=collector.reports.of(name, _robots(reader)),

@@ -22,6 +22,9 @@ OLD_PACKAGES = ("p2os_driver", "p2os_msgs")
 MESSAGES = ("AIO", "BatteryState", "DIO", "GripState", "GripperState", "LiftState", "MotorState", "PTZState",
             "SonarArray")
 """What p2os has too, with the same fields."""
+KINDS = {("%s/%s" % (package, name), getattr(msg, name)._md5sum): name
+         for name in MESSAGES for package in (*OLD_PACKAGES, "pioneer_control")}
+"""The name of each of them by its type in all packages that have it, and its md5."""
 BASE_LINK = "base_link"
 """The frame that is meant where p2os left it empty."""
 STATIC_FRAMES = "/tf_static"
@@ -33,13 +36,10 @@ def kind_of(connection: BagConnection) -> str:
     Returns:
         One of `MESSAGES`, of p2os or of this package; ``RobotInfo``; or ``pose``: odometry under p2os's name.
     """
-    package, _, name = connection.type.partition("/")
-    if name in MESSAGES and package in (*OLD_PACKAGES, "pioneer_control"):
-        return name if connection.md5sum == getattr(msg, name)._md5sum else ""
     if connection.md5sum == msg.RobotInfo._md5sum:
         return "RobotInfo"
     is_pose = connection.md5sum == Odometry._md5sum and connection.topic.rpartition("/")[2] == "pose"
-    return "pose" if is_pose else ""
+    return "pose" if is_pose else KINDS.get((connection.type, connection.md5sum), "")
 
 
 class Conversion(NamedTuple):

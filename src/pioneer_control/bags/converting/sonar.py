@@ -42,13 +42,13 @@ class SonarHistory:
         found = []
         for transducer in transducers:
             heard = ranges[transducer.number] if transducer.number < len(ranges) else NOT_HEARD
-            if not heard > NOT_HEARD:   # a NaN too
+            if heard > NOT_HEARD:   # and is not NaN
+                before, since = self._last.get(transducer.number, (None, time))
+                since = since if heard == before and time - since < ROUND else time
+                self._last[transducer.number] = heard, since
+                found.append(Reading(transducer, heard, time - since))
+            else:
                 self._last.pop(transducer.number, None)
-                continue
-            before, since = self._last.get(transducer.number, (None, time))
-            since = since if heard == before and time - since < ROUND else time
-            self._last[transducer.number] = heard, since
-            found.append(Reading(transducer, heard, time - since))
         return found
 
 

@@ -63,16 +63,16 @@ def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map],
         walls: the map.
         reach: how far a robot reaches around its middle, m.
     """
-    tracked = [np.column_stack((track.x + side, track.y + side)) for track in tracks for side in (-reach, reach)]
-    points = np.concatenate(tracked + [echoes])
+    points = np.concatenate([echoes, *(np.column_stack((track.x + side, track.y + side))
+                                       for track in tracks for side in (-reach, reach))])
     if walls is not None:
         row, column = np.nonzero(walls.cells >= 50)
         corners = [placed(walls.origin, (column + d) * walls.resolution, (row + d) * walls.resolution) for d in (0, 1)]
         everything = np.concatenate([points] + [np.column_stack(corner) for corner in corners])
         if np.ptp(points, axis=0).prod() > MOST * np.ptp(everything, axis=0).prod():
             points = everything
-    margin = 0.02 * np.ptp(points, axis=0).max() + 0.05
-    margin = np.maximum(margin, (FEWEST_METRES - np.ptp(points, axis=0)) / 2)
+    size = np.ptp(points, axis=0)
+    margin = np.maximum(0.02 * size.max() + 0.05, (FEWEST_METRES - size) / 2)
     return points.min(axis=0) - margin, points.max(axis=0) + margin
 
 
@@ -81,8 +81,8 @@ def beside_things(view: TopView) -> np.ndarray:
     points = view.echoes
     if view.walls is None or not len(points):
         return np.zeros(len(points), dtype=bool)
-    on_map = np.column_stack(placed(inverted(view.walls.origin), *points.T))
-    cells = np.floor(on_map / view.walls.resolution).astype(int)
+    on_map = placed(inverted(view.walls.origin), *points.T)
+    cells = np.floor(np.column_stack(on_map) / view.walls.resolution).astype(int)
     inside = ((cells >= 0) & (cells < view.walls.cells.shape[::-1])).all(axis=1)
     column, row = cells[inside].T
     reach = int(np.ceil(NEAR_A_WALL / view.walls.resolution))  # cells
@@ -136,14 +136,13 @@ def draw_map(axes: Any, walls: Optional[Map], low: np.ndarray, high: np.ndarray)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
 
 
-def draw_arrows(axes: Any, path: Track, scale: float, colour: str = INK) -> None:
+def draw_arrows(axes: Any, path: Track, scale: float) -> None:
     """Draw arrows along a path, one in each square of the drawing. They point where the robot went, even backwards.
 
     Args:
         axes: to draw on.
         path: the path.
         scale: m in an inch.
-        colour: of the arrows.
     """
     from matplotlib.collections import PolyCollection
 
@@ -156,7 +155,7 @@ def draw_arrows(axes: Any, path: Track, scale: float, colour: str = INK) -> None
     _, first = np.unique(cells, axis=0, return_index=True)  # arrow in each square
     arrow = ARROW * scale * np.array([(0.6, 0.0), (-0.4, 0.5), (-0.15, 0.0), (-0.4, -0.5)])
     shapes = [np.column_stack(placed(pose, *arrow.T)) for pose in np.column_stack((*middle, course))[first]]
-    axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor="white", linewidth=0.4, zorder=5))
+    axes.add_collection(PolyCollection(shapes, facecolor=INK, edgecolor="white", linewidth=0.4, zorder=5))
 
 
 def _draw_echoes(axes: Any, view: TopView) -> None:

@@ -4,7 +4,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from ...pictures import BEYOND, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
+from ...pictures import BEYOND, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, draw_grid
 from ..recorded_run import ERROR, WARNING, Run, Series, Span, Velocities
 from .from_above import BADGES, EVENT
 from .incidents import Incident, made, silences
@@ -67,11 +67,9 @@ def ink_on(colour: str) -> str:
 
 def curves(run: Run) -> List[Curves]:
     """What a run has to show as lines."""
-    found = velocities([(run.commanded, COMMANDED), (measured(run), MEASURED)])
-    if len(run.battery.time):
-        time, volts = broken(run.battery, run.gaps, "battery", "battery_state")
-        found.append(Curves("battery\n(V)", BATTERY, ((time, volts, VOLTAGE),), LEAST_VOLTS, False))
-    return found
+    time, volts = broken(run.battery, run.gaps, "battery", "battery_state")
+    battery = Curves("battery\n(V)", BATTERY, ((time, volts, VOLTAGE),), LEAST_VOLTS, False)
+    return velocities([(run.commanded, COMMANDED), (measured(run), MEASURED)]) + [battery] * bool(len(time))
 
 
 def measured(run: Run) -> Velocities:
@@ -147,7 +145,7 @@ def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, in
 
 
 def on(series: Series, end: float) -> Tuple[Tuple[float, float], ...]:
-    """Spans of time (s) in which a series of changes is not zero."""
+    """Spans of time (s) in which a value is not zero; it keeps its last value until the end (s)."""
     time = np.append(series.time, max([end, *series.time[-1:]]))
     edges = np.flatnonzero(np.diff(np.concatenate(([0], series.value != 0, [0]))))
     return tuple((float(time[begin]), float(time[until])) for begin, until in zip(edges[::2], edges[1::2]))
@@ -270,10 +268,7 @@ def draw_time(axes: Any, timeline: Timeline, most: int, name: Optional[str]) -> 
     ticks = timeline.ticks(most)
     axes.set(xlim=(timeline.begin, timeline.begin + timeline.span), xticks=ticks,
              xticklabels=[timeline.number(tick) for tick in ticks] if name else [])
-    axes.grid(axis="x", color=FAINT, linewidth=0.4, alpha=0.35)
-    axes.set_axisbelow(True)
+    draw_grid(axes, "x")
     axes.tick_params(axis="x", colors=INK, labelsize=7.5, length=2 if name else 0)
     axes.tick_params(axis="y", labelsize=7, length=0 if axes.get_ylabel() == "" else 2, color=FAINT)
-    for spine in axes.spines.values():
-        spine.set_color(BEYOND)
     axes.set_xlabel(name or "", fontsize=7.5, color=INK, labelpad=1)

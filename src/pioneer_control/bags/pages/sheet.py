@@ -28,10 +28,10 @@ class Sheet:
         self.figure = Figure(figsize=(WIDTH, height), facecolor="white")
         FigureCanvasAgg(self.figure)
 
-    def axes(self, left: float, top: float, width: float, height: float, **look: Any) -> Any:
+    def axes(self, left: float, top: float, width: float, height: float) -> Any:
         """Axes, by their upper left corner and size."""
         return self.figure.add_axes((left / WIDTH, 1.0 - (top + height) / self.height, width / WIDTH,
-                                     height / self.height), **look)
+                                     height / self.height))
 
     def at(self, left: float, top: float) -> Tuple[float, float]:
         """A place in inches as the figure's own place: shares of its width and height, from the lower left corner."""

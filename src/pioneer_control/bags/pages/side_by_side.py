@@ -73,16 +73,17 @@ def names(runs: Sequence[Run]) -> List[str]:
             for file, run in zip(files, runs)]
 
 
-def shortened(long: Sequence[str], most: int = LONGEST_NAME) -> List[str]:
-    """Names of at most so many letters. They differ where the long ones do."""
-    if max(map(len, long)) <= most:
+def shortened(long: Sequence[str]) -> List[str]:
+    """Names of at most `LONGEST_NAME` letters. They differ where the long ones do."""
+    if max(map(len, long)) <= LONGEST_NAME:
         return list(long)
     alike = os.path.commonprefix(list(long))
     words = [0, *(found.end() for found in re.finditer("[-_./ ]", alike))]  # where they begin
-    begin = next((word for word in words if max(map(len, long)) - word < most), words[-1])
+    begin = next((word for word in words if max(map(len, long)) - word < LONGEST_NAME), words[-1])
     rest = [MORE * (begin > 0) + name[begin:] for name in long]
-    half = (most - 1) // 2
-    short = [name if len(name) <= most else name[:most - 1 - half] + MORE + name[-half:] for name in rest]
+    half = (LONGEST_NAME - 1) // 2
+    short = [name if len(name) <= LONGEST_NAME else name[:LONGEST_NAME - 1 - half] + MORE + name[-half:]
+             for name in rest]
     if len(set(short)) == len(set(long)):
         return short
     return ["%s: %s" % (number, name[3:]) for number, name in enumerate(short, 1)]
@@ -92,10 +93,8 @@ def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
     """The matplotlib Figure of a comparison."""
     rows = compared(runs)
     laid = [from_its_start(row.track).seen_from(rows[0].track.pose(0)) for row in rows]
-    in_one_world = all(run.truth is not None for run in runs) and len({run.world for run in runs}) == 1
-    walls = runs[0].map if in_one_world else None
+    walls = runs[0].map if all(run.truth is not None for run in runs) and len({run.world for run in runs}) == 1 else None
     low, high = from_above.extent(laid, np.empty((0, 2)), walls, max(run.reach for run in runs))
-    timeline = Timeline(0.0, max(float(track.time[-1]) for track in laid))
     shown = _curves(rows)
 
     head, table = 0.78, ROW * (len(rows) + 1) + 0.2
@@ -109,8 +108,8 @@ def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
     _draw_paths(axes, laid, walls, low, high, width)
     draw_frame(axes, float(low[0]), float(high[0]))
     _write_table(sheet, TOP + head + height + AXIS + ROW / 2, rows)
-    over_time.draw(sheet, over_time.NAMES, TOP + head + height + AXIS + table, shown, (), timeline,
-                   "each began to move")
+    over_time.draw(sheet, over_time.NAMES, TOP + head + height + AXIS + table, shown, (),
+                   Timeline(0.0, max(float(track.time[-1]) for track in laid)), "each began to move")
     return sheet.figure
 
 
@@ -120,8 +119,8 @@ def _curves(rows: Sequence[Compared]) -> List[over_time.Curves]:
     shifted = [(each._replace(time=each.time - first_movement(row.track)), look)
                for each, row, look in zip(measured, rows, LOOKS)]
     apart = tuple((*distance_between(rows[0].track, row.track), look) for row, look in zip(rows[1:], LOOKS[1:]))
-    from_first = over_time.Curves("from first\n(m)", over_time.CURVE, apart, FEWEST_METRES, True)
-    return [*over_time.velocities(shifted), from_first]
+    return [*over_time.velocities(shifted),
+            over_time.Curves("from first\n(m)", over_time.CURVE, apart, FEWEST_METRES, True)]
 
 
 def _write_head(sheet: Sheet, rows: Sequence[Compared], title: Optional[str]) -> None:
