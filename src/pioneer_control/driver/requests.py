@@ -4,6 +4,7 @@ The methods are called on threads of rospy. `commands` says which messages are o
 """
 
 import math
+from functools import partial
 from time import monotonic
 from typing import Any, Callable, Iterable, NamedTuple
 
@@ -49,9 +50,10 @@ class Requests:
         self._senders = Senders(watch)
         self._switch_on = parameters.enable_motors_on_start     # the motors, with the first connection
         for topic in TOPICS:
-            rospy.Subscriber(topic.name, topic.message, self._listener(topic), queue_size=topic.queue, tcp_nodelay=True)
+            rospy.Subscriber(topic.name, topic.message, partial(self._hear, topic), queue_size=topic.queue,
+                             tcp_nodelay=True)
         for service in SERVICES:
-            rospy.Service(service.name, service.kind, self._server(service))
+            rospy.Service(service.name, service.kind, partial(self._serve, service))
 
     def connected(self) -> None:
         """The robot is found; for the first time it may be told to switch its motors on, if the user wants that."""
@@ -130,37 +132,31 @@ class Requests:
 
     # How it is heard.
 
-    def _listener(self, topic: "SubscribedTopic") -> Callable[[Any], None]:
-        def hear(message: Any) -> None:
-            connection = getattr(message, "_connection_header", None) or {}
-            known = self._senders.known.get((topic.name, connection.get("callerid", "")))
-            if known is not connection and not self._accept_replay:
-                why_not = self._senders.why_not(message, topic.name, topic.stops)
-                if why_not is not None:
-                    self._warn([why_not])
-                    return
-            try:
-                topic.obey(self, message)
-            except PioneerError as error:
-                self._refuse(topic.name, error)
+    def _hear(self, topic: "SubscribedTopic", message: Any) -> None:
+        """Obey a message on a topic, if its sender does not play a bag."""
+        connection = getattr(message, "_connection_header", None) or {}
+        known = self._senders.known.get((topic.name, connection.get("callerid", "")))
+        if known is not connection and not self._accept_replay:
+            why_not = self._senders.why_not(message, topic.name, topic.stops)
+            if why_not is not None:
+                self._warn([why_not])
+                return
+        try:
+            topic.obey(self, message)
+        except PioneerError as error:
+            self._refuse(topic.name, error)
 
-        return hear
-
-    def _server(self, service: "OfferedService") -> Callable[[Any], Any]:
-        """A function that answers a service: with success and a text if it has these fields. Else an error says why."""
+    def _serve(self, service: "OfferedService", request: Any) -> Any:
+        """Answer a service: with success and a text, if its answer has such fields. Else an error says why not."""
         response = vars(service.kind)["_response_class"]
         tells = "success" in response.__slots__
-
-        def serve(request: Any) -> Any:
-            try:
-                text = service.obey(self, request)
-            except PioneerError as error:
-                if tells:
-                    return response(False, str(error))
-                raise rospy.ServiceException(str(error)) from None
-            return response(True, text) if tells else response()
-
-        return serve
+        try:
+            text = service.obey(self, request)
+        except PioneerError as error:
+            if tells:
+                return response(False, str(error))
+            raise rospy.ServiceException(str(error)) from None
+        return response(True, text) if tells else response()
 
     def _refuse(self, kind: str, error: Exception) -> None:
         self._warn([Notice(kind, str(error))])

@@ -5,10 +5,10 @@ from typing import List
 
 import genpy
 import rospy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, Vector3
 
 from ..message_values import GripCommand, LiftCommand
-from ..msg import Decision, GripperState, MotorState
+from ..msg import Decision, GripperState, GripState, LiftState, MotorState
 from ..ros_node import listeners
 from .reports import MOTORS_ON
 from .sender import Sender
@@ -33,10 +33,8 @@ class Commander:
 
     def drive(self, linear: float, angular: float) -> None:
         """Command a velocity [m/s, rad/s]."""
-        twist = Twist()
-        twist.linear.x, twist.angular.z = linear, angular
         self._driving = True
-        self._send(self._velocity, twist)
+        self._send(self._velocity, Twist(Vector3(x=linear), Vector3(z=angular)))
 
     def stop(self) -> None:
         """Command the robot to stand. Does nothing unless this program drives."""
@@ -50,9 +48,7 @@ class Commander:
 
     def move_gripper(self, grip: GripCommand, lift: LiftCommand) -> None:
         """Command the paddles and the lift."""
-        message = GripperState()
-        message.grip.state, message.lift.state = grip, lift
-        self._send(self._gripper, message)
+        self._send(self._gripper, GripperState(GripState(state=grip), LiftState(state=lift)))
 
     def tell(self, number: int, wandering: Wandering, sight: Sight, move: Move) -> None:
         """Publish what the wander of this number decided on a sight."""
