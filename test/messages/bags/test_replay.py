@@ -34,7 +34,8 @@ class TestCommands:
         topics = {"/%s/%s" % (robot, row.name): row.message._type for robot in ("alice", "bob") for row in TOPICS}
         wanted = {"/%s/%s:=/%s/recorded/%s" % (robot, row.name, robot, row.name) for robot in ("alice", "bob")
                   for row in TOPICS}
-        assert len(TOPICS) >= 4 and set(playback.remappings(topics)) == wanted
+        assert len(TOPICS) >= 4
+        assert {word for word in playback.player(["x.bag"], topics) if ":=" in word} == wanted
 
     @pytest.mark.parametrize("row", TOPICS, ids=lambda row: row.name)
     def test_each_of_them_is_named(self, row):

@@ -60,16 +60,6 @@ def aside(topic: str, folder: str = RECORDED) -> str:
     return "%s/%s/%s" % (namespace, folder, name)
 
 
-def _commands(topics: Mapping[str, str]) -> List[str]:
-    """Whole names of the topics that command. `topics`: {topic: type}."""
-    return sorted({absolute(topic) for topic in topics if is_command(topic, topics[topic])})
-
-
-def remappings(topics: Mapping[str, str]) -> List[str]:
-    """Arguments for a player, so that no command reaches a node that listens for it. `topics`: {topic: type}."""
-    return ["%s:=%s" % (topic, aside(topic)) for topic in _commands(topics)]
-
-
 def player(files: Sequence[str], topics: Mapping[str, str], options: Sequence[str] = ()) -> List[str]:
     """The command that plays bags with their own clock, in order of time: one bag, or the parts of a recording.
 
@@ -81,15 +71,22 @@ def player(files: Sequence[str], topics: Mapping[str, str], options: Sequence[st
     Raises:
         UsageError: an option would bring commands back elsewhere than under `RECORDED`.
     """
-    _check_names(options, _commands(topics))
+    commands = sorted({absolute(topic) for topic, kind in topics.items() if is_command(topic, kind)})
+    _check_names(options, commands)
     played = list(files)
     if "/clock" in topics:      # recorded in simulated time: two clocks would fight
         played = ["--topics", *sorted(set(topics) - {"/clock"}), "--bags", *files]
-    return ["rosrun", "rosbag", "play", "--clock", *QUEUE, *options, *played, *remappings(topics)]
+    return ["rosrun", "rosbag", "play", "--clock", *QUEUE, *options, *played,
+            *("%s:=%s" % (topic, aside(topic)) for topic in commands)]
 
 
 def _check_names(options: Sequence[str], commands: Sequence[str]) -> None:
-    """Refuse options that give commands another name, or another topic the name of a command."""
+    """Refuse options that give a command another name, or another topic the name of a command.
+
+    Args:
+        options: of rosbag play.
+        commands: whole names of the topics of the bag that command.
+    """
     for word in options:
         source, given, target = word.partition(":=")
         renamed = bool(REMAPPING.match(word)) and (absolute(source) in commands or is_command(target, ""))
@@ -99,10 +96,10 @@ def _check_names(options: Sequence[str], commands: Sequence[str]) -> None:
 
 
 def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
-    """{topic: type} of bags.
+    """The topics of bags, {topic: type}.
 
     Raises:
-        BagError: rosbag play would not play one of them.
+        BagError: rosbag play would not play one of the bags.
     """
     import rosbag
 

@@ -94,7 +94,3 @@ def main(argv: Optional[Sequence[str]] = None) -> int:
     except PioneerError as error:
         print("replay: %s" % error, file=sys.stderr)
         return 2
-
-
-if __name__ == "__main__":
-    sys.exit(main())
