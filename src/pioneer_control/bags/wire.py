@@ -2,7 +2,7 @@
 
 `p2os.recording` is the format.
 
-Times are seconds since the first bytes, by the driver's stamps; each robot, which is each topic, has its number. Where
+Times are seconds since the first bytes, by the driver's stamps. Each topic is a robot, and has a number. Where
 something is missing, a note says so.
 """
 

@@ -1,7 +1,7 @@
 """Tell a simulated robot what the recorded one was told, and compare their paths: ``replay redrive FILE.bag``.
 
-The simulated robot is of the model, in the world and at the place that the bag has. It and its driver are started here,
-in a namespace of their own, and end here. What it did is kept in a bag, compared and drawn.
+The simulated robot has the model, the world and the place that the bag tells. The robot and its driver are started
+here, in a namespace of their own, and end here. What the robot did is kept in a bag, compared and drawn.
 """
 
 import argparse

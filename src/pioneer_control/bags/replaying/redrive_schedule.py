@@ -1,9 +1,9 @@
 """When to say what, so that a robot is told what the recorded one was told, slower if wanted. Pure.
 
 Order and intervals are the recorded ones. For the recorded robot a velocity held until the next one came, but no
-longer than `VALID`: then its driver stopped it. So it is here. With a factor k, velocities are k times as fast and
-everything lasts 1/k as long, which keeps the path. A driver would take a velocity that lasts so long for old, so it is
-repeated for as long as it holds, and no longer.
+longer than `VALID`: then its driver stopped it. The same holds here. With a factor k, velocities are k times as fast
+and everything lasts 1/k as long, which keeps the path. A driver stops a robot when a velocity grows old, so each
+velocity is repeated for as long as it holds, and no longer.
 """
 
 import copy

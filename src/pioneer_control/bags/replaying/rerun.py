@@ -94,7 +94,13 @@ def read_live(files: Sequence[str], robot: str, program: str) -> Live:
 
 
 def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
-    """Parameters to decide the same again: the seed, and when (s) each wander decided first and last."""
+    """Parameters with which a Pioneer decides the same again.
+
+    They are the seed, and when (s) each wander decided first and last.
+
+    Args:
+        decisions: messages, in their order.
+    """
     stamps: Dict[int, List[float]] = {}
     for decision in decisions:
         stamps.setdefault(decision.wander, []).append(decision.header.stamp.to_sec())
@@ -182,7 +188,7 @@ class Rerun:
         self._time = message.clock
 
     def _refuse_company(self) -> None:
-        """Refuse robots on this master, for the program must hear the bag alone, and a node of its name."""
+        """Refuse a node of the program's name, and robots on this master: the program must hear the bag alone."""
         if self._live.node in nodes():
             raise UsageError("%s is running: a program of that name was recorded, and would end it. End it first"
                              % self._live.node)
