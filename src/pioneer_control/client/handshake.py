@@ -101,10 +101,10 @@ class Connecting(SteppedPhase):
         self.given_baud = link.line.baud
         self._rates = rates
         self._own_rate = rates[0] if rates and odometry is not None else None
-        self._packets = 0               # heard so far
-        self._said_its_name = False     # SIPs from then on belong to a new session
-        self._heard_open = False        # a packet came that only an open robot sends, or noise
-        self._answers_late = False      # an echo came for which nobody waited any more
+        self._packets = self._noise = 0     # packets heard so far, and bytes that belonged to none
+        self._said_its_name = False         # SIPs from then on belong to a new session
+        self._heard_open = False            # a packet came that only an open robot sends, or noise
+        self._answers_late = False          # an echo came for which nobody waited any more
 
     def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
         if isinstance(packet, p2os.Sip) and self.odometry is not None and not self._said_its_name:
@@ -112,12 +112,13 @@ class Connecting(SteppedPhase):
             self.odometry.update(packet.x_counts, packet.y_counts, packet.heading_units, UNHEARD)
         self._said_its_name |= isinstance(packet, p2os.SyncReply)
         self._packets += 1
+        self._heard_open |= not isinstance(packet, BEFORE_A_SESSION)
         return super().take(packet, sent_time)
 
-    @property
-    def _noise(self) -> int:
-        """Bytes so far that belonged to no packet."""
-        return self._link.decoder.counts.discarded_bytes
+    def _resume(self, packet: Any) -> Optional[Outcome]:
+        noise, self._noise = self._noise, self._link.decoder.counts.discarded_bytes
+        self._heard_open |= self._noise > noise
+        return super()._resume(packet)
 
     def _steps(self) -> Procedure:
         """Find the robot. Raises NoAnswerError that says what was tried."""
@@ -168,20 +169,12 @@ class Connecting(SteppedPhase):
             yield from self._silenced()
         return None
 
-    def _hear(self, deadline: float) -> Generator[float, Any, Any]:
-        """The next packet; None at the deadline."""
-        noise = self._noise
-        packet = yield deadline
-        from_open_robot = packet is not None and not isinstance(packet, BEFORE_A_SESSION)
-        self._heard_open |= from_open_robot or self._noise > noise
-        return packet
-
     def _is_silent(self, seconds: float) -> Generator[float, Any, bool]:
         """Whether neither an open robot nor noise is heard for so long. Returns as soon as one of them is heard."""
         self._heard_open = False
         deadline = self._link.now + seconds
         while self._link.now < deadline and not self._heard_open:
-            yield from self._hear(deadline)
+            yield deadline
         return not self._heard_open
 
     def _silenced(self) -> Generator[float, Any, bool]:
@@ -229,7 +222,7 @@ class Connecting(SteppedPhase):
         deadline = self._link.now + timeout
         took_closes_for_sync2 = False
         while self._link.now < deadline:
-            packet = yield from self._hear(deadline)
+            packet = yield deadline
             if isinstance(packet, p2os.SyncReply):
                 if number == p2os.SYNC2:
                     return packet

@@ -55,28 +55,36 @@ def identify(
 
     The robot's words win over the model. The user's limits (m/s, rad/s) and ``has_gripper`` win over both.
     """
-    firmware = serial = None
-    linear, angular, gripper, watchdog = model.max_linear, model.max_angular, False, DEFAULT_WATCHDOG
-    if config is not None:
-        firmware, serial = config.firmware_version or None, config.serial or None
-        linear = _least(0.001, linear, config.translation_velocity_max_mm_s, config.translation_velocity_top_mm_s)
-        angular = _least(math.radians(1), angular, config.rotation_velocity_max_deg_s,
-                         config.rotation_velocity_top_deg_s)
-        watchdog = _least(0.001, watchdog, config.watchdog_ms)
-        gripper = bool(config.has_gripper)
-        model = _fitted(model, config)
-    return RobotIdentity(
+    identity = RobotIdentity(
         name=reply.name,
         type=reply.type,
         subtype=reply.subtype,
-        firmware=firmware,
-        serial=serial,
+        firmware=None,
+        serial=None,
         model=model,
-        has_gripper=gripper if has_gripper is None else has_gripper,
-        max_linear=linear if max_linear is None else min(linear, max_linear),
-        max_angular=angular if max_angular is None else min(angular, max_angular),
-        watchdog=watchdog,
-        config=config,
+        has_gripper=False,
+        max_linear=model.max_linear,
+        max_angular=model.max_angular,
+    )
+    if config is not None:
+        identity = replace(
+            identity,
+            firmware=config.firmware_version or None,
+            serial=config.serial or None,
+            model=_fitted(model, config),
+            has_gripper=bool(config.has_gripper),
+            max_linear=_least(0.001, model.max_linear, config.translation_velocity_max_mm_s,
+                              config.translation_velocity_top_mm_s),
+            max_angular=_least(math.radians(1), model.max_angular, config.rotation_velocity_max_deg_s,
+                               config.rotation_velocity_top_deg_s),
+            watchdog=_least(0.001, DEFAULT_WATCHDOG, config.watchdog_ms),
+            config=config,
+        )
+    return replace(
+        identity,
+        has_gripper=identity.has_gripper if has_gripper is None else has_gripper,
+        max_linear=identity.max_linear if max_linear is None else min(identity.max_linear, max_linear),
+        max_angular=identity.max_angular if max_angular is None else min(identity.max_angular, max_angular),
     )
 
 
