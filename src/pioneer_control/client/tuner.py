@@ -79,6 +79,7 @@ class Tuner:
             if own is not None and ROWS[name].number(own) >= ROWS[name].low:
                 wanted[name] = own
             elif not self._unknown(name):
+                self._before.pop(name, None)
                 problem = "what it had itself is not known: it stays %.6g until the next connect" % self._told.pop(name)
                 change = Change(name, ROWS[name].unit, None, None, None, problem)
                 self._link.events.append(Tuned((change,), self._identity))
@@ -98,7 +99,8 @@ class Tuner:
         if self._tries < TRIES and not all(map(self._settled, self._before)):
             self._send(now)
         else:
-            self._link.events.append(Tuned(tuple(map(self._change, self._before)), self._identity))
+            if self._before:
+                self._link.events.append(Tuned(tuple(map(self._change, self._before)), self._identity))
             self._before, self._answer, self.due = {}, None, math.inf
 
     def _settled(self, name: str) -> bool:

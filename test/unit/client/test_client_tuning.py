@@ -288,6 +288,19 @@ def test_what_cannot_go_back_is_said_once():
     until_tuned(bench, times=3)
 
 
+@pytest.mark.parametrize("beside", [{}, {"ticks_mm": 132}])
+def test_what_cannot_go_back_and_is_left_open_again_at_once_is_sent_no_more(beside):
+    bench = Bench(TunedRobot()).until_ready()
+    bench.run(1.0)
+    tune(bench, bump_stall=1, **beside)
+    tune(bench, bump_stall=None)
+    bench.run(3.0)
+    assert names_of_settings(bench.robot) == ["BUMPSTALL"] + ["TICKSMM"] * len(beside)
+    said = [str(change) for event in tuned(bench) for change in event.changes]
+    assert "stays 1 until the next connect" in said[0] and said[1:] == ["ticks_mm 128 -> 132"] * len(beside)
+    assert len(tuned(bench)) == len(said)
+
+
 def test_what_never_went_to_old_firmware_need_not_go_back():
     robot = TunedRobot()
     robot.subtype = "p3dx"
