@@ -6,13 +6,8 @@ from typing import Dict, NamedTuple
 from ..p2os import FaultFlags
 
 
-class Level(IntEnum):
-    """The levels of diagnostic_msgs/DiagnosticStatus."""
-
-    OK = 0
-    WARN = 1
-    ERROR = 2
-    STALE = 3
+Level = IntEnum("Level", {"OK": 0, "WARN": 1, "ERROR": 2, "STALE": 3})
+"""The levels of diagnostic_msgs/DiagnosticStatus."""
 
 
 class FaultFlag(NamedTuple):

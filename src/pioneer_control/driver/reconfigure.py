@@ -76,21 +76,19 @@ class Reconfiguration:
 
     def _set(self, request: ReconfigureRequest) -> ReconfigureResponse:
         with self._lock:
-            before = values_of(self._parameters)
             try:
                 wanted = changed(self._parameters, decode(request.config))
                 self._apply(wanted)
             except PioneerError as error:
                 rospy.logwarn("%s", error)      # the usual clients do not show what a service says
                 raise rospy.ServiceException(str(error)) from None
+            before, after = values_of(self._parameters), values_of(wanted)
             self._parameters = wanted
-            after = values_of(wanted)
-            message = encode(after)
-            self._updates.publish(message)
+            self._updates.publish(encode(after))
             for name in (name for name in LIVE if after[name] != before[name]):
                 rospy.loginfo("~%s: %s -> %s", name, before[name], after[name])
                 self._keep(name, after[name])
-        return ReconfigureResponse(message)
+        return ReconfigureResponse(encode(after))
 
     def _keep(self, name: str, value: Any) -> None:
         """Keep a value for the next start. When the master is gone, that is only logged: the robot obeys already."""

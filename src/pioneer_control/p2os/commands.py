@@ -21,15 +21,14 @@ SYNC0, SYNC1, SYNC2 = 0, 1, 2
 POSITIVE, NEGATIVE, TEXT = 0x3B, 0x1B, 0x2B
 
 
-class Argument(Enum):
-    """What follows the number of a command."""
-
-    NONE = "no argument"
-    INT = "signed integer"
-    UINT = "unsigned integer"
-    TWO_BYTES = "two bytes in one integer"
-    STRING = "string"
-
+Argument = Enum("Argument", {
+    "NONE": "no argument",
+    "INT": "signed integer",
+    "UINT": "unsigned integer",
+    "TWO_BYTES": "two bytes in one integer",
+    "STRING": "string",
+})
+"""What follows the number of a command."""
 
 NONE, INT, UINT, TWO_BYTES, STRING = tuple(Argument)
 

@@ -104,32 +104,30 @@ GripperSwitches = IntFlag("GripperSwitches", [
 """State byte of GRIPPERpac as P2OS fills it (protocol sheet 6.3). AROS and ARCOS send a `GripState` there instead."""
 
 
-class ChargeState(IntEnum):
-    """CHARGE STATE of the standard SIP (protocol sheet 4)."""
+ChargeState = IntEnum("ChargeState", {
+    "NOT_CHARGING": 0,
+    "BULK": 1,
+    "OVERCHARGE": 2,
+    "FLOAT": 3,
+    "BALANCE": 4,
+    "UNKNOWN": 255,
+})
+"""CHARGE STATE of the standard SIP (protocol sheet 4)."""
 
-    NOT_CHARGING = 0
-    BULK = 1
-    OVERCHARGE = 2
-    FLOAT = 3
-    BALANCE = 4
-    UNKNOWN = 255
-
-
-class GripperCommand(IntEnum):
-    """Arguments of the GRIPPER command (protocol sheet 6.1). PRESSURE and CARRY need a GRIPPERVAL right behind them."""
-
-    OPEN = 1
-    CLOSE = 2
-    STOP = 3
-    LIFT_UP = 4
-    LIFT_DOWN = 5
-    LIFT_STOP = 6
-    STORE = 7
-    DEPLOY = 8
-    HALT = 15
-    PRESSURE = 16
-    CARRY = 17
-
+GripperCommand = IntEnum("GripperCommand", {
+    "OPEN": 1,
+    "CLOSE": 2,
+    "STOP": 3,
+    "LIFT_UP": 4,
+    "LIFT_DOWN": 5,
+    "LIFT_STOP": 6,
+    "STORE": 7,
+    "DEPLOY": 8,
+    "HALT": 15,
+    "PRESSURE": 16,
+    "CARRY": 17,
+})
+"""Arguments of the GRIPPER command (protocol sheet 6.1). PRESSURE and CARRY need a GRIPPERVAL right behind them."""
 
 GRIPPER_VALUES = {GripperCommand.PRESSURE: (1, 100), GripperCommand.CARRY: (-255, 255)}
 """Least and greatest GRIPPERVAL (20 ms) behind a sub-command that needs one; never 0."""

@@ -84,23 +84,18 @@ WIDE = Margin(side=0.08, turn=0.03, rate=TURN_RATE)
 NARROW = Margin(side=0.04, turn=0.01, rate=TURN_RATE / 2)
 
 
-class Room(Enum):
-    """What the robot demands of a way: the next one only when the one before leaves it no way out."""
+Room = Enum("Room", ["TO_TURN_ROUND", "TO_PASS", "TO_SQUEEZE"])
+"""How much room a way must have. The robot demands less only when it finds no way out with so much."""
 
-    TO_TURN_ROUND = 0
-    TO_PASS = 1
-    TO_SQUEEZE = 2
-
-
-class Going(Enum):
-    """What the robot is about."""
-
-    LOOKING = "looking"
-    DRIVING = "driving"
-    TURNING = "turning"
-    BACKING = "backing off"
-    HELD = "held: the wheels stall"
-    LEAVING = "leaving what it has put down"
+Going = Enum("Going", {
+    "LOOKING": "looking",
+    "DRIVING": "driving",
+    "TURNING": "turning",
+    "BACKING": "backing off",
+    "HELD": "held: the wheels stall",
+    "LEAVING": "leaving what it has put down",
+})
+"""What the robot is about."""
 
 
 class Way(NamedTuple):

@@ -17,11 +17,8 @@ MOVES_ON = 50_000_000
 SAME = 1e-4  #: s; stamps that differ by less are one: a number in a text may have lost digits
 
 
-class WanderEnd(Enum):
-    """Why a wander ended."""
-
-    TIME_UP = "the time is up"
-    AT_CAN = "something stands between the paddles"
+WanderEnd = Enum("WanderEnd", {"TIME_UP": "the time is up", "AT_CAN": "something stands between the paddles"})
+"""Why a wander ended."""
 
 
 class Wandering:
