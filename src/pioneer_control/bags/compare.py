@@ -34,7 +34,9 @@ def deviation(reference: Track, other: Track) -> Deviation:
     """How far ``other`` is from ``reference``, however long each track is and wherever its frame lies."""
     time, apart = distance_between(reference, other)
     turn = (other.heading[-1] - other.heading[0]) - (reference.heading[-1] - reference.heading[0])
-    return Deviation(_mean(time, apart), float(apart.max()), float(apart[-1]), float(np.angle(np.exp(1j * turn))))
+    summed = np.sum(np.diff(time) * (apart[1:] + apart[:-1]) / 2)   # over the time: straight between two moments
+    mean = summed / (time[-1] - time[0]) if time[-1] > time[0] else apart.mean()
+    return Deviation(float(mean), float(apart.max()), float(apart[-1]), float(np.angle(np.exp(1j * turn))))
 
 
 def distance_between(reference: Track, other: Track) -> Tuple[np.ndarray, np.ndarray]:
@@ -84,8 +86,8 @@ def standing(track: Track) -> List[Tuple[float, float]]:
 
 def first_movement(track: Track) -> float:
     """When (s) a robot was `MOVED` from its first pose; the first moment of a robot that stays."""
-    moved = np.hypot(track.x - track.x[0], track.y - track.y[0]) / MOVED[0]
-    moved = np.maximum(moved, np.abs(track.heading - track.heading[0]) / MOVED[1])
+    moved = np.maximum(np.hypot(track.x - track.x[0], track.y - track.y[0]) / MOVED[0],
+                       np.abs(track.heading - track.heading[0]) / MOVED[1])
     if moved.max() < 1.0:
         return float(track.time[0])
     first = int(np.argmax(moved >= 1.0))
@@ -123,10 +125,3 @@ def _in_gripper(run: Run, time: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.
     grip_x, grip_y = placed((robot.x, robot.y, robot.heading), run.grip, 0.0)
     after = np.searchsorted([event.time for event in run.gripper], time, side="right")
     return holding[after] & (np.hypot(x - grip_x, y - grip_y) < HELD_WITHIN)
-
-
-def _mean(time: np.ndarray, values: np.ndarray) -> float:
-    """The mean over time of values that change straight between moments."""
-    if time[-1] == time[0]:
-        return float(values.mean())
-    return float(np.sum(np.diff(time) * (values[1:] + values[:-1]) / 2) / (time[-1] - time[0]))

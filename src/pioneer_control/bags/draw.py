@@ -14,11 +14,11 @@ from ..pictures import check_output, write
 from .bag_names import in_order, stem
 from .command_line import parser_of
 from .pages import page, side_by_side
-from .pages.sheet import DPI
 from .progress import Progress
 from .recorded_run import Run
 from .run import read_run
 
+DPI = 160
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
     "bag": dict(nargs="+", help="what rosbag record wrote; of several the others are compared with the first"),

@@ -12,7 +12,6 @@ from ..compare import pushes
 from ..recorded_run import ERROR, WARNING, Run
 from ..recording.description import description_of
 from . import from_above, over_time
-from .from_above import BADGES, EVENT, TopView
 from .incidents import Incident, incidents, silences
 from .sheet import BODY, BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Sheet
 from .timeline import Timeline, how_long
@@ -65,7 +64,7 @@ def figure(run: Run, title: Optional[str] = None) -> Any:
     ]
     head = [(line, look) for text, look in said for line in probe.lines(text, RIGHT - LEFT, LINES, **look) if text]
 
-    events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= BADGES else MANY
+    events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= from_above.BADGES else MANY
     lower = [each._replace(height=SQUEEZED * each.height) for each in shown]
     span, above_map = view.high - view.low, TOP + 0.62 + LINE * len(head) + GAP
     where, squeezed = (plan(span, above_map, over_time.height(each, lanes), lines, events) for each in (shown, lower))
@@ -130,7 +129,7 @@ def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: 
 
 def legend_height(events: int, columns: int) -> float:
     """Inches of a legend: signs, and events of the gripper."""
-    signs = SIGNS + len(EVENT) * (events == MANY)
+    signs = SIGNS + len(from_above.EVENT) * (events == MANY)
     return -(-signs // columns) * LINE + (0.06 + EVENT_LINE * -(-events // EVENTS_BESIDE[columns])) * (events > 0)
 
 
@@ -164,7 +163,7 @@ def recorded_with(notes: str) -> str:
     return "recorded with " + ", ".join(known) if known else ""
 
 
-def summary(run: Run, view: TopView, wrong: Sequence[Incident]) -> List[str]:
+def summary(run: Run, view: from_above.TopView, wrong: Sequence[Incident]) -> List[str]:
     """The figures of a run, in words: how long, how far, how exact, and how many errors, warnings and gaps."""
     off = np.hypot(view.odometry.x[-1] - view.path.x[-1], view.odometry.y[-1] - view.path.y[-1])
     odometry = "odometry exact: ideal wheels" if off < EXACT else "odometry %.0f cm off at the end" % (100 * off)
@@ -188,13 +187,13 @@ def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: f
         handletextpad=0.5)
     for line in legend.get_lines():
         line.set_markersize(max(line.get_markersize(), 5))  # the dot of a single echo is too small to be seen
-    if len(run.gripper) > BADGES:
+    if len(run.gripper) > from_above.BADGES:
         return
     top += -(-len(shown) // columns) * LINE + 0.1
     for number, event in enumerate(run.gripper[:EVENTS_LISTED], 1):
         row, column = divmod(number - 1, EVENTS_BESIDE[columns])
         x, y = left + 0.1 + column * (RIGHT - left) / EVENTS_BESIDE[columns], top + row * EVENT_LINE
-        _badge(sheet, x, y, str(number), EVENT[event.what])
+        _badge(sheet, x, y, str(number), from_above.EVENT[event.what])
         sheet.text(x + 0.16, y, "%s at %s" % (event.what, timeline.write(event.time)), size=SMALL)
 
 

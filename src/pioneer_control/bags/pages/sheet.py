@@ -7,7 +7,6 @@ from ...pictures import INK
 WIDTH, HEIGHT = 8.27, 11.69  # inches: A4
 # inches: where the drawing begins and ends, and what stays free above and below
 LEFT, RIGHT, TOP, BOTTOM = 0.55, 7.92, 0.35, 0.42
-DPI = 160
 BODY, SMALL = 8.5, 7.5  # points
 MORE = "…"
 

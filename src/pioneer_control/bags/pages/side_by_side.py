@@ -93,7 +93,8 @@ def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
     """The matplotlib Figure of a comparison."""
     rows = compared(runs)
     laid = [from_its_start(row.track).seen_from(rows[0].track.pose(0)) for row in rows]
-    walls = runs[0].map if all(run.truth is not None for run in runs) and len({run.world for run in runs}) == 1 else None
+    walls = (runs[0].map if all(run.truth is not None for run in runs) and len({run.world for run in runs}) == 1
+             else None)
     low, high = from_above.extent(laid, np.empty((0, 2)), walls, max(run.reach for run in runs))
     shown = _curves(rows)
 
