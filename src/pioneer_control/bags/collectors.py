@@ -305,30 +305,29 @@ class ReportCollector:
     def __init__(self) -> None:
         self._told: List[Tuple[str, Report]] = []    # with the node
         self._more = 0
-        self._levels: Dict[str, int] = {}
-        self._words: Dict[str, str] = {}
+        self._newest: Dict[str, Any] = {}   # level of each task of /diagnostics, words of each node of /rosout
 
     def add_diagnostics(self, time: float, message: Any) -> None:
         """Take in a DiagnosticArray."""
         for status in message.status:
             level = status.level if isinstance(status.level, int) else status.level[0]  # a byte in Python 3
-            if level in (WARNING, ERROR) and level != self._levels.get(status.name):
-                node, _, task = status.name.rpartition(": ")
-                self._add(node, Report(time, level, task, status.message))
-            self._levels[status.name] = level
+            node, _, task = status.name.rpartition(": ")
+            self._add(node, Report(time, level, task, status.message), status.name, level)
 
     def add_log(self, time: float, message: Any) -> None:
         """Take in a Log of /rosout."""
         level = next((level for least, level in ROS_LOG if message.level >= least), 0)
-        if level and self._words.get(message.name) != message.msg:
-            self._words[message.name] = message.msg
-            self._add(message.name.strip("/"), Report(time, level, message.name, message.msg))
+        if level:
+            self._add(message.name.strip("/"), Report(time, level, message.name, message.msg), message.name, message.msg)
 
-    def _add(self, node: str, report: Report) -> None:
-        if len(self._told) < 10 * TEXTS:
-            self._told.append((node, report))
-        else:
-            self._more += 1
+    def _add(self, node: str, report: Report, source: str, newest: Any) -> None:
+        """Keep a warning or an error of a node, unless its source said the same last time."""
+        if report.level in (WARNING, ERROR) and newest != self._newest.get(source):
+            if len(self._told) < 10 * TEXTS:
+                self._told.append((node, report))
+            else:
+                self._more += 1
+        self._newest[source] = newest
 
     def of(self, robot: str, robots: Sequence[str]) -> Tuple[Report, ...]:
         """Reports of a robot's nodes, and of nodes that belong to no robot."""
