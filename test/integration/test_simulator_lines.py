@@ -330,7 +330,7 @@ def test_who_comes_before_the_end_of_the_session_was_read_is_let_in_after_it():
         first.sendall(b"bye")
         with contextlib.closing(dial(line)) as second:
             until(lambda: line.read(False) == b"bye", "the end")
-            line.finish()
+            line.finished = True
             second.sendall(b"hello")
             until(lambda: line.read(False) == b"hello", "the next client")
 

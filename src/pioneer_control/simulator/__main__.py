@@ -6,7 +6,7 @@ import signal
 import sys
 import textwrap
 import threading
-from typing import Any, Dict, List, Optional
+from typing import Any, Dict, List, Optional, Union
 
 from ..errors import PioneerError
 from ..p2os.recording import Entry, read_record
@@ -14,7 +14,7 @@ from ..robots import find_model, load_table
 from .hardware import load_numbers
 from .line import Fault, LineRecorder, LineSimulation, Server, fault_of, load_faults
 from .line.faults import rows
-from .line.server import SPEEDS, STANDARD_PORT, Berth
+from .line.server import SPEEDS, STANDARD_PORT
 from .played import PlayedRobot, compare, play_client
 from .simulation import MOST_ROBOTS, Simulation, simulate
 from .world import known_worlds, load_world
@@ -27,23 +27,29 @@ def main(arguments: Optional[List[str]] = None) -> int:
         The exit code: 0 ended, or all is the same; 1 something failed, or differs; 2 an argument makes no sense.
     """
     options = parser().parse_args(arguments)
-    if options.client is not None:
-        return compare_with(options)
+    try:
+        return serve(options) if options.client is None else compare_with(options)
+    except PioneerError as error:
+        print("simulator: %s" % error, file=sys.stderr)
+        return 2 if isinstance(error, ValueError) else 1
+
+
+def serve(options: argparse.Namespace) -> int:
+    """Let clients connect to simulated robots, or to one of a record, until Ctrl-C or SIGTERM.
+
+    Returns:
+        The exit code, as `main`.
+    """
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     most_files = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
     resource.setrlimit(resource.RLIMIT_NOFILE, (most_files, most_files))    # several hundred robots need them
+    robots: Union[Simulation, PlayedRobot] = simulation_of(options) if options.play is None else played_robot(options)
+    server = Server(robots, options.tcp, options.pty, speed=options.speed, seed=options.seed, faults=faults_of(options),
+                    record=options.record, say=say)
     try:
-        simulation = None if options.play is not None else simulation_of(options)
-        server = Server(
-            simulation or played_robot(options), options.tcp, options.pty, speed=options.speed, seed=options.seed,
-            faults=faults_of(options), record=options.record, say=say)
-    except PioneerError as error:
-        print("simulator: %s" % error, file=sys.stderr)
-        return 2 if isinstance(error, ValueError) else 1
-    try:
-        print("\n".join(played_welcome(server) if simulation is None else welcome(server, simulation)))
+        print(*welcome(server, robots), sep="\n")
         if server.open_to_others:
             print("simulator: every machine that reaches this one can drive it: the protocol knows no password",
                   file=sys.stderr)
@@ -87,19 +93,15 @@ def compare_with(options: argparse.Namespace) -> int:
         The exit code, as `main`.
     """
     notes: List[Entry] = []
-    try:
-        simulation, recorded = simulation_of(options), read_record(options.client)
-        recording = LineRecorder(options.record)
-        lines = LineSimulation(
-            simulation, options.seed, faults_of(options),
-            lambda time, sentence: notes.append(Entry(time, 0, False, b"", sentence)))
-        made = sorted(notes + play_client(recorded, lines), key=lambda entry: entry.time)
-        for entry in made:
-            recording.put(entry)
-        recording.close()
-    except PioneerError as error:
-        print("simulator: %s" % error, file=sys.stderr)
-        return 2
+    simulation, recorded = simulation_of(options), read_record(options.client)
+    recording = LineRecorder(options.record)
+    lines = LineSimulation(
+        simulation, options.seed, faults_of(options),
+        lambda time, sentence: notes.append(Entry(time, 0, False, b"", sentence)))
+    made = sorted(notes + play_client(recorded, lines), key=lambda entry: entry.time)
+    for entry in made:
+        recording.put(entry)
+    recording.close()
     found = compare(recorded, made, [robot.model for robot in simulation.robots])
     print(*found, sep="\n")
     return 0 if all(each.same for each in found) else 1
@@ -115,26 +117,20 @@ def faults_of(options: argparse.Namespace) -> List[Fault]:
                                                            for fault in load_faults(path)]
 
 
-def played_welcome(server: Server) -> List[str]:
-    """Lines that say which robot of a record there is, and where to connect to it."""
-    robot = server.berths[0].robot
-    return ["A robot that says what %s of the record said. Connect to it at" % robot.name, *places_of(server.berths[0])]
-
-
-def welcome(server: Server, simulation: Simulation) -> List[str]:
+def welcome(server: Server, robots: Union[Simulation, PlayedRobot]) -> List[str]:
     """Lines that say which robots there are, and where to connect to each."""
-    count, model, world = len(simulation.robots), simulation.robots[0].model.subtype, simulation.world
-    lines = ["World file, skipped: %s" % skipped for skipped in world.skipped]
-    if count == 1:
-        lines += ["A simulated %s stands in the world %r. Connect to it at" % (model, world.name)]
-        return lines + places_of(server.berths[0])
-    lines += ["%d simulated %s stand in the world %r. Connect to them at" % (count, model, world.name)]
-    return lines + ["    " + berth.robot.name + "".join(places_of(berth, "  ")) for berth in server.berths]
-
-
-def places_of(berth: Berth, before: str = "    ") -> List[str]:
-    """Where to connect to a robot, each with something `before` it."""
-    return [before + place for place in (berth.url, berth.pty_link) if place is not None]
+    count = len(server.berths)
+    if isinstance(robots, PlayedRobot):
+        lines = ["A robot that says what %s of the record said. Connect to it at" % robots.name]
+    else:
+        kind = robots.robots[0].model.subtype, robots.world.name
+        lines = ["World file, skipped: %s" % skipped for skipped in robots.world.skipped]
+        lines += ["A simulated %s stands in the world %r. Connect to it at" % kind if count == 1 else
+                  "%d simulated %s stand in the world %r. Connect to them at" % (count, *kind)]
+    for berth in server.berths:
+        places = [place for place in (berth.url, berth.pty_link) if place is not None]
+        lines += ["    " + words for words in (places if count == 1 else ["  ".join([berth.robot.name, *places])])]
+    return lines
 
 
 def say(sentence: str) -> None:

@@ -161,9 +161,9 @@ def test_clear_ends_what_is_on_and_what_would_come():
     scene = Scene()
     for words in ("loss 0.1", "loss 0.2 from 50", "flips 0.1"):
         scene.add(words)
-    assert scene.faults.clear(1000000, "loss") == 2 and scene.wires("loss") == [0.0] * 4
-    assert scene.wires("flips") == [0.1] * 4
-    assert scene.faults.clear(1000000) == 1 and scene.faults.next_us == NEVER_US and scene.faults.clear(1000000) == 0
+    assert scene.wires("loss") == scene.wires("flips") == [0.1] * 4
+    assert scene.faults.clear(1000000) == 3 and scene.faults.next_us == NEVER_US and scene.faults.clear(1000000) == 0
+    assert scene.wires("loss") == scene.wires("flips") == [0.0] * 4
 
 
 def test_a_robot_that_is_not_there():

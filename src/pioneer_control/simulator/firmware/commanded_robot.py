@@ -83,8 +83,8 @@ class CommandedRobot(RobotOnLine):
             raise ParameterError("noise is %g, wanted metres from 0 up" % noise)
         self.model = model.with_arrays(front=True, rear=rear_sonar)
         self.world = world
-        start = world.starts[0] if pose is None else pose
-        self.hardware = Hardware(self.model, world, start, gripper, self.numbers, noise, seed)
+        self.hardware = Hardware(
+            self.model, world, world.starts[0] if pose is None else pose, gripper, self.numbers, noise, seed)
         self.next_step_us += self.numbers.physics.step_us
         self.decoder = FrameDecoder()
         self.command_counts = CommandCounts()
@@ -133,18 +133,13 @@ class CommandedRobot(RobotOnLine):
     @property
     def next_sip_us(self) -> int:
         """When it next sends by itself; never without a session."""
-        return NEVER_US if self._open is None else self._open.next_sip_us
-
-    @property
-    def previous(self) -> Optional[ReceivedCommand]:
-        """The command before the present one, in this session."""
-        return None if self._open is None else self._open.previous
+        return NEVER_US if self.open_session is None else self.open_session.next_sip_us
 
     @property
     def watchdog_expired(self) -> bool:
         """Whether an open session has been silent for so long that the drives stand until the next command."""
         watchdog_us = self.numbers.session.watchdog_ms * 1000
-        return self._open is not None and self.clock.now_us - self._open.last_command_us > watchdog_us
+        return self.open_session is not None and self.clock.now_us - self.open_session.last_command_us > watchdog_us
 
     def press_stop_button(self, pressed: bool) -> None:
         """Press the STOP button on the robot, or let it go."""
@@ -156,14 +151,14 @@ class CommandedRobot(RobotOnLine):
         """Wait for SYNC0, with the line and the settings of power-on."""
         self.session = FirmwareState.WAITING
         self._next_sync = SYNC0
-        self._open: Optional[OpenSession] = None
+        self.open_session: Optional[OpenSession] = None
         self.baud = self.numbers.session.host_baud
         self.settings = dict(SETTINGS)
 
-    def open_session(self) -> None:
+    def begin_session(self) -> None:
         """Begin a session: pose 0, sonar on, the first SIP in one cycle."""
         last_step_us = self.next_step_us - self.numbers.physics.step_us
-        self._open = OpenSession(self.clock.now_us, last_step_us + self.numbers.session.sip_cycle_ms * 1000)
+        self.open_session = OpenSession(self.clock.now_us, last_step_us + self.numbers.session.sip_cycle_ms * 1000)
         self.session = FirmwareState.OPEN
         self.hardware.reset_odometry()
         self.hardware.sonar.switch(True, last_step_us)
@@ -194,7 +189,7 @@ class CommandedRobot(RobotOnLine):
 
     def request(self, kind: str, how: int) -> None:
         """Send packets of a kind with the SIP: 0 no more of them, 1 with the next one, more with every one."""
-        requests = {} if self._open is None else self._open.requests
+        requests = {} if self.open_session is None else self.open_session.requests
         requests.pop(kind, None)
         if how > 0:
             requests[kind] = how > 1

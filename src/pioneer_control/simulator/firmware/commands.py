@@ -201,7 +201,8 @@ def gripper(robot: CommandedRobot, number: int) -> None:
 
 def gripper_value(robot: CommandedRobot, units: int) -> None:
     """Obey GRIPPERVAL."""
-    fitted, before = robot.hardware.gripper, robot.previous
+    fitted = robot.hardware.gripper
+    before = robot.open_session.previous if robot.open_session else None
     if fitted is None or before is None or before.name != "GRIPPER":
         return
     if before.value == GripperCommand.PRESSURE and 1 <= units <= 100:

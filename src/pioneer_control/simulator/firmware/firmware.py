@@ -40,6 +40,7 @@ class Firmware(CommandedRobot):
         hardware: its devices.
         settings: what a client may set and CONFIGpac shows, by its name there.
         decoder: of what the line brings; it has the counts since power-on.
+        open_session: what is known of a client, None while no session is open.
         command_counts: commands since power-on: obeyed, unknown, without a value that makes sense.
         unknown_commands: names of commands that came and that its firmware does not know.
         baud, session, closed_sessions, next_step_us: see `RobotOnLine`.
@@ -70,22 +71,22 @@ class Firmware(CommandedRobot):
             for frame in self.decoder.drop_partial():
                 self._take(frame)
         self.hardware.step(now_us, self.watchdog_expired)
-        session = self._open
+        session = self.open_session
         if session is not None and now_us >= session.next_sip_us:
             session.next_sip_us += self.numbers.session.sip_cycle_ms * 1000
             self.send(*session.packets(self.hardware))
 
     def _take(self, frame: Frame) -> None:
         command = p2os.decode_command(frame)
-        if self._open is not None:
-            self._open.last_command_us = self.clock.now_us
+        if self.open_session is not None:
+            self.open_session.last_command_us = self.clock.now_us
             self._obey(command)
-            if self._open is not None:
-                self._open.previous = command
+            if self.open_session is not None:
+                self.open_session.previous = command
         elif self.session is FirmwareState.WAITING:
             self._synchronise(frame.id)
         elif command.name == "OPEN":
-            self.open_session()
+            self.begin_session()
         elif command.name == "CLOSE":
             self.close_session()
 

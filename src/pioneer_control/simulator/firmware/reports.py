@@ -46,6 +46,7 @@ FLAGS = tuple(map(int, (
     Flags.MOTORS_ENABLED, Flags.SONAR_1, Flags.SONAR_2, Flags.SONAR_3, Flags.SONAR_4, Flags.STOP_BUTTON, Flags.E_STALL,
     Flags.CHARGER_POWER, Flags.JOYSTICK_BUTTON,
 )))
+MOVING_SWITCHES = int(GripperSwitches.PADDLES_MOVING), int(GripperSwitches.LIFT_MOVING)
 UNDERVOLTAGE = int(FaultFlags.UNDERVOLTAGE)
 OLDER_ANALOG = frozenset(["PSOS", "P2OS", "AmigOS", "AROS"])
 """Families whose IOpac has ports 1 to 5, 2047 for 5 V; the others have ports 0 to 7 and the battery, 1023 for 5 V
@@ -97,8 +98,8 @@ def sip(hardware: Hardware) -> p2os.Sip:
         values.update(battery_x10_dv=min(0xFFFF, round(hardware.battery.voltage * 10.0)),
                       charge_state=hardware.battery.charge_state)
         if end != "charge_state":
-            rotation = round(math.degrees(hardware.drives.angular.speed) * 10.0)
-            values.update(rotation_velocity_ddeg_s=rotation, fault_flags=UNDERVOLTAGE if hardware.battery.is_low else 0)
+            values.update(rotation_velocity_ddeg_s=round(math.degrees(hardware.drives.angular.speed) * 10.0),
+                          fault_flags=UNDERVOLTAGE if hardware.battery.is_low else 0)
     packet: p2os.Sip = made(p2os.Sip, values)
     return packet
 
@@ -117,12 +118,10 @@ def heading_units(hardware: Hardware, heading: float) -> int:
 
 
 def _flags(hardware: Hardware) -> int:
-    arrays = hardware.sonar.firing
-    fires = 0 in arrays, 1 in arrays, 2 in arrays, 3 in arrays
-    motors = hardware.motors
-    button = hardware.joystick is not None and hardware.joystick.button_1
-    return _bits(FLAGS, (motors.enabled,) + fires
-                 + (motors.stop_button, motors.e_stalled, hardware.battery.charging, button))
+    arrays, motors = hardware.sonar.firing, hardware.motors
+    return _bits(FLAGS, (
+        motors.enabled, 0 in arrays, 1 in arrays, 2 in arrays, 3 in arrays, motors.stop_button, motors.e_stalled,
+        hardware.battery.charging, hardware.joystick is not None and hardware.joystick.button_1))
 
 
 def grip_state(hardware: Hardware) -> int:
@@ -153,8 +152,7 @@ def digital_in(hardware: Hardware) -> int:
     inner, outer = gripper.beams_broken(hardware.body.pose)
     left, right = gripper.contacts
     between = not gripper.lift.is_up and not gripper.lift.is_down
-    return UNCONNECTED | _bits(
-        DIGITAL_IN, (not gripper.is_open, between, outer, inner, not left, not right))
+    return UNCONNECTED | _bits(DIGITAL_IN, (not gripper.is_open, between, outer, inner, not left, not right))
 
 
 def _bits(bits: Tuple[int, ...], states: Tuple[bool, ...]) -> int:
@@ -167,12 +165,9 @@ def gripper(hardware: Hardware) -> p2os.Gripper:
     fitted = hardware.gripper
     if fitted is None:
         return p2os.Gripper(has_gripper=0, state=0, grasp_time_units=0)
-    if hardware.model.grip_state_first:
-        state = grip_state(hardware)
-    else:
-        state = digital_in(hardware) & ~UNCONNECTED
-        state |= int(GripperSwitches.PADDLES_MOVING) if fitted.paddle_motion else 0
-        state |= int(GripperSwitches.LIFT_MOVING) if fitted.lift.motion else 0
+    moving = _bits(MOVING_SWITCHES, (fitted.paddle_motion != 0, fitted.lift.motion != 0))
+    switches = digital_in(hardware) & ~UNCONNECTED | moving
+    state = grip_state(hardware) if hardware.model.grip_state_first else switches
     return p2os.Gripper(has_gripper=1, state=state, grasp_time_units=min(255, round(fitted.grasp_time / GRIPPER_UNIT)))
 
 
@@ -185,8 +180,7 @@ def io(hardware: Hardware) -> p2os.IO:
     """IOpac: user inputs, bumpers and infrared as electrical levels (idle high), outputs, analog inputs."""
     front, rear = hardware.bumpers.bits()
     inputs = (digital_in(hardware), ~front & 0xFF, ~rear & 0xFF, 0xFF)
-    family = hardware.model.firmware_family
-    if family in OLDER_ANALOG:
+    if hardware.model.firmware_family in OLDER_ANALOG:
         analog = [round(hardware.ports.volts(port) / 5.0 * 2047.0) for port in range(1, 6)]
     else:
         analog = [round(hardware.ports.volts(port) / 5.0 * 1023.0) for port in range(8)]
@@ -252,8 +246,6 @@ def config(hardware: Hardware, name: str, numbers: RobotNumbers, settings: Dict[
     """CONFIGpac, as far as the firmware of this family fills it."""
     model, drive = hardware.model, numbers.drive
     linear, angular = hardware.drives.linear.limits, hardware.drives.angular.limits
-    front = model.with_arrays(front=False, rear=True) != model
-    rear = model.with_arrays(front=True, rear=False) != model
     values: Dict[str, Any] = dict(
         type="Pioneer", subtype=model.subtype, serial=numbers.session.serial, four_motors=0,
         rotation_velocity_top_deg_s=_degrees(angular.top), translation_velocity_top_mm_s=_millimetres(linear.top),
@@ -261,7 +253,9 @@ def config(hardware: Hardware, name: str, numbers: RobotNumbers, settings: Dict[
         translation_acceleration_top_mm_s2=_millimetres(linear.rate_top),
         pwm_max=500, name=name, sip_cycle_ms=numbers.session.sip_cycle_ms,
         host_baud=p2os.BAUD_RATES.index(numbers.session.host_baud),
-        has_gripper=int(hardware.gripper is not None), front_sonar=int(front), rear_sonar=int(rear),
+        has_gripper=int(hardware.gripper is not None),
+        front_sonar=int(model.with_arrays(front=False, rear=True) != model),
+        rear_sonar=int(model.with_arrays(front=True, rear=False) != model),
         low_battery_dv=round(numbers.battery.alarm * 10.0), watchdog_ms=numbers.session.watchdog_ms,
         alternative_sips=0, stall_value=200, stall_count=round(drive.stall_recovery * 1000.0),
         joystick_velocity_mm_s=numbers.joystick.linear_mm_s, joystick_rotation_deg_s=numbers.joystick.angular_deg_s,

@@ -126,15 +126,13 @@ def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
         near = difflib.get_close_matches(str(given.get("fault")).lower(), KINDS, n=1)
         meant = "did you mean %r? " % near[0] if near else ""
         raise fail("no kind %r; %sthere are %s" % (given.get("fault"), meant, ", ".join(KINDS)))
-    checks: Dict[str, Union[Number, Whole]] = {
-        "robot": Whole(1, 100000), "from": Number(0.0, 1e9), "to": Number(0.0, 1e9)}
-    if kind.value is not None:
-        checks["value"] = kind.value
-    elif "value" in given:
+    checks: Dict[str, Union[Number, Whole, None]] = {
+        "robot": Whole(1, 100000), "from": Number(0.0, 1e9), "to": Number(0.0, 1e9), "value": kind.value}
+    if kind.value is None and "value" in given:
         raise fail("%s takes no value, and %r is one" % (kind.name, given["value"]))
     accepted: Dict[str, Any] = {}
     for key, check in checks.items():
-        if key in given:
+        if check is not None and key in given:
             try:
                 accepted[key] = check.accept(given[key])
             except ValueError:
@@ -221,16 +219,16 @@ class Faults:
         self._waiting.append(_Timed(fault, now_us + round(fault.start * 1e6), end_us))
         self._waiting.sort(key=lambda timed: timed.start_us)
 
-    def clear(self, now_us: int, kind: Optional[str] = None) -> int:
-        """End all faults of a kind (None: of every kind), also those that have not begun.
+    def clear(self, now_us: int) -> int:
+        """End all faults, also those that have not begun.
 
         Returns:
             How many these were.
         """
-        before = len(self._waiting) + len(self._on)
-        self._waiting = [timed for timed in self._waiting if kind not in (None, timed.fault.kind)]
-        self._end([timed for timed in self._on if kind in (None, timed.fault.kind)], now_us)
-        return before - len(self._waiting) - len(self._on)
+        count = len(self._waiting) + len(self._on)
+        self._waiting.clear()
+        self._end(self._on[:], now_us)
+        return count
 
     @property
     def next_us(self) -> int:

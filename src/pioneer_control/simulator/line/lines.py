@@ -45,12 +45,15 @@ class _Line(ABC):
         baud: speed of the robot's end; a TCP port has none, and does not use it.
         plugged: whether the cable is in.
         clients: how many have come, where one can be told from the next.
+        finished: the client has ended its session. At a TCP port another one is welcome then, whether or not this one
+            hangs up.
     """
 
     def __init__(self, baud: int):
         self.baud = baud
         self.plugged = False
         self.clients = 0
+        self.finished = False
 
     def plug(self, in_: bool) -> None:
         """Pull the cable out, or put it back: `close`, or open again.
@@ -92,7 +95,6 @@ class TcpLine(_Line):
         self.host, self.port = host_and_port(address)
         self.client: Optional[socket.socket] = None
         self._unsent: Deque[bytes] = collections.deque()
-        self._finished = False
         self.plug(True)
         self.url = "socket://%s:%d" % (self.host, self.port)
 
@@ -112,7 +114,7 @@ class TcpLine(_Line):
         if not data and self._welcome(busy):    # not before the last bytes of this client, which may end its session
             data = self._receive()
         if data:
-            self._finished = False
+            self.finished = False
         elif data is not None:
             self._dismiss()
         return b"" if busy else data or b""
@@ -133,10 +135,6 @@ class TcpLine(_Line):
             return
         except OSError:
             self._dismiss()
-
-    def finish(self) -> None:
-        """The client has ended its session: another one is welcome, whether or not this one hangs up."""
-        self._finished = True
 
     def close(self) -> None:
         """Hang up and give the port back. Who connects now is refused."""
@@ -164,7 +162,7 @@ class TcpLine(_Line):
             client, _ = self._listener.accept()
         except OSError:     # nobody, or gone again
             return False
-        if busy or not (self._finished or self._receive(socket.MSG_PEEK) == b""):
+        if busy or not (self.finished or self._receive(socket.MSG_PEEK) == b""):
             client.close()
             return False
         self._dismiss()
@@ -193,7 +191,7 @@ class TcpLine(_Line):
     def _dismiss(self) -> None:
         if self.client is not None:
             self.client.close()
-        self.client, self._finished = None, False
+        self.client, self.finished = None, False
         self._unsent.clear()
 
 
@@ -247,9 +245,6 @@ class PtyLine(_Line):
                 termios.tcflush(self._slave, termios.TCIFLUSH)
             if self._master.write(as_heard(data, self.baud, self.client_baud)) is None:     # it is full
                 termios.tcflush(self._slave, termios.TCIFLUSH)
-
-    def finish(self) -> None:
-        """The client has ended its session. Nothing to do: nobody can tell one client from the next."""
 
     def close(self) -> None:
         """Remove the link, if it is still ours, and close the terminal, as when one pulls out a USB adapter."""

@@ -61,8 +61,8 @@ class Berth:
 
     def busy_elsewhere(self, line: ServedLine, now: float) -> bool:
         """Whether a client on another line is in the middle of a session."""
-        elsewhere = self.line is not None and self.line is not line
-        return elsewhere and self.robot.session is not FirmwareState.WAITING and now - self.heard < PATIENCE
+        in_session = self.robot.session is not FirmwareState.WAITING
+        return self.line not in (None, line) and in_session and now - self.heard < PATIENCE
 
 
 class Server:
@@ -247,7 +247,7 @@ class Server:
         while self.simulation.ended:
             line = self.berths[self.simulation.ended.pop()].line
             if line is not None:
-                line.finish()
+                line.finished = True
 
     # -- what is waited for
 

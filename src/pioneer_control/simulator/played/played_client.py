@@ -88,13 +88,12 @@ def play_client(entries: Iterable[Entry], lines: LineSimulation) -> List[Entry]:
     return made
 
 
-def compare(recorded: Iterable[Entry], simulated: Iterable[Entry], models: List[RobotModel]) -> List[Comparison]:
+def compare(recorded: List[Entry], simulated: List[Entry], models: List[RobotModel]) -> List[Comparison]:
     """Compare what the robots of a record said with what simulated ones answer to the same."""
-    both = [list(recorded), list(simulated)]
     found = []
     for robot, model in enumerate(models, 1):
         said_then, said_now = [[entry for entry in entries if entry.robot == robot and not entry.to_robot]
-                               for entries in both]
+                               for entries in (recorded, simulated)]
         same = b"".join(entry.data for entry in said_then) == b"".join(entry.data for entry in said_now)
         then, now = [[*_packets(entries, model)] for entries in (said_then, said_now)]
         ways, turns = zip(*_apart(then, now, model), (0.0, 0.0))

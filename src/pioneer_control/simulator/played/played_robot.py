@@ -69,7 +69,6 @@ class PlayedRobot(RobotOnLine):
         super().__init__("robot %s" % robot, Clock(), HOST_BAUD)
         if self.steps[0].data:      # it was left open, and streams from the start
             self.session = FirmwareState.OPEN
-        self._heard = False
         self._say = say
         self._at = 0
         self._lag_us = -self.steps[0].time_us       # how much later it is played
@@ -112,7 +111,6 @@ class PlayedRobot(RobotOnLine):
     def receive(self, data: bytes) -> None:
         """Take bytes of the client."""
         for frame in self._decoder.feed(data):
-            self._heard = True
             if self.session is FirmwareState.OPEN:
                 self._compare(p2os.decode_command(frame))
             elif frame.id in IDS:
@@ -121,7 +119,7 @@ class PlayedRobot(RobotOnLine):
 
     def close_session(self) -> None:
         """The client ended its session, or another one has come: go on behind the record's own end of it."""
-        if not self._heard:
+        if not self._decoder.counts.frames:     # no client has said anything
             self._go_to(0)
             return
         self.session, self.baud = FirmwareState.WAITING, HOST_BAUD
@@ -202,12 +200,9 @@ def steps_of(entries: Iterable[Entry], robot: int) -> List[RecordedStep]:
     # The step in which the client last asked for each stage. For OPEN: in which it first did, once SYNC2 was answered.
     asked: Dict[Optional[int], int] = {}
     synced = False
-    for entry in entries:
-        if entry.robot != robot or entry.note:
-            continue
-        time_us = round(entry.time * 1e6)
-        if steps:
-            time_us = max(time_us, steps[-1].time_us)   # the order counts where a clock jumped back
+    time_us = -NEVER_US
+    for entry in [entry for entry in entries if entry.robot == robot and not entry.note]:
+        time_us = max(time_us, round(entry.time * 1e6))     # the order counts where a clock jumped back
         for frame in ears[entry.to_robot].feed(entry.data):
             if entry.to_robot:
                 if synced and frame.id == IDS[OPEN]:
