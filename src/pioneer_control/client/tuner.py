@@ -52,12 +52,12 @@ class Tuner:
         self.waits_for_rest = False
         new = {name: value for name, value in self._wanted().items() if self._told.get(name) != value}
         if new:
-            under_way = bool(self._before)
             for name in new:
                 self._before.setdefault(name, ROWS[name].shown(self._identity.config))
             self._told.update(new)
             self._tries = 0
-            if not under_way:       # else the next round takes it along: however fast values come, no queue builds up
+            # Within a round the next one takes them along: however fast values come, no queue builds up.
+            if self.due == math.inf:
                 self._send(now)
 
     def saw_config(self, identity: RobotIdentity, now: float) -> None:
