@@ -3,43 +3,37 @@
 import argparse
 import math
 import sys
-from typing import Callable, Dict, List, NamedTuple, Optional
+from typing import Callable, Dict, List, Optional
 
 from ..errors import UsageError
 from .model import RobotModel
 from .table import load_table
 
 
-class Column(NamedTuple):
-    """A column of the table: its heading, and what it says of a model."""
-
-    heading: str
-    text: Callable[[RobotModel], str]
-
-
-COLUMNS = (
-    Column("model", lambda model: "`%s`" % model.subtype),
-    Column("firmware", lambda model: model.firmware_family),
-    Column("speed (m/s)", lambda model: "%g" % model.max_linear),
-    Column("turn (deg/s)", lambda model: "%g" % math.degrees(model.max_angular)),
-    Column("front, rear (m)", lambda model: "%g, %g" % (model.length_front, model.length_rear)),
-    Column("width (m)", lambda model: "%g" % model.width),
-    Column("sonar", lambda model: "%d" % len(model.sonar)),
-    Column("bumpers", lambda model: "%d + %d" % (model.front_bumpers, model.rear_bumpers)),
-    Column("gripper", lambda model: "yes" if model.can_carry_gripper else "no"),
-    Column("battery (V)", lambda model: "%d" % model.battery_class),
-    Column("dist", lambda model: "%g" % model.dist_mm_per_unit),
-    Column("vel", lambda model: "%g" % model.vel_mm_s_per_unit),
-    Column("range", lambda model: "%g" % model.range_mm_per_unit),
-    Column("diff", lambda model: "%.6g" % model.diff_rad_per_mm),
-    Column("wheel (mm)", lambda model: "%g" % (model.wheel_radius * 1000) if model.wheel_radius else "?"),
-)
+COLUMNS: Dict[str, Callable[[RobotModel], str]] = {
+    "model": lambda model: "`%s`" % model.subtype,
+    "firmware": lambda model: model.firmware_family,
+    "speed (m/s)": lambda model: "%g" % model.max_linear,
+    "turn (deg/s)": lambda model: "%g" % math.degrees(model.max_angular),
+    "front, rear (m)": lambda model: "%g, %g" % (model.length_front, model.length_rear),
+    "width (m)": lambda model: "%g" % model.width,
+    "sonar": lambda model: "%d" % len(model.sonar),
+    "bumpers": lambda model: "%d + %d" % (model.front_bumpers, model.rear_bumpers),
+    "gripper": lambda model: "yes" if model.can_carry_gripper else "no",
+    "battery (V)": lambda model: "%d" % model.battery_class,
+    "dist": lambda model: "%g" % model.dist_mm_per_unit,
+    "vel": lambda model: "%g" % model.vel_mm_s_per_unit,
+    "range": lambda model: "%g" % model.range_mm_per_unit,
+    "diff": lambda model: "%.6g" % model.diff_rad_per_mm,
+    "wheel (mm)": lambda model: "%g" % (model.wheel_radius * 1000) if model.wheel_radius else "?",
+}
+"""The columns of the table: the heading of each, and what it says of a model."""
 
 
 def table(models: Dict[str, RobotModel]) -> List[str]:
     """The lines of the table, in the order of the file."""
-    rows = [[column.heading for column in COLUMNS], ["---"] * len(COLUMNS)]
-    rows += [[column.text(model) for column in COLUMNS] for model in models.values()]
+    rows = [list(COLUMNS), ["---"] * len(COLUMNS)]
+    rows += [[text(model) for text in COLUMNS.values()] for model in models.values()]
     return ["|" + "|".join(row) + "|" if "---" in row else "| " + " | ".join(row) + " |" for row in rows]
 
 

@@ -3,8 +3,9 @@
 Points are (x, y) [m] in the robot's frame: x forward, y left.
 """
 
+import itertools
 import math
-from typing import Any, Iterable, List, Sequence, Tuple
+from typing import Any, Iterable, List, Tuple
 
 import numpy as np
 
@@ -13,7 +14,7 @@ Array = Any     # of numpy
 
 #: A turn is tried in steps of this [rad].
 TURN_STEP = 0.04
-#: Edges whose normal has less than this along the way are beside it.
+#: Two directions are parallel when they differ by less than this.
 PARALLEL = 1e-9
 
 
@@ -27,13 +28,14 @@ class Outline:
 
     def __init__(self, footprint: Iterable[Point]):
         """Take the corners of the footprint (x, y) [m], in any order."""
-        hull = np.array(convex_hull(footprint))
-        x, y = (np.roll(hull, -1, axis=0) - hull).T     # along each edge, counter-clockwise
+        edges = np.array(hull_edges(footprint))
+        corners = edges[:, 0]
+        x, y = (edges[:, 1] - corners).T    # along each edge
         self._normals = np.column_stack((y, -x)) / np.hypot(x, y)[:, np.newaxis]
-        self._offsets = (self._normals * hull).sum(axis=1)
-        self.reach = float(np.hypot(*hull.T).max())
-        self.half_width = float(abs(hull[:, 1]).max())
-        self.front, self.rear = float(hull[:, 0].max()), -float(hull[:, 0].min())
+        self._offsets = (self._normals * corners).sum(axis=1)
+        self.reach = float(np.hypot(*corners.T).max())
+        self.half_width = float(abs(corners[:, 1]).max())
+        self.front, self.rear = float(corners[:, 0].max()), -float(corners[:, 0].min())
 
     def distance(self, x: Array, y: Array) -> Array:
         """From the outline to points [m]; negative inside, never more than the true distance."""
@@ -91,19 +93,14 @@ def _columns(points: Iterable[Point]) -> Tuple[Array, Array]:
     return x, y
 
 
-def convex_hull(points: Iterable[Point]) -> List[Point]:
-    """Corners of the smallest convex polygon around points, counter-clockwise (Andrew's monotone chain)."""
-    ordered = sorted(set((float(x), float(y)) for x, y in points))
-    return _half_hull(ordered) + _half_hull(ordered[::-1])
+def hull_edges(points: Iterable[Point]) -> List[Tuple[Point, Point]]:
+    """The edges of the smallest convex polygon around points, each from corner to corner, counter-clockwise.
 
-
-def _half_hull(ordered: Sequence[Point]) -> List[Point]:
-    chain: List[Point] = []
-    for point in ordered:
-        while len(chain) > 1 and _area(chain[-2], chain[-1], point) <= 0:
-            chain.pop()
-        chain.append(point)
-    return chain[:-1]
+    No point stands on the right of such an edge.
+    """
+    corners = sorted(set((float(x), float(y)) for x, y in points))
+    return [(a, b) for a, b in itertools.permutations(corners, 2)
+            if all(_area(a, b, other) >= -PARALLEL for other in corners)]
 
 
 def _area(a: Point, b: Point, c: Point) -> float:

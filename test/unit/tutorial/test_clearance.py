@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from pioneer_control.tutorial.clearance import Outline, convex_hull
+from pioneer_control.tutorial.clearance import Outline, hull_edges
 
 # 0.6 m long, 0.4 m wide, turning about a point 0.2 m behind its front
 BODY = Outline([(-0.4, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.4, 0.2)])
@@ -12,7 +12,8 @@ BODY = Outline([(-0.4, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.4, 0.2)])
 
 def test_hull_of_a_body_with_paddles_spans_them_and_forgets_the_notches():
     corners = [(-0.3, -0.2), (0.2, -0.2), (0.2, -0.1), (0.35, -0.1), (0.35, 0.1), (0.2, 0.1), (0.2, 0.2), (-0.3, 0.2)]
-    assert set(convex_hull(corners)) == set(corners) - {(0.2, -0.1), (0.2, 0.1)}
+    begins, ends = zip(*hull_edges(corners))
+    assert set(begins) == set(ends) == set(corners) - {(0.2, -0.1), (0.2, 0.1)} and len(begins) == 6
 
 
 def test_measures_of_the_outline():
