@@ -318,7 +318,8 @@ class ReportCollector:
         """Take in a Log of /rosout."""
         level = next((level for least, level in ROS_LOG if message.level >= least), 0)
         if level:
-            self._add(message.name.strip("/"), Report(time, level, message.name, message.msg), message.name, message.msg)
+            report = Report(time, level, message.name, message.msg)
+            self._add(message.name.strip("/"), report, message.name, message.msg)
 
     def _add(self, node: str, report: Report, source: str, newest: Any) -> None:
         """Keep a warning or an error of a node, unless its source said the same last time."""
