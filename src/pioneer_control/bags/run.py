@@ -188,7 +188,7 @@ def _run(path: str, name: str, collector: RunCollector, reader: BagReader) -> Ru
     return Run(
         path=path,
         robot=name,
-        **robot["robot_info"].last or {},
+        **(robot["robot_info"].last or {}),
         world=collector.nearest(name, "world") or "",
         odometry=Track(*odometry.places.columns()),
         truth=truth if len(truth.time) else None,

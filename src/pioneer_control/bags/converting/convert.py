@@ -54,8 +54,8 @@ def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]
     _check_files(source, target)
     known = survey(source)
     others = [word for word in options.what if CONVERSIONS[word].kind != "SonarArray"]
-    sonar = {connection.topic for connection in known.connections if kind_of(connection) == "SonarArray"}
-    unknown = sorted(topic for topic in sonar if namespace_of(topic) not in known.transducers)
+    unknown = sorted({each.topic for each in known.connections if kind_of(each) == "SonarArray"
+                      and namespace_of(each.topic) not in known.transducers})
     if unknown and options.model is None and len(others) < len(options.what):
         raise UsageError("%s does not say where the transducers of %s look (it has no robot_info): name the robot's "
                          "model, --model p3dx-sh for example, or leave sonar out: convert_bag %s %s %s"

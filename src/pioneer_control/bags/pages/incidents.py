@@ -51,7 +51,7 @@ def _says(longer: str, shorter: str) -> bool:
 def _incident(same: Sequence[Report]) -> Incident:
     """One incident of reports that differ only in their numbers.
 
-    Two reports at once are one, because a node and its diagnostics both say the same.
+    Reports at the same time count once, because a node and its diagnostics both say the same.
     """
     who = same[0].who.rsplit("/", 1)[-1]
     times = [fault.time for fault, before in zip(same, [None, *same])
