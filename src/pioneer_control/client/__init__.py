@@ -44,10 +44,10 @@ drive, odometry, tuner and so on, and no other phase has them. A phase returns a
 (phases.TRANSITIONS) says what follows. A packet is decoded once, and a SIP becomes one RobotState. A session calls
 nobody back in the midst of a change: its owner calls data_to_send() and events() after each other call.
 
-**How the threads work.** Two threads take turns. One has the port: it reads, keeps the time and sends. When there is
-something to tell, it leaves the port to the other thread and tells the listeners itself. A command is written by the
-thread that gives it, under the same lock. So a busy listener or a busy program never holds up the line: the dead man
-and every stop go on working.
+**How the threads work.** There are two. One of them has the port: it reads, keeps the time and sends. While it tells
+the listeners what there is to tell, it gives the port away, and the other thread takes the port when that lasts long. A
+command is written by the thread that gives it, under the same lock. So a busy listener holds up the line for a moment
+at most, and a busy program never: the dead man and every stop go on working.
 """
 
 from .events import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkDown, MotionCleared, MotorsAnswered,

@@ -22,6 +22,7 @@ SURE_TO_MOVE = 0.05         # m/s or rad/s: at a lower speed friction may hold t
 # heard the command.
 UNDER_WAY = 0.1
 
+STOP_BUTTON = "motors stay off: the STOP button is pressed; release it and ask again"
 ZERO_VELOCITY = (encode_command("VEL", 0), encode_command("RVEL", 0))
 STOP = (encode_command("STOP"),) + ZERO_VELOCITY
 MOTORS = {on: encode_command("ENABLE", int(on)) for on in (False, True)}
@@ -56,6 +57,10 @@ class Drive:
         command_timeout: s after which a velocity that was not renewed means stop.
         events: gets what happens here.
         companion: gives packets that are sent with each velocity.
+
+    Attributes:
+        command_timeout: as given; it may be changed.
+        wanted: the two rates of the newest velocity; None while the robot shall stand.
     """
 
     def __init__(self, line: Line, identity: RobotIdentity, command_timeout: float, events: List[Event],
@@ -67,7 +72,7 @@ class Drive:
         self._body = BodyVelocity(identity)
         self._wheels = WheelVelocities(identity)
         self._driven: Velocity = self._body     # the one of the two that the newest velocity is for
-        self._wanted: Optional[Tuple[float, float]] = None      # None while the robot shall stand
+        self.wanted: Optional[Tuple[float, float]] = None
         self._commanded_at = 0.0
         self._sent_at = 0.0
         self._stopping = False                                  # told to stand, and no SIP has shown it
@@ -77,20 +82,15 @@ class Drive:
         self._unmoved = False       # and that was told
 
     @property
-    def shall_stand(self) -> bool:
-        """Whether no velocity is wanted."""
-        return self._wanted is None
-
-    @property
     def at_rest(self) -> bool:
         """Whether the robot was told to stand and has shown that it does."""
-        return self._wanted is None and not self._stopping
+        return self.wanted is None and not self._stopping
 
     @property
     def due(self) -> float:
         """When tick() has something to do at the latest."""
-        due = self._sent_at + REFRESH if self._wanted is not None or self._stopping else math.inf
-        if self._wanted is not None:
+        due = self._sent_at + REFRESH if self.wanted is not None or self._stopping else math.inf
+        if self.wanted is not None:
             due = min(due, self._commanded_at + self.command_timeout)
         if self._motors is not None:
             due = min(due, self._motors.asked_at + REFRESH, self._motors.give_up_at)
@@ -118,7 +118,7 @@ class Drive:
     def stop(self, now: float, packets: Tuple[bytes, ...] = STOP) -> None:
         """Set both set points to zero by these packets, ahead of everything else, until the robot stands."""
         self._driven.rest(now)
-        self._wanted, self._stopping, self._sent_at = None, True, now
+        self.wanted, self._stopping, self._sent_at = None, True, now
         self._line.stop(now, *packets)
 
     def request_motors(self, on: bool, now: float, timeout: float) -> MotorsRequest:
@@ -137,8 +137,9 @@ class Drive:
         request.asked = True
         if not (on and self._state is not None and self._state.motors_enabled):
             self.stop(now)
-        self._judge_motors(now, seen=False)
-        if not request.done:
+        if on and self._state is not None and self._state.stop_button:
+            self._answer_motors(request, RefusedError(STOP_BUTTON))
+        else:
             self._send_motors(request, now)
         return request
 
@@ -146,22 +147,23 @@ class Drive:
         """Take what the robot reports."""
         now, before, self._state = state.time, self._state, state
         # Each SIP counts, also after one that showed a standing robot: a velocity may reach the robot late.
-        if self._wanted is None and now > self._sent_at:
+        if self.wanted is None and now > self._sent_at:
             self._stopping = state.moving
         asked_off = self._motors is not None and not self._motors.on
         if before is not None and before.motors_enabled and not state.motors_enabled and not asked_off:
             self._events.append(MotionCleared(
                 "the STOP button is pressed" if state.stop_button else "the robot switched its motors off"))
             self.stop(now)
-        self._judge_motors(now, seen=True)
+        if self._motors is not None:
+            self._judge_motors(self._motors, state)
         self._judge_motion(now, state)
 
     def tick(self, now: float) -> None:
         """Repeat, time out, give up."""
-        if self._wanted is not None and now >= self._commanded_at + self.command_timeout:
+        if self.wanted is not None and now >= self._commanded_at + self.command_timeout:
             self._events.append(CommandTimedOut(now - self._commanded_at))
             self.stop(now)
-        elif self._wanted is not None and now >= self._sent_at + REFRESH:
+        elif self.wanted is not None and now >= self._sent_at + REFRESH:
             self._send_velocity(now)
         elif self._stopping and now >= self._sent_at + REFRESH:
             self.stop(now)
@@ -182,14 +184,14 @@ class Drive:
         else:
             if driven is not self._driven:
                 self._driven.rest(now)
-            self._driven, self._wanted, self._commanded_at = driven, wanted, now
+            self._driven, self.wanted, self._commanded_at = driven, wanted, now
             self._stopping = False
             self._send_velocity(now)
 
     def _send_velocity(self, now: float) -> None:
-        assert self._wanted is not None
+        assert self.wanted is not None
         self._sent_at = now
-        self._line.velocity(now, *self._driven.packets(*self._wanted, now),
+        self._line.velocity(now, *self._driven.packets(*self.wanted, now),
                             until=self._commanded_at + self.command_timeout, companion=self._companion)
 
     def _send_motors(self, request: MotorsRequest, now: float) -> None:
@@ -197,27 +199,22 @@ class Drive:
         if not self._line.full:     # else again after REFRESH
             self._line.command(now, MOTORS[request.on])
 
-    def _judge_motors(self, now: float, seen: bool) -> None:
+    def _judge_motors(self, request: MotorsRequest, state: RobotState) -> None:
         """Finish the request when the robot's flags answer it.
 
         Flags count from the first SIP on that the robot sent after it heard the request. A pressed STOP button counts
         at once.
         """
-        request, state = self._motors, self._state
-        if request is None or state is None:
-            return
         if request.on and state.stop_button:
-            self._answer_motors(request,
-                                RefusedError("motors stay off: the STOP button is pressed; release it and ask again"))
-            if seen:
-                self._take_back(now)
-        elif seen and now > request.answer_from and state.motors_enabled == request.on:
+            self._answer_motors(request, RefusedError(STOP_BUTTON))
+            self._take_back(state.time)
+        elif state.time > request.answer_from and state.motors_enabled == request.on:
             self._answer_motors(request)
 
     def _judge_motion(self, now: float, state: RobotState) -> None:
         """Say once that a robot stands although it is told to drive and reports nothing that holds it."""
         self._unmoved = self._unmoved and not state.moving
-        if (state.moving or self._wanted is None or all(abs(rate) < SURE_TO_MOVE for rate in self._wanted)
+        if (state.moving or self.wanted is None or all(abs(rate) < SURE_TO_MOVE for rate in self.wanted)
                 or not state.motors_enabled or state.left_stall or state.right_stall):
             self._excused_at = now
         elif now > self._excused_at + MOVES_WITHIN and not self._unmoved:

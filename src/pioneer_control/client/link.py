@@ -3,7 +3,7 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Callable, Generator, List, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, Generator, List, NamedTuple, Optional, Sequence, Union, cast
 
 from .. import p2os
 from ..errors import LinkLostError, PioneerError
@@ -158,8 +158,7 @@ class SteppedPhase(Phase):
         try:
             self.due = self._procedure.send(packet)
         except StopIteration as end:
-            outcome: Outcome = end.value
-            return outcome
+            return cast(Outcome, end.value)
         except PioneerError as error:
             return Failed(error)
         return None

@@ -175,7 +175,8 @@ class Connected(Phase):
             self.drive.follow(self.identity)
             self._link.events.append(Tuned((), self.identity))
         self.drive.command_timeout = settings.command_timeout
-        self.tuner.follow_settings(now)
+        if not self.tuner.waits_for_rest:
+            self.tuner.tune(now)
         self.data.want(settings.data, now)
         self.link_check.asks = (
             settings.link_check and "encoder" not in settings.data
@@ -216,7 +217,7 @@ class Connected(Phase):
             self._link.events.append(state)
             self.drive.saw(state)
             if self.tuner.waits_for_rest and not state.moving:
-                self.tuner.begin(time)
+                self.tuner.tune(time)
 
     def _reconfigure(self, config: p2os.Config) -> None:
         """The robot says again what it is: limits and watchdog may be others now."""
@@ -236,7 +237,7 @@ class Connected(Phase):
         """A stop in one packet while the robot shall stand: whatever else comes through alone revives a set point whose
         stop was lost.
         """
-        if not self.drive.shall_stand:
+        if self.drive.wanted is not None:
             return (PULSE,)
         return STOP[:1] if p2os.knows(self._model.firmware_family, "STOP") else STOP
 

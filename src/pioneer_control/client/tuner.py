@@ -40,15 +40,11 @@ class Tuner:
         self.due = math.inf
         """When tick() has something to do at the latest."""
 
-    def follow_settings(self, now: float) -> None:
-        """Other values may be wanted. Only what differs is sent. A value that is None now goes back to what the robot
-        had itself.
-        """
-        if not self.waits_for_rest:
-            self.begin(now)
+    def tune(self, now: float) -> None:
+        """Send the values that are wanted now and differ from those sent before. The robot has shown that it stands.
 
-    def begin(self, now: float) -> None:
-        """The robot has shown that it stands: send all values that it was not told yet."""
+        A value that is None now goes back to what the robot had itself.
+        """
         self.waits_for_rest = False
         new = {name: value for name, value in self._wanted().items() if self._told.get(name) != value}
         if new:
