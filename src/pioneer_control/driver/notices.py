@@ -53,10 +53,9 @@ def low_battery(voltage: float, levels: BatteryLevels) -> str:
 def stalled_wheels(state: RobotState) -> str:
     """What to say of stalled wheels; empty when no wheel is stalled, or when the STOP button holds the wheels."""
     stalled = [name for name, stall in (("left", state.left_stall), ("right", state.right_stall)) if stall]
-    if not stalled or state.stop_button:
-        return ""
-    return "the %s wheel%s stalled: something holds the robot" % (" and the ".join(stalled),
-                                                                  "s are" if len(stalled) > 1 else " is")
+    text = "the %s wheel%s stalled: something holds the robot" % (
+        " and the ".join(stalled), "s are" if len(stalled) > 1 else " is")
+    return text if stalled and not state.stop_button else ""
 
 
 def stop_button_pressed(how_to_enable: str) -> str:

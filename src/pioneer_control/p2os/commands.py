@@ -194,54 +194,49 @@ def knows(family: str, command: str) -> bool:
     return family not in UNKNOWN_TO.get(command, ())
 
 
-class OtherMeaning(NamedTuple):
-    """What a number means to other robots and programs. To a Pioneer that knows the number, it means its command."""
-
-    number: int
-    who: str
-    meaning: str
-
-
-OTHER_MEANINGS: Tuple[OtherMeaning, ...] = (
-    OtherMeaning(35, "old simulators", "laser on (1, 2 extended) or off"),
-    OtherMeaning(36, "old simulators", "laser start, deg"),
-    OtherMeaning(37, "old simulators", "laser end, deg"),
-    OtherMeaning(38, "old simulators", "laser increment, 0.01 deg"),
-    OtherMeaning(57, "simulators", "stop at once, like E_STOP"),
-    OtherMeaning(61, "old simulators", "load parameters"),
-    OtherMeaning(62, "old simulators", "exit"),
-    OtherMeaning(63, "old simulators", "load world"),
-    OtherMeaning(64, "old simulators", "single step"),
-    OtherMeaning(66, "old simulators", "set true x"),
-    OtherMeaning(67, "old simulators", "set true y"),
-    OtherMeaning(68, "old simulators", "set true heading"),
-    OtherMeaning(69, "old simulators", "reset"),
-    OtherMeaning(90, "PeopleBot manual", "PLAYLIST (everywhere else 91)"),
-    OtherMeaning(94, "the vendor's laser logger", "log to a file of that name"),
-    OtherMeaning(210, "Pioneer LX", "SRECORD"),
-    OtherMeaning(211, "Pioneer LX", "MARCDEBUG"),
-    OtherMeaning(212, "Pioneer LX", "WHEEL_LIGHT"),
-    OtherMeaning(213, "Pioneer LX", "ABSOLUTE_MAXES"),
-    OtherMeaning(215, "Pioneer LX", "SAFETY_SET_STATE"),
-    OtherMeaning(216, "Pioneer LX", "SAFETY_DISABLE_POWER_OFF_TIMER"),
-    OtherMeaning(217, "Pioneer LX", "SAFETY_ZONE_ACTIVE"),
-    OtherMeaning(219, "Pioneer LX", "MARC_CONFIG_SET"),
-    OtherMeaning(220, "Pioneer LX", "MARC_CONFIG_GET"),
-    OtherMeaning(224, "simulators", "SIM_SET_POSE: type byte, then int32 x mm, y mm, heading deg"),
-    OtherMeaning(225, "simulators", "SIM_RESET"),
-    OtherMeaning(226, "simulators", "SIM_MODEL_CONFIG: string"),
-    OtherMeaning(230, "simulators", "SIM_LRF_ENABLE: integer, byte laser"),
-    OtherMeaning(231, "simulators", "SIM_LRF_FOV_START: integer, byte laser"),
-    OtherMeaning(232, "simulators", "SIM_LRF_FOV_END: integer, byte laser"),
-    OtherMeaning(233, "simulators", "SIM_LRF_RES (0.01 deg): integer, byte laser"),
-    OtherMeaning(236, "simulators", "SIM_CTRL: 1 load map, 2 master, 3 clear it, 4 rotate, 5 log, 6 SIMINFO, 7 ghost"),
-    OtherMeaning(237, "simulators", "SIM_STAT: 0 stop, 1 once, 2 continuous"),
-    OtherMeaning(238, "simulators", "SIM_MESSAGE: string"),
-    OtherMeaning(239, "simulators", "SIM_EXIT: integer"),
-    OtherMeaning(250, "AROS 1.6", "SHUTDOWN: 0 cancel, 1 simulate low power, 2 shut the PC down"),
-    OtherMeaning(251, "simulators", "over-temperature flag"),
-    OtherMeaning(252, "simulators", "temperature, deg C (-128 off)"),
+OTHER_MEANINGS: Tuple[Tuple[int, str, str], ...] = (
+    (35, "old simulators", "laser on (1, 2 extended) or off"),
+    (36, "old simulators", "laser start, deg"),
+    (37, "old simulators", "laser end, deg"),
+    (38, "old simulators", "laser increment, 0.01 deg"),
+    (57, "simulators", "stop at once, like E_STOP"),
+    (61, "old simulators", "load parameters"),
+    (62, "old simulators", "exit"),
+    (63, "old simulators", "load world"),
+    (64, "old simulators", "single step"),
+    (66, "old simulators", "set true x"),
+    (67, "old simulators", "set true y"),
+    (68, "old simulators", "set true heading"),
+    (69, "old simulators", "reset"),
+    (90, "PeopleBot manual", "PLAYLIST (everywhere else 91)"),
+    (94, "the vendor's laser logger", "log to a file of that name"),
+    (210, "Pioneer LX", "SRECORD"),
+    (211, "Pioneer LX", "MARCDEBUG"),
+    (212, "Pioneer LX", "WHEEL_LIGHT"),
+    (213, "Pioneer LX", "ABSOLUTE_MAXES"),
+    (215, "Pioneer LX", "SAFETY_SET_STATE"),
+    (216, "Pioneer LX", "SAFETY_DISABLE_POWER_OFF_TIMER"),
+    (217, "Pioneer LX", "SAFETY_ZONE_ACTIVE"),
+    (219, "Pioneer LX", "MARC_CONFIG_SET"),
+    (220, "Pioneer LX", "MARC_CONFIG_GET"),
+    (224, "simulators", "SIM_SET_POSE: type byte, then int32 x mm, y mm, heading deg"),
+    (225, "simulators", "SIM_RESET"),
+    (226, "simulators", "SIM_MODEL_CONFIG: string"),
+    (230, "simulators", "SIM_LRF_ENABLE: integer, byte laser"),
+    (231, "simulators", "SIM_LRF_FOV_START: integer, byte laser"),
+    (232, "simulators", "SIM_LRF_FOV_END: integer, byte laser"),
+    (233, "simulators", "SIM_LRF_RES (0.01 deg): integer, byte laser"),
+    (236, "simulators", "SIM_CTRL: 1 load map, 2 master, 3 clear it, 4 rotate, 5 log, 6 SIMINFO, 7 ghost"),
+    (237, "simulators", "SIM_STAT: 0 stop, 1 once, 2 continuous"),
+    (238, "simulators", "SIM_MESSAGE: string"),
+    (239, "simulators", "SIM_EXIT: integer"),
+    (250, "AROS 1.6", "SHUTDOWN: 0 cancel, 1 simulate low power, 2 shut the PC down"),
+    (251, "simulators", "over-temperature flag"),
+    (252, "simulators", "temperature, deg C (-128 off)"),
 )
+"""What numbers mean to other robots and programs: the number, to whom, and what. To a Pioneer that knows it, a number
+means its command.
+"""
 
 
 class ReceivedCommand(NamedTuple):

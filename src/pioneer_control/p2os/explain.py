@@ -142,7 +142,7 @@ def _explain_command(frame: Frame) -> Iterator[str]:
         yield "    %s" % command.effect
     if fault:
         yield "    its argument is broken: %s" % fault
-    yield from ("    (%s: %s)" % (each.who, each.meaning) for each in OTHER_MEANINGS if each.number == frame.id)
+    yield from ("    (%s: %s)" % (who, meaning) for number, who, meaning in OTHER_MEANINGS if number == frame.id)
 
 
 def _command_value(command: Command, value: Any) -> str:

@@ -218,8 +218,7 @@ class TextField:
         """The string at `at`, and where the next field begins."""
         if len(data) - at < max(1, self.size):
             raise TooShort("needs %s bytes, %d left" % (self.size or "a string of", len(data) - at))
-        text = data[at:at + self.size] if self.size else data[at:]
-        text = text.partition(b"\0")[0]
+        text = data[at:(at + self.size) if self.size else None].partition(b"\0")[0]
         return text.decode("latin-1"), at + (self.size or min(len(text) + 1, len(data) - at))
 
     def write(self, value: str, what: str) -> bytes:

@@ -363,9 +363,8 @@ def decode_packet(frame: Frame, grip_state_first: bool = True) -> Any:
     try:
         values, _ = read_fields(_TABLES[grip_state_first][packet_class], data)
     except TooShort as short:
-        if number == 2 and not data:
-            return SyncEcho(2)
-        return MalformedPacket(number, data, "%s.%s" % (packet_class.__name__, short))
+        malformed = MalformedPacket(number, data, "%s.%s" % (packet_class.__name__, short))
+        return SyncEcho(2) if number == 2 and not data else malformed
     values.update(said_by_id)
     return made(packet_class, values)
 

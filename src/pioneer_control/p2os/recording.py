@@ -84,25 +84,24 @@ def read_record(path: str) -> List[Entry]:
         raise UsageError("%s: %s" % (path, getattr(error, "strerror", None) or error)) from error
 
 
-class Steps:
-    """Names the SYNC packets of a handshake. Inside a session the same packets are PULSE, OPEN and CLOSE."""
+class Steps(Dict[int, Optional[int]]):
+    """Names the SYNC packets of a handshake. Inside a session the same packets are PULSE, OPEN and CLOSE.
 
-    def __init__(self) -> None:
-        # By robot: the id of the last packet that came from it. None after CLOSE: then 0, 1, 2 are SYNCs, until the
-        # robot is connected. A robot is missing as long as nothing tells whether the record begins in a session.
-        self._answers: Dict[int, Optional[int]] = {}
+    By robot, it has the id of the last packet that came from it. None after CLOSE: then 0, 1, 2 are SYNCs, until the
+    robot is connected. A robot is missing as long as nothing tells whether the record begins in a session.
+    """
 
     def name(self, robot: int, to_robot: bool, number: int) -> str:
         """The name of the packet with this id if it is a SYNC; empty for any other packet."""
-        answer = self._answers.get(robot)
+        answer = self.get(robot)
         if not to_robot:
-            self._answers[robot] = number
+            self[robot] = number
         elif number == SYNC0 and answer in (None, SYNC0, SYNC1) or number in (SYNC1, SYNC2) and answer == number - 1:
             return "SYNC%d" % number
         elif number == COMMANDS["CLOSE"].number:
-            self._answers[robot] = None
-        elif robot not in self._answers:
-            self._answers[robot] = number       # a command: a session was open before the record
+            self[robot] = None
+        elif robot not in self:
+            self[robot] = number       # a command: a session was open before the record
         return ""
 
 

@@ -9,21 +9,21 @@ from typing import Dict, List, NamedTuple, Tuple
 from .clearance import Point
 from .snapshot import Snapshot
 
-NEAREST = 0.10  #: a sonar measures nothing below [m]; a transducer that was not heard reads as an obstacle there
+NEAREST = 0.10  #: a sonar measures nothing nearer [m]; where nothing was heard, we take an obstacle to stand there
 NEAR = 1.0  #: echoes up to here are remembered [m]
-REMEMBERED = 12.0  #: for so long [s]
-FORGOTTEN_BEYOND = 1.2  #: or until they are so far away [m]
-CELL = 0.08  #: two echoes in one square of this side are one [m]
+REMEMBERED = 12.0  #: an echo is remembered for so long [s]
+FORGOTTEN_BEYOND = 1.2  #: or until the robot is so far away from it [m]
+CELL = 0.08  #: of two echoes in one square of this side only the newer one is kept [m]
 
 
 class Refuting(NamedTuple):
-    """When a sonar refutes an echo: it looks along it, and what it hears is farther.
+    """When a sonar refutes an echo: the echo is in its cone, and yet what it hears is farther away.
 
-    What a sonar hears is the nearest thing in its cone.
+    A sonar hears the nearest thing in its cone.
     """
 
-    tangent: float  #: how far from the axis at most, in metres aside per metre along; the cone's edge is at 0.22
-    farther: float  #: by how much at least [m]
+    tangent: float  #: how far the echo may be from the axis, in metres aside per metre along; the cone ends at 0.22
+    farther: float  #: how much farther away the sonar must hear something [m]
 
 
 Beam = Tuple[float, float, float, float, float]
@@ -75,7 +75,7 @@ def remember(echoes: Tuple[Echo, ...], snapshot: Snapshot, turning: bool) -> Tup
 
 
 def _refuted(x: float, y: float, beams: List[Beam], refuting: Refuting) -> bool:
-    """Does a sonar look along a point and hear nothing there?"""
+    """Does a sonar look at a point and hear nothing there?"""
     for bx, by, ahead, aside, heard in beams:
         along = (x - bx) * ahead + (y - by) * aside
         off_axis = abs((y - by) * ahead - (x - bx) * aside)

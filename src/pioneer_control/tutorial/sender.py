@@ -10,11 +10,11 @@ REPEATS, REPEAT_AFTER = 5, 0.05  #: the last stop: how often, and s between
 
 
 class Sender:
-    """Publishes what it is given, in order, and at its end a stop, if what was sent before was a movement.
+    """Publishes what it is given, in order. At its end it publishes a stop, if the last velocity was a movement.
 
-    rospy runs shutdown hooks in the signal handler, in the midst of whatever the main thread was just doing. Had that
-    been publishing, the hook would wait for ever for locks that the interrupted call holds. Here the main thread never
-    publishes, and giving a message takes no lock.
+    rospy runs shutdown hooks in the signal handler, on top of whatever the main thread was just doing. When that was
+    publishing, the hook waits for ever for locks that the interrupted call holds. With a sender the main thread never
+    publishes, and to give it a message takes no lock.
 
     Source: Python's documentation of `queue` (a SimpleQueue may be used in a signal handler).
     """
@@ -47,8 +47,7 @@ class Sender:
         last = self._stop
         for publisher, message in iter(self._messages.get, None):
             publisher.publish(message)
-            if publisher is self._velocity:
-                last = message
+            last = message if publisher is self._velocity else last
         for _ in range(REPEATS if last != self._stop else 0):
             self._velocity.publish(self._stop)
             time.sleep(REPEAT_AFTER)

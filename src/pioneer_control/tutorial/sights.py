@@ -1,4 +1,4 @@
-"""Joins what the robot reports of one moment: sonar, pose and stall have one stamp, but come on three connections.
+"""Joins what the robot reports of one moment. Sonar, pose and stall have the same stamp, but three connections.
 
 What comes out depends on the messages and their order on each topic, never on which topic was faster.
 So it is the same from a bag as from the robot.
@@ -9,9 +9,9 @@ from typing import Any, Deque, Iterator, NamedTuple, Optional, Tuple
 
 from .snapshot import Pose
 
-#: ns; a stamp that is so much before the one before it begins another time: a bag was begun again.
+#: ns; when a stamp is so much earlier than the one before it, another time begins: somebody plays a bag again.
 JUMP_BACK = 1_000_000_000
-SPEAKS = 10_000_000_000  #: ns; who told of stalls so shortly before will do so again
+SPEAKS = 10_000_000_000  #: ns; a robot that told of stalls so shortly before is going to tell of them again
 KEPT = 6000  #: messages of a topic that wait for the others, at most: ten minutes; then the oldest are dropped
 
 
@@ -19,7 +19,7 @@ class Sight(NamedTuple):
     """What the sonars saw, and from where."""
 
     stamp: int  #: of the sonar message [ns]
-    pose_age: float  #: s, by how much the pose is older: 0 where that of the same stamp has come
+    pose_age: float  #: s, by how much the pose is older: 0 where the pose has the same stamp
     pose: Pose
     ranges: Tuple[float, ...]  #: [m], by number
     stalled: bool = False
@@ -38,7 +38,7 @@ class _Stamped(NamedTuple):
     value: Any
 
     def is_after(self, other: "_Stamped") -> bool:
-        """Was it measured after a message of another topic? That topic may have jumped back already, or not yet."""
+        """Was it measured after a message of another topic? Perhaps only one of the two topics has jumped back yet."""
         same_time = abs(self.stamp - other.stamp) < JUMP_BACK
         return self.stamp > other.stamp if same_time else (self.jumps, self.stamp) > (other.jumps, other.stamp)
 
@@ -57,7 +57,11 @@ class _Topic:
         self.waiting.append(self.newest)
 
     def take_until(self, other: _Stamped) -> bool:
-        """Take the messages up to the stamp of another topic's. False while that of the same stamp may still come."""
+        """Take the messages up to the stamp of another topic's message.
+
+        Returns:
+            False while a message of the same stamp may still come.
+        """
         while self.waiting and not self.waiting[0].is_after(other):
             self.taken = self.waiting.popleft()
             if self.taken.stamp == other.stamp:
@@ -66,17 +70,17 @@ class _Topic:
 
 
 class Sights:
-    """Makes a `Sight` of every sonar message, in their order, as soon as its pose has come, or a later one.
+    """Makes a `Sight` of every sonar message, in their order, as soon as its pose or a later pose has come.
 
-    Without a pose of the same stamp the last before it serves. Sonar messages from before the first pose are dropped.
-    A robot that has told of stalls does so with each packet, so a sonar message waits for its stall too.
-    Messages without stamps are in some old bags. A pose then has the time of its arrival, a sonar message the stamp of
-    the newest pose.
+    Where no pose has the same stamp, the last pose before it serves. Sonar messages that come before the first pose are
+    dropped. A robot that has told of stalls does so with each packet, so a sonar message waits for its stall too.
+    Some old bags have messages without stamps. Then a pose counts as of the time when it came, and a sonar message as
+    of the stamp of the newest pose.
     """
 
     def __init__(self) -> None:
         self._sonar, self._poses, self._stalls = _Topic(), _Topic(), _Topic()
-        self._posed: Deque[Tuple[_Stamped, Sight]] = deque()  #: those that have their pose, and wait for their stall
+        self._posed: Deque[Tuple[_Stamped, Sight]] = deque()  #: these have their pose, and wait for their stall
 
     def hear_pose(self, stamp: int, pose: Pose, now: int) -> Iterator[Sight]:
         """Take a message on ``pose``: its stamp [ns] or 0 for none, and the time of its arrival [ns].

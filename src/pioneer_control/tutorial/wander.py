@@ -73,7 +73,7 @@ class Move(NamedTuple):
 
 
 class Margin(NamedTuple):
-    """How much room the robot leaves between its outline and echoes, and how fast it turns then."""
+    """How much room the robot leaves between its outline and echoes, and how fast it turns with so much room."""
 
     side: float  #: m, beside it while it drives
     turn: float  #: m, while it turns
@@ -233,7 +233,10 @@ def _steer(view: View) -> float:
 
 
 def _begin_turn(view: View, memory: Memory) -> Memory:
-    """Turn towards the farthest sonar. Chance chooses the side if none sees OPEN, or if the way ahead is too narrow."""
+    """Turn to where the farthest echo is.
+
+    Chance chooses the side if no sonar sees OPEN, or if the way ahead is too narrow.
+    """
     chance = random.Random(memory.seed)
     side = chance.choice((1, -1))
     if _is_avoided(view, memory):
@@ -277,7 +280,7 @@ def _turn(view: View, memory: Memory) -> Tuple[Move, Memory]:
 
 
 def _take_best_way(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """The robot looks along the best way it knows, or cannot turn to it: drive, back off, or demand less room."""
+    """Drive, back off, or demand less room: the robot looks along the best way that it knows, or cannot turn to it."""
     if view.ahead > _stop_distance(memory.speed) + 0.05 and not _is_avoided(view, memory):
         return _drive(view, replace(
             memory, short=min(SHORT, view.middle / 2),
@@ -342,7 +345,7 @@ def _is_avoided(view: View, memory: Memory) -> bool:
 
 
 def _can_turn(view: View, margin: Margin, side: int) -> bool:
-    """Is the turn free as far as it would go before it could be stopped?"""
+    """Is the turn free, as far as the robot turns before it could stop?"""
     needed = margin.rate * DELAY + margin.rate ** 2 / (2 * ANGULAR_DECELERATION)
     return view.snapshot.robot.outline.turn(view.points, side, margin.turn, needed) >= needed
 

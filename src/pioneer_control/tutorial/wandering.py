@@ -1,4 +1,4 @@
-"""One wander from its first sonar message to its last: pure, its time is that of the stamps.
+"""One wander, from its first sonar message to its last. It is pure: its time is the time of the stamps.
 
 So the same messages lead to the same decisions, from a bag as from the robot, however late each of them came.
 """
@@ -12,9 +12,10 @@ from .sights import JUMP_BACK, Sight
 from .snapshot import Heard
 from .wander import Going, Memory, Move, wander
 
-#: ns; time has moved on when a stamp has by so much. While time stands, stamps still differ by how old each packet was.
+#: ns; time has moved on when a stamp is later by so much. While time stands, stamps still differ a little: each is as
+#: old as its packet.
 MOVES_ON = 50_000_000
-SAME = 1e-4  #: s; stamps that differ by less are one: a number in a text may have lost digits
+SAME = 1e-4  #: s; stamps that differ by less are the same: a number in a text may have lost digits
 
 
 WanderEnd = Enum("WanderEnd", {"TIME_UP": "the time is up", "AT_CAN": "something stands between the paddles"})
@@ -44,7 +45,7 @@ class Wandering:
         self._begin = Memory(seed, speed, going=Going.LEAVING if leaving else Going.LOOKING)
         self.memory = self._begin
         self.end: Optional[WanderEnd] = None
-        self.newest = 0  #: stamp [ns], give or take MOVES_ON; as long as it stays, time stands still
+        self.newest = 0  #: stamp [ns], give or take MOVES_ON; as long as it does not change, time stands still
         self._duration, self._begin_at, self._end_at = duration, begin_at, end_at
         self._stop_at_can = stop_at_can and end_at == math.inf
         self._first: Optional[float] = None  #: s
@@ -55,7 +56,7 @@ class Wandering:
         return self._first is None and self._begin_at > -math.inf
 
     def decide(self, sight: Sight, heard: Heard) -> Optional[Move]:
-        """What to do now; None before the begin and from the end on. A jump back in time begins afresh."""
+        """What to do now; None before the begin and from the end on. When time jumps back, the wander begins again."""
         jumped = sight.stamp < self.newest - JUMP_BACK
         if jumped or sight.stamp >= self.newest + MOVES_ON:
             self.newest = sight.stamp
