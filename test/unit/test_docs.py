@@ -1,10 +1,11 @@
 """What the documents say is so: tables agree with the code they describe, links lead somewhere."""
 
+import ast
 import dataclasses
 import pathlib
 import re
 import xml.etree.ElementTree as ElementTree
-from typing import List
+from typing import List, Set
 
 import pytest
 import yaml
@@ -277,3 +278,51 @@ def test_every_document_can_be_found():
     ("NOTHING.md", True), ("CONTRIBUTING.md#the-hovel", True), ("#three-commands", True)])
 def test_a_dead_link_is_seen(link, is_dead):
     assert dead_links(ROOT / "README.md", "## Two commands\n[text](%s)\n" % link) == ([link] if is_dead else [])
+
+
+# What a program of the reader's imports is there.
+
+def missing_imports(text: str) -> List[str]:
+    """What the Python blocks of a document import from this package, and it does not have."""
+    missing = []
+    for block in re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+        for module, names in re.findall(r"^from (pioneer_control\S*) import ([\w, ]+)", block, re.MULTILINE):
+            place = ROOT / "src" / module.replace(".", "/")
+            wanted = [name.strip() for name in names.split(",")]
+            if module in ("pioneer_control.msg", "pioneer_control.srv"):
+                folder = ROOT / module.rpartition(".")[2]
+                missing += ["%s.%s" % (module, name) for name in wanted if not list(folder.glob(name + ".*"))]
+                continue
+            path = place.with_suffix(".py") if place.with_suffix(".py").exists() else place / "__init__.py"
+            there = names_in(path) if path.exists() else set()
+            missing += ["%s.%s" % (module, name) for name in wanted if name not in there]
+    return missing
+
+
+def names_in(path: pathlib.Path) -> Set[str]:
+    """The names that a module defines or imports at its top."""
+    found = set()
+    for node in ast.parse(read(path)).body:
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            found.add(node.name)
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            found |= {(alias.asname or alias.name) for alias in node.names}
+        elif isinstance(node, (ast.Assign, ast.AnnAssign)):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            found |= {target.id for target in targets if isinstance(target, ast.Name)}
+    return found
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_what_a_document_imports_is_there(path):
+    assert missing_imports(read(path)) == []
+
+
+@pytest.mark.parametrize("line, missing", [
+    ("from pioneer_control.client import Robot", []),
+    ("from pioneer_control.msg import SonarArray", []),
+    ("from pioneer_control.client import Robot, Car", ["pioneer_control.client.Car"]),
+    ("from pioneer_control.msg import Elephant", ["pioneer_control.msg.Elephant"]),
+    ("from pioneer_control.cellar import wine", ["pioneer_control.cellar.wine"])])
+def test_an_import_of_what_is_gone_is_seen(line, missing):
+    assert missing_imports("```python\n%s\n```\n" % line) == missing

@@ -32,6 +32,11 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
 }
 
 
+def draw_run(run: Run, output: str, title: Optional[str] = None) -> None:
+    """Write the report of a run to a file. The ending of its name chooses the format: .png, .pdf or .svg."""
+    draw_runs([run], output, title)
+
+
 def draw_runs(runs: Sequence[Run], output: str, title: Optional[str] = None) -> None:
     """Write the report of a run, or of several the comparison with the first, to a file; see `pictures.write`."""
     write(lambda: side_by_side.figure(runs, title) if len(runs) > 1 else page.figure(runs[0], title), output, DPI)
