@@ -43,15 +43,14 @@ def read_gripper(grip_state: int, digital_in: int) -> GripperReading:
     """Read the GRIP_STATE byte and DIGIN; beams read 1 when broken, contacts 0 when pressed (Gripper manual)."""
     state, inputs = GripState(grip_state), DigitalIn(digital_in)
     # Two end positions exclude each other: both at once means that the position is unknown (protocol 6.2).
-    opened, closed = bool(state & GripState.OPEN), bool(state & GripState.CLOSED)
-    up, down = bool(state & GripState.LIFT_UP), bool(state & GripState.LIFT_DOWN)
+    paddles, lift = state & (GripState.OPEN | GripState.CLOSED), state & (GripState.LIFT_UP | GripState.LIFT_DOWN)
     return GripperReading(
-        paddles_open=opened and not closed,
-        paddles_closed=closed and not opened,
+        paddles_open=paddles == GripState.OPEN,
+        paddles_closed=paddles == GripState.CLOSED,
         paddles_moving=bool(state & GripState.MOVING),
         paddles_error=bool(state & GripState.ERROR),
-        lift_up=up and not down,
-        lift_down=down and not up,
+        lift_up=lift == GripState.LIFT_UP,
+        lift_down=lift == GripState.LIFT_DOWN,
         lift_moving=bool(state & GripState.LIFT_MOVING),
         lift_error=bool(state & GripState.LIFT_ERROR),
         inner_beam=bool(inputs & DigitalIn.INNER_BEAM_BROKEN),

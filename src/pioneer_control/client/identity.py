@@ -34,13 +34,10 @@ class RobotIdentity:
     max_angular: float
     watchdog: float = DEFAULT_WATCHDOG
     """s without a command after which the robot stops by itself."""
+    sip_cycle: float = DEFAULT_SIP_CYCLE
+    """Time (s) between two SIPs."""
     config: Optional[p2os.Config] = None
     """CONFIGpac as it came, for all that has no field of its own here."""
-
-    @property
-    def sip_cycle(self) -> float:
-        """Time (s) between two SIPs."""
-        return _least(0.001, DEFAULT_SIP_CYCLE, None if self.config is None else self.config.sip_cycle_ms)
 
 
 def identify(
@@ -78,6 +75,7 @@ def identify(
             max_angular=_least(math.radians(1), model.max_angular, config.rotation_velocity_max_deg_s,
                                config.rotation_velocity_top_deg_s),
             watchdog=_least(0.001, DEFAULT_WATCHDOG, config.watchdog_ms),
+            sip_cycle=_least(0.001, DEFAULT_SIP_CYCLE, config.sip_cycle_ms),
             config=config,
         )
     return replace(

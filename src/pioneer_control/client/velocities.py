@@ -84,9 +84,8 @@ class BodyVelocity(Velocity):
         self._limits = (_units(identity.max_linear * 1000), _units(math.degrees(identity.max_angular)))
 
     def packets(self, linear: float, angular: float, now: float) -> Tuple[bytes, ...]:
-        vel = self._rounding[0].units(linear * 1000, self._limits[0], now)
-        rvel = self._rounding[1].units(math.degrees(angular), self._limits[1], now)
-        return packet("VEL", vel), packet("RVEL", rvel)
+        return (packet("VEL", self._rounding[0].units(linear * 1000, self._limits[0], now)),
+                packet("RVEL", self._rounding[1].units(math.degrees(angular), self._limits[1], now)))
 
 
 class WheelVelocities(Velocity):
