@@ -73,8 +73,7 @@ class Drive:
         self._wheels = WheelVelocities(identity)
         self._driven: Velocity = self._body     # the one of the two that the newest velocity is for
         self.wanted: Optional[Tuple[float, float]] = None
-        self._commanded_at = 0.0
-        self._sent_at = 0.0
+        self._commanded_at = self._sent_at = 0.0
         self._stopping = False                                  # told to stand, and no SIP has shown it
         self._motors: Optional[MotorsRequest] = None
         self._state: Optional[RobotState] = None

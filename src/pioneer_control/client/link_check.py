@@ -41,8 +41,7 @@ class LinkCheck:
         self._every = max(EVERY, CYCLES * cycle, transfer_time(len(ANSWER)) / SHARE)
         self._open: Deque[float] = deque()      # when the questions were asked that have no answer yet
         self._last_asked = -math.inf
-        self._answered = 0
-        self._unanswered = 0
+        self._answered = self._unanswered = 0
         self._surplus = 0                       # of answers
         self._goes_on = False                   # it answers for ever
 

@@ -72,9 +72,8 @@ def _piece_at(data: bytes, at: int) -> Piece:
         return Piece(noise, None, "cut off: byte count %d, %d missing" % (count, 3 + count - len(rest)))
     frame, sent = Frame(rest[3], rest[4:count + 1]), rest[count + 1:count + 3]
     right = checksum(rest[3:count + 1]).to_bytes(2, "big")
-    if sent == right:
-        return Piece(rest[:3 + count], frame)
-    return Piece(noise, frame, "wrong checksum: %s, should be %s; it would say:" % (_hex(sent), _hex(right)))
+    wrong = "wrong checksum: %s, should be %s; it would say:" % (_hex(sent), _hex(right))
+    return Piece(rest[:3 + count], frame) if sent == right else Piece(noise, frame, wrong)
 
 
 def explain(data: bytes, to_robot: bool = True, from_robot: bool = True,
@@ -205,9 +204,8 @@ def _in_units(value: int, row: Optional[Row]) -> str:
     """What to add to a value: its unit. It is calculated where the unit begins with a step: ``0.1 V``, ``5/255 V``."""
     whole_unit = "" if row is None else row.unit
     step, _, unit = whole_unit.partition(" ")
-    if re.fullmatch(r"[0-9./]+", step):
-        return (" = %.6g %s" % (value * Fraction(step), unit)).rstrip()
-    return (" %s" % whole_unit).rstrip()
+    text = "= %.6g %s" % (value * Fraction(step), unit) if re.fullmatch(r"[0-9./]+", step) else whole_unit
+    return (" %s" % text).rstrip()
 
 
 def _hex(data: bytes) -> str:
