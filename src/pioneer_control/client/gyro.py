@@ -9,7 +9,7 @@ from .identity import RobotIdentity
 # volts, full scale, and the calibration that all models share.
 RAD_S_PER_UNIT = math.radians(5 / 1023 * 300 / 2.5 * 1.626)
 NOMINAL_CENTRE = 512.0      # what a gyro at rest reads, more or less
-NEAR_CENTRE = 30.0          # how much more or less; beyond, the robot is turned although its wheels stand
+NEAR_CENTRE = 30.0          # how much more or less; beyond it, something turns the robot while its wheels stand
 MOST_AT_REST = 200          # readings (5 s) over which the centre is averaged
 # has_gyro in CONFIGpac; from 2 on the robot reads it, and GYRO chooses what its heading is made of.
 FOR_CLIENT = 1

@@ -1,7 +1,7 @@
 """Another speed of the line for one session: HOSTBAUD (protocol 2.6), for a robot that is open and stands.
 
-Nothing acknowledges HOSTBAUD. The proof is an answer to a question and a SIP at the new speed: that takes both
-directions of the line.
+Nothing acknowledges HOSTBAUD. The proof that it was obeyed is an answer to a question and a SIP at the new speed: an
+answer needs both directions of the line.
 
 ::
 
@@ -75,7 +75,7 @@ def use_host_baud(link: Link, config: Optional[p2os.Config],
 
 
 def _hindrance(link: Link, own: int, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, str]:
-    """Why it cannot be done; empty when the robot can change its speed and has come to rest."""
+    """Why the speed cannot be changed; empty when the robot can change it and has come to rest."""
     if own not in p2os.BAUD_RATES:
         return "there would be no way back to it"
     if config is None or config.autobaud not in CAN_CHANGE:

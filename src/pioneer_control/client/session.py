@@ -14,14 +14,14 @@ from .drive import STOP
 from .events import Event
 from .handshake import Connecting
 from .line import Action, Line, SetBaud
+from .link import Failed, HostBaud, Left, Link, Outcome, Phase
 from .odometry import Odometry
 from .phases import TRANSITIONS, Connected, Finished
-from .link import Failed, HostBaud, Left, Link, Outcome, Phase
 from .settings import Settings
 
 
 class Counts(NamedTuple):
-    """Of one session."""
+    """What one session has counted: see robot.LinkCounts."""
 
     sips: int = 0
     bad_checksums: int = 0

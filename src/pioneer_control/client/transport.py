@@ -1,7 +1,7 @@
 """Bytes to a robot and back: a serial port, a pty or TCP, chosen by the URL alone. The only file that knows pyserial.
 
 pyserial opens and configures serial ports; reading and writing then go to the file descriptor, for sockets and serial
-ports alike. Its own ``socket://`` is not used: it cannot be woken from a read, and closes only after 0.3 s.
+ports alike. The ``socket://`` of pyserial is not used: it cannot be woken from a read, and closes only after 0.3 s.
 """
 
 import contextlib

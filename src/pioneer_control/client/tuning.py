@@ -16,10 +16,11 @@ INT, UINT = 0x7FFF, 0xFFFF      # largest numbers of the wire
 
 
 class TuningRow(NamedTuple):
-    """How a field travels: the command, with its number between ``low`` and ``high`` and then ``sign``; the field of
-    CONFIGpac that shows it.
+    """How a setting travels to the robot and back.
 
-    ``scale`` is one unit of the wire in the field's own ``unit``; None for a whole number that travels as it is.
+    ``command`` sets it, with a number between ``low`` and ``high`` times ``sign``. ``config`` names the field of
+    CONFIGpac that shows it; None when no field does. ``scale`` is one unit of the wire in the setting's own ``unit``;
+    None for a whole number that travels as it is.
     """
 
     command: str
@@ -31,15 +32,15 @@ class TuningRow(NamedTuple):
     sign: int = 1
 
     def number(self, value: float) -> int:
-        """The value as CONFIGpac counts it."""
+        """A value in the setting's own unit, as CONFIGpac counts it."""
         return int(value) if self.scale is None else round(value / self.scale)
 
     def packet(self, value: float) -> bytes:
-        """The command that sets it."""
+        """The command that sets the robot to a value."""
         return p2os.encode_command(self.command, self.sign * self.number(value))
 
     def shown(self, config: Optional[p2os.Config]) -> Optional[float]:
-        """What the robot reports, in the field's own unit; None when it does not."""
+        """The value that the robot reports, in the setting's own unit; None when it reports none."""
         number: Optional[int] = None if config is None or self.config is None else getattr(config, self.config)
         return number if number is None or self.scale is None else number * self.scale
 
