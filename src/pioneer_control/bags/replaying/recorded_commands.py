@@ -73,12 +73,12 @@ def read_commands(files: Sequence[str], robot: str, commands: Mapping[str, type]
     for topic, count in damaged.items():
         say("%s on %s could not be understood, and will be missing." % (plural(count, "message"), topic))
     told = sorted(name for name, found in robots.items() if set(found.messages) & set(commands))
-    chosen = robot.strip("/")
-    if chosen and chosen not in told or not told:
-        who = "robot %r was told nothing" % chosen if chosen else "no robot was told anything"
+    chosen = [name for name in told if robot.strip("/") in ("", name)]
+    if not chosen:
+        who = "robot %r was told nothing" % robot.strip("/") if robot.strip("/") else "no robot was told anything"
         others_told = "; these robots were: " + ", ".join(told) if told else ""
         raise BagError("%s: %s in it (%s)%s" % (files[0], who, ", ".join(commands), others_told))
-    if not chosen and len(told) > 1:
+    if len(chosen) > 1:
         raise BagError("%s: %s robots were told something: %s. Choose one with robot:=NAME"
-                       % (files[0], len(told), ", ".join(told)))
-    return robots[chosen or told[0]]._replace(begin=(reader.begin or 0) * 1e-9)
+                       % (files[0], len(chosen), ", ".join(chosen)))
+    return robots[chosen[0]]._replace(begin=(reader.begin or 0) * 1e-9)

@@ -40,7 +40,7 @@ from .topic_recorder import TopicRecorder
 KINDS = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
          "gripper_control": GripperState}
 """What a robot is told: message by the topic's last name."""
-NEEDED = "pose", "motor_state", "robot_info", "ground_truth"
+NEEDED = {"pose": Odometry, "motor_state": MotorState, "robot_info": RobotInfo, "ground_truth": Odometry}
 """Topics of the simulated robot that must be there before it is told anything."""
 WORLDS = os.path.join(os.path.dirname(__file__), "..", "..", "simulator", "worlds")
 SAME_ROBOT = "model", "models_file", "gripper", "rear_sonar"
@@ -181,11 +181,10 @@ class Redrive:
         self._bag = TopicRecorder(self._given.output or free_name(self._files[0], "redrive"), rospy.Time.now)
         self._publishers = {name: rospy.Publisher("%s/%s" % (self._name, name), kind, queue_size=10)
                             for name, kind in KINDS.items()}
-        heard = {"pose": Odometry, "motor_state": MotorState, "robot_info": RobotInfo}
         for topic in topics_of(load_list(), [self._name.strip("/")]):
             name = topic[len(self._name) + 1:]
             if topic.startswith(self._name + "/") and name not in KINDS:
-                self._bag.record(topic, heard.get(name, rospy.AnyMsg))
+                self._bag.record(topic, NEEDED.get(name, rospy.AnyMsg))
         rospy.on_shutdown(self._stop)
         with contextlib.ExitStack() as at_end:
             at_end.callback(restore_parameter, self._name, None)
