@@ -22,7 +22,7 @@ from std_srvs.srv import SetBool
 from pioneer_control.bags.reader import read_bag
 from pioneer_control.bags.recording.when_recording import subscribed
 from pioneer_control.bags.replaying.playback import aside, is_command
-from pioneer_control.bags.replaying.programs import connected
+from pioneer_control.bags.replaying.programs import connected, graph
 from pioneer_control.message_values import GripCommand
 from pioneer_control.msg import Decision, GripperState
 from witness import PATIENCE, wait_until
@@ -107,7 +107,8 @@ class Replay(unittest.TestCase):
         count = threading.Semaphore(0)
 
         def hear(message, topic):
-            if message._connection_header["callerid"] == PLAYER:
+            own = topic == "/rosout" and PLAYER.encode() in message._buff     # what the player says itself
+            if message._connection_header["callerid"] == PLAYER and not own:
                 heard[topic].append(message._buff)
                 count.release()
 
@@ -119,6 +120,8 @@ class Replay(unittest.TestCase):
                                    "options:=%s --pause --quiet" % FAST],
                                   stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
         rospy.wait_for_service(PLAYER + "/pause_playback", PATIENCE)
+        wait_until("all is published", lambda: set(expected) <= {
+            topic for topic, names in graph()[0].items() if PLAYER in names})
         wait_until("all is connected", lambda: connected(PLAYER, rospy.get_name(), expected))
         rospy.ServiceProxy(PLAYER + "/pause_playback", SetBool)(False)
         for _ in range(sum(map(len, expected.values()))):
