@@ -87,10 +87,10 @@ def read_live(files: Sequence[str], robot: str, program: str) -> Live:
         BagError: as `read_commands` does.
     """
     told = read_commands(files, robot, KINDS)
-    who = [told.senders[name] for name in KINDS if told.senders.get(name)]
-    node = who[0] if who else "/" + os.path.splitext(os.path.basename(program))[0]
-    known = [description.parameters_of(node) for description in told.descriptions()]
-    return Live(told, node, next((parameters for parameters in known if parameters), {}))
+    node = next((told.senders[name] for name in KINDS if told.senders.get(name)),
+                "/" + os.path.splitext(os.path.basename(program))[0])
+    known = (description.parameters_of(node) for description in told.descriptions())
+    return Live(told, node, next(filter(None, known), {}))
 
 
 def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
