@@ -78,13 +78,12 @@ class BatteryPack:
 
     def step(self, duration_us: int, driving: bool) -> None:
         """Use the battery for some microseconds, or charge it."""
-        numbers, level = self._numbers, self._level
         if self.charging:
-            rise = numbers.charging_rise_per_min / US_PER_MINUTE * duration_us
-            self._level = max(level, min(numbers.full, level + rise))
+            rise = self._numbers.charging_rise_per_min / US_PER_MINUTE * duration_us
+            self._level = max(self._level, min(self._numbers.full, self._level + rise))
         else:
-            fall_per_min = numbers.driving_fall_per_min if driving else numbers.standing_fall_per_min
-            self._level = max(0.0, level - fall_per_min / US_PER_MINUTE * duration_us)
+            fall_per_min = self._numbers.driving_fall_per_min if driving else self._numbers.standing_fall_per_min
+            self._level = max(0.0, self._level - fall_per_min / US_PER_MINUTE * duration_us)
 
 
 class Charger:

@@ -5,9 +5,9 @@ Metres and radians in the map frame; knows neither motors nor packets.
 
 from typing import List, Optional, Sequence, Tuple
 
-from ..world.crowd import Candidate
+from ..world.crowd import Candidate, Obstacle
 from ..world.geometry import Block, edges, outlines_meet
-from ..world.poses import Point, Pose, along_arc, heading_unit, hypot, placed, relative
+from ..world.poses import Heading, Point, Pose, along_arc, hypot, placed, relative
 from ..world.pushing import make_way
 from ..world.world import World
 
@@ -45,7 +45,7 @@ class Body:
         self._world = world
         self.place(pose)
         self.contacts = 0
-        self._heading = heading_unit()
+        self._heading = Heading()
         self._outline, self._hull = tuple(outline), tuple(hull or outline)
         xs, ys = zip(*self._hull)
         self.box = Block(min(xs), max(xs), min(ys), max(ys))
@@ -69,16 +69,15 @@ class Body:
 
         A contact counts once until the body has gone away from it, not once for each try.
         """
-        pose = along_arc(self.pose, distance, turn, self._heading)
+        pose = along_arc(self.pose, distance, turn, self._heading.unit)
         swept = abs(distance) + self.reach * abs(turn)
         if swept < self._free:
             self._free -= swept
         elif not self._is_free(pose):
             return self._stopped()
         crowd = self._world.crowd
-        for body in crowd.near(pose[0], pose[1], self.reach):
-            if body is not self and body.is_close(pose, self.reach) and outlines_meet(
-                    placed(self._outline, pose), body.outline):
+        for body in crowd.beside(pose[0], pose[1]):
+            if body is not self and self._would_meet(body, pose):
                 return self._stopped()
         self.pose = pose
         self.blocked = False
@@ -87,6 +86,11 @@ class Body:
         if distance:
             crowd.moved(self)
         return True
+
+    def _would_meet(self, other: Obstacle, pose: Pose) -> bool:
+        """Whether the body at `pose` would touch another one."""
+        x, y, together = pose[0] - other.pose[0], pose[1] - other.pose[1], self.reach + other.reach
+        return x * x + y * y < together * together and outlines_meet(placed(self._outline, pose), other.outline)
 
     def _stopped(self) -> bool:
         self.contacts += self._contact_at is None
@@ -110,11 +114,6 @@ class Body:
             self._heard_at = self.pose
             self._candidates = [(0.0, *edge) for edge in edges(placed(self._hull, self.pose))]
         return self._candidates
-
-    def is_close(self, pose: Pose, reach: float) -> bool:
-        """Whether something within `reach` of the middle of `pose` could touch it."""
-        x, y, together = pose[0] - self.pose[0], pose[1] - self.pose[1], reach + self.reach
-        return x * x + y * y < together * together
 
     def touches(self, polygon: Sequence[Point]) -> bool:
         """Whether a polygon of the body's own frame, at its present pose, overlaps anything solid, other robots

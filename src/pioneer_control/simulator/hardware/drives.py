@@ -37,8 +37,7 @@ class Drives:
 
     def __init__(self, model: RobotModel, numbers: DriveNumbers):
         self._numbers, self._model = numbers, model
-        linear, angular = limits_of(numbers, model)
-        self.linear, self.angular = Channel(linear, ARRIVED), Channel(angular, ARRIVED)
+        self.linear, self.angular = (Channel(limits, ARRIVED) for limits in limits_of(numbers, model))
         self._wheels: Optional[List[Channel]] = None    # left, right
         self._told_by_wheels = False
 

@@ -25,6 +25,7 @@ class PaddleLift:
 
     Attributes:
         height: of the paddles (m above the lowest).
+        goal: height that it moves to; its own height while it does not move.
         jammed: it was told to move and could not.
     """
 
@@ -32,7 +33,7 @@ class PaddleLift:
         self._shape = shape
         self.height = shape.lift_height if up else 0.0
         self.jammed = False
-        self._goal = self.height
+        self.goal = self.height
 
     @property
     def is_up(self) -> bool:
@@ -47,11 +48,11 @@ class PaddleLift:
     @property
     def motion(self) -> int:
         """1 up, -1 down, 0 none."""
-        return (self._goal > self.height) - (self._goal < self.height)
+        return (self.goal > self.height) - (self.goal < self.height)
 
     def move_to(self, height: float) -> None:
         """Raise or lower the paddles to `height` (m above the lowest), clipped to the travel of the lift."""
-        self._goal = max(0.0, min(self._shape.lift_height, height))
+        self.goal = max(0.0, min(self._shape.lift_height, height))
         self.jammed = False
 
     def move_for(self, seconds: float) -> None:
@@ -60,13 +61,13 @@ class PaddleLift:
 
     def stop(self) -> None:
         """Stop where it is."""
-        self._goal = self.height
+        self.goal = self.height
 
     def step(self, dt: float) -> None:
         """Move on for `dt` seconds."""
         way = self._shape.lift_speed * dt
-        arrives = abs(self._goal - self.height) <= way
-        self.height = self._goal if arrives else self.height + way * self.motion
+        arrives = abs(self.goal - self.height) <= way
+        self.height = self.goal if arrives else self.height + way * self.motion
 
 
 class ParallelGripper:
@@ -224,7 +225,7 @@ class ParallelGripper:
             self._close_further(dt, pose)
         elif self.paddle_motion > 0:
             self._open_further(dt, pose)
-        if self.lift.motion:
+        if self.lift.goal != self.lift.height:
             self._lift_further(dt, pose)
 
     def _strain(self, dt: float) -> None:

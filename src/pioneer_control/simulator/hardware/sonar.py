@@ -9,7 +9,7 @@ import random
 from typing import Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from ...robots import ARRAY_SIZE, Transducer
-from ..world.poses import Point, Pose, heading_unit, unit
+from ..world.poses import Heading, Point, Pose, unit
 from ..world.world import World
 from .body import Body
 from .robot_numbers import SonarNumbers
@@ -54,7 +54,7 @@ class Sonar:
         self._numbers, self._noise, self._body = numbers, noise, body
         self._ear = world.ear(half_width, numbers.maximum, _tangent(math.radians(numbers.specular_deg)))
         self._random = random.Random(seed)
-        self._heading = heading_unit()
+        self._heading = Heading()
         self._readings: List[Reading] = []
         self.firing: Sequence[int] = ()
         self.dead: Set[int] = set()
@@ -101,7 +101,7 @@ class Sonar:
     def step(self, now_us: int, pose: Pose) -> None:
         """Fire what is due at `now_us`, from a robot at `pose` (map frame)."""
         while self.firing and self._next_us <= now_us:
-            forward = self._heading(pose[2])
+            forward = self._heading.unit(pose[2])
             for array in self.firing:
                 sequence = self._sequences[array]
                 if sequence:

@@ -11,7 +11,7 @@ import random
 from typing import Tuple
 
 from ...robots import RobotModel
-from ..world.poses import Pose, along_arc, heading_unit
+from ..world.poses import Heading, Pose, along_arc
 from .robot_numbers import WheelNumbers
 
 REV_COUNT = 16570
@@ -128,8 +128,8 @@ class DeadReckoning:
     def __init__(self, origin: Pose):
         self.origin = origin
         self.pose: Pose = (0.0, 0.0, 0.0)
-        self._heading = heading_unit()
+        self._heading = Heading()
 
     def add(self, distance: float, turn: float) -> None:
         """Add a step: a distance (m) and a turn (rad), both even."""
-        self.pose = along_arc(self.pose, distance, turn, self._heading)
+        self.pose = along_arc(self.pose, distance, turn, self._heading.unit)

@@ -87,9 +87,8 @@ class AriaMap:
 
     def numbers(self, text: str, count: int, legal: str) -> List[float]:
         """Read `count` finite numbers."""
-        words = text.split()
         try:
-            values = [float(word) for word in words]
+            values = [float(word) for word in text.split()]
         except ValueError:
             values = []
         if len(values) != count or not all(map(math.isfinite, values)):

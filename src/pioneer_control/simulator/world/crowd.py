@@ -36,9 +36,6 @@ class Obstacle(Protocol):
     def candidates(self) -> Sequence[Candidate]:
         """What sonar can hear of it."""
 
-    def is_close(self, pose: Pose, reach: float) -> bool:
-        """Whether something within `reach` of the middle of `pose` could touch it."""
-
 
 Grid = Dict[Cell, List[Obstacle]]
 NOBODY: List[Obstacle] = []
@@ -58,16 +55,18 @@ class Crowd:
 
     def __init__(self) -> None:
         self.reach = 0.0
-        self._side = 0.0    # of the smallest squares
+        self._side = 1.0    # of the smallest squares
         self._squares: Dict[Obstacle, Cell] = {}    # the smallest square that each body stands on
         self._grids: Dict[int, Grid] = {}           # by the width of their squares
+        self._smallest: Grid = {}
 
     def enter(self, body: Obstacle) -> None:
         """Let a body be in the way of all others."""
         if body.reach > self.reach:
             self.reach, self._side = body.reach, 2.0 * body.reach
             self._squares = {each: self._square(each) for each in self._squares}
-            self._grids.clear()     # each is made anew when somebody asks
+            self._grids.clear()     # others are made anew when somebody asks
+            self._smallest = self._add_grid(1)
         square = self._squares[body] = self._square(body)
         for width, grid in self._grids.items():
             _list(body, grid, _around(square, width))
@@ -89,6 +88,13 @@ class Crowd:
                     if not grid[cell]:
                         del grid[cell]
                 _list(body, grid, new)
+
+    def beside(self, x: float, y: float) -> List[Obstacle]:
+        """The bodies that could touch another body whose middle is at (x, y), and some that could not.
+
+        The other body is among them if it has entered.
+        """
+        return self._smallest.get((math.floor(x / self._side), math.floor(y / self._side)), NOBODY)
 
     def near(self, x: float, y: float, reach: float) -> List[Obstacle]:
         """The bodies that have a point within `reach` of (x, y), and some that have none."""

@@ -8,7 +8,7 @@ on every computer.
 import functools
 import math
 import struct
-from typing import Any, Callable, Iterable, Iterator, List, Optional, Protocol
+from typing import Any, Callable, Dict, Iterable, Iterator, Optional, Protocol
 
 import numpy as np
 
@@ -84,10 +84,7 @@ class Ear:
             The maximum where nothing is nearer, 0 inside a post.
         """
         earshot = self._earshot(math.floor(x / SQUARE), math.floor(y / SQUARE))
-        number = math.floor(heading * SECTORS_PER_RADIAN) % SECTORS
-        candidates = earshot.sectors[number]
-        if candidates is None:
-            candidates = earshot.candidates(number)
+        candidates = earshot[math.floor(heading * SECTORS_PER_RADIAN) % SECTORS]
         nearest = echo(_unpacked(candidates), x, y, right, left, self._maximum, self._slant)
         others = self._world.crowd.near(x, y, nearest)
         if others:
@@ -113,11 +110,11 @@ class Ear:
         return Earshot(solids, x, y, spread, self._rights, self._lefts) if len(solids) else self._silence
 
 
-class Earshot:
-    """What can be heard from a small square of floor, for cones of one width, by the sector that they look into.
+class Earshot(Dict[int, bytes]):
+    """What can be heard from a small square of floor, for cones of one width: by the sector that they look into.
 
-    Attributes:
-        sectors: for each sector what can be heard there, nearest first; None until `candidates` is asked for it.
+    An entry, worked out when somebody first asks for it, is what cones that look into the sector can reach from the
+    square, and some that they cannot, nearest first.
 
     Args:
         solids: all that is within the sonar's maximum of any place of the square, and maybe more.
@@ -128,21 +125,17 @@ class Earshot:
     """
 
     def __init__(self, solids: Solids, x: float, y: float, spread: float, rights: Array, lefts: Array):
+        super().__init__()
         walls, posts = solids.distances(np.array(x), np.array(y))
         least = np.concatenate((walls, posts)) - (spread + _SPARE)
         order = np.argsort(least, kind="stable")
         posts = np.vstack((solids.posts.T, np.zeros(len(solids.posts)), np.full(len(solids.posts), -1.0)))
         self._candidates = np.vstack((least, np.hstack((solids.frames, posts)))).T[order]
         self._audible = _audible(solids, x, y, spread + _SPARE, rights, lefts)[:, order]
-        self.sectors: List[Optional[bytes]] = [None] * SECTORS
 
-    def candidates(self, number: int) -> bytes:
-        """What cones that look into a sector can reach from the square, and some that they cannot, nearest first, as
-        bytes.
-        """
-        candidates: bytes = self._candidates[self._audible[number]].tobytes()
-        self.sectors[number] = candidates
-        return candidates
+    def __missing__(self, sector: int) -> bytes:
+        self[sector] = self._candidates[self._audible[sector]].tobytes()
+        return self[sector]
 
 
 def _audible(solids: Solids, x: float, y: float, spread: float, rights: Array, lefts: Array) -> Array:

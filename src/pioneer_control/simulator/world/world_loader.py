@@ -88,11 +88,12 @@ def _text(path: Path) -> str:
 def _find(name_or_path: Union[str, Path]) -> Path:
     name = str(name_or_path)
     if "/" in name or name.endswith(ENDINGS + PICTURES):
-        if not Path(name).is_file():
-            what = "does not exist" if Path(name).is_absolute() else "does not exist below %s" % Path.cwd()
-            what = "is a directory" if Path(name).is_dir() else what
+        path = Path(name)
+        if not path.is_file():
+            below = "" if path.is_absolute() else " below %s" % Path.cwd()
+            what = "is a directory" if path.is_dir() else "does not exist" + below
             raise WorldError("world file %s %s; worlds known by name: %s" % (name, what, ", ".join(known_worlds())))
-        return Path(name)
+        return path
     if name not in known_worlds():
         near = difflib.get_close_matches(name, known_worlds(), n=1)
         hint = "did you mean %r? " % near[0] if near else ""
