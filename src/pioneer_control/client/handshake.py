@@ -156,17 +156,14 @@ class Connecting(SteppedPhase):
         """
         self._answers_late, timeout = False, SYNC_TIMEOUT
         for attempt in range(2 * tries):
-            if attempt >= tries and not self._heard_open and not self._answers_late:
-                break
             if self._answers_late:
                 timeout = min(2 * timeout, LONGEST_SYNC_TIMEOUT)
-            if attempt > 0 and self._heard_open and not (yield from self._silenced()):
-                return None
             reply = yield from self._synced(attempt, timeout)
-            if reply is not None:
+            heard_open = self._heard_open
+            if reply is not None or heard_open and not (yield from self._silenced()):
                 return reply
-        if self._heard_open:
-            yield from self._silenced()
+            if attempt + 1 >= tries and not heard_open and not self._answers_late:
+                break
         return None
 
     def _is_silent(self, seconds: float) -> Generator[float, Any, bool]:
@@ -185,10 +182,10 @@ class Connecting(SteppedPhase):
                 link.line.command(link.now, CLOSE)
             yield from link.pause(DRAIN)
             noise, packets = self._noise, self._packets
-            if (yield from self._is_silent(QUIET)):
-                return True
-            if self._rates and self._packets == packets and self._noise > noise:    # not the line speed of this robot
-                return False
+            silent = yield from self._is_silent(QUIET)
+            # Noise alone: this is not the line speed of this robot.
+            if silent or self._rates and self._packets == packets and self._noise > noise:
+                return silent
         return False
 
     def _synced(self, attempt: int, timeout: float) -> Generator[float, Any, Optional[p2os.SyncReply]]:
@@ -231,9 +228,9 @@ class Connecting(SteppedPhase):
                 if packet.number == number != p2os.SYNC2:
                     return packet
                 self._answers_late = True
-            elif isinstance(packet, p2os.Sip) and not took_closes_for_sync2:
-                return None
-            elif isinstance(packet, p2os.Reset) and number != p2os.SYNC0:   # a CLOSE before SYNC0 may be "wrong" to it
+            # By Reset a robot says that the count of SYNCs is wrong. After SYNC0 it may mean the CLOSEs ahead of that.
+            elif (isinstance(packet, p2os.Sip) and not took_closes_for_sync2 or
+                  isinstance(packet, p2os.Reset) and number != p2os.SYNC0):
                 return None
         return None
 
