@@ -1,6 +1,7 @@
 """The house stands as designed: who may import whom, what an import drags in, the oldest Python, names that agree."""
 
 import ast
+import collections
 import fnmatch
 import pathlib
 import re
@@ -452,6 +453,21 @@ def test_parses_as_python_3_8(path):
 def test_later_syntax_is_seen():
     with pytest.raises(SyntaxError):
         ast.parse("match x:\n    case 1: pass", feature_version=(3, 8))
+
+
+def repeated_names(paths):
+    """The file names that stand in more than one folder: pytest cannot load both in one run."""
+    counts = collections.Counter(path.name for path in paths)
+    return sorted(name for name, count in counts.items() if count > 1)
+
+
+def test_no_two_files_of_tests_have_one_name():
+    assert repeated_names((ROOT / "test").rglob("test_*.py")) == []
+
+
+def test_two_files_of_one_name_are_seen():
+    assert repeated_names([pathlib.Path("a/test_x.py"), pathlib.Path("b/test_x.py"), pathlib.Path("b/test_y.py")]) == [
+        "test_x.py"]
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "nodes").glob("*")), ids=lambda path: path.name)
