@@ -4,17 +4,17 @@ The rule is the tutorial's. Of the six sonars in front the farthest counts. If i
 drives. If it is another, the robot turns towards it. If none sees OPEN, it turns back. These rules make it safe and let
 it get somewhere:
 
-- A tie goes to the middle: in the open all six see the same, and the robot would turn for ever.
-- It drives only as far as its outline fits between the echoes, and starts only where it fits with some to spare.
-- Once it drives it goes on until the way gets short; once it turns it keeps to that side.
-- When it has turned enough and nothing was open, it takes the best way it saw.
+- When several see equally far, the middle wins: in the open all six see the same, and the robot would turn for ever.
+- It drives only as far as its outline fits between the echoes, and starts only where there is more room than it needs.
+- Once it drives, it goes on until the way gets short. Once it turns, it keeps to that side.
+- When it has turned enough and nothing was open, it takes the best way that it saw.
 - It remembers near echoes for a while (`echoes`): the cones leave gaps.
 - It backs off only where sonars look and see that nothing is there.
-- When its wheels stall it stops, until they have been free for a while. Then it backs off and goes another way: what
+- When its wheels stall, it stops until they have been free for a while. Then it backs off and goes another way: what
   held it stands where no sonar sees it.
-- It leaves in the same way what it has put down.
+- In the same way it leaves what it has put down.
 
-Nothing in here knows ROS, threads or clocks; chance comes from the seed in the memory.
+This file knows nothing of ROS, threads or clocks; chance comes from the seed in the memory.
 """
 
 import math
@@ -233,7 +233,7 @@ def _steer(view: View) -> float:
 
 
 def _begin_turn(view: View, memory: Memory) -> Memory:
-    """Turn to where the farthest echo is.
+    """Turn towards the sonar that sees farthest.
 
     Chance chooses the side if no sonar sees OPEN, or if the way ahead is too narrow.
     """
