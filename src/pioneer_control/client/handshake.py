@@ -89,17 +89,15 @@ class Connecting(SteppedPhase):
 
     Args:
         link: the port is open, and nothing was sent.
-        rates: line speeds to try, the present one first; empty on TCP.
-        odometry: of the connection before, in which the robot was found at the first of these speeds.
+        odometry: of the connection before, in which the robot was found at the first of the line speeds.
 
     Attributes:
-        given_baud: the line speed at which this begins; None on TCP.
+        rates: line speeds to try, the present one first; empty on TCP.
     """
 
     def __init__(self, link: Link, rates: Tuple[int, ...], odometry: Optional[Odometry]) -> None:
         super().__init__(link, odometry)
-        self.given_baud = link.line.baud
-        self._rates = rates
+        self.rates = rates
         self._own_rate = rates[0] if rates and odometry is not None else None
         self._packets = self._noise = 0     # packets heard so far, and bytes that belonged to none
         self._said_its_name = False         # SIPs from then on belong to a new session
@@ -142,12 +140,12 @@ class Connecting(SteppedPhase):
 
         The speed of a robot that was there before is also tried after each other speed.
         """
-        if not self._rates:
+        if not self.rates:
             return [(None, TCP_TRIES)]
         if self._own_rate is None:
-            return [(rate, SYNC_TRIES) for rate in self._rates]
+            return [(rate, SYNC_TRIES) for rate in self.rates]
         own = (self._own_rate, SYNC_TRIES_AGAIN)
-        return [own, *(each for other in self._rates[1:] for each in ((other, 1), own))]
+        return [own, *(each for other in self.rates[1:] for each in ((other, 1), own))]
 
     def _tried(self, tries: int) -> Generator[float, Any, Optional[p2os.SyncReply]]:
         """Synchronise with a silent robot. Returns its name; None when it never says one.
@@ -184,7 +182,7 @@ class Connecting(SteppedPhase):
             noise, packets = self._noise, self._packets
             silent = yield from self._is_silent(QUIET)
             # Noise alone: this is not the line speed of this robot.
-            if silent or self._rates and self._packets == packets and self._noise > noise:
+            if silent or self.rates and self._packets == packets and self._noise > noise:
                 return silent
         return False
 
@@ -196,14 +194,14 @@ class Connecting(SteppedPhase):
         """
         self._heard_open = False
         link, answer = self._link, None
-        if self._rates:
+        if self.rates:
             for _ in range(CLOSES - 1):
                 link.line.command(link.now, CLOSE)
         else:
             self.last_words = CLOSE * CLOSES    # if it hears us and is not heard: SYNC0 may have revived its old speed
-        also_sync1 = not self._rates and attempt == TCP_TRY_WITH_SYNC1
+        also_sync1 = not self.rates and attempt == TCP_TRY_WITH_SYNC1
         for number, packet in enumerate(SYNC):
-            link.line.command(link.now, *((CLOSE,) if self._rates and number == p2os.SYNC0 else ()), packet)
+            link.line.command(link.now, *((CLOSE,) if self.rates and number == p2os.SYNC0 else ()), packet)
             answer = yield from self._answer(number, timeout)
             if answer is None and not (also_sync1 and number == p2os.SYNC0 and not self._heard_open):
                 return None
@@ -235,7 +233,7 @@ class Connecting(SteppedPhase):
         return None
 
     def _what_to_do(self) -> str:
-        tried = "at %s baud" % ", ".join(map(str, self._rates)) if self._rates else "over TCP"
+        tried = "at %s baud" % ", ".join(map(str, self.rates)) if self.rates else "over TCP"
         heard = " (%d bytes came that make no packet: is this the robot's port?)" % self._noise if self._noise else ""
         if self._packets:
             heard = (" (%d packets came: from a robot that does not obey CLOSE, or one that another program drives)"

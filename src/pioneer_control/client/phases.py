@@ -64,7 +64,7 @@ class Synced(SteppedPhase):
         super().__init__(link, before.odometry)
         self.reply = named.reply
         self.own_baud = link.line.baud
-        if self.own_baud is not None and self.own_baud != before.given_baud:
+        if self.own_baud is not None and self.own_baud != before.rates[0]:
             link.events.append(BaudFound(self.own_baud))
 
     def _steps(self) -> Procedure:
