@@ -102,20 +102,18 @@ class FrameDecoder:
         Bytes that cannot become a frame are dropped. An unfinished frame is kept.
         """
         self._held += data
-        held, at = self._held, 0
-        frames: List[Frame] = []
-        while at < len(held):
-            end = self._frame_end(at)
+        held, frames = self._held, []   # type: bytearray, List[Frame]
+        while held:
+            end = self._frame_end()
             if end is None:
                 break
-            if end > at:
-                frames.append(Frame(held[at + 3], bytes(held[at + 4:end - 2])))
+            if end:
+                frames.append(Frame(held[3], bytes(held[4:end - 2])))
             else:
-                next_start = held.find(HEADER[:1], at + 1)
+                next_start = held.find(HEADER[:1], 1)
                 end = next_start if next_start >= 0 else len(held)
-                self._discarded += end - at
-            at = end
-        del held[:at]
+                self._discarded += end
+            del held[:end]      # it moves no bytes
         self._frames += len(frames)
         return frames
 
@@ -132,21 +130,21 @@ class FrameDecoder:
             frames += self.feed(b"")
         return frames
 
-    def _frame_end(self, at: int) -> Optional[int]:
-        """Where the frame that starts at `at` ends; `at` when no frame starts there; None when more bytes must tell."""
-        held, there = self._held, len(self._held)
-        if held[at] != HEADER[0] or at + 1 < there and held[at + 1] != HEADER[1]:
-            return at
-        if at + 3 > there:
+    def _frame_end(self) -> Optional[int]:
+        """Where the frame ends with which the held bytes begin; 0 when they do not; None when more bytes must tell."""
+        held = self._held
+        if not HEADER.startswith(held[:2]):
+            return 0
+        if len(held) < 3:
             return None
-        count = held[at + 2]
+        count = held[2]
         if count < SMALLEST_COUNT:
             self._bad_counts += 1
-            return at
-        end = at + 3 + count
-        if end > there:
+            return 0
+        end = 3 + count
+        if end > len(held):
             return None
-        if checksum(held[at + 3:end - 2]) != held[end - 2] << 8 | held[end - 1]:
+        if checksum(held[3:end - 2]) != held[end - 2] << 8 | held[end - 1]:
             self._bad_checksums += 1
-            return at
+            return 0
         return end
