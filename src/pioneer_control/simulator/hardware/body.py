@@ -75,8 +75,7 @@ class Body:
             self._free -= swept
         elif not self._is_free(pose):
             return self._stopped()
-        crowd = self._world.crowd
-        for body in crowd.beside(pose[0], pose[1]):
+        for body in self._world.crowd.beside(pose[0], pose[1]):
             if body is not self and self._would_meet(body, pose):
                 return self._stopped()
         self.pose = pose
@@ -84,7 +83,7 @@ class Body:
         if self._contact_at is not None and self._far_from(self._contact_at):
             self._contact_at = None
         if distance:
-            crowd.moved(self)
+            self._world.crowd.moved(self)
         return True
 
     def _would_meet(self, other: Obstacle, pose: Pose) -> bool:

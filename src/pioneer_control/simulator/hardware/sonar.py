@@ -91,8 +91,9 @@ class Sonar:
             self.switch(False, now_us)
             return
         for array in {number // ARRAY_SIZE for number in numbers} & set(self._sequences):
-            named = [number for number in numbers if number // ARRAY_SIZE == array]
-            self._sequences[array] = [number for number in named if number in self._mounts][:LONGEST_SEQUENCE]
+            self._sequences[array] = [
+                number for number in numbers if number // ARRAY_SIZE == array and number in self._mounts
+            ][:LONGEST_SEQUENCE]
 
     def deafen(self, numbers: Iterable[int]) -> None:
         """Let these transducers (numbers from 0), and no others, hear nothing."""

@@ -6,6 +6,7 @@ A world knows nothing of robots' models or packets. Metres, radians, map frame (
 import functools
 import math
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import List, Mapping, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
@@ -83,7 +84,7 @@ class World:
         cans: Sequence[Can] = (),
         starts: Sequence[Pose] = ((0.0, 0.0, 0.0),),
         docks: Sequence[Pose] = (),
-        goals: Optional[Mapping[str, Pose]] = None,
+        goals: Mapping[str, Pose] = MappingProxyType({}),
         skipped: Sequence[str] = (),
     ):
         self.name = name
@@ -92,7 +93,7 @@ class World:
         self.cans: List[Can] = list(cans)
         self.starts = _poses(name, "start", starts)
         self.docks = _poses(name, "dock", docks)
-        self.goals = dict(zip(goals or {}, _poses(name, "goal", list((goals or {}).values()))))
+        self.goals = dict(zip(goals, _poses(name, "goal", list(goals.values()))))
         self.skipped = tuple(skipped)
         if not self.starts:
             raise WorldError("world %s: no start; a robot has to stand somewhere" % name)
@@ -104,7 +105,8 @@ class World:
                 if not radius > 0.0:
                     raise WorldError("world %s: %s %s has radius %g; must be above 0" % (name, kind, number, radius))
         self._solids = Solids(self.walls, self.posts)
-        self._finder = Finder(self._solids)
+        self.within = Finder(self._solids).within
+        """Finds the walls and posts that come within a reach of a point: see `Finder.within`."""
         self._neighbourhood = functools.lru_cache(_KEPT_NEIGHBOURHOODS)(self._find)
         self.ear = functools.lru_cache(maxsize=None)(functools.partial(Ear, self))
         """What hears in this world for transducers of a kind, the same for all of that kind: see `Ear`."""
@@ -126,8 +128,7 @@ class World:
         """
         return World(
             self.name, self.walls.tolist(), self.posts.tolist(), self.cans, [start, *self.starts], self.docks,
-            self.goals,
-            self.skipped)
+            self.goals, self.skipped)
 
     def touches(self, outline_xy: Sequence[Point]) -> bool:
         """Whether a body overlaps any wall or post, also one that is wholly inside it. Cans give way and do not count.
@@ -189,10 +190,6 @@ class World:
         cells[flood(start_cells, ~occupied)] = FREE
         cells[occupied] = OCCUPIED
         return cells, origin
-
-    def within(self, x: float, y: float, reach: float) -> Solids:
-        """The walls and posts that come within `reach` of a point."""
-        return self._finder.within(x, y, reach)
 
     def _near(self, x: float, y: float, reach: float) -> Solids:
         """At least every solid within `reach` of a point, found once for each small square of floor and kept."""
