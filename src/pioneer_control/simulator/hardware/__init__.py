@@ -3,8 +3,7 @@
 ``drives``         translation, rotation and wheels: what they are told, and when they give up
 ``ramps``          how the drives follow that: with limited acceleration
 ``wheels``         what the wheels really do, what their encoders count, and the pose added up from that
-``body``           where the robot stands in its world, how it moves, and what stops it
-``bumpers``        which segments of the bumpers are pressed
+``body``           where the robot stands in its world, how it moves, what stops it, and which bumpers are pressed
 ``sonar``          which transducer fires when, and what it hears
 ``gripper``        paddles on a lift, with beams and contacts
 ``battery``        its voltage, and what feeds it

@@ -1,10 +1,11 @@
-"""The body of the robot in its world: where it stands, how it moves, and what stops it.
+"""The body of the robot in its world: where it stands, how it moves, what stops it, and which bumpers are pressed.
 
 Metres and radians in the map frame; knows neither motors nor packets.
 """
 
 from typing import List, Optional, Sequence, Tuple
 
+from ...robots import RobotModel
 from ..world.crowd import Candidate, Obstacle
 from ..world.geometry import Block, edges, outlines_meet
 from ..world.poses import Heading, Point, Pose, along_arc, hypot, placed, relative
@@ -15,6 +16,8 @@ SKINS = (0.5, 0.1, 0.02)
 """How much larger than itself (m) the body is taken to be when asking how far it can go before the next question."""
 AWAY = 0.02
 """How far (m) it has to go from where it touched something before touching again is another contact."""
+BUMPER_DEPTH = 0.02
+"""How far (m) the segments of the bumpers stand out from the body."""
 
 
 def box_round(outline: Sequence[Point], skin: float) -> Tuple[Point, ...]:
@@ -141,3 +144,48 @@ class Body:
                 return True
         self._refused, self._tried = pose, len(self._outlines)
         return False
+
+
+class BumperRing:
+    """The bumpers in front and behind.
+
+    Attributes:
+        front_stalls, rear_stalls: whether they stop the wheels at once.
+    """
+
+    def __init__(self, model: RobotModel, body: Body):
+        self._model, self._body = model, body
+        self.reset()
+
+    def reset(self) -> None:
+        """Let all bumpers stall the wheels, as at power-on."""
+        self.front_stalls = self.rear_stalls = True
+
+    def bits(self) -> Tuple[int, int]:
+        """Pressed segments of the front and of the rear bumper; bit 0 is the left one in front, the right one behind.
+        """
+        front, rear = self._model.length_front, -self._model.length_rear
+        return self._pressed(self._model.front_bumpers, front, 1.0), self._pressed(self._model.rear_bumpers, rear, -1.0)
+
+    def stall(self, distance: float) -> bool:
+        """Whether a bumper that stalls the wheels is pressed on the side that the robot drives to."""
+        front, rear = self.bits()
+        if distance > 0.0:
+            return self.front_stalls and front != 0
+        return distance < 0.0 and self.rear_stalls and rear != 0
+
+    def _pressed(self, count: int, near: float, side: float) -> int:
+        """The bits of one bumper.
+
+        Args:
+            count: of its segments.
+            near: x (m, base_link) where the body ends.
+            side: 1 in front, -1 behind.
+        """
+        if not count or not self._body.blocked:
+            return 0
+        width, far = self._model.width / count, near + side * BUMPER_DEPTH
+        lefts = [side * (self._model.width / 2.0 - segment * width) for segment in range(count)]
+        return sum(
+            1 << segment for segment, left in enumerate(lefts)
+            if self._body.touches(((near, left), (near, left - side * width), (far, left - side * width), (far, left))))

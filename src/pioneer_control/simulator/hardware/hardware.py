@@ -11,8 +11,7 @@ from ..world.poses import Pose
 from ..world.world import World
 from .accessories import GYRO_OF_CLIENT, AuxPort, Compass, JoystickDrive, JoystickState, RateGyro, UserPorts
 from .battery import BatteryPack, Charger
-from .body import Body
-from .bumpers import BumperRing
+from .body import Body, BumperRing
 from .drives import Drives, MotorPower, Stall
 from .gripper import ParallelGripper
 from .robot_numbers import RobotNumbers

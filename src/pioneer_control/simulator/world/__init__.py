@@ -6,8 +6,7 @@ about them.
 ``echoes``        what sonar hears: the nearest point of anything solid in a cone
 ``crowd``         the bodies of robots, found by place; ``pushing``: how robots push cans
 ``grids``         what a grid of cells tells of a floor; ``start_poses``: where many robots can stand at first
-``world_loader``  worlds by name or path: ``world_file`` (our own form), ``ros_map``, ``aria_map``; ``yaml_nodes``
-reads YAML
+``world_loader``  worlds by name or path: of our own form, or by ``ros_map`` or ``aria_map``; ``yaml_nodes`` reads YAML
 
 Metres, radians, map frame (REP 103).
 """
