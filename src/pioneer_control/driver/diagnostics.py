@@ -8,6 +8,7 @@ on /diagnostics_agg. (rqt_robot_monitor, to see them, is not in Debian.)
 """
 
 import threading
+from functools import partial
 from time import monotonic
 from typing import Any, Callable, Dict
 
@@ -65,7 +66,7 @@ class Diagnostics:
         try:
             updater = diagnostic_updater.Updater()      # asks the master: not while the driver starts
             for task in TASKS:
-                updater.add(task, self._filler(task))
+                updater.add(task, partial(self._fill, task))
             while not self._ended.is_set():
                 self._wanted.clear()
                 if updater.publisher.get_num_connections():
@@ -78,11 +79,9 @@ class Diagnostics:
             if not rospy.is_shutdown():                 # then the topic is closed
                 raise
 
-    def _filler(self, task: str) -> Callable[[Any], Any]:
-        def fill(status: Any) -> Any:
-            finding = self._findings[task]
-            status.summary(int(finding.level), finding.message)
-            for key, value in finding.values:
-                status.add(key, value)
-            return status
-        return fill
+    def _fill(self, task: str, status: Any) -> Any:
+        finding = self._findings[task]
+        status.summary(int(finding.level), finding.message)
+        for key, value in finding.values.items():
+            status.add(key, value)
+        return status

@@ -24,13 +24,13 @@ Link are STALE, the level of REP 107 for what is not heard of any more: neither 
 be true.
 """
 
+import math
 from collections import deque
 from operator import attrgetter
-from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Deque, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
 from ..client import (BaudFound, CommandTimedOut, Event, LineSpeed, LinkCounts, LinkDown, MotionCleared, Ready,
-                      RobotIdentity, RobotState,
-                      Unmoved)
+                      RobotIdentity, RobotState, Unmoved)
 from ..client.identity import DEFAULT_SIP_CYCLE
 from ..p2os import ChargeState, FaultFlags, Flags
 from .fault_flags import FAULTS, Level
@@ -46,10 +46,16 @@ SAMPLING = 0.5          # s between two samples of the counts
 RATE_OK = 0.9
 """Share of the packets, and of the answers, that must arrive."""
 NO_LIMIT = -128
+"""What CONFIGpac says of a robot that does not switch itself off when it is hot."""
 NEAR_LIMIT = 5.0
 """A temperature (deg C) this close to the limit is a warning."""
-CHARGING = {ChargeState.BULK: "bulk", ChargeState.OVERCHARGE: "overcharge", ChargeState.FLOAT: "float",
-            ChargeState.BALANCE: "balance"}
+CHARGING: Dict[Optional[int], str] = {
+    ChargeState.BULK: "charging (bulk)",
+    ChargeState.OVERCHARGE: "charging (overcharge)",
+    ChargeState.FLOAT: "charging (float)",
+    ChargeState.BALANCE: "charging (balance)",
+}
+"""How to say what the charger does with the battery."""
 
 
 class Finding(NamedTuple):
@@ -57,12 +63,13 @@ class Finding(NamedTuple):
 
     level: Level
     message: str
-    values: Tuple[Tuple[str, str], ...] = ()
+    values: Mapping[str, str]
 
 
 class Problem(NamedTuple):
-    """One thing that is wrong, in words that say what to do."""
+    """One thing that may be wrong: whether it is, how bad that is, and words that say what to do."""
 
+    is_so: bool
     level: Level
     text: str
 
@@ -84,10 +91,8 @@ class Facts(NamedTuple):
     port: str
     how_to_enable: str
     """the command that switches motors on, as a user would type it"""
-    baud: Optional[int] = None
-    """line speed; None on TCP"""
-    baud_problem: str = ""
-    """why it is not the one asked for (host_baud)"""
+    baud: Optional[str] = None
+    """line speed, and why it is not the one asked for (host_baud); None on TCP"""
     no_link: Optional[str] = NOT_YET
     """why there is no link; None while there is one"""
     identity: Optional[RobotIdentity] = None
@@ -100,170 +105,148 @@ class Facts(NamedTuple):
     unmoved: float = 0.0
     """s for which it stood although it was told to drive; 0 since it has moved"""
     lost: int = 0
-    """packets of this link that did not come when they should have"""
-    counts: Optional[LinkCounts] = None
+    """packets of this link that did not come when they should have; below 0 while some came early"""
+    counts: LinkCounts = LinkCounts(0, 0, 0, 0, 0, 0, 0, 0, None)
     recent: Optional[Recent] = None
-    """None while the link is too young to tell"""
+    """None without a link, and while the link is too young to tell"""
 
 
-def _finding(problems: List[Problem], otherwise: str, values: List[Tuple[str, str]]) -> Finding:
-    """All problems, the worst first; OK and other words where there is none."""
-    if not problems:
-        return Finding(Level.OK, otherwise, tuple(values))
-    problems = sorted(problems, key=lambda problem: -problem.level)
-    return Finding(problems[0].level, "; ".join(problem.text for problem in problems), tuple(values))
+def _finding(problems: Iterable[Problem], otherwise: str, values: Mapping[str, Optional[str]]) -> Finding:
+    """All problems that are there, the worst first; OK and other words where there is none.
+
+    Values that are None are left out.
+    """
+    found = sorted((problem for problem in problems if problem.is_so), key=attrgetter("level"), reverse=True)
+    return Finding(found[0].level if found else Level.OK, "; ".join(problem.text for problem in found) or otherwise,
+                   {name: value for name, value in values.items() if value is not None})
 
 
 def _faults(state: RobotState, task: str) -> List[Problem]:
-    """What the robot's own fault flags say about a task."""
-    flags = state.fault_flags or 0
-    return [Problem(fault.level, fault.text) for flag, fault in FAULTS.items() if fault.task == task
-            and flags & flag] if flags else []
+    """What the robot's own fault flags say about a task. Of heat it may tell with an ordinary flag instead."""
+    flags = (state.fault_flags or 0) | (FaultFlags.HIGH_TEMPERATURE if state.flags & Flags.HIGH_TEMPERATURE else 0)
+    return [Problem(True, fault.level, fault.text)
+            for flag, fault in FAULTS.items() if flags and fault.task == task and flags & flag]
 
 
 def _link(facts: Facts) -> Finding:
-    values = [("Port", facts.port)]
-    if facts.baud is not None:
-        values.append(("Baud", "%d (%s)" % (facts.baud, facts.baud_problem) if facts.baud_problem else str(facts.baud)))
     identity, counts, recent = facts.identity, facts.counts, facts.recent
     cycle = DEFAULT_SIP_CYCLE if identity is None else identity.sip_cycle
+    rate = None if recent is None else "%.1f" % (recent.packets / recent.seconds)
+    values = {"Port": facts.port, "Baud": facts.baud}
     if identity is not None:
-        values += [
-            ("Robot", identity.name), ("Model", identity.subtype), ("Firmware", identity.firmware or "not reported"),
-            ("Serial number", identity.serial or "not reported")]
-    rate = None if recent is None else recent.packets / recent.seconds
+        values.update({
+            "Robot": identity.name,
+            "Model": identity.subtype,
+            "Firmware": identity.firmware or "not reported",
+            "Serial number": identity.serial or "not reported",
+        })
     if facts.no_link is None:
-        values += [
-            ("Packets a second", "not known yet" if rate is None else "%.1f" % rate),
-            ("Packets a second the robot sends", "%.1f" % (1 / cycle)),
-            ("Packets of this link that got lost", str(max(0, facts.lost)))]
-    if counts is not None:
-        unanswered = "%d of %d" % (
-            counts.unanswered, counts.questions) if counts.questions else "not known: none was asked, or none answered"
-        values += [
-            ("Packets", str(counts.sips)), ("Bad checksums", str(counts.bad_checksums)),
-            ("Stray bytes", str(counts.discarded_bytes)),
-            ("Packets nobody understands", str(counts.unreadable)),
-            ("Readings of unknown sonar", str(counts.unknown_sonar)),
-            ("Questions without an answer", unanswered), ("Missed by this computer", str(counts.missed)),
-            ("Reconnects", str(counts.reconnects)), ("Last error", counts.last_error or "none")]
-    problems = []
-    if facts.no_link is not None:
-        problems.append(Problem(Level.ERROR, "no link: %s" % facts.no_link))
-    elif recent is not None:
-        # One may be about to come: in a link's first second that is a tenth.
-        if recent.packets + 1 < RATE_OK * recent.seconds / cycle:
-            text = "only %.1f of %.1f packets a second arrive: check cable, radio and the computer's load"
-            problems.append(Problem(Level.WARN, text % (rate, 1 / cycle)))
-        if recent.bad_checksums or recent.stray_bytes:
-            text = "%d packets with a bad checksum and %d stray bytes within %.0f s: check cable and plugs"
-            problems.append(Problem(Level.WARN, text % (recent.bad_checksums, recent.stray_bytes, recent.seconds)))
-        if recent.questions - recent.unanswered + 1 < RATE_OK * recent.questions:       # one may always get lost
-            text = ("%d of %d questions within %.0f s were not answered in time: what is sent to the robot gets lost, "
-                    "or late: check cable and radio")
-            problems.append(Problem(Level.WARN, text % (recent.unanswered, recent.questions, recent.seconds)))
-    return _finding(problems, "connected" if rate is None else "connected, %.1f packets a second" % rate, values)
+        values.update({
+            "Packets a second": rate or "not known yet",
+            "Packets a second the robot sends": "%.1f" % (1 / cycle),
+            "Packets of this link that got lost": str(max(0, facts.lost)),
+        })
+    values.update({
+        "Packets": str(counts.sips),
+        "Bad checksums": str(counts.bad_checksums),
+        "Stray bytes": str(counts.discarded_bytes),
+        "Packets nobody understands": str(counts.unreadable),
+        "Readings of unknown sonar": str(counts.unknown_sonar),
+        "Questions without an answer": ("%d of %d" % (counts.unanswered, counts.questions) if counts.questions
+                                        else "not known: none was asked, or none answered"),
+        "Missed by this computer": str(counts.missed),
+        "Reconnects": str(counts.reconnects),
+        "Last error": counts.last_error or "none",
+    })
+    problems = [Problem(facts.no_link is not None, Level.ERROR, "no link: %s" % facts.no_link)]
+    if recent is not None:
+        problems += [
+            # One may be about to come: in a link's first second that is a tenth.
+            Problem(recent.packets + 1 < RATE_OK * recent.seconds / cycle, Level.WARN,
+                    "only %s of %.1f packets a second arrive: check cable, radio and the computer's load"
+                    % (rate, 1 / cycle)),
+            Problem(recent.bad_checksums + recent.stray_bytes > 0, Level.WARN,
+                    "%d packets with a bad checksum and %d stray bytes within %.0f s: check cable and plugs"
+                    % (recent.bad_checksums, recent.stray_bytes, recent.seconds)),
+            # One may always get lost.
+            Problem(recent.questions - recent.unanswered + 1 < RATE_OK * recent.questions, Level.WARN,
+                    "%d of %d questions within %.0f s were not answered in time: what is sent to the robot gets lost, "
+                    "or late: check cable and radio" % (recent.unanswered, recent.questions, recent.seconds)),
+        ]
+    return _finding(problems, "connected, %s packets a second" % rate if rate else "connected", values)
 
 
 def _battery(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
-    config = robot.config
-    voltage, levels = state.battery_voltage, battery_levels(robot)
-    charges, charger = _charger(state)
-    problems = []
-    values = [
-        ("Voltage (V)", "%.1f" % voltage), ("Alarm level (V)", "%.1f" % levels.low),
-        ("Switches itself off at (V)", "%.1f" % levels.empty),
-        ("Charger", charger)]
-    if state.state_of_charge is not None:
-        percent = state.state_of_charge * 100
-        low, empty = (0, 0) if config is None else (config.charge_low_percent or 0, config.charge_shutdown_percent or 0)
-        values.append(("State of charge (%)", "%.0f" % percent))
-        if percent < max(low, empty):
-            problems.append(_running_out("battery low: %.0f %% of its charge is left" % percent, percent < empty,
-                                         charges))
-    if voltage < levels.empty:
-        text = "battery nearly empty: %.1f V, the robot switches itself off at %.1f V" % (voltage, levels.empty)
-        problems.append(_running_out(text, True, charges))
-    elif voltage < levels.low:
-        problems.append(_running_out(low_battery(voltage, levels), False, charges))
-    problems += _faults(state, "Battery")
-    return _finding(problems, "%.1f V, %s" % (voltage, charger) if charges else "%.1f V" % voltage, values)
-
-
-def _charger(state: RobotState) -> Tuple[bool, str]:
-    """Whether the battery is charged, and how to say it."""
-    if state.charge_state in CHARGING:
-        return True, "charging (%s)" % CHARGING[ChargeState(state.charge_state)]
-    if state.flags & Flags.CHARGER_POWER:
-        return True, "on its charger"
-    return False, "not charging" if state.charge_state == ChargeState.NOT_CHARGING else "not reported"
-
-
-def _running_out(text: str, is_empty: bool, charges: bool) -> Problem:
-    """A low battery, which is half as bad on the charger."""
-    if charges:
-        return Problem(Level.WARN, text + "; it is on its charger")
-    return Problem(Level.ERROR if is_empty else Level.WARN, text + "; charge it")
+    voltage, levels, config = state.battery_voltage, battery_levels(robot), robot.config
+    percent = 100 * (math.nan if state.state_of_charge is None else state.state_of_charge)      # nan: below no level
+    low, empty = (0, 0) if config is None else (config.charge_low_percent or 0, config.charge_shutdown_percent or 0)
+    charges = CHARGING.get(state.charge_state, "on its charger" if state.flags & Flags.CHARGER_POWER else "")
+    worst, advice = (Level.WARN, "it is on its charger") if charges else (Level.ERROR, "charge it")
+    return _finding([
+        Problem(percent < max(low, empty), worst if percent < empty else Level.WARN,
+                "battery low: %.0f %% of its charge is left; %s" % (percent, advice)),
+        Problem(voltage < levels.empty, worst,
+                "battery nearly empty: %.1f V, the robot switches itself off at %.1f V; %s"
+                % (voltage, levels.empty, advice)),
+        Problem(levels.empty <= voltage < levels.low, Level.WARN, low_battery(voltage, levels) + "; " + advice),
+        *_faults(state, "Battery"),
+    ], "%.1f V, %s" % (voltage, charges) if charges else "%.1f V" % voltage, {
+        "Voltage (V)": "%.1f" % voltage,
+        "Alarm level (V)": "%.1f" % levels.low,
+        "Switches itself off at (V)": "%.1f" % levels.empty,
+        "Charger": charges or ("not charging" if state.charge_state == ChargeState.NOT_CHARGING else "not reported"),
+        "State of charge (%)": None if state.state_of_charge is None else "%.0f" % percent,
+    })
 
 
 def _motors(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
-    values = [
-        ("Motors", "on" if state.motors_enabled else "off"),
-        ("STOP button", "pressed" if state.stop_button else "not pressed"),
-        ("Stopped by itself last", facts.last_stop or "never")]
-    problems = _faults(state, "Motors")
-    if state.stop_button:
-        problems.append(Problem(Level.WARN, stop_button_pressed(facts.how_to_enable)))
-    elif state.flags & Flags.E_STALL:
-        problems.append(Problem(Level.WARN,
-                                "an emergency stop holds the wheels: release it, then %s" % facts.how_to_enable))
-    elif facts.motors_gone:
-        text = "the robot took its motors away (STOP or MOTORS button, a fault): see why, then %s"
-        problems.append(Problem(Level.WARN, text % facts.how_to_enable))
-    if facts.unmoved:
-        problems.append(Problem(Level.WARN, unmoved(facts.unmoved)))
-    return _finding(problems, "motors are on" if state.motors_enabled else "motors are off; to switch them on: %s"
-                    % facts.how_to_enable, values)
+    is_pressed, is_held, enable = state.stop_button, bool(state.flags & Flags.E_STALL), facts.how_to_enable
+    return _finding([
+        *_faults(state, "Motors"),
+        Problem(is_pressed, Level.WARN, stop_button_pressed(enable)),
+        Problem(is_held and not is_pressed, Level.WARN,
+                "an emergency stop holds the wheels: release it, then %s" % enable),
+        Problem(facts.motors_gone and not is_held and not is_pressed, Level.WARN,
+                "the robot took its motors away (STOP or MOTORS button, a fault): see why, then %s" % enable),
+        Problem(facts.unmoved > 0, Level.WARN, unmoved(facts.unmoved)),
+    ], "motors are on" if state.motors_enabled else "motors are off; to switch them on: %s" % enable, {
+        "Motors": "on" if state.motors_enabled else "off",
+        "STOP button": "pressed" if is_pressed else "not pressed",
+        "Stopped by itself last": facts.last_stop or "never",
+    })
 
 
 def _stall(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
     text = stalled_wheels(state)
-    values = [("Left wheel", _stalled(state.left_stall)), ("Right wheel", _stalled(state.right_stall))]
-    return _finding([Problem(Level.WARN, text)] if text else [], "no wheel is stalled", values)
-
-
-def _stalled(stall: bool) -> str:
-    return "stalled" if stall else "free"
+    return _finding([Problem(text != "", Level.WARN, text)], "no wheel is stalled", {
+        "Left wheel": "stalled" if state.left_stall else "free",
+        "Right wheel": "stalled" if state.right_stall else "free",
+    })
 
 
 def _bumpers(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
-    bumpers = (("front", state.front_bumpers), ("rear", state.rear_bumpers))
-    problems, values = [], []
-    for name, segments in bumpers:
+    problems, values = [], {}
+    for name, segments in (("front", state.front_bumpers), ("rear", state.rear_bumpers)):
         pressed = [str(number) for number, segment in enumerate(segments, 1) if segment]
-        values.append((name.capitalize(),
-                       ("pressed: " + ", ".join(pressed) if pressed else "free") if segments else "none fitted"))
-        if pressed:
-            text = "the %s bumper is pressed (segment %s of %d): drive away from what touches it"
-            problems.append(Problem(Level.WARN, text % (name, " and ".join(pressed), len(segments))))
-    return _finding(problems, "free" if any(segments for _, segments in bumpers) else "no bumpers are fitted", values)
+        told = "pressed: " + ", ".join(pressed) if pressed else "free"
+        values[name.capitalize()] = told if segments else "none fitted"
+        problems.append(Problem(
+            any(segments), Level.WARN, "the %s bumper is pressed (segment %s of %d): drive away from what touches it"
+            % (name, " and ".join(pressed), len(segments))))
+    return _finding(problems, "free" if state.front_bumpers or state.rear_bumpers else "no bumpers are fitted", values)
 
 
 def _temperature(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
-    config = robot.config
-    problems, values, words = _faults(state, "Temperature"), [], "this robot reports none"
-    if state.flags & Flags.HIGH_TEMPERATURE and not problems:
-        problems.append(Problem(*FAULTS[FaultFlags.HIGH_TEMPERATURE][1:]))
-    if state.temperature is not None:
-        words = "%.0f deg C" % state.temperature
-        values.append(("Temperature (deg C)", "%.0f" % state.temperature))
-        limit = config.high_temperature_shutdown_c if config is not None else None
-        if limit is not None and limit != NO_LIMIT:
-            values.append(("Switches itself off at (deg C)", str(limit)))
-            if state.temperature >= limit - NEAR_LIMIT:
-                problems.append(Problem(
-                    Level.ERROR if state.temperature >= limit else Level.WARN,
-                    "%s, the robot switches itself off at %d deg C: let it cool down" % (words, limit)))
+    problems = _faults(state, "Temperature")
+    if state.temperature is None:
+        return _finding(problems, "this robot reports none", {})
+    words, values = "%.0f deg C" % state.temperature, {"Temperature (deg C)": "%.0f" % state.temperature}
+    limit = None if robot.config is None else robot.config.high_temperature_shutdown_c
+    if limit is not None and limit != NO_LIMIT:
+        values["Switches itself off at (deg C)"] = str(limit)
+        problems.append(Problem(
+            state.temperature >= limit - NEAR_LIMIT, Level.ERROR if state.temperature >= limit else Level.WARN,
+            "%s, the robot switches itself off at %d deg C: let it cool down" % (words, limit)))
     return _finding(problems, words, values)
 
 
@@ -283,7 +266,7 @@ def find(task: str, facts: Facts) -> Finding:
     if task == "Link":
         return _link(facts)
     if facts.no_link is not None or facts.identity is None or facts.state is None:
-        return Finding(Level.STALE, "not known: there is no link to the robot")
+        return Finding(Level.STALE, "not known: there is no link to the robot", {})
     return ABOUT_THE_ROBOT[task](facts, facts.identity, facts.state)
 
 
@@ -297,12 +280,12 @@ class LinkWindow:
         self._samples: Deque[Tuple[float, LinkCounts]] = deque()
 
     def recent(self, now: float, counts: LinkCounts) -> Optional[Recent]:
-        """Take the counts of this moment.
+        """Take the counts of this moment (monotonic, s).
 
         Returns what came since those of WINDOW ago; None within the first second of a link.
         """
         samples = self._samples
-        # Or nobody asked.
+        # Samples of another link are of no use, nor are old ones: nobody asked for so long.
         if samples and (samples[-1][1].reconnects != counts.reconnects or now - samples[-1][0] > 2 * WINDOW):
             samples.clear()
         if not samples or now - samples[-1][0] >= SAMPLING:
@@ -316,11 +299,24 @@ class LinkWindow:
             "sips", "bad_checksums", "discarded_bytes", "questions", "unanswered")))
 
 
-JUDGED = ("flags", "motors_enabled", "stop_button", "fault_flags", "left_stall", "right_stall", "front_bumpers",
-          "rear_bumpers", "battery_voltage",
-          "charge_state", "temperature", "state_of_charge")
-"""All of a state that findings depend on: most states differ from the one before in nothing of it."""
+JUDGED = (
+    "motors_gone", "unmoved", "state.flags", "state.motors_enabled", "state.stop_button", "state.fault_flags",
+    "state.left_stall", "state.right_stall", "state.front_bumpers", "state.rear_bumpers", "state.battery_voltage",
+    "state.charge_state", "state.temperature", "state.state_of_charge")
+"""All that a state may change of what findings depend on: most states differ from the one before in nothing of it."""
 _judged = attrgetter(*JUDGED)
+
+TOLD: Dict[type, Callable[[Any], Dict[str, Any]]] = {
+    Ready: lambda event: dict(
+        identity=event.identity, no_link=None, state=None, lost=0, motors_gone=False, unmoved=0.0),
+    LinkDown: lambda event: dict(no_link=str(event.error)),
+    BaudFound: lambda event: dict(baud=str(event.baud)),
+    LineSpeed: lambda event: dict(baud="%d (%s)" % event if event.problem else str(event.baud)),
+    MotionCleared: lambda event: dict(last_stop=event.reason, motors_gone=True),
+    Unmoved: lambda event: dict(unmoved=event.age),
+    CommandTimedOut: lambda event: dict(last_stop="no velocity came for %.1f s" % event.age),
+}
+"""The facts that each kind of event tells."""
 
 
 class Health:
@@ -333,12 +329,9 @@ class Health:
     """
 
     def __init__(self, port: str, baud: Optional[int], how_to_enable: str) -> None:
-        self._facts = Facts(port, how_to_enable, baud)
-        self._state: Optional[RobotState] = None    # these two change with every packet
-        self._lost = 0
+        self._facts = Facts(port, how_to_enable, None if baud is None else str(baud))
         self._window = LinkWindow()
         self._levels: List[Level] = []      # of all tasks but the link, after the last state
-        self._cycle = DEFAULT_SIP_CYCLE
 
     @property
     def hardware_id(self) -> str:
@@ -347,59 +340,37 @@ class Health:
         return NO_HARDWARE if identity is None else identity.name
 
     def state(self, state: RobotState) -> bool:
-        """Take a state. Whether the level of any task has changed by it."""
-        facts = self._facts
-        before, self._state = self._state, state
-        if before is not None:  # packets that come together after a pause make up for it
-            self._lost += round((state.time - before.time) / self._cycle) - 1
-        if facts.motors_gone and state.motors_enabled:
-            self._facts = facts._replace(motors_gone=False)
-        elif facts.unmoved and state.moving:
-            self._facts = facts._replace(unmoved=0.0)
-        elif before is not None and _judged(before) == _judged(state):
-            return False
-        return self._changed()
-
-    def _now(self) -> Facts:
-        return self._facts._replace(state=self._state, lost=self._lost)
+        """Take a state. Returns whether it changes the level of any task."""
+        before, lost = self._facts, self._facts.lost
+        if before.state is not None and before.identity is not None:
+            # Packets that come together after a pause make up for it.
+            lost += round((state.time - before.state.time) / before.identity.sip_cycle) - 1
+        self._facts = before._replace(
+            state=state, lost=lost, motors_gone=before.motors_gone and not state.motors_enabled,
+            unmoved=0.0 if state.moving else before.unmoved)
+        is_news = before.state is None or _judged(before) != _judged(self._facts)
+        return is_news and self._changed()
 
     def _changed(self) -> bool:
-        facts = self._now()
-        levels = [find(task, facts).level for task in ABOUT_THE_ROBOT]
-        changed, self._levels = levels != self._levels, levels
-        return changed
+        before, self._levels = self._levels, [find(task, self._facts).level for task in ABOUT_THE_ROBOT]
+        return self._levels != before
 
     def event(self, event: Event) -> bool:
-        """Take an event.
+        """Take an event. Returns whether the link has gone, or the event changes the level of any task.
 
-        Whether the link has gone or the level of any task has changed by it; that the link is there shows with the
-        first state.
+        That the link is there shows with the first state.
         """
-        facts, was_gone = self._facts, self._facts.no_link not in (None, NOT_YET)
-        if isinstance(event, Ready):
-            self._cycle = event.identity.sip_cycle
-            self._facts = facts._replace(identity=event.identity, no_link=None, motors_gone=False, unmoved=0.0)
-            self._state, self._lost = None, 0
-        elif isinstance(event, LinkDown):
-            self._facts, self._levels = facts._replace(no_link=str(event.error)), []
+        tell, was_gone = TOLD.get(type(event)), self._facts.no_link not in (None, NOT_YET)
+        if tell is not None:
+            self._facts = self._facts._replace(**tell(event))
+        if isinstance(event, LinkDown):
+            self._levels = []
             return not was_gone
-        elif isinstance(event, BaudFound):
-            self._facts = facts._replace(baud=event.baud)
-        elif isinstance(event, LineSpeed):
-            self._facts = facts._replace(baud=event.baud, baud_problem=event.problem)
-        elif isinstance(event, MotionCleared):
-            self._facts = facts._replace(last_stop=event.reason, motors_gone=True)
-            return self._changed()
-        elif isinstance(event, Unmoved):
-            self._facts = facts._replace(unmoved=event.age)
-            return self._changed()
-        elif isinstance(event, CommandTimedOut):
-            self._facts = facts._replace(last_stop="no velocity came for %.1f s" % event.age)
-        return False
+        return isinstance(event, (MotionCleared, Unmoved)) and self._changed()
 
     def report(self, now: float, counts: LinkCounts) -> Dict[str, Finding]:
         """What is to be said of all tasks now (monotonic, s); call it once a second, or more often."""
-        facts = self._now()._replace(counts=counts)
+        facts = self._facts._replace(counts=counts)
         if facts.no_link is None:
             facts = facts._replace(recent=self._window.recent(now, counts))
         return {task: find(task, facts) for task in TASKS}
