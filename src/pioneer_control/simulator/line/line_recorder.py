@@ -10,10 +10,10 @@ class LineRecorder:
     """A file that is being written.
 
     Args:
-        path: of the file; None: nothing is written anywhere. An older one of that name is replaced.
+        path: of the file, which replaces an older one of that name. None: the recorder writes nothing.
 
     Raises:
-        ParameterError: it cannot be written; says why.
+        ParameterError: the file cannot be written; the message says why.
     """
 
     def __init__(self, path: Optional[str]):

@@ -97,9 +97,14 @@ class LineSimulation:
         return min(self._news_us, self._due[0][0] if self._due else NEVER_US, self.faults.next_us)
 
     def send(self, robot: int, data: bytes, baud: Optional[int] = None) -> None:
-        """What a client of a robot (from 0) writes now, at this line speed; None: over TCP, which takes no time.
+        """Send a robot what its client writes now.
 
-        The robot's answers go back the same way. What arrives comes out of `advance`.
+        The robot's answers go back the same way. What arrives at the client comes out of `advance`.
+
+        Args:
+            robot: its number (from 0).
+            data: the bytes.
+            baud: speed of the line; None: over TCP, which takes no time.
         """
         self._serial[robot] = baud is not None and self.robots[robot].line_takes_time
         self._put(robot, TO_ROBOT, data, baud)

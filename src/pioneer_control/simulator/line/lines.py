@@ -84,10 +84,14 @@ class TcpLine(_Line):
     """A TCP port that welcomes one client at a time.
 
     Args:
-        address: a port (0: any free one) of this machine only, or ``"host:port"``.
+        address: a port (0: any free one) that only this machine can reach, or ``"host:port"``.
+
+    Attributes:
+        host, port, url: where clients connect.
+        client: the socket of the present client, None without one.
 
     Raises:
-        PortError: it cannot be opened; says what to do.
+        PortError: the port cannot be opened; the message says what to do.
     """
 
     def __init__(self, address: Union[int, str]):
@@ -106,9 +110,12 @@ class TcpLine(_Line):
         return [file for file in (self._listener, self.client) if file is not None] if self.plugged else []
 
     def read(self, busy: bool) -> bytes:
-        """What the client sent since the last call. When `busy` that is thrown away, and no client is welcome.
+        """What the client sent since the last call.
 
-        Welcomes the next client when this one has ended its session or hung up.
+        When this client has ended its session or hung up, the line welcomes the next one.
+
+        Args:
+            busy: throw away what the client sent, and welcome nobody.
         """
         data = self._receive()
         if not data and self._welcome(busy):    # not before the last bytes of this client, which may end its session
@@ -205,7 +212,7 @@ class PtyLine(_Line):
         baud: speed of the robot's end; also that of the client's until a client sets it.
 
     Raises:
-        PortError: the link cannot be made; says why.
+        PortError: the link cannot be made; the message says why.
     """
 
     def __init__(self, link: str, baud: int = 9600):
@@ -234,7 +241,7 @@ class PtyLine(_Line):
         return [self._master] if self.plugged else []
 
     def read(self, busy: bool) -> bytes:
-        """What clients sent since the last call; thrown away when `busy`."""
+        """What clients sent since the last call; nothing when `busy`: then the line throws it away."""
         data = self._master.read(CHUNK) if self.plugged else None
         return b"" if busy or not data else as_heard(data, self.client_baud, self.baud)
 
@@ -283,7 +290,7 @@ def host_and_port(address: Union[int, str]) -> Tuple[str, int]:
     """Host and port of a TCP address. An address without a host is one of this machine only.
 
     Raises:
-        PortError: the text is no TCP address.
+        PortError: the text is not a TCP address.
     """
     host, _, port = str(address).rpartition(":")
     if not port.isdigit() or int(port) > 65535:

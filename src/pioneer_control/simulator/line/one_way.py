@@ -125,7 +125,10 @@ class OneWay:
 
 
 class Ruler:
-    """Tells where packets begin in a stream of bytes, one byte at a time. What is no packet counts as one byte long."""
+    """Tells where packets begin in a stream of bytes, one byte at a time.
+
+    A byte that belongs to no packet counts as a packet of its own.
+    """
 
     def __init__(self) -> None:
         self._at = 0        # bytes of the present packet so far

@@ -58,7 +58,7 @@ class RobotLink:
             self._clear()
 
     def set_voltage(self, voltage: Optional[float]) -> None:
-        """Put a battery of this voltage in; None: the robot's own again."""
+        """Put in a battery of this voltage (V), or with None the robot's own battery again."""
         battery = self.hardware.battery
         if self._own_voltage is None:
             self._own_voltage = battery.voltage
