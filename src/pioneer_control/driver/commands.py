@@ -44,17 +44,15 @@ def gripper_orders(message: GripperState) -> List[GripperOrder]:
     message is a gripper_state that came on the wrong topic, and would move the paddles.
     """
     grip, lift = message.grip.state, message.lift.state
-    if lift in list(LiftStatus):
-        raise UsageError(
-            "gripper_control refused: lift.state %d is a status as gripper_state reports it, not a command (%s)"
-            % (lift, LEGAL_LIFT))
-    if grip not in (LEAVE_ALONE, *GripCommand):
-        raise UsageError("gripper_control refused: grip.state is %d (%s)" % (grip, LEGAL_GRIP))
-    if lift not in (LEAVE_ALONE, *LiftCommand):
-        raise UsageError("gripper_control refused: lift.state is %d (%s)" % (lift, LEGAL_LIFT))
-    if grip in MOVES_BOTH and lift != LEAVE_ALONE:
-        raise UsageError("gripper_control refused: grip.state %d moves the lift too, so lift.state must be 0, not %d"
-                         % (grip, lift))
+    for is_wrong, why in (
+            (lift in list(LiftStatus),
+             "lift.state %d is a status as gripper_state reports it, not a command (%s)" % (lift, LEGAL_LIFT)),
+            (grip not in (LEAVE_ALONE, *GripCommand), "grip.state is %d (%s)" % (grip, LEGAL_GRIP)),
+            (lift not in (LEAVE_ALONE, *LiftCommand), "lift.state is %d (%s)" % (lift, LEGAL_LIFT)),
+            (grip in MOVES_BOTH and lift != LEAVE_ALONE,
+             "grip.state %d moves the lift too, so lift.state must be 0, not %d" % (grip, lift))):
+        if is_wrong:
+            raise UsageError("gripper_control refused: " + why)
     return [_order(part, GripperCommand(number), value)
             for part, number, value in (("grip", grip, message.grip.dir), ("lift", lift, message.lift.dir))
             if number != LEAVE_ALONE]
