@@ -146,28 +146,24 @@ class GripperReporter:
 
     def message(self, reading: GripperReading) -> GripperState:
         """The reading, seen last, in the encoding of p2os (GripStatus, LiftStatus)."""
-        return GripperState(self._grip(reading), self._lift(reading))
-
-    def _grip(self, reading: GripperReading) -> GripState:
-        if reading.paddles_error:
-            state = GripStatus.ERROR
-        elif reading.paddles_moving:
-            state = GripStatus.MOVING
-        else:
-            at_rest = GripStatus.CLOSED if reading.paddles_closed else GripStatus.BETWEEN
-            state = GripStatus.OPEN if reading.paddles_open else at_rest
-        direction = reading.paddles_open - reading.paddles_closed if state == GripStatus.MOVING else 0
+        grip = next(status for status, is_so in (
+            (GripStatus.ERROR, reading.paddles_error),
+            (GripStatus.MOVING, reading.paddles_moving),
+            (GripStatus.OPEN, reading.paddles_open),
+            (GripStatus.CLOSED, reading.paddles_closed),
+            (GripStatus.BETWEEN, True),
+        ) if is_so)
+        lift = next(status for status, is_so in (
+            (LiftStatus.MOVING, reading.lift_moving),
+            (LiftStatus.STALLED, reading.lift_error),
+            (LiftStatus.IDLE, reading.lift_up or reading.lift_down),
+            (LiftStatus.STALLED, True),
+        ) if is_so)
+        grip_direction = reading.paddles_open - reading.paddles_closed if grip == GripStatus.MOVING else 0
+        lift_direction = reading.lift_up - reading.lift_down if lift == LiftStatus.MOVING else 0
         beams = (beam != self._beams_inverted for beam in (reading.inner_beam, reading.outer_beam))
-        return GripState(state, direction, *beams, reading.left_contact, reading.right_contact)
-
-    def _lift(self, reading: GripperReading) -> LiftState:
-        if reading.lift_moving:
-            state = LiftStatus.MOVING
-        else:
-            at_an_end = reading.lift_up or reading.lift_down
-            state = LiftStatus.IDLE if at_an_end and not reading.lift_error else LiftStatus.STALLED
-        direction = reading.lift_up - reading.lift_down if state == LiftStatus.MOVING else 0
-        return LiftState(state, direction, self._position)
+        return GripperState(GripState(grip, grip_direction, *beams, reading.left_contact, reading.right_contact),
+                            LiftState(lift, lift_direction, self._position))
 
 
 def motor_state(state: RobotState) -> MotorState:
@@ -225,33 +221,25 @@ def ports(packet: p2os.IO, stamp: Any, base_link_frame: str) -> IO:
 
 def turn_rate(rate: float, stamp: Any, base_link_frame: str) -> sensor_msgs.msg.Imu:
     """What a gyro tells: the turn rate (rad/s), and nothing else."""
-    message = _imu(stamp, base_link_frame)
-    message.angular_velocity.z = rate
-    message.angular_velocity_covariance = diagonal((UNKNOWN, UNKNOWN, GYRO_VARIANCE))
-    return message
+    return _imu(stamp, base_link_frame, angular_velocity=Vector3(0.0, 0.0, rate),
+                angular_velocity_covariance=diagonal((UNKNOWN, UNKNOWN, GYRO_VARIANCE)))
 
 
 def compass(state: RobotState, stamp: Any, base_link_frame: str) -> sensor_msgs.msg.Imu:
     """What a compass tells: the heading, by REP 103 from magnetic east counter-clockwise.
 
-    It counts from north, clockwise.
+    The compass itself counts from north, clockwise.
     """
-    message = _imu(stamp, base_link_frame)
-    heading = math.pi / 2 - (state.compass or 0.0)
-    message.orientation = Quaternion(*quaternion_of(math.remainder(heading, 2 * math.pi)))
-    message.orientation_covariance = diagonal((UNKNOWN, UNKNOWN, COMPASS_VARIANCE))
-    return message
+    heading = math.remainder(math.pi / 2 - (state.compass or 0.0), 2 * math.pi)
+    return _imu(stamp, base_link_frame, orientation=Quaternion(*quaternion_of(heading)),
+                orientation_covariance=diagonal((UNKNOWN, UNKNOWN, COMPASS_VARIANCE)))
 
 
-def _imu(stamp: Any, base_link_frame: str) -> sensor_msgs.msg.Imu:
-    """A message that says nothing yet."""
-    return sensor_msgs.msg.Imu(
-        header=Header(stamp=stamp, frame_id=base_link_frame),
-        orientation=Quaternion(0.0, 0.0, 0.0, 1.0),
-        orientation_covariance=NOT_MEASURED,
-        angular_velocity_covariance=NOT_MEASURED,
-        linear_acceleration_covariance=NOT_MEASURED,
-    )
+def _imu(stamp: Any, base_link_frame: str, **measured: Any) -> sensor_msgs.msg.Imu:
+    """A message with the fields that are measured; the others say that they mean nothing."""
+    nothing = dict(orientation=Quaternion(0.0, 0.0, 0.0, 1.0), orientation_covariance=NOT_MEASURED,
+                   angular_velocity_covariance=NOT_MEASURED, linear_acceleration_covariance=NOT_MEASURED)
+    return sensor_msgs.msg.Imu(header=Header(stamp=stamp, frame_id=base_link_frame), **{**nothing, **measured})
 
 
 def robot_info(identity: RobotIdentity, stamp: Any, base_link_frame: str) -> RobotInfo:

@@ -11,15 +11,13 @@ reconnect. Every way out stops the robot, switches its motors off and ends the s
 client, on monotonic time.
 """
 
-import sys
 from time import monotonic
 from typing import Any, Callable, Dict, Iterable
 
 import rospy
 
 from ..client import (BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCleared, MotorsAnswered, Ready, Robot,
-                      RobotState, StatesMissed,
-                      Tuned, Unmoved)
+                      StatesMissed, Tuned, Unmoved)
 from ..errors import ParameterError, PioneerError, PortError
 from ..ros_node import init_node
 from .diagnostics import Diagnostics
@@ -68,19 +66,25 @@ class DriverNode:
         )
         self._robot.listen(self._publications.state, self._publications.event)      # first: poses must not wait
         self._robot.listen(self._diagnostics.state, self._diagnostics.event)
-        self._robot.listen(self._on_state, self._on_event)
+        self._robot.listen(lambda state: self._warn(self._watch.state(state)), self._on_event)
         self._requests = Requests(parameters, self._robot, self._watch, self._warn)
+        # What tells the user of each kind of event on the link.
         self._reactions: Dict[type, Callable[[Any], None]] = {
             Ready: self._welcome,
             LinkDown: self._link_down,
-            MotionCleared: self._stopped,
-            CommandTimedOut: self._timed_out,
-            Unmoved: self._unmoved,
             MotorsAnswered: self._requests.motors_answered,
-            StatesMissed: self._missed,
             Tuned: self._tuned,
             LineSpeed: self._line_speed,
-            BaudFound: self._baud_found,
+            BaudFound: lambda event: rospy.loginfo(
+                "the robot answers at %d baud; set the parameter baud to it for a faster start", event.baud),
+            MotionCleared: lambda event: self._warn([Notice(
+                event.reason, "the robot stopped: %s; it stands until a new command" % event.reason)]),
+            CommandTimedOut: lambda event: self._warn([Notice(
+                "timed out", "the robot was stopped: no velocity came for %.1f s (cmd_vel_timeout)" % event.age)]),
+            Unmoved: lambda event: self._warn([Notice("unmoved", unmoved(event.age))]),
+            StatesMissed: lambda event: self._warn([Notice(
+                "missed", "this computer is too slow: %d states and packets of the robot were not published"
+                % event.number)]),
         }
 
     def run(self) -> int:
@@ -121,11 +125,7 @@ class DriverNode:
 
     # From the robot, on a thread of the client's.
 
-    def _on_state(self, state: RobotState) -> None:
-        self._warn(self._watch.state(state))
-
     def _on_event(self, event: Any) -> None:
-        """Say what happened, where it is for the user."""
         react = self._reactions.get(type(event))
         if react is not None:
             react(event)
@@ -156,26 +156,9 @@ class DriverNode:
         elif self._throttle.passes("link: %s" % event.error, monotonic()):
             rospy.logerr("%s (trying again until it works)", event.error)
 
-    def _stopped(self, event: MotionCleared) -> None:
-        self._warn([Notice(event.reason, "the robot stopped: %s; it stands until a new command" % event.reason)])
-
-    def _timed_out(self, event: CommandTimedOut) -> None:
-        self._warn([Notice("timed out",
-                           "the robot was stopped: no velocity came for %.1f s (cmd_vel_timeout)" % event.age)])
-
-    def _unmoved(self, event: Unmoved) -> None:
-        self._warn([Notice("unmoved", unmoved(event.age))])
-
-    def _missed(self, event: StatesMissed) -> None:
-        self._warn([Notice("missed", "this computer is too slow: %d states and packets of the robot were not published"
-                           % event.number)])
-
     def _line_speed(self, event: LineSpeed) -> None:
         problem = ": " + event.problem if event.problem else ""
         (rospy.logwarn if problem else rospy.loginfo)("the line runs at %d baud%s", event.baud, problem)
-
-    def _baud_found(self, event: BaudFound) -> None:
-        rospy.loginfo("the robot answers at %d baud; set the parameter baud to it for a faster start", event.baud)
 
     def _warn(self, notices: Iterable[Notice]) -> None:
         now = monotonic()
@@ -194,14 +177,8 @@ def main() -> int:
         for warning in warnings:
             rospy.logwarn("%s", warning)
         node = DriverNode(parameters)
-    except ParameterError as error:
-        rospy.logfatal("%s (What an earlier start was given stays until: rosparam delete %s)", error, rospy.get_name())
-        return 2
     except PioneerError as error:
-        rospy.logfatal("%s", error)
+        advice = " (What an earlier start was given stays until: rosparam delete %s)" % rospy.get_name()
+        rospy.logfatal("%s%s", error, advice if isinstance(error, ParameterError) else "")
         return 2
     return node.run()
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -5,8 +5,9 @@ The methods are called on threads of rospy. `commands` says which messages are o
 
 import math
 from functools import partial
+from operator import attrgetter
 from time import monotonic
-from typing import Any, Callable, Iterable, NamedTuple
+from typing import Any, Callable, Iterable, NamedTuple, Sequence
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -30,6 +31,7 @@ CONFIRM_TIMEOUT = 2.0
 ANSWER_WITHIN = 3
 """States within which the robot shows a command that it has heard."""
 AXES = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
+WHEELS = ("left", "right")
 
 
 class Requests:
@@ -79,13 +81,13 @@ class Requests:
 
     def drive(self, message: Twist) -> None:
         """Forward and turning speed."""
-        check_twist(message)
+        check_finite("cmd_vel", message, AXES)
         self._robot.set_velocity(message.linear.x, message.angular.z)
         self._show(message.linear.x, message.angular.z)
 
     def drive_wheels(self, message: WheelVelocities) -> None:
         """Left and right speed."""
-        check_wheels(message)
+        check_finite("cmd_wheels", message, WHEELS)
         self._robot.set_wheel_velocities(message.left, message.right)
         self._show(message.left, message.right)
 
@@ -162,19 +164,18 @@ class Requests:
         self._warn([Notice(kind, str(error))])
 
 
-def check_twist(twist: Twist) -> None:
-    """Refuse a velocity in which any number is not finite, even one that is not used: its sender is in trouble."""
-    linear, angular = twist.linear, twist.angular
-    _check_finite("cmd_vel", AXES, (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z))
+def check_finite(topic: str, message: Any, names: Sequence[str]) -> None:
+    """Refuse a velocity in which any number is not finite, even one that is not used: its sender is in trouble.
 
+    Args:
+        topic: on which the message came.
+        message: the velocity.
+        names: of the numbers in the message.
 
-def check_wheels(wheels: WheelVelocities) -> None:
-    """Refuse a velocity of a wheel that is not finite."""
-    _check_finite("cmd_wheels", ("left", "right"), (wheels.left, wheels.right))
-
-
-def _check_finite(topic: str, names: Iterable[str], values: Iterable[float]) -> None:
-    for name, value in zip(names, values):
+    Raises:
+        UsageError: names a number that is not finite.
+    """
+    for name, value in zip(names, attrgetter(*names)(message)):
         if not math.isfinite(value):
             raise UsageError("%s refused: %s is %s, and a velocity must be finite" % (topic, name, value))
 

@@ -79,8 +79,7 @@ class WirePublisher(rospy.SubscribeListener):
                     piece = self._pieces.popleft()
                     if listened:
                         self._publish(piece)
-                if not last:
-                    self._look.wait(PERIOD if listened else IDLE)
+                self._look.wait(PERIOD if listened else IDLE)
         except rospy.ROSException:
             if not rospy.is_shutdown():     # then the topic is closed
                 raise
