@@ -36,9 +36,9 @@ AUX_KEPT = 4096
 class RateGyro:
     """The gyro of a robot, if it has one.
 
-    One that the client reads gives it a raw reading every 25 ms, smaller than the centre while the robot turns
-    counter-clockwise. What rounding leaves over goes into the next reading, so that the sum of the readings is the
-    angle turned.
+    A gyro that the client reads gives the client a raw reading every 25 ms. The reading is smaller than the centre
+    while the robot turns counter-clockwise. What rounding leaves over goes into the next reading, so that the sum of
+    the readings is the angle turned.
 
     Attributes:
         kind: `NO_GYRO`, `GYRO_OF_CLIENT` or `GYRO_OF_ROBOT`.
@@ -138,7 +138,8 @@ class JoystickState:
 
 
 class JoystickDrive:
-    """Drives the robot by joystick while the joystick's first button is pressed. When it is let go the robot stops.
+    """Drives the robot by joystick while the joystick's first button is pressed. When the button is let go, the robot
+    stops.
 
     Attributes:
         allowed: the client allows it.
@@ -189,8 +190,11 @@ class UserPorts:
 
 
 class AuxPort:
-    """An auxiliary serial port. `device` is what hangs there: it gets the bytes of each TTY command and returns what
-    it answers at once; with `put` it speaks unasked. Nothing hangs there at first.
+    """An auxiliary serial port.
+
+    Attributes:
+        device: what is connected, None at first. It gets the bytes of each TTY command, and returns what it answers at
+            once. With `put` it speaks unasked.
     """
 
     def __init__(self) -> None:

@@ -59,8 +59,9 @@ class BatteryPack:
         """What the charger does, one of `ChargeState`."""
         if not self.charging:
             return int(ChargeState.NOT_CHARGING)
-        reached = (self._level >= self._numbers.overcharge) + (self._level >= self._numbers.full)
-        return int((ChargeState.BULK, ChargeState.OVERCHARGE, ChargeState.FLOAT)[reached])
+        if self._level < self._numbers.overcharge:
+            return int(ChargeState.BULK)
+        return int(ChargeState.OVERCHARGE if self._level < self._numbers.full else ChargeState.FLOAT)
 
     @property
     def is_low(self) -> bool:

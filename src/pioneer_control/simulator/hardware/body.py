@@ -15,7 +15,7 @@ from ..world.world import World
 SKINS = (0.5, 0.1, 0.02)
 """How much larger than itself (m) the body is taken to be when asking how far it can go before the next question."""
 AWAY = 0.02
-"""How far (m) it has to go from where it touched something before touching again is another contact."""
+"""A body that touched something has to go this far (m) away before touching again counts as another contact."""
 BUMPER_DEPTH = 0.02
 """How far (m) the segments of the bumpers stand out from the body."""
 

@@ -170,9 +170,9 @@ class MotorPower:
     """Whether the motors have power, and the STOP button that takes it away.
 
     Attributes:
-        enabled: they have.
-        stop_button: it is pressed. Letting it go does not give the power back.
-        stop_button_stalls: pressing it takes the power away.
+        enabled: the motors have power.
+        stop_button: the STOP button is pressed. Letting it go does not give the power back.
+        stop_button_stalls: pressing the STOP button takes the power away.
     """
 
     def __init__(self, drives: Drives, battery: BatteryPack, family: str):

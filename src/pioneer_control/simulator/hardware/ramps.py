@@ -21,11 +21,8 @@ def ramp(speed: float, target: float, rise: float, fall: float, dt: float) -> Tu
         goal = (0.0 if speed * target < 0.0 else target) if slowing else target
         rate = fall if slowing else rise
         needed = abs(goal - speed) / rate
-        if needed <= dt:
-            after = goal
-        else:
-            needed = dt
-            after = speed + math.copysign(rate * dt, goal - speed)
+        after = goal if needed <= dt else speed + math.copysign(rate * dt, goal - speed)
+        needed = min(needed, dt)
         travelled += (speed + after) / 2.0 * needed
         speed = after
         dt -= needed
@@ -54,9 +51,15 @@ def approach(speed: float, remaining: float, limit: float, rise: float, fall: fl
 
 @dataclass
 class Limits:
-    """What a channel may do: speed limit and its top, acceleration, deceleration and their top (SI units).
+    """What a channel may do (SI units).
 
-    `back_limit` is the speed limit the other way (backward, clockwise) where it is another one.
+    Attributes:
+        limit: the speed limit.
+        top: the highest speed limit that can be set.
+        rise: the acceleration.
+        fall: the deceleration.
+        rate_top: the highest acceleration or deceleration that can be set.
+        back_limit: the speed limit backward or clockwise; None where it is the same.
     """
 
     limit: float
@@ -134,9 +137,13 @@ class Channel:
         self._emergency = True
 
     def step(self, dt: float, held: bool) -> float:
-        """Advance by `dt` seconds and return the distance covered.
+        """Advance by `dt` seconds.
 
-        `held` stops the drive but keeps what it was told.
+        Args:
+            held: stops the drive. It keeps what it was told.
+
+        Returns:
+            The distance covered (m or rad).
         """
         limits = self.limits
         if held or self.remaining is None:

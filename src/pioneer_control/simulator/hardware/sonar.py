@@ -39,8 +39,7 @@ class Sonar:
         body: that it is on, which it does not hear.
 
     Attributes:
-        arrays: numbers (from 0) of those arrays that have a transducer.
-        firing: numbers of those arrays that are switched on.
+        firing: numbers (from 0) of those arrays that are switched on.
         dead: numbers of transducers that fire and hear nothing.
         cycle_us: time between two firings of an array.
     """
@@ -58,24 +57,24 @@ class Sonar:
         self._readings: List[Reading] = []
         self.firing: Sequence[int] = ()
         self.dead: Set[int] = set()
-        self.arrays = sorted({number // ARRAY_SIZE for number in self._mounts})
         self.reset()
 
     def reset(self) -> None:
         """Take the sequence and cycle of power-on: every fitted transducer once, in the order of the numbers."""
         self.cycle_us = self._numbers.cycle_ms * 1000
         self._sequences = {array: [number for number in sorted(self._mounts) if number // ARRAY_SIZE == array]
-                           for array in self.arrays}
+                           for array in sorted({number // ARRAY_SIZE for number in self._mounts})}
         self._fired = 0
         self._next_us = 0
 
     def switch(self, on: bool, now_us: int, arrays: Optional[Sequence[int]] = None) -> None:
-        """Start firing some arrays (all if None), the first of all with the first of their transducers one cycle from
-        now, or stop them.
+        """Start or stop firing some arrays, all if None.
+
+        When no array fired before, they begin one cycle from now, with the first transducers of their sequences.
         """
-        named = set(self.arrays if arrays is None else arrays)
+        named = set(self._sequences if arrays is None else arrays)
         before = self.firing
-        self.firing = [array for array in self.arrays if (on if array in named else array in before)]
+        self.firing = [array for array in self._sequences if (on if array in named else array in before)]
         if self.firing and not before:
             self._fired = 0
             self._next_us = now_us + self.cycle_us

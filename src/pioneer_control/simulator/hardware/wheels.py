@@ -1,5 +1,5 @@
-"""The wheels: what the firmware takes their turning for, what their encoders count, and what the body really does. And
-the robot's own pose, which it adds up from that.
+"""The wheels: how far the firmware thinks they turn, what their encoders count, and how far the body really goes. And
+the robot's own pose, which the robot adds up step by step.
 
 Lengths are metres, angles radians, counter-clockwise positive. The firmware counts ticks of the encoders, so its
 calibration (TicksMM, RevCount) decides how far the wheels turn. Real wheels are not what the firmware takes them for,
@@ -53,8 +53,8 @@ class Wheels:
         """What the wheels do in a step of `dt` seconds for which the drives want `distance` and `turn`.
 
         Returns:
-            What the firmware, which counts ticks, takes it for: all that is wanted, or what the motors can do. And
-                what it really is.
+            What the firmware, which counts ticks, thinks that they do: all that is wanted, or what the motors can do.
+            And what they really do.
         """
         turned = self._turned(distance, turn)
         ahead, around = self._model.max_linear * dt, self._model.max_angular * dt
@@ -65,7 +65,7 @@ class Wheels:
         return (distance, turn), turned
 
     def _turned(self, distance: float, turn: float) -> Motion:
-        """How far the wheels turn while the firmware takes it for `distance` and `turn`."""
+        """How far the wheels turn when the firmware thinks that it is `distance` and `turn`."""
         return distance * self.ticks_per_mm / self._true_ticks_per_mm, turn * self.rev_count / REV_COUNT
 
     def count(self, distance: float, turn: float) -> None:

@@ -1,10 +1,10 @@
 """ARIA's and MobileSim's ``.map`` files as worlds: text, millimetres and degrees.
 
-Walls are the lines; points are taken only where there are no lines, on a grid half as fine as the scan, so that no
-gaps stay between them; its borders become few long segments, see `grids.borders`. ``RobotHome`` is a start,
-``Dock...`` a dock, ``Goal`` and ``GoalWithHeading`` are goals, ``Sim.BoxObstacle`` is a box (that stays where it is),
-``Reflector`` a wall; everything else is skipped, and said. Without a home a robot begins at the origin of the map if
-there is room, else at the most spacious place, or outside.
+The lines of a map are the walls. In a map without lines the points make the walls: they lie on a grid half as fine as
+the scan, so that no gaps stay between them, and the borders of its cells become few long segments (`grids.borders`).
+``RobotHome`` is a start, ``Dock...`` a dock, ``Goal`` and ``GoalWithHeading`` are goals, ``Sim.BoxObstacle`` is a box
+(that stays where it is), ``Reflector`` a wall. Everything else is skipped, and the world tells so. In a map without a
+home a robot begins at the origin if there is room, else at the most spacious place, or outside.
 """
 
 import collections
@@ -22,19 +22,18 @@ from .world import START_CLEARANCE, World, begin_at
 
 FIRST_LINE = "2D-Map"
 OUTSIDE = 1.0
-"""So far (m) beyond the lower left corner of all walls a robot starts when there is no room among them."""
+"""How far (m) beyond the lower left corner of all walls a robot starts where there is no room among them."""
 START_CELL = 0.1
-"""Side (m) of the cells in which a start is looked for; larger in a world wider than 1000 of them."""
+"""Side (m) of the cells in which a start is looked for. It is larger in a world wider than 1000 such cells."""
 LEAST_CELL = 0.02
 """Points are taken no finer than this (m)."""
 MOST_CELLS = 10000
 """Cells that a grid of points may have along x and along y."""
 QUIET_KEYS = {
     "MinPos", "MaxPos", "NumPoints", "PointsAreSorted", "Resolution", "LineMinPos", "LineMaxPos", "NumLines",
-    "LinesAreSorted",
-    "OriginLatLongAlt", "MapInfo",
+    "LinesAreSorted", "OriginLatLongAlt", "MapInfo",
 }
-"""Keys of the header that a world needs nothing of, or only a little: nobody misses them."""
+"""Keys of the header that are skipped without a word: a world needs nothing of them, or very little."""
 
 NUMBER = r"\s+(\S+)"
 CAIRN = re.compile(r"(\S+)" + 3 * NUMBER + r'\s+"[^"]*"\s+(\S+)\s+"([^"]*)"\s*(.*)')

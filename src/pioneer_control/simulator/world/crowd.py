@@ -39,15 +39,15 @@ class Obstacle(Protocol):
 
 Grid = Dict[Cell, List[Obstacle]]
 NOBODY: List[Obstacle] = []
-"""Never added to."""
+"""One empty list for all questions; nobody adds to it."""
 
 
 class Crowd:
     """The bodies that have entered a world, listed by place: a question looks into one list.
 
-    A grid lists each body in the square of floor that it stands on and in the eight round it. There are grids of
-    several sizes: their squares are so many of the smallest ones wide. Two bodies that touch stand in one of the
-    smallest squares, or in neighbours.
+    A grid lists each body in the square of floor that it stands on and in the eight round it. There are several
+    grids: the squares of one are the smallest, those of the others two, three or more of the smallest squares wide. Two
+    bodies that touch stand in the same of the smallest squares, or in neighbouring ones.
 
     Attributes:
         reach: no body reaches farther (m) from its middle.

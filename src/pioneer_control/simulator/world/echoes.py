@@ -18,9 +18,9 @@ from .geometry import Array, Solids
 from .poses import Point, unit
 
 SQUARE = 1.0
-"""Side (m) of the squares of floor for which is found out what can be heard there."""
+"""Side (m) of a square of floor: what can be heard is worked out once for each square."""
 MOST_SQUARES = 4096
-"""Squares that are kept."""
+"""Squares for which this is kept."""
 SECTORS = 32
 """Directions into which a square of floor sorts what can be heard from it."""
 SECTORS_PER_RADIAN = SECTORS / (2.0 * math.pi)
@@ -51,7 +51,7 @@ class Ear:
         slant: tangent of the greatest angle at which sound may meet a wall (0: squarely) and still come back.
 
     Raises:
-        UsageError: for a wider cone.
+        UsageError: the cone is wider than that, or has no width.
     """
 
     def __init__(self, world: Surroundings, half_width: float, maximum: float, slant: float = math.inf):
@@ -63,7 +63,7 @@ class Ear:
         self._lefts = np.array([unit(border + 2.0 * math.pi / SECTORS + half_width) for border in borders])
         self._earshot = functools.lru_cache(MOST_SQUARES)(self._listen)
         nothing = Solids(np.empty((0, 4)), np.empty((0, 3)))
-        # Where there is nothing, which is the same everywhere:
+        # one for all squares where nothing can be heard
         self._silence = Earshot(nothing, 0.0, 0.0, 0.0, self._rights, self._lefts)
 
     def echo(
@@ -113,8 +113,8 @@ class Ear:
 class Earshot(Dict[int, bytes]):
     """What can be heard from a small square of floor, for cones of one width: by the sector that they look into.
 
-    An entry, worked out when somebody first asks for it, is what cones that look into the sector can reach from the
-    square, and some that they cannot, nearest first.
+    An entry holds, nearest first, all candidates that a cone can reach which looks into the sector, and some that it
+    cannot. It is worked out when somebody first asks for it.
 
     Args:
         solids: all that is within the sonar's maximum of any place of the square, and maybe more.
@@ -177,10 +177,8 @@ def echo(
         aside = at_x * uy - at_y * ux
         if aside >= nearest or -aside >= nearest:
             continue
-        # Along a wall `t` counts from the foot of the perpendicular, `aside` away. An edge of the cone that leads
-        # towards
-        # the wall's line cuts it at one t; one that leads away does so at one or the other infinity, as far as the cone
-        # goes.
+        # Along a wall `t` counts from the foot of the perpendicular, which is `aside` away. An edge of the cone that
+        # leads towards the wall's line cuts it at one t. An edge that leads away cuts it at an infinite t.
         beside = aside + _NUDGE
         along, across = right_x * ux + right_y * uy, right_x * uy - right_y * ux
         facing = across * beside > 0.0

@@ -19,7 +19,7 @@ TOUCH = 1e-5
 
 
 _NEXT_ROW = 1 << 32
-"""By how much the number of a square of floor is more than that of the square below: more than any floor is wide."""
+"""A square of floor has a number: its column, and this for each row. No floor is so many columns wide."""
 
 
 class Solids:
@@ -102,10 +102,10 @@ def _frames(walls: Array) -> Array:
 
 
 class Finder:
-    """Finds the few solids round a point among many: they are listed by squares of floor, once.
+    """Finds the few solids round a point among many: solids are listed by squares of floor, once.
 
-    Each is listed by points so dense that none of its own is farther than a quarter of a square's side from the next
-    of them: a post by its middle, for no post is wider than half a side.
+    A solid is listed in the squares of some of its points. No other point of the solid is farther than a quarter of a
+    square's side from one of these. For a post its middle is enough, since no post is wider than half a side.
     """
 
     def __init__(self, solids: Solids):

@@ -13,8 +13,8 @@ from .geometry import Array
 from .poses import Point, Wall
 
 STRAIGHTENED_SQUARED = 2
-"""Square of how far a straightened border may be from a cell's corner: the stairs of any slanted wall are no wider
-than that.
+"""Square of how far (cells) a straightened border may be from a cell's corner. The stairs that a slanted wall makes are
+no wider.
 """
 
 Corner = Tuple[int, int]
@@ -48,10 +48,11 @@ def flood(seeds: Array, free: Array) -> Array:
 
 
 def roomiest(free: Array, wanted: Optional[Tuple[float, float]], room: float) -> Optional[Tuple[float, float]]:
-    """A place (x, y) to stand: `wanted` if all within `room` of it is `free`, else the middle of the largest free
-    square.
+    """A place (x, y) to stand, in cells.
 
-    Of several such squares it is the one nearest to the middle of the grid. None when nothing at all is free.
+    Returns:
+        `wanted` if all cells within `room` of it are `free`; else the middle of the largest free square, or of that
+        one of several which is nearest to the middle of the grid; None when no cell is free.
     """
     sums = np.pad(np.cumsum(np.cumsum(free, axis=0), axis=1), ((1, 0), (1, 0)))
     if wanted is not None:

@@ -11,11 +11,9 @@ from .poses import Point, Pose, compose, hypot, relative
 from .world import Can, World
 
 ROUNDS = 200
-"""How often all pushes are gone through before a can counts as jammed: sliding out of a narrow wedge takes many small
-pushes.
-"""
+"""After so many rounds of pushes a can counts as jammed. To slide out of a narrow wedge takes many small pushes."""
 PUSHED_FAR = 2.0
-"""Other robots farther away (m) than this are not reached by any can that a robot pushes."""
+"""No can that a robot pushes reaches another robot farther away (m) than this."""
 STILL = 1e-7
 """Cans that come back this near (m) to where they were two rounds ago are only pushed to and fro."""
 PROBE = 1e-3
@@ -40,7 +38,8 @@ def make_way(
         reach: how far from the middle of the robot anything of it can meet a can.
 
     Returns:
-        Whether all found a place; if not (one is jammed against a wall or another robot), none was moved.
+        True when every can found a place; False when one is jammed against a wall or another robot. Then none was
+        moved.
     """
     near = cans_near(world, pose, reach)
     if not near:

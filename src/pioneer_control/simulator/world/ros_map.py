@@ -1,9 +1,8 @@
 """Maps of ROS's map_server as worlds: a YAML file and its image (PGM or PNG).
 
-A cell is a wall when its occupancy is above ``occupied_thresh``; what is below ``free_thresh`` is free, and between
-the two unknown, where nothing stands either. Borders of walls become few long segments, see `grids.borders`. Such a
-map names no start: a robot begins at the origin of the map's frame if there is room, else at the most spacious free
-place.
+A cell is a wall when its occupancy is above ``occupied_thresh``, free when it is below ``free_thresh``, and else
+unknown. Nothing stands in unknown cells. The borders of walls become few long segments (`grids.borders`). Such a map
+names no start: a robot begins at the origin of the map's frame if there is room, else at the most spacious free place.
 """
 
 import math

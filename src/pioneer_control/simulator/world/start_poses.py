@@ -39,9 +39,8 @@ def standing_places(world: World, model: RobotModel, count: int) -> List[Pose]:
     ]
     grid_x, grid_y = x0 + columns * RESOLUTION, y0 + rows * RESOLUTION
     free = world.clearances(grid_x, grid_y, limit=radius + RESOLUTION) >= radius
-    seeds = np.zeros_like(free)
-    for x, y, _ in starts:
-        seeds |= (np.abs(grid_x - x) <= radius) & (np.abs(grid_y - y) <= radius)[:, None]
+    seeds = np.any([(np.abs(grid_x - x) <= radius) & (np.abs(grid_y - y) <= radius)[:, None] for x, y, _ in starts],
+                   axis=0)
     reached = flood(seeds & free, free)[np.ix_(rows % cells == 0, columns % cells == 0)]
     places = [(float(x), float(y)) for row, y in zip(reached, grid_y[rows % cells == 0])
               for x in grid_x[columns % cells == 0][row]]

@@ -178,12 +178,12 @@ class World:
         """
         low_x, low_y, high_x, high_y = self.bounds
         origin = (low_x - margin, low_y - margin)
-        columns = math.ceil((high_x + margin - origin[0]) / resolution)
-        rows = math.ceil((high_y + margin - origin[1]) / resolution)
-        column_x = origin[0] + (np.arange(columns) + 0.5) * resolution
-        row_y = origin[1] + (np.arange(rows) + 0.5) * resolution
+        column_x, row_y = [
+            low + (np.arange(math.ceil((high + margin - low) / resolution)) + 0.5) * resolution
+            for low, high in zip(origin, (high_x, high_y))
+        ]
         occupied = self.clearances(column_x, row_y, limit=resolution) <= resolution * math.sqrt(0.5)
-        cells = np.full((rows, columns), UNKNOWN, dtype=np.int8)
+        cells = np.full(occupied.shape, UNKNOWN, dtype=np.int8)
         start_cells = np.zeros_like(occupied)
         for x, y, _ in self.starts:
             start_cells[int((y - origin[1]) / resolution), int((x - origin[0]) / resolution)] = True
