@@ -6,7 +6,7 @@ No socket, no clock. A serial line takes ten bits for a byte; TCP takes no time 
 
 import random
 from collections import deque
-from typing import Deque, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Deque, List, NamedTuple, Optional, Tuple
 
 from ...p2os.framing import HEADER, SMALLEST_COUNT
 from ..clock import NEVER_US
@@ -80,10 +80,8 @@ class OneWay:
         """What has come out by now, oldest first."""
         out: List[Burst] = []
         while self.next_us <= now_us:
-            burst = self._under_way.popleft()
-            if not self.errors.silence:
-                out.append(burst)
-        return out
+            out.append(self._under_way.popleft())
+        return [] if self.errors.silence else out
 
     @property
     def next_us(self) -> int:
@@ -99,15 +97,14 @@ class OneWay:
         self._under_way.clear()
         self._free_at_us = 0
 
-    def _spoilt(self, data: bytes) -> Iterator[Tuple[int, bytes]]:
+    def _spoilt(self, data: bytes) -> List[Tuple[int, bytes]]:
         """The bytes without those that are lost, in runs, each with the pause (us) ahead of it."""
         loss, flips, splits = self.errors[:3]
         if not (loss or flips or splits):
             self._lost, self._cut = False, 1.0
             self._ruler.skip(data)
-            yield 0, data
-            return
-        chance, run, pause_us = self._chance, bytearray(), 0
+            return [(0, data)]
+        chance, runs = self._chance, [(0, bytearray())]
         for byte in data:
             if self._ruler.begins(byte):
                 self._lost = chance.random() < loss
@@ -115,13 +112,10 @@ class OneWay:
             flipped = chance.random() < flips
             wrong = 1 << chance.randrange(8)
             if self._ruler.is_cut(self._cut):
-                if run:
-                    yield pause_us, bytes(run)
-                run, pause_us = bytearray(), SPLIT_PAUSE_US
+                runs.append((SPLIT_PAUSE_US, bytearray()))
             if not self._lost:
-                run.append(byte ^ wrong if flipped else byte)
-        if run:
-            yield pause_us, bytes(run)
+                runs[-1][1].append(byte ^ wrong if flipped else byte)
+        return [(pause_us, bytes(run)) for pause_us, run in runs if run]
 
 
 class Ruler:

@@ -204,15 +204,14 @@ def steps_of(entries: Iterable[Entry], robot: int) -> List[RecordedStep]:
     for entry in [entry for entry in entries if entry.robot == robot and not entry.note]:
         time_us = max(time_us, round(entry.time * 1e6))     # the order counts where a clock jumped back
         for frame in ears[entry.to_robot].feed(entry.data):
+            stage = None if entry.to_robot else _stage_answered(frame)
             if entry.to_robot:
                 if synced and frame.id == IDS[OPEN]:
                     asked.setdefault(OPEN, len(steps))
                 if frame.id in IDS:
                     asked[frame.id] = len(steps)
                 steps.append(RecordedStep(time_us, command=p2os.decode_command(frame)))
-                continue
-            stage = _stage_answered(frame)
-            if stage in asked:
+            elif stage in asked:
                 steps[asked[stage]] = steps[asked[stage]]._replace(stage=stage)
                 synced = stage == SYNC2
                 asked.clear()
