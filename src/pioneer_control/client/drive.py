@@ -221,12 +221,12 @@ class Drive:
             self._events.append(Unmoved(now - self._excused_at))
 
     def _give_up_motors(self, request: MotorsRequest, now: float) -> None:
-        if request.on:
-            self._take_back(now)
         stalled = self._state is not None and (self._state.left_stall or self._state.right_stall)
         self._answer_motors(request, NotConfirmedError(
             "asked to switch its motors %s, the robot did not confirm it in time%s" % (
                 "on" if request.on else "off", ": it is stalled, something holds its wheels" if stalled else "")))
+        if request.on:
+            self._take_back(now)
 
     def _answer_motors(self, request: MotorsRequest, error: Optional[PioneerError] = None) -> None:
         """Finish a request, and tell the user. An ENABLE 1 that still waits for the line is not sent any more."""

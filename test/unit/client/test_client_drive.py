@@ -414,6 +414,24 @@ def test_once_a_request_is_answered_no_repetition_of_it_is_sent(answer):
     assert ("ENABLE", 1) not in [(heard.name, heard.value) for heard in bench.robot.heard]
 
 
+def test_after_a_hold_up_a_request_that_is_given_up_is_not_sent_before_it_is_taken_back():
+    """The line is free again, and the time of the request is up: both are seen in the same tick."""
+    bench = Bench(rates=(9600,)).until_ready()
+    bench.run(0.5)
+    bench.robot.deaf = lambda heard: heard.name == "ENABLE"
+    request = enable(bench, timeout=1.0)
+    bench.run(0.1)
+    bench.now += 0.5
+    bench.session.connected.command(bench.now, p2os.encode_command("TTY2", b"x" * 100))
+    bench.session.connected.drive.tick(bench.now)   # ENABLE 1 is repeated, and waits for the line
+    bench.act()
+    assert bench.session.line.waiting == 1
+    bench.now += 1.5
+    bench.session.connected.drive.tick(bench.now)
+    bench.act()
+    assert request.done and bench.writes[bench.now] == [p2os.encode_command("ENABLE", 0)]
+
+
 def test_a_link_that_breaks_ends_the_wait():
     bench = Bench().until_ready()
     bench.robot.deaf = lambda heard: heard.name == "ENABLE"
