@@ -21,7 +21,7 @@ from std_srvs.srv import SetBool
 
 from pioneer_control.bags.reader import read_bag
 from pioneer_control.bags.recording.when_recording import subscribed
-from pioneer_control.bags.replaying.playback import aside, is_command
+from pioneer_control.bags.replaying.commands import aside, is_command
 from pioneer_control.bags.replaying.programs import connected, graph
 from pioneer_control.message_values import GripCommand
 from pioneer_control.msg import Decision, GripperState

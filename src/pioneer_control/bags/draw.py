@@ -11,10 +11,8 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from ..errors import PioneerError, UsageError
 from ..pictures import check_output, write
-from .bag_names import in_order, stem
-from .command_line import parser_of
+from .command_line import Progress, in_order, parser_of, stem
 from .pages import page, side_by_side
-from .progress import Progress
 from .recorded_run import Run
 from .run import read_run
 

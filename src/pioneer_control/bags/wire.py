@@ -15,8 +15,7 @@ from typing import Any, Dict, Iterator, List, Optional, Sequence
 from ..errors import PioneerError, UsageError
 from ..msg import Wire
 from ..p2os.recording import TITLE, Entry, written
-from .bag_names import stem
-from .command_line import parser_of
+from .command_line import parser_of, stem
 from .reader import BagReader, BagConnection, decode, read_bag
 from .records import BagError
 

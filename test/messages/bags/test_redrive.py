@@ -14,7 +14,7 @@ from pioneer_control.bags.command_line import parser_of
 from pioneer_control.bags.replaying import redrive
 from pioneer_control.bags.reader import BagError
 from pioneer_control.bags.recording.description import Description, text_of
-from pioneer_control.bags.replaying.redrive_schedule import LEGAL_VALID, OTHERS, VALID, VELOCITIES
+from pioneer_control.bags.replaying.redrive_schedule import LEGAL_VALID, VALID, VELOCITIES
 from pioneer_control.bags.replaying.rerun import SERVICES
 from pioneer_control.bags.recorded_run import Track
 from pioneer_control.driver import requests
@@ -187,8 +187,8 @@ class TestWhatIsKnownOfTheDriver:
                         "max_yawdecel"}
 
     def test_what_it_is_told(self):
-        assert redrive.KINDS == {topic.name: topic.message for topic in requests.TOPICS}
-        assert sorted(redrive.KINDS) == sorted(VELOCITIES + OTHERS)
+        assert redrive.TOLD == {topic.name: topic.message for topic in requests.TOPICS}
+        assert set(VELOCITIES) < set(redrive.TOLD)
 
     def test_what_it_is_asked(self):
         assert SERVICES == tuple(service.name for service in requests.SERVICES)

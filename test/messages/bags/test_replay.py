@@ -10,8 +10,8 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Joy
 
-from pioneer_control.bags.replaying import playback, programs, replay
-from pioneer_control.bags.bag_names import bag_files
+from pioneer_control.bags.replaying import commands, programs, replay
+from pioneer_control.bags.command_line import bag_files
 from pioneer_control.bags.reader import BagError
 from pioneer_control.driver.requests import TOPICS
 from pioneer_control.errors import UsageError
@@ -35,19 +35,19 @@ class TestCommands:
         wanted = {"/%s/%s:=/%s/recorded/%s" % (robot, row.name, robot, row.name) for robot in ("alice", "bob")
                   for row in TOPICS}
         assert len(TOPICS) >= 4
-        assert {word for word in playback.player(["x.bag"], topics) if ":=" in word} == wanted
+        assert {word for word in commands.player(["x.bag"], topics) if ":=" in word} == wanted
 
     @pytest.mark.parametrize("row", TOPICS, ids=lambda row: row.name)
     def test_each_of_them_is_named(self, row):
-        assert row.name in playback.COMMANDS and playback.is_command(row.name, "any/Type")
+        assert row.name in commands.COMMANDS and commands.is_command(row.name, "any/Type")
 
     def test_what_a_simulator_listens_to_goes_aside(self):
-        assert playback.is_command("/robot1/stop_button", "std_msgs/Bool")
+        assert commands.is_command("/robot1/stop_button", "std_msgs/Bool")
 
     def test_what_drives_is_a_command_whatever_it_is_called(self):
-        assert playback.is_command("/base/velocity", "geometry_msgs/Twist")
-        assert playback.is_command("/base/sides", "p2os_msgs/WheelVelocities")
-        assert playback.is_command("/base/velocity", "geometry_msgs/TwistStamped")
+        assert commands.is_command("/base/velocity", "geometry_msgs/Twist")
+        assert commands.is_command("/base/sides", "p2os_msgs/WheelVelocities")
+        assert commands.is_command("/base/velocity", "geometry_msgs/TwistStamped")
 
     @pytest.mark.parametrize("topic", [
         "/pioneer/ptz_control",
@@ -57,25 +57,25 @@ class TestCommands:
         "initialpose",
     ])
     def test_what_other_nodes_would_do_something_by_is_a_command(self, topic):
-        assert playback.is_command(topic, "any/Type")
+        assert commands.is_command(topic, "any/Type")
 
     @pytest.mark.parametrize("topic, type_name", [
         ("/pioneer/pose", "nav_msgs/Odometry"), ("/pioneer/motor_state", "pioneer_control/MotorState"),
         ("/tf", "tf2_msgs/TFMessage"),
         ("/pioneer/gripper_state", "pioneer_control/GripperState"), ("/pioneer/decision", "pioneer_control/Decision")])
     def test_a_report_is_none(self, topic, type_name):
-        assert not playback.is_command(topic, type_name)
+        assert not commands.is_command(topic, type_name)
 
     def test_aside(self):
-        assert playback.aside("/pioneer/cmd_vel") == "/pioneer/recorded/cmd_vel"
-        assert playback.aside("/fleet/bob/cmd_vel", "rerun") == "/fleet/bob/rerun/cmd_vel"
-        assert playback.aside("cmd_vel") == "/recorded/cmd_vel", "of a robot at the root"
+        assert commands.aside("/pioneer/cmd_vel") == "/pioneer/recorded/cmd_vel"
+        assert commands.aside("/fleet/bob/cmd_vel", "rerun") == "/fleet/bob/rerun/cmd_vel"
+        assert commands.aside("cmd_vel") == "/recorded/cmd_vel", "of a robot at the root"
 
 
 class TestPlayer:
     def test_every_command_of_every_robot_is_put_aside(self, bag):
-        command = playback.player([bag], playback.recorded_topics([bag]), ["-r", "2"])
-        assert command[:8] == ["rosrun", "rosbag", "play", "--clock", *playback.QUEUE, "-r", "2", bag]
+        command = commands.player([bag], commands.recorded_topics([bag]), ["-r", "2"])
+        assert command[:8] == ["rosrun", "rosbag", "play", "--clock", *commands.QUEUE, "-r", "2", bag]
         assert command[8:] == [
             "/alice/cmd_vel:=/alice/recorded/cmd_vel", "/base/velocity:=/base/recorded/velocity",
             "/bob/cmd_wheels:=/bob/recorded/cmd_wheels",
@@ -84,12 +84,12 @@ class TestPlayer:
     def test_a_clock_in_the_bag_stays_there(self, tmp_path):
         path = make.write_bag(tmp_path / "simulated.bag",
                               [("/clock", Clock(), 1.0), ("/pose", make.odometry(0, 0, 0), 1.0)])
-        command = playback.player([path], playback.recorded_topics([path]))
-        assert command == ["rosrun", "rosbag", "play", "--clock", *playback.QUEUE, "--topics", "/pose", "--bags", path]
+        command = commands.player([path], commands.recorded_topics([path]))
+        assert command == ["rosrun", "rosbag", "play", "--clock", *commands.QUEUE, "--topics", "/pose", "--bags", path]
 
     def test_commands_in_any_part_are_put_aside(self, tmp_path, bag):
         first = make.write_bag(tmp_path / "first.bag", [("/alice/pose", make.odometry(0, 0, 0), 0.5)])
-        command = playback.player([first, bag], playback.recorded_topics([first, bag]))
+        command = commands.player([first, bag], commands.recorded_topics([first, bag]))
         assert "/alice/cmd_vel:=/alice/recorded/cmd_vel" in command
 
     @pytest.mark.parametrize("word", [
@@ -97,9 +97,9 @@ class TestPlayer:
         "alice/cmd_vel:=/x",
         "base/velocity:=/x", "/alice/pose:=/live/cmd_vel", "pose:=cmd_motor_state", "cmd_motor_state:=/x"])
     def test_no_option_brings_commands_back_elsewhere(self, bag, word, capsys):
-        topics = playback.recorded_topics([bag])
+        topics = commands.recorded_topics([bag])
         with pytest.raises(UsageError, match="is not legal here.*comes back under recorded/"):
-            playback.player([bag], topics, ["-r", "2", word, "/x"])
+            commands.player([bag], topics, ["-r", "2", word, "/x"])
         assert replay.main(["look", bag, word, "/x"]) == 2
         assert word in capsys.readouterr().err
 
@@ -107,7 +107,7 @@ class TestPlayer:
         "--pause", "-l", "-q", "-s", "30", "__name:=play_bag", "__log:=/tmp/x.log", "/alice/pose:=/alice/odom", "_x:=1",
     ])
     def test_others_do_not(self, bag, word):
-        assert word in playback.player([bag], playback.recorded_topics([bag]), [word])
+        assert word in commands.player([bag], commands.recorded_topics([bag]), [word])
 
 
 class TestFiles:
@@ -142,14 +142,14 @@ class TestFiles:
 
 class TestBags:
     def test_topics_and_types(self, bag):
-        assert playback.recorded_topics([bag])["/alice/cmd_vel"] == "geometry_msgs/Twist"
+        assert commands.recorded_topics([bag])["/alice/cmd_vel"] == "geometry_msgs/Twist"
 
     @pytest.mark.parametrize("content, said", [(b"no bag at all", "is not a bag"), (b"", "is empty")])
     def test_what_is_none(self, tmp_path, content, said):
         path = tmp_path / "x.bag"
         path.write_bytes(content)
         with pytest.raises(BagError, match=said):
-            playback.recorded_topics([str(path)])
+            commands.recorded_topics([str(path)])
 
     def test_a_recorder_that_was_killed(self, tmp_path, bag):
         with open(bag, "rb") as whole:
@@ -157,22 +157,22 @@ class TestBags:
         path = tmp_path / "x.bag.active"
         path.write_bytes(content.replace(b"index_pos=" + content.split(b"index_pos=")[1][:8], b"index_pos=" + bytes(8)))
         with pytest.raises(BagError, match="rosbag reindex"):
-            playback.recorded_topics([str(path)])
+            commands.recorded_topics([str(path)])
 
     def test_an_empty_one(self, tmp_path):
         with pytest.raises(BagError, match="nothing in it"):
-            playback.recorded_topics([make.write_bag(tmp_path / "empty.bag", [])])
+            commands.recorded_topics([make.write_bag(tmp_path / "empty.bag", [])])
 
     @pytest.mark.parametrize("topic", ["/pi$on/pose", "/a\x1b[31m/pose", "/a\nb", "/nul\0", "/%s", "/p\u00f6se", "1st"])
     def test_a_topic_that_ros_cannot_have(self, tmp_path, topic):
         messages = [("/pioneer/pose", make.odometry(0, 0, 0), 1.0), (topic, Twist(), 1.0)]
         path = make.write_bag(tmp_path / "odd.bag", messages)
         with pytest.raises(BagError, match="is no name of a topic.*rosbag filter"):
-            playback.recorded_topics([path])
+            commands.recorded_topics([path])
 
     def test_a_directory(self, tmp_path):
         with pytest.raises(BagError, match=str(tmp_path)):
-            playback.recorded_topics([str(tmp_path)])
+            commands.recorded_topics([str(tmp_path)])
 
 
 class TestMain:
@@ -208,7 +208,7 @@ class TestMain:
         monkeypatch.setattr(os, "execvp", lambda file, words: became.append(words))
         replay.main(["look", bag, "--picture=false", "-l", "__name:=play_bag"])
         (words,) = became
-        assert words[:8] == ["rosrun", "rosbag", "play", "--clock", *playback.QUEUE, "-l", "__name:=play_bag", bag]
+        assert words[:8] == ["rosrun", "rosbag", "play", "--clock", *commands.QUEUE, "-l", "__name:=play_bag", bag]
 
     def test_the_namespace_of_the_shell_is_not_the_bags(self, bag, monkeypatch):
         """A topic `cmd_vel` without a slash would be that of whoever lives there."""

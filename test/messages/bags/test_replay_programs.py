@@ -13,9 +13,8 @@ import pytest
 import rosbag
 from geometry_msgs.msg import Twist
 
-from pioneer_control.bags.bag_names import free_name
+from pioneer_control.bags.command_line import free_name
 from pioneer_control.bags.replaying import programs
-from pioneer_control.bags.replaying.topic_recorder import TopicRecorder
 from pioneer_control.bags.reader import decode, read_bag
 from pioneer_control.errors import NoAnswerError, UsageError
 
@@ -24,7 +23,7 @@ class TestTopicRecorder:
     def test_what_it_is_given_is_in_the_bag_at_its_time(self, tmp_path):
         twist = Twist()
         twist.linear.x = 0.25
-        with TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7)) as recorder:
+        with programs.TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7)) as recorder:
             recorder.write(twist, "/pioneer/cmd_vel")
         recorder.write(twist, "/pioneer/cmd_vel")     # too late
         ((topic, connection, data, nanoseconds),) = read_bag(recorder.path)
@@ -33,7 +32,7 @@ class TestTopicRecorder:
 
     def test_what_it_hears_keeps_its_bytes_and_its_sender(self, tmp_path):
         senders = ["/somebody", "/another", "/somebody"]
-        with TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7)) as recorder:
+        with programs.TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7)) as recorder:
             for number, sender in enumerate(senders):
                 message = programs.rospy.AnyMsg()
                 message._buff = bytes([number]) * 48
@@ -50,14 +49,14 @@ class TestTopicRecorder:
             assert [topic for topic, _, _ in bag.read_messages()] == ["/cmd_vel"] * 3
 
     def test_a_bag_with_nothing_in_it_is_not_left_behind(self, tmp_path):
-        with TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7)):
+        with programs.TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7)):
             pass
         assert list(tmp_path.iterdir()) == []
 
     def test_where_it_is_is_told_of_something_that_ended_before_it_was_done(self, tmp_path, capsys):
         for error in (None, OSError):
-            with contextlib.suppress(OSError), TopicRecorder(str(tmp_path / ("%s.bag" % error)), lambda: genpy.Time(7)
-                                                             ) as recorder:
+            path = str(tmp_path / ("%s.bag" % error))
+            with contextlib.suppress(OSError), programs.TopicRecorder(path, lambda: genpy.Time(7)) as recorder:
                 recorder.write(Twist(), "/pioneer/cmd_vel")
                 if error:
                     raise error
@@ -67,12 +66,12 @@ class TestTopicRecorder:
     def test_nothing_is_overwritten(self, tmp_path):
         (tmp_path / "x.bag").write_text("mine")
         with pytest.raises(UsageError, match="x.bag is there already"):
-            TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
+            programs.TopicRecorder(str(tmp_path / "x.bag"), lambda: genpy.Time(7))
         assert (tmp_path / "x.bag").read_text() == "mine"
 
     def test_a_place_where_there_can_be_none(self, tmp_path):
         with pytest.raises(UsageError, match="nowhere/x.bag cannot be written: No such file or directory"):
-            TopicRecorder(str(tmp_path / "nowhere" / "x.bag"), lambda: genpy.Time(7))
+            programs.TopicRecorder(str(tmp_path / "nowhere" / "x.bag"), lambda: genpy.Time(7))
 
 
 def test_names_that_are_free(tmp_path):

@@ -38,6 +38,11 @@ def write(path, messages, caller=PROGRAM):
     return str(path)
 
 
+def live_of(path, robot, program):
+    """A re-run before anything is started."""
+    return rerun.Rerun(parser_of("", "", rerun.OPTIONS).parse_args([path, "--robot", robot, "--program", program]))
+
+
 def described(parameters):
     return String(text_of(Description({"date": "today"}, {}, {}, parameters)))
 
@@ -54,16 +59,16 @@ def bag(tmp_path):
 
 class TestWhatTheBagTells:
     def test_who_commanded_whom_with_what(self, bag):
-        live = rerun.read_live([bag], "", "rosPioneer2.py")
-        assert (live.told.robot, live.node, live.parameters) == ("pioneer", PROGRAM, {"seed": 7, "deep": {"er": 1}})
-        counts = {name: len(messages) for name, messages in live.told.messages.items() if name in rerun.KINDS}
+        live = live_of(bag, "", "rosPioneer2.py")
+        assert (live._live.robot, live._node, live._parameters) == ("pioneer", PROGRAM, {"seed": 7, "deep": {"er": 1}})
+        counts = {name: len(messages) for name, messages in live._live.messages.items() if name in rerun.KINDS}
         assert counts == {"cmd_motor_state": 1, "decision": 40, "cmd_vel": 40}
-        assert live.told.begin == pytest.approx(10.0)
+        assert live._time.to_sec() == pytest.approx(10.0)
 
     def test_a_wander_begins_and_ends_where_it_did(self, bag):
-        live = rerun.read_live([bag], "pioneer", "")
-        decided = rerun.decided([message for _, message in live.told.messages["decision"]])
-        assert decided.pop("seed") == live.told.messages["decision"][0][1].seed
+        live = live_of(bag, "pioneer", "")
+        decided = rerun.decided([message for _, message in live._live.messages["decision"]])
+        assert decided.pop("seed") == live._live.messages["decision"][0][1].seed
         assert decided == {"begin_at": pytest.approx([11.0, 13.0]), "end_at": pytest.approx([12.9, 14.9])}
 
     def test_without_decisions_there_are_no_limits(self):
@@ -76,26 +81,26 @@ class TestWhatTheBagTells:
 
     def test_of_a_bag_that_does_not_say_who_it_was_the_programs_name_is_taken(self, tmp_path):
         path = make.write_bag(tmp_path / "old.bag", [("/pioneer/cmd_vel", twist(0.1), 1.0)])
-        live = rerun.read_live([path], "", "my_wander.py")
-        assert (live.node, live.parameters) == ("/my_wander", {})
+        live = live_of(path, "", "my_wander.py")
+        assert (live._node, live._parameters) == ("/my_wander", {})
 
     def test_nobody_commanded(self, tmp_path):
         path = write(tmp_path / "quiet.bag", [("/pioneer/pose", make.odometry(0, 0, 0), 1.0)])
         with pytest.raises(BagError, match="no robot was told anything"):
-            rerun.read_live([path], "", "")
+            live_of(path, "", "")
 
     def test_several_robots(self, tmp_path):
         path = write(tmp_path / "two.bag", [("/alice/cmd_vel", twist(0.1), 1.0), ("/bob/cmd_vel", twist(0.1), 1.1)])
         with pytest.raises(BagError, match="alice, bob. Choose one with robot:="):
-            rerun.read_live([path], "", "")
-        assert rerun.read_live([path], "/bob/", "").told.robot == "bob"
+            live_of(path, "", "")
+        assert live_of(path, "/bob/", "")._live.robot == "bob"
         with pytest.raises(BagError, match="robot 'carol' was told nothing in it.*these robots were: alice, bob"):
-            rerun.read_live([path], "carol", "")
+            live_of(path, "carol", "")
 
     def test_a_description_that_makes_no_sense_is_none(self, tmp_path):
         messages = [("/pioneer/recording", String("[1"), 1.0), ("/pioneer/cmd_vel", twist(0.1), 1.0)]
         path = write(tmp_path / "odd.bag", messages)
-        assert rerun.read_live([path], "", "").parameters == {}
+        assert live_of(path, "", "")._parameters == {}
 
 
 class TestVerdict:

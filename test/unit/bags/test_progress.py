@@ -4,8 +4,8 @@ import io
 
 import pytest
 
-from pioneer_control.bags import progress
-from pioneer_control.bags.progress import PATIENCE, Progress
+from pioneer_control.bags import command_line
+from pioneer_control.bags.command_line import PATIENCE, Progress
 
 
 class Screen(io.StringIO):
@@ -22,8 +22,8 @@ def shown(monkeypatch):
 
     def shown(terminal, seconds):
         screen, now = Screen(terminal), [0.0]
-        monkeypatch.setattr(progress.sys, "stderr", screen)
-        monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+        monkeypatch.setattr(command_line.sys, "stderr", screen)
+        monkeypatch.setattr(command_line.time, "monotonic", lambda: now[0])
         with Progress("run.bag") as bar:
             for done in (50_000, 100_000):
                 now[0] += seconds

@@ -12,8 +12,7 @@ from typing import Any, Counter, Dict, Optional, Sequence, Set, Tuple
 
 from ...errors import PioneerError, UsageError
 from ...robots import Transducer, find_model
-from ..command_line import parser_of
-from ..progress import Progress
+from ..command_line import Progress, parser_of
 from ..reader import decode, read_bag
 from ..records import BagError
 from ..writer import BagWriter

@@ -8,8 +8,8 @@ import numpy as np
 
 from ...errors import UsageError
 from ...pictures import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, draw_frame
+from ..command_line import stem
 from ..compare import deviation, distance_between, driven, first_movement, from_its_start
-from ..bag_names import stem
 from ..recorded_run import Map, Run, Track
 from . import from_above, over_time
 from .incidents import incidents

@@ -12,7 +12,7 @@ import time
 from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 from ...errors import UsageError
-from ..bag_names import in_order, stem
+from ..command_line import in_order, stem
 from .disk import GB, MB, in_words
 from .topics import NAME, load_list, topics_of
 

@@ -5,7 +5,6 @@ here, in a namespace of their own, and end here. What the robot did is kept in a
 """
 
 import argparse
-import collections
 import contextlib
 import os
 import subprocess
@@ -22,24 +21,18 @@ from std_srvs.srv import SetBool
 
 from ...errors import PioneerError, UsageError
 from ...message_values import heading_of
-from ...msg import GripperState, MotorState, RobotInfo, WheelVelocities
-from ..bag_names import bag_files, free_name, stem
-from ..command_line import number, parser_of, say
+from ...msg import MotorState, RobotInfo
+from ..command_line import bag_files, free_name, number, parser_of, say, stem
 from ..compare import deviation
 from ..draw import draw_runs
 from ..records import BagError
 from ..recorded_run import Track
-from ..recording.description import Description
 from ..recording.topics import NAME, load_list, topics_of
 from ..run import read_run
-from .programs import INTERVAL, Interrupted, nodes, restore_parameter, run_as_node, running, wait_until
-from .recorded_commands import read_commands
+from .commands import TOLD, read_commands
+from .programs import INTERVAL, Interrupted, TopicRecorder, nodes, restore_parameter, run_as_node, running, wait_until
 from .redrive_schedule import LEGAL_VALID, VALID, Order, schedule
-from .topic_recorder import TopicRecorder
 
-KINDS = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
-         "gripper_control": GripperState}
-"""What a robot is told: message by the topic's last name."""
 NEEDED = {"pose": Odometry, "motor_state": MotorState, "robot_info": RobotInfo, "ground_truth": Odometry}
 """Topics of the simulated robot that must be there before it is told anything."""
 WORLDS = os.path.join(os.path.dirname(__file__), "..", "..", "simulator", "worlds")
@@ -104,18 +97,17 @@ def read_drive(files: Sequence[str], robot: str = "") -> RecordedDrive:
     Raises:
         BagError: as `read_commands` does.
     """
-    told = read_commands(files, robot, KINDS, {"robot_info": RobotInfo, "world": String, "ground_truth": Odometry})
-    orders = sorted((Order(when, name, message) for name in KINDS for when, message in told.messages.get(name, [])),
+    told = read_commands(files, robot, TOLD, {"robot_info": RobotInfo, "world": String, "ground_truth": Odometry})
+    orders = sorted((Order(when, name, message) for name in TOLD for when, message in told.messages.get(name, [])),
                     key=lambda order: order.time)
-    description = next(told.descriptions(), Description({}, {}, {}, {}))
-    simulator = description.parameters_of("%s/simulator" % told.robot)
+    simulator = told.parameters_of("%s/simulator" % told.robot)
     like = {name: simulator[name] for name in SAME_ROBOT if name in simulator}
     info, world, truths = told.newest("robot_info"), told.newest("world"), told.messages.get("ground_truth")
     if info:
         like.update(gripper=info.has_gripper, **({"model": info.subtype} if info.subtype else {}))
     if truths:
         like["start"] = _place(truths, orders[0].time)
-    driver = description.parameters_of("%s/p2os" % told.robot)
+    driver = told.parameters_of("%s/p2os" % told.robot)
     return RecordedDrive(told.robot, orders, str(simulator.get("world") or world and world.data or ""), like,
                          {name: driver[name] for name in driver if name.startswith(SAME_DRIVER)})
 
@@ -180,10 +172,10 @@ class Redrive:
         self._refuse_a_shared_name()
         self._bag = TopicRecorder(self._given.output or free_name(self._files[0], "redrive"), rospy.Time.now)
         self._publishers = {name: rospy.Publisher("%s/%s" % (self._name, name), kind, queue_size=10)
-                            for name, kind in KINDS.items()}
+                            for name, kind in TOLD.items()}
         for topic in topics_of(load_list(), [self._name.strip("/")]):
             name = topic[len(self._name) + 1:]
-            if topic.startswith(self._name + "/") and name not in KINDS:
+            if topic.startswith(self._name + "/") and name not in TOLD:
                 self._bag.record(topic, NEEDED.get(name, rospy.AnyMsg))
         rospy.on_shutdown(self._stop)
         with contextlib.ExitStack() as at_end:
@@ -251,15 +243,15 @@ class Redrive:
 
     def _drive(self, robot: Sequence[subprocess.Popen]) -> None:
         """Give every order when it is due."""
-        begin, orders = time.monotonic(), collections.deque(self._orders)
-        while orders:
-            if rospy.is_shutdown():
-                raise Interrupted("ended before it was done; the robot was stopped")
-            if any(process.poll() is not None for process in robot):
-                raise UsageError("the robot is gone: the last lines of its programs above say why")
-            time.sleep(max(0.0, min(begin + orders[0].time - time.monotonic(), INTERVAL)))
-            if time.monotonic() >= begin + orders[0].time:
-                self._give(orders.popleft())
+        begin = time.monotonic()
+        for order in self._orders:
+            while time.monotonic() < begin + order.time:
+                if rospy.is_shutdown():
+                    raise Interrupted("ended before it was done; the robot was stopped")
+                if any(process.poll() is not None for process in robot):
+                    raise UsageError("the robot is gone: the last lines of its programs above say why")
+                time.sleep(max(0.0, min(begin + order.time - time.monotonic(), INTERVAL)))
+            self._give(order)
 
     def _give(self, order: Order) -> None:
         with self._publishing:

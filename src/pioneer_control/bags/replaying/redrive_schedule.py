@@ -11,7 +11,6 @@ import math
 from typing import Any, Iterable, Iterator, List, NamedTuple
 
 VELOCITIES = "cmd_vel", "cmd_wheels"
-OTHERS = "cmd_motor_state", "gripper_control"
 
 VALID = 0.6
 """s: the driver's default for cmd_vel_timeout."""

@@ -15,10 +15,9 @@ import sys
 from typing import Any, Dict, Optional, Sequence
 
 from ...errors import PioneerError, UsageError
-from ..bag_names import bag_files
-from ..command_line import parser_of, refuse_launch_arguments, yes_or_no
+from ..command_line import bag_files, parser_of, refuse_launch_arguments, yes_or_no
 from ..draw import main as draw
-from .playback import REMAPPING, player, recorded_topics
+from .commands import REMAPPING, player, recorded_topics
 
 WAYS = "look", "rerun", "redrive"
 

@@ -11,27 +11,22 @@ import os
 import shlex
 import subprocess
 import time
-from typing import Any, Dict, List, NamedTuple, Sequence
+from typing import Any, Dict, List, Sequence
 
 import rospy
-from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool
 
 from ...errors import UsageError
-from ...msg import Decision, GripperState, MotorState, WheelVelocities
-from ..bag_names import bag_files, free_name
-from ..command_line import number, parser_of, say
-from .playback import RERUN, absolute, aside, player, recorded_topics
-from .programs import (Interrupted, connected, graph, nodes, possible_robots, restore_parameter, run_as_node,
-                       running, wait_until)
-from .recorded_commands import RecordedCommands, read_commands
+from ...msg import Decision
+from ..command_line import bag_files, free_name, number, parser_of, say
+from .commands import RERUN, TOLD, absolute, aside, player, read_commands, recorded_topics
+from .programs import (Interrupted, TopicRecorder, connected, graph, nodes, possible_robots, restore_parameter,
+                       run_as_node, running, wait_until)
 from .redrive_schedule import VELOCITIES
 from .rerun_compare import Verdict, judge_decisions, judge_others, judge_velocities, velocities_of
-from .topic_recorder import TopicRecorder
 
-KINDS = {"decision": Decision, "cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
-         "gripper_control": GripperState}
+KINDS = {"decision": Decision, **TOLD}
 """What a program commands, and why: message by the topic's last name."""
 SERVICES = "set_motors", "enable_motors", "disable_motors", "set_sonar", "reset_odometry"
 """Services of a driver. The program does not reach those of a driver that is alive."""
@@ -63,34 +58,6 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--output": dict(default="", metavar="NEW.bag", help="where what it commands is kept (default: beside the bag)"),
 }
 """Of the command line; replay.launch has arguments of the same names."""
-
-
-class Live(NamedTuple):
-    """What a program commanded when the bag was recorded."""
-
-    told: RecordedCommands
-    node: str
-    """whole name of the program's node"""
-    parameters: Dict[str, Any]
-    """private ones of the node, as far as the bag tells"""
-
-
-def read_live(files: Sequence[str], robot: str, program: str) -> Live:
-    """Read what a program commanded.
-
-    Args:
-        files: a bag, or the parts of a recording.
-        robot: its namespace; "": the only robot that was told something.
-        program: gives the node's name where the bag does not say who commanded.
-
-    Raises:
-        BagError: as `read_commands` does.
-    """
-    told = read_commands(files, robot, KINDS)
-    node = next((told.senders[name] for name in KINDS if told.senders.get(name)),
-                "/" + os.path.splitext(os.path.basename(program))[0])
-    known = (description.parameters_of(node) for description in told.descriptions())
-    return Live(told, node, next(filter(None, known), {}))
 
 
 def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
@@ -157,10 +124,14 @@ class Rerun:
         self._enough = number("enough", given.enough, 0.0, 1.0)
         self._files = bag_files(given.bag)
         self._topics = recorded_topics(self._files)
-        self._live = read_live(self._files, given.robot, given.program)
-        self._robot = "/" + self._live.told.robot if self._live.told.robot else ""
-        self._decisions = [message for _, message in self._live.told.messages.get("decision", [])]
-        self._time = rospy.Time.from_sec(self._live.told.begin)
+        self._live = read_commands(self._files, given.robot, KINDS)
+        # where the bag does not say who commanded, the program's name is the node's
+        self._node = next((self._live.senders[name] for name in KINDS if self._live.senders.get(name)),
+                          "/" + os.path.splitext(os.path.basename(given.program))[0])
+        self._parameters = self._live.parameters_of(self._node)
+        self._robot = "/" + self._live.robot if self._live.robot else ""
+        self._decisions = [message for _, message in self._live.messages.get("decision", [])]
+        self._time = rospy.Time.from_sec(self._live.begin)
         self._looked_out = 0.0
 
     def run(self) -> int:
@@ -176,11 +147,11 @@ class Rerun:
         for name, kind in KINDS.items():
             recorder.record(aside("%s/%s" % (self._robot, name), RERUN), kind, "%s/%s" % (self._robot, name))
         with contextlib.ExitStack() as at_end:
-            for name in ("/use_sim_time", self._live.node):
+            for name in ("/use_sim_time", self._node):
                 at_end.callback(restore_parameter, name, rospy.get_param(name, None))
             at_end.enter_context(recorder)
             rospy.set_param("/use_sim_time", True)
-            rospy.set_param(self._live.node, dict(self._live.parameters, **decided(self._decisions)))
+            rospy.set_param(self._node, dict(self._parameters, **decided(self._decisions)))
             self._play(recorder, at_end)
         return self._judge(recorder)
 
@@ -189,9 +160,9 @@ class Rerun:
 
     def _refuse_company(self) -> None:
         """Refuse a node of the program's name, and robots on this master: the program must hear the bag alone."""
-        if self._live.node in nodes():
+        if self._node in nodes():
             raise UsageError("%s is running: a program of that name was recorded, and would end it. End it first"
-                             % self._live.node)
+                             % self._node)
         others = possible_robots()
         if others:
             raise UsageError("%s is on this master: the program could reach it, and what it reports would mix with the "
@@ -207,7 +178,7 @@ class Rerun:
         if time.monotonic() - self._looked_out < LOOK_OUT:
             return
         self._looked_out = time.monotonic()
-        others = [other for other in possible_robots() if other.split()[0] not in (PLAYER, self._live.node)]
+        others = [other for other in possible_robots() if other.split()[0] not in (PLAYER, self._node)]
         if others:
             raise UsageError("%s has come to this master: the program could reach it, so the re-run ends here"
                              % ", ".join(others))
@@ -219,17 +190,17 @@ class Rerun:
             recorder: hears what the program commands.
             at_end: ends what is started.
         """
-        live, given = self._live, self._given
-        own = ["%s %s" % each for each in sorted(live.parameters.items()) if not isinstance(each[1], dict)]
-        told = (" with %s." % ", ".join(own) if live.parameters else
+        given = self._given
+        own = ["%s %s" % each for each in sorted(self._parameters.items()) if not isinstance(each[1], dict)]
+        told = (" with %s." % ", ".join(own) if self._parameters else
                 "; the bag does not tell which parameters it had, and it gets none.")
-        say("%s hears %s as %s%s" % (given.program, " ".join(self._files), live.node, told))
+        say("%s hears %s as %s%s" % (given.program, " ".join(self._files), self._node, told))
         command = player(self._files, self._topics, ["--pause", "--quiet", *shlex.split(given.options)])
         bag = at_end.enter_context(running([*command, "__name:=" + PLAYER[1:]], quiet=True))
         rospy.wait_for_service(PLAYER + "/pause_playback", PLAYER_PATIENCE)
-        namespace, _, name = live.node.rpartition("/")
+        namespace, _, name = self._node.rpartition("/")
         ours = (given.package, given.program) == ("pioneer_control", "rosPioneer2.py")
-        arguments = shlex.split(given.args) if given.args else [live.told.robot] if ours else []
+        arguments = shlex.split(given.args) if given.args else [self._live.robot] if ours else []
         out_of_reach = ["%s/%s" % (self._robot, each) for each in (*KINDS, *SERVICES)]
         elsewhere = ["%s:=%s" % (topic, aside(topic, RERUN)) for topic in out_of_reach]
         command = ["rosrun", given.package, given.program, *arguments, *elsewhere, "__name:=" + name]
@@ -246,12 +217,12 @@ class Rerun:
 
         def ready() -> bool:
             nonlocal before, since
-            heard = {topic for topic, names in graph()[1].items() if self._live.node in names}
+            heard = {topic for topic, names in graph()[1].items() if self._node in names}
             if heard != before:
                 before, since = heard, time.monotonic()
             unchanged = time.monotonic() - since
             if heard & played:
-                return unchanged > SETTLED and connected(PLAYER, self._live.node, heard)
+                return unchanged > SETTLED and connected(PLAYER, self._node, heard)
             return bool(heard) and unchanged > WAITS_FOR_TIME
 
         wait_until("%s to be there" % self._given.program, ready, [program, bag], watch=self._look_out)
@@ -274,8 +245,8 @@ class Rerun:
 
     def _judge(self, recorder: TopicRecorder) -> int:
         """Say the verdict in plain sentences; returns the exit code."""
-        again = read_commands([recorder.path], self._live.told.robot, KINDS).messages if recorder.counts else {}
-        verdict = compare(self._live.told.messages, again, self._enough)
+        again = read_commands([recorder.path], self._live.robot, KINDS).messages if recorder.counts else {}
+        verdict = compare(self._live.messages, again, self._enough)
         same = "THE SAME on the bag as" if verdict.same else "SOMETHING ELSE on the bag than"
         commands = same + " beside the robot" if again else "NOTHING on the bag"
         say("\n" + "\n".join([*verdict.sentences, "%s commands %s." % (self._given.program, commands),
