@@ -25,7 +25,7 @@ import math
 import sys
 import threading
 import time
-from typing import Any, List, Optional, Tuple
+from typing import Any, List, Optional, Sequence, Tuple
 
 import rospy
 import tf
@@ -288,9 +288,9 @@ def moving_markers(simulation: Simulation, frame: str) -> MarkerArray:
         for number, (can, (x, y, z)) in enumerate(zip(simulation.world.cans, can_places(simulation)))]
     for number, robot in enumerate(simulation.robots):
         corners = [compose(robot.true_pose, (x, y, 0.0)) for x, y in robot.model.outline(False)]
-        outline = marker(frame, "outline", number, Marker.LINE_STRIP, Pose(orientation=LEVEL), (0.01, 0.0, 0.0))
-        outline.points = [Point(x, y, 0.01) for x, y, _ in corners + corners[:1]]
-        markers.append(outline)
+        markers.append(marker(
+            frame, "outline", number, Marker.LINE_STRIP, Pose(orientation=LEVEL), (0.01, 0.0, 0.0),
+            [Point(x, y, 0.01) for x, y, _ in corners + corners[:1]]))
         if robot.gripper is not None:
             markers += paddle_markers(robot, robot.gripper, number, frame)
     return MarkerArray(markers)
@@ -307,10 +307,13 @@ def paddle_markers(robot: Firmware, gripper: ParallelGripper, number: int, frame
     return [marker(frame, "paddle", 2 * number + side, Marker.CUBE, pose, size) for side, pose in enumerate(poses)]
 
 
-def marker(frame: str, kind: str, number: int, shape: int, pose: Pose, size: Tuple[float, float, float]) -> Marker:
+def marker(
+    frame: str, kind: str, number: int, shape: int, pose: Pose, size: Tuple[float, float, float],
+    points: Sequence[Point] = (),
+) -> Marker:
     """One marker; without a stamp, so that RViz takes the newest transform."""
     return Marker(header=Header(frame_id=frame), ns=kind, id=number, type=shape, action=Marker.ADD, pose=pose,
-                  scale=Vector3(*size), color=COLOURS[kind])
+                  scale=Vector3(*size), color=COLOURS[kind], points=list(points))
 
 
 def pose_message(x: float, y: float, heading: float, z: float = 0.0) -> Pose:

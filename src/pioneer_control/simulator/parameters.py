@@ -4,7 +4,7 @@ No ROS in here.
 """
 
 from dataclasses import dataclass, fields
-from typing import Any, Mapping, NamedTuple, Optional, Union
+from typing import Any, Mapping, NamedTuple, Optional, Tuple, Union
 
 from ..errors import ParameterError
 from ..parameters import AutoSwitch, Number, Numbers, Switch, Text, Whole, check, parameter
@@ -30,12 +30,10 @@ class Place(NamedTuple):
 
     legal: str = "three numbers, as a list: x, y, heading; or an empty text for the world's own"
 
-    def accept(self, value: Any) -> Optional[Pose]:
+    def accept(self, value: Any) -> Optional[Tuple[float, ...]]:
         """The pose, None for an empty text. Raises ValueError when it is neither."""
-        if isinstance(value, str) and not value.strip():
-            return None
-        x, y, heading = Numbers(3, -1e6, 1e6).accept(value)
-        return x, y, heading
+        is_empty = isinstance(value, str) and not value.strip()
+        return None if is_empty else Numbers(3, -1e6, 1e6).accept(value)
 
 
 @dataclass(frozen=True)

@@ -124,8 +124,8 @@ def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
     kind = KINDS.get(str(given.get("fault")))
     if kind is None:
         near = difflib.get_close_matches(str(given.get("fault")).lower(), KINDS, n=1)
-        meant = "did you mean %r? " % near[0] if near else ""
-        raise fail("no kind %r; %sthere are %s" % (given.get("fault"), meant, ", ".join(KINDS)))
+        raise fail("no kind %r; %sthere are %s" % (
+            given.get("fault"), "did you mean %r? " % near[0] if near else "", ", ".join(KINDS)))
     checks: Dict[str, Union[Number, Whole, None]] = {
         "robot": Whole(1, 100000), "from": Number(0.0, 1e9), "to": Number(0.0, 1e9), "value": kind.value}
     if kind.value is None and "value" in given:
@@ -136,8 +136,8 @@ def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
             try:
                 accepted[key] = check.accept(given[key])
             except ValueError:
-                unit = " (%s)" % kind.unit if key == "value" else ""
-                raise fail("%s %r is not legal: give %s%s" % (key, given[key], check.legal, unit)) from None
+                raise fail("%s %r is not legal: give %s%s" % (
+                    key, given[key], check.legal, " (%s)" % kind.unit if key == "value" else "")) from None
     if kind.value is not None and "value" not in given:
         raise fail("%s needs a value: %s (%s)" % (kind.name, kind.value.legal, kind.unit))
     way = given.get("way")

@@ -3,12 +3,12 @@
 A line never waits and never fills up: what a client does not read in time is lost, oldest first, as on a serial line.
 """
 
-import array
 import collections
 import errno
 import fcntl
 import os
 import socket
+import struct
 import termios
 import tty
 from abc import ABC, abstractmethod
@@ -232,9 +232,8 @@ class PtyLine(_Line):
     @property
     def unread(self) -> int:
         """How many bytes wait in the terminal for somebody to read them."""
-        count = array.array("i", [0])
-        fcntl.ioctl(self._slave, termios.FIONREAD, count)
-        return count[0]
+        count, = struct.unpack("i", fcntl.ioctl(self._slave, termios.FIONREAD, bytes(struct.calcsize("i"))))
+        return int(count)
 
     def files(self) -> List[FileIO]:
         """What to wait on for something to read."""
