@@ -118,9 +118,6 @@ class World:
         self.bounds: Tuple[float, float, float, float] = (low_x, low_y, high_x, high_y)
         """Least x and y, greatest x and y of everything."""
 
-    def __repr__(self) -> str:
-        return "World(%r, %s walls, %s posts, %s cans)" % (self.name, len(self.walls), len(self.posts), len(self.cans))
-
     def with_start(self, start: Pose) -> "World":
         """The same world, in which the first robot stands at `start` and the others at its own starts.
 

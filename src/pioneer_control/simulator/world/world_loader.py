@@ -40,13 +40,13 @@ def load_world(name_or_path: Union[str, Path]) -> World:
     counter-clockwise from x. Every section but `starts` may be left out::
 
         description: One line for people.
-        map: lab.yaml                         # walls, docks and goals of a map of another kind, beside this file
+        map: lab.yaml                         # walls, docks, goals of a map of another kind; a path from this file
         walls:                                # thin walls along a line of two corners or more
           - {corners_m: [[0, 0], [8, 0], [8, 6]]}
           - {corners_m: [[2, 2], [3, 2], [3, 3]], closed: true}
         boxes:                                # furniture: four walls
-          - {centre_m: [1, 5], size_m: [0.8, 0.4], angle_deg: 30}     # size before turning; angle_deg: else 0
-        posts:                                # cylinders: columns, legs; sonar sees them, and all of the above
+          - {centre_m: [1, 5], size_m: [0.8, 0.4], angle_deg: 30}     # size before turning; angle 0 if left out
+        posts:                                # cylinders: columns, legs; taller than the sonar, as all above
           - {centre_m: [5, 3], diameter_m: 0.05}
         cans:                                 # what the gripper picks up: too low for the sonar
           - {centre_m: [2.2, 1], diameter_m: 0.066, height_m: 0.115}  # sizes as here if left out

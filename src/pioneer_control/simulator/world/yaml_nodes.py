@@ -92,8 +92,7 @@ class NodeReader:
         """The entries of a list, which errors call by its `name`."""
         if not isinstance(node, yaml.SequenceNode):
             self.fail(node, "%s must be a list" % name)
-        entries: List[yaml.Node] = node.value
-        return entries
+        return list(node.value)
 
     def mappings(
         self, node: yaml.Node, name: str, what: str, needs: Mapping[str, Read],
