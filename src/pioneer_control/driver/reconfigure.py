@@ -16,39 +16,36 @@ from dynamic_reconfigure.srv import Reconfigure, ReconfigureRequest, Reconfigure
 from ..errors import PioneerError
 from .parameters import LIVE, DriverParameters, changed
 
-TYPES = {int: ("int", "ints", IntParameter), float: ("double", "doubles", DoubleParameter)}
-"""The types of values that may change. Of each: its name in a description, the list in a Config, and its message."""
+TYPES = {int: "int", float: "double"}
+"""The types of values that may change, with their names in a description."""
 GROUP = "Default"
 
 
 def encode(values: Mapping[str, Any]) -> Config:
     """Parameters and their values as a message."""
-    config = Config(groups=[GroupState(GROUP, True, 0, 0)])
-    for name, value in values.items():
-        _, place, message = TYPES[type(value)]
-        getattr(config, place).append(message(name, value))
-    return config
+    return Config(
+        ints=[IntParameter(name, value) for name, value in values.items() if isinstance(value, int)],
+        doubles=[DoubleParameter(name, value) for name, value in values.items() if isinstance(value, float)],
+        groups=[GroupState(GROUP, True, 0, 0)])
 
 
 def decode(config: Config) -> Dict[str, Any]:
-    """The parameters in a message, those that may not change included."""
+    """The parameters in a message and their values, also of parameters that may not change."""
     return {entry.name: entry.value for entry in (*config.bools, *config.ints, *config.doubles, *config.strs)}
 
 
 def description() -> ConfigDescription:
     """What may change, from the table."""
-    rows = [ParamDescription(name, TYPES[type(row.default)][0], 0, _meaning(row.metadata), "")
-            for name, row in LIVE.items()]
     defaults = values_of(DriverParameters())
-    bounds = [
+    rows = []
+    for name, value in defaults.items():
+        row = LIVE[name].metadata
+        meaning = "%(meaning)s (%(unit)s)" % row if row["unit"] else row["meaning"]
+        rows.append(ParamDescription(name, TYPES[type(value)], 0, meaning, ""))
+    least, most = (
         encode({name: type(value)(getattr(LIVE[name].metadata["kind"], bound)) for name, value in defaults.items()})
-        for bound in ("low", "high")]
-    return ConfigDescription(groups=[Group(GROUP, "", rows, 0, 0)], min=bounds[0], max=bounds[1],
-                             dflt=encode(defaults))
-
-
-def _meaning(row: Mapping[str, Any]) -> str:
-    return "%s (%s)" % (row["meaning"], row["unit"]) if row["unit"] else str(row["meaning"])
+        for bound in ("low", "high"))
+    return ConfigDescription(groups=[Group(GROUP, "", rows, 0, 0)], min=least, max=most, dflt=encode(defaults))
 
 
 def values_of(parameters: DriverParameters) -> Dict[str, Any]:
