@@ -12,7 +12,7 @@ client, on monotonic time.
 """
 
 from time import monotonic
-from typing import Any, Callable, Dict, Iterable
+from typing import Any, Callable, Dict, Mapping
 
 import rospy
 
@@ -21,7 +21,7 @@ from ..client import (BaudFound, CommandTimedOut, LineSpeed, LinkDown, MotionCle
 from ..errors import ParameterError, PioneerError, PortError
 from ..ros_node import init_node
 from .diagnostics import Diagnostics
-from .notices import Notice, Throttle, Watch, unmoved
+from .notices import Throttle, Watch, unmoved
 from .parameters import TUNING, DriverParameters, check_parameters
 from .prompt import send_promptly
 from .publications import Publications
@@ -77,14 +77,14 @@ class DriverNode:
             LineSpeed: self._line_speed,
             BaudFound: lambda event: rospy.loginfo(
                 "the robot answers at %d baud; set the parameter baud to it for a faster start", event.baud),
-            MotionCleared: lambda event: self._warn([Notice(
-                event.reason, "the robot stopped: %s; it stands until a new command" % event.reason)]),
-            CommandTimedOut: lambda event: self._warn([Notice(
-                "timed out", "the robot was stopped: no velocity came for %.1f s (cmd_vel_timeout)" % event.age)]),
-            Unmoved: lambda event: self._warn([Notice("unmoved", unmoved(event.age))]),
-            StatesMissed: lambda event: self._warn([Notice(
-                "missed", "this computer is too slow: %d states and packets of the robot were not published"
-                % event.number)]),
+            MotionCleared: lambda event: self._warn({
+                event.reason: "the robot stopped: %s; it stands until a new command" % event.reason}),
+            CommandTimedOut: lambda event: self._warn({
+                "timed out": "the robot was stopped: no velocity came for %.1f s (cmd_vel_timeout)" % event.age}),
+            Unmoved: lambda event: self._warn({"unmoved": unmoved(event.age)}),
+            StatesMissed: lambda event: self._warn({
+                "missed": "this computer is too slow: %d states and packets of the robot were not published"
+                % event.number}),
         }
 
     def run(self) -> int:
@@ -160,10 +160,11 @@ class DriverNode:
         problem = ": " + event.problem if event.problem else ""
         (rospy.logwarn if problem else rospy.loginfo)("the line runs at %d baud%s", event.baud, problem)
 
-    def _warn(self, notices: Iterable[Notice]) -> None:
+    def _warn(self, texts: Mapping[str, str]) -> None:
+        """Warn the user, of each kind of warning once in a while."""
         now = monotonic()
-        for kind, text in notices:
-            if self._throttle.passes(kind, now):
+        for kind, text in texts.items():
+            if text and self._throttle.passes(kind, now):
                 rospy.logwarn("%s", text)
 
 

@@ -1,8 +1,11 @@
-"""What a user is warned of, and how often. Pure: time (monotonic, s) is an argument."""
+"""What a user is warned of, and how often. Pure: time (monotonic, s) is an argument.
+
+Warnings are a dict of texts by kind. An empty text says that there is nothing to warn of.
+"""
 
 import math
 import re
-from typing import Dict, List, Mapping, NamedTuple, Optional
+from typing import Dict, NamedTuple, Optional
 
 from ..client import RobotIdentity, RobotState
 
@@ -15,13 +18,6 @@ EMPTY_BATTERY_12_V = 11.0
 SAME_COMMANDER = 5.0
 """Seconds. Velocities that come with a longer pause between them are two drives, not one slow commander."""
 NUMBER = re.compile("[0-9]+")
-
-
-class Notice(NamedTuple):
-    """One warning: its kind, of which one is given in each PERIOD, and the text that the user reads."""
-
-    kind: str
-    text: str
 
 
 class BatteryLevels(NamedTuple):
@@ -107,30 +103,28 @@ class Watch:
         """Take the levels of the robot's battery."""
         self._battery = battery_levels(identity)
 
-    def state(self, state: RobotState) -> List[Notice]:
-        """What is to be said about a state."""
+    def state(self, state: RobotState) -> Dict[str, str]:
+        """Warnings about a state."""
         is_low = state.battery_voltage < self._battery.low
-        return _notices({
+        return {
             "battery": low_battery(state.battery_voltage, self._battery) + "; charge it" if is_low else "",
             "stall": stalled_wheels(state),
             "stop button": stop_button_pressed(self._how_to_enable) if state.stop_button else "",
-        })
+        }
 
-    def velocity(self, now: float, moving: bool, state: Optional[RobotState]) -> List[Notice]:
-        """What is to be said about a velocity command that arrived, `moving` unless it is zero."""
+    def velocity(self, now: float, moving: bool, state: Optional[RobotState]) -> Dict[str, str]:
+        """Warnings about a velocity command that arrives now (monotonic, s). It is ``moving`` unless it is zero.
+
+        ``state`` is the robot's newest one; None if there is none.
+        """
         motors_off = moving and state is not None and not state.motors_enabled
         gap = now - self._last_command if self._last_command is not None else 0.0
         self._gaps = self._gaps + 1 if self._was_moving and self.cmd_vel_timeout < gap < SAME_COMMANDER else 0
         self._last_command, self._was_moving = now, moving
-        return _notices({
+        return {
             "motors off": ("a velocity arrived, but the motors are off; to switch them on: %s" % self._how_to_enable
                            if motors_off else ""),
             "slow": ("velocities come every %.1f s, but are too old after %.1f s (cmd_vel_timeout): the robot stops in "
                      "between; publish at 10 Hz" % (gap, self.cmd_vel_timeout)
                      if self._gaps > 1 else ""),    # one alone may be the pause between two drives
-        })
-
-
-def _notices(texts: Mapping[str, str]) -> List[Notice]:
-    """A notice of each kind that has a text."""
-    return [Notice(kind, text) for kind, text in texts.items() if text]
+        }

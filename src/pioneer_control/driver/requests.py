@@ -7,7 +7,7 @@ import math
 from functools import partial
 from operator import attrgetter
 from time import monotonic
-from typing import Any, Callable, Iterable, NamedTuple, Sequence
+from typing import Any, Callable, Mapping, NamedTuple, Sequence
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -17,7 +17,7 @@ from ..client import MotorsAnswered, Robot
 from ..errors import LinkError, NotConfirmedError, PioneerError, UsageError
 from ..msg import GripperState, MotorState, WheelVelocities
 from . import commands
-from .notices import Notice, Watch
+from .notices import Watch
 from .parameters import DriverParameters
 from .senders import Senders
 
@@ -40,11 +40,11 @@ class Requests:
     Args:
         robot: obeys them.
         watch: is shown the velocities.
-        warn: tells the user.
+        warn: tells the user of warnings, texts by kind.
     """
 
     def __init__(self, parameters: DriverParameters, robot: Robot, watch: Watch,
-                 warn: Callable[[Iterable[Notice]], None]) -> None:
+                 warn: Callable[[Mapping[str, str]], None]) -> None:
         self._accept_replay = parameters.accept_replay
         self._robot = robot
         self._watch = watch
@@ -67,12 +67,12 @@ class Requests:
             try:
                 self._robot.request_motors(True, CONFIRM_TIMEOUT)
             except PioneerError as error:
-                self._refuse("enable_motors_on_start", error)
+                self._warn({"enable_motors_on_start": str(error)})
 
     def motors_answered(self, answer: MotorsAnswered) -> None:
         """The robot has answered a request for its motors: of a topic, a service or the parameter."""
         if answer.error is not None:
-            self._refuse("motors", answer.error)
+            self._warn({"motors": str(answer.error)})
         elif answer.changed:
             rospy.loginfo("motors are %s", "on" if answer.on else "off")
 
@@ -140,13 +140,13 @@ class Requests:
         known = self._senders.known.get((topic.name, connection.get("callerid", "")))
         if known is not connection and not self._accept_replay:
             why_not = self._senders.why_not(message, topic.name, topic.stops)
-            if why_not is not None:
-                self._warn([why_not])
+            if why_not:
+                self._warn(why_not)
                 return
         try:
             topic.obey(self, message)
         except PioneerError as error:
-            self._refuse(topic.name, error)
+            self._warn({topic.name: str(error)})
 
     def _serve(self, service: "OfferedService", request: Any) -> Any:
         """Answer a service: with success and a text, if its answer has such fields. Else an error says why not."""
@@ -159,9 +159,6 @@ class Requests:
                 return response(False, str(error))
             raise rospy.ServiceException(str(error)) from None
         return response(True, text) if tells else response()
-
-    def _refuse(self, kind: str, error: Exception) -> None:
-        self._warn([Notice(kind, str(error))])
 
 
 def check_finite(topic: str, message: Any, names: Sequence[str]) -> None:

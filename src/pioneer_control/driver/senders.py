@@ -4,7 +4,7 @@ from time import monotonic
 from typing import Any, Callable, Dict, Optional, Tuple
 
 from ..ros_node import is_offered
-from .notices import Notice, Watch
+from .notices import Watch
 
 MASTER_TIMEOUT = 0.3
 """Seconds, at most, in which the master must say who sent a command. If it does not, it is not asked again for as long.
@@ -32,22 +32,22 @@ class Senders:
         self._watch = watch
         self._ask_again_at = 0.0    # when the master may be asked again, after it did not answer
 
-    def why_not(self, message: Any, topic: str, stops: Callable[[Any], bool]) -> Optional[Notice]:
-        """Why a message is not obeyed. None when it is obeyed.
+    def why_not(self, message: Any, topic: str, stops: Callable[[Any], bool]) -> Dict[str, str]:
+        """The warning that a message on a topic is not obeyed, and why. Empty when the message is obeyed.
 
-        It is not obeyed when it is played from a bag; nor when it may be so and is more than a stop.
+        A message from a player of bags is not obeyed. A message whose sender may be a player is obeyed only if it
+        ``stops`` and does nothing else.
         """
         connection = getattr(message, "_connection_header", None)
         node = (connection or {}).get("callerid", "")
         replayed = self._plays_a_bag(topic, node, connection)
         if replayed:
-            return Notice(
-                "replay " + topic,
-                "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic)
+            return {"replay " + topic:
+                    "%s refused: it is played back from a bag; set the parameter accept_replay to obey it" % topic}
         if replayed is None and not stops(message):
-            return Notice("unknown " + topic,
-                          "%s refused: the ROS master does not say in time whether %s plays a bag" % (topic, node))
-        return None
+            return {"unknown " + topic:
+                    "%s refused: the ROS master does not say in time whether %s plays a bag" % (topic, node)}
+        return {}
 
     def _plays_a_bag(self, topic: str, node: str, connection: Any) -> Optional[bool]:
         """Whether a node is a `rosbag play`, whatever its name: a player offers a service that no other node has. None

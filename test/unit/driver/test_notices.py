@@ -32,18 +32,19 @@ def watch():
     return watch
 
 
-def kinds(notices):
-    return [notice.kind for notice in notices]
+def said(warnings):
+    """The warnings that have a text, by kind."""
+    return {kind: text for kind, text in warnings.items() if text}
 
 
 def test_all_well_is_not_mentioned(watch):
-    assert watch.state(State()) == [] and watch.velocity(0.0, True, State()) == []
+    assert said(watch.state(State())) == said(watch.velocity(0.0, True, State())) == {}
 
 
 def test_low_battery_names_voltage_and_level(watch):
-    notice, = watch.state(State(battery_voltage=11.4))
-    assert "11.4 V" in notice.text and "11.5 V" in notice.text
-    assert watch.state(State(battery_voltage=11.5)) == []
+    text, = said(watch.state(State(battery_voltage=11.4))).values()
+    assert "11.4 V" in text and "11.5 V" in text
+    assert said(watch.state(State(battery_voltage=11.5))) == {}
 
 
 @pytest.mark.parametrize(
@@ -53,8 +54,8 @@ def test_low_battery_names_voltage_and_level(watch):
 )
 def test_the_alarm_level_is_the_robots_own_in_its_own_volts(watch, battery_class, reported_dv, level):
     watch.identified(identity(battery_class, reported_dv))
-    assert kinds(watch.state(State(battery_voltage=level - 0.05))) == ["battery"]
-    assert watch.state(State(battery_voltage=level + 0.05)) == []
+    assert list(said(watch.state(State(battery_voltage=level - 0.05)))) == ["battery"]
+    assert said(watch.state(State(battery_voltage=level + 0.05))) == {}
 
 
 @pytest.mark.parametrize(
@@ -73,39 +74,42 @@ def test_the_levels_of_a_robot_that_never_sent_its_configuration_are_those_of_it
 
 
 def test_a_stalled_wheel_is_named(watch):
-    assert "the left wheel is stalled" in watch.state(State(left_stall=True))[0].text
-    assert "the left and the right wheels are stalled" in watch.state(State(left_stall=True, right_stall=True))[0].text
+    left, both = (said(watch.state(State(left_stall=True, right_stall=right))) for right in (False, True))
+    assert list(left) == list(both) == ["stall"]
+    assert "the left wheel is stalled" in left["stall"]
+    assert "the left and the right wheels are stalled" in both["stall"]
 
 
 def test_the_stop_button_explains_its_stalls_and_says_what_to_do(watch):
-    notice, = watch.state(State(stop_button=True, left_stall=True, right_stall=True, motors_enabled=False))
-    assert notice.kind == "stop button" and "release it, then rosservice call /pioneer/set_motors true" in notice.text
+    warnings = watch.state(State(stop_button=True, left_stall=True, right_stall=True, motors_enabled=False))
+    (kind, text), = said(warnings).items()
+    assert kind == "stop button" and "release it, then rosservice call /pioneer/set_motors true" in text
 
 
 def test_a_velocity_with_motors_off_says_how_to_enable(watch):
-    notice, = watch.velocity(0.0, True, State(motors_enabled=False))
-    assert "motors are off" in notice.text and "rosservice call /pioneer/set_motors true" in notice.text
+    text, = said(watch.velocity(0.0, True, State(motors_enabled=False))).values()
+    assert "motors are off" in text and "rosservice call /pioneer/set_motors true" in text
 
 
 def test_a_zero_velocity_with_motors_off_is_nothing(watch):
-    assert watch.velocity(0.0, False, State(motors_enabled=False)) == []
+    assert said(watch.velocity(0.0, False, State(motors_enabled=False))) == {}
 
 
 def test_commands_slower_than_the_time_out_are_told(watch):
-    assert watch.velocity(0.0, True, State()) == watch.velocity(1.0, True, State()) == []
-    notice, = watch.velocity(2.0, True, State())
-    assert "every 1.0 s" in notice.text and "0.6 s" in notice.text
+    assert said(watch.velocity(0.0, True, State())) == said(watch.velocity(1.0, True, State())) == {}
+    text, = said(watch.velocity(2.0, True, State())).values()
+    assert "every 1.0 s" in text and "0.6 s" in text
 
 
 @pytest.mark.parametrize("moves, gap", [(True, 0.5), (True, 6.0), (False, 1.0)])
 def test_steady_commanders_and_separate_drives_are_not(watch, moves, gap):
     for turn in range(4):
-        assert watch.velocity(turn * gap, moves, State()) == []
+        assert said(watch.velocity(turn * gap, moves, State())) == {}
 
 
 def test_a_pause_between_two_drives_is_not(watch):
     for time in (0.0, 0.1, 2.1, 2.2, 4.2, 4.3):
-        assert watch.velocity(time, True, State()) == []
+        assert said(watch.velocity(time, True, State())) == {}
 
 
 def test_the_throttle_lets_each_kind_pass_once_a_period():

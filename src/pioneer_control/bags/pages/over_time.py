@@ -169,9 +169,8 @@ def doings(run: Run) -> List[Lane]:
 def _said(level: int, wrong: Sequence[Incident]) -> Lane:
     """The lane of all warnings or all errors, with its letter where each was first said."""
     mine = [each for each in wrong if each.level == level]
-    badges = tuple(Badge(each.times[0], each.letter, SAID_COLOUR[level]) for each in mine if each.letter)
-    spans = tuple((time, time) for each in mine for time in each.times)
-    return Lane(SAID[level], SAID_COLOUR[level], "", spans, badges)
+    return Lane(SAID[level], SAID_COLOUR[level], "", tuple((time, time) for each in mine for time in each.times),
+                tuple(Badge(each.times[0], each.letter, SAID_COLOUR[level]) for each in mine if each.letter))
 
 
 def height(shown: Sequence[Curves], lanes: int) -> float:
@@ -216,8 +215,7 @@ def draw_curves(axes: Any, strip: Curves, width: float) -> None:
     """The lines of one strip, which is so many inches wide."""
     for time, value, look in strip.lines:
         axes.plot(time, value, **look)
-    finite = [value[np.isfinite(value)] for _, value, _ in strip.lines]
-    values = np.concatenate([*finite, np.zeros(1 if strip.zero else 0)])
+    values = np.concatenate([*(value[np.isfinite(value)] for _, value, _ in strip.lines), [0.0] * strip.zero])
     low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
     missing = max(strip.least - (high - low), 0.0)
     low, high = (low, high + missing) if strip.zero and low >= 0.0 else (low - missing / 2, high + missing / 2)
