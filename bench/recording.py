@@ -31,7 +31,7 @@ from geometry_msgs.msg import Twist
 from std_srvs.srv import SetBool
 
 from pioneer_control.bags.reader import read_bag
-from pioneer_control.bags.recording.disk import MB
+from pioneer_control.bags.recording.plan import MB
 from pioneer_control.bags.recording.topics import load_list, topics_of
 
 HERE = os.path.dirname(os.path.abspath(__file__))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pioneer_control.bags.recording.disk import GB, KB, MB, in_words, room
+from pioneer_control.bags.recording.plan import GB, KB, MB, in_words, room
 
 KEEP = 256 * MB
 

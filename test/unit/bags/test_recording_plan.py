@@ -7,7 +7,7 @@ import pytest
 
 from pioneer_control.bags.command_line import parser_of
 from pioneer_control.bags.recording import plan, start
-from pioneer_control.bags.recording.disk import GB, MB
+from pioneer_control.bags.recording.plan import GB, MB
 from pioneer_control.errors import UsageError
 
 NOW = time.strptime("2026-11-21 18:05:09", "%Y-%m-%d %H:%M:%S")

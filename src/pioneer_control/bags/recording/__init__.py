@@ -2,11 +2,10 @@
 
 ==================  ======================================================================================
 ``start``           the command: checks what was asked for, and becomes ``rosbag record``
-``plan``            what is recorded and where to, and that nothing is overwritten
+``plan``            what is recorded and where to, that nothing is overwritten, and for how long there is room
 ``attendant``       runs beside it: publishes the description, says what is missing
 ``topics``          which topics are kept, and why: config/record.yaml
 ``description``     what a recording says of itself: versions, nodes, parameters
-``disk``            sizes for people, and for how long there is room
 ``when_recording``  lets a program begin when its recorder listens: ``nodes/when_recording``
 ==================  ======================================================================================
 """

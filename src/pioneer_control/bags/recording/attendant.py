@@ -1,5 +1,6 @@
 """Runs beside ``rosbag record``, and ends with it: publishes the recording's description, and says what is missing."""
 
+import datetime
 import os
 import shutil
 import threading
@@ -11,13 +12,10 @@ import rospy
 from std_msgs.msg import String
 
 from ...ros_node import NO_ANSWER, init_node, peer
-from .description import Description, nodes_of, now, text_of, versions
-from .disk import USUAL_RATE, in_words, room
-from .plan import WHAT_TO_DO, LogLine, RecordingPlan
+from .description import Description, nodes_of, text_of, versions
+from .plan import PATIENCE, USUAL_RATE, WHAT_TO_DO, LogLine, RecordingPlan, in_words, room
 from .topics import whole_name
 
-PATIENCE = 3.0
-"""s for an answer of the master."""
 TICK = 0.2
 """s between two checks that the recorder is there."""
 LOOK = 3.0
@@ -44,7 +42,8 @@ class Descriptions:
     """
 
     def __init__(self, plan: RecordingPlan, publish: Callable[[str], Any]) -> None:
-        self._recording = {"date": now(), "robots": list(plan.robots), "file": plan.file, "topics": list(plan.topics)}
+        date = datetime.datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+        self._recording = {"date": date, "robots": list(plan.robots), "file": plan.file, "topics": list(plan.topics)}
         self._versions = versions()
         self._publish = publish
         self._last: Any = None

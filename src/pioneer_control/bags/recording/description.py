@@ -14,7 +14,6 @@ It is published again when nodes or parameters change, so a bag may hold several
 is in one of them.
 """
 
-import datetime
 import os
 import platform
 import subprocess
@@ -144,8 +143,3 @@ def _system() -> str:
             return dict(line.rstrip().split("=", 1) for line in file if "=" in line).get("PRETTY_NAME", "").strip('"')
     except OSError:
         return sys.platform
-
-
-def now() -> str:
-    """The computer's time, for people."""
-    return datetime.datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")

@@ -1,6 +1,7 @@
 """What is to be recorded and where to: from a command line, checked, to the ``rosbag record`` that does it.
 
-This file also sees to it that no recording is overwritten, not even an unfinished one.
+This file also sees to it that no recording is overwritten, not even an unfinished one, and says for how long there is
+room. rosbag itself warns of a full disk, and ends.
 """
 
 import argparse
@@ -13,8 +14,11 @@ from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 from ...errors import UsageError
 from ..command_line import in_order, stem
-from .disk import GB, MB, in_words
 from .topics import NAME, load_list, topics_of
+
+PATIENCE = 3.0
+"""s for an answer of the master, or of a node."""
+KB, MB, GB = 2 ** 10, 2 ** 20, 2 ** 30
 
 COMPRESSIONS = "lz4", "bz2", "none"
 UNITS: Dict[str, Tuple[str, float]] = {
@@ -29,8 +33,16 @@ KEEP_FREE = 256 * MB
 rosbag warns when less than five times as much is free."""
 LEFT = 60.0
 """s after the last write. Then the recorder of an unfinished bag counts as gone."""
+USUAL_RATE = {"lz4": 25 * MB, "bz2": 22 * MB, "none": 120 * MB}
+"""Bytes an hour of one robot; bench/recording.md."""
 WHAT_TO_DO = ("is of a recorder that was killed: all is in it but the last seconds. draw_run reads it as it is; "
               "for rosbag: rosbag reindex '%s', and rename it to .bag")
+
+
+def in_words(size: float) -> str:
+    """A size in words. `size`: bytes."""
+    unit, name = next((each for each in ((GB, "GB"), (MB, "MB"), (KB, "kB")) if size >= each[0]), (1, "bytes"))
+    return "%.3g %s" % (size / unit, name) if size < 1000 * unit else "%.0f %s" % (size / unit, name)
 
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
@@ -86,7 +98,8 @@ class RecordingPlan(NamedTuple):
     @property
     def parts(self) -> List[str]:
         """The files of the recording that exist, finished or not, in their order."""
-        return parts_of(self.stem, bool(self.split[0]))
+        pattern = re.compile(re.escape(self.stem) + (r"_\d+" if self.split[0] else "") + r"\.bag(\.active)?")
+        return in_order([path for path in glob.glob(glob.escape(self.stem) + "*") if pattern.fullmatch(path)])
 
     @property
     def command(self) -> List[str]:
@@ -192,19 +205,23 @@ def check_place(plan: RecordingPlan, free: int) -> None:
                          "leave less (keep_free:=100MB)" % (in_words(free), folder, in_words(plan.keep_free)))
 
 
-def parts_of(stem: str, numbered: bool) -> List[str]:
-    """The files of a recording, finished or not, in their order.
-
-    Args:
-        stem: absolute path of the recording without .bag.
-        numbered: whether it was split.
-    """
-    pattern = re.compile(re.escape(stem) + (r"_\d+" if numbered else "") + r"\.bag(\.active)?")
-    return in_order([path for path in glob.glob(glob.escape(stem) + "*") if pattern.fullmatch(path)])
-
-
 def left_behind(folder: str, now: float) -> List[LogLine]:
     """What to say of the newest bag that a killed recorder left in a folder; empty without one. `now`: s since 1970."""
     unfinished = sorted(entry.path for entry in os.scandir(folder)
                         if entry.name.endswith(".bag.active") and now - entry.stat().st_mtime > LEFT)
     return [LogLine("warning", "%s %s" % (path, WHAT_TO_DO % path)) for path in unfinished[-1:]]
+
+
+def room(free: int, keep_free: int, rate: float) -> str:
+    """For how long a recording has room, in words.
+
+    Args:
+        free: bytes on the disk.
+        keep_free: bytes below which rosbag ends.
+        rate: bytes an hour.
+    """
+    seconds = max(0, free - keep_free) / rate * 3600
+    unit, name = next((each for each in ((86400, "days"), (3600, "hours"), (60, "minutes")) if seconds >= 2 * each[0]),
+                      (1, "s"))
+    long = "more than a year" if seconds > 366 * 86400 else "about %.0f %s" % (seconds / unit, name)
+    return "room for %s at the usual %s an hour" % (long, in_words(rate))

@@ -13,10 +13,7 @@ from typing import NoReturn
 
 from ...errors import UsageError
 from ..command_line import parser_of, refuse_launch_arguments
-from .plan import OPTIONS, check_place, left_behind, plan_of
-
-PATIENCE = 3.0
-"""s for an answer of the master, or of a recorder."""
+from .plan import OPTIONS, PATIENCE, check_place, left_behind, plan_of
 
 
 def check_alone(node: str) -> None:
