@@ -1,23 +1,23 @@
 """Pioneer robots from Python and ROS: the P2OS protocol, a client, a driver node, the tutorial, and a simulated robot.
 
-Start reading at the folder that answers the question:
+The folders:
 
 =============  ==========================================================================
-``p2os``       the wire: bytes to typed packets and back (no I/O, no ROS)
-``robots``     what differs between one model and another (one data file)
-``client``     drive a robot from plain Python: serial port, pty or TCP
+``p2os``       the protocol: bytes to typed packets and back (no I/O, no ROS)
+``robots``     the properties of each robot model, in one data file
+``client``     drive a robot from plain Python over a serial port, a pty or TCP
 ``driver``     the ROS node around the client
-``simulator``  the robot's side: a world, a body, a firmware (ROS in its node only)
-``tutorial``   the ``Pioneer`` class that wanders and picks
-``bags``       runs recorded, replayed and drawn
+``simulator``  a simulated robot: world, body, firmware (only its node uses ROS)
+``tutorial``   the ``Pioneer`` class, which wanders and picks up cans
+``bags``       record runs in bags, replay them and draw them
 =============  ==========================================================================
 
-Below them all lie single files: ``errors`` (every exception), ``parameters`` (how a node checks its parameters),
-``message_values`` (what the numbers in messages mean), ``standard_messages`` (sonar and battery in messages that other
-packages know), ``ros_node`` (how a node begins and ends), ``interrupt`` (Ctrl-C without a traceback) and ``pictures``
-(what all pictures from above share).
+The files that the folders share: ``errors`` (every exception), ``parameters`` (how a node checks its parameters),
+``message_values`` (what the numbers in messages mean), ``standard_messages`` (sonar and battery in messages of standard
+packages), ``ros_node`` (how a node starts and ends), ``interrupt`` (Ctrl-C without a traceback) and ``pictures`` (what
+all pictures share).
 
-Importing this package loads none of them, neither rospy nor serial.
+``import pioneer_control`` alone loads none of these files and folders, and neither rospy nor serial.
 """
 
 __version__ = "0.1.0"

@@ -1,72 +1,72 @@
-"""Every exception this package raises on purpose, in one small tree, by whose fault it is.
+"""Every exception that this package raises on purpose. The branches of the tree show where the fault lies.
 
 ::
 
     PioneerError
-    ├── UsageError          our caller's: a value, a name or a file that makes no sense (also a ValueError)
-    │   ├── EncodingError       a value that does not fit the wire
-    │   ├── UnknownModelError   a robot model that no table knows
+    ├── UsageError          at the caller: a value, a name or a file that makes no sense (also a ValueError)
+    │   ├── EncodingError       a value that does not fit its field of the protocol
+    │   ├── UnknownModelError   a robot model that is not in the table of models
     │   ├── ParameterError      a parameter of the wrong type or out of its range
     │   └── WorldError          a world file that is missing or does not parse
-    ├── LinkError           the line's: no port, no answer, no link any more (also a ConnectionError)
+    ├── LinkError           at the link to the robot (also a ConnectionError)
     │   ├── PortError           the port cannot be opened
-    │   ├── NoAnswerError       nothing answers on it (also a TimeoutError)
-    │   └── LinkLostError       it worked, and is gone
-    └── RobotError          the robot's: it answers, but does not do what was asked
-        ├── RefusedError        and it says why (STOP button pressed, ...)
-        └── NotConfirmedError   and it never says it did (also a TimeoutError)
+    │   ├── NoAnswerError       the port is open, but no robot answers (also a TimeoutError)
+    │   └── LinkLostError       the link worked, then it broke
+    └── RobotError          at the robot: it answers, but does not do what it was asked to do
+        ├── RefusedError        it refuses, and the reason is known (STOP button pressed, ...)
+        └── NotConfirmedError   it never confirms that it did it (also a TimeoutError)
 
-A message says what was tried, what came back, and what to do.
+The text of an exception states what was tried, what came back, and what the user can do.
 """
 
 
 class PioneerError(Exception):
-    """Base of all errors of this package."""
+    """The base class of all exceptions of this package."""
 
 
 class UsageError(PioneerError, ValueError):
-    """The caller gave something that makes no sense; the message names it and what is legal."""
+    """The caller gave a value, a name or a file that makes no sense. The text names it, and what is legal."""
 
 
 class EncodingError(UsageError):
-    """A value does not fit the field of the protocol it was meant for."""
+    """A value does not fit into its field of the protocol."""
 
 
 class UnknownModelError(UsageError):
-    """No robot model of that name or subtype; the message lists what is near."""
+    """The table has no robot model of this name or subtype. The text lists models with similar names."""
 
 
 class ParameterError(UsageError):
-    """A parameter has the wrong type, is out of range, or is not known."""
+    """A parameter has the wrong type, is out of range, or does not exist."""
 
 
 class WorldError(UsageError):
-    """A world does not exist or its file does not parse."""
+    """A world file of the simulator does not exist, or does not parse."""
 
 
 class LinkError(PioneerError, ConnectionError):
-    """The line to the robot is not there, silent, or gone."""
+    """There is no link to the robot: no port, no answer, or the link broke."""
 
 
 class PortError(LinkError):
-    """The port cannot be opened: it does not exist, is in use, or may not be used by this user."""
+    """The port cannot be opened: it does not exist, is in use, or this user has no permission."""
 
 
 class NoAnswerError(LinkError, TimeoutError):
-    """The port opens, but nothing on it answers as a robot."""
+    """The port is open, but no robot answers on it."""
 
 
 class LinkLostError(LinkError):
-    """The link worked and broke: cable, power, or the other side closed it."""
+    """The link worked, then it broke: the cable, the power, or the other side closed the connection."""
 
 
 class RobotError(PioneerError):
-    """The robot answers but does not do what was asked."""
+    """The robot answers, but does not do what it was asked to do."""
 
 
 class RefusedError(RobotError):
-    """The robot will not do it, and reports the reason (for example a pressed STOP button)."""
+    """The robot refuses a request, and the reason is known (for example a pressed STOP button)."""
 
 
 class NotConfirmedError(RobotError, TimeoutError):
-    """The robot was asked, again and again, and never reported that it did it."""
+    """The robot received a request several times, and never confirmed that it did what was asked."""

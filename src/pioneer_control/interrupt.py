@@ -1,6 +1,6 @@
-"""Once this is imported, Ctrl-C ends a program without a traceback, also while it still imports what it needs.
+"""Import this module to make Ctrl-C end the program without a traceback, also while the program still imports.
 
-A program imports it before all else that is not Python's own.
+A program imports it before all modules that are not in Python's standard library.
 """
 
 import sys
@@ -11,6 +11,7 @@ _say_others = sys.excepthook
 
 
 def _say_error(kind: Type[BaseException], error: BaseException, traceback: Optional[TracebackType]) -> None:
+    """Print an uncaught exception with its traceback, but print nothing for KeyboardInterrupt (Ctrl-C)."""
     if not issubclass(kind, KeyboardInterrupt):
         _say_others(kind, error, traceback)
 

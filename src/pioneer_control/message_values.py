@@ -1,9 +1,9 @@
-"""What the values in messages mean: names for the numbers of the frozen messages, headings as quaternions.
+"""What the numbers in our messages mean, and conversions between a heading and a quaternion.
 
-For the driver that sends them and every program that hears them. No ROS in here.
+The driver, which publishes the messages, and all programs that subscribe to them use this file. It does not need ROS.
 
-Status and commands of the gripper travel in the same message with different numbers: grip.state 3 is "moving" in a
-status, and "stop" in a command. So there are two enums for each part.
+The status of the gripper and the commands to it use the same message type, but different numbers: grip.state 3 is
+"moving" in a status, and "stop" in a command. So there are two enums for the paddles (grip) and two for the lift.
 """
 
 import math
@@ -11,13 +11,16 @@ from enum import IntEnum
 from typing import Tuple
 
 NO_ECHO = 5.0
-"""Range (m) in a SonarArray that says: nothing in sight. Nothing greater is published."""
+"""The range (m) in a SonarArray that means "no echo". The driver publishes no greater range."""
 NOT_HEARD = 0.0
-"""Range (m) that says: this transducer has not been heard lately. It reads as an obstacle, which is the safe side."""
+"""The range (m) in a SonarArray that means "no recent reading from this transducer".
+
+A program that does not know this value takes it for an obstacle, which is the safe mistake.
+"""
 
 
 class GripStatus(IntEnum):
-    """grip.state of gripper_state."""
+    """The values of grip.state in messages on gripper_state: what the paddles do."""
 
     BETWEEN = 0
     OPEN = 1
@@ -27,7 +30,7 @@ class GripStatus(IntEnum):
 
 
 class LiftStatus(IntEnum):
-    """lift.state of gripper_state."""
+    """The values of lift.state in messages on gripper_state: what the lift does."""
 
     IDLE = 1
     MOVING = 2
@@ -35,7 +38,7 @@ class LiftStatus(IntEnum):
 
 
 class GripCommand(IntEnum):
-    """grip.state of gripper_control; 0 leaves the paddles alone."""
+    """The values of grip.state in messages on gripper_control: commands to the paddles. 0 is no command."""
 
     OPEN = 1
     CLOSE = 2
@@ -43,23 +46,23 @@ class GripCommand(IntEnum):
     STORE = 7       # close and raise
     DEPLOY = 8      # open and lower
     HALT = 15       # stop both
-    PRESSURE = 16   # how long paddles that hold something go on closing: grip.dir times 20 ms, 1..100
+    PRESSURE = 16   # set how long the paddles go on closing when they touch an object: grip.dir (1..100) times 20 ms
 
 
 class LiftCommand(IntEnum):
-    """lift.state of gripper_control; 0 leaves the lift alone."""
+    """The values of lift.state in messages on gripper_control: commands to the lift. 0 is no command."""
 
     UP = 4
     DOWN = 5
     STOP = 6
-    CARRY = 17      # move for a while: lift.dir times 20 ms, 1..255 up, -1..-255 down
+    CARRY = 17      # move for lift.dir times 20 ms: 1..255 is up, -1..-255 is down
 
 
 def quaternion_of(heading: float) -> Tuple[float, float, float, float]:
-    """A heading (rad) as a rotation about the vertical axis: x, y, z, w."""
+    """Return the quaternion (x, y, z, w) of a heading (rad): a rotation about the vertical axis."""
     return 0.0, 0.0, math.sin(heading / 2.0), math.cos(heading / 2.0)
 
 
 def heading_of(x: float, y: float, z: float, w: float) -> float:
-    """The heading (rad, -pi to pi) in a quaternion."""
+    """Return the heading (rad, -pi to pi) of a quaternion: its rotation about the vertical axis."""
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -1,13 +1,13 @@
-"""How values that a user gives are checked: parameters of nodes, and values in files. This file does not need ROS.
+"""Checks values that a user gives: parameters of nodes, and values in files. This file does not need ROS.
 
-A kind of value has `legal`, which says to people what may be given, and `accept`, which turns what was given into the
-value that is used, or raises ValueError.
+Each kind of value is a class with two members. `legal` describes the legal values to people. `accept` checks a given
+value: it returns the value to use, or raises ValueError.
 
-The private parameters of a node are a table, a frozen dataclass. Each of its fields is a row::
+The private parameters of a node are a frozen dataclass, here called a table. Each of its fields is one parameter::
 
     port: str = parameter("/dev/ttyUSB0", Text(), "serial device, or socket://host:port")
 
-`check` compares what the parameter server holds with the table, once, and tells all mistakes at once.
+`check` checks all values from the parameter server against this table, and reports all mistakes in one error.
 """
 
 import difflib
@@ -19,24 +19,24 @@ from .errors import ParameterError
 
 
 class Number(NamedTuple):
-    """A finite number in [low, high]; a whole number will do, a bool or a text will not."""
+    """A finite number (int or float) in [low, high]. A bool or a text is not legal."""
 
     low: float
     high: float = math.inf
 
     @property
     def legal(self) -> str:
-        """Which numbers, for people."""
+        """The description of the legal numbers, for people."""
         return "a number" + _range(self.low, self.high)
 
     def accept(self, value: Any) -> float:
-        """The value as float. Raises ValueError when it is not legal."""
+        """Return the value as float. Raises ValueError when it is not legal."""
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
         return float(_sure(value, is_number and self.low <= value <= self.high))
 
 
 class Rate(NamedTuple):
-    """0, or a number whose size, without its sign, is in [least, high]. A ``signed`` number may be negative."""
+    """0, or a number with an absolute value in [least, high]. It may be negative only when ``signed`` is true."""
 
     least: float
     high: float
@@ -44,67 +44,67 @@ class Rate(NamedTuple):
 
     @property
     def low(self) -> float:
-        """The least number."""
+        """The lower limit of the legal numbers: -high when ``signed`` is true, 0 when it is false."""
         return -self.high if self.signed else 0.0
 
     @property
     def legal(self) -> str:
-        """Which numbers, for people."""
+        """The description of the legal numbers, for people."""
         return "0 or a number%s%s" % (_range(self.least, self.high), ", with any sign" if self.signed else "")
 
     def accept(self, value: Any) -> float:
-        """The size as float. Raises ValueError when it is not legal."""
+        """Return the absolute value as float. Raises ValueError when the value is not legal."""
         size = abs(Number(self.low, self.high).accept(value))
         return float(_sure(size, size == 0 or size >= self.least))
 
 
 class Whole(NamedTuple):
-    """A whole number in [low, high]; without limits, any."""
+    """A whole number in [low, high]. Without these limits every whole number is legal. A bool is not legal."""
 
     low: float = -math.inf
     high: float = math.inf
 
     @property
     def legal(self) -> str:
-        """Which numbers, for people."""
+        """The description of the legal numbers, for people."""
         return "a whole number" + _range(self.low, self.high, "%d")
 
     def accept(self, value: Any) -> int:
-        """The value itself. Raises ValueError when it is not legal."""
+        """Return the value unchanged. Raises ValueError when it is not legal."""
         is_whole = isinstance(value, int) and not isinstance(value, bool)
         return int(_sure(value, is_whole and self.low <= value <= self.high))
 
 
 def _range(low: float, high: float, form: str = "%g") -> str:
-    """The limits in words, as far as there are any."""
+    """Return the limits in words, for example " from 1 to 5" or " from 1 up". Empty when ``low`` is -infinity."""
     up_to = " up" if math.isinf(high) else " to %s" % form % high
     return "" if math.isinf(low) else " from %s" % form % low + up_to
 
 
 def _sure(value: Any, legal: bool) -> Any:
-    """The value. Raises ValueError when it is not legal."""
+    """Return the value when ``legal`` is true. Raises ValueError when it is false."""
     if not legal:
         raise ValueError
     return value
 
 
 class Choice(NamedTuple):
-    """One of a few numbers or words."""
+    """A value that must be one of a few given numbers or words."""
 
     choices: Tuple[Any, ...]
 
     @property
     def legal(self) -> str:
-        """Which ones, for people."""
+        """The list of the legal values, for people."""
         return "one of " + ", ".join(map(str, self.choices))
 
     def accept(self, value: Any) -> Any:
-        """The one chosen, as the table has it. Raises ValueError when it is not legal."""
+        """Return the element of ``choices`` that is equal to the value. Raises ValueError when there is none."""
         return self.choices[self.choices.index(_sure(value, not isinstance(value, bool)))]
 
 
 class Numbers(NamedTuple):
-    """A list of ``length`` numbers (None: of any length), each in [low, high]."""
+    """A list of numbers, each in [low, high]. Its length must be ``length``; with None, any length is legal."""
 
     length: Optional[int]
     low: float
@@ -112,72 +112,84 @@ class Numbers(NamedTuple):
 
     @property
     def legal(self) -> str:
-        """Which numbers, for people."""
+        """The description of the legal lists, for people."""
         how_many = "numbers" if self.length is None else "%d numbers" % self.length
         return "%s%s, as a list" % (how_many, _range(self.low, self.high))
 
     def accept(self, value: Any) -> Tuple[float, ...]:
-        """The numbers as floats. Raises ValueError when it is not legal."""
+        """Return the numbers as floats. Raises ValueError when the list is not legal."""
         numbers = _sure(value, isinstance(value, (list, tuple)) and self.length in (None, len(value)))
         return tuple(map(Number(self.low, self.high).accept, numbers))
 
 
 class Switch(NamedTuple):
-    """True or false. What only looks like it (1, "yes") is not legal."""
+    """A bool: True or False. Other values that could mean the same (1, "yes") are not legal."""
 
     legal: str = "true or false"
 
     def accept(self, value: Any) -> bool:
-        """The value itself. Raises ValueError when it is not legal."""
+        """Return the value unchanged. Raises ValueError when it is not a bool."""
         return bool(_sure(value, isinstance(value, bool)))
 
 
 class AutoSwitch(NamedTuple):
-    """True, false, or "auto" (None): as the robot or its model has it."""
+    """True, False, or "auto". With "auto" the robot or its model decides."""
 
     legal: str = "auto, true or false"
 
     def accept(self, value: Any) -> Optional[bool]:
-        """True, False or None. Raises ValueError when it is not legal."""
+        """Return True or False, or None for "auto". Raises ValueError when the value is not legal."""
         spelled = {"auto": None, "true": True, "false": False, True: True, False: False}
         return spelled[_sure(value, isinstance(value, (str, bool)) and value in spelled)]
 
 
 class Text(NamedTuple):
-    """A text. ``empty``: it may be empty. ``slash``: it may begin with a slash (frames of tf2 may not)."""
+    """A text. ``empty``: it may be empty. ``slash``: it may begin with a slash (names of tf2 frames may not)."""
 
     empty: bool = False
     slash: bool = True
 
     @property
     def legal(self) -> str:
-        """Which texts, for people."""
+        """The description of the legal texts, for people."""
         return "a text" + ("" if self.empty else ", not empty") + ("" if self.slash else ", not beginning with '/'")
 
     def accept(self, value: Any) -> str:
-        """The value itself. Raises ValueError when it is not legal."""
+        """Return the text unchanged. Raises ValueError when it is not legal."""
         is_text = isinstance(value, str) and bool(self.empty or value.strip()) and (self.slash or value[:1] != "/")
         return str(_sure(value, is_text))
 
 
 def parameter(default: Any, kind: Any, meaning: str, unit: str = "", live: bool = False) -> Any:
-    """A row of a table: a field whose metadata say what is legal. A ``live`` one may change while the node runs."""
+    """Return a dataclass field for one parameter of a node.
+
+    Args:
+        default: the value when the user sets none.
+        kind: what is legal: an instance of a class of this file, for example ``Number(0, 1)``.
+        meaning: for people, in one phrase.
+        unit: for example "m/s".
+        live: the parameter may change while the node runs.
+    """
     return field(default=default, metadata={"kind": kind, "unit": unit, "meaning": meaning, "live": live})
 
 
 def nearest(name: Any, known: Iterable[str]) -> Optional[str]:
-    """The known name that is most like a misspelt name; None when no known name is like it."""
+    """Return the known name that is most similar to a misspelt name. None when no known name is similar."""
     return next(iter(difflib.get_close_matches(str(name).lower(), known, n=1, cutoff=0.7)), None)
 
 
 def check(table: type, given: Mapping[str, Any]) -> Tuple[Any, List[str]]:
-    """Compare what the parameter server holds with a table.
+    """Check the private parameters of a node.
+
+    Args:
+        table: the dataclass with the known parameters (see `parameter`).
+        given: names and values from the parameter server.
 
     Returns:
-        An instance of the table; and the unknown names, but for those that look like misspelt known names.
+        An instance of the table with the values to use; and the given names that the table does not know.
 
     Raises:
-        ParameterError: names every illegal parameter, its value and what is legal, and every misspelt name.
+        ParameterError: a value is not legal, or an unknown name is similar to a known name. The text names all of them.
     """
     known = {entry.name: entry.metadata for entry in fields(table)}
     accepted, problems = {}, []

@@ -1,6 +1,6 @@
-"""What all our pictures have in common: colours, the frame of those from above, and how they are written to a file.
+"""What all pictures of this package share: colours, the axes of a picture from above, and how to write a file.
 
-Objects of matplotlib come as arguments: it takes a second to load.
+This file does not import matplotlib, which takes a second to load: the caller passes in matplotlib objects.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ SCALE_BARS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # m
 
 
 def check_output(output: str) -> None:
-    """Raise UsageError when no picture of this name can be written: before the work, not after it."""
+    """Raise UsageError when a picture cannot be written to this file. Call this before the long work of drawing."""
     if not output.endswith(FORMATS):
         raise UsageError("%s: a picture's name ends in %s" % (output, ", ".join(FORMATS)))
     folder = os.path.dirname(output) or "."
@@ -30,15 +30,15 @@ def check_output(output: str) -> None:
 
 
 def write(figure: Callable[[], Any], output: str, dpi: int) -> None:
-    """Make a matplotlib Figure and write it to a file.
+    """Draw a matplotlib Figure and write it to a file.
 
     Args:
-        figure: makes it.
-        output: name of the file; its ending, one of `FORMATS`, chooses the format.
-        dpi: dots per inch.
+        figure: a function that draws and returns the Figure.
+        output: the name of the file. Its ending, one of `FORMATS`, chooses the format.
+        dpi: the resolution in dots per inch.
 
     Raises:
-        UsageError: another ending, a place where nothing can be written, or no matplotlib.
+        UsageError: the ending is not one of `FORMATS`, the file cannot be written, or matplotlib is not installed.
     """
     check_output(output)
     drawn = io.BytesIO()    # the whole picture, before the first byte is written to the file
@@ -59,11 +59,11 @@ def write(figure: Callable[[], Any], output: str, dpi: int) -> None:
 
 
 def draw_frame(axes: Any, low_x: float, high_x: float) -> None:
-    """Draw faint axes in metres, and above them on the right a bar of a round length.
+    """Draw a grid and labels in metres, and a scale bar above the right end of the picture.
 
     Args:
-        axes: of matplotlib.
-        low_x, high_x: how far they reach (m).
+        axes: the matplotlib axes to draw on.
+        low_x, high_x: the limits of the x axis (m).
     """
     length = max(bar for bar in SCALE_BARS if bar <= max(SCALE_BARS[0], 0.15 * (high_x - low_x)))
     top = axes.get_xaxis_transform()
@@ -78,7 +78,7 @@ def draw_frame(axes: Any, low_x: float, high_x: float) -> None:
 
 
 def draw_grid(axes: Any, axis: str) -> None:
-    """Draw faint lines at the ticks of an axis ("x", "y", or "both"), below all else, and faint borders."""
+    """Draw faint grid lines for ``axis`` ("x", "y" or "both") behind everything else, and make the borders faint."""
     axes.grid(axis=axis, color=FAINT, linewidth=0.4, alpha=0.35)
     axes.set_axisbelow(True)
     for spine in axes.spines.values():

@@ -1,6 +1,6 @@
-"""How each of our nodes begins, ends at a signal, and asks the ROS master.
+"""How each node of this package starts, ends at a signal, and sends requests to the ROS master.
 
-A master may hang: then it takes connections, but never answers.
+A master may hang: it accepts connections, but never answers. The functions here do not wait for ever in this case.
 """
 
 import atexit
@@ -25,25 +25,27 @@ from rospy.impl.rosout import RosOutHandler
 from rospy.impl.tcpros_base import init_tcpros_server
 
 MASTER_PATIENCE = 0.5
-"""Seconds, after the program's own shutdown hooks, that the end of a node waits for the master to take notice."""
+"""Seconds that a node waits for the master when it ends. The time begins after the program's own shutdown hooks."""
 MAIN_PATIENCE = 0.4
-"""Seconds after that in which the main thread must come to its end, when the master did not answer."""
+"""Seconds that the main thread has to end after MASTER_PATIENCE, when the master does not answer."""
 WAITING_CONNECTIONS = 128
-"""Connections to a node that may wait to be taken."""
+"""The length of the listen queue: how many connections to a node may wait until rospy accepts them."""
 
 
 def init_node(name: str) -> None:
-    """As rospy.init_node, but a signal (Ctrl-C, SIGTERM, a closed terminal) ends the node in a thread of its own.
+    """Do what rospy.init_node does, but shut down in a separate thread after a signal.
 
-    rospy's own handlers run the shutdown in the main thread, on top of what it was just doing. Then they wait for ever
-    for locks that it holds: even `rospy.loginfo` takes one while it talks with the master (seen with 1.15.15).
-    ``nohup`` is respected.
+    The signals are SIGINT (Ctrl-C), SIGTERM and SIGHUP (a closed terminal; ignored under ``nohup``).
 
-    A signal that comes while this function runs ends the program here, with code 0. A master that hangs holds up
-    neither the end of a node nor a thread that logs something.
+    The signal handler of rospy runs the shutdown in the main thread, in the middle of what this thread just does.
+    There it can wait for ever for a lock that the main thread holds: even `rospy.loginfo` holds a lock while it sends
+    a request to the master (seen with rospy 1.15.15).
+
+    A signal that comes while this function runs ends the program with exit code 0. A master that does not answer
+    delays neither the end of the node nor a thread that logs something.
     """
     _send_each_line(sys.stdout, sys.stderr)
-    # Each entry asks to end, and says why. It takes no lock, so that a signal handler may use it.
+    # Each entry asks the node to end, and holds the reason. A SimpleQueue is safe to use in a signal handler.
     asked: "queue.SimpleQueue[str]" = queue.SimpleQueue()
     hooks_ran, over, ended = threading.Event(), threading.Event(), threading.Event()
     signals: List[int] = []
@@ -62,7 +64,7 @@ def init_node(name: str) -> None:
         ended.set()
         if not rospy.is_shutdown() and not over.wait(MAIN_PATIENCE):
             sys.stdout.flush()
-            os._exit(0)     # the main thread, too, waits for the master, and nothing wakes it
+            os._exit(0)     # the main thread waits for the master too, and nothing can wake it
 
     def on_signal(number: int, frame: Any) -> None:
         signals.append(number)
@@ -73,7 +75,7 @@ def init_node(name: str) -> None:
         asked.put("the program has ended")
         ended.wait()
 
-    rospy.core.add_preshutdown_hook(follow_hooks)   # before those of rospy that tell the master
+    rospy.core.add_preshutdown_hook(follow_hooks)   # runs before rospy's own hooks, which send requests to the master
     threading.Thread(target=end, name="signals", daemon=True).start()
     atexit.register(at_exit)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
@@ -91,16 +93,16 @@ def init_node(name: str) -> None:
 
 
 def _send_each_line(*streams: Any) -> None:
-    """Let a file or a pipe have each line at once, not at the end of the program. Other streams stay as they are."""
+    """Make text streams write each line at once, also to a file or a pipe. Other streams stay as they are."""
     for stream in streams:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(line_buffering=True)
 
 
 def _raise_listen_backlog() -> None:
-    """Let many connections wait until rospy takes them. It allows five, and a recorder opens thirty at once.
+    """Let WAITING_CONNECTIONS connections wait until rospy accepts them.
 
-    The others would try again only a second later.
+    rospy lets five wait, but a recorder opens thirty at once. The rest of them would try again only a second later.
     """
     server = init_tcpros_server()
     server.start_server()       # unless it runs already
@@ -109,9 +111,11 @@ def _raise_listen_backlog() -> None:
 
 
 def _publish_log_in_thread_of(listener: logging.handlers.QueueListener) -> None:
-    """Let the listener's thread publish what is logged on /rosout: rospy asks the master with each line.
+    """Publish log messages to /rosout in the thread of ``listener``, not in the thread that logs.
 
-    That thread does not take the lock of rospy's handler, because the end of the program waits for it.
+    rospy sends a request to the master for each log message, so a master that hangs would block the thread that logs.
+    The thread of the listener does not take the lock of rospy's log handler, because the end of the program waits for
+    that lock.
     """
     logger = logging.getLogger("rosout")
     handlers = [handler for handler in logger.handlers if isinstance(handler, RosOutHandler)]
@@ -124,9 +128,10 @@ def _publish_log_in_thread_of(listener: logging.handlers.QueueListener) -> None:
 
 
 def wait_for_clock() -> None:
-    """Return once ROS time goes on. Raises ROSInterruptException when ROS shuts down.
+    """Wait until ROS time runs. Raises ROSInterruptException when ROS shuts down.
 
-    Simulated time may not have begun, or may be paused. Then the log says what this node waits for.
+    Real time always runs. Simulated time (/clock) may not have started, or may be paused; then the node logs that it
+    waits.
     """
     if not rospy.rostime.is_wallclock():
         rospy.loginfo("waiting for the time on /clock to go on (use_sim_time is set)")
@@ -134,9 +139,9 @@ def wait_for_clock() -> None:
 
 
 def sleep(duration: float) -> None:
-    """As rospy.sleep (s), but it begins again when time jumps back, where rospy's raises an exception.
+    """Sleep for ``duration`` seconds of ROS time. When time jumps back, the sleep starts again.
 
-    Raises ROSInterruptException when ROS shuts down.
+    (`rospy.sleep` raises an exception when time jumps back.) Raises ROSInterruptException when ROS shuts down.
     """
     while True:
         with contextlib.suppress(rospy.ROSTimeMovedBackwardsException):
@@ -144,10 +149,10 @@ def sleep(duration: float) -> None:
 
 
 def ticks(rate: float, duration: float) -> Iterator[None]:
-    """Yields `rate` times a second for `duration` seconds of ROS time, or until ROS shuts down.
+    """Yield `rate` times a second for `duration` seconds of ROS time, or until ROS shuts down.
 
-    It yields nothing while time is paused, and not more often when time jumps back: a robot that is driven at each tick
-    drives no farther then.
+    There are never more than `rate` * `duration` ticks: none while time is paused, and no extra ticks when time jumps
+    back. So a robot that gets a command at each tick does not drive farther than planned.
     """
     pace = rospy.Rate(rate, reset=True)
     for _ in range(round(rate * duration)):
@@ -158,40 +163,40 @@ def ticks(rate: float, duration: float) -> Iterator[None]:
 
 
 NO_ANSWER = OSError, http.client.HTTPException, xmlrpc.client.Error
-"""Errors of a question to a master or a node that is not there, or hangs."""
+"""The exceptions of an XML-RPC request to a ROS master or node that does not run, or hangs."""
 
 
 class ImpatientTransport(xmlrpc.client.Transport):
-    """An XML-RPC transport that waits ``timeout`` s for each piece of an answer, and then raises OSError."""
+    """An XML-RPC transport with a time-out: it raises OSError when no data arrive for ``timeout`` seconds."""
 
     def __init__(self, timeout: float) -> None:
         super().__init__()
         self._timeout = timeout
 
     def make_connection(self, host: Any) -> http.client.HTTPConnection:
-        """A connection with this time-out."""
+        """Return a connection to ``host`` that has the time-out of this transport."""
         connection = super().make_connection(host)
         connection.timeout = self._timeout
         return connection
 
 
 def peer(address: str, timeout: float) -> Any:
-    """The master or node at an XML-RPC address. To be asked in a ``with`` block; each answer may take ``timeout`` s.
+    """Return an XML-RPC proxy for the ROS master or node at ``address`` (a URI). Use it in a ``with`` block.
 
-    A question raises one of NO_ANSWER when there is no answer. With rospy it would wait for ever.
+    A request raises one of NO_ANSWER when no answer comes within ``timeout`` seconds. rospy's proxies wait for ever.
     """
     return xmlrpc.client.ServerProxy(address, transport=ImpatientTransport(timeout))
 
 
 def is_offered(service: str, timeout: float) -> Optional[bool]:
-    """Whether some node offers a service (its full name); None when the master does not say within ``timeout`` s."""
+    """Return whether a node offers ``service`` (a full name). None when the master does not answer in ``timeout`` s."""
     with contextlib.suppress(*NO_ANSWER), peer(rosgraph.get_master_uri(), timeout) as master:
         return bool(master.lookupService(rospy.get_caller_id(), service)[0] == 1)
     return None
 
 
 def listeners(timeout: float) -> Dict[str, List[str]]:
-    """By topic, the nodes that listen to it; empty when the master does not say within ``timeout`` s."""
+    """Return the names of the subscribed nodes, by topic. Empty when the master does not answer in ``timeout`` s."""
     with contextlib.suppress(*NO_ANSWER), peer(rosgraph.get_master_uri(), timeout) as master:
         _, _, (_, subscribers, _) = master.getSystemState(rospy.get_caller_id())
         return dict(subscribers)
@@ -199,22 +204,23 @@ def listeners(timeout: float) -> Dict[str, List[str]]:
 
 
 def name_for(program: str, robot: str) -> str:
-    """A name for a node of one robot: programs of several robots run on one master, and two of one robot do not.
+    """Return the node name for ``program`` when it controls ``robot`` (the namespace of the robot).
 
-    ROS ends a node when another takes its name. So the program that is started last has the robot.
+    Each robot gets its own node name, so programs for several robots can run with one master. But when the same program
+    is started twice for one robot, ROS ends the first one, because a new node took its name.
     """
     robot = re.sub(r"\W", "_", robot.strip("/"))
     return program if robot == "pioneer" else "%s_%s" % (program, robot)
 
 
 def is_at_work(node: str, timeout: float) -> bool:
-    """Whether a node (its full name) is there and answers; each question may take ``timeout`` s.
+    """Return whether ``node`` (a full name) runs and answers within ``timeout`` seconds.
 
-    Raises one of NO_ANSWER when the master does not answer.
+    Raises one of NO_ANSWER when the master does not answer within ``timeout`` seconds.
     """
     with peer(rosgraph.get_master_uri(), timeout) as master:
         code, _, address = master.lookupNode(rospy.get_caller_id(), node)
     if code == 1:
-        with contextlib.suppress(*NO_ANSWER), peer(address, timeout) as known:      # no answer: it was killed
+        with contextlib.suppress(*NO_ANSWER), peer(address, timeout) as known:      # no answer: the node was killed
             return bool(known.getPid(rospy.get_caller_id())[0] == 1)
     return False

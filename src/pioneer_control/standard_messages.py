@@ -1,6 +1,7 @@
-"""Sonar and battery as messages that other packages know, and RobotInfo. Pure functions.
+"""Pure functions that make messages: sonar and battery as standard ROS messages, and RobotInfo.
 
-The driver sends them live, and the programs of `bags` make them of old bags. ``stamp`` is a rospy.Time.
+The driver publishes these messages, and the programs in `bags` make them from old bags. ``stamp`` is a rospy.Time, the
+time of the measurement.
 
 Source: REP 103 for units and axes, REP 117 for ranges.
 """
@@ -19,17 +20,25 @@ from .msg import RobotInfo
 from .robots import RobotModel, Transducer
 
 MIN_RANGE = 0.1
-"""Range (m) below which a transducer hears only its own pulse: what is nearer reads as this."""
+"""The shortest range (m) that a transducer can measure. For a nearer obstacle we publish this range."""
 FIELD_OF_VIEW = math.radians(25)
 HEIGHT = 0.17
-"""Height (m) of the transducers above the floor on a Pioneer 3: the table of models has none."""
+"""The height (m) of the transducers above the floor on a Pioneer 3. We use it for all models."""
 
 POINT = struct.Struct("<fff")
 FIELDS = [PointField(axis, 4 * place, PointField.FLOAT32, 1) for place, axis in enumerate("xyz")]
 
 
 def sonar_range(number: int, distance: float, stamp: Any, frame_prefix: str, no_echo: float = math.inf) -> Range:
-    """What one transducer heard (m); ``no_echo`` (m) where nothing is in sight: infinity (REP 117), or NO_ECHO."""
+    """Return the reading of one sonar transducer as a sensor_msgs/Range message.
+
+    Args:
+        number: the number of the transducer; it chooses the frame (see `frame_of`).
+        distance: the measured range (m). NO_ECHO or more means that there was no echo.
+        stamp: the time of the measurement.
+        frame_prefix: the prefix of the names of the sonar frames.
+        no_echo: the range (m) to publish when there was no echo. Infinity is as REP 117 says.
+    """
     return Range(
         header=Header(stamp=stamp, frame_id=frame_of(number, frame_prefix)),
         radiation_type=Range.ULTRASOUND,
@@ -41,7 +50,7 @@ def sonar_range(number: int, distance: float, stamp: Any, frame_prefix: str, no_
 
 
 def sonar_points(points: Iterable[Tuple[float, float]], stamp: Any, base_link_frame: str) -> PointCloud2:
-    """Places of echoes (m, base_link; see `echo_place`) as a cloud at the height of the transducers."""
+    """Return a point cloud of echoes. ``points`` are (x, y) in base_link (m); z is the height of the transducers."""
     data = b"".join(POINT.pack(*point, HEIGHT) for point in points)
     return PointCloud2(
         header=Header(stamp=stamp, frame_id=base_link_frame),
@@ -58,13 +67,13 @@ def sonar_points(points: Iterable[Tuple[float, float]], stamp: Any, base_link_fr
 def echo_place(
     transducer: Transducer, distance: float, age: float, linear: float, angular: float,
 ) -> Tuple[float, float]:
-    """Where (m) an echo is in base_link now.
+    """Return where an echo is now: (x, y) in base_link (m). The robot has moved since the measurement.
 
     Args:
-        transducer: it heard the echo.
-        distance: of the echo then (m).
-        age: s since then.
-        linear, angular: speed of the robot (m/s, rad/s), at which it went on meanwhile.
+        transducer: the transducer that measured the echo.
+        distance: the range at the time of the measurement (m).
+        age: the time since the measurement (s).
+        linear, angular: the velocity of the robot since the measurement (m/s, rad/s), taken as constant.
     """
     turn, way = angular * age, linear * age
     x = transducer.x + distance * math.cos(transducer.heading) - way * math.cos(turn / 2)
@@ -74,7 +83,10 @@ def echo_place(
 
 
 def sonar_frames(transducers: Iterable[Transducer], stamp: Any, base_link_frame: str, frame_prefix: str) -> TFMessage:
-    """Where each transducer sits and looks. All in one message: /tf_static keeps only the last one of a node."""
+    """Return the transforms from base_link to the frames of all transducers, for /tf_static.
+
+    They are in one message, because /tf_static is latched: it keeps only the last message of each node.
+    """
     header = Header(stamp=stamp, frame_id=base_link_frame)
     return TFMessage([
         TransformStamped(header, frame_of(transducer.number, frame_prefix), Transform(
@@ -83,7 +95,7 @@ def sonar_frames(transducers: Iterable[Transducer], stamp: Any, base_link_frame:
 
 
 def frame_of(number: int, frame_prefix: str) -> str:
-    """The frame of a transducer, x along its axis."""
+    """Return the name of the frame of a transducer. Its x axis points along the axis of the sonar cone."""
     return "%ssonar_%d" % (frame_prefix, number)
 
 
@@ -91,7 +103,17 @@ def battery(
     voltage: float, stamp: Any, base_link_frame: str, percentage: float = math.nan,
     status: int = BatteryState.POWER_SUPPLY_STATUS_UNKNOWN,
 ) -> BatteryState:
-    """Voltage (V), and if known charge (0 to 1) and status of the charger. What no Pioneer measures is NaN."""
+    """Return a sensor_msgs/BatteryState message.
+
+    Values that no Pioneer measures (temperature, current, capacity) are NaN.
+
+    Args:
+        voltage: the voltage of the battery (V).
+        stamp: the time of the measurement.
+        base_link_frame: the frame of the message.
+        percentage: the state of charge (0 to 1); NaN when it is not known.
+        status: whether the charger charges: a POWER_SUPPLY_STATUS_ constant of BatteryState.
+    """
     return BatteryState(
         header=Header(stamp=stamp, frame_id=base_link_frame),
         voltage=voltage,
@@ -107,9 +129,9 @@ def battery(
 
 
 def robot_info(model: RobotModel, has_gripper: bool, stamp: Any, base_link_frame: str) -> RobotInfo:
-    """What a model is: limits, poses of its transducers and outline (m, rad, base_link).
+    """Return a RobotInfo message: speed limits, poses of the transducers and outline of a model (m, rad, base_link).
 
-    The fields that only a connected robot can fill stay empty.
+    The fields that only a connected robot can fill (name, type, firmware) stay empty.
     """
     return RobotInfo(
         header=Header(stamp=stamp, frame_id=base_link_frame),
