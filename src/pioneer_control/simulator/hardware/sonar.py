@@ -51,7 +51,9 @@ class Sonar:
         half_width = math.radians(numbers.cone_deg) / 2.0
         self._mounts = _mounts(tuple(transducers), half_width)
         self._numbers, self._noise, self._body = numbers, noise, body
-        self._ear = world.ear(half_width, numbers.maximum, _tangent(math.radians(numbers.specular_deg)))
+        cosine, sine = unit(math.radians(numbers.specular_deg))
+        slant = sine / cosine if numbers.specular_deg < 90.0 else math.inf
+        self._ear = world.ear(half_width, numbers.maximum, slant)
         self._random = random.Random(seed)
         self._heading = Heading()
         self._readings: List[Reading] = []
@@ -140,9 +142,3 @@ def _mounts(transducers: Sequence[Transducer], half_width: float) -> Dict[int, M
     memory again and again.
     """
     return {number: (x, y, to, unit(to - half_width), unit(to + half_width)) for number, x, y, to in transducers}
-
-
-def _tangent(angle: float) -> float:
-    """Tangent of an angle from 0 to a quarter turn (rad), whose own is infinite."""
-    cosine, sine = unit(angle)
-    return sine / cosine if angle < math.pi / 2.0 else math.inf

@@ -133,9 +133,12 @@ class World:
         Args:
             outline_xy: (k, 2) corners of the body's polygon in order, convex or not.
         """
-        centre_x, centre_y, radius = _middle(*zip(*outline_xy))
-        solids = self._near(centre_x, centre_y, radius)
-        return len(solids) > 0 and solids.overlap(outline_xy, centre_x, centre_y, radius)
+        xs, ys = zip(*outline_xy)
+        low_x, low_y, high_x, high_y = min(xs), min(ys), max(xs), max(ys)
+        # a circle round it
+        x, y, radius = (low_x + high_x) / 2.0, (low_y + high_y) / 2.0, hypot(high_x - low_x, high_y - low_y) / 2.0
+        solids = self._near(x, y, radius)
+        return len(solids) > 0 and solids.overlap(outline_xy, x, y, radius)
 
     def clearance(self, x: float, y: float) -> float:
         """Distance from a point to the nearest wall or post: infinite where there is none, 0 inside a post."""
@@ -198,12 +201,6 @@ class World:
     def _find(self, column: int, row: int, reach: int) -> Solids:
         """Every solid within `reach` of a square of floor."""
         return self.within((column + 0.5) * _SIDE, (row + 0.5) * _SIDE, reach + 0.7072 * _SIDE)
-
-
-def _middle(xs: Sequence[float], ys: Sequence[float]) -> Tuple[float, float, float]:
-    """Middle of the box round some points, and the distance from it to the farthest of its corners."""
-    low_x, low_y, high_x, high_y = min(xs), min(ys), max(xs), max(ys)
-    return (low_x + high_x) / 2.0, (low_y + high_y) / 2.0, hypot(high_x - low_x, high_y - low_y) / 2.0
 
 
 def _poses(name: str, kind: str, rows: Sequence[Pose]) -> List[Pose]:
