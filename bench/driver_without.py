@@ -28,5 +28,8 @@ def plain_both() -> None:
 PIECES = {piece.__name__: piece for piece in (plain_connection, plain_messages, plain_both)}
 
 if __name__ == "__main__":
-    PIECES[sys.argv.pop(1)]()
+    word = sys.argv.pop(1) if len(sys.argv) > 1 else ""
+    if word not in PIECES:
+        sys.exit("there is no piece %r; legal: %s" % (word, ", ".join(PIECES)))
+    PIECES[word]()
     sys.exit(node.main())

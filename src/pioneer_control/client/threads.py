@@ -53,8 +53,10 @@ class Audience:
                 self._listeners[is_state].append(listener)
 
     def put(self, events: List[Event]) -> None:
-        """Let these events wait for the listeners. Returns at once."""
+        """Let these events wait for the listeners; of several LinkDown in a row only the newest. Returns at once."""
         with self._lock:
+            if self._waiting and isinstance(self._waiting[-1], LinkDown) and isinstance(events[0], LinkDown):
+                self._waiting.pop()
             self._waiting += events
             excess = len(self._waiting) - MOST_WAITING
             if excess > 0:
@@ -116,10 +118,8 @@ class Connection:
 
     def try_send(self) -> None:
         """As send(), but without raising: the threads find out that the line is dead."""
-        try:
+        with contextlib.suppress(LinkLostError):
             self.send()
-        except LinkLostError:
-            pass
 
     def give_up(self, error: LinkError) -> None:
         """End the session at once, unless it is finished."""
@@ -332,7 +332,8 @@ class LinkThreads:
             connection.is_open = not session.finished
         if not connection.is_open:
             connection.transport.close()
-            events += self._finish(session)
+            if session.error is not None and not self._closing:
+                events += self._failed(session.error)
         return events
 
     def _notice(self, session: Session, events: List[Event]) -> None:
@@ -347,10 +348,6 @@ class LinkThreads:
             self.identity, self._baud = connected.identity, connected.own_baud or self._baud
         if events or session.finished:
             self.changed.notify_all()
-
-    def _finish(self, session: Session) -> List[Event]:
-        """A session is over, and its port closed. Returns what there is to tell of that."""
-        return [] if self._closing or session.error is None else self._failed(session.error)
 
     def _failed(self, error: PioneerError) -> List[Event]:
         """There is no link; the next attempt comes after a pause, if at all. Returns what there is to tell of that."""
