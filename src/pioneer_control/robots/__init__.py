@@ -1,11 +1,12 @@
-"""What differs between a p3dx-sh and an amigo-sh: one data file, ``models.yaml``, and the classes that load it.
+"""The table of robot models: sizes, limits and units of each model (p3dx-sh, amigo-sh, ...), from ``models.yaml``.
 
 >>> from pioneer_control.robots import find_model
 >>> find_model("p3dx-sh").max_linear
 2.2
 
-Open ``models.yaml`` first: its head explains every key. The file is keyed by the subtype that a robot announces of
-itself; a user's own file of the same form overrides any value of it. ``table`` reads the file, ``model`` is one entry.
+The comment at the top of ``models.yaml`` explains every key. A model is found by its subtype, the name that a robot
+announces when it connects. A user's own file of the same form can replace any value. ``table`` reads the file, and
+``model`` holds the values of one model.
 """
 
 from .model import ARRAY_SIZE, GripperShape, RobotModel, Transducer

@@ -1,4 +1,4 @@
-"""``python3 -m pioneer_control.robots [FILE]`` prints all models as a table in Markdown, as docs/models.md has it."""
+"""``python3 -m pioneer_control.robots [FILE]`` prints all models as the Markdown table that is in docs/models.md."""
 
 import argparse
 import math
@@ -27,18 +27,18 @@ COLUMNS: Dict[str, Callable[[RobotModel], str]] = {
     "diff": lambda model: "%.6g" % model.diff_rad_per_mm,
     "wheel (mm)": lambda model: "%g" % (model.wheel_radius * 1000) if model.wheel_radius else "?",
 }
-"""The columns of the table: the heading of each, and what it says of a model."""
+"""The columns of the printed table: from the heading of a column to a function that returns the cell of a model."""
 
 
 def table(models: Dict[str, RobotModel]) -> List[str]:
-    """The lines of the table, in the order of the file."""
+    """Return the lines of the Markdown table: the heading, then one line for each model in the order of the file."""
     rows = [list(COLUMNS), ["---"] * len(COLUMNS)]
     rows += [[text(model) for text in COLUMNS.values()] for model in models.values()]
     return ["|" + "|".join(row) + "|" if "---" in row else "| " + " | ".join(row) + " |" for row in rows]
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
-    """Print the table. Returns the exit code: 0 printed, 2 a models file that makes no sense."""
+    """Print the table of models and return exit code 0. With a wrong models file the program ends with exit code 2."""
     parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.robots",
                                      description="Print all robot models as a table in Markdown.")
     parser.add_argument("file", metavar="FILE", nargs="?", help="a models file that overrides or adds models")

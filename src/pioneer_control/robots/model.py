@@ -1,7 +1,7 @@
-"""The values of one robot model, in SI units and in the frame base_link.
+"""The properties of one robot model: size, limits, sonar and gripper, in the frame base_link.
 
-Factors that turn units of the wire into millimetres and radians have the unit in their names. Everything else is in
-metres, radians and seconds.
+Values are in metres, radians and seconds. Only the factors that convert raw values from the robot have other units;
+their names contain the unit, for example ``dist_mm_per_unit``.
 
 Source: REP 103 (x forward, y left, counter-clockwise positive).
 """
@@ -18,7 +18,7 @@ GRIP_STATE_FIRST = frozenset(["AROS", "ARCOS", "AmigoSH"])
 
 
 class Transducer(NamedTuple):
-    """One sonar transducer: its number on the wire and where it sits and looks (m, rad, base_link)."""
+    """One sonar transducer: its number in the protocol, and its position and direction (m, rad, base_link)."""
 
     number: int
     x: float
@@ -28,7 +28,11 @@ class Transducer(NamedTuple):
 
 @dataclass(frozen=True)
 class GripperShape:
-    """The Pioneer 2/3 gripper: lengths in m, times in s, distances of beams ahead of the palm."""
+    """The Pioneer 2/3 gripper: lengths in m, times in s, speed in m/s.
+
+    The palm is where the paddles begin. ``paddle_start`` is the distance from the front of the body to the palm.
+    ``inner_beam`` and ``outer_beam`` are the distances from the palm to the light beams between the paddles.
+    """
 
     paddle_start: float
     paddle_length: float
@@ -45,22 +49,21 @@ class GripperShape:
 
     @property
     def reach(self) -> float:
-        """Distance (m) from the front of the body to the tips of the paddles."""
+        """The distance (m) from the front of the body to the tips of the paddles."""
         return self.paddle_start + self.paddle_length
 
     @property
     def width(self) -> float:
-        """Width (m) over the outsides of the fully open paddles."""
+        """The width (m) of the fully open gripper, from the outside of one paddle to the outside of the other."""
         return self.opening + 2 * self.paddle_thickness
 
 
 @dataclass(frozen=True)
 class RobotModel:
-    """One row of the model table.
+    """The properties of one robot model: one entry of the table of models (m, rad, s; base_link).
 
-    ``sonar`` holds the transducers that are fitted, in the order of their numbers; numbers may have gaps.
-    ``angle_rad_per_unit`` is the exact fraction of a turn, not a rounded number from a parameter file. ``wheel_radius``
-    is None where it is not known.
+    ``length_front`` and ``length_rear`` begin at the centre of rotation. ``sonar`` holds the fitted transducers in the
+    order of their numbers, which may have gaps. ``wheel_radius`` is None when it is not known.
     """
 
     subtype: str
@@ -86,25 +89,24 @@ class RobotModel:
 
     @property
     def angle_rad_per_unit(self) -> float:
-        """One unit of THPOS in rad."""
+        """The size (rad) of one unit of THPOS, the raw heading in a SIP."""
         return 2 * math.pi / self.angle_units_per_rev
 
     @property
     def sonar_count(self) -> int:
-        """Highest fitted transducer number plus one: the length of a list indexed by number."""
+        """The length of a list of ranges whose index is the transducer number: the highest fitted number plus one."""
         return 1 + max((transducer.number for transducer in self.sonar), default=-1)
 
     @property
     def grip_state_first(self) -> bool:
-        """Whether the gripper's state is the first of the two bytes after the sonar of a SIP."""
+        """Whether the state of the gripper is the first of the two bytes that follow the sonar readings in a SIP."""
         return self.firmware_family in GRIP_STATE_FIRST
 
     @functools.lru_cache(maxsize=None)
     def outline(self, gripper: bool = False) -> Tuple[Point, ...]:
-        """Outline of the body from above (m), counter-clockwise from the rear right corner.
+        """Return the corners (x, y) of the robot seen from above (m, base_link).
 
-        Args:
-            gripper: include the open paddles.
+        They are counter-clockwise and begin at the rear right. ``gripper``: include the open paddles of the gripper.
         """
         front, rear, side = self.length_front, -self.length_rear, self.width / 2
         if not gripper:
@@ -115,11 +117,19 @@ class RobotModel:
 
     @functools.lru_cache(maxsize=None)
     def with_arrays(self, front: bool, rear: bool) -> "RobotModel":
-        """This model without the sonar arrays that are not fitted (CONFIGpac says it: FrontSonar, RearSonar)."""
+        """Return a copy of this model that has only the fitted sonar arrays.
+
+        Args:
+            front: the front array is fitted (FrontSonar in the CONFIGpac of the robot).
+            rear: the rear array is fitted (RearSonar in the CONFIGpac).
+        """
         return replace(self, sonar=tuple(
             each for each in self.sonar if (front if self._array_looks_ahead(each) else rear)))
 
     def _array_looks_ahead(self, transducer: Transducer) -> bool:
-        """Whether most of the array of a transducer looks ahead. An AmigoBot's only array does; two of it look back."""
+        """Return whether the sonar array of a transducer looks mainly forward.
+
+        The single array of an AmigoBot counts as looking forward, although two of its eight transducers look back.
+        """
         array = [each for each in self.sonar if each.number // ARRAY_SIZE == transducer.number // ARRAY_SIZE]
         return sum(math.cos(each.heading) for each in array) > -1e-9

@@ -1,4 +1,4 @@
-"""Loads ``models.yaml`` and, over it, a user's own file of the same form."""
+"""Loads the table of robot models: ``models.yaml``, and a user's own file of the same form that can replace values."""
 
 import difflib
 import math
@@ -20,11 +20,16 @@ Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def _metres(value_mm: float) -> float:
+    """Convert millimetres to metres."""
     return value_mm / 1000.0
 
 
 class Key(NamedTuple):
-    """A key of the file: which field it becomes, what is legal, and how it becomes the field's unit."""
+    """How to read one key of a models file.
+
+    ``field`` is the name of the field of RobotModel or GripperShape. ``kind`` checks the value. ``convert`` converts it
+    to the unit of the field, for example from mm to m.
+    """
 
     field: str
     kind: Any
@@ -51,7 +56,7 @@ MODEL_KEYS: Dict[str, Key] = {
     "wheel_radius_mm": Key("wheel_radius", Number(0), lambda value_mm: value_mm / 1000.0 or None),
 }
 DEFAULTS = {"wheel_radius_mm": 0}
-"""Keys that a model may leave out, and what counts then."""
+"""The keys that a model in the file may leave out, and their default values."""
 GRIPPER_KEYS: Dict[str, Key] = {
     "paddle_start_mm": Key("paddle_start", Number(0), _metres),
     "paddle_length_mm": Key("paddle_length", Number(0), _metres),
@@ -70,12 +75,12 @@ GRIPPER_KEYS: Dict[str, Key] = {
 
 @dataclass(frozen=True)
 class ModelTable:
-    """All models by subtype, and other names that robots announce.
+    """All robot models.
 
     Attributes:
-        models: by subtype.
-        aliases: the subtypes that other names stand for.
-        excluded: by name, in lower case, the reason why we do not drive such a robot.
+        models: from the subtype (the name that a robot announces) to the model.
+        aliases: from other names that robots announce to the subtype to use.
+        excluded: from the name of a robot that we do not support (in lower case) to the reason, for people.
     """
 
     models: Dict[str, RobotModel]
@@ -83,10 +88,11 @@ class ModelTable:
     excluded: Dict[str, str]
 
     def find(self, subtype: str) -> RobotModel:
-        """The model of the subtype that a robot announces. Upper and lower case are the same.
+        """Return the model for a subtype or an alias. Upper and lower case make no difference.
 
         Raises:
-            UnknownModelError: names near models, or the reason why this one is excluded.
+            UnknownModelError: the table has no such model, or the model is excluded. The text lists models with similar
+                names, or gives the reason for the exclusion.
         """
         wanted = subtype.strip().lower()
         by_lower_case = {name.lower(): name for name in self.models}
@@ -103,10 +109,10 @@ class ModelTable:
 
 
 def load_table(override_file: Optional[str] = None) -> ModelTable:
-    """The package's table with the values of a user's file over it.
+    """Load the models of this package. Values from ``override_file`` replace ours, and can add models.
 
     Raises:
-        UsageError: names the file, the model and the key when something in it makes no sense.
+        UsageError: a file cannot be read, or a value in it is not legal. The text names the file, model and key.
     """
     source, content = OWN_FILE, _read(OWN_FILE)
     if override_file:
@@ -121,12 +127,21 @@ def load_table(override_file: Optional[str] = None) -> ModelTable:
 
 
 def find_model(subtype: str, override_file: Optional[str] = None) -> RobotModel:
-    """The model of a subtype. Raises UnknownModelError as `ModelTable.find` and UsageError as `load_table`."""
+    """Load the table of models and return the model for a subtype or an alias.
+
+    Raises:
+        UnknownModelError: the table has no such model, or the model is excluded.
+        UsageError: a models file cannot be read, or a value in it is not legal.
+    """
     return load_table(override_file).find(subtype)
 
 
 def _read(path: str) -> Dict[str, Dict[str, Any]]:
-    """A models file as sections of dictionaries, each present. Raises UsageError."""
+    """Read a models file and return its sections. A section that the file does not have is an empty dictionary.
+
+    Raises:
+        UsageError: the file cannot be read, is not YAML, or has a wrong section.
+    """
     try:
         with open(path, encoding="utf-8") as file:
             content = yaml.load(file, Loader=Loader)
@@ -145,7 +160,14 @@ def _read(path: str) -> Dict[str, Dict[str, Any]]:
 
 
 def _merged(own: Dict[str, Dict[str, Any]], user: Dict[str, Dict[str, Any]], source: str) -> Dict[str, Dict[str, Any]]:
-    """The user's values over ours. A model is merged key by key; in other sections an entry replaces ours."""
+    """Return our sections with the values of the user's file in them.
+
+    In the section ``models``, each key of the user's model replaces the same key of our model. In the other sections, a
+    whole entry of the user replaces our entry. ``source`` is the name of the user's file, for errors.
+
+    Raises:
+        UsageError: a model in the user's file is not a mapping.
+    """
     merged = {section: dict(own[section], **user[section]) for section in SECTIONS}
     for name, values in user["models"].items():
         if not isinstance(values, dict):
@@ -155,7 +177,17 @@ def _merged(own: Dict[str, Dict[str, Any]], user: Dict[str, Dict[str, Any]], sou
 
 
 def _resolved(name: str, models: Dict[str, Dict[str, Any]], source: str, seen: Tuple[str, ...] = ()) -> Dict[str, Any]:
-    """All values of a model. It has those of the model that it is ``like``, but for those that it gives itself."""
+    """Return all values of a model. Values that it does not give come from the model that its key ``like`` names.
+
+    Args:
+        name: the name of the model.
+        models: the section ``models`` of the file.
+        source: the name of the file, for errors.
+        seen: the models that led here through ``like``, to find a circle.
+
+    Raises:
+        UsageError: ``like`` names an unknown model, or models are ``like`` each other in a circle.
+    """
     if name in seen:
         raise UsageError("%s: models are like each other in a circle: %s" % (source, " -> ".join(seen + (name,))))
     values = dict(models[name])
@@ -168,6 +200,7 @@ def _resolved(name: str, models: Dict[str, Dict[str, Any]], source: str, seen: T
 
 
 def _model(name: str, content: Dict[str, Dict[str, Any]], gripper: GripperShape, source: str) -> RobotModel:
+    """Return the model ``name`` from the sections of a models file. Raises UsageError when a value is not legal."""
     where = "%s: model %s" % (source, name)
     values = dict(DEFAULTS, **_resolved(name, content["models"], source))
     sonar = values.pop("sonar", ())
@@ -177,7 +210,17 @@ def _model(name: str, content: Dict[str, Dict[str, Any]], gripper: GripperShape,
 
 
 def _transducers(where: str, sonar: Any, layouts: Dict[str, Any]) -> Iterator[Transducer]:
-    """The transducers of a model: ``sonar`` is what the file says of them, their poses or the name of a layout."""
+    """Yield the transducers of a model.
+
+    Args:
+        where: the file and the model, for errors.
+        sonar: the value of the key ``sonar``: the name of a layout, or a list of poses [x_mm, y_mm, heading_deg]. The
+            place in the list is the transducer number; null means that this transducer is not fitted.
+        layouts: the section ``sonar_layouts`` of the file.
+
+    Raises:
+        UsageError: the layout is unknown, or a pose is not legal.
+    """
     if isinstance(sonar, str):
         if sonar not in layouts:
             raise UsageError("%s: unknown sonar layout %r (known: %s)" % (where, sonar, ", ".join(layouts)))
@@ -195,7 +238,19 @@ def _transducers(where: str, sonar: Any, layouts: Dict[str, Any]) -> Iterator[Tr
 
 
 def _converted(where: str, values: Dict[str, Any], keys: Dict[str, Key]) -> Dict[str, Any]:
-    """The values of a mapping of the file as fields in their own units. Raises UsageError when one is not legal."""
+    """Check the values of one mapping of a models file, and convert them to the units of the fields.
+
+    Args:
+        where: the file and the model, for errors.
+        values: the mapping: from a key of the file to its value.
+        keys: all keys that the mapping must have.
+
+    Returns:
+        The converted values, by the name of the field.
+
+    Raises:
+        UsageError: a key is unknown or missing, or a value is not legal.
+    """
     for name in values:
         if name not in keys:
             near = nearest(name, keys)
@@ -208,7 +263,7 @@ def _converted(where: str, values: Dict[str, Any], keys: Dict[str, Key]) -> Dict
 
 
 def _checked(where: str, name: str, value: Any, kind: Any) -> Any:
-    """The value, if it is legal."""
+    """Return the value in the type that ``kind`` gives it. Raises UsageError when it is not legal."""
     try:
         return kind.accept(value)
     except ValueError:

@@ -1,24 +1,24 @@
-"""The wiki tutorial's robot: it wanders without touching anything, and picks up cans.
+"""The program of the ROS wiki tutorial: the robot wanders without touching anything, and picks up cans.
 
-Deciding and talking are kept apart. Open `wander` first.
+The files that decide and the files that use ROS topics are separate. Read `wander` first.
 
-Pure, without ROS:
+Files that do not import ROS:
 
-- `wander`: the rule. A snapshot and a memory go in, a move and a memory come out.
+- `wander`: the rule that decides how to move. From a snapshot and a memory it makes a move and a new memory.
 - `wandering`: one wander, from its first sonar message to its last.
-- `snapshot`: what a decision may look at.
-- `sights`: joins what the robot reported of one moment.
-- `clearance`: how far a body can go before it touches something.
-- `echoes`: what the sonars saw a moment ago.
-- `pick`: what the gripper's reports mean, and the steps of a pick.
-- `sender`: publishes from a thread of its own.
+- `snapshot`: the data that a decision may use.
+- `sights`: joins sonar, pose and stall messages that have the same stamp.
+- `clearance`: how far the robot can move before it touches something.
+- `echoes`: remembers obstacles that the sonars measured a moment ago.
+- `pick`: what the gripper reports mean, and the steps of a pick.
+- `sender`: publishes messages in a separate thread.
 
-With ROS:
+Files that import ROS:
 
 - `pioneer`: the class `Pioneer`, which ``nodes/rosPioneer2.py`` and programs of users use.
-- `reports`: what the robot tells.
-- `commander`: what the robot is told.
+- `reports`: subscribes to the topics of the robot.
+- `commander`: publishes commands to the robot.
 
-The tutorial "Controlling Pioneers using p2os (Python)" on the ROS wiki is by Gautham Das; docs/tutorial.md tells what
-was changed.
+The tutorial "Controlling Pioneers using p2os (Python)" on the ROS wiki is by Gautham Das. docs/tutorial.md describes
+our changes.
 """

@@ -1,4 +1,4 @@
-"""How far a body can go before it comes too near to something: the geometry under the wander.
+"""Geometry for the wander: how far the robot can move before it touches an obstacle or comes too near to it.
 
 Points are (x, y) [m] in the robot's frame: x forward, y left.
 """
@@ -12,22 +12,27 @@ import numpy as np
 Point = Tuple[float, float]
 Array = Any     # of numpy
 
-#: A turn is tried in steps of this [rad].
+#: `Outline.turn` tries a turn in steps of this size [rad].
 TURN_STEP = 0.04
-#: Two directions are parallel when they differ by less than this.
+#: Numbers with a smaller absolute value count as 0 (rounding errors).
 PARALLEL = 1e-9
 
 
 class Outline:
-    """The convex hull of a body, asked how far it may move.
+    """The convex hull of the robot, with methods that compute how far the robot can move.
 
-    Each edge has a normal that points outwards, and an offset: a point lies outside an edge when its way along the
-    normal is more than the offset. Near a corner that measure is shorter than the true distance, so the answers err to
-    the safe side.
+    Each edge has a normal, which points outwards, and an offset. A point lies outside an edge when its coordinate along
+    the normal is greater than the offset, and the difference is its distance from the edge. Near a corner this distance
+    is shorter than the true distance, so the robot stops too early rather than too late.
+
+    Attributes:
+        reach: the distance of the farthest corner from the origin, the centre of rotation [m].
+        half_width: the greatest distance of a corner from the x axis [m].
+        front, rear: how far the hull extends ahead of the origin and behind it [m].
     """
 
     def __init__(self, footprint: Iterable[Point]):
-        """Take the corners of the footprint (x, y) [m], in any order."""
+        """Make the hull of the footprint: corners (x, y) [m] in the robot's frame, in any order."""
         edges = np.array(hull_edges(footprint))
         corners = edges[:, 0]
         x, y = (edges[:, 1] - corners).T    # along each edge
@@ -38,17 +43,27 @@ class Outline:
         self.front, self.rear = float(corners[:, 0].max()), -float(corners[:, 0].min())
 
     def distance(self, x: Array, y: Array) -> Array:
-        """From the outline to points [m]; negative inside, never more than the true distance."""
+        """Return the distance from the outline to each point (x, y) [m], negative for points inside the outline.
+
+        Near a corner it can be less than the true distance, but never more.
+        """
         return self._outside(x, y).max(axis=0)
 
     def _outside(self, x: Array, y: Array) -> Array:
-        """How far points are outside each edge [m]: a row for each edge."""
+        """Return how far each point (x, y) lies outside each edge [m]: one row for each edge, negative inside."""
         return np.outer(self._normals[:, 0], x) + np.outer(self._normals[:, 1], y) - self._offsets[:, np.newaxis]
 
     def straight(self, points: Iterable[Point], margin: float, limit: float, direction: int = 1) -> float:
-        """How far the body can go straight ahead (`direction` 1) or back (-1) before it touches [m], at most `limit`.
+        """Return how far the robot can drive straight before it touches a point [m], at most `limit`.
 
-        A point that the body would pass at less than `margin` counts as touched, unless it is beside the body already.
+        A point that the robot would pass at a distance of less than `margin` counts as touched, unless the point is
+        beside the robot already.
+
+        Args:
+            points: obstacles (x, y) [m] in the robot's frame.
+            margin: the distance to keep on both sides [m].
+            limit: the greatest result [m].
+            direction: 1 to drive forward, -1 to drive back.
         """
         x, y = _columns(points)
         outside, towards = self._outside(x, y), direction * self._normals[:, :1]
@@ -61,10 +76,16 @@ class Outline:
         return float(way[in_the_way].min(initial=limit))
 
     def circle_straight(self, points: Iterable[Point], margin: float, limit: float) -> float:
-        """How far the body can go straight ahead and still turn on the spot all the way [m], at most `limit`.
+        """Return how far the robot can drive forward and still make a full turn on the spot there [m], at most `limit`.
 
-        Its turning circle, wider by `margin`, goes until it touches. A point that is within the margin already counts
-        only if the circle itself would touch it.
+        A turn on the spot needs a circle with the radius `reach`, wider by `margin`. The result is how far this circle
+        can move forward before it touches a point. A point that is inside the margin at the start counts only if the
+        circle without the margin would touch it.
+
+        Args:
+            points: obstacles (x, y) [m] in the robot's frame.
+            margin: the distance to keep around the circle [m].
+            limit: the greatest result [m].
         """
         x, y = _columns(points)
         radius = np.where(np.hypot(x, y) > self.reach + margin, self.reach + margin, self.reach)
@@ -72,9 +93,16 @@ class Outline:
         return float(max(0.0, (x[ahead] - np.sqrt(radius[ahead] ** 2 - y[ahead] ** 2)).min(initial=limit)))
 
     def turn(self, points: Iterable[Point], side: int, margin: float, limit: float) -> float:
-        """How far the body can turn on the spot to the left (`side` 1) or right (-1) [rad], at most `limit`.
+        """Return how far the robot can turn on the spot [rad], at most `limit`.
 
-        A point that is nearer than `margin` already stops the turn only if the turn brings it nearer still.
+        The turn ends before a point comes nearer to the outline than `margin`. A point that is nearer at the start ends
+        the turn only if the turn brings it even nearer.
+
+        Args:
+            points: obstacles (x, y) [m] in the robot's frame.
+            side: 1 to turn left, -1 to turn right.
+            margin: the distance to keep from points [m].
+            limit: the greatest result [rad].
         """
         x, y = _columns((x, y) for x, y in points if math.hypot(x, y) < self.reach + margin)
         angle, before = 0.0, self.distance(x, y)
@@ -88,15 +116,15 @@ class Outline:
 
 
 def _columns(points: Iterable[Point]) -> Tuple[Array, Array]:
-    """All x and all y of points."""
+    """Return the x coordinates and the y coordinates of points, as two arrays."""
     x, y = np.array(list(points), dtype=float).reshape(-1, 2).T
     return x, y
 
 
 def hull_edges(points: Iterable[Point]) -> List[Tuple[Point, Point]]:
-    """The edges of the smallest convex polygon around points, each from corner to corner, counter-clockwise.
+    """Return the edges of the convex hull of points: the smallest convex polygon that contains all of them.
 
-    No point stands on the right of such an edge.
+    Each edge is a pair of corners (from, to). Along the edge in this direction, the polygon lies on the left.
     """
     corners = sorted(set((float(x), float(y)) for x, y in points))
     return [(a, b) for a, b in itertools.permutations(corners, 2)
@@ -104,5 +132,5 @@ def hull_edges(points: Iterable[Point]) -> List[Tuple[Point, Point]]:
 
 
 def _area(a: Point, b: Point, c: Point) -> float:
-    """Twice the signed area of a triangle [m^2]: positive when a, b, c turn to the left."""
+    """Return twice the area of the triangle a, b, c [m^2]. It is positive when the path a, b, c turns left."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

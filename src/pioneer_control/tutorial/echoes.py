@@ -1,6 +1,9 @@
-"""What the sonars saw a moment ago: cones leave gaps between them, and nothing is measured below 0.10 m.
+"""Remembers obstacles that the sonars measured a moment ago.
 
-An echo is taken to lie on the axis of its cone. Spread over the whole arc it would close corridors that are open.
+The robot needs this memory because there are gaps between the cones of the sonars, and because a sonar measures nothing
+nearer than 0.10 m.
+
+We place an echo on the axis of its cone. If it filled the whole arc of the cone, open corridors would seem closed.
 """
 
 import math
@@ -9,33 +12,34 @@ from typing import Dict, List, NamedTuple, Tuple
 from .clearance import Point
 from .snapshot import Snapshot
 
-NEAREST = 0.10  #: a sonar measures nothing nearer [m]; where nothing was heard, we take an obstacle to stand there
-NEAR = 1.0  #: echoes up to here are remembered [m]
-REMEMBERED = 12.0  #: an echo is remembered for so long [s]
-FORGOTTEN_BEYOND = 1.2  #: or until the robot is so far away from it [m]
-CELL = 0.08  #: of two echoes in one square of this side only the newer one is kept [m]
+NEAREST = 0.10  #: m, the shortest range of a sonar; if a sonar gives no reading, we assume an obstacle at this range
+NEAR = 1.0  #: m, only echoes with a shorter range are remembered
+REMEMBERED = 12.0  #: s, the time after which an echo is forgotten
+FORGOTTEN_BEYOND = 1.2  #: m, an echo that is farther from the robot is forgotten
+CELL = 0.08  #: m, the side of a grid cell; of all echoes in one cell only the newest is kept
 
 
 class Refuting(NamedTuple):
-    """When a sonar refutes an echo: the echo is in its cone, and yet what it hears is farther away.
+    """The limits for refuting a remembered echo: for deciding that the obstacle is not there any more.
 
-    A sonar hears the nearest thing in its cone.
+    A sonar measures the nearest obstacle in its cone. When a remembered echo lies in the cone, but the measured range
+    is longer, the echo is refuted.
     """
 
-    tangent: float  #: how far the echo may be from the axis, in metres aside per metre along; the cone ends at 0.22
-    farther: float  #: how much farther away the sonar must hear something [m]
+    tangent: float  #: tangent of the greatest angle between the axis and the echo; the edge of the cone is at 0.22
+    farther: float  #: m, the measured range must be longer than the distance to the echo by this much
 
 
 Beam = Tuple[float, float, float, float, float]
-"""A sonar: x, y [m], cosine and sine of where it looks, and what it hears [m]."""
+"""One sonar: its position x, y [m, robot's frame], cosine and sine of its direction, and its measured range [m]."""
 
 STEADY = Refuting(math.tan(math.radians(10)), 0.05)
-#: While the robot turns: a range may be a third of a second old, and the sonar looks elsewhere now.
+#: Stricter limits while the robot turns: a range may be 0.33 s old, and the sonar now points in another direction.
 TURNING = Refuting(math.tan(math.radians(6)), 0.15)
 
 
 class Echo(NamedTuple):
-    """Something was here: x, y [m] in the frame of odometry, at time [s]."""
+    """A remembered echo: the position of an obstacle, x and y [m] in the odom frame, and the time of the sight [s]."""
 
     x: float
     y: float
@@ -43,10 +47,15 @@ class Echo(NamedTuple):
 
 
 def remember(echoes: Tuple[Echo, ...], snapshot: Snapshot, turning: bool) -> Tuple[Tuple[Echo, ...], List[Point]]:
-    """What to remember after a snapshot.
+    """Update the remembered echoes with the sonar ranges of a snapshot.
+
+    Args:
+        echoes: the echoes that were remembered before.
+        snapshot: the new data.
+        turning: the robot turns, so ranges are less exact.
 
     Returns:
-        The echoes to remember, and all points (x, y) [m] that are known around the robot, in the robot's frame.
+        The echoes to remember now, and all known obstacle points (x, y) [m] in the robot's frame, old and new.
     """
     pose = snapshot.pose
     cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
@@ -75,7 +84,7 @@ def remember(echoes: Tuple[Echo, ...], snapshot: Snapshot, turning: bool) -> Tup
 
 
 def _refuted(x: float, y: float, beams: List[Beam], refuting: Refuting) -> bool:
-    """Does a sonar look at a point and hear nothing there?"""
+    """Return whether one of the beams shows that there is no obstacle at the point (x, y) [m, robot's frame]."""
     for bx, by, ahead, aside, heard in beams:
         along = (x - bx) * ahead + (y - by) * aside
         off_axis = abs((y - by) * ahead - (x - bx) * aside)

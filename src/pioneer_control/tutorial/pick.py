@@ -1,4 +1,4 @@
-"""What the gripper's reports mean, and the steps of a pick: pure, without ROS."""
+"""The steps of a pick, and how to see from the gripper reports that a step has ended. Pure functions, without ROS."""
 
 from enum import Enum
 from typing import Callable, NamedTuple, Optional
@@ -6,11 +6,11 @@ from typing import Callable, NamedTuple, Optional
 from ..message_values import GripCommand, GripStatus, LiftCommand, LiftStatus
 from .snapshot import Grip, Lift
 
-DOWN, UP = 0.1, 0.9  # of the lift's position, 0.0 to 1.0: at rest beyond these, it is there
+DOWN, UP = 0.1, 0.9  # position of the lift (0.0 to 1.0): a resting lift is down at <= DOWN, and up at >= UP
 
 
 class Outcome(Enum):
-    """How a step of the gripper ended; the value is what to tell people."""
+    """How a step of the gripper ended. The value is a text for people."""
 
     DONE = "done"
     ALREADY_THERE = "already there"
@@ -20,12 +20,16 @@ class Outcome(Enum):
 
     @property
     def succeeded(self) -> bool:
-        """Is the gripper where the step should bring it?"""
+        """Whether the gripper reached the position of the step."""
         return self not in (Outcome.TIMED_OUT, Outcome.NO_GRIPPER)
 
 
 class Step(NamedTuple):
-    """One movement of the gripper: its name, the two commands it takes, and how its end shows."""
+    """One movement of the gripper.
+
+    It has a name, a command to the paddles (`grip`) and a command to the lift. The function `there` returns whether the
+    reported state of paddles and lift shows that the movement has reached its end.
+    """
 
     name: str
     grip: GripCommand
@@ -34,9 +38,11 @@ class Step(NamedTuple):
 
 
 def holds(grip: Optional[Grip]) -> bool:
-    """Is an object held? The paddles have closed, both feel it, and it is in a beam.
+    """Return whether the gripper holds an object. False when `grip` is None.
 
-    All three are needed: contacts alone show while something is only pushed, beams alone when nothing is connected.
+    An object is held when the paddles are closed, both paddle contacts are pressed, and the object breaks a light beam.
+    One of these signs is not enough. The contacts are also pressed when the robot only pushes an object, and the beams
+    also read as broken when no gripper is connected.
     """
     return (
         grip is not None and grip.state == GripStatus.CLOSED and grip.left and grip.right
@@ -55,12 +61,13 @@ PICK = (LOWER, OPEN, CLOSE, RAISE)
 
 
 def judge(step: Step, grip: Optional[Grip], lift: Optional[Lift], commanded: bool) -> Optional[Outcome]:
-    """How a step has ended as far as the gripper reports; None while it goes on.
+    """Return how a step of the gripper has ended. None when it has not ended yet.
 
     Args:
-        step: the step that is judged.
-        grip, lift: the newest reports; None without a gripper.
-        commanded: False before the step's command was given. What the gripper reports then was so before.
+        step: the step.
+        grip, lift: the newest reports of paddles and lift. None when there are no reports: no gripper is fitted.
+        commanded: whether the command of the step was sent. If not, the result is ALREADY_THERE or NO_GRIPPER when no
+            command is needed, and None when one is needed.
     """
     if grip is None or lift is None:
         return None if commanded else Outcome.NO_GRIPPER
