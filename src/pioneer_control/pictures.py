@@ -3,12 +3,12 @@
 This file does not import matplotlib, which takes a second to load: the caller passes in matplotlib objects.
 """
 
-import contextlib
 import io
 import os
 from typing import Any, Callable
 
 from .errors import UsageError
+from .whole_file import writing
 
 FORMATS = (".png", ".pdf", ".svg")
 WALL, FLOOR, BEYOND = "#3c3c3c", "#ffffff", "#e4e4e4"
@@ -47,14 +47,10 @@ def write(figure: Callable[[], Any], output: str, dpi: int) -> None:
     except ModuleNotFoundError as error:
         raise UsageError("pictures need matplotlib, and there is no %s: install python3-matplotlib, or with pip "
                          ".[pictures]" % error.name) from error
-    part = output + ".part"
     try:
-        with open(part, "wb") as file:
+        with writing(output) as part, open(part, "wb") as file:
             file.write(drawn.getbuffer())
-        os.replace(part, output)
     except OSError as error:
-        with contextlib.suppress(OSError):
-            os.remove(part)
         raise UsageError("cannot write %s: %s" % (output, error.strerror)) from error
 
 

@@ -25,7 +25,8 @@ ROOMS = {
     "standard_messages": {"message_values", "robots", "msg"},
     "parameters": set(),
     "ros_node": set(),
-    "pictures": set(),
+    "whole_file": set(),
+    "pictures": {"whole_file"},
     "p2os": set(),
     "robots": {"p2os", "parameters"},
     "client": {"p2os", "robots"},
@@ -34,7 +35,8 @@ ROOMS = {
     # robots: the outline, where a driver does not tell it
     "tutorial": {"message_values", "ros_node", "robots", "msg"},
     # robots: where the sonar of an old bag looks
-    "bags": {"message_values", "parameters", "ros_node", "standard_messages", "pictures", "p2os", "robots", "msg"},
+    "bags": {"message_values", "parameters", "ros_node", "standard_messages", "whole_file", "pictures", "p2os",
+             "robots", "msg"},
 }
 # Files that may use ROS, by the start of their path in the package.
 ROS_PLACES = ("ros_node.py", "standard_messages.py", "driver/", "tutorial/", "bags/", "simulator/node.py")

@@ -6,7 +6,6 @@ Times are seconds since the first bytes, by the driver's stamps. Each topic is a
 something is missing, a note says so.
 """
 
-import contextlib
 import datetime
 import os
 import sys
@@ -15,6 +14,7 @@ from typing import Any, Dict, Iterator, List, Optional, Sequence
 from ..errors import PioneerError, UsageError
 from ..msg import Wire
 from ..p2os.recording import TITLE, Entry, written
+from ..whole_file import writing
 from .command_line import parser_of, stem
 from .reader import BagReader, BagConnection, decode, read_bag
 from .records import BagError
@@ -77,19 +77,14 @@ def write_wire(bags: Sequence[str], path: str) -> str:
     first = next(found, None)
     if first is None:
         raise UsageError(("%s: %s. %s" % (", ".join(bags), HOW_TO, reader.damage)).rstrip())
-    part = path + ".part"
     try:
-        with open(part, "w", encoding="utf-8") as file:
+        with writing(path) as part, open(part, "w", encoding="utf-8") as file:
             file.write("%s\n%s\n" % (TITLE, written(first)))
             file.writelines(written(entry) + "\n" for entry in found)
             if reader.damage:
                 file.write("# %s\n" % reader.damage)
-        os.replace(part, path)
     except OSError as error:
         raise UsageError("cannot write %s: %s" % (path, error.strerror or error)) from error
-    finally:    # Ctrl-C, a full disk
-        with contextlib.suppress(OSError):
-            os.remove(part)
     return reader.damage
 
 

@@ -5,8 +5,8 @@ and latching. Here each connection stays itself: a topic may have several publis
 """
 
 import bz2
-import contextlib
-from typing import Callable, Dict, List, Mapping, Tuple, Union
+import io
+from typing import Any, Callable, Dict, List, Mapping, Tuple, Union
 
 from .records import CHUNK, CHUNK_INFO, CONNECTION, FILE_HEADER, INDEX, MAGIC, TIME, U32, U64
 
@@ -41,6 +41,13 @@ def _lz4(data: bytes) -> bytes:
 
     compressor = LZ4Compressor()
     return compressor.compress(data) + compressor.flush()
+
+
+def serialized(message: Any) -> bytes:
+    """A message as it goes over the line."""
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
 
 
 COMPRESSIONS: Dict[str, Callable[[bytes], bytes]] = {"none": bytes, "bz2": bz2.compress, "lz4": _lz4}
@@ -103,11 +110,6 @@ class BagWriter:
         self._file.seek(len(MAGIC))
         self._file.write(self._file_header(index))
         self._file.close()
-
-    def abandon(self) -> None:
-        """Write nothing more, and leave the file without an index."""
-        with contextlib.suppress(OSError):      # what was left to be written does not fit either
-            self._file.close()
 
     def _file_header(self, index: int) -> bytes:
         """The record that says where the index is; it has the same length whatever it says."""

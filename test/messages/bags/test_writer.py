@@ -76,7 +76,7 @@ def test_memory_is_that_of_a_chunk(tmp_path):
 def test_one_that_is_not_closed_does_not_look_whole(tmp_path):
     writer = BagWriter(str(tmp_path / "x.bag"))
     writer.write(writer.connect("/topic", header(SONAR, "/one")), serialized(SONAR), 1)
-    writer.abandon()
+    writer._file.close()
     with pytest.raises(rosbag.ROSBagUnindexedException):
         rosbag.Bag(str(tmp_path / "x.bag"))
 

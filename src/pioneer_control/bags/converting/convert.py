@@ -7,20 +7,18 @@ import argparse
 import errno
 import os
 import sys
-from contextlib import suppress
+from contextlib import closing, suppress
 from typing import Any, Counter, Dict, Optional, Sequence, Set, Tuple
 
 from ...errors import PioneerError, UsageError
 from ...robots import Transducer, find_model
+from ...whole_file import writing
 from ..command_line import Progress, parser_of
 from ..reader import decode, read_bag
 from ..records import BagError
 from ..writer import BagWriter
 from .messages import (CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, Survey, kind_of, namespace_of,
                        transducers_of)
-
-PART = ".part"
-"""Ending of an output that is not complete."""
 
 
 def survey(path: str) -> Survey:
@@ -60,23 +58,15 @@ def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]
                          "model, --model p3dx-sh for example, or leave sonar out: convert_bag %s %s %s"
                          % (source, ", ".join(unknown), source, target, " ".join(others) or "types"))
     converter = Converter(options, known)
-    part = target + PART
     numbers: Dict[Outlet, int] = {}
-    writer = BagWriter(part, known.compression)
-    try:
-        with Progress("converting") as progress:
-            reader = read_bag(source, progress=progress)
-            for message in reader:
-                for outlet, data in converter(message):
-                    if outlet not in numbers:
-                        numbers[outlet] = writer.connect(outlet.topic, outlet.header)
-                    writer.write(numbers[outlet], data, message.time)
-        writer.close()
-        os.rename(part, target)
-    except BaseException:   # Ctrl-C too
-        writer.abandon()
-        os.unlink(part)
-        raise
+    with writing(target) as part, closing(BagWriter(part, known.compression)) as writer, \
+            Progress("converting") as progress:
+        reader = read_bag(source, progress=progress)
+        for message in reader:
+            for outlet, data in converter(message):
+                if outlet not in numbers:
+                    numbers[outlet] = writer.connect(outlet.topic, outlet.header)
+                writer.write(numbers[outlet], data, message.time)
     return converter, reader.damage
 
 

@@ -1,6 +1,5 @@
 """What becomes of each message of an old bag: the new name of its type, and standard messages. No files in here."""
 
-import io
 from contextlib import suppress
 from types import MappingProxyType
 from typing import (Any, Collection, Counter, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set,
@@ -16,6 +15,7 @@ from ...message_values import NO_ECHO
 from ...robots import RobotModel, Transducer
 from ..reader import BagConnection, Message, decode
 from ..records import BagError
+from ..writer import serialized
 from .sonar import SonarHistory, sonar_scan
 
 OLD_PACKAGES = ("p2os_driver", "p2os_msgs")
@@ -132,13 +132,6 @@ def transducers_of(info: msg.RobotInfo) -> Tuple[Transducer, ...]:
     """Where the sonar of a robot looks, by its robot_info."""
     return tuple(Transducer(number, pose.x, pose.y, pose.theta)
                  for number, pose in zip(info.sonar_numbers, info.sonar_poses))
-
-
-def serialized(message: genpy.Message) -> bytes:
-    """A message as it goes over the line."""
-    buffer = io.BytesIO()
-    message.serialize(buffer)
-    return buffer.getvalue()
 
 
 class Converter:

@@ -5,7 +5,6 @@ It is their node, programs that they start and end, what the master knows, and t
 
 import contextlib
 import ctypes
-import io
 import os
 import signal
 import subprocess
@@ -20,7 +19,7 @@ import rospy
 from ...errors import NoAnswerError, PioneerError, UsageError
 from ...ros_node import NO_ANSWER, init_node, is_at_work, peer
 from ..command_line import say
-from ..writer import BagWriter
+from ..writer import BagWriter, serialized
 from .commands import ASIDE, TOLD, absolute
 
 PATIENCE = 30.0
@@ -238,15 +237,13 @@ class TopicRecorder(contextlib.AbstractContextManager):
         """Write a message with the present time; one that was heard, with what its connection said of it."""
         header = getattr(message, "_connection_header", None) or dict(
             type=message._type, md5sum=message._md5sum, message_definition=message._full_text)
-        data = io.BytesIO()
-        message.serialize(data)
         sender = topic, header.get("callerid")
         with self._lock:
             if self._writer is None:
                 return
             if sender not in self._connections:
                 self._connections[sender] = self._writer.connect(topic, dict(header, topic=topic))
-            self._writer.write(self._connections[sender], data.getvalue(), self._now().to_nsec())
+            self._writer.write(self._connections[sender], serialized(message), self._now().to_nsec())
             self.newest[topic] = message
             self.counts[topic] += 1
             self.heard_at = time.monotonic()
