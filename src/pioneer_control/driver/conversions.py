@@ -97,8 +97,9 @@ def ranges_by_number(state: RobotState) -> List[float]:
 
 
 def sonar_ranges(state: RobotState, stamp: Any, frame_prefix: str, no_echo: float) -> List[Range]:
-    """One message for each transducer that this packet brought; ``no_echo`` (m) where nothing is in sight: infinity
-    (REP 117), or NO_ECHO.
+    """One message for each transducer of which this packet brought a range.
+
+    ``no_echo`` (m) is the range where nothing is in sight: infinity (REP 117), or NO_ECHO.
     """
     return [
         standard_messages.sonar_range(number, reading.range, stamp, frame_prefix, no_echo)
@@ -108,7 +109,10 @@ def sonar_ranges(state: RobotState, stamp: Any, frame_prefix: str, no_echo: floa
 
 
 def sonar_points(state: RobotState, stamp: Any, base_link_frame: str, transducers: Iterable[Transducer]) -> PointCloud2:
-    """The newest echo of each transducer, in base_link as it now stands; none where nothing is in sight or heard."""
+    """The newest echo of each transducer as a point (m) in base_link, where the robot stands now.
+
+    A transducer that hears no echo, or was not heard lately, has no point.
+    """
     oldest = state.time - SONAR_LIFETIME
     heard = ((transducer, state.sonar[transducer.number]) for transducer in transducers)
     return standard_messages.sonar_points(
@@ -119,7 +123,7 @@ def sonar_points(state: RobotState, stamp: Any, base_link_frame: str, transducer
 
 
 def joint_states(state: RobotState, stamp: Any, wheel_radius: float) -> sensor_msgs.msg.JointState:
-    """How far (rad) and how fast (rad/s) the wheels have turned; only for a model whose wheel radius (m) is known."""
+    """How far (rad) the wheels have turned, and how fast (rad/s) they turn. The wheels' radius (m) must be known."""
     return sensor_msgs.msg.JointState(
         header=Header(stamp=stamp),
         name=list(WHEEL_JOINTS),
@@ -177,14 +181,15 @@ def battery_state(state: RobotState, stamp: Any, base_link_frame: str) -> Batter
 
 
 def battery(state: RobotState, stamp: Any, base_link_frame: str) -> sensor_msgs.msg.BatteryState:
-    """Voltage (V), state of charge where the robot reports it, and what the charger does; what it does not measure is
-    NaN.
+    """Voltage (V), state of charge (0 to 1) where the robot reports it, and what the charger does.
+
+    What the robot does not measure is NaN.
     """
     status = POWER_SUPPLY_STATUS.get(state.charge_state, _Power.POWER_SUPPLY_STATUS_UNKNOWN)
     if status == _Power.POWER_SUPPLY_STATUS_DISCHARGING and state.flags & p2os.Flags.CHARGER_POWER:
         status = _Power.POWER_SUPPLY_STATUS_NOT_CHARGING
-    percentage = math.nan if state.state_of_charge is None else state.state_of_charge
-    return standard_messages.battery(state.battery_voltage, stamp, base_link_frame, percentage, status)
+    return standard_messages.battery(state.battery_voltage, stamp, base_link_frame,
+                                     math.nan if state.state_of_charge is None else state.state_of_charge, status)
 
 
 def bumpers(state: RobotState, stamp: Any, base_link_frame: str) -> Bumpers:

@@ -1,9 +1,10 @@
-"""Out: how well everything is, on /diagnostics, once a second and when a level changes, while somebody listens. What is
-said is decided in `health`.
+"""Out: how well everything is, on /diagnostics, once a second and when a level changes, while somebody listens.
 
-Names are those of diagnostic_updater, ``NODE: TASK`` (``pioneer/p2os: Link``), so two robots never share one; the id of
-the hardware is the robot's name. A second is one of real time, also where the clock of ROS stands, jumps or runs
-slower: a thread of its own waits for it. ``launch/diagnostics.launch`` gathers the tasks of each robot under its name
+`health` decides what is said.
+
+Names are those of diagnostic_updater, ``NODE: TASK`` (``pioneer/p2os: Link``), so two robots never share one. The id of
+the hardware is the robot's name. Seconds are those of real time, also where the clock of ROS stands, jumps or runs
+slower: a thread of its own counts them. ``launch/diagnostics.launch`` gathers the tasks of each robot under its name
 on /diagnostics_agg. (rqt_robot_monitor, to see them, is not in Debian.)
 """
 
@@ -22,11 +23,11 @@ from .health import TASKS, Finding, Health
 PERIOD = 1.0
 """Seconds between two reports."""
 SHORTEST = 0.1
-"""Seconds that always lie between them, however often a level changes."""
+"""Seconds, at least, between two reports, however often a level changes."""
 
 
 class Diagnostics:
-    """Reports on one robot. It is told of it on the client's I/O thread, and never keeps that waiting.
+    """Reports on one robot. A thread of the client tells it of the robot, and never has to wait for it.
 
     Args:
         port: serial device or TCP address, as the user gave it.
@@ -41,11 +42,10 @@ class Diagnostics:
         self._findings: Dict[str, Finding] = {}
         self._wanted = threading.Event()    # a report, at once
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="diagnostics", daemon=True)
 
     def start(self) -> None:
         """Begin to report."""
-        self._thread.start()
+        threading.Thread(target=self._run, name="diagnostics", daemon=True).start()
 
     def stop(self) -> None:
         """No more reports."""

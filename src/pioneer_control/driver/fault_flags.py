@@ -1,7 +1,7 @@
 """A table of what the bits of FAULTFLAGS mean in diagnostics. With these bits a robot tells its own faults."""
 
 from enum import IntEnum
-from typing import Dict, NamedTuple
+from typing import Dict, Tuple
 
 from ..p2os import FaultFlags
 
@@ -10,42 +10,29 @@ Level = IntEnum("Level", {"OK": 0, "WARN": 1, "ERROR": 2, "STALE": 3})
 """The levels of diagnostic_msgs/DiagnosticStatus."""
 
 
-class FaultFlag(NamedTuple):
-    """What a bit of FAULTFLAGS means for which task."""
-
-    task: str
-    level: Level
-    text: str
-
-
-FAULTS: Dict[FaultFlags, FaultFlag] = {
-    FaultFlags.HIGH_TEMPERATURE: FaultFlag("Temperature", Level.ERROR,
-                                           "the robot says it is too hot: let it cool down"),
-    FaultFlags.POWER_BOARD_ERROR: FaultFlag(
+FAULTS: Dict[FaultFlags, Tuple[str, Level, str]] = {
+    FaultFlags.HIGH_TEMPERATURE: ("Temperature", Level.ERROR, "the robot says it is too hot: let it cool down"),
+    FaultFlags.POWER_BOARD_ERROR: (
         "Battery", Level.ERROR, "the power board reports an error: switch the robot off and on; have it looked at"),
-    FaultFlags.UNDERVOLTAGE: FaultFlag("Battery", Level.WARN, "the robot itself reports a low voltage: charge it"),
-    FaultFlags.GYRO_FAULT: FaultFlag("Motors", Level.WARN, "the gyro fails: headings come from the wheels alone"),
-    FaultFlags.BATTERY_OVER_TEMPERATURE: FaultFlag(
+    FaultFlags.UNDERVOLTAGE: ("Battery", Level.WARN, "the robot itself reports a low voltage: charge it"),
+    FaultFlags.GYRO_FAULT: ("Motors", Level.WARN, "the gyro fails: headings come from the wheels alone"),
+    FaultFlags.BATTERY_OVER_TEMPERATURE: (
         "Battery", Level.ERROR, "the battery is too hot: stop driving and charging, let it cool down"),
-    FaultFlags.BATTERY_BALANCE_NEEDED: FaultFlag(
+    FaultFlags.BATTERY_BALANCE_NEEDED: (
         "Battery", Level.WARN, "the cells have drifted apart: leave the robot on its charger for a full charge"),
-    FaultFlags.ENCODER_DEGRADATION: FaultFlag("Motors", Level.WARN,
-                                              "a wheel encoder is getting worse: clean or replace it"),
-    FaultFlags.ENCODER_FAILURE: FaultFlag("Motors", Level.ERROR,
-                                          "a wheel encoder fails: do not trust the pose; replace it"),
-    FaultFlags.DRIVE_FAULT: FaultFlag("Motors", Level.ERROR,
-                                      "a motor amplifier reports a fault: switch the robot off and on"),
-    FaultFlags.E_STOP_MISMATCH: FaultFlag(
+    FaultFlags.ENCODER_DEGRADATION: ("Motors", Level.WARN, "a wheel encoder is getting worse: clean or replace it"),
+    FaultFlags.ENCODER_FAILURE: ("Motors", Level.ERROR, "a wheel encoder fails: do not trust the pose; replace it"),
+    FaultFlags.DRIVE_FAULT: ("Motors", Level.ERROR, "a motor amplifier reports a fault: switch the robot off and on"),
+    FaultFlags.E_STOP_MISMATCH: (
         "Motors", Level.ERROR, "the channels of the emergency stop disagree: check the STOP buttons and their wires"),
-    FaultFlags.E_STOP_SAFETY_FAULT: FaultFlag(
+    FaultFlags.E_STOP_SAFETY_FAULT: (
         "Motors", Level.ERROR, "the emergency stop's circuit reports a fault: do not drive; have it looked at"),
-    FaultFlags.SPEED_ZONE_FAULT: FaultFlag("Motors", Level.WARN,
-                                           "the safety system saw too high a speed in its zone: drive slower"),
-    FaultFlags.UNKNOWN_SAFETY_FAULT: FaultFlag(
+    FaultFlags.SPEED_ZONE_FAULT: (
+        "Motors", Level.WARN, "the safety system saw too high a speed in its zone: drive slower"),
+    FaultFlags.UNKNOWN_SAFETY_FAULT: (
         "Motors", Level.ERROR, "the safety system reports a fault it does not name: switch the robot off and on"),
-    FaultFlags.REVERSE_SPEED_EXCEEDED: FaultFlag("Motors", Level.WARN,
-                                                 "too fast backwards for the safety system: drive slower"),
-    FaultFlags.JOYSTICK_WITH_SAFETY_OFF: FaultFlag("Motors", Level.WARN,
-                                                   "the joystick drives the robot with its safety system off"),
+    FaultFlags.REVERSE_SPEED_EXCEEDED: ("Motors", Level.WARN, "too fast backwards for the safety system: drive slower"),
+    FaultFlags.JOYSTICK_WITH_SAFETY_OFF: (
+        "Motors", Level.WARN, "the joystick drives the robot with its safety system off"),
 }
-"""Every bit but LASER_POWER, which is no fault."""
+"""Of each bit: the task that tells of it, how bad it is, and what to say. LASER_POWER is missing: it is no fault."""

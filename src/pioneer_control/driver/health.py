@@ -1,6 +1,6 @@
 """What diagnostics say of a robot, by REP 107. Pure: time (monotonic, s) is an argument; `diagnostics` publishes it.
 
-There is one finding for each of six tasks, always the same, so that a program can see that one is missing:
+There is always one finding for each of the same six tasks, so that a program can see when a task is missing:
 
 ===========  ======================  ==============================================  =========================
 task         OK                      WARN                                            ERROR
@@ -19,7 +19,7 @@ Temperature  as it should be, or     near the level of switching itself off     
              the robot reports none                                                  says it is too hot
 ===========  ======================  ==============================================  =========================
 
-WARN is what passes when somebody helps, ERROR what keeps the robot from its work or harms it. Without a link all but
+A WARN passes when somebody helps. An ERROR keeps the robot from its work, or harms it. Without a link all tasks but
 Link are STALE, the level of REP 107 for what is not heard of any more: neither an OK nor the alarm of an hour ago would
 be true.
 """
@@ -40,7 +40,7 @@ NOT_YET = "still looking for the robot"
 NO_HARDWARE = "none"
 """Id of the hardware as long as no robot has said its name."""
 WINDOW = 4.0
-"""Time (s) over which packets and damage are counted: a silence of most of a second shows, jitter does not."""
+"""Time (s) over which packets and damage are counted. A silence of almost a second shows in it, jitter does not."""
 SHORTEST_WINDOW = 1.0   # s: a younger link is not judged
 SAMPLING = 0.5          # s between two samples of the counts
 RATE_OK = 0.9
@@ -124,8 +124,8 @@ def _finding(problems: Iterable[Problem], otherwise: str, values: Mapping[str, O
 def _faults(state: RobotState, task: str) -> List[Problem]:
     """What the robot's own fault flags say about a task. Of heat it may tell with an ordinary flag instead."""
     flags = (state.fault_flags or 0) | (FaultFlags.HIGH_TEMPERATURE if state.flags & Flags.HIGH_TEMPERATURE else 0)
-    return [Problem(True, fault.level, fault.text)
-            for flag, fault in FAULTS.items() if flags and fault.task == task and flags & flag]
+    return [Problem(True, level, text)
+            for flag, (about, level, text) in FAULTS.items() if flags and about == task and flags & flag]
 
 
 def _link(facts: Facts) -> Finding:

@@ -1,9 +1,9 @@
 """The driver node: a robot on a port, offered to ROS. All names are relative to the node's namespace (`pioneer` in
 pioneer.launch).
 
-What it offers is tables: `publications` what goes out, `requests` what comes in, `parameters` what can be set, `health`
-what diagnostics say. docs/driver.md has them all with units and meanings, and what happens when something goes wrong;
-tests hold it against these tables.
+What it offers stands in tables: in `publications` what goes out, in `requests` what comes in, in `parameters` what can
+be set, in `health` what diagnostics say. docs/driver.md has them all with units and meanings, and says what happens
+when something goes wrong. Tests compare that document with these tables.
 
 Commands that `rosbag play` publishes are refused unless ``accept_replay`` is set. Motors are never switched on unless
 somebody asks, be it by ``enable_motors_on_start``, which counts once, for the first connection: never after a
@@ -30,7 +30,8 @@ from .requests import Requests
 from .wire_topic import WirePublisher
 
 START_GRACE = 3.0
-"""Seconds from the start in which a port that is not there yet is no news: a simulated robot starts beside its driver.
+"""For so many seconds from the start, a port that is not there yet is not worth an error: a simulated robot may start
+at the same moment as its driver.
 """
 
 
@@ -90,7 +91,7 @@ class DriverNode:
     def run(self) -> int:
         """Drive until ROS shuts down. Returns the exit code: 0, or 1 when the robot cannot be driven at all."""
         rospy.on_shutdown(self._end)
-        if rospy.is_shutdown():     # then rospy has forgotten it
+        if rospy.is_shutdown():     # then rospy does not call it any more
             self._end()
         rospy.loginfo("looking for a robot on %s", self._parameters.port)
         try:

@@ -58,7 +58,10 @@ class Requests:
             rospy.Service(service.name, service.kind, partial(self._serve, service))
 
     def connected(self) -> None:
-        """The robot is found; for the first time it may be told to switch its motors on, if the user wants that."""
+        """The robot is connected. With the first connection its motors go on, if the user wants that.
+
+        The parameter is enable_motors_on_start.
+        """
         switch_on, self._switch_on = self._switch_on, False
         if switch_on and self._robot.link.reconnects:     # this is told late: listeners were held up
             rospy.logwarn("enable_motors_on_start counts no more: the robot has been connected again meanwhile")
