@@ -79,8 +79,9 @@ def odometry(state: RobotState, stamp: Any, odom_frame: str, base_link_frame: st
 
 def transform(state: RobotState, stamp: Any, odom_frame: str, base_link_frame: str) -> TFMessage:
     """Odometry frame -> base_link, the same as the pose (m, rad)."""
-    place = Transform(Vector3(state.x, state.y, 0.0), Quaternion(*quaternion_of(state.heading)))
-    return TFMessage([TransformStamped(Header(stamp=stamp, frame_id=odom_frame), base_link_frame, place)])
+    return TFMessage([TransformStamped(
+        Header(stamp=stamp, frame_id=odom_frame), base_link_frame,
+        Transform(Vector3(state.x, state.y, 0.0), Quaternion(*quaternion_of(state.heading))))])
 
 
 def sonar(state: RobotState, stamp: Any, base_link_frame: str) -> SonarArray:

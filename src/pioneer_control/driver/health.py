@@ -360,12 +360,12 @@ class Health:
 
         That the link is there shows with the first state.
         """
-        tell, was_gone = TOLD.get(type(event)), self._facts.no_link not in (None, NOT_YET)
-        if tell is not None:
-            self._facts = self._facts._replace(**tell(event))
+        before = self._facts
+        if type(event) in TOLD:
+            self._facts = before._replace(**TOLD[type(event)](event))
         if isinstance(event, LinkDown):
             self._levels = []
-            return not was_gone
+            return before.no_link in (None, NOT_YET)
         return isinstance(event, (MotionCleared, Unmoved)) and self._changed()
 
     def report(self, now: float, counts: LinkCounts) -> Dict[str, Finding]:

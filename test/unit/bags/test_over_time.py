@@ -36,7 +36,7 @@ def test_the_gripper_holds_from_pick_to_put():
     events = [GripperEvent(make.BEGIN + time, what)
               for time, what in ((2, "closed on nothing"), (5, "picked up"), (9, "put down"))]
     lane = rows(make.run(gripper=tuple(events)))["gripper"]
-    assert lane.spans == ((5.0, 9.0),) and [badge.words for badge in lane.badges] == ["1", "2", "3"]
+    assert lane.spans == ((5.0, 9.0),) and [words for _, words, _ in lane.badges] == ["1", "2", "3"]
 
 
 def test_too_many_events_have_no_numbers():
@@ -46,7 +46,7 @@ def test_too_many_events_have_no_numbers():
 
 def test_errors_and_warnings_have_rows_of_their_own():
     found = rows(make.run(faults=(Report(make.BEGIN + 1, 1, "", "slow"), Report(make.BEGIN + 2, 2, "", "gone"))))
-    assert [badge.words for badge in found["warnings"].badges + found["errors"].badges] == ["A", "B"]
+    assert [words for _, words, _ in found["warnings"].badges + found["errors"].badges] == ["A", "B"]
 
 
 def test_each_thing_that_a_program_was_about_has_a_row():

@@ -31,14 +31,6 @@ Look = Dict[str, Any]
 """How matplotlib draws a line."""
 
 
-class Badge(NamedTuple):
-    """A sign in a lane: its time (s), what is written in it, and its colour."""
-
-    time: float
-    words: str
-    colour: str
-
-
 class Lane(NamedTuple):
     """A row of spans of time (s), and badges."""
 
@@ -46,7 +38,7 @@ class Lane(NamedTuple):
     colour: str
     hatch: str
     spans: Tuple[Tuple[float, float], ...]
-    badges: Tuple[Badge, ...] = ()
+    badges: Tuple[Tuple[float, str, str], ...] = ()  # signs: time (s), what is written in it, and its colour
     words: Tuple[Tuple[float, str], ...] = ()  # what is written on it, and at which time (s) that begins
 
 
@@ -111,7 +103,7 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
     But the motors have one wherever it is known whether they were on.
     """
     end = timeline.end
-    held_by = tuple(Badge(event.time, str(number), EVENT[event.what]) for number, event in enumerate(run.gripper, 1))
+    held_by = tuple((event.time, str(number), EVENT[event.what]) for number, event in enumerate(run.gripper, 1))
     spans = [
         Lane("motors on", GREEN, "", on(run.motors, end)),
         Lane("STOP button", VERMILLION, "////", on(run.e_stop, end)),
@@ -119,11 +111,10 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
         Lane("bumped", INK, "....", tuple((span.begin, span.end) for span in run.bumps)),
         Lane("gripper", SKY, "", held(run, end), held_by if len(held_by) <= BADGES else ()),
     ]
-    said = [_said(level, wrong) for level in SAID]
     return [
         *[lane for lane in spans if lane.spans or lane.badges or (lane.name == "motors on" and len(run.motors.time))],
         *doings(run),
-        *[lane for lane in said if lane.spans],
+        *[lane for lane in (_said(level, wrong) for level in SAID) if lane.spans],
         *packed(BROKEN, PURPLE, made(run.faults, end), timeline, inches),
         *packed(SILENT, SILENCE, silences(run.gaps), timeline, inches),
     ]
@@ -170,7 +161,7 @@ def _said(level: int, wrong: Sequence[Incident]) -> Lane:
     """The lane of all warnings or all errors, with its letter where each was first said."""
     mine = [each for each in wrong if each.level == level]
     return Lane(SAID[level], SAID_COLOUR[level], "", tuple((time, time) for each in mine for time in each.times),
-                tuple(Badge(each.times[0], each.letter, SAID_COLOUR[level]) for each in mine if each.letter))
+                tuple((each.times[0], each.letter, SAID_COLOUR[level]) for each in mine if each.letter))
 
 
 def height(shown: Sequence[Curves], lanes: int) -> float:
@@ -247,11 +238,11 @@ def draw_lanes(axes: Any, rows: Sequence[Lane], timeline: Timeline, width: float
         axes.broken_barh([(begin, end - begin) for begin, end in lane.spans], (middle - 0.3, 0.6),
                          edgecolor=lane.colour, linewidth=0.8, zorder=3, **look)
         badges = sorted(lane.badges)
-        places = spread([badge.time for badge in badges], BADGES_APART * timeline.span / width, timeline.begin,
+        places = spread([time for time, _, _ in badges], BADGES_APART * timeline.span / width, timeline.begin,
                         timeline.end)
-        for badge, place in zip(badges, places):
-            axes.text(place, middle, badge.words, ha="center", va="center", color=ink_on(badge.colour), fontsize=6.5,
-                      fontweight="bold", zorder=5, bbox=dict(boxstyle="circle,pad=0.18", facecolor=badge.colour,
+        for (_, words, colour), place in zip(badges, places):
+            axes.text(place, middle, words, ha="center", va="center", color=ink_on(colour), fontsize=6.5,
+                      fontweight="bold", zorder=5, bbox=dict(boxstyle="circle,pad=0.18", facecolor=colour,
                                                              edgecolor="white", linewidth=0.5))
         for time, words in lane.words:
             axes.text(time, middle, " " + plain(words), va="center", color=INK, fontsize=6.5, zorder=5)
