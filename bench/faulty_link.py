@@ -358,7 +358,7 @@ class Diagnosis:
             return
         self._due = now + self.PERIOD
         counts = LinkCounts(*self._rig.counts, reconnects=max(0, self._links - 1), last_error=self._last_error)
-        self.now = [Said(task, finding.level, finding.message, "; ".join(map(": ".join, finding.values)))
+        self.now = [Said(task, finding.level, finding.message, "; ".join(map(": ".join, finding.values.items())))
                     for task, finding in self._health.report(now, counts).items()]
         self.said.update(self.now)
 
