@@ -18,7 +18,7 @@ from bisect import bisect_right
 from dataclasses import field, fields
 from functools import cached_property, lru_cache
 from itertools import groupby, islice, starmap
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Type, Union
+from typing import Any, Collection, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
 from ..errors import EncodingError
 
@@ -67,6 +67,16 @@ def later(type: Any, unit: str, meaning: str) -> Any:
     return field(default=None, metadata={"wire": (type, unit, meaning, True)})
 
 
+def packed(layout: struct.Struct, numbers: Collection[Any]) -> Optional[bytes]:
+    """The bytes of whole numbers. None when one of them does not fit, or is a bool."""
+    if bool in map(type, numbers):
+        return None
+    try:
+        return layout.pack(*numbers)
+    except struct.error:
+        return None
+
+
 class NumberRun:
     """Neighbouring rows of a table that are numbers. They are read and written in one go, as far as the data reach."""
 
@@ -87,13 +97,11 @@ class NumberRun:
     def write(self, values: Iterator[Any], owner: str) -> bytes:
         """The bytes of the next values, as many as there are rows. `owner` is the packet that an error names."""
         numbers = tuple(islice(values, len(self._rows)))
-        if bool not in map(type, numbers):
-            try:
-                return self._layouts[len(numbers)].pack(*numbers)
-            except struct.error:
-                pass    # one does not fit: find out which
-        rest = iter(numbers)
-        return b"".join(row.write(rest, owner) for row in self._rows)
+        data = packed(self._layouts[len(numbers)], numbers)
+        if data is None:    # one does not fit: find out which
+            rest = iter(numbers)
+            data = b"".join(row.write(rest, owner) for row in self._rows)
+        return data
 
 
 class Table(Tuple[Row, ...]):
@@ -264,7 +272,8 @@ class Record:
         """The bytes of the record `value`."""
         if not isinstance(value, self.record_class):
             raise EncodingError("%s: %r is not a %s" % (what, value, self.record_class.__name__))
-        return write_fields(self._table, value)
+        data = packed(self.layout, vars(value).values()) if self.layout is not None else None
+        return write_fields(self._table, value) if data is None else data
 
 
 class Many:
