@@ -12,7 +12,7 @@ import heapq
 import itertools
 import os
 import re
-from typing import (Any, Callable, Collection, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set,
+from typing import (Any, Callable, Collection, Counter, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set,
                     Tuple, Union)
 
 from .records import (BETWEEN_CHUNKS, BLOCK, CHUNK, CHUNK_INFO, CONNECTION, FIELDS, FILE_HEADER, INDEX, MAGIC, MESSAGE,
@@ -311,9 +311,8 @@ class _File:
                 is new is added to it.
         """
         queue = _Queue()
-        met = listed = earliest = 0
+        met = expected = earliest = 0   # met, expected: messages of the chunk that were there, and should have been
         known: Optional[_Chunk] = None
-        passed = False
         with _opened(self.path) as file:
             for source, record in self._contents(file):
                 if record.op == MESSAGE:
@@ -330,20 +329,22 @@ class _File:
                         queue.add(Message(connection.topic, connection, source.data(record), record.time), in_head)
                 elif record.op == CONNECTION:
                     self._know(record, source.data(record))
-                elif record.op == INDEX:
-                    listed += record.entries
+                elif record.op == INDEX and known is None:
+                    expected += record.entries
                 elif record.op == CHUNK:
-                    self._missing += _missing(known, passed, listed, met)
-                    met = listed = 0
+                    self._missing += max(0, expected - met)
+                    met = expected = 0
                     progress(record.position)
-                    known, passed = self._chunks.get(record.position), self._passes_over(source, record)
-                    if known is not None and passed:
+                    known = self._chunks.get(record.position)
+                    if known is not None and self._passes_over(source, record):
                         self._saw(known.start, known.end)
+                    elif known is not None:
+                        expected = known.messages
                     earliest = max(self.end, 0) - LATE if known is None else known.earliest
                 if record.op == CHUNK or queue.size > HELD:
                     yield from self._news(queue.take(earliest), latched)
             yield from self._news(queue.take(NEVER), latched)
-        self._missing += _missing(known, passed, listed, met)
+        self._missing += max(0, expected - met)
         progress(self.size)
 
     def _news(self, ready: Iterable[Tuple[bool, Message]], latched: Latched) -> Iterator[Message]:
@@ -427,11 +428,6 @@ def _opened(path: str) -> Iterator[Source]:
         raise BagError("%s cannot be read: %s" % (path, error.strerror or error)) from None
 
 
-def _missing(chunk: Optional[_Chunk], passed: bool, listed: int, met: int) -> int:
-    """How many messages of a chunk were not there, by the index or else by the lists behind it."""
-    return 0 if passed else max(0, (listed if chunk is None else chunk.messages) - met)
-
-
 def _is_known(connection: BagConnection, data: bytes, latched: Latched) -> bool:
     """Whether data are the first latched message of a publisher; where it is unknown, of any publisher of the topic."""
     return any(topic == connection.topic and caller == (connection.caller or caller) and first == data
@@ -448,9 +444,14 @@ def _percent(share: float) -> str:
 
 
 class BagReader:
-    """Iterate over it, once, for the Messages of a recording. Made by `read_bag`."""
+    """Iterate over it, or over `decoded`, once, for the messages of a recording. Made by `read_bag`.
+
+    Attributes:
+        undecoded: how many messages `decoded` has left out so far, by topic.
+    """
 
     def __init__(self, paths: Sequence[str], is_wanted: Callable[[BagConnection], Any], progress: Progress) -> None:
+        self.undecoded: Counter[str] = Counter()
         self._progress = progress
         self._files: List[_File] = []
         self._refused: List[str] = []
@@ -471,6 +472,16 @@ class BagReader:
         for file in self._files:
             yield from file.messages(lambda position: self._progress(done + position, whole), latched)
             done += file.size
+
+    def decoded(self) -> Iterator[Tuple[BagConnection, Any, int]]:
+        """All messages that make sense, each with its connection and the time (ns) when the recorder got it."""
+        for _, connection, data, time in self:
+            try:
+                message = decode(connection, data)
+            except BagError:
+                self.undecoded[connection.topic] += 1
+            else:
+                yield connection, message, time
 
     @property
     def connections(self) -> List[BagConnection]:

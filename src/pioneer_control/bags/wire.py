@@ -16,8 +16,7 @@ from ..msg import Wire
 from ..p2os.recording import TITLE, Entry, written
 from ..whole_file import writing
 from .command_line import parser_of, stem
-from .reader import BagReader, BagConnection, decode, read_bag
-from .records import BagError
+from .reader import BagReader, BagConnection, read_bag
 
 HOW_TO = ("it has no bytes of a robot's line: the driver publishes them with its parameter publish_wire (roslaunch "
           "pioneer_control pioneer.launch publish_wire:=true), and the recorder keeps them when told to (roslaunch "
@@ -34,11 +33,8 @@ def wire_entries(reader: BagReader) -> Iterator[Entry]:
     begin = None
     numbers: Dict[str, int] = {}
     counts: Dict[str, int] = {}     # seq of the newest message of each topic
-    for topic, connection, data, _ in reader:
-        try:
-            message = decode(connection, data)
-        except BagError:    # its number will be missing
-            continue
+    for connection, message, _ in reader.decoded():     # the number of a damaged one is missing
+        topic = connection.topic
         if begin is None:
             begin = message.header.stamp
             day = datetime.datetime.fromtimestamp(begin.to_sec(), datetime.timezone.utc)

@@ -1,5 +1,10 @@
 """Waiting for a recorder, by what the master says."""
 
+import os
+import sys
+import time
+from types import SimpleNamespace
+
 import pytest
 
 from pioneer_control.bags.recording import when_recording
@@ -18,17 +23,36 @@ def test_subscribed(subscribers, expected):
     assert when_recording.subscribed("/recorder", [[["/pioneer/pose", ["/recorder"]]], subscribers, []]) is expected
 
 
+@pytest.fixture
+def waited(monkeypatch):
+    """Starts a program behind a recorder that listens when it is asked for the so-manyth time; gives what was slept."""
+
+    def waited(asked):
+        slept, became = [], []
+
+        def state():
+            return [[], [["/pioneer/pose", ["/recorder"]]] if len(slept) == asked - 1 else [], []]
+
+        monkeypatch.setitem(sys.modules, "rosgraph",
+                            SimpleNamespace(Master=lambda name: SimpleNamespace(getSystemState=state)))
+        monkeypatch.setattr(time, "sleep", slept.append)
+        monkeypatch.setattr(os, "execv", lambda *command: became.append(command))
+        when_recording.main(["/recorder", "/bin/echo", "1"])
+        assert became == [("/bin/echo", ["/bin/echo", "1"])]
+        return slept
+
+    return waited
+
+
 @pytest.mark.parametrize("asked", [1, 2, 21])
-def test_waits_no_longer_than_needed(asked):
-    answers, slept = iter([False] * (asked - 1) + [True]), []
-    assert when_recording.wait_for(lambda: next(answers), slept.append)
-    assert slept == [when_recording.INTERVAL] * (asked - 1)
+def test_waits_no_longer_than_needed(waited, capsys, asked):
+    assert waited(asked) == [when_recording.INTERVAL] * (asked - 1)
+    assert capsys.readouterr().err == ""
 
 
-def test_gives_up():
-    slept = []
-    assert not when_recording.wait_for(lambda: False, slept.append)
-    assert sum(slept) == pytest.approx(when_recording.PATIENCE, abs=2 * when_recording.INTERVAL)
+def test_gives_up(waited, capsys):
+    assert sum(waited(10 ** 6)) == pytest.approx(when_recording.PATIENCE, abs=2 * when_recording.INTERVAL)
+    assert "no recorder /recorder after 15 s" in capsys.readouterr().err
 
 
 def test_usage():

@@ -7,15 +7,14 @@ import argparse
 import errno
 import os
 import sys
-from contextlib import closing, suppress
+from contextlib import closing
 from typing import Any, Counter, Dict, Optional, Sequence, Set, Tuple
 
 from ...errors import PioneerError, UsageError
 from ...robots import Transducer, find_model
 from ...whole_file import writing
 from ..command_line import Progress, parser_of
-from ..reader import decode, read_bag
-from ..records import BagError
+from ..reader import read_bag
 from ..writer import BagWriter
 from .messages import (CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, Survey, kind_of, namespace_of,
                        transducers_of)
@@ -28,13 +27,11 @@ def survey(path: str) -> Survey:
     with Progress("looking") as progress:
         reader = read_bag(path, lambda connection: kind_of(connection) == "RobotInfo"
                           or connection.topic == STATIC_FRAMES, progress)
-        for topic, connection, data, _ in reader:
-            with suppress(BagError):    # a damaged message says nothing
-                message = decode(connection, data)
-                if topic != STATIC_FRAMES:
-                    transducers.setdefault(namespace_of(topic), transducers_of(message))
-                else:
-                    frames.update(transform.child_frame_id for transform in getattr(message, "transforms", ()))
+        for connection, message, _ in reader.decoded():
+            if connection.topic != STATIC_FRAMES:
+                transducers.setdefault(namespace_of(connection.topic), transducers_of(message))
+            else:
+                frames.update(transform.child_frame_id for transform in getattr(message, "transforms", ()))
     return Survey(reader.connections, transducers, frames, reader.compression or "none")
 
 

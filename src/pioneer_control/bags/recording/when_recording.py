@@ -6,7 +6,7 @@
 import os
 import sys
 import time
-from typing import Callable, Sequence
+from typing import Sequence
 
 PATIENCE = 15.0  # s; a recorder is there in a fraction of one
 INTERVAL = 0.05  # s between two questions
@@ -15,15 +15,6 @@ INTERVAL = 0.05  # s between two questions
 def subscribed(recorder: str, state: Sequence) -> bool:
     """Whether a node subscribes to anything but the clock, by what a ROS master's getSystemState() returns."""
     return any(recorder in nodes for topic, nodes in state[1] if topic != "/clock")
-
-
-def wait_for(ready: Callable[[], bool], sleep: Callable[[float], None] = time.sleep) -> bool:
-    """Ask until something is ready, for about `PATIENCE` s at most; returns whether it was."""
-    for _ in range(round(PATIENCE / INTERVAL)):
-        if ready():
-            return True
-        sleep(INTERVAL)
-    return False
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -38,7 +29,11 @@ def main(arguments: Sequence[str]) -> None:
 
     recorder, command = arguments[0], arguments[1:]
     master = rosgraph.Master("/when_recording")
-    if not wait_for(lambda: subscribed(recorder, master.getSystemState())):
+    for _ in range(round(PATIENCE / INTERVAL)):
+        if subscribed(recorder, master.getSystemState()):
+            break
+        time.sleep(INTERVAL)
+    else:
         print("when_recording: no recorder %s after %.0f s; the run goes unrecorded" % (recorder, PATIENCE),
               file=sys.stderr)
     os.execv(command[0], list(command))

@@ -5,7 +5,7 @@ There the commands come back under ``recorded/``.
 
 import contextlib
 import re
-from typing import Any, Counter, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
@@ -13,7 +13,7 @@ from std_msgs.msg import String
 from ...errors import UsageError
 from ...msg import GripperState, MotorState, WheelVelocities
 from ..command_line import say
-from ..reader import BagConnection, decode, plural, read_bag
+from ..reader import BagConnection, plural, read_bag
 from ..records import BagError
 from ..recording.description import description_of
 
@@ -182,20 +182,15 @@ def read_commands(files: Sequence[str], robot: str, commands: Mapping[str, type]
         return kind is not None and connection.md5sum == kind._md5sum
 
     reader = read_bag(files, is_wanted)
-    damaged: Counter[str] = Counter()
     robots: Dict[str, RecordedCommands] = {}
-    for topic, connection, data, nanoseconds in reader:
-        namespace, _, name = absolute(topic).rpartition("/")
+    for connection, message, nanoseconds in reader.decoded():
+        namespace, _, name = absolute(connection.topic).rpartition("/")
         found = robots.setdefault(namespace.strip("/"), RecordedCommands(namespace.strip("/"), {}, {}, 0.0))
-        try:
-            message = decode(connection, data)
-            found.messages.setdefault(name, []).append((nanoseconds * 1e-9, message))
-            found.senders.setdefault(name, connection.caller)
-        except BagError:
-            damaged[topic] += 1
+        found.messages.setdefault(name, []).append((nanoseconds * 1e-9, message))
+        found.senders.setdefault(name, connection.caller)
     if reader.damage:
         say("%s: %s" % (", ".join(files), reader.damage))
-    for topic, count in damaged.items():
+    for topic, count in reader.undecoded.items():
         say("%s on %s could not be understood, and will be missing." % (plural(count, "message"), topic))
     told = sorted(name for name, found in robots.items() if set(found.messages) & set(commands))
     chosen = [name for name in told if robot.strip("/") in ("", name)]

@@ -227,11 +227,10 @@ class TopicRecorder(contextlib.AbstractContextManager):
         self.counts: Counter[str] = Counter()
         self.heard_at = time.monotonic()
         self._lock = threading.Lock()
-        self._subscribers: List[rospy.Subscriber] = []
 
     def record(self, topic: str, kind: type = rospy.AnyMsg, written_as: str = "") -> None:
         """Write every message of a topic from now on, under another name where one is given."""
-        self._subscribers.append(rospy.Subscriber(topic, kind, self.write, written_as or topic))
+        rospy.Subscriber(topic, kind, self.write, written_as or topic)
 
     def write(self, message: Any, topic: str) -> None:
         """Write a message with the present time; one that was heard, with what its connection said of it."""
@@ -252,8 +251,6 @@ class TopicRecorder(contextlib.AbstractContextManager):
         """Close the bag, and remove it where nothing is in it. What comes later is dropped."""
         if kind is not None and self.counts:
             say("What happened until it ended is in %s" % self.path)
-        for subscriber in self._subscribers:
-            subscriber.unregister()
         with self._lock:
             if self._writer is not None:
                 self._writer.close()
