@@ -56,9 +56,10 @@ class Robot:
         has_gripper: None believes the robot (CONFIGpac).
         tuning: settings of the robot itself, sent after every connecting when it stands; see tune().
         on_state: called with every RobotState. Listeners are called one at a time, in order, beside the program and
-            with no lock held; they may call anything of this class, and may take their time: nothing else waits for
-            them. To one that is too slow the oldest states and packets are not told; StatesMissed says how many. A
-            listener that raises ends the connection: the robot is stopped and closed, and the next command raises.
+            with no lock held; they may call anything of this class, and may take their time: commands go out
+            meanwhile, and the line waits for a listener for 0.2 s at most. To one that is too slow the oldest states
+            and packets are not told; StatesMissed says how many. A listener that raises ends the connection: the robot
+            is stopped and closed, and the next command raises.
         on_event: called with every Event (client.events) but the states, likewise.
         on_wire: called with every piece of bytes: whether it goes to the robot, and they. In the order in which they go
             over the line, on the thread that writes or reads, which holds the lock while it writes: only put them
