@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""The tutorial's simple node: print where the robot is and what its sonars see, and drive forward slowly for a while.
+"""The tutorial's simple node: print the pose and the sonar ranges, and drive forward slowly for a while.
 
     rosrun pioneer_control rosPioneer1.py [NAMESPACE] [_duration:=5.0]
 
-NAMESPACE is the robot's, pioneer if not given. It looks at nothing: keep three metres of floor free.
+NAMESPACE is the namespace of the robot (default: pioneer). The node avoids no obstacles: keep three metres free.
 """
 
 import time
@@ -35,7 +35,7 @@ def print_sonar(message):
 
 
 def switch_motors_on(motors, topic):
-    """Ask for the motors until the robot says that they are on. False when it does not in time."""
+    """Request motors on until the robot reports that they are on. Return False after 15 s without this report."""
     wrong, end = "nothing comes on %s. Does the driver of this robot run?", time.monotonic() + 15.0  # s
     while time.monotonic() < end and not rospy.is_shutdown():
         motors.publish(MotorState(state=MOTORS_ON))
@@ -44,7 +44,7 @@ def switch_motors_on(motors, topic):
                 return True
             wrong = "%s says that they are off. Is the robot's STOP button pressed?"
         except rospy.ROSException:
-            pass  # nothing heard: the driver may still be on its way
+            pass  # no message: the driver may still be starting
     rospy.logerr("the motors do not go on: " + wrong, rospy.resolve_name(topic))
     return False
 
@@ -61,15 +61,15 @@ def main():
         return 1
 
     def stop():
-        command.linear.x = 0.0  # also of what the loop below may still publish
-        for _ in range(3):  # the process may end next: give the message time to leave
+        command.linear.x = 0.0  # the loop below may still publish this message once more
+        for _ in range(3):  # the process may end next: give the message time to go out
             velocity.publish(command)
             time.sleep(0.05)
 
     rospy.on_shutdown(stop)  # at the end, at Ctrl-C and at rosnode kill
     rospy.Subscriber(robot + "/pose", Odometry, print_odometry, queue_size=1)
     rospy.Subscriber(robot + "/sonar", SonarArray, print_sonar, queue_size=1)
-    for _ in ticks(10, duration):  # ten times a second: the driver stops a robot that is not told for 0.6 s
+    for _ in ticks(10, duration):  # ten times a second: the driver stops the robot after 0.6 s without a velocity
         velocity.publish(command)
 
 

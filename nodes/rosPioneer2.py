@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""The tutorial's advanced node: wander, pick, wander, pick. It tells what it does and why.
+"""The tutorial's advanced node: wander, pick, wander, pick. It logs what it does and why.
 
     rosrun pioneer_control rosPioneer2.py [NAMESPACE] [_duration:=20] [_speed:=0.1] [_seed:=1] [_stop_at_can:=true]
 
-NAMESPACE is the robot's, pioneer if not given. The table Parameters, below, has what may be set with _NAME:=VALUE.
+NAMESPACE is the namespace of the robot (default: pioneer). The class Parameters lists all parameters (_NAME:=VALUE).
 """
 
 import sys
@@ -34,7 +34,7 @@ class Parameters:
 
 
 def run(robot, given):
-    """Wander, pick, wander, pick. What is still held is put down elsewhere before the next can is looked for."""
+    """Wander and pick, twice. If the gripper already holds a can, first take it to another place and put it down."""
     picked = 0
     for _ in range(2):
         if robot.holding:
@@ -66,7 +66,7 @@ def main():
         rospy.logerr("%s", error)
         return 1
     except rospy.ROSInterruptException:
-        pass  # Ctrl-C or rosnode kill: the robot stands already
+        pass  # Ctrl-C or rosnode kill: the robot has stopped already
     return 0
 
 

@@ -1,13 +1,13 @@
-"""The class `Pioneer`: a robot as a program of its user sees it, over ROS topics only.
+"""The class `Pioneer`: the interface of one robot for a user's program. It uses only ROS topics of the driver.
 
 ::
 
-    init_node("mine")                      # of pioneer_control.ros_node: with rospy's own a program may hang at Ctrl-C
-    with Pioneer("pioneer") as robot:      # waits for the driver, has the motors switched on
+    init_node("mine")                      # from pioneer_control.ros_node; with rospy.init_node Ctrl-C may hang
+    with Pioneer("pioneer") as robot:      # waits for the driver, then switches the motors on
         robot.wander(20)
         if robot.pick():
             print("got one")
-                                           # stands still, however this block is left
+                                           # the robot stops at the end of the block, also after an exception
 """
 
 import math
@@ -28,40 +28,41 @@ from .snapshot import Grip, Heard, Lift, Pose, RobotShape, Snapshot
 from .wander import SPEED, STALE, can_leave, no_news
 from .wandering import WanderEnd, Wandering
 
-CONNECT_TIMEOUT = 15.0  #: s for driver and first data; a robot may need ten to answer
-LISTENERS_TIMEOUT = 2.0  #: s for others than the driver; one that has died without a word never connects
-MOTORS_TIMEOUT = 5.0  #: s for the robot to report that its motors are on
-STEP_TIMEOUT = 10.0  #: s for one movement of the gripper; the slowest takes 3.5
+CONNECT_TIMEOUT = 15.0  #: s, time-out for the driver and its first data; a robot may need 10 s to answer
+LISTENERS_TIMEOUT = 2.0  #: s, time-out for other subscribers; a subscriber that crashed never connects
+MOTORS_TIMEOUT = 5.0  #: s, time-out for the robot to report that its motors are on
+STEP_TIMEOUT = 10.0  #: s, time-out for one movement of the gripper; the slowest takes 3.5 s
 ASK_AGAIN = 0.5  #: s between two requests for the motors
-SILENCE = 2.0  #: s without news before that is said: in slow time each message is late
-TELL_AGAIN = 15.0  #: s after which the same is told again, with the numbers of now
-LOOK_AGAIN = 0.25  #: s between two looks whether there is news
+SILENCE = 2.0  #: s without sensor data before this is logged; with slow simulated time all messages come late
+TELL_AGAIN = 15.0  #: s after which a message of the same kind is logged again, with new numbers
+LOOK_AGAIN = 0.25  #: s between two checks for new sensor data
 
 
 class Pioneer:
-    """One robot: `pose`, `ranges`, `grip` and `lift` as reported, `wander`, `pick`, `stop` and the gripper's movements.
+    """One robot: properties such as `pose` and `ranges` give its newest reports, methods such as `wander` command it.
 
-    Nothing is published before the first command, and the robot stands still after `close`, at the end of a ``with``
-    block, and when ROS shuts down (Ctrl-C, ``rosnode kill``).
+    An instance publishes no command before a method is called. The robot stops at the end of a ``with`` block, after
+    `close`, and when ROS shuts down (Ctrl-C, ``rosnode kill``).
     """
 
     def __init__(
             self, namespace: str = "pioneer", *, speed: float = SPEED, seed: Optional[int] = None, model: str = "",
             gripper: bool = False, begin_at: Sequence[float] = (), end_at: Sequence[float] = ()):
-        """Subscribe to the topics below `namespace`.
+        """Subscribe to the topics of the robot and advertise the command topics.
 
         Args:
-            namespace: the robot's.
-            speed: of a wander [m/s].
-            seed: of what chance decides in a wander; None: the clock's.
-            model: of the robot, for a driver that publishes no ``robot_info``. If one comes, it counts instead.
-            gripper: with `model`, is a gripper fitted?
-            begin_at: for a re-run from a bag, the stamps [s] of the first ``decision`` of each wander, in their order.
-            end_at: likewise the stamps [s] of the last ones. It then decides on the messages it decided on live.
+            namespace: the namespace of the robot's topics.
+            speed: the speed of a wander [m/s].
+            seed: the seed for the random choices of a wander. None: the program takes the time of the clock as seed.
+            model: the robot model, when the driver publishes no ``robot_info``. A ``robot_info`` message replaces it.
+            gripper: used only with `model`: whether a gripper is fitted.
+            begin_at: to repeat a run from a bag: the stamp [s] of the first ``decision`` message of each wander.
+            end_at: to repeat a run from a bag: the stamp [s] of the last ``decision`` message of each wander. With
+                both, each wander decides on the same sensor messages as in the recorded run.
 
         Raises:
-            UsageError: the speed is not above 0, or the seed is no whole number.
-            UnknownModelError: there is no such model.
+            UsageError: the speed is not greater than 0, or the seed is not a whole number of 64 bits.
+            UnknownModelError: the table of models has no such model.
         """
         self._prefix = namespace.rstrip("/") + "/" if namespace else ""
         self._speed = _number("speed", speed, "m/s", above=0)
@@ -85,59 +86,59 @@ class Pioneer:
 
     @property
     def pose(self) -> Optional[Pose]:
-        """Where odometry believes the robot is (m, rad)."""
+        """The pose of the robot by odometry (m, rad; odom frame). None before the first message."""
         return self._reports.heard.pose
 
     @property
     def ranges(self) -> Optional[Tuple[float, ...]]:
-        """The sonars' ranges [m], by number; 0.0 is "not heard"."""
+        """The sonar ranges [m] by transducer number. 0.0 means no recent reading. None before the first message."""
         return self._reports.heard.ranges
 
     @property
     def grip(self) -> Optional[Grip]:
-        """The paddles; None without a gripper."""
+        """The reported state of the paddles. None when no gripper is fitted, and before the first message."""
         return self._reports.heard.grip
 
     @property
     def lift(self) -> Optional[Lift]:
-        """The lift of the gripper; None without one."""
+        """The reported state of the gripper's lift. None when no gripper is fitted, and before the first message."""
         return self._reports.heard.lift
 
     @property
     def has_gripper(self) -> bool:
-        """Is a gripper fitted?"""
+        """Whether a gripper is fitted."""
         return self._reports.heard.has_gripper
 
     @property
     def holding(self) -> bool:
-        """Is an object held?"""
+        """Whether the gripper holds an object."""
         return self.has_gripper and holds(self.grip)
 
     @property
     def driven(self) -> float:
-        """How far the robot went since this program began, by its wheels [m]."""
+        """The distance that the robot has driven since this program started, by odometry [m]."""
         return self._reports.heard.driven
 
     @property
     def stalls(self) -> int:
-        """How often its wheels stalled since this program began: something held the robot."""
+        """How often a wheel began to stall since this program started: an obstacle held the robot."""
         return self._reports.heard.stalls
 
     def snapshot(self) -> Snapshot:
-        """All that is known now, of one moment.
+        """Return the newest sensor data as one value, the data that a decision of the wander uses.
 
         Raises:
-            NoAnswerError: pose, sonar and robot_info have not all arrived yet.
+            NoAnswerError: pose, sonar or robot_info has not arrived yet.
         """
         return self._reports.heard.snapshot(rospy.get_time(), self._reports.heard.age(time.monotonic()))
 
     # Getting ready
 
     def wait_until_ready(self, timeout: float = CONNECT_TIMEOUT) -> None:
-        """Wait until the driver listens and everything has arrived once.
+        """Wait until the driver subscribes to the command topics, and each topic of the robot has sent a message.
 
         Raises:
-            NoAnswerError: something did not come within `timeout` seconds; it says what.
+            NoAnswerError: a subscriber or a message did not come within `timeout` seconds. The text names the topics.
         """
         passed, wait = Stopwatch(), self._reports.wait
         if not rospy.get_time():
@@ -150,10 +151,10 @@ class Pioneer:
         self._commander.wait_for_listeners(LISTENERS_TIMEOUT)
 
     def enable_motors(self, timeout: float = MOTORS_TIMEOUT) -> None:
-        """Ask for the motors until the robot reports that they are on.
+        """Request that the motors are switched on, again and again, until the robot reports that they are on.
 
         Raises:
-            NotConfirmedError: it does not, within `timeout` seconds.
+            NotConfirmedError: the robot does not report it within `timeout` seconds.
         """
         passed = Stopwatch()
         while not self._reports.heard.motors:
@@ -164,7 +165,7 @@ class Pioneer:
             self._reports.wait(lambda: self._reports.heard.motors, ASK_AGAIN)
 
     def _missing(self) -> List[str]:
-        """The topics that this program still waits for."""
+        """Return the names of the topics that have no subscriber or no message yet, for people."""
         heard = self._reports.heard
         return self._commander.unheard() + [name for name, there in (
             ("/clock", rospy.rostime.is_wallclock() or rospy.get_time()),
@@ -176,7 +177,7 @@ class Pioneer:
         ) if not there]
 
     def _advice(self) -> str:
-        """What to do about what is missing."""
+        """Return what the user can do about the missing topics, in one or two sentences."""
         if self._missing() == [self._prefix + "robot_info"]:
             return (
                 "A driver runs, but not this package's: it tells neither the robot's outline nor where its sonars "
@@ -191,11 +192,13 @@ class Pioneer:
     # Driving
 
     def drive(self, linear: float, angular: float) -> None:
-        """Command a velocity [m/s, rad/s]. The driver stops the robot when it is not repeated within 0.6 s.
+        """Publish a velocity: forward [m/s] and counter-clockwise [rad/s].
+
+        Repeat the call: the driver stops the robot when no new velocity comes within 0.6 s.
 
         Raises:
-            UsageError: not a finite number.
-            RefusedError: the motors are off. Nobody but `enable_motors` switches them on again.
+            UsageError: a value is not a finite number.
+            RefusedError: the motors are off. Call `enable_motors` to switch them on.
         """
         linear, angular = _number("linear", linear, "m/s"), _number("angular", angular, "rad/s")
         if not self._reports.heard.motors:
@@ -203,26 +206,29 @@ class Pioneer:
         self._commander.drive(linear, angular)
 
     def stop(self) -> None:
-        """Stand still. Does nothing unless this program drives."""
+        """Stop the robot. Do nothing when this program has not driven it since the last stop."""
         self._commander.stop()
 
     def wander(self, duration: float = 20.0, *, stop_at_can: bool = True) -> WanderEnd:
-        """Drive about and touch nothing, then stop.
+        """Drive around without touching anything, then stop.
 
-        With nothing held the paddles are first opened and lowered. What `put_down` has put down is left.
-        Every sonar message is decided on, in order, and told on ``decision``; the robot is told the newest.
+        When the gripper holds nothing, it first opens and goes down. When `put_down` has put an object down, the robot
+        first backs away from the object.
+
+        The program makes one decision for each sonar message, in order, and publishes it on ``decision``. Only the
+        newest decision is sent to the robot.
 
         Args:
-            duration: s of ROS time.
-            stop_at_can: what breaks the outer beam ends the wander. Not while something is held.
+            duration: how long to wander, in seconds of ROS time.
+            stop_at_can: end the wander when an object breaks the outer beam of the gripper, and is not held.
 
         Returns:
-            Why it ended.
+            Why the wander ended.
 
         Raises:
-            UsageError: the duration is not above 0.
-            NoAnswerError: the robot has not told enough yet.
-            RefusedError: the motors are off, or go off.
+            UsageError: the duration is not greater than 0.
+            NoAnswerError: pose, sonar or robot_info has not arrived yet.
+            RefusedError: the motors are off, or go off during the wander.
         """
         _number("duration", duration, "s", above=0)
         rospy.loginfo("wander, for %g s at most", duration)
@@ -240,6 +246,7 @@ class Pioneer:
         return end
 
     def _begin_wander(self, duration: float, stop_at_can: bool) -> Wandering:
+        """Return a new wander (arguments as in `wander`). Raises NoAnswerError when sensor data are missing."""
         limits = {name: stamps[self._wanders] for name, stamps in self._limits.items() if self._wanders < len(stamps)}
         self._wanders += 1
         self._reports.wait(lambda: self.pose and self.ranges and self._reports.heard.robot, LOOK_AGAIN)
@@ -250,7 +257,7 @@ class Pioneer:
         return Wandering(self._seed, self._speed, duration, stop_at_can=stop_at_can, leaving=leaving, **limits)
 
     def _go_on(self, wandering: Wandering, duration: float) -> None:
-        """Decide and drive until the wander is over, or its time is up without news."""
+        """Decide and drive until the wander ends, or until `duration` seconds have passed and no sensor data come."""
         narrator, passed, news = Narrator(), Stopwatch(), time.monotonic()
         sights = self._reports.sights
         while wandering.end is None:
@@ -261,9 +268,9 @@ class Pioneer:
                 if wandering.newest != newest:
                     news = seen_at
             age = time.monotonic() - news
-            if age > STALE:  # also where the stamps stand still: nobody drives on for ever while time is paused
+            if age > STALE:  # also when stamps do not advance: the robot must not drive on while ROS time is paused
                 self.stop()
-                if age > SILENCE and not sights:    # not while it catches up: what waits is no silence
+                if age > SILENCE and not sights:    # there is no silence while sights still wait for a decision
                     narrator.tell(no_news(age).reason)
                 if passed() >= duration and not wandering.waits:
                     return
@@ -280,11 +287,11 @@ class Pioneer:
         return self._step(LOWER)
 
     def gripper_open(self) -> Outcome:
-        """Open the paddles, and wait until they are."""
+        """Open the paddles, and wait until they are open."""
         return self._step(OPEN)
 
     def gripper_close(self) -> Outcome:
-        """Close the paddles, and wait until they are, on nothing or on an object."""
+        """Close the paddles, and wait until they are closed, with or without an object between them."""
         return self._step(CLOSE)
 
     def gripper_raise(self) -> Outcome:
@@ -292,10 +299,12 @@ class Pioneer:
         return self._step(RAISE)
 
     def pick(self) -> bool:
-        """Lower, open, close, raise. What is held already stays held.
+        """Pick up an object: lower the lift, open the paddles, close them, raise the lift.
+
+        When the gripper holds an object already, it does not move.
 
         Returns:
-            Is an object held now?
+            Whether the gripper holds an object at the end.
         """
         if not self.has_gripper:
             rospy.loginfo("cannot pick: this robot has no gripper")
@@ -312,12 +321,13 @@ class Pioneer:
         return self.holding
 
     def put_down(self) -> bool:
-        """Lower and open. The next `wander` backs away from what was put down, and goes another way.
+        """Put down the held object: lower the lift and open the paddles.
 
-        So the robot puts nothing down where it cannot back away: its sonars must look behind it, and see room.
+        The next `wander` first backs away from the object. So the robot keeps the object when its sonars do not show
+        free space behind it.
 
         Returns:
-            Was something put down?
+            Whether an object was put down.
         """
         if not self.holding:
             return False
@@ -329,6 +339,11 @@ class Pioneer:
         return self._leaving
 
     def _step(self, step: Step) -> Outcome:
+        """Do one movement of the gripper, and wait until it ends. After STEP_TIMEOUT seconds stop the gripper.
+
+        Raises:
+            NoAnswerError: the movement timed out, and the robot sends no data any more.
+        """
         outcome = judge(step, self.grip, self.lift, commanded=False)
         if outcome is None:
             self._commander.move_gripper(step.grip, step.lift)
@@ -346,13 +361,13 @@ class Pioneer:
     # The end
 
     def close(self) -> None:
-        """Stand still and command nothing any more. Also called when ROS shuts down."""
+        """Stop the robot, and publish no more commands. ROS calls this method too when it shuts down."""
         self._reports.end()
         self._commander.end()
 
 
 def _whole(name: str, value: int) -> int:
-    """The value, if it is a whole number of 64 bits, as a message holds it. Raises UsageError that says what it is."""
+    """Return the value as int. Raises UsageError with `name` when it is not a whole number of at most 64 bits."""
     with suppress(TypeError):
         number = operator.index(value)
         if -2 ** 63 <= number < 2 ** 63:
@@ -361,20 +376,20 @@ def _whole(name: str, value: int) -> int:
 
 
 def _number(name: str, value: float, unit: str, above: float = -math.inf) -> float:
-    """The value, if it is a finite number above a bound. Raises UsageError that says what it is instead."""
+    """Return the value. Raises UsageError (with `name`, `unit`) when it is not a finite number greater than `above`."""
     if isinstance(value, (int, float)) and above < value < math.inf:
         return value
     raise UsageError("%s is %r: it must be a number above %g, and finite (%s)" % (name, value, above, unit))
 
 
 class Narrator:
-    """Tells people what the robot does: each kind of reason when it begins, and again while it lasts."""
+    """Logs what the robot does and why: once when this changes, and again every TELL_AGAIN seconds."""
 
     def __init__(self) -> None:
         self._headline, self._told_at = "", 0.0
 
     def tell(self, reason: str) -> None:
-        """Log a reason if what stands before its colon is new, or was told long ago."""
+        """Log a reason, unless a reason with the same text before the colon was just logged."""
         headline, now = reason.partition(":")[0], time.monotonic()
         if headline != self._headline or now - self._told_at > TELL_AGAIN:
             rospy.loginfo("%s", reason)

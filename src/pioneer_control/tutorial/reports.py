@@ -1,4 +1,4 @@
-"""What a robot reports, as its topics bring it, and how long a program has waited for that."""
+"""Subscribes to the topics of the robot, keeps the newest data, and lets a program wait for data with a time-out."""
 
 import math
 import threading
@@ -16,16 +16,16 @@ from ..robots import Transducer
 from .sights import KEPT, Sight, Sights
 from .snapshot import Grip, Heard, Lift, Pose, RobotShape
 
-MOTORS_ON = 1  #: of motor_state and cmd_motor_state
-LINK_LOST = 1.0  #: s without a pose: the link was down, and the driver has switched the motors off
-NO_STEP = 0.5  #: m; a pose that is farther from the one before has been reset
+MOTORS_ON = 1  #: the value of `state` in messages on motor_state and cmd_motor_state when motors are on
+LINK_LOST = 1.0  #: s without a pose after which the link counts as down; then the driver has switched the motors off
+NO_STEP = 0.5  #: m; when the pose changes by more than this between two messages, odometry was reset
 
 
 class Stopwatch:
-    """Call it: seconds that have passed since it was made, in real time or in ROS time, whichever shows less.
+    """A stopwatch that starts when it is made. Call the object to get the seconds that have passed.
 
-    So a program waits longer where ROS time is slow or paused, and not shorter where it is fast. A jump back of ROS
-    time changes nothing.
+    It measures real time and ROS time, and returns the shorter time. So a time-out lasts longer when simulated time is
+    slow or paused, but not shorter when simulated time is fast. When ROS time jumps back, the jump does not count.
     """
 
     def __init__(self) -> None:
@@ -38,16 +38,21 @@ class Stopwatch:
 
 
 class Reports:
-    """The newest that a robot reported, `heard`, and the `sights` that nobody has decided on yet."""
+    """Subscribes to the topics of one robot.
+
+    Attributes:
+        heard: the newest data of every topic.
+        sights: a queue of the sights that still wait for a decision, each with its arrival time (monotonic, s).
+    """
 
     def __init__(self, prefix: str, known: Heard):
-        """Subscribe to the robot's topics, which begin with `prefix`. What is `known` counts until the robot speaks."""
+        """Subscribe to the topics whose names begin with `prefix`. Messages replace the values that are in `known`."""
         self.heard = known
-        self.sights: Deque[Tuple[float, Sight]] = deque(maxlen=KEPT)  #: each with when it came [s], monotonic
+        self.sights: Deque[Tuple[float, Sight]] = deque(maxlen=KEPT)  #: (arrival time [s, monotonic], sight)
         self._sights = Sights()
         self._news = threading.Condition()
         self._ended = False
-        self._subscribers = [  # those of the sights without a queue_size: then rospy drops no message
+        self._subscribers = [  # pose, sonar and stall have no queue_size: so rospy drops none of their messages
             rospy.Subscriber(prefix + "pose", Odometry, self._hear_pose),
             rospy.Subscriber(prefix + "sonar", SonarArray, self._hear_sonar),
             rospy.Subscriber(prefix + "stall", Stall, self._hear_stall),
@@ -59,7 +64,7 @@ class Reports:
         ]
 
     def why_motors_off(self) -> str:
-        """Why the motors are off, as far as the robot tells, and what to do."""
+        """Return the likely reason why the motors are off, and what the user can do, as a text."""
         heard, age = self.heard, self.heard.age(time.monotonic())
         if age > LINK_LOST:
             return "the link to the robot is down, it told nothing for %.1f s. The driver's log says why" % age
@@ -73,17 +78,18 @@ class Reports:
 
     def wait(
             self, condition: Callable[[], object], timeout: float, clock: Callable[[], float] = time.monotonic) -> bool:
-        """Wait until something heard makes `condition` true.
+        """Wait until `condition` returns true.
 
-        The condition is asked while nothing can be heard: it must not ask others, who may not answer.
+        The condition runs while this object holds its lock, so no message can be received meanwhile. It must not wait
+        for anything, for example for the ROS master.
 
         Args:
-            condition: is asked after each message.
-            timeout: s.
-            clock: tells how much time has passed [s].
+            condition: a function without arguments. It is called after each message, and at least every 0.1 s.
+            timeout: the longest time to wait [s].
+            clock: a function that returns a time [s], used for the time-out.
 
         Returns:
-            Whether it became true in time.
+            True when the condition became true, False after the time-out.
 
         Raises:
             ROSInterruptException: the program ends.
@@ -100,11 +106,16 @@ class Reports:
         return True
 
     def end(self) -> None:
-        """Whoever waits stops waiting. A signal handler may call it: it takes no lock."""
+        """End every call of `wait`. A signal handler may call this method, because it takes no lock."""
         self._ended = True
 
     def _hear(self, sights: Iterable[Sight] = (), **what: Any) -> None:
-        """Take `what` a message tells, and the sights that it completes."""
+        """Store new data, and wake up the threads in `wait`.
+
+        Args:
+            sights: sights that are complete now.
+            what: new values for fields of `heard`.
+        """
         with self._news:
             self.sights.extend((time.monotonic(), sight) for sight in sights)
             self.heard = self.heard._replace(**what)

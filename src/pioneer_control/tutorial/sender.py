@@ -1,30 +1,30 @@
-"""Publishing from a thread of its own, so that the robot can be stopped from inside a signal handler."""
+"""Publishes messages in a separate thread, so that a signal handler can stop the robot safely."""
 
 import queue
 import threading
 import time
 from typing import Any, Optional, Tuple
 
-END_TIMEOUT = 1.0  #: s that `Sender.end` waits at most
-REPEATS, REPEAT_AFTER = 5, 0.05  #: the last stop: how often, and s between
+END_TIMEOUT = 1.0  #: s, the longest time that `Sender.end` waits
+REPEATS, REPEAT_AFTER = 5, 0.05  #: how often the final stop is published, and the time between two of them [s]
 
 
 class Sender:
-    """Publishes what it is given, in order. At its end it publishes a stop, if the last velocity was a movement.
+    """Publishes messages in a separate thread, in order. At the end it stops the robot, if the robot is driving.
 
-    rospy runs shutdown hooks in the signal handler, on top of whatever the main thread was just doing. When that was
-    publishing, the hook waits for ever for locks that the interrupted call holds. With a sender the main thread never
-    publishes, and to give it a message takes no lock.
+    rospy runs shutdown hooks in the signal handler, which interrupts the main thread. If the main thread was just
+    publishing, a hook that publishes waits for ever for a lock that the interrupted call holds. With a Sender the main
+    thread never publishes. It only puts messages into a queue, which is safe in a signal handler.
 
     Source: Python's documentation of `queue` (a SimpleQueue may be used in a signal handler).
     """
 
     def __init__(self, velocity: Any, stop: Any):
-        """Begin with nothing to publish.
+        """Start the thread that publishes.
 
         Args:
-            velocity: the publisher of movements.
-            stop: its message for standing still.
+            velocity: the publisher of velocity commands.
+            stop: the message on `velocity` that stops the robot.
         """
         self._velocity, self._stop = velocity, stop
         self._messages: "queue.SimpleQueue[Optional[Tuple[Any, Any]]]" = queue.SimpleQueue()
@@ -32,13 +32,14 @@ class Sender:
         self._thread.start()
 
     def send(self, publisher: Any, message: Any) -> None:
-        """Publish a message soon. After `end` it is dropped."""
+        """Put a message into the queue: the thread publishes it soon. After `end` the message is dropped."""
         self._messages.put((publisher, message))
 
     def end(self) -> None:
-        """Publish what was given until now, then the stop, and nothing any more.
+        """Publish the messages in the queue, then a stop if the last velocity was not a stop, then nothing more.
 
-        Any thread and any signal handler may call it, more than once too.
+        Any thread and any signal handler may call this method, also more than once. It waits at most END_TIMEOUT
+        seconds.
         """
         self._messages.put(None)
         self._thread.join(END_TIMEOUT)

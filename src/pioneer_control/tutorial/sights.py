@@ -1,7 +1,7 @@
-"""Joins what the robot reports of one moment. Sonar, pose and stall have the same stamp, but three connections.
+"""Joins the sonar, pose and stall messages of one moment. They have the same stamp, but come on three connections.
 
-What comes out depends on the messages and their order on each topic, never on which topic was faster.
-So it is the same from a bag as from the robot.
+The result depends on the messages and their order on each topic, but not on which topic was faster. So a replayed bag
+gives the same result as the robot.
 """
 
 from collections import deque
@@ -9,42 +9,53 @@ from typing import Any, Deque, Iterator, NamedTuple, Optional, Tuple
 
 from .snapshot import Pose
 
-#: ns; when a stamp is so much earlier than the one before it, another time begins: somebody plays a bag again.
+#: ns; when a stamp is earlier than the stamp before it by more than this, time has jumped back: a bag starts again.
 JUMP_BACK = 1_000_000_000
-SPEAKS = 10_000_000_000  #: ns; a robot that told of stalls so shortly before is going to tell of them again
-KEPT = 6000  #: messages of a topic that wait for the others, at most: ten minutes; then the oldest are dropped
+SPEAKS = 10_000_000_000  #: ns; for this time after a stall message we expect a stall message for each sonar message
+KEPT = 6000  #: how many messages of one topic may wait (ten minutes); then the oldest are dropped
 
 
 class Sight(NamedTuple):
-    """What the sonars saw, and from where."""
+    """The sensor data of one moment: sonar ranges, the pose of the robot, and whether a wheel is stalled."""
 
-    stamp: int  #: of the sonar message [ns]
-    pose_age: float  #: s, by how much the pose is older: 0 where the pose has the same stamp
+    stamp: int  #: ns, the stamp of the sonar message
+    pose_age: float  #: s, how much older the pose is than the ranges; 0 when both have the same stamp
     pose: Pose
-    ranges: Tuple[float, ...]  #: [m], by number
+    ranges: Tuple[float, ...]  #: m, by transducer number
     stalled: bool = False
 
     @property
     def time(self) -> float:
-        """The stamp [s]."""
+        """The stamp of the sonar message [s]."""
         return self.stamp * 1e-9
 
 
 class _Stamped(NamedTuple):
-    """A message that waits."""
+    """A received message that waits for messages of the other topics with the same stamp."""
 
     stamp: int  #: ns
-    jumps: int  #: how often the stamps of its topic have jumped back before
+    jumps: int  #: how often the stamps of its topic have jumped back, up to this message
     value: Any
 
     def is_after(self, other: "_Stamped") -> bool:
-        """Was it measured after a message of another topic? Perhaps only one of the two topics has jumped back yet."""
+        """Return whether this message was measured after `other`, a message of another topic.
+
+        When a bag starts again, the stamps of one topic jump back earlier than the stamps of the other topic. So when
+        two stamps differ by JUMP_BACK or more, the message with more jumps is the later one. With equal jumps it is the
+        message with the greater stamp.
+        """
         same_time = abs(self.stamp - other.stamp) < JUMP_BACK
         return self.stamp > other.stamp if same_time else (self.jumps, self.stamp) > (other.jumps, other.stamp)
 
 
 class _Topic:
-    """The messages of one topic that wait, oldest first; the newest that came; the last that was taken."""
+    """The messages of one topic.
+
+    Attributes:
+        waiting: messages that are not used yet, oldest first.
+        newest: the last message that was received. None before the first.
+        taken: the last message that `take_until` removed from `waiting`. None before the first.
+    """
 
     def __init__(self) -> None:
         self.waiting: Deque[_Stamped] = deque(maxlen=KEPT)
@@ -52,15 +63,16 @@ class _Topic:
         self.taken: Optional[_Stamped] = None
 
     def add(self, stamp: int, value: Any) -> None:
+        """Add a received message with its stamp [ns]."""
         last = self.newest or _Stamped(stamp, 0, None)
         self.newest = _Stamped(stamp, last.jumps + (stamp < last.stamp - JUMP_BACK), value)
         self.waiting.append(self.newest)
 
     def take_until(self, other: _Stamped) -> bool:
-        """Take the messages up to the stamp of another topic's message.
+        """Remove waiting messages up to the stamp of `other`, a message of another topic. `taken` is the last of them.
 
         Returns:
-            False while a message of the same stamp may still come.
+            False when a message with the same stamp as `other` may still come. Then call again after the next message.
         """
         while self.waiting and not self.waiting[0].is_after(other):
             self.taken = self.waiting.popleft()
@@ -70,29 +82,43 @@ class _Topic:
 
 
 class Sights:
-    """Makes a `Sight` of every sonar message, in their order, as soon as its pose or a later pose has come.
+    """Makes one `Sight` from each sonar message, in order.
 
-    Where no pose has the same stamp, the last pose before it serves. Sonar messages that come before the first pose are
-    dropped. A robot that has told of stalls does so with each packet, so a sonar message waits for its stall too.
-    Some old bags have messages without stamps. Then a pose counts as of the time when it came, and a sonar message as
-    of the stamp of the newest pose.
+    A sonar message waits until a pose with the same stamp or a later stamp has come. When no pose has the same stamp,
+    the last earlier pose is used. Sonar messages before the first pose are dropped.
+
+    If the robot publishes stall messages, it publishes one with each packet. Then a sonar message also waits for the
+    stall message.
+
+    Some old bags have messages without stamps. Then the stamp of a pose is its arrival time, and the stamp of a sonar
+    message is the stamp of the newest pose.
     """
 
     def __init__(self) -> None:
         self._sonar, self._poses, self._stalls = _Topic(), _Topic(), _Topic()
-        self._posed: Deque[Tuple[_Stamped, Sight]] = deque()  #: these have their pose, and wait for their stall
+        self._posed: Deque[Tuple[_Stamped, Sight]] = deque()  #: sights with a pose that wait for their stall message
 
     def hear_pose(self, stamp: int, pose: Pose, now: int) -> Iterator[Sight]:
-        """Take a message on ``pose``: its stamp [ns] or 0 for none, and the time of its arrival [ns].
+        """Add a message of the topic ``pose``.
+
+        Args:
+            stamp: the stamp of the message [ns], or 0 when it has none.
+            pose: the pose in the message.
+            now: the arrival time [ns].
 
         Yields:
-            What this message completes.
+            The sights that are complete now.
         """
         self._poses.add(stamp or now, pose)
         return self._seen()
 
     def hear_sonar(self, stamp: int, ranges: Tuple[float, ...]) -> Iterator[Sight]:
-        """Take a message on ``sonar``: its stamp [ns] or 0 for none, and its ranges [m]. Yields what it completes."""
+        """Add a message of the topic ``sonar`` and yield the sights that are complete now.
+
+        Args:
+            stamp: the stamp of the message [ns], or 0 when it has none.
+            ranges: the sonar ranges by transducer number [m].
+        """
         newest = self._poses.newest
         stamp = stamp or (newest.stamp if newest else 0)
         if stamp:
@@ -100,12 +126,18 @@ class Sights:
         return self._seen()
 
     def hear_stall(self, stamp: int, stalled: bool) -> Iterator[Sight]:
-        """Take a message on ``stall``: its stamp [ns], and whether a wheel is stalled. Yields what it completes."""
+        """Add a message of the topic ``stall`` and yield the sights that are complete now.
+
+        Args:
+            stamp: the stamp of the message [ns]. With stamp 0 the message is ignored.
+            stalled: whether a wheel is stalled.
+        """
         if stamp:
             self._stalls.add(stamp, stalled)
         return self._seen()
 
     def _seen(self) -> Iterator[Sight]:
+        """Yield the sights that are complete now, in the order of their sonar messages."""
         while self._sonar.waiting and self._poses.take_until(self._sonar.waiting[0]):
             sonar, pose = self._sonar.waiting.popleft(), self._poses.taken
             if pose is not None and pose.stamp < sonar.stamp + JUMP_BACK:
@@ -118,5 +150,6 @@ class Sights:
             yield sight._replace(stalled=stalled)
 
     def _tells_of_stalls(self) -> bool:
+        """Return whether stall messages are expected: the newest one is at most SPEAKS older than the newest sonar."""
         stall, sonar = self._stalls.newest, self._sonar.newest
         return stall is not None and sonar is not None and sonar.stamp < stall.stamp + SPEAKS

@@ -1,7 +1,8 @@
-"""What the robot knows at one moment, as values that never change.
+"""The data that a decision of the wander uses, as immutable values.
 
-A decision is taken from one :class:`Snapshot`, so that no callback can exchange a range between two looks at it.
-Everything is in metres, radians and seconds; x is forward, y left, headings count counter-clockwise (REP 103).
+Each decision uses one :class:`Snapshot`, so no callback can change a value while the decision is made.
+
+Units are metres, radians and seconds. x is forward, y is left, and headings are counter-clockwise (REP 103).
 """
 
 import math
@@ -11,21 +12,21 @@ from ..errors import NoAnswerError
 from ..robots import RobotModel, Transducer
 from .clearance import Outline, Point
 
-#: Half the opening of a transducer's cone [rad]: an echo comes from anywhere within it.
+#: Half the opening angle of a sonar cone [rad].
 HALF_CONE = math.radians(12.5)
 
-#: A transducer belongs to the front when it looks less than this to one side [rad].
+#: A transducer is a front transducer when the angle between its axis and straight ahead is less than this [rad].
 FRONT = math.radians(60)
 
-#: It matters what the sonars see so far ahead of the body, or behind it [m].
+#: The distance from the body, ahead or behind, at which `RobotShape` checks for gaps between the sonar cones [m].
 LOOK = 0.25
 
-#: What slips between two cones is thinner than this [m].
+#: A gap between two sonar cones that is not wider than this is allowed [m].
 BLIND_GAP = 0.05
 
 
 class Pose(NamedTuple):
-    """Where odometry believes the robot is: x, y [m] and heading [rad], in its own fixed frame."""
+    """The pose of the robot by odometry: x, y [m] and heading [rad] in the odom frame."""
 
     x: float
     y: float
@@ -33,7 +34,12 @@ class Pose(NamedTuple):
 
 
 class Grip(NamedTuple):
-    """The paddles as reported: state is a :class:`~pioneer_control.message_values.GripStatus`, dir is -1, 0 or 1."""
+    """The reported state of the paddles.
+
+    `state` is a :class:`~pioneer_control.message_values.GripStatus`. `dir` is the direction of a movement: 1 or -1, and
+    0 when they do not move or the direction is not known. `inner` and `outer`: an object breaks this light beam. `left`
+    and `right`: the contact of this paddle is pressed.
+    """
 
     state: int
     dir: int
@@ -44,9 +50,10 @@ class Grip(NamedTuple):
 
 
 class Lift(NamedTuple):
-    """The lift as reported.
+    """The reported state of the lift.
 
-    State is a :class:`~pioneer_control.message_values.LiftStatus`, dir is -1, 0 or 1, position 0.0 (down) to 1.0 (up).
+    `state` is a :class:`~pioneer_control.message_values.LiftStatus`. `dir` is the direction of a movement: 1 or -1, and
+    0 when it does not move or the direction is not known. `position` is 0.0 (down) to 1.0 (up).
     """
 
     state: int
@@ -55,26 +62,26 @@ class Lift(NamedTuple):
 
 
 class RobotShape:
-    """What a robot is to its wander: where its sonars look, and how much room its body takes.
+    """The properties of a robot that the wander needs: the poses of its sonars and its outline.
 
     Attributes:
-        transducers: the sonars that are fitted.
-        outline: of the whole robot.
-        sonar_count: how many ranges there must be, so that every transducer's number is the index of one.
-        axes: where each transducer looks, as (cosine, sine) of its heading.
-        front: the sonars that look ahead, from left to right: the tutorial's 1 to 6 on a robot with a full array.
-        middle: numbers of the two front sonars that look most straight ahead (the tutorial's 3 and 4), and of others
-            that look as straight ahead.
-        sees_ahead, sees_behind: whether sonars look at all of the strip straight ahead of the body or behind it, LOOK
-            away, but for gaps of BLIND_GAP.
+        transducers: the sonar transducers that are fitted.
+        outline: the outline of the whole robot.
+        sonar_count: the length of a list of ranges whose index is the transducer number.
+        axes: the direction of each transducer as (cosine, sine) of its heading, in the order of `transducers`.
+        front: the front transducers from left to right: sonars 1 to 6 of the tutorial on a robot with a full array.
+        middle: the numbers of the two front transducers that point most straight ahead (sonars 3 and 4 of the
+            tutorial), and of others with the same angle.
+        sees_ahead, sees_behind: whether the sonar cones cover the full width of the body at the distance LOOK ahead of
+            it or behind it. Gaps up to BLIND_GAP are allowed.
     """
 
     def __init__(self, transducers: Iterable[Transducer], footprint: Iterable[Point]):
-        """Take the sonars and the footprint.
+        """Compute the attributes.
 
         Args:
-            transducers: the sonars that are fitted.
-            footprint: corners (x, y) [m] of a polygon around the whole robot, paddles included.
+            transducers: the sonar transducers that are fitted.
+            footprint: the corners (x, y) [m] of a polygon around the whole robot, including the paddles of a gripper.
         """
         self.transducers = tuple(Transducer(*each) for each in transducers)
         self.outline = Outline(footprint)
@@ -90,10 +97,17 @@ class RobotShape:
 
     @classmethod
     def of_model(cls, model: RobotModel) -> "RobotShape":
-        """The shape of a model. It includes the gripper that the model can carry: too large an outline hits nothing."""
+        """Return the shape of a robot model.
+
+        When the model can carry a gripper, the outline includes it, because an outline that is too large is safe.
+        """
         return cls(model.sonar, model.outline(model.can_carry_gripper))
 
     def _sees(self, direction: int, distance: float) -> bool:
+        """Return whether sonar cones cover the full width of the body on a line across its path.
+
+        The line is `distance` [m] ahead of the origin (`direction` 1) or behind it (-1).
+        """
         seen = (_seen(each, direction, distance) for each in self.transducers)
         covered = -self.outline.half_width
         for right, left in sorted(interval for interval in seen if interval):
@@ -104,9 +118,10 @@ class RobotShape:
 
 
 def _seen(transducer: Transducer, direction: int, distance: float) -> Optional[Tuple[float, float]]:
-    """What a cone covers of a line across the robot's way, from y to y [m]; None if it does not reach that line.
+    """Return which part of a line across the robot's path a sonar cone covers: its least and greatest y [m].
 
-    The line is `distance` [m] ahead (`direction` 1) or behind (-1).
+    The line is `distance` [m] ahead of the origin (`direction` 1) or behind it (-1). None when the cone does not cover
+    a limited part of the line.
     """
     depth = distance - direction * transducer.x
     off = math.remainder(transducer.heading - (0.0 if direction > 0 else math.pi), 2 * math.pi)
@@ -117,45 +132,52 @@ def _seen(transducer: Transducer, direction: int, distance: float) -> Optional[T
 
 
 class Snapshot(NamedTuple):
-    """All that one decision may look at."""
+    """All data that one decision of the wander uses."""
 
-    time: float  #: s, of ROS; of a decision on a sonar message its stamp
-    age: float  #: how old the oldest of pose and ranges is [s]
+    time: float  #: s, ROS time; in a wander it is the stamp of the sonar message
+    age: float  #: s, the age of pose or ranges, whichever is older
     pose: Pose
-    ranges: Tuple[float, ...]  #: [m], index is the sonar's number; 0.0 is "not heard"
+    ranges: Tuple[float, ...]  #: m, the index is the transducer number; 0.0 means no recent reading
     robot: RobotShape
     grip: Optional[Grip] = None  #: None without a gripper
-    lift: Optional[Lift] = None
-    stalled: bool = False  #: a wheel is driven and does not turn
+    lift: Optional[Lift] = None  #: None without a gripper
+    stalled: bool = False  #: whether a wheel is driven but does not turn
 
 
 class Heard(NamedTuple):
-    """The newest of everything the robot told, each None before its first. Replaced as a whole: it never changes."""
+    """The newest data from each topic of the robot. A field is None before the first message.
+
+    The object is immutable. Each message makes a new object, so other threads never see a half-changed one.
+    """
 
     pose: Optional[Pose] = None
-    pose_time: float = 0.0  #: of arrival [s], monotonic
+    pose_time: float = 0.0  #: s, monotonic; arrival time of the pose
     ranges: Optional[Tuple[float, ...]] = None
-    ranges_time: float = 0.0  #: of arrival [s], monotonic
+    ranges_time: float = 0.0  #: s, monotonic; arrival time of the ranges
     grip: Optional[Grip] = None
     lift: Optional[Lift] = None
     motors: Optional[bool] = None
-    stop_button: Optional[bool] = None  #: is it pressed? Not every driver tells
+    stop_button: Optional[bool] = None  #: whether it is pressed; not every driver publishes this
     stalled: bool = False
     robot: Optional[RobotShape] = None
     has_gripper: bool = False
-    driven: float = 0.0  #: m since the program began, by the wheels
-    stalls: int = 0  #: how often the wheels stalled since the program began
-    silence: float = 0.0  #: s, the longest between two poses since the motors were on
+    driven: float = 0.0  #: m, distance driven since the program started, by odometry
+    stalls: int = 0  #: how often a wheel began to stall since the program started
+    silence: float = 0.0  #: s, the longest time between two poses since the motors were last on
 
     def age(self, now: float) -> float:
-        """How old the oldest of pose and ranges is at time `now` [s] of the clock of their arrivals."""
+        """Return the age [s] of the pose or the ranges, whichever is older. `now` is monotonic time [s]."""
         return now - min(self.pose_time, self.ranges_time)
 
     def snapshot(self, time: float, age: float) -> Snapshot:
-        """What is known, as of `time` [s] and `age` [s] old.
+        """Return these data as a Snapshot.
+
+        Args:
+            time: the time of the snapshot [s].
+            age: the age of its oldest value [s].
 
         Raises:
-            NoAnswerError: the robot has not told its pose, its sonar ranges and its shape yet.
+            NoAnswerError: the pose, the sonar ranges or the shape of the robot have not arrived yet.
         """
         if self.pose is None or self.ranges is None or self.robot is None:
             raise NoAnswerError(

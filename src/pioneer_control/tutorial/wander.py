@@ -1,20 +1,20 @@
-"""The tutorial's wander as a pure function: a snapshot and a memory go in, a move and a memory come out.
+"""The rule of the wander, as the pure function `wander`: from a snapshot and a memory it makes a move and a new memory.
 
-The rule is the tutorial's. Of the six sonars in front the farthest counts. If it is one of the middle two, the robot
-drives. If it is another, the robot turns towards it. If none sees OPEN, it turns back. These rules make it safe and let
-it get somewhere:
+The basic rule is that of the ROS wiki tutorial. It looks at the front sonar with the longest range. If this is one of
+the two in the middle, the robot drives. If it is another one, the robot turns towards it. If no range is OPEN or
+longer, the robot turns back. We have added these rules, so that the robot is safe and does not get stuck:
 
-- When several see equally far, the middle wins: in the open all six see the same, and the robot would turn for ever.
-- It drives only as far as its outline fits between the echoes, and starts only where there is more room than it needs.
-- Once it drives, it goes on until the way gets short. Once it turns, it keeps to that side.
-- When it has turned enough and nothing was open, it takes the best way that it saw.
-- It remembers near echoes for a while (`echoes`): the cones leave gaps.
-- It backs off only where sonars look and see that nothing is there.
-- When its wheels stall, it stops until they have been free for a while. Then it backs off and goes another way: what
-  held it stands where no sonar sees it.
-- In the same way it leaves what it has put down.
+- When ranges are about equal, a middle sonar wins. Otherwise the robot would turn for ever in an open space.
+- The robot drives only as far as its outline fits between the echoes. It starts only where there is some room to spare.
+- Once it drives, it goes on until the way gets short. Once it turns, it keeps turning to the same side.
+- When it has turned for long enough and found no open direction, it takes the best way that it saw.
+- It remembers near echoes for a while (`echoes`), because there are gaps between the sonar cones.
+- It drives back only when sonars look behind it and see free space.
+- When its wheels stall, it stops until they have been free for a while. Then it backs off and goes another way, because
+  the obstacle is where no sonar sees it.
+- It leaves an object that it has put down in the same way: it backs off and goes another way.
 
-This file knows nothing of ROS, threads or clocks; chance comes from the seed in the memory.
+This file does not use ROS, threads or clocks. Random choices come from the seed in the memory.
 """
 
 import math
@@ -28,56 +28,56 @@ from .clearance import Point
 from .echoes import Echo, remember
 from .snapshot import Pose, Snapshot
 
-SPEED = 0.1  #: m/s, the tutorial's
-TURN_RATE = 0.4  #: rad/s
-STALE = 0.5  #: s; nobody acts on older data
+SPEED = 0.1  #: m/s, default speed, as in the tutorial
+TURN_RATE = 0.4  #: rad/s, speed of turns on the spot
+STALE = 0.5  #: s; with older data the robot stops
 
-FARTHEST = 5.0  #: m; no sonar sees farther
-OPEN = 2.0  #: m; a direction in which a sonar sees this far is open
-TIE = 0.3  #: m; what a middle sonar may see less than another and still win
-SHORT = 1.0  #: m; the robot drives on until its middle sonars see less
+FARTHEST = 5.0  #: m, the longest range of a sonar
+OPEN = 2.0  #: m; a direction is open when its sonar range is at least this
+TIE = 0.3  #: m; a middle sonar wins over another sonar when its range is shorter by at most this
+SHORT = 1.0  #: m; the robot drives on until the ranges of its middle sonars are shorter than this
 
-DELAY = 0.5  #: s from an echo to the wheels: a round of the sonars, a packet, the command's way
-DECELERATION = 0.3  #: m/s^2, of the robot's own ramp
-ANGULAR_DECELERATION = 1.7  #: rad/s^2
-IN_FRONT = 0.12  #: m left ahead of the outline when it has stopped
-TO_SPARE = 0.30  #: m more than it needs to stop, to start driving
-SLOW = 0.30  #: m before the stop from where on it drives slower
-SLOWEST = 0.3  #: of the speed
+DELAY = 0.5  #: s from an echo to the wheels: one round of the sonars, one packet, and the command
+DECELERATION = 0.3  #: m/s^2, used by the robot to stop
+ANGULAR_DECELERATION = 1.7  #: rad/s^2, used by the robot to stop a turn
+IN_FRONT = 0.12  #: m, free space to keep ahead of the outline when the robot has stopped
+TO_SPARE = 0.30  #: m; to start driving, the way must be longer than the stop distance by this
+SLOW = 0.30  #: m; the robot drives slower when the way is longer than the stop distance by less than this
+SLOWEST = 0.3  #: the lowest speed, as a fraction of the speed
 
-ELBOW_ROOM = 0.12  #: m beyond its turning circle that the robot likes to have on both sides
-STEER_AHEAD = 0.35  #: m ahead of that circle to where it looks for them
+ELBOW_ROOM = 0.12  #: m; the robot steers away from echoes that are nearer to its turning circle than this
+STEER_AHEAD = 0.35  #: m; it looks for these echoes this far ahead of the turning circle
 STEER_GAIN = 0.6  #: rad/s per metre of difference between the sides
-STEER_LIMIT = 0.12  #: rad/s
-WEAVE_RATE = 0.2  #: rad/s; a robot whose sonars leave a gap straight ahead weaves, so that nothing stays in the gap
+STEER_LIMIT = 0.12  #: rad/s, the greatest turn rate of this steering
+WEAVE_RATE = 0.2  #: rad/s; a robot with a gap between its cones straight ahead weaves, so that the cones sweep the gap
 WEAVE_PERIOD = 4.0  #: s
 
-BACK_SPEED = 0.7  #: of the speed
-BACK_WAY = 0.21  #: m at most
-BACK_CLEAR = 0.20  #: m to see behind before, 0.05 less while backing off
-FREE_FOR = 1.0  #: s that the wheels must have been free before a robot that stalled moves again
-AVOIDED = 1.2  #: rad to each side of what it leaves: it does not drive there
+BACK_SPEED = 0.7  #: speed of backing off, as a fraction of the speed
+BACK_WAY = 0.21  #: m, the longest distance to back off
+BACK_CLEAR = 0.20  #: m, free space behind that is needed to start backing off; to go on, 0.05 m less is enough
+FREE_FOR = 1.0  #: s; after a stall the wheels must be free for this time before the robot moves again
+AVOIDED = 1.2  #: rad; it does not drive in directions that differ from the avoided heading by less than this
 
-CIRCLE_MARGIN = 0.05  #: m around the turning circle, to drive where the robot can turn round
-STEADY = 0.15  #: rad/s; faster is turning
-ROLLING = 0.03  #: m/s; faster has not come to rest yet
-AT_HEADING = 0.1  #: rad
+CIRCLE_MARGIN = 0.05  #: m, free space around the turning circle that a way needs when the robot must be able to turn
+STEADY = 0.15  #: rad/s; the robot counts as turning when it turns faster
+ROLLING = 0.03  #: m/s; the robot counts as rolling (not at rest yet) when it moves faster
+AT_HEADING = 0.1  #: rad; the robot has reached a heading when it differs by less than this
 
 
 class Move(NamedTuple):
-    """What the robot shall do until the next decision, and why, for people."""
+    """A decision: the velocity until the next decision, and the reason."""
 
     linear: float  #: m/s, forward positive
     angular: float  #: rad/s, left positive
-    reason: str  #: what it does, then a colon, then why
+    reason: str  #: a text for people: what the robot does, then a colon, then why
 
 
 class Margin(NamedTuple):
-    """How much room the robot leaves between its outline and echoes, and how fast it turns with so much room."""
+    """The distance to keep between the outline of the robot and echoes, and the turn rate to use with this distance."""
 
-    side: float  #: m, beside it while it drives
-    turn: float  #: m, while it turns
-    rate: float  #: rad/s
+    side: float  #: m, distance to keep on both sides while driving
+    turn: float  #: m, distance to keep while turning
+    rate: float  #: rad/s, turn rate
 
 
 WIDE = Margin(side=0.08, turn=0.03, rate=TURN_RATE)
@@ -85,7 +85,11 @@ NARROW = Margin(side=0.04, turn=0.01, rate=TURN_RATE / 2)
 
 
 Room = Enum("Room", ["TO_TURN_ROUND", "TO_PASS", "TO_SQUEEZE"])
-"""How much room a way must have. The robot demands less only when it finds no way out with so much."""
+"""How much room a way must have. The robot accepts a way with less room only when it finds no way with more room.
+
+TO_TURN_ROUND: room for a full turn on the spot. TO_PASS: room for the outline with the margin WIDE. TO_SQUEEZE: room
+for the outline with the margin NARROW.
+"""
 
 Going = Enum("Going", {
     "LOOKING": "looking",
@@ -95,11 +99,11 @@ Going = Enum("Going", {
     "HELD": "held: the wheels stall",
     "LEAVING": "leaving what it has put down",
 })
-"""What the robot is about."""
+"""The states of the wander. The value is a text for people."""
 
 
 class Way(NamedTuple):
-    """A direction that was seen while turning: how far it is clear [m], and its heading [rad, odometry]."""
+    """A direction that the robot saw during a turn: its free distance [m] and its heading [rad, odom frame]."""
 
     clear: float
     heading: float
@@ -107,50 +111,55 @@ class Way(NamedTuple):
 
 @dataclass(frozen=True)
 class Memory:
-    """What one decision hands to the next. A new wander begins with ``Memory(seed, speed)``.
+    """The state that one decision passes to the next.
 
-    To leave what was put down it begins with ``Memory(seed, speed, going=Going.LEAVING)``.
+    A new wander begins with ``Memory(seed, speed)``. After an object was put down, it begins with ``Memory(seed, speed,
+    going=Going.LEAVING)``, so that the robot backs away from the object.
     """
 
     seed: int = 0
     speed: float = SPEED  #: m/s
     going: Going = Going.LOOKING
-    since: float = 0.0  #: s, when backing off began; the last time that the wheels stalled
-    short: float = SHORT  #: m, drive on until the middle sees less
-    side: int = 1  #: of the turn: 1 left, -1 right
-    avoided: Optional[float] = None  #: rad, the heading to what it leaves, until it drives elsewhere
+    since: float = 0.0  #: s, when backing off began (state BACKING), or when the wheels last stalled (state HELD)
+    short: float = SHORT  #: m; drive on until the ranges of the middle sonars are shorter than this
+    side: int = 1  #: side of the turn: 1 left, -1 right
+    avoided: Optional[float] = None  #: rad, odom frame: the heading to the object that it leaves, until it drives again
     why: str = "turning {side}: to look round"  #: the reason of the turn, for people
-    turned: float = 0.0  #: rad, since the turn began
-    enough: float = 2 * math.pi  #: rad, to have looked around
-    blocked: int = 0  #: how often this turn was in the way of something
-    best: Optional[Way] = None
-    goal: Optional[Way] = None  #: the best way, once the robot turns to it
-    backed: bool = False  #: has backed off since it drove
-    room: Room = Room.TO_TURN_ROUND
-    pose: Optional[Pose] = None  #: of the last snapshot
-    time: float = 0.0  #: s, of the last snapshot
-    echoes: Tuple[Echo, ...] = ()
+    turned: float = 0.0  #: rad turned since the turn began
+    enough: float = 2 * math.pi  #: rad; after this turn the robot stops looking for an open direction
+    blocked: int = 0  #: how often an obstacle has blocked this turn
+    best: Optional[Way] = None  #: the best way seen during this turn
+    goal: Optional[Way] = None  #: the best way, when the robot has decided to turn back to it
+    backed: bool = False  #: whether it has backed off since it last drove
+    room: Room = Room.TO_TURN_ROUND  #: the room that a way must have now
+    pose: Optional[Pose] = None  #: the pose in the last snapshot
+    time: float = 0.0  #: s, the time of the last snapshot
+    echoes: Tuple[Echo, ...] = ()  #: the remembered echoes
 
 
 class View(NamedTuple):
-    """A snapshot as the rule sees it."""
+    """A snapshot with the values that the rule computes from it."""
 
     snapshot: Snapshot
-    points: List[Point]  #: all echoes known, in the robot's frame
-    farthest: Transducer  #: of the front
-    sees: float  #: m, how far
-    middle: float  #: m, the farther of the middle two
-    ahead: float  #: m the outline can go straight on
-    circle: float  #: m it can go and still turn on the spot there
-    way: float  #: m with the room that is demanded
-    rolling: bool
+    points: List[Point]  #: m, robot's frame: all known obstacle points
+    farthest: Transducer  #: the front transducer with the longest range (TIE favours the middle)
+    sees: float  #: m, the range of `farthest`
+    middle: float  #: m, the longest range of the middle transducers
+    ahead: float  #: m, how far the outline can move straight ahead
+    circle: float  #: m, how far the robot can move straight ahead and still turn on the spot there
+    way: float  #: m, how far it can move with the room that `Memory.room` demands
+    rolling: bool  #: whether it still moves (see ROLLING)
 
 
 def wander(snapshot: Snapshot, memory: Memory) -> Tuple[Move, Memory]:
-    """Decide once.
+    """Make one decision of the wander.
+
+    Args:
+        snapshot: the sensor data to decide on.
+        memory: the memory that the decision before returned.
 
     Returns:
-        What to do now, and what to hand to the next decision.
+        The move to make now, and the memory for the next decision.
     """
     if snapshot.age > STALE:
         return no_news(snapshot.age), memory
@@ -171,17 +180,18 @@ def wander(snapshot: Snapshot, memory: Memory) -> Tuple[Move, Memory]:
 
 
 def can_leave(snapshot: Snapshot) -> bool:
-    """Is there room behind the robot to leave what it puts down, and do its sonars look there?"""
+    """Return whether the sonars look behind the robot and show enough space to back away from an object put down."""
     _, points = remember((), snapshot, turning=False)
     return snapshot.robot.sees_behind and _clear_behind(snapshot, points) > BACK_CLEAR + BACK_WAY
 
 
 def no_news(age: float) -> Move:
-    """To stand, because what is known is `age` [s] old."""
+    """Return the move for data that are too old, `age` [s]: the robot stops."""
     return Move(0.0, 0.0, "stopped: no news from the robot for %.1f s" % age)
 
 
 def _look(snapshot: Snapshot, memory: Memory) -> Tuple[View, Memory]:
+    """Compute the view of a snapshot, and update the pose, time, echoes and turned angle in the memory."""
     robot, outline, ranges = snapshot.robot, snapshot.robot.outline, snapshot.ranges
     pose, before = snapshot.pose, memory.pose or snapshot.pose
     passed = max(snapshot.time - memory.time, 1e-3)
@@ -198,21 +208,25 @@ def _look(snapshot: Snapshot, memory: Memory) -> Tuple[View, Memory]:
 
 
 def _open(view: View, memory: Memory) -> bool:
-    """The tutorial's forward rule: the farthest sonar is a middle one and sees OPEN, and the robot fits."""
+    """Return whether the way ahead is open, so that the robot starts to drive.
+
+    As in the tutorial, the front sonar with the longest range must be a middle one, and the range at least OPEN. In
+    addition, there must be enough room for the robot, and the direction must not be avoided.
+    """
     return (
         view.farthest.number in view.snapshot.robot.middle and view.sees >= OPEN
         and view.way >= _stop_distance(memory.speed) + TO_SPARE and not _is_avoided(view, memory))
 
 
 def _goes_on(view: View, memory: Memory) -> bool:
-    """The robot still fits, and its middle sonars do not see the end of the way yet."""
+    """Return whether a driving robot drives on: it still fits, and the ranges of the middle sonars are long enough."""
     return (
         view.ahead > _stop_distance(memory.speed) and view.way > _braking(memory.speed)
         and view.middle >= memory.short)
 
 
 def _drive(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """Forward, slower where the way gets short, and a little away from what is near at one side."""
+    """Drive forward: slower when the way gets short, and steer away from near echoes on one side."""
     linear = memory.speed * min(1.0, max(SLOWEST, (view.ahead - _stop_distance(memory.speed)) / SLOW))
     memory = replace(
         memory, going=Going.DRIVING, best=None, goal=None, backed=False, avoided=None,
@@ -221,7 +235,10 @@ def _drive(view: View, memory: Memory) -> Tuple[Move, Memory]:
 
 
 def _steer(view: View) -> float:
-    """How fast to turn while driving [rad/s]: towards the side on which there is more room."""
+    """Return the turn rate while driving [rad/s, left positive]: towards the side with more room.
+
+    0 when there is no room to turn. A robot whose sonars leave a gap straight ahead also weaves.
+    """
     reach = view.snapshot.robot.outline.reach
     beside = [y for x, y in view.points if -0.1 < x < reach + STEER_AHEAD]
     left = min([reach + ELBOW_ROOM, *(y for y in beside if y > 0)])
@@ -233,9 +250,9 @@ def _steer(view: View) -> float:
 
 
 def _begin_turn(view: View, memory: Memory) -> Memory:
-    """Turn towards the sonar that sees farthest.
+    """Begin a turn towards the front sonar with the longest range. Return the memory of the turn.
 
-    Chance chooses the side if no sonar sees OPEN, or if the way ahead is too narrow.
+    The side is random if no range is OPEN or longer, if the way ahead is too narrow, or if it is to be avoided.
     """
     chance = random.Random(memory.seed)
     side = chance.choice((1, -1))
@@ -254,7 +271,7 @@ def _begin_turn(view: View, memory: Memory) -> Memory:
 
 
 def _turn(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """Keep to the side of the turn. After enough of it, or with both sides blocked, go the best way that was seen."""
+    """Turn on, to the same side. After a turn of `enough`, or when both sides are blocked, take the best way seen."""
     if view.rolling:
         return Move(0.0, 0.0, "halting: to turn"), memory
     clear, best = 0.0 if _is_avoided(view, memory) else min(view.way, view.middle), memory.best
@@ -280,7 +297,10 @@ def _turn(view: View, memory: Memory) -> Tuple[Move, Memory]:
 
 
 def _take_best_way(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """Drive, back off, or demand less room: the robot looks along the best way that it knows, or cannot turn to it."""
+    """End a turn that found no open direction: drive, back off, or accept less room.
+
+    The robot now points along the best way that it saw, or it cannot turn any more.
+    """
     if view.ahead > _stop_distance(memory.speed) + 0.05 and not _is_avoided(view, memory):
         return _drive(view, replace(
             memory, short=min(SHORT, view.middle / 2),
@@ -296,22 +316,24 @@ def _take_best_way(view: View, memory: Memory) -> Tuple[Move, Memory]:
 
 
 def _clear_behind(snapshot: Snapshot, points: List[Point]) -> float:
-    """How far the way behind is clear [m], at most 1, if sonars look there."""
+    """Return how far the robot can drive back [m], at most 1. Valid only when sonars look behind it."""
     return snapshot.robot.outline.straight(points, WIDE.side, 1.0, -1)
 
 
 def _can_back_off(view: View, memory: Memory) -> bool:
+    """Return whether sonars show free space behind the robot, and it has not backed off since it last drove."""
     return (
         view.snapshot.robot.sees_behind and not memory.backed
         and _clear_behind(view.snapshot, view.points) > BACK_CLEAR)
 
 
 def _begin_to_back_off(view: View, memory: Memory) -> Tuple[Move, Memory]:
+    """Change to the state BACKING and make its first move."""
     return _back_off(view, replace(memory, going=Going.BACKING, since=view.snapshot.time, backed=True))
 
 
 def _back_off(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """Straight back, while sonars look there and see that it is clear."""
+    """Drive straight back until the distance BACK_WAY is done, or the free space behind gets too short."""
     speed, behind = BACK_SPEED * memory.speed, _clear_behind(view.snapshot, view.points)
     if behind > BACK_CLEAR - 0.05 and view.snapshot.time - memory.since < BACK_WAY / speed:
         return Move(-speed, 0.0, "backing off: %.1f m clear behind" % behind), memory
@@ -319,7 +341,10 @@ def _back_off(view: View, memory: Memory) -> Tuple[Move, Memory]:
 
 
 def _stand_while_held(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """Stand until the wheels have been free for a while, then leave what held them: no sonar sees it."""
+    """Stop until the wheels have been free for FREE_FOR seconds, then back off and avoid this direction.
+
+    The obstacle that held the wheels is where no sonar sees it.
+    """
     now = view.snapshot.time
     if view.snapshot.stalled or memory.going is not Going.HELD:
         memory = replace(
@@ -333,33 +358,33 @@ def _stand_while_held(view: View, memory: Memory) -> Tuple[Move, Memory]:
 
 
 def _leave(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """Back away from what stands between the paddles. A robot that turned at once would take it along."""
+    """Back away from the object between the paddles. If the robot turned first, it would move the object."""
     if not _can_back_off(view, memory):
         return Move(0.0, 0.0, "waiting: for room behind, to leave what was put down"), memory
     return _begin_to_back_off(view, replace(memory, avoided=view.snapshot.pose.heading))
 
 
 def _is_avoided(view: View, memory: Memory) -> bool:
-    """Does the robot look towards what it leaves?"""
+    """Return whether the robot points in the avoided direction: towards the object that it has left."""
     return memory.avoided is not None and abs(_difference(view.snapshot.pose.heading, memory.avoided)) < AVOIDED
 
 
 def _can_turn(view: View, margin: Margin, side: int) -> bool:
-    """Is the turn free, as far as the robot turns before it could stop?"""
+    """Return whether the robot can turn to a side (1 left, -1 right) with a margin, and still stop in time."""
     needed = margin.rate * DELAY + margin.rate ** 2 / (2 * ANGULAR_DECELERATION)
     return view.snapshot.robot.outline.turn(view.points, side, margin.turn, needed) >= needed
 
 
 def _braking(speed: float) -> float:
-    """How far it goes [m] from the moment there is a reason to stop."""
+    """Return the distance [m] that the robot needs to stop from `speed` [m/s], including the reaction time DELAY."""
     return speed * DELAY + speed ** 2 / (2 * DECELERATION)
 
 
 def _stop_distance(speed: float) -> float:
-    """What the robot needs ahead [m] to come to rest IN_FRONT of something."""
+    """Return the free distance ahead [m] that the robot needs at `speed` [m/s] to stop IN_FRONT before an obstacle."""
     return IN_FRONT + _braking(speed)
 
 
 def _difference(heading: float, other: float) -> float:
-    """From one heading to another [rad], -pi to pi: left is positive."""
+    """Return the turn from `other` to `heading` [rad, -pi to pi], left positive."""
     return math.remainder(heading - other, 2 * math.pi)

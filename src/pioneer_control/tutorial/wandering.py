@@ -1,6 +1,7 @@
-"""One wander, from its first sonar message to its last. It is pure: its time is the time of the stamps.
+"""One wander, from its first sonar message to its last. This file does not use ROS.
 
-So the same messages lead to the same decisions, from a bag as from the robot, however late each of them came.
+The time of a wander is the time in the stamps, not the arrival time of messages. So the same messages give the same
+decisions, no matter whether they come from a bag or from the robot, and how late they come.
 """
 
 import math
@@ -12,51 +13,72 @@ from .sights import JUMP_BACK, Sight
 from .snapshot import Heard
 from .wander import Going, Memory, Move, wander
 
-#: ns; time has moved on when a stamp is later by so much. While time stands, stamps still differ a little: each is as
-#: old as its packet.
+#: ns; time runs when a stamp is later than an earlier stamp by at least this. While simulated time is paused, stamps
+#: still differ a little, because each stamp is ROS time minus the age of the packet.
 MOVES_ON = 50_000_000
-SAME = 1e-4  #: s; stamps that differ by less are the same: a number in a text may have lost digits
+SAME = 1e-4  #: s; stamps that differ by less count as equal, because a stamp written as text may have lost digits
 
 
 WanderEnd = Enum("WanderEnd", {"TIME_UP": "the time is up", "AT_CAN": "something stands between the paddles"})
-"""Why a wander ended."""
+"""Why a wander ended. The value is a text for people."""
 
 
 class Wandering:
-    """Decides on each `Sight` in turn, until `end` says why it is over."""
+    """One wander: makes a decision for each `Sight`, until it ends.
+
+    Attributes:
+        seed: the seed with which the wander began.
+        speed: the speed of the wander [m/s].
+        memory: the state between two decisions.
+        end: why the wander ended. None while it goes on.
+        newest: the newest stamp [ns], not exact: it changes only in steps of MOVES_ON or more. While it does not
+            change, time stands still.
+    """
 
     def __init__(
             self, seed: int, speed: float, duration: float, *, stop_at_can: bool = True, leaving: bool = False,
             begin_at: float = -math.inf, end_at: float = math.inf):
         """Begin a wander.
 
-        The beams of the gripper have no stamps, so a re-run cannot know when one ended a wander. It is told instead.
+        `begin_at` and `end_at` are only for repeating a recorded wander. Reports of the gripper have no stamps, so a
+        repeated wander cannot see when a gripper beam ended the recorded one. `end_at` gives this time instead.
 
         Args:
-            seed: of what chance decides.
-            speed: m/s.
-            duration: s, from the first message on.
-            stop_at_can: what stands between the paddles ends the wander.
-            leaving: something was put down before, and is left first.
-            begin_at: for a re-run, the stamp [s] of the first message that was decided on.
-            end_at: for a re-run, the stamp [s] of the last one. Then no beam ends the wander.
+            seed: the seed for random choices.
+            speed: the speed while driving [m/s].
+            duration: the length of the wander [s], from the stamp of the first sonar message.
+            stop_at_can: an object that breaks the outer gripper beam ends the wander.
+            leaving: the robot has just put an object down, and first backs away from it.
+            begin_at: the stamp [s] of the first sonar message that the recorded wander decided on.
+            end_at: the stamp [s] of the last sonar message that it decided on. Then no gripper beam ends the wander.
         """
         self.seed, self.speed = seed, speed
         self._begin = Memory(seed, speed, going=Going.LEAVING if leaving else Going.LOOKING)
         self.memory = self._begin
         self.end: Optional[WanderEnd] = None
-        self.newest = 0  #: stamp [ns], give or take MOVES_ON; as long as it does not change, time stands still
+        self.newest = 0
         self._duration, self._begin_at, self._end_at = duration, begin_at, end_at
         self._stop_at_can = stop_at_can and end_at == math.inf
-        self._first: Optional[float] = None  #: s
+        self._first: Optional[float] = None  #: s, the stamp of the first sonar message
 
     @property
     def waits(self) -> bool:
-        """Has `begin_at` not come yet?"""
+        """Whether the wander still waits for the stamp `begin_at`."""
         return self._first is None and self._begin_at > -math.inf
 
     def decide(self, sight: Sight, heard: Heard) -> Optional[Move]:
-        """What to do now; None before the begin and from the end on. When time jumps back, the wander begins again."""
+        """Decide how to move. When time jumps back, the wander begins again.
+
+        Args:
+            sight: the sensor data to decide on.
+            heard: the newest data from the robot. The gripper state and the shape of the robot come from here.
+
+        Returns:
+            The decision. None before `begin_at`, and when the wander has ended.
+
+        Raises:
+            NoAnswerError: the shape of the robot is not known yet.
+        """
         jumped = sight.stamp < self.newest - JUMP_BACK
         if jumped or sight.stamp >= self.newest + MOVES_ON:
             self.newest = sight.stamp
@@ -72,6 +94,7 @@ class Wandering:
         return move
 
     def _ended(self, time: float, until: float, heard: Heard) -> Optional[WanderEnd]:
+        """Return why the wander ends at `time` [s]. None if it goes on. `until` is when its duration is over [s]."""
         if time >= until:
             return WanderEnd.TIME_UP
         left = self.memory.going not in (Going.LEAVING, Going.BACKING)
