@@ -33,13 +33,14 @@ A packet, byte by byte (VEL -200: drive backwards at 200 mm/s)::
 from .commands import (BAUD_RATES, COMMANDS, SYNC0, SYNC1, SYNC2, UNKNOWN_TO, Argument, Command, ReceivedCommand,
                        decode_command, encode_command, knows, two_bytes)
 from .config import Config
+from .fields import wrapped
 from .flags import (GRIPPER_VALUES, ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripperCommand, GripperSwitches,
                     GripState, StallBits)
 from .framing import PARTIAL_TIMEOUT, DecoderCounts, Frame, FrameDecoder, checksum, encode_frame
 from .packets import (IO, TCM2, Arm, ArmInfo, ArmJoint, Battery, BatteryInfo, Encoder, Gripper, Gyro, GyroReading,
                       Joystick, MalformedPacket, Playlist, Reset, SerialAux, SyncEcho, SyncReply, UnknownPacket,
                       decode_packet, encode_packet)
-from .sip import COUNT_RANGE, MOVING, STOPPED, Sip, SonarReading, wrapped
+from .sip import COUNT_RANGE, MOVING, STOPPED, Sip, SonarReading
 
 __all__ = [
     "PARTIAL_TIMEOUT", "DecoderCounts", "Frame", "FrameDecoder", "checksum", "encode_frame",

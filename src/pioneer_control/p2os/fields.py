@@ -326,3 +326,9 @@ class Many:
 BYTE, UINT16, UINT32 = NumberField("B"), NumberField("H"), NumberField("I")
 INT8, INT16, INT32 = NumberField("b"), NumberField("h"), NumberField("i")
 STRING, REST = TextField(), Rest()
+
+
+def wrapped(difference: int, full: int) -> int:
+    """The difference of two numbers on a circle of `full` units, the short way round: -full/2 <= step < full/2."""
+    half = full // 2
+    return (difference + half) % full - half

@@ -12,12 +12,6 @@ COUNT_RANGE = 0x8000
 """x and y wrap at this many counts (protocol sheet 4.3)."""
 
 
-def wrapped(difference: int, full: int) -> int:
-    """The difference of two numbers on a circle of `full` units, the short way round: -full/2 <= step < full/2."""
-    half = full // 2
-    return (difference + half) % full - half
-
-
 @dataclass(frozen=True)
 class SonarReading:
     """One sonar that was heard since the last SIP."""
