@@ -12,8 +12,8 @@ import heapq
 import itertools
 import os
 import re
-from typing import (Any, Callable, Collection, Counter, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Set,
-                    Tuple, Union)
+from typing import (Any, Callable, Collection, Counter, Dict, Iterable, Iterator, List, NamedTuple,
+                    Optional, Sequence, Set, Tuple, Union)
 
 from .records import (BETWEEN_CHUNKS, BLOCK, CHUNK, CHUNK_INFO, CONNECTION, FIELDS, FILE_HEADER, INDEX, MAGIC, MESSAGE,
                       TIME, U32, U64, BagError, BagRecord, Source, decompressed, fields_of, nanoseconds, next_record,

@@ -20,8 +20,7 @@ from old_messages import OLD_PACKAGES, VALUES, old_message, serialized
 from pioneer_control import standard_messages
 from pioneer_control.bags.converting import convert as command
 from pioneer_control.bags.converting.convert import main
-from pioneer_control.bags.converting.messages import CONVERSIONS, DEFAULT
-from pioneer_control.bags.converting.sonar import BEAMS, ROUND, SonarHistory, sonar_scan
+from pioneer_control.bags.converting.messages import (BEAMS, CONVERSIONS, DEFAULT, ROUND, SonarHistory, sonar_scan)
 from pioneer_control.bags.reader import decode, read_bag
 from pioneer_control.bags.writer import BagWriter
 from pioneer_control.client import SonarRange

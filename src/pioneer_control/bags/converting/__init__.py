@@ -2,7 +2,6 @@
 
 ============  =====================================================================================
 ``convert``   the command: reads one bag and writes another
-``messages``  what becomes of each message
-``sonar``     arrays of ranges, as what each transducer heard and when
+``messages``  what becomes of each message; arrays of sonar ranges, as what each transducer heard and when
 ============  =====================================================================================
 """

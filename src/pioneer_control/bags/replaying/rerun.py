@@ -21,8 +21,8 @@ from ...errors import UsageError
 from ...msg import Decision
 from ..command_line import bag_files, free_name, number, parser_of, say
 from .commands import RERUN, TOLD, absolute, aside, player, read_commands, recorded_topics
-from .programs import (Interrupted, TopicRecorder, connected, graph, nodes, possible_robots, restore_parameter,
-                       run_as_node, running, wait_until)
+from .programs import (PATIENCE, Interrupted, TopicRecorder, connected, graph, nodes, possible_robots,
+                       restore_parameter, run_as_node, running, wait_until)
 from .redrive_schedule import VELOCITIES
 from .rerun_compare import Verdict, judge_decisions, judge_others, judge_velocities, velocities_of
 
@@ -31,8 +31,6 @@ KINDS = {"decision": Decision, **TOLD}
 SERVICES = "set_motors", "enable_motors", "disable_motors", "set_sonar", "reset_odometry"
 """Services of a driver. The program does not reach those of a driver that is alive."""
 PLAYER = "/play_rerun"
-PLAYER_PATIENCE = 30.0
-"""s until the player must be there."""
 LOOK_OUT = 0.3
 """s between two looks for robots that have come."""
 SETTLED = 1.0
@@ -197,7 +195,7 @@ class Rerun:
         say("%s hears %s as %s%s" % (given.program, " ".join(self._files), self._node, told))
         command = player(self._files, self._topics, ["--pause", "--quiet", *shlex.split(given.options)])
         bag = at_end.enter_context(running([*command, "__name:=" + PLAYER[1:]], quiet=True))
-        rospy.wait_for_service(PLAYER + "/pause_playback", PLAYER_PATIENCE)
+        rospy.wait_for_service(PLAYER + "/pause_playback", PATIENCE)
         namespace, _, name = self._node.rpartition("/")
         ours = (given.package, given.program) == ("pioneer_control", "rosPioneer2.py")
         arguments = shlex.split(given.args) if given.args else [self._live.robot] if ours else []
