@@ -1,4 +1,4 @@
-"""``python3 -m pioneer_control.client PORT``: what is on that port, without moving it."""
+"""``python3 -m pioneer_control.client PORT``: print which robot is on that port and how it is. Nothing moves."""
 
 import argparse
 import math
@@ -13,13 +13,14 @@ from .identity import RobotIdentity
 from .robot import LinkCounts, Robot
 from .state import NO_ECHO, RobotState, SonarRange
 
-SONAR_ROUND = 0.7       # s in which every transducer has fired: eight per array, one each 40 ms, twice
+SONAR_ROUND = 0.7       # s in which every sonar has fired twice: eight per array, one every 40 ms
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
-    """Print the report.
+    """Connect to the robot, read its state, disconnect, and print a report.
 
-    Returns the exit code: 0 printed, 1 no robot or no port, 2 a wrong argument or an unknown model.
+    Returns the exit code: 0 when the report was printed, 1 without a robot or port, 2 for a wrong argument or an
+    unknown model, 130 after Ctrl-C.
     """
     parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.client",
                                      description="Say what robot is on a port. Nothing moves.")
@@ -47,7 +48,7 @@ def main(arguments: Optional[List[str]] = None) -> int:
 
 
 def report(port: str, identity: RobotIdentity, state: RobotState, link: LinkCounts) -> str:
-    """The report as text, one line per row. What there is nothing to say about has no row."""
+    """Return the report as text, one line for each property of the robot. Empty properties have no line."""
     model, config = identity.model, identity.config
     alarm = " (alarm at %.1f V)" % (config.low_battery_dv / 10) if config is not None and config.low_battery_dv else ""
     charge = "" if state.state_of_charge is None else ", %.0f %%" % (100 * state.state_of_charge)

@@ -1,8 +1,8 @@
-"""Packets that a robot sends besides the SIP, when it is asked for them. They arrive as PacketReceived events.
+"""Requests for packets that a robot sends only when it is asked. They arrive as PacketReceived events.
 
-A robot acknowledges no request. So the client repeats a request for packets a few times, until they come. It repeats a
-request for no more packets as long as some still come. A robot never sends packets of a device that it does not have;
-that is no error. CLOSE ends all requests.
+A robot acknowledges no request. So the client repeats a request for packets a few times, until packets come. It repeats
+a request to stop packets as long as packets still come. A robot never sends packets of a device that it does not have.
+This is no error. CLOSE ends all requests.
 
 Source: protocol sheet 3.2.
 """
@@ -20,7 +20,7 @@ AGAIN = 0.5             # s between two requests: five SIP cycles, because on a 
 
 
 class DataKind(NamedTuple):
-    """One kind of packet, and the command for it: its value ``on`` asks for packets, its value ``off`` for no more."""
+    """One kind of packet, and the command that requests it. Its value ``on`` starts the packets, ``off`` stops them."""
 
     command: str
     on: int
@@ -42,24 +42,27 @@ KINDS = {data.packet: kind for kind, data in DATA.items()}
 
 
 class DataRequests:
-    """The packets that one connected robot is asked for. ``now`` is monotonic time in s."""
+    """Requests the wanted packets from one connected robot. ``now`` is monotonic time in s."""
 
     def __init__(self, line: Line, identity: RobotIdentity) -> None:
         self._line = line
         self._identity = identity
         self._wanted: Dict[str, bool] = {}
         self._asked_at: Dict[str, float] = {}
-        self._tries = dict.fromkeys(DATA, 0)        # left, of packets that have not come yet
+        self._tries = dict.fromkeys(DATA, 0)        # requests that are left, for packets that have not come yet
 
     @property
     def due(self) -> float:
-        """When tick() has something to do."""
+        """Time (monotonic, s) by which tick() must be called; infinity when nothing is due."""
         if not any(self._tries.values()):       # nearly always
             return math.inf
         return min(self._asked_at[kind] for kind, left in self._tries.items() if left) + AGAIN
 
     def want(self, kinds: AbstractSet[str], now: float) -> None:
-        """Ask for packets of these kinds with every SIP, and for no more packets of any other kind."""
+        """Ask for packets of these kinds with every SIP, and stop packets of all other kinds. The kinds are in DATA.
+
+        "gyro" has no effect unless the robot has a gyro that the client has to read.
+        """
         for kind in DATA:
             on = kind in kinds
             if self._wanted.get(kind, False) != on and (kind != "gyro" or is_for_client(self._identity)):
@@ -68,7 +71,7 @@ class DataRequests:
                 self._ask(kind, now)
 
     def saw(self, packet: object, now: float) -> None:
-        """Take a packet that came."""
+        """Take a received packet. A wanted packet ends the requests for it. An unwanted packet is stopped again."""
         kind = KINDS.get(type(packet))
         if kind is not None:
             self._tries[kind] = 0
@@ -76,14 +79,14 @@ class DataRequests:
                 self._ask(kind, now)
 
     def tick(self, now: float) -> None:
-        """Ask again for packets that have not come."""
+        """Repeat the requests for packets that have not come."""
         for kind, left in self._tries.items():
             if left and now >= self._asked_at[kind] + AGAIN:
                 self._ask(kind, now)
 
     def _ask(self, kind: str, now: float) -> None:
         self._asked_at[kind] = now
-        if not self._line.full:     # else again after AGAIN
+        if not self._line.full:     # if it is full, tick() tries again after AGAIN
             self._tries[kind] = max(0, self._tries[kind] - 1)
             data = DATA[kind]
             self._line.command(now, p2os.encode_command(data.command, data.on if self._wanted[kind] else data.off))

@@ -29,19 +29,22 @@ MOTORS = {on: encode_command("ENABLE", int(on)) for on in (False, True)}
 
 
 class MotorsRequest:
-    """A request to switch the motors on or off. It is done when the robot's flags show it, or with an ``error``.
+    """A request to switch the motors on or off. It is ``done`` when a SIP shows the result, or when it has failed.
 
     Args:
-        on: what is wanted.
-        now: monotonic time in s.
-        timeout: s until it is given up.
-        changes: whether the motors are in the other state now, by the newest SIP.
-        asked: whether the user asked for it; else the drive did so itself.
+        on: True to switch the motors on, False to switch them off.
+        now: time of the request (monotonic, s).
+        timeout: time (s) after which the request fails.
+        changes: whether the newest SIP shows the motors in the other state; True without any SIP.
+        asked: whether the user made the request; False when Drive made it.
+
+    Attributes:
+        error: why the request failed; None while it is open, and when it has succeeded.
     """
 
     def __init__(self, on: bool, now: float, timeout: float, changes: bool, asked: bool) -> None:
         self.on, self.changes, self.asked = on, changes, asked
-        self.asked_at = now         # last
+        self.asked_at = now         # when ENABLE was sent last
         self.answer_from = now + UNDER_WAY
         self.give_up_at = now + timeout
         self.error: Optional[PioneerError] = None
@@ -49,18 +52,19 @@ class MotorsRequest:
 
 
 class Drive:
-    """Set points and motors of one connected robot. ``now`` is monotonic time in s.
+    """Sends velocities, stops and motor commands to one connected robot. ``now`` is monotonic time in s.
 
     Args:
-        line: to send on.
-        identity: has the limits.
-        command_timeout: s after which a velocity that was not renewed means stop.
-        events: gets what happens here.
-        companion: gives packets that are sent with each velocity.
+        line: sends the packets.
+        identity: has the velocity limits.
+        command_timeout: the robot is stopped so many seconds after the last velocity command.
+        events: the list to which Drive appends its events.
+        companion: returns packets that are sent together with each velocity.
 
     Attributes:
-        command_timeout: as given; it may be changed.
-        wanted: the two rates of the newest velocity; None while the robot shall stand.
+        command_timeout: see Args; it may be changed.
+        wanted: the newest velocity: linear (m/s) and angular (rad/s), or left and right wheel (m/s). None while the
+            robot is to stand.
     """
 
     def __init__(self, line: Line, identity: RobotIdentity, command_timeout: float, events: List[Event],
@@ -71,23 +75,23 @@ class Drive:
         self._events = events
         self._body = BodyVelocity(identity)
         self._wheels = WheelVelocities(identity)
-        self._driven: Velocity = self._body     # the one of the two that the newest velocity is for
+        self._driven: Velocity = self._body     # _body or _wheels: the newest velocity is given for this one
         self.wanted: Optional[Tuple[float, float]] = None
         self._commanded_at = self._sent_at = 0.0
-        self._stopping = False                                  # told to stand, and no SIP has shown it
+        self._stopping = False      # whether a stop was sent, and no SIP has shown yet that the robot stands
         self._motors: Optional[MotorsRequest] = None
         self._state: Optional[RobotState] = None
-        self._excused_at = 0.0      # when it last moved, or had a reason to stand
-        self._unmoved = False       # and that was told
+        self._excused_at = 0.0      # when the robot last moved, or had a reason to stand
+        self._unmoved = False       # whether Unmoved was reported, and the robot has not moved since
 
     @property
     def at_rest(self) -> bool:
-        """Whether the robot was told to stand and has shown that it does."""
+        """Whether the robot is to stand, and a SIP has shown since then that it stands."""
         return self.wanted is None and not self._stopping
 
     @property
     def due(self) -> float:
-        """When tick() has something to do at the latest."""
+        """Time (monotonic, s) by which tick() must be called; infinity when nothing is due."""
         due = self._sent_at + REFRESH if self.wanted is not None or self._stopping else math.inf
         if self.wanted is not None:
             due = min(due, self._commanded_at + self.command_timeout)
@@ -96,38 +100,41 @@ class Drive:
         return due
 
     def set_velocity(self, linear: float, angular: float, now: float) -> None:
-        """Drive at these velocities (m/s, rad/s), clamped to the limits, until command_timeout.
+        """Drive at these velocities (m/s forward, rad/s counter-clockwise) until command_timeout.
 
-        Raises UsageError when one of them is not a finite number; then nothing changes.
+        The velocities are clamped to the limits. Raises UsageError when a velocity is not a finite number. Then nothing
+        changes.
         """
         self._want(self._body, (_finite("linear", linear), _finite("angular", angular)), now)
 
     def set_wheel_velocities(self, left: float, right: float, now: float) -> None:
-        """Drive at these velocities of the wheels (m/s). Otherwise as set_velocity().
+        """Drive the wheels at these velocities (m/s, forward positive) until command_timeout.
 
-        Beyond a limit both are made smaller by the same factor, so that the curve stays.
+        Beyond a limit both velocities are made smaller by the same factor, so that the curve stays. Raises UsageError
+        when a velocity is not a finite number. Then nothing changes.
         """
         self._want(self._wheels, (_finite("left", left), _finite("right", right)), now)
 
     def follow(self, identity: RobotIdentity) -> None:
-        """The robot has other limits now."""
+        """Use the limits of this new identity from now on."""
         self._body.follow(identity)
         self._wheels.follow(identity)
 
     def stop(self, now: float, packets: Tuple[bytes, ...] = STOP) -> None:
-        """Set both set points to zero by these packets, ahead of everything else, until the robot stands."""
+        """Send these stop packets ahead of everything else. Repeat a stop until the SIPs show that the robot stands."""
         self._driven.rest(now)
         self.wanted, self._stopping, self._sent_at = None, True, now
         self._line.stop(now, *packets)
 
     def request_motors(self, on: bool, now: float, timeout: float) -> MotorsRequest:
-        """Ask for the motors.
+        """Ask the robot to switch its motors on or off. The request fails after ``timeout`` s.
 
-        An open request for the opposite fails. An open request for the same is returned again, with its own time-out:
-        otherwise a topic that asks again and again would put off the end for ever.
+        The robot is stopped first, unless its motors are on already and are to stay on. An open request for the
+        opposite fails. An open request for the same is returned again and keeps its own time-out. Otherwise requests
+        that are repeated fast would never time out.
 
         Returns:
-            The request: ``done`` and ``error`` tell what became of it.
+            The request. Its ``done`` and ``error`` show the result.
         """
         if self._motors is not None and self._motors.on != on:
             self._answer_motors(self._motors, NotConfirmedError("overtaken by another motor command"))
@@ -143,7 +150,7 @@ class Drive:
         return request
 
     def saw(self, state: RobotState) -> None:
-        """Take what the robot reports."""
+        """Take a new state of the robot, and compare it with what was commanded."""
         now, before, self._state = state.time, self._state, state
         # Each SIP counts, also after one that showed a standing robot: a velocity may reach the robot late.
         if self.wanted is None and now > self._sent_at:
@@ -158,7 +165,7 @@ class Drive:
         self._judge_motion(now, state)
 
     def tick(self, now: float) -> None:
-        """Repeat, time out, give up."""
+        """Repeat commands, stop the robot after command_timeout, and let a motor request fail after its time-out."""
         if self.wanted is not None and now >= self._commanded_at + self.command_timeout:
             self._events.append(CommandTimedOut(now - self._commanded_at))
             self.stop(now)
@@ -173,7 +180,7 @@ class Drive:
                 self._send_motors(self._motors, now)
 
     def abandon(self, error: PioneerError) -> None:
-        """The link is gone: an open request for the motors fails."""
+        """Let an open motor request fail with this error, because the link is gone."""
         if self._motors is not None:
             self._answer_motors(self._motors, error)
 
@@ -195,14 +202,14 @@ class Drive:
 
     def _send_motors(self, request: MotorsRequest, now: float) -> None:
         request.asked_at = now
-        if not self._line.full:     # else again after REFRESH
+        if not self._line.full:     # if it is full, tick() tries again after REFRESH
             self._line.command(now, MOTORS[request.on])
 
     def _judge_motors(self, request: MotorsRequest, state: RobotState) -> None:
-        """Finish the request when the robot's flags answer it.
+        """Finish the motor request when the flags of a SIP show the result.
 
-        Flags count from the first SIP on that the robot sent after it heard the request. A pressed STOP button counts
-        at once.
+        The flags count only in a SIP that the robot sent after it received the request (UNDER_WAY). A pressed STOP
+        button counts at once: a request for motors on fails.
         """
         if request.on and state.stop_button:
             self._answer_motors(request, RefusedError(STOP_BUTTON))
@@ -211,7 +218,11 @@ class Drive:
             self._answer_motors(request)
 
     def _judge_motion(self, now: float, state: RobotState) -> None:
-        """Say once that a robot stands although it is told to drive and reports nothing that holds it."""
+        """Append the event Unmoved when the robot stands for MOVES_WITHIN s although a velocity is commanded.
+
+        The time does not run while the motors are off, a wheel is stalled, or the velocity is below SURE_TO_MOVE. The
+        event comes again only after the robot has moved.
+        """
         self._unmoved = self._unmoved and not state.moving
         if (state.moving or self.wanted is None or all(abs(rate) < SURE_TO_MOVE for rate in self.wanted)
                 or not state.motors_enabled or state.left_stall or state.right_stall):
@@ -229,7 +240,10 @@ class Drive:
             self._take_back(now)
 
     def _answer_motors(self, request: MotorsRequest, error: Optional[PioneerError] = None) -> None:
-        """Finish a request, and tell the user. An ENABLE 1 that still waits for the line is not sent any more."""
+        """Finish a motor request, and append MotorsAnswered if the user made it. Without ``error`` it has succeeded.
+
+        If the request was for motors on, an ENABLE 1 that still waits for the line is not sent any more.
+        """
         request.error, request.done = error, True
         if self._motors is request:
             self._motors = None
@@ -239,9 +253,9 @@ class Drive:
             self._line.withdraw(MOTORS[True])
 
     def _take_back(self, now: float) -> None:
-        """Switch the motors off, after a request for them has failed: the robot may obey the ENABLE 1 late.
+        """Switch the motors off after a request for motors on has failed: the robot may obey the ENABLE 1 late.
 
-        This is a request of its own, because ENABLE 0 may get lost, too.
+        ENABLE 0 may get lost, too. So this makes a new motor request, which repeats it.
         """
         self._motors = MotorsRequest(False, now, TAKE_BACK, changes=True, asked=False)
         self._send_motors(self._motors, now)

@@ -1,5 +1,4 @@
-"""What a listener is told: the states of the robot, and one small value for each other thing that happens on the link.
-"""
+"""Events for listeners: each RobotState, and one small class for each other thing that happens on the link."""
 
 from typing import Any, NamedTuple, Optional, Tuple, Union
 
@@ -10,7 +9,7 @@ from .tuning import Change
 
 
 class Ready(NamedTuple):
-    """The handshake is done: states follow. Motors are off."""
+    """The robot is connected. Its motors are off. From now on states arrive."""
 
     identity: RobotIdentity
 
@@ -23,86 +22,87 @@ class LinkDown(NamedTuple):
 
     error: PioneerError
     retry_in: float
-    """s until the next attempt; negative when there will be none."""
+    """Time (s) until the next attempt to connect; negative when there is no further attempt."""
 
 
 class CommandTimedOut(NamedTuple):
-    """No new velocity came within the command time-out: the robot was told to stop."""
+    """The client stopped the robot, because no new velocity came within the command time-out."""
 
     age: float
-    """s since the last velocity command."""
+    """Time (s) since the last velocity command."""
 
 
 class MotionCleared(NamedTuple):
-    """The robot took the motors away (STOP button, stall, MOTORS button): set points are zero now and stay so until a
-    new command.
+    """The robot switched its motors off by itself (STOP button, stall, MOTORS button).
+
+    The client has set the velocity to zero. It stays zero until a new command.
     """
 
     reason: str
 
 
 class Unmoved(NamedTuple):
-    """The robot was told to drive, its motors are on, and no wheel is stalled. Yet it stands: perhaps it does not hear.
+    """The robot stands although a velocity is commanded, its motors are on, and no wheel is stalled.
 
-    This is told once, and again only after the robot has moved.
+    Perhaps the commands do not reach it. The event comes once, and again only after the robot has moved.
     """
 
     age: float
-    """s for which it has stood."""
+    """Time (s) for which the robot has stood."""
 
 
 class MotorsAnswered(NamedTuple):
-    """A request for the motors has its answer."""
+    """A request to switch the motors on or off has succeeded or failed."""
 
     on: bool
-    """what was asked for"""
+    """True for a request to switch them on, False for a request to switch them off."""
     changed: bool
-    """whether the motors were in the other state before"""
+    """Whether the motors were in the other state when the request was made."""
     error: Optional[PioneerError]
-    """why the robot did not do it; None when it did"""
+    """Why the request failed; None when it succeeded."""
 
 
 class StatesMissed(NamedTuple):
-    """The listeners were too slow: the oldest states and packets that waited for them were dropped.
+    """States and packets were dropped, the oldest first, because the listeners were too slow.
 
     Other events are never dropped.
     """
 
     number: int
-    """since the last time that this was told"""
+    """How many were dropped since the last StatesMissed."""
 
 
 class BaudFound(NamedTuple):
-    """The robot answered at another line speed than the one given."""
+    """The robot answered at another line speed (``baud``) than the given one."""
 
     baud: int
 
 
 class LineSpeed(NamedTuple):
-    """The line speed of a connection, where host_baud asked for another than the robot's own."""
+    """The line speed of this connection. It is reported when host_baud asks for another speed than the robot's own."""
 
     baud: int
     problem: str
-    """Why it is still the robot's own; empty when it is the one asked for."""
+    """Why the line is still at the robot's own speed; empty when it is at the speed that host_baud asks for."""
 
 
 class Tuned(NamedTuple):
-    """Settings were sent, after connecting or by tune(), and the robot has answered; or set_limits() changed limits."""
+    """The result of settings that were sent after connecting or by tune(). It also comes when the limits change."""
 
     changes: Tuple[Change, ...]
-    """one per value sent; its ``problem`` says if the robot did not take it"""
+    """One for each value that was sent. Its ``problem`` says why the robot did not take the value."""
     identity: RobotIdentity
-    """with the new CONFIGpac, and the limits that follow from it"""
+    """The identity with the newest CONFIGpac, and with the present limits."""
 
 
 class PacketReceived(NamedTuple):
-    """A packet other than the standard SIP (IOpac, ENCODERpac, ...) as decoded by p2os."""
+    """A packet other than the standard SIP (IOpac, ENCODERpac, ...), as p2os decodes it."""
 
     packet: Any
     time: float
     """Monotonic time (s) of its last byte."""
     sent_time: float
-    """Monotonic time (s) of its first byte: ``time`` without what the line took to carry the packet."""
+    """Monotonic time (s) of its first byte: ``time`` minus the time that the line took to carry the packet."""
 
 
 Event = Union[

@@ -1,8 +1,8 @@
-"""The gripper: what it is told, and what the robot reports of it in every SIP: a state byte, and switches on digital
-inputs (protocol 6).
+"""Gripper commands, and gripper readings from the SIP (protocol 6).
 
-What differs: a Pioneer 1 has one motor and other switches; a gripper on the general I/O port of a P2OS robot leaves the
-digital inputs alone, and its switches come in a GRIPPERpac that has to be asked for.
+Every SIP has a state byte of the gripper, and its switches as digital inputs. Two kinds of gripper are different. The
+gripper of a Pioneer 1 has one motor and other switches. A gripper on the general I/O port of a P2OS robot does not use
+the digital inputs: its switches come in a GRIPPERpac, which the client has to request.
 """
 
 from dataclasses import dataclass, replace
@@ -13,15 +13,15 @@ from ..errors import UsageError
 from ..p2os import GRIPPER_VALUES, DigitalIn, GripperCommand, GripperSwitches, GripState, encode_command
 from .identity import RobotIdentity
 
-ON_GENERAL_IO = 2       # has_gripper in CONFIGpac, and in GRIPPERpac
+ON_GENERAL_IO = 2       # value of has_gripper in CONFIGpac and in GRIPPERpac
 
 
 @dataclass(frozen=True)
 class GripperReading:
-    """Paddles, lift and switches of one SIP. A field is True when what its name says is so.
+    """State of the paddles, the lift and the switches in one SIP. A field is True when its name describes the state.
 
-    Paddles that are neither open nor closed are in between; so is a lift that is neither up nor down. A beam is True
-    when something breaks it. A contact is True when its paddle presses on something.
+    Paddles that are neither open nor closed are in between. A lift that is neither up nor down is in between. A beam is
+    True when something breaks it. A contact is True when its paddle presses on something.
     """
 
     paddles_open: bool
@@ -40,7 +40,10 @@ class GripperReading:
 
 @lru_cache(maxsize=256)
 def read_gripper(grip_state: int, digital_in: int) -> GripperReading:
-    """Read the GRIP_STATE byte and DIGIN; beams read 1 when broken, contacts 0 when pressed (Gripper manual)."""
+    """Return the reading from the bytes GRIP_STATE and DIGIN of a SIP.
+
+    In DIGIN a beam is 1 when it is broken, and a contact is 0 when it is pressed (Gripper manual).
+    """
     state, inputs = GripState(grip_state), DigitalIn(digital_in)
     # Two end positions exclude each other: both at once means that the position is unknown (protocol 6.2).
     paddles, lift = state & (GripState.OPEN | GripState.CLOSED), state & (GripState.LIFT_UP | GripState.LIFT_DOWN)
@@ -61,8 +64,9 @@ def read_gripper(grip_state: int, digital_in: int) -> GripperReading:
 
 
 def read_pioneer_1_gripper(digital_in: int) -> GripperReading:
-    """Read the DIGIN of a Pioneer 1, whose one motor opens the paddles at the bottom; it tells neither motion nor
-    errors (protocol 6.4).
+    """Return the reading from the byte DIGIN of a Pioneer 1 (protocol 6.4).
+
+    Its one motor opens the paddles at the bottom. It reports neither motion nor errors: these fields are False.
     """
     at_top, closed, opened, touching = (not digital_in & bit for bit in (1, 2, 4, 32))
     return GripperReading(
@@ -82,16 +86,16 @@ def read_pioneer_1_gripper(digital_in: int) -> GripperReading:
 
 
 def is_on_general_io(identity: RobotIdentity) -> bool:
-    """Whether the gripper's switches are not on the digital inputs but in GRIPPERpac.
+    """Return whether the switches of the gripper come in GRIPPERpac instead of in the digital inputs.
 
-    (To AROS and ARCOS the same number is a PeopleBot's.)
+    Only P2OS means this by has_gripper 2. In AROS and ARCOS the number 2 means the gripper of a PeopleBot.
     """
     config = identity.config
     return config is not None and config.has_gripper == ON_GENERAL_IO and not identity.model.grip_state_first
 
 
 def with_switches(reading: GripperReading, switches: GripperSwitches) -> GripperReading:
-    """A reading with the beams and contacts that a GRIPPERpac of P2OS has (protocol 6.3)."""
+    """Return ``reading`` with its beams and contacts taken from the GRIPPERpac of P2OS (protocol 6.3)."""
     return replace(
         reading,
         inner_beam=bool(switches & GripperSwitches.INNER_BEAM),
@@ -102,9 +106,9 @@ def with_switches(reading: GripperReading, switches: GripperSwitches) -> Gripper
 
 
 def gripper_packets(command: GripperCommand, value: Optional[int]) -> Tuple[bytes, ...]:
-    """The packets of one sub-command of the gripper, with its value (units of 20 ms) if it needs one.
+    """Return the packets of one gripper command, with its value (units of 20 ms) if the command needs a value.
 
-    Raises UsageError for a number that means nothing.
+    Raises UsageError for an unknown command, and for a value that is missing, out of range or not allowed.
     """
     try:
         command = GripperCommand(command)

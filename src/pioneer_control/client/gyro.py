@@ -1,4 +1,5 @@
-"""A gyro that the client has to read (CONFIGpac: has_gyro 1; protocol 5.6): raw readings to a turn rate."""
+"""Turns raw readings into a turn rate, for a gyro that the client has to read (has_gyro 1 in CONFIGpac; protocol 5.6).
+"""
 
 import math
 from typing import Optional
@@ -6,31 +7,31 @@ from typing import Optional
 from .. import p2os
 from .identity import RobotIdentity
 
-# volts, full scale, and the calibration that all models share.
+# 5 V are 1023 units, 300 deg/s are 2.5 V, and all models share one calibration factor.
 RAD_S_PER_UNIT = math.radians(5 / 1023 * 300 / 2.5 * 1.626)
 NOMINAL_CENTRE = 512.0      # what a gyro at rest reads, more or less
 NEAR_CENTRE = 30.0          # how much more or less; beyond it, something turns the robot while its wheels stand
 MOST_AT_REST = 200          # readings (5 s) over which the centre is averaged
-# has_gyro in CONFIGpac; from 2 on the robot reads it, and GYRO chooses what its heading is made of.
+# Value of has_gyro in CONFIGpac. From 2 on the robot itself reads the gyro, and GYRO chooses the source of its heading.
 FOR_CLIENT = 1
 
 
 def is_for_client(identity: RobotIdentity) -> bool:
-    """Whether a gyro is fitted that the client has to read."""
+    """Return whether the robot has a gyro that the client has to read."""
     return identity.config is not None and identity.config.has_gyro == FOR_CLIENT
 
 
 class GyroReader:
-    """Turns GYROpacs into turn rates; learns from a standing robot what the gyro reads at rest."""
+    """Turns GYROpacs into turn rates. It learns the zero of the gyro while the robot stands."""
 
     def __init__(self) -> None:
         self._centre = NOMINAL_CENTRE
         self._at_rest = 0
 
     def rate(self, packet: p2os.Gyro, standing: bool) -> Optional[float]:
-        """The mean turn rate (rad/s, counter-clockwise) of one packet; None for an empty one.
+        """Return the mean turn rate (rad/s, counter-clockwise) of one packet; None for a packet without readings.
 
-        ``standing``: the wheels do not turn.
+        ``standing`` is True when the wheels do not turn. Then the readings also correct the zero of the gyro.
         """
         rates = [reading.rate for reading in packet.readings]
         if not rates:

@@ -1,16 +1,16 @@
-"""From a port in an unknown state to a robot that has said its name (protocol 2.2, 13).
+"""The handshake: find a robot on a port in an unknown state, and get the robot's name (protocol 2.2, 13).
 
-Before a session the numbers 0, 1, 2 mean SYNC0, SYNC1, SYNC2; in one they mean PULSE, OPEN, CLOSE. Two mistakes are
-possible:
+Before a session the command numbers 0, 1, 2 mean SYNC0, SYNC1, SYNC2. In a session they mean PULSE, OPEN, CLOSE. Two
+mistakes are possible:
 
-* A robot that a crashed program left open takes SYNC0 for a sign of life, and drives on at its old speed. It streams,
-  so listen first.
-* To a robot that waits, every packet is a step of the handshake. CLOSE is SYNC2 to it. The vendor's simulator then
-  opens, or gives up.
+* A program may have crashed and left the robot open. Such a robot takes SYNC0 for PULSE, a sign of life, and drives on
+  at its old speed. An open robot sends SIPs, so the client listens first.
+* A robot that waits for a handshake takes every packet for a step of it. It takes CLOSE for SYNC2. The vendor's
+  simulator then opens a session, or gives up.
 
-So a robot that is heard gets CLOSE until it is silent. What a silent robot gets depends on the line. On TCP nothing is
-lost: it gets SYNC0, and nothing before it. On a serial line all packets of an open robot may have been lost: it gets
-CLOSE several times, because nothing acknowledges it, then SYNC0.
+So the client sends CLOSE to a robot that it hears, until the robot is silent. What it sends to a silent robot depends
+on the line. On TCP nothing is lost: the client sends SYNC0 at once. On a serial line all packets of an open robot may
+have been lost: the client sends CLOSE several times, because the robot does not acknowledge it, and then SYNC0.
 
 ::
 
@@ -19,25 +19,26 @@ CLOSE several times, because nothing acknowledges it, then SYNC0.
          └─SIPs, or noise──> CLOSE until silent <─────┴────────────────────────────────┘
                                    └─ noise goes on ── 2 tries: next line speed
 
-On TCP an open robot may hear SYNC0 and not be heard: SYNC0 is a sign of life to it, and it drives on. So CLOSE follows
-when all tries were in vain, right before the client hangs up.
+On TCP an open robot may hear the client, while the client does not hear the robot. SYNC0 is a sign of life to such a
+robot, and it drives on. So when all tries have failed, the client sends CLOSE right before it closes the connection.
 
 When no answer comes at all, the client tries again. A robot that answers too late gets more time at each further try.
-A robot that said its name but was never opened is silent, too. On a serial line CLOSE ends that. On TCP a SYNC1 after
-an unanswered SYNC0 ends it: to that robot it is OPEN, and to a slow robot it is the next step.
+A robot that has sent its name but was never opened is silent, too. On a serial line CLOSE ends this state. On TCP a
+SYNC1 after an unanswered SYNC0 ends it: such a robot takes SYNC1 for OPEN. A slow robot takes it for the next step of
+the handshake.
 
-A robot to which CLOSE is SYNC2 is closed by one CLOSE and opened by the next. An even number of them leaves the robot
-as it was. An odd number closes it if it was open. So a silent robot gets an even number, and a robot that is heard gets
-an odd number.
+Some robots take CLOSE for SYNC2 when they are closed. One CLOSE closes such a robot, and the next CLOSE opens it. An
+even number of CLOSEs leaves the robot as it was. An odd number closes the robot if it was open. So a silent robot gets
+an even number of CLOSEs, and a robot that is heard gets an odd number.
 
-At CLOSE a robot that was left open at a speed which HOSTBAUD had raised falls back to its own speed. Then the other
-speeds are tried once more.
+HOSTBAUD may have raised the line speed of a robot that was left open. At CLOSE this robot falls back to its own speed.
+Then the client tries the other speeds once more.
 
-A robot that was connected before is most likely at the line speed that it had. This speed is tried four times, and
-again after each other speed. Each other speed is tried once.
+A robot that was connected before is most likely still at the same line speed. The client tries this speed four times,
+and again after each other speed. It tries each other speed once.
 
-At the latest it takes from the first byte until the robot is ready, with firmware that does not know CONFIG (0.9 s less
-with any other):
+The longest time from the first byte until the robot is ready, with firmware that does not know CONFIG (0.9 s less with
+other firmware):
 
 =============================================  =================  ====================
 the robot                                      at a known speed   at any of the five
@@ -48,7 +49,8 @@ was left open at a speed that was raised       3.0 s              7.0 s
 is not there                                   0.8 s              3.8 s (TCP: 2.1 s)
 =============================================  =================  ====================
 
-"Known" means of a raised speed: the robot's own speed was given, and the raised speed as host_baud.
+For a speed that was raised, "known" means that the client was given both the robot's own speed, and the raised speed as
+host_baud.
 """
 
 from typing import Any, Generator, List, Optional, Tuple
@@ -60,12 +62,12 @@ from .odometry import Odometry
 
 RATES = (9600, 38400, 19200, 115200, 57600)     # in the order of their likelihood
 
-LISTEN = 0.26           # s: two SIP cycles and some, and one of the longest that can be set (255 ms)
-# To a silent robot on a serial line, where half of all packets may get lost. The number is even. Together with three
-# SYNCs these are fewer than the ten packets after which the vendor's simulator hangs up.
+LISTEN = 0.26           # s: more than two usual SIP cycles, and more than one of the longest that can be set (255 ms)
+# CLOSEs to a silent robot on a serial line, where half of all packets may get lost. The number is even. Six CLOSEs and
+# three SYNCs are fewer than the ten packets after which the vendor's simulator hangs up.
 CLOSES = 6
-CLOSES_IF_HEARD = 7     # odd
-DRAIN = 0.1             # s for what was under way when CLOSE was sent, and for CLOSE itself
+CLOSES_IF_HEARD = 7     # CLOSEs to a robot that is heard; an odd number
+DRAIN = 0.1             # s for the bytes that were under way when CLOSE was sent, and for CLOSE itself
 QUIET = 0.2             # s of silence after that: the robot waits for a SYNC now
 CLOSE_TRIES = 10
 SYNC_TIMEOUT = 0.25     # s for the echo of each SYNC
@@ -73,23 +75,24 @@ LONGEST_SYNC_TIMEOUT = 1.0  # s for the echo of a robot that answers too late: i
 SYNC_TRIES = 2          # per line speed
 SYNC_TRIES_AGAIN = 4    # at the speed at which the robot was found before
 TCP_TRIES = 6
-TCP_TRY_WITH_SYNC1 = 2  # counted from 0; seven packets in all
+TCP_TRY_WITH_SYNC1 = 2  # the try (counted from 0) in which SYNC1 follows an unanswered SYNC0; seven packets in all
 
 SYNC = [p2os.encode_frame(number) for number in (p2os.SYNC0, p2os.SYNC1, p2os.SYNC2)]
 CLOSE = p2os.encode_command("CLOSE")
 
-UNHEARD = 3.0           # s that a robot may have gone on for without a link: until its watchdog stops it, and a ramp
+UNHEARD = 3.0           # s that a robot may drive on without a link: until its watchdog stops it, and its ramp
 
 BEFORE_A_SESSION = (p2os.SyncEcho, p2os.SyncReply, p2os.Reset)
-"""What a robot sends that is not open."""
+"""Packets that a robot sends while it is not open."""
 
 
 class Connecting(SteppedPhase):
-    """Nobody knows yet whether there is a robot: listen, close one that was left open, sync.
+    """The first phase of a connection: listen, close a robot that was left open, and synchronise.
 
     Args:
-        link: the port is open, and nothing was sent.
-        odometry: of the connection before, in which the robot was found at the first of the line speeds.
+        link: its port is open, and nothing was sent yet.
+        odometry: of the previous connection, which worked at the first of the line speeds; None for the first
+            connection.
 
     Attributes:
         rates: line speeds to try, the present one first; empty on TCP.
@@ -119,14 +122,15 @@ class Connecting(SteppedPhase):
         return super()._resume(packet)
 
     def _steps(self) -> Procedure:
-        """Find the robot. Raises NoAnswerError that says what was tried."""
+        """Find the robot, and return its name (Named). Raises NoAnswerError that says what was tried."""
         line, attempts, fell_back, listens = self._link.line, self._attempts(), False, True
         while attempts:
             (rate, tries), heard_before = attempts.pop(0), self._packets
             if rate is not None and rate != line.baud:
                 line.set_baud(rate)
             silent = not listens or (yield from self._is_silent(LISTEN)) or (yield from self._silenced())
-            listens = self._own_rate is None    # else time counts more: CLOSE goes ahead of SYNC0 anyway
+            # With a known speed a fast reconnect is more important: CLOSE is sent before SYNC0 anyway.
+            listens = self._own_rate is None
             reply = (yield from self._tried(tries)) if silent else None
             if reply is not None:
                 return Named(reply)
@@ -136,9 +140,9 @@ class Connecting(SteppedPhase):
         raise NoAnswerError(self._what_to_do())
 
     def _attempts(self) -> List[Tuple[Optional[int], int]]:
-        """The line speeds in the order in which they are tried, and how often the robot is synchronised at each.
+        """Return the line speeds in the order of the tries, each with its number of tries. On TCP the speed is None.
 
-        The speed of a robot that was there before is also tried after each other speed.
+        The line speed of a previous connection is tried again after each other speed.
         """
         if not self.rates:
             return [(None, TCP_TRIES)]
@@ -148,9 +152,10 @@ class Connecting(SteppedPhase):
         return [own, *(each for other in self.rates[1:] for each in ((other, 1), own))]
 
     def _tried(self, tries: int) -> Generator[float, Any, Optional[p2os.SyncReply]]:
-        """Synchronise with a silent robot. Returns its name; None when it never says one.
+        """Synchronise with a silent robot. Returns the reply with its name; None when no try has success.
 
-        A robot that answers as an open robot is closed at once. It gets as many tries again; so does a slow robot.
+        A robot that answers as an open robot is closed at once. An open robot gets twice as many tries, and a robot
+        that answers late does, too.
         """
         self._answers_late, timeout = False, SYNC_TIMEOUT
         for attempt in range(2 * tries):
@@ -165,7 +170,7 @@ class Connecting(SteppedPhase):
         return None
 
     def _is_silent(self, seconds: float) -> Generator[float, Any, bool]:
-        """Whether neither an open robot nor noise is heard for so long. Returns as soon as one of them is heard."""
+        """Listen for ``seconds``. Returns False as soon as a packet of an open robot or noise comes; else True."""
         self._heard_open = False
         deadline = self._link.now + seconds
         while self._link.now < deadline and not self._heard_open:
@@ -173,7 +178,7 @@ class Connecting(SteppedPhase):
         return not self._heard_open
 
     def _silenced(self) -> Generator[float, Any, bool]:
-        """Close the robot until it is silent. Returns False when it does not obey, or when noise is all that comes."""
+        """Send CLOSE until the robot is silent. Returns False when it does not obey, or when only noise comes."""
         link = self._link
         for _ in range(CLOSE_TRIES):
             for _ in range(CLOSES_IF_HEARD):
@@ -187,10 +192,11 @@ class Connecting(SteppedPhase):
         return False
 
     def _synced(self, attempt: int, timeout: float) -> Generator[float, Any, Optional[p2os.SyncReply]]:
-        """Send the three SYNCs, each after the echo of the one before. Returns None when the robot does not play along.
+        """Send SYNC0, SYNC1, SYNC2, each after the echo of the one before. Returns the reply with the robot's name.
 
-        On a serial line CLOSEs go ahead, the last of them in one write with SYNC0: somebody may put back the cable of
-        an open robot at this very moment.
+        Returns None when an answer does not come within ``timeout`` s. ``attempt`` counts the tries from 0. On a serial
+        line the client sends CLOSEs first. The last CLOSE and SYNC0 go out in one write, because somebody may plug in
+        the cable of an open robot at this very moment.
         """
         self._heard_open = False
         link, answer = self._link, None
@@ -198,7 +204,8 @@ class Connecting(SteppedPhase):
             for _ in range(CLOSES - 1):
                 link.line.command(link.now, CLOSE)
         else:
-            self.last_words = CLOSE * CLOSES    # if it hears us and is not heard: SYNC0 may have revived its old speed
+            # for a robot that hears us and is not heard: SYNC0 may have revived its old speed.
+            self.last_words = CLOSE * CLOSES
         also_sync1 = not self.rates and attempt == TCP_TRY_WITH_SYNC1
         for number, packet in enumerate(SYNC):
             link.line.command(link.now, *((CLOSE,) if self.rates and number == p2os.SYNC0 else ()), packet)
@@ -208,11 +215,11 @@ class Connecting(SteppedPhase):
         return answer
 
     def _answer(self, number: int, timeout: float) -> Generator[float, Any, Any]:
-        """The robot's answer to one SYNC; None when none comes in time.
+        """Wait for the robot's answer to SYNC ``number``. Returns None when no answer comes within ``timeout`` s.
 
-        Late echoes of earlier SYNCs are passed over. A SIP means that the robot was open after all. But when the robot
-        has said its name before the echo of SYNC0, a SIP means nothing: this robot took the CLOSEs for SYNC2 and CLOSE
-        in turn, and sent SIPs in between.
+        Late echoes of earlier SYNCs are ignored. A SIP means that the robot is open, and the answer is None. But SIPs
+        are ignored when the robot has sent its name too early, before the expected echo. Such a robot took the CLOSEs
+        for SYNC2 and CLOSE in turn, and sent SIPs in between.
         """
         deadline = self._link.now + timeout
         took_closes_for_sync2 = False
@@ -226,7 +233,7 @@ class Connecting(SteppedPhase):
                 if packet.number == number != p2os.SYNC2:
                     return packet
                 self._answers_late = True
-            # By Reset a robot says that the count of SYNCs is wrong. After SYNC0 it may mean the CLOSEs ahead of that.
+            # A robot sends Reset when the number of a SYNC is wrong. After SYNC0 the CLOSEs before it may be the cause.
             elif (isinstance(packet, p2os.Sip) and not took_closes_for_sync2 or
                   isinstance(packet, p2os.Reset) and number != p2os.SYNC0):
                 return None

@@ -1,7 +1,7 @@
-"""Another speed of the line for one session: HOSTBAUD (protocol 2.6), for a robot that is open and stands.
+"""Changes the serial line speed for one session by HOSTBAUD (protocol 2.6), while the robot is open and stands.
 
-Nothing acknowledges HOSTBAUD. The proof that it was obeyed is an answer to a question and a SIP at the new speed: an
-answer needs both directions of the line.
+The robot does not acknowledge HOSTBAUD. So the client asks for CONFIGpac at the new speed, and waits for CONFIGpac and
+a SIP. They prove that the robot obeyed: an answer needs both directions of the line.
 
 ::
 
@@ -23,31 +23,31 @@ from .identity import CONFIG
 from .line import GAP
 from .link import Link
 
-CAN_CHANGE = (1, 2)     # autobaud in CONFIGpac: HOSTBAUD is obeyed; autobaud besides
-COME_TO_REST = 1.0      # s that a robot gets which still rolls when it is found
-MOST_BREAKS = 2         # times in a row that the link may break over it: once may be chance
-TRIES = 2               # a HOSTBAUD may be lost like anything else
-BACK_TRIES = 3          # times that a robot which cannot be understood is told to go back
-SETTLE = 0.05           # s for HOSTBAUD to arrive and be obeyed (10 ms), and for what was under way to be gone
-BEFORE_SPEAKING = 0.01  # s after our own change
-ANSWER = 0.9            # s for the answer
+CAN_CHANGE = (1, 2)     # values of autobaud in CONFIGpac: 1 the robot obeys HOSTBAUD, 2 it has autobaud, too
+COME_TO_REST = 1.0      # s for a robot that still rolls to come to rest
+MOST_BREAKS = 2         # how often in a row the link may break during the change: one break may be chance
+TRIES = 2               # HOSTBAUD may get lost like any packet
+BACK_TRIES = 3          # how often HOSTBAUD is sent to change back, when the client cannot understand the robot
+SETTLE = 0.05           # s for HOSTBAUD to arrive and be obeyed (10 ms), and for older bytes to arrive
+BEFORE_SPEAKING = 0.01  # s between our own change and our next packet
+ANSWER = 0.9            # s for CONFIGpac and a SIP to come
 ASK_AGAIN = 0.2         # s; CONFIGpac alone takes 0.14 s at 9600 baud
 
 
 def use_host_baud(link: Link, config: Optional[p2os.Config],
                   sip: p2os.Sip) -> Generator[float, Any, List[LineSpeed]]:
-    """Change a serial line to the speed that is wanted, if the robot can do it and stands.
+    """Change a serial line to the speed ``link.host_baud.wanted``, if the robot can change it and stands.
 
     Args:
-        link: to a robot at its own speed. What is found out is kept in its ``host_baud``.
-        config: what the robot says that it is.
+        link: the link to a robot at its own speed. Its ``host_baud`` keeps the result for later connections.
+        config: the robot's CONFIGpac; None when none came.
         sip: the newest SIP.
 
     Returns:
-        What the listeners are to be told.
+        Events for the listeners; empty when no other speed is wanted.
 
     Raises:
-        LinkLostError: the robot was lost over it.
+        LinkLostError: the robot answers neither at the new speed nor at its own speed.
     """
     own, wanted = link.line.baud, link.host_baud.wanted
     if own is None or wanted is None or wanted == own:
@@ -75,7 +75,10 @@ def use_host_baud(link: Link, config: Optional[p2os.Config],
 
 
 def _hindrance(link: Link, own: int, config: Optional[p2os.Config], sip: p2os.Sip) -> Generator[float, Any, str]:
-    """Why the speed cannot be changed; empty when the robot can change it and has come to rest."""
+    """Return why the speed cannot be changed; empty when it can. Waits up to COME_TO_REST s for the robot to stand.
+
+    ``own`` is the robot's own line speed (baud).
+    """
     if own not in p2os.BAUD_RATES:
         return "there would be no way back to it"
     if config is None or config.autobaud not in CAN_CHANGE:
@@ -88,14 +91,14 @@ def _hindrance(link: Link, own: int, config: Optional[p2os.Config], sip: p2os.Si
 
 
 def stands(sip: p2os.Sip) -> bool:
-    """Whether neither wheel turns."""
+    """Return whether both wheels stand still in this SIP."""
     return not sip.left_velocity_units and not sip.right_velocity_units
 
 
 def _works_at(link: Link, baud: int, times: int) -> Generator[float, Any, bool]:
-    """Tell the robot so many times to change to a speed, and change the line.
+    """Send HOSTBAUD for ``baud`` so many ``times``, and change our side of the line to this speed.
 
-    Returns whether the robot answers then, and goes on sending SIPs.
+    Returns whether the robot then sends CONFIGpac and a SIP.
     """
     for _ in range(times):
         link.line.command(link.now, p2os.encode_command("HOSTBAUD", p2os.BAUD_RATES.index(baud)))

@@ -1,4 +1,4 @@
-"""What the robot says it is, joined with what the table of models knows about it."""
+"""Joins what the robot reports about itself with its entry in the table of models."""
 
 import math
 from dataclasses import dataclass, replace
@@ -8,19 +8,19 @@ from .. import p2os
 from ..robots import RobotModel
 
 DEFAULT_WATCHDOG = 2.0      # s, of firmware that does not report its own (ARCOS manual)
-DEFAULT_SIP_CYCLE = 0.1     # s, likewise (protocol 2.3)
+DEFAULT_SIP_CYCLE = 0.1     # s, of firmware that does not report its own (protocol 2.3)
 CONFIG = p2os.encode_command("CONFIG", 1)
-"""Asks the robot for CONFIGpac."""
+"""The packet that asks the robot for CONFIGpac."""
 
 
 @dataclass(frozen=True)
 class RobotIdentity:
     """Name, model and limits of a connected robot.
 
-    ``name``, ``type``, ``subtype`` come from the SYNC2 reply; ``firmware`` and ``serial`` from CONFIGpac (None when the
-    robot never sent one). ``model`` is the table's entry with the sonar arrays and bumpers that CONFIGpac says are
-    fitted. ``max_linear`` (m/s) and ``max_angular`` (rad/s) are what set_velocity() clamps to: the smallest of the
-    robot's own working and hard limits (CONFIGpac, else the table) and what the user allows.
+    ``name``, ``type``, ``subtype`` come from the SYNC2 reply. ``firmware`` and ``serial`` come from CONFIGpac; they are
+    None when CONFIGpac does not have them. ``model`` is the entry in the table of models, with the sonar arrays and
+    bumpers that CONFIGpac reports. ``max_linear`` (m/s) and ``max_angular`` (rad/s) are the limits of set_velocity():
+    the smallest of the robot's present and hard limits (from CONFIGpac, else from the table) and the user's limits.
     """
 
     name: str
@@ -33,11 +33,11 @@ class RobotIdentity:
     max_linear: float
     max_angular: float
     watchdog: float = DEFAULT_WATCHDOG
-    """s without a command after which the robot stops by itself."""
+    """Time (s) without a command after which the robot stops by itself."""
     sip_cycle: float = DEFAULT_SIP_CYCLE
     """Time (s) between two SIPs."""
     config: Optional[p2os.Config] = None
-    """CONFIGpac as it came, for all that has no field of its own here."""
+    """The whole CONFIGpac, for values that have no field here; None when the robot never sent one."""
 
 
 def identify(
@@ -48,9 +48,10 @@ def identify(
     max_angular: Optional[float] = None,
     has_gripper: Optional[bool] = None,
 ) -> RobotIdentity:
-    """Join the robot's own words with the model.
+    """Return the identity of a robot, from its SYNC2 reply, its model and its CONFIGpac (None when none came).
 
-    The robot's words win over the model. The user's limits (m/s, rad/s) and ``has_gripper`` win over both.
+    Values in CONFIGpac replace those of the model. The user's limits ``max_linear`` (m/s) and ``max_angular`` (rad/s)
+    can only lower the robot's limits. The user's ``has_gripper`` replaces what the robot reports, unless it is None.
     """
     identity = RobotIdentity(
         name=reply.name,
@@ -87,14 +88,17 @@ def identify(
 
 
 def _least(unit: float, otherwise: float, *values: Optional[int]) -> float:
-    """The least of these numbers of CONFIGpac in SI; ``otherwise`` when older firmware left them out or empty."""
+    """Return the least of these values of CONFIGpac in SI; ``otherwise`` when all of them are missing or 0.
+
+    ``unit`` is one unit of CONFIGpac in SI.
+    """
     return min((value * unit for value in values if value), default=otherwise)
 
 
 def _fitted(model: RobotModel, config: p2os.Config) -> RobotModel:
-    """The model with the bumpers and sonar arrays that the robot reports.
+    """Return the model with the bumpers and sonar arrays that CONFIGpac reports.
 
-    A robot that reports neither array does not say which it has: then the model's arrays stay.
+    When CONFIGpac reports no sonar array at all, the model keeps its own arrays.
     """
     if config.front_bumpers is not None and config.rear_bumpers is not None:
         model = replace(model, front_bumpers=config.front_bumpers, rear_bumpers=config.rear_bumpers)

@@ -1,5 +1,4 @@
-"""What the phases of a connection have in common: the link that they share, the form of a phase, and how a phase ends.
-"""
+"""What the phases of a connection share: the Link, the base classes of a phase, and the outcomes that end a phase."""
 
 import math
 from dataclasses import dataclass, field
@@ -14,45 +13,45 @@ from .odometry import Odometry
 from .settings import Settings
 
 Procedure = Generator[float, Any, Any]
-"""What a phase does step by step. It yields the time (monotonic, s) until which it waits, and is sent a packet that
-came, or None when that time has come.
+"""A generator with the steps of a phase. It yields the time (monotonic, s) until which it waits. It receives a packet,
+or None when this time has come.
 """
 
 
 class Named(NamedTuple):
-    """The robot has said who it is."""
+    """Outcome of Connecting: the robot has sent its name."""
 
     reply: p2os.SyncReply
 
 
 class Recognised(NamedTuple):
-    """The model of the robot is known."""
+    """Outcome of Synced: the model of the robot is known."""
 
     model: RobotModel
 
 
 class Learned(NamedTuple):
-    """The robot is open, its motors are off, and this is what it said."""
+    """Outcome of Opening: the robot is open, its motors are off, and it has sent these packets."""
 
     config: Optional[p2os.Config]
-    """None from firmware that does not know CONFIG"""
+    """CONFIGpac; None from firmware that does not know CONFIG."""
     sip: p2os.Sip
     time: float
-    """monotonic time (s) at which this SIP was whole"""
+    """Monotonic time (s) of the last byte of ``sip``."""
     sent_time: float
-    """monotonic time (s) at which the robot began to send it"""
+    """Monotonic time (s) at which the robot began to send ``sip``."""
 
 
 class Left(NamedTuple):
-    """The user closes the connection."""
+    """Outcome of any phase: the user closes the connection."""
 
 
 class Gone(NamedTuple):
-    """The robot was stopped and closed."""
+    """Outcome of Closing: the robot was stopped and closed."""
 
 
 class Failed(NamedTuple):
-    """The connection is over, for this reason."""
+    """Outcome of any phase: the connection has failed with this error."""
 
     error: PioneerError
 
@@ -62,14 +61,15 @@ Outcome = Union[Named, Recognised, Learned, Left, Gone, Failed]
 
 @dataclass
 class HostBaud:
-    """What is known of the other line speed. One object serves all connections of a client: so what does not work is
-    not tried again.
+    """The wanted line speed (setting host_baud), and whether it works.
+
+    All connections of a client share one object. So a line speed that does not work is not tried again.
     """
 
     wanted: Optional[int]
-    """the other speed (baud); None: the robot's own will do"""
+    """The line speed (baud) to change to; None to stay at the robot's own speed."""
     breaks: int = 0
-    """times in a row that the change was begun, and the link broke over it"""
+    """How often in a row the link broke during the change of speed."""
 
 
 @dataclass
@@ -77,42 +77,43 @@ class Link:
     """What all phases of one connection share."""
 
     url: str
-    """for error messages"""
+    """The port, for error messages."""
     settings: Settings
     line: Line
     now: float
-    """monotonic time (s)"""
+    """Monotonic time (s) of the present call of the session."""
     host_baud: HostBaud
     decoder: p2os.FrameDecoder = field(default_factory=p2os.FrameDecoder)
     grip_state_first: bool = True
-    """which kind of firmware it is (p2os.decode_packet)"""
+    """The kind of firmware, as p2os.decode_packet takes it."""
     last_sip: float = -math.inf
-    """when the last SIP came (monotonic, s)"""
+    """Monotonic time (s) at which the last SIP came."""
     sips: int = 0
     unreadable: int = 0
-    """whole packets that nobody understands or can believe"""
+    """Number of whole packets that are unknown, malformed or impossible."""
     events: List[Event] = field(default_factory=list)
-    """what the listeners are to be told"""
+    """Events for the listeners. The session takes them out."""
     connected_counts: Callable[[], Sequence[int]] = tuple
-    """gives what was counted while the robot obeyed, the last fields of session.Counts; nothing before that"""
+    """Returns the last three fields of session.Counts, which Connected counts; nothing before that phase."""
 
     def lost(self, how: str) -> LinkLostError:
-        """An error that says how the link was lost."""
+        """Return an error with the URL, and with ``how`` the link was lost."""
         return LinkLostError("%s: %s" % (self.url, how))
 
     def pause(self, seconds: float) -> Procedure:
-        """Let time pass, whatever comes meanwhile."""
+        """Wait for ``seconds``, and ignore packets that come meanwhile."""
         deadline = self.now + seconds
         while self.now < deadline:
             yield deadline
 
 
 class Phase:
-    """A phase of a connection. This one takes everything and does nothing.
+    """Base class of the phases of a connection. Its own methods do nothing.
 
     Attributes:
-        last_words: what a robot in this phase has to hear when the connection ends at once.
-        odometry: of this connection, or of the one before until this robot has its own.
+        last_words: bytes that the robot must get when the connection ends at once in this phase.
+        odometry: odometry of this connection, or of the previous one until this connection has its own; None without
+            either.
     """
 
     last_words = b""
@@ -123,23 +124,26 @@ class Phase:
 
     @property
     def due(self) -> float:
-        """When tick() has something to do at the latest (monotonic, s)."""
+        """Time (monotonic, s) by which tick() must be called; infinity when nothing is due."""
         return math.inf
 
     def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
-        """Take a packet that is whole now; the robot began to send it at ``sent_time``."""
+        """Take a packet that has just arrived. Returns an outcome if this ends the phase.
+
+        ``sent_time`` is when the robot began to send the packet (monotonic, s).
+        """
 
     def tick(self, now: float) -> Optional[Outcome]:
-        """Let time pass."""
+        """Do what is due at ``now`` (monotonic, s). Returns an outcome if this ends the phase."""
 
     def use(self, settings: Settings, now: float) -> None:
-        """The user wants something else from now on. Most phases have nothing to do for that."""
+        """Use these settings from ``now`` (monotonic, s) on. Most phases have nothing to do."""
 
 
 class SteppedPhase(Phase):
-    """A phase that follows a procedure: step by step until it returns its outcome."""
+    """A phase that runs a procedure step by step. The procedure returns the outcome of the phase."""
 
-    due = -math.inf     # it begins at once
+    due = -math.inf     # the procedure begins at once
 
     def __init__(self, link: Link, odometry: Optional[Odometry]) -> None:
         super().__init__(link, odometry)

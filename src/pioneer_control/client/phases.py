@@ -1,5 +1,4 @@
-"""The phases of one connection, sans-I/O. Each is an object that has what is true in its phase; one table says what
-follows what.
+"""The phases of one connection, sans-I/O. Each phase is an object. The table TRANSITIONS has the phase that follows.
 
 ::
 
@@ -9,8 +8,8 @@ follows what.
         v                   v                       v                     v
     Finished            Finished                 Closing  <───────────────┘  ──Gone, Failed──> Finished
 
-A phase takes packets and time, writes to the line, and returns an outcome when it is over. It changes no other phase.
-The first phase, Connecting, has a file of its own: `handshake`.
+The session gives packets and the time to the present phase. The phase writes to the line, and returns an outcome when
+it is over. It changes no other phase. The first phase, Connecting, is in the file `handshake`.
 """
 
 import math
@@ -33,13 +32,13 @@ from .settings import Settings
 from .state import StateReader
 from .tuner import Tuner
 
-BEFORE_OPEN = 0.1       # s that clients are known to leave between the SYNC2 reply and OPEN
+BEFORE_OPEN = 0.1       # s between the SYNC2 reply and OPEN, as other clients leave
 ASK_AGAIN = 0.2         # s between repetitions of OPEN and CONFIG
 CONFIG_TIMEOUT = 1.0    # s: firmware that has not answered CONFIG by then never will
 OPEN_TIMEOUT = 3.0      # s for the first SIP
 SILENCE = 2.0           # s without a SIP: the link is lost
-WATCHDOG_MARGIN = 0.8   # of the robot's watchdog: its clock and the line's delay are not ours
-STAND_TIMEOUT = 0.35    # s that a closing session leaves the robot to come to rest
+WATCHDOG_MARGIN = 0.8   # factor on the robot's watchdog time, because of its clock and the delay of the line
+STAND_TIMEOUT = 0.35    # s that a closing session gives the robot to come to rest
 MOTORS_OFF = 0.05       # s between ENABLE 0 and CLOSE
 CLOSE_TRIES = 3
 SIP_CYCLE = 0.12        # s: a robot that sends nothing for that long is closed
@@ -47,15 +46,17 @@ SIP_CYCLE = 0.12        # s: a robot that sends nothing for that long is closed
 PULSE = p2os.encode_command("PULSE")
 OPEN = p2os.encode_command("OPEN")
 LAST_WORDS = b"".join(STOP) + MOTORS[False] + CLOSE
-"""For a link that has no time left for more."""
+"""Stop, motors off, CLOSE: what the robot must get when its connection ends at once."""
 
 
 class Synced(SteppedPhase):
-    """The robot has said who it is, and is not open: it would ignore another SYNC before a CLOSE.
+    """The robot has sent its name and is not open: find its model in the table.
+
+    When the connection ends here, the robot needs a CLOSE. It ignores another SYNC before that.
 
     Attributes:
-        reply: what it said.
-        own_baud: the line speed at which it was found, and to which it returns; None on TCP.
+        reply: the SYNC2 reply of the robot.
+        own_baud: the line speed at which the robot was found, and to which it returns at CLOSE; None on TCP.
     """
 
     last_words = CLOSE
@@ -79,7 +80,7 @@ class Synced(SteppedPhase):
 
 
 class Opening(SteppedPhase):
-    """OPEN is sent: wait until the robot streams with its motors off, and learn what it is."""
+    """Send OPEN, wait until the robot sends SIPs with its motors off, and get its CONFIGpac."""
 
     last_words = LAST_WORDS
 
@@ -87,7 +88,8 @@ class Opening(SteppedPhase):
         super().__init__(link, before.odometry)
         self.reply, self.own_baud, self.model = before.reply, before.own_baud, recognised.model
         self._config: Optional[p2os.Config] = None
-        self._newest: Optional[Tuple[p2os.Sip, float, float]] = None    # with the times at which it was whole and sent
+        # the newest SIP, with the times at which it was whole, and at which the robot began to send it
+        self._newest: Optional[Tuple[p2os.Sip, float, float]] = None
         link.grip_state_first = recognised.model.grip_state_first
 
     def take(self, packet: Any, sent_time: float) -> Optional[Outcome]:
@@ -121,13 +123,16 @@ class Opening(SteppedPhase):
 
 
 class Connected(Phase):
-    """The robot streams and obeys.
+    """The robot sends SIPs and obeys commands.
 
     Attributes:
-        identity: what the robot is.
-        own_baud: the line speed to which it returns; None on TCP.
-        drive, data, tuner, link_check: what it is told, asked for and set to, and whether it hears us.
-        reader: makes states of its SIPs.
+        identity: name, model and limits of the robot.
+        own_baud: the line speed to which the robot returns at CLOSE; None on TCP.
+        drive: sends velocities and motor commands.
+        data: requests packets besides the SIP.
+        tuner: sends settings of the robot itself.
+        link_check: checks whether packets reach the robot.
+        reader: turns the SIPs into states.
     """
 
     last_words = LAST_WORDS
@@ -154,7 +159,7 @@ class Connected(Phase):
         self._report(learned.sip, learned.time, learned.sent_time)
 
     def counts(self) -> Tuple[int, int, int]:
-        """What was counted while the robot obeyed: see Link.connected_counts."""
+        """Return the numbers of unknown sonar readings, questions and unanswered questions, as in session.Counts."""
         return self.reader.unknown_sonar, self.link_check.questions, self.link_check.unanswered
 
     @property
@@ -163,7 +168,7 @@ class Connected(Phase):
                    self._pulse_at)
 
     def command(self, now: float, *packets: bytes) -> None:
-        """Send packets that belong together. Raises RefusedError when LONGEST_QUEUE others wait for the line."""
+        """Send packets that belong together. Raises RefusedError when LONGEST_QUEUE commands wait already."""
         if self._link.line.full:
             raise RefusedError("%s: the line is too slow for so many commands: %d wait already"
                                % (self._link.url, LONGEST_QUEUE))
@@ -220,7 +225,7 @@ class Connected(Phase):
                 self.tuner.tune(time)
 
     def _reconfigure(self, config: p2os.Config) -> None:
-        """The robot says again what it is: limits and watchdog may be others now."""
+        """Take a new CONFIGpac. It may change the limits and the watchdog time."""
         self._config = config
         self.identity = identity = self._identify()
         self._link.line.watchdog = identity.watchdog * WATCHDOG_MARGIN
@@ -234,8 +239,9 @@ class Connected(Phase):
                         settings.has_gripper)
 
     def _sign_of_life(self) -> Tuple[bytes, ...]:
-        """A stop in one packet while the robot shall stand: whatever else comes through alone revives a set point whose
-        stop was lost.
+        """Return the packets that keep the robot's watchdog from acting: PULSE while a velocity is wanted, else a stop.
+
+        While the robot is to stand, PULSE could revive an old set point if the stop was lost.
         """
         if self.drive.wanted is not None:
             return (PULSE,)
@@ -248,7 +254,7 @@ class Connected(Phase):
 
 
 class Closing(SteppedPhase):
-    """Stop, let the robot come to rest for a moment, motors off, CLOSE until it is silent."""
+    """Stop the robot, give it a moment to come to rest, switch its motors off, and send CLOSE until it is silent."""
 
     last_words = LAST_WORDS
 
@@ -278,10 +284,10 @@ class Closing(SteppedPhase):
 
 
 class Finished(Phase):
-    """Nothing more is sent, and nothing is heard.
+    """The connection is over. At its beginning this phase sends the last words, unless the robot was closed properly.
 
     Attributes:
-        error: why; None when it was closed.
+        error: why the connection ended; None when the user closed it.
     """
 
     def __init__(self, link: Link, before: Phase, outcome: Union[Left, Gone, Failed]) -> None:
@@ -309,4 +315,4 @@ TRANSITIONS: Dict[Tuple[Type[Phase], type], Callable[[Link, Any, Any], Phase]] =
     (Closing, Gone): Finished,
     (Closing, Failed): Finished,
 }
-"""A phase, and what ends it: what follows. What is not here changes nothing."""
+"""The next phase, by the present phase and the outcome that ends it. Other outcomes have no effect in a phase."""

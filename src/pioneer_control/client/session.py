@@ -1,8 +1,8 @@
 """One connection to one robot, sans-I/O: bytes and time go in, bytes and events come out.
 
-The owner of a session calls receive() with what was read and tick() at ``wake_at`` at the latest. After each call of
-any kind it sends data_to_send() and hands events() to the listeners. Nothing in here knows a clock, a thread or a port.
-What happens when is in `phases`.
+The owner of a session calls receive() with the bytes that it has read, and tick() at ``wake_at`` at the latest. After
+each call of any method it sends data_to_send(), and gives events() to the listeners. A session uses no clock, no thread
+and no port. The steps of a connection are in `phases`.
 """
 
 import math
@@ -21,7 +21,7 @@ from .settings import Settings
 
 
 class Counts(NamedTuple):
-    """What one session has counted: see robot.LinkCounts."""
+    """The counters of one session. robot.LinkCounts explains each of them."""
 
     sips: int = 0
     bad_checksums: int = 0
@@ -36,15 +36,17 @@ class Session:
     """One connection, from its first byte to its last. ``now`` is monotonic time in s everywhere.
 
     Args:
-        url: for error messages.
-        rates: line speeds to try, the port's present one first; empty on TCP.
-        settings: what the user wants.
-        now: when it begins.
-        odometry: of the connection before, to be continued if this is the same kind of robot.
-        host_baud: what the connections before found out about the other line speed; None for the first one.
+        url: the port, for error messages.
+        rates: line speeds to try, the present speed of the port first; empty on TCP.
+        settings: the user's settings.
+        now: time at which the session begins.
+        odometry: odometry of the previous connection, to be continued if this robot uses the same units; None for the
+            first connection.
+        host_baud: the wanted line speed, and what previous connections found out about it; None for the first
+            connection.
 
     Attributes:
-        phase: what is true now; one of the classes of `phases`.
+        phase: the present phase; an object of one of the classes of `phases`.
     """
 
     def __init__(self, url: str, rates: Tuple[int, ...], settings: Settings, now: float,
@@ -58,7 +60,7 @@ class Session:
 
     @property
     def connected(self) -> Optional[Connected]:
-        """The phase in which the robot obeys; None in any other."""
+        """The present phase if the robot is connected and obeys; else None."""
         return self.phase if isinstance(self.phase, Connected) else None
 
     @property
@@ -68,24 +70,25 @@ class Session:
 
     @property
     def error(self) -> Optional[PioneerError]:
-        """Why the connection is over; None when it was closed, or is not over."""
+        """Why the connection ended; None when the user closed it, and while it is not over."""
         return self.phase.error if isinstance(self.phase, Finished) else None
 
     @property
     def wake_at(self) -> float:
-        """When tick() is to be called at the latest; infinity once finished. After a tick always in the future."""
+        """Time (monotonic, s) by which tick() must be called; infinity once finished. After a tick it is in the future.
+        """
         if isinstance(self.phase, Finished):
             return math.inf
         due = min(self.phase.due, self.line.due)
         return min(due, self._last_byte + p2os.PARTIAL_TIMEOUT) if self._link.decoder.waiting else due
 
     def receive(self, data: bytes, now: float) -> None:
-        """Take bytes as they came, in any pieces."""
+        """Take bytes from the robot, in pieces of any size."""
         self._link.now = self._last_byte = now
         self._read(self._link.decoder.feed(data))
 
     def tick(self, now: float) -> None:
-        """Let time pass."""
+        """Do what is due at ``now``."""
         link = self._link
         link.now = now
         if link.decoder.waiting and now >= self._last_byte + p2os.PARTIAL_TIMEOUT:
@@ -94,36 +97,39 @@ class Session:
         self.line.tick(now)
 
     def use(self, settings: Settings, now: float) -> None:
-        """The user wants something else from now on."""
+        """Use these settings from now on."""
         self._link.settings = settings
         self.phase.use(settings, now)
 
     def close(self, now: float) -> None:
-        """Stop, motors off, CLOSE. A robot that was only listened to is told nothing."""
+        """Begin to close: stop the robot, switch its motors off, send CLOSE.
+
+        A robot to which nothing was sent yet gets nothing.
+        """
         self._link.now = now
         self._follow(Left())
 
     def fail(self, error: PioneerError) -> None:
-        """The connection is over, for this reason. A robot that may still hear us is told to stop."""
+        """End the connection at once with this error. The robot gets the last words of the present phase."""
         self._follow(Failed(error))
 
     def data_to_send(self) -> List[Action]:
-        """What is to be done on the line, in order; each only once."""
+        """Return the new actions for the line (bytes to write, changes of speed), in order. Each action comes once."""
         actions, self.line.to_send = self.line.to_send, []
         for action in actions:
             if isinstance(action, SetBaud):
-                self._link.decoder.drop_partial()   # what came at the old speed
+                self._link.decoder.drop_partial()   # its bytes came at the old speed
         return actions
 
     def events(self) -> List[Event]:
-        """What the listeners are to be told, in order; each only once."""
+        """Return the new events for the listeners, in order. Each event comes once."""
         events = self._link.events[:]
         self._link.events.clear()
         return events
 
     @property
     def counts(self) -> Counts:
-        """What the line brought."""
+        """The counters of this session up to now."""
         link, counts = self._link, self._link.decoder.counts
         return Counts(link.sips, counts.bad_checksums + counts.bad_counts, counts.discarded_bytes, link.unreadable,
                       *link.connected_counts())
@@ -138,7 +144,7 @@ class Session:
             self._follow(self.phase.take(packet, link.now - frame.length * byte_time))
 
     def _follow(self, outcome: Optional[Outcome]) -> None:
-        """Go on to the phase that the table names after this outcome. That phase begins at once."""
+        """Go on to the phase that TRANSITIONS has for this outcome. The new phase begins at once."""
         while outcome is not None:
             following = TRANSITIONS.get((type(self.phase), type(outcome)))
             if following is None:

@@ -1,4 +1,4 @@
-"""What the user wants of a connection, checked once."""
+"""The user's settings of a connection. They are checked when they are made."""
 
 import math
 from dataclasses import dataclass
@@ -12,10 +12,10 @@ from .tuning import Tuning
 
 @dataclass(frozen=True)
 class Settings:
-    """See Robot for the meaning of each.
+    """The settings of a connection. The class Robot explains each of them.
 
-    Raises ParameterError that names the value and its legal range, UnknownModelError and UsageError for a model or a
-    file that is not a models file.
+    Raises ParameterError with the value and its legal range, UnknownModelError for a model that no table has, and
+    UsageError for a file that is not a models file.
     """
 
     model: Optional[str] = None
@@ -30,7 +30,7 @@ class Settings:
     host_baud: Optional[int] = None
     link_check: bool = True
     data: FrozenSet[str] = frozenset()
-    """Kinds of packets to be asked for (data_requests.DATA)."""
+    """Kinds of packets to request; data_requests.DATA has all kinds."""
 
     def __post_init__(self) -> None:
         limit = "0 or more, or None for the robot's own limit"

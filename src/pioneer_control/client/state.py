@@ -1,4 +1,4 @@
-"""From one SIP to one RobotState: the only place where units of the wire become SI."""
+"""Turns one SIP into one RobotState: converts the units of the packet to SI units."""
 
 import math
 from dataclasses import dataclass
@@ -13,19 +13,18 @@ from .identity import RobotIdentity
 from .odometry import Odometry
 
 NO_TEMPERATURE = (-128, -127)
-NO_ECHO = 5.0           # m: what the firmware says for no echo
+NO_ECHO = 5.0           # m: the range that the firmware reports when there is no echo
 LARGEST_COMPASS = 180   # units of 2 degrees; 0 and what is larger mean that there is no compass
 ARRAYS = Flags.SONAR_1 | Flags.SONAR_2 | Flags.SONAR_3 | Flags.SONAR_4
 STATUS = attrgetter(
     "flags", "left_stall_bits", "right_stall_bits", "battery_dv", "battery_x10_dv", "compass", "grip_state",
     "digital_in", "digital_out", "analog_port",
     "charge_state", "fault_flags", "temperature_c", "state_of_charge_percent")
-"""What of a SIP says how the robot is, and not where or how fast."""
+"""Gets the fields of a SIP that rarely change: no position, no velocity, no sonar."""
 
 
 class SonarRange(NamedTuple):
-    """The newest reading of one transducer: range (m; NO_ECHO when nothing is in sight) and monotonic time heard (s).
-    """
+    """The newest reading of one sonar: its range (m; NO_ECHO without an echo), and when it arrived (monotonic, s)."""
 
     range: float
     time: float
@@ -33,79 +32,80 @@ class SonarRange(NamedTuple):
 
 @dataclass(frozen=True)
 class RobotState:
-    """All that the robot reported in one SIP, in SI units; one stamp for all of it. A field that older firmware does
-    not send is None.
+    """Everything that the robot reported in one SIP, in SI units, with one stamp.
 
-    Poses are in the odometry frame, velocities in base_link (REP 103: x forward, y left, counter-clockwise positive).
+    The pose is in the odometry frame. Velocities are in base_link (REP 103: x forward, y left, counter-clockwise
+    positive). A field that older firmware does not send is None.
     """
 
     time: float
-    """Monotonic time (s) at which the packet was whole."""
+    """Monotonic time (s) at which the whole packet had arrived."""
     sent_time: float
-    """... at which the robot began to send it: ``time`` without what the serial line took to carry the whole packet; on
-    TCP the same as ``time``
+    """Monotonic time (s) at which the robot began to send the packet: ``time`` minus the time that the serial line took
+    to carry it. On TCP it is the same as ``time``.
     """
     x: float
-    """m"""
+    """m, in the odometry frame."""
     y: float
-    """m"""
+    """m, in the odometry frame."""
     heading: float
-    """rad, -pi..pi"""
+    """rad, -pi..pi, counter-clockwise positive, in the odometry frame."""
     linear: float
-    """m/s forward, as measured by the wheels"""
+    """Measured velocity, m/s, forward positive."""
     angular: float
-    """rad/s counter-clockwise"""
+    """Measured turn rate, rad/s, counter-clockwise positive."""
     wheel_velocities: Tuple[float, float]
-    """left, right, m/s forward"""
+    """Measured velocities of left and right wheel, m/s, forward positive."""
     wheel_angles: Optional[Tuple[float, float]]
-    """left, right, rad forward, summed since the first packet; None for a model whose wheel radius nobody knows"""
+    """Angles of left and right wheel since the first packet, rad, forward positive. None for a model whose wheel radius
+    is not known.
+    """
     x_counts: int
-    """exact sum of the robot's own x since the first packet, in its units"""
+    """Exact sum of all steps of the robot's own x since the first packet, in the robot's units."""
     y_counts: int
     motors_enabled: bool
     stop_button: bool
     left_stall: bool
     right_stall: bool
     front_bumpers: Tuple[bool, ...]
-    """pressed or not, in the order of the bits; ARIA counts them from the left"""
+    """Whether each bumper segment is pressed, in the order of the bits. ARIA counts them from the left."""
     rear_bumpers: Tuple[bool, ...]
     battery_voltage: float
-    """V, real (24 V robots say about 25)"""
+    """Real voltage (V): about 25 V on a robot with 24 V."""
     sonar: Tuple[Optional[SonarRange], ...]
-    """by sonar number; None for one that was never heard"""
+    """The newest readings, by sonar number; None for a sonar without any reading yet."""
     sonar_enabled: bool
     gripper: Optional[GripperReading]
-    """None when no gripper is fitted"""
+    """None when the robot has no gripper."""
     digital_in: Optional[int]
     digital_out: Optional[int]
     analog_port: Optional[int]
     analog_voltage: Optional[float]
-    """V, 0..5"""
+    """Voltage of the analog input, 0..5 V."""
     flags: p2os.Flags
     fault_flags: Optional[p2os.FaultFlags]
     compass: Optional[float]
-    """rad, 0..2 pi in the compass's own sense, to 2 degrees; None without a compass"""
+    """Heading of the compass in steps of 2 degrees (rad, 0..2 pi, its own sense of rotation). None without a compass.
+    """
     charge_state: Optional[int]
     temperature: Optional[float]
-    """degrees Celsius"""
+    """Degrees Celsius; None when the robot does not report it."""
     state_of_charge: Optional[float]
-    """0..1"""
+    """Charge of the battery, 0..1; None when the robot does not report it."""
 
     @property
     def moving(self) -> bool:
-        """Whether the wheels report any speed."""
+        """Whether the robot reports a velocity other than zero."""
         return bool(self.linear or self.angular)
 
 
 class StateReader:
-    """Turns the SIPs of one robot into states. It remembers what one SIP does not have: odometry and older sonar
-    readings.
-    """
+    """Turns the SIPs of one robot into states. It keeps the odometry and older sonar readings, which no SIP has."""
 
     def __init__(self, identity: RobotIdentity, odometry: Odometry) -> None:
         self.odometry = odometry
         self.unknown_sonar = 0
-        """Readings of transducers that the model does not have."""
+        """Number of sonar readings with a number that the model does not have."""
         self._sonar: List[Optional[SonarRange]] = []
         self._read_at = -math.inf
         self.follow(identity)
@@ -113,7 +113,8 @@ class StateReader:
     def follow(self, identity: RobotIdentity) -> None:
         """Use a new identity of the robot.
 
-        The list of sonar readings never becomes shorter: a listener that has the old model still looks for all of them.
+        The list of sonar readings never becomes shorter, because a listener may still have the old model with more
+        sonars.
         """
         self.identity = identity
         self._sonar += [None] * (identity.model.sonar_count - len(self._sonar))
@@ -123,10 +124,14 @@ class StateReader:
         self._status: Dict[str, Any] = {}
 
     def read(self, sip: p2os.Sip, time: float, sent_time: float) -> Optional[RobotState]:
-        """The state after this SIP, which was whole at ``time`` and begun at ``sent_time`` (monotonic, s). Once for
-        each.
+        """Return the state after this SIP; None for a SIP with an impossible position (see Odometry.update).
 
-        None for one that nobody can believe: it would have the robot where it cannot be (Odometry.update).
+        Call it once for each SIP, in order.
+
+        Args:
+            sip: the next SIP.
+            time: when the whole SIP had arrived (monotonic, s).
+            sent_time: when the robot began to send it (monotonic, s).
         """
         odometry, model = self.odometry, self.identity.model
         if not odometry.update(sip.x_counts, sip.y_counts, sip.heading_units, time - self._read_at):
@@ -134,12 +139,12 @@ class StateReader:
         self._read_at = time
         self._take_sonar(sip, time)
         said = STATUS(sip)
-        if said != self._said:      # hardly ever
+        if said != self._said:      # rarely
             self._said, self._status = said, self._read_status(sip)
         x, y, heading = odometry.pose
         m_s_per_unit = model.vel_mm_s_per_unit / 1000
         left, right = sip.left_velocity_units * m_s_per_unit, sip.right_velocity_units * m_s_per_unit
-        # Firmware without ROTVEL leaves it to the difference of the wheels.
+        # Firmware without ROTVEL: calculate the turn rate from the difference of the wheels.
         if sip.rotation_velocity_ddeg_s is None:
             angular = (right - left) / 2 * 1000 * model.diff_rad_per_mm
         else:
@@ -163,7 +168,7 @@ class StateReader:
         return state
 
     def _read_status(self, sip: p2os.Sip) -> Dict[str, Any]:
-        """The fields that are nearly always the same as in the SIP before."""
+        """Return the fields of a RobotState that are nearly always the same as in the previous SIP."""
         model, flags, faults = self.identity.model, p2os.Flags(sip.flags), sip.fault_flags
         return dict(
             motors_enabled=bool(flags & p2os.Flags.MOTORS_ENABLED),
@@ -188,7 +193,7 @@ class StateReader:
         )
 
     def _wheel_angles(self) -> Optional[Tuple[float, float]]:
-        """Left and right (rad), by the robot's own odometry: it is made of the same wheels."""
+        """Return the angles of left and right wheel (rad), made from the odometry; None without a wheel radius."""
         model, odometry = self.identity.model, self.odometry
         if model.wheel_radius is None:
             return None
@@ -214,12 +219,15 @@ class StateReader:
 
 
 def _segments(bits: int, count: int) -> Tuple[bool, ...]:
-    """Bumper segments from bit 1 on; there are seven bits for them."""
+    """Return whether each of ``count`` bumper segments is pressed. Their bits begin at bit 1; there are seven bits."""
     return tuple(bool(bits & (2 << segment)) for segment in range(min(count, 7)))
 
 
 def _battery(sip: p2os.Sip, battery_class: int) -> float:
-    """Real voltage: BATTERYX10 when sent, else BATTERY, which counts as if every robot had 12 V."""
+    """Return the real battery voltage (V): BATTERYX10 if the robot sends it, else BATTERY.
+
+    The robot scales BATTERY to a system of 12 V. ``battery_class`` is the nominal voltage of this robot (V).
+    """
     if sip.battery_x10_dv:
         return sip.battery_x10_dv / 10
     return sip.battery_dv / 10 * battery_class / 12

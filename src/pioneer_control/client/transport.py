@@ -1,7 +1,8 @@
-"""Bytes to a robot and back: a serial port, a pty or TCP, chosen by the URL alone. The only file that knows pyserial.
+"""Reads and writes bytes through a serial port, a pty or TCP, as the URL says. Only this file uses pyserial.
 
-pyserial opens and configures serial ports; reading and writing then go to the file descriptor, for sockets and serial
-ports alike. The ``socket://`` of pyserial is not used: it cannot be woken from a read, and closes only after 0.3 s.
+pyserial opens and configures serial ports. After that, this file reads and writes the file descriptor of a serial port
+or socket directly. The ``socket://`` of pyserial is not used, because nobody can interrupt its read(), and its close()
+takes 0.3 s.
 """
 
 import contextlib
@@ -34,8 +35,9 @@ TCP_URL = re.compile(r"^(?P<scheme>(?:socket|tcp)://)?(?P<host>[^/:]+|\[[^\]]+\]
 
 
 def tcp_address(url: str) -> Optional[Tuple[str, int]]:
-    """Host and port in ``socket://host:port``, ``tcp://host:port`` or ``host:port``; None when it is the path of a
-    serial port.
+    """Return host and port of ``socket://host:port``, ``tcp://host:port`` or ``host:port``; None for any other text.
+
+    Without a port, ``socket://host`` and ``tcp://host`` mean DEFAULT_TCP_PORT.
     """
     match = TCP_URL.match(url)
     if match is None or not (match["scheme"] or match["port"]):
@@ -44,9 +46,9 @@ def tcp_address(url: str) -> Optional[Tuple[str, int]]:
 
 
 def open_transport(url: str, baud: int) -> "Transport":
-    """Open ``/dev/ttyUSB0``, the path of a pty, or ``socket://host:port``; ``baud`` is for serial ports.
+    """Open ``/dev/ttyUSB0``, the path of a pty, or ``socket://host:port``. Only serial ports use ``baud``.
 
-    Raises PortError that says why it does not open and what to do.
+    Raises PortError that says why the port does not open and what to do.
     """
     address = tcp_address(url)
     if address is not None:
@@ -61,15 +63,15 @@ def open_transport(url: str, baud: int) -> "Transport":
 
 
 class Transport:
-    """An open line. One thread reads; any thread may write (the caller serialises writes) and wake the reader.
+    """An open line to the robot. One thread at a time may read, and one may write. Any thread may wake the reader.
 
     Args:
-        url: for error messages.
+        url: the port, for error messages.
         port: an open serial.Serial or socket that never blocks. The transport closes it.
-        baud: the line speed; None where there is none (TCP).
+        baud: the line speed of a serial port; None on TCP.
 
     Attributes:
-        baud: the present line speed.
+        baud: the present line speed; None on TCP.
     """
 
     def __init__(self, url: str, port: Any, baud: Optional[int]) -> None:
@@ -84,9 +86,9 @@ class Transport:
         self._writable.register(self._descriptor, select.POLLOUT)
 
     def read(self, timeout: float) -> bytes:
-        """What has arrived, as soon as anything has; empty after ``timeout`` s or a wake().
+        """Return received bytes as soon as there are any. Returns no bytes after ``timeout`` s or after a wake().
 
-        Raises LinkLostError when the other side is gone.
+        Raises LinkLostError when the line broke or the other side has closed it.
         """
         for descriptor, _ in self._readable.poll(max(0.0, timeout) * 1000):
             try:
@@ -105,7 +107,7 @@ class Transport:
     def write(self, data: bytes) -> None:
         """Write all of ``data``.
 
-        Raises LinkLostError when it does not go within WRITE_TIMEOUT: then nobody takes it.
+        Raises LinkLostError when the line broke, or does not take all bytes within WRITE_TIMEOUT.
         """
         deadline = time.monotonic() + WRITE_TIMEOUT
         while data:
@@ -119,14 +121,17 @@ class Transport:
 
     def wake(self) -> None:
         """Make a read() that waits return at once."""
-        with contextlib.suppress(BlockingIOError):      # as many calls as the pipe holds are not noticed yet
+        with contextlib.suppress(BlockingIOError):      # the pipe is full of calls that the reader has not noticed yet
             os.write(self._wake_writer, b"\0")
 
     def set_baud(self, baud: int) -> None:
-        """Change the line speed and drop what was received at the old one; nothing to do on TCP."""
+        """Change the line speed, and drop bytes that were received at the old speed. Does nothing on TCP.
+
+        Raises LinkLostError when a serial port cannot change to this speed.
+        """
 
     def close(self) -> None:
-        """Close the line; what was written still goes out."""
+        """Close the line. Bytes that were written before are still sent."""
         with contextlib.suppress(OSError):      # an adapter that is unplugged may say so once more
             self._port.close()
         os.close(self._wake_reader)
@@ -134,10 +139,10 @@ class Transport:
 
 
 def tap(transport: Transport, tell: Callable[[bool, bytes], None]) -> None:
-    """Call ``tell(to_robot, data)`` with all bytes from now on, in the order in which they go over the line.
+    """Call ``tell(to_robot, data)`` with all bytes that are read or written from now on, in their order on the line.
 
-    The thread that reads or writes calls it. What is written is told right before it is written: otherwise the answer
-    to it could be told first.
+    The thread that reads or writes makes the call. For written bytes the call comes right before the write. Otherwise
+    the robot's answer could be reported before them.
     """
     read, write = transport.read, transport.write
 
@@ -171,8 +176,10 @@ class SocketTransport(Transport):
     """A TCP connection."""
 
     def close(self) -> None:
-        """Half-close, and read on until the other side has taken all: a close with unread input would cancel our last
-        bytes (RST).
+        """Close the connection, after the other side has taken all bytes or DRAIN_TIMEOUT has passed.
+
+        First close only our direction, and read until the other side closes, too. A close with unread input would send
+        RST and cancel our last bytes.
         """
         deadline = time.monotonic() + DRAIN_TIMEOUT
         with contextlib.suppress(OSError):      # LinkLostError is one: the other side is done
@@ -183,7 +190,7 @@ class SocketTransport(Transport):
 
 
 def _connect(url: str, host: str, port: int) -> socket.socket:
-    """A connection without Nagle's delay."""
+    """Return a TCP connection that never blocks, without Nagle's delay. Raises PortError with what to do."""
     if not 0 < port <= 65535:
         raise PortError("%s: there is no TCP port %d (legal: 1..65535)" % (url, port))
     try:
@@ -206,7 +213,10 @@ def _connect(url: str, host: str, port: int) -> socket.socket:
 
 
 def _open_serial(path: str, baud: int) -> serial.Serial:
-    """8N1, raw, no flow control, locked against a second program (protocol 2.1)."""
+    """Open a serial port: 8N1, raw, no flow control, locked against a second program (protocol 2.1).
+
+    Raises PortError that says why the port does not open and what to do.
+    """
     try:
         return serial.Serial(path, baudrate=baud, timeout=0, exclusive=True)
     except serial.SerialException as error:
@@ -232,7 +242,7 @@ def _why_not_open(path: str, error: serial.SerialException) -> str:
 
 
 def _how_to_get_permission(path: str) -> str:
-    """Name the group that may use the device; not every device has one."""
+    """Return a text for the user: which group may use the device, or that only its owner may use it."""
     status = os.stat(path)
     if not status.st_mode & stat.S_IRGRP or not status.st_mode & stat.S_IWGRP:
         return "Only its owner may use it: %s" % stat.filemode(status.st_mode)

@@ -1,6 +1,6 @@
-"""Sends the values of a Tuning to a robot, and asks the robot whether it took them.
+"""Sends the values of a Tuning to a robot, and checks in CONFIGpac that the robot took them.
 
-A robot acknowledges nothing. So a value is sent in up to four rounds, until CONFIGpac shows it.
+A robot acknowledges no command. So a value is sent in up to four rounds, until CONFIGpac shows it.
 """
 
 import math
@@ -17,33 +17,33 @@ AGAIN = 0.4             # s for the answer to a round: CONFIGpac alone takes 0.1
 
 
 class Tuner:
-    """The settings of one connected robot. ``now`` is monotonic time in s.
+    """Sends the settings of one connected robot, and reports the result. ``now`` is monotonic time in s.
 
-    The first values are sent when the robot has shown that it stands, later ones at once. Each round ends with a
-    question for CONFIGpac. CONFIGpac never shows bump_stall, so that is sent in every round.
+    The first values are sent when the robot has shown that it stands, later values at once. Each round ends with a
+    request for CONFIGpac. CONFIGpac never shows bump_stall, so bump_stall is sent in every round.
 
     Args:
-        link: to send on. Its settings have the values, and its events get what became of them (Tuned).
-        identity: has the newest CONFIGpac.
+        link: the link of the robot. Its ``settings`` have the values, and its ``events`` get the result (Tuned).
+        identity: the identity with the newest CONFIGpac.
     """
 
     def __init__(self, link: Link, identity: RobotIdentity) -> None:
         self._link = link
         self._identity = identity
         self.waits_for_rest = True
-        """Whether the robot has not shown yet that it stands."""
+        """True until the robot has shown that it stands. Until then nothing is sent."""
         self._told: Dict[str, float] = {}               # all values that were sent to this robot
         self._before: Dict[str, Optional[float]] = {}   # values that are being sent: what the robot had
         self._own = identity.config
         self._answer: Optional[p2os.Config] = None      # to the present round
         self._tries = 0
         self.due = math.inf
-        """When tick() has something to do at the latest."""
+        """Time (monotonic, s) by which tick() must be called; infinity when nothing is due."""
 
     def tune(self, now: float) -> None:
-        """Send the values that are wanted now and differ from those sent before. The robot has shown that it stands.
+        """Send those wanted values that differ from the values sent before. Call it after the robot has stood once.
 
-        A value that is None now goes back to what the robot had itself.
+        A setting that is None again is set back to the robot's own value.
         """
         self.waits_for_rest = False
         new = {name: value for name, value in self._wanted().items() if self._told.get(name) != value}
@@ -52,19 +52,20 @@ class Tuner:
                 self._before.setdefault(name, ROWS[name].shown(self._identity.config))
             self._told.update(new)
             self._tries = 0
-            # Within a round the next one takes them along: however fast values come, no queue builds up.
+            # During a round nothing is sent: the next round sends the new values, too. So no queue builds up, however
+            # fast values come.
             if self.due == math.inf:
                 self._send(now)
 
     def saw_config(self, identity: RobotIdentity, now: float) -> None:
-        """Take a new CONFIGpac, as part of the identity."""
+        """Take an identity with a new CONFIGpac, and compare the CONFIGpac with the values that were sent."""
         self._identity = identity
         if self._before:
             self._answer = identity.config
             self._judge(now)
 
     def tick(self, now: float) -> None:
-        """Ask again, give up."""
+        """When a round is over without a result, send the values again, or give up and report it."""
         if now >= self.due:
             self._judge(now)
 
@@ -91,7 +92,7 @@ class Tuner:
             self._link.line.command(now, CONFIG)
 
     def _judge(self, now: float) -> None:
-        """End a round: begin another one, or tell the result."""
+        """End a round: begin another round, or append the result (Tuned) to the events."""
         if self._tries < TRIES and not all(map(self._settled, self._before)):
             self._send(now)
         else:
@@ -100,7 +101,7 @@ class Tuner:
             self._before, self._answer, self.due = {}, None, math.inf
 
     def _settled(self, name: str) -> bool:
-        """Whether there is nothing more to do for a value: the robot has taken it, or does not know such a setting."""
+        """Return whether a setting is done: the robot has taken the value, or its firmware has no such setting."""
         return self._unknown(name) or self._taken(name)
 
     def _unknown(self, name: str) -> bool:

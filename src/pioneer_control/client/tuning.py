@@ -1,6 +1,6 @@
-"""What a user may set in the robot itself: ramps, PID, bumpers, calibration. A table of commands and CONFIGpac fields.
+"""Settings of the robot itself (ramps, PID, bumpers, calibration): a table of their commands and CONFIGpac fields.
 
-The robot forgets all of it at CLOSE (protocol 2.5), so it is told again after each OPEN. See tuner for how it is told.
+The robot forgets these settings at CLOSE (protocol 2.5). So the client sends them again after each OPEN: see `tuner`.
 """
 
 import math
@@ -12,15 +12,15 @@ from ..errors import ParameterError
 
 MM = 0.001                      # m, or m/s^2
 DEGREE = math.radians(1)        # rad, or rad/s^2
-INT, UINT = 0x7FFF, 0xFFFF      # largest numbers of the wire
+INT, UINT = 0x7FFF, 0xFFFF      # the largest signed and unsigned numbers that a command can carry
 
 
 class TuningRow(NamedTuple):
-    """How a setting travels to the robot and back.
+    """One setting: the command that sets it, and the field of CONFIGpac that shows it.
 
-    ``command`` sets it, with a number between ``low`` and ``high`` times ``sign``. ``config`` names the field of
-    CONFIGpac that shows it; None when no field does. ``scale`` is one unit of the wire in the setting's own ``unit``;
-    None for a whole number that travels as it is.
+    ``command`` carries a whole number between ``low`` and ``high``, multiplied by ``sign``. ``config`` is the name of
+    the field in CONFIGpac; None when no field shows the setting. ``scale`` is the size of one step of that number in
+    ``unit``; None for a setting that is a whole number itself.
     """
 
     command: str
@@ -32,20 +32,20 @@ class TuningRow(NamedTuple):
     sign: int = 1
 
     def number(self, value: float) -> int:
-        """A value in the setting's own unit, as CONFIGpac counts it."""
+        """Return a value (in ``unit``) as the whole number that CONFIGpac has for it."""
         return int(value) if self.scale is None else round(value / self.scale)
 
     def packet(self, value: float) -> bytes:
-        """The command that sets the robot to a value."""
+        """Return the packet that sets this value (in ``unit``)."""
         return p2os.encode_command(self.command, self.sign * self.number(value))
 
     def shown(self, config: Optional[p2os.Config]) -> Optional[float]:
-        """The value that the robot reports, in the setting's own unit; None when it reports none."""
+        """Return the value that CONFIGpac shows (in ``unit``); None when CONFIGpac is None or does not show it."""
         number: Optional[int] = None if config is None or self.config is None else getattr(config, self.config)
         return number if number is None or self.scale is None else number * self.scale
 
     def check(self, name: str, value: Any) -> None:
-        """Raises ParameterError that names the value and what is legal."""
+        """Check a value (in ``unit``) of the setting ``name``. Raises ParameterError that says what is legal."""
         kinds = (int,) if self.scale is None else (int, float)
         sane = isinstance(value, kinds) and not isinstance(value, bool) and abs(value) < 1e9     # NaN is not
         if not sane or not self.low <= self.number(value) <= self.high:
@@ -60,11 +60,11 @@ def _row(*row: Any, **more: Any) -> Any:
 
 @dataclass(frozen=True)
 class Tuning:
-    """Settings of the robot, valid while it is connected; None leaves each as the robot has it.
+    """Settings of the robot itself, valid while it is connected. A setting that is None stays as the robot has it.
 
-    Raises ParameterError that names the value and its legal range. Accelerations and decelerations are magnitudes; the
-    robot clips them to limits of its own. What the numbers of the PID and of the calibration mean, the robot's manual
-    says.
+    Accelerations (m/s^2, rad/s^2) and decelerations are positive. The robot clips them to its own limits. The robot's
+    manual explains the numbers of the PID and of the calibration. Raises ParameterError with the value and its legal
+    range.
     """
 
     max_linear_acceleration: Optional[float] = _row("SETA", "translation_acceleration_mm_s2", 1, INT, MM, "m/s^2")
@@ -80,13 +80,13 @@ class Tuning:
     translation_kv: Optional[int] = _row("TRANSKV", "translation_kv", 0, UINT)
     translation_ki: Optional[int] = _row("TRANSKI", "translation_ki", 0, UINT)
     bump_stall: Optional[int] = _row("BUMPSTALL", None, 0, 3)
-    """which bumpers stop the wheels: 0 none, 1 front, 2 rear, 3 both"""
+    """Which bumpers stop the wheels: 0 none, 1 front, 2 rear, 3 front and rear."""
     ticks_mm: Optional[int] = _row("TICKSMM", "ticks_per_mm", 1, UINT)
-    """encoder ticks of a mm"""
+    """Encoder ticks per mm."""
     drift_factor: Optional[int] = _row("DRIFTFACTOR", "drift_factor", -INT, INT)
-    """straight-line correction"""
+    """Straight-line correction."""
     rev_count: Optional[int] = _row("REVCOUNT", "rev_count", 1, UINT)
-    """differential encoder count of a turn"""
+    """Differential encoder count of a full turn."""
 
     def __post_init__(self) -> None:
         for name, value in self.values.items():
@@ -94,27 +94,27 @@ class Tuning:
 
     @property
     def values(self) -> Dict[str, float]:
-        """What is to be set, by name, in the order in which it is sent."""
+        """The settings that are not None, by name, in the order in which they are sent."""
         return {name: getattr(self, name) for name in ROWS if getattr(self, name) is not None}
 
 
 ROWS: Dict[str, TuningRow] = {entry.name: entry.metadata["row"] for entry in fields(Tuning)}
-"""The table, by the names of the fields."""
+"""The table of settings, by the names of the fields of Tuning."""
 
 
 class Change(NamedTuple):
-    """What became of one value of a Tuning, in its own unit."""
+    """The result for one setting of a Tuning. All values are in ``unit``."""
 
     name: str
     unit: str
     wanted: Optional[float]
-    """None for what the robot had before it was ever told"""
+    """The value that was sent; None when the robot was to have its own value back, and nobody knows this value."""
     old: Optional[float]
-    """as CONFIGpac showed it before; None when it did not"""
+    """The value that CONFIGpac showed before; None when CONFIGpac did not show it."""
     new: Optional[float]
-    """as CONFIGpac shows it now; None when it does not"""
+    """The value that CONFIGpac shows now; None when CONFIGpac does not show it."""
     problem: str = ""
-    """why it is not as wanted, or not known to be; empty when all is well"""
+    """Why the robot does not have the wanted value, or does not report it; empty when there is no problem."""
 
     def __str__(self) -> str:
         old, new, wanted = ("?" if value is None else "%.4g %s" % (value, self.unit) if self.unit else "%d" % value

@@ -1,10 +1,11 @@
-"""Velocities in SI to commands in whole units of the wire: of the robot (VEL, RVEL) or of its wheels (VEL2).
+"""Converts velocities in SI to commands in whole units: of the robot (VEL, RVEL) or of its wheels (VEL2).
 
-The limits of the robot and of the user hold.
+The velocities are kept within the limits of the robot and of the user.
 
 **Rounding.** The robot takes whole mm/s and deg/s, and for its wheels steps of 20 mm/s. A rate between two units is
-sent as the lower unit and the higher unit in turn. So its average over a second is the rate that is wanted: a turn of
-0.4 deg/s makes 24 degrees in a minute. Plain rounding would make none. Zero is always exactly zero.
+sent as the lower unit and the higher unit in turn. So the average over a second is the wanted rate. For example, a rate
+of 0.4 deg/s turns the robot by 24 degrees in a minute. With plain rounding it would not turn at all. Zero is always
+exactly zero.
 """
 
 import itertools
@@ -22,7 +23,7 @@ ROUNDING_PERIOD = 1.0           # s over which a rate is exact on average
 # s for which a wheel keeps one of the two steps. Its ramp from one to the other takes 0.07 s; a shorter time would make
 # the average wrong.
 HOLD = 0.2
-LEGAL = 1 + 1e-9                # times a limit
+LEGAL = 1 + 1e-9                # factor on a limit, because of rounding errors
 FASTEST = 1000.0                # m/s: more than any wheel does, and small enough to calculate with
 
 packet = lru_cache(maxsize=4096)(encode_command)
@@ -30,10 +31,10 @@ packet = lru_cache(maxsize=4096)(encode_command)
 
 
 class FairRounding:
-    """Whole units whose average over time is the rate asked for.
+    """Rounds one rate to whole units. The average of the units over time is the wanted rate.
 
     Attributes:
-        sent: the units that were sent last.
+        sent: the whole number of units that was sent last.
     """
 
     def __init__(self) -> None:
@@ -43,12 +44,15 @@ class FairRounding:
         self._since = 0.0
 
     def units(self, wanted: float, limit: int, now: float) -> int:
-        """The whole number to send at ``now`` (s) for a rate of ``wanted`` units, at most ``limit`` either way."""
+        """Return the whole number to send at ``now`` (s) for a rate of ``wanted`` units, within +-``limit`` units."""
         self.sent = round(clamped(self.aim(clamped(wanted, limit), now), limit))
         return self.sent
 
     def aim(self, wanted: float, now: float) -> float:
-        """The rate that makes up for what is owed, from ``now`` (s) on. Set ``sent`` to what is sent for it."""
+        """Return the rate, not rounded, that corrects former rounding from ``now`` (s) on.
+
+        The caller must set ``sent`` to the whole number that it sends for this rate.
+        """
         self._owed = clamped(self._owed + (self._wanted - self.sent) * (now - self._since), 1)
         self._wanted, self._since = wanted, now
         if wanted == 0:
@@ -57,7 +61,7 @@ class FairRounding:
 
 
 class Velocity(ABC):
-    """Two rates that are wanted, rounded and sent together."""
+    """Base class: rounds two wanted rates, and makes the packets that command both of them."""
 
     def __init__(self, identity: RobotIdentity) -> None:
         self._rounding = (FairRounding(), FairRounding())
@@ -65,14 +69,14 @@ class Velocity(ABC):
 
     @abstractmethod
     def follow(self, identity: RobotIdentity) -> None:
-        """Take the limits of a robot."""
+        """Use the limits of this identity from now on."""
 
     @abstractmethod
     def packets(self, first: float, second: float, now: float) -> Tuple[bytes, ...]:
-        """What to send at ``now`` (s) for two rates in SI."""
+        """Return the packets to send at ``now`` (s) for two rates in SI units."""
 
     def rest(self, now: float) -> None:
-        """Nothing is wanted or owed any more."""
+        """Set both wanted rates to zero at ``now`` (s), and forget former rounding."""
         for rounding in self._rounding:
             rounding.units(0, 0, now)
 
@@ -89,12 +93,15 @@ class BodyVelocity(Velocity):
 
 
 class WheelVelocities(Velocity):
-    """Left and right wheel (m/s). Beyond a limit both are scaled down by the same factor, so that the curve stays."""
+    """Velocities of left and right wheel (m/s).
+
+    Beyond a limit both are scaled down by the same factor, so that the curve stays.
+    """
 
     def __init__(self, identity: RobotIdentity) -> None:
         super().__init__(identity)
         self._units = (0, 0)
-        self._until = -math.inf         # when the units may be chosen anew though nothing has changed
+        self._until = -math.inf         # when new units may be chosen although the wanted velocity has not changed
 
     def follow(self, identity: RobotIdentity) -> None:
         model = identity.model
@@ -119,7 +126,7 @@ class WheelVelocities(Velocity):
         self._until = now
 
     def _excess(self, left: float, right: float) -> float:
-        """How many times the tightest limit these are (units of VEL2)."""
+        """Return the wheel velocities (units of VEL2) as a multiple of the tightest limit. Above 1 is too fast."""
         pairs: Iterable[Tuple[float, float]] = (
             (left, WHEEL_LIMIT), (right, WHEEL_LIMIT), (left + right, self._max_sum),
             (right - left, self._max_difference))
@@ -130,17 +137,17 @@ class WheelVelocities(Velocity):
         return left / excess, right / excess
 
     def _nearest(self, left: float, right: float) -> Tuple[int, int]:
-        """The whole units within the limits that are nearest to a pair within them."""
+        """Return the whole units within the limits that are nearest to this pair (units of VEL2)."""
         first, second = (range(math.floor(aim) - 1, math.floor(aim) + 3) for aim in (left, right))
         legal = (choice for choice in itertools.product(first, second) if self._excess(*choice) <= LEGAL)
         return min(legal, key=lambda choice: (choice[0] - left) ** 2 + (choice[1] - right) ** 2, default=(0, 0))
 
 
 def clamped(rate: float, limit: float) -> float:
-    """The rate, at most ``limit`` either way."""
+    """Return ``rate``, clamped to +-``limit``."""
     return min(max(rate, -limit), limit)
 
 
 def _units(limit: float) -> int:
-    """A limit as the largest whole number that does not exceed it."""
+    """Return the largest whole number that does not exceed ``limit`` or WIRE_LIMIT."""
     return min(math.floor(limit + 1e-9), WIRE_LIMIT)
