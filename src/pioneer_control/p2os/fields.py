@@ -272,8 +272,7 @@ class Record:
         """The bytes of the record `value`."""
         if not isinstance(value, self.record_class):
             raise EncodingError("%s: %r is not a %s" % (what, value, self.record_class.__name__))
-        data = packed(self.layout, vars(value).values()) if self.layout is not None else None
-        return write_fields(self._table, value) if data is None else data
+        return write_fields(self._table, value)
 
 
 class Many:
@@ -313,14 +312,23 @@ class Many:
             value = tuple(value)
         except TypeError:
             raise EncodingError("%s: %r is not a sequence" % (what, value)) from None
-        items = [self.item.write(item, "%s[%d]" % (what, index)) for index, item in enumerate(value)]
-        size = BYTE.write(len(items[0]) if items else 0, "%s, size of one" % what) if self.sized else b""
-        data = size + b"".join(items)
+        data = self._write_numbers(value)
+        if data is None:
+            items = [self.item.write(item, "%s[%d]" % (what, index)) for index, item in enumerate(value)]
+            size = BYTE.write(len(items[0]) if items else 0, "%s, size of one" % what) if self.sized else b""
+            data = size + b"".join(items)
         if isinstance(self.count, NumberField):
             return self.count.write(len(value), "%s, how many" % what) + data
         if len(value) != self.count:
             raise EncodingError("%s: %d items (%d are needed)" % (what, len(value), self.count))
         return data
+
+    def _write_numbers(self, items: Sequence[Any]) -> Optional[bytes]:
+        """The bytes of records that have only numbers, in one go. None when they have more, or one does not fit."""
+        if self._layout is None or any(type(item) is not self.item.record_class for item in items):
+            return None
+        pieces = [packed(self._layout, vars(item).values()) for item in items]
+        return None if None in pieces else b"".join(pieces)
 
 
 BYTE, UINT16, UINT32 = NumberField("B"), NumberField("H"), NumberField("I")
