@@ -17,8 +17,8 @@ import struct
 from bisect import bisect_right
 from dataclasses import field, fields
 from functools import cached_property, lru_cache
-from itertools import groupby, islice, starmap
-from typing import Any, Collection, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Type, Union
+from itertools import groupby, starmap
+from typing import Any, Collection, Dict, List, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
 from ..errors import EncodingError
 
@@ -39,6 +39,11 @@ class Row(NamedTuple):
     meaning: str
     optional: bool
 
+    @property
+    def length(self) -> int:
+        """How many values it writes."""
+        return 1
+
     def read(self, data: bytes, at: int) -> Tuple[Tuple[Any, ...], int]:
         """The value at `at` in a tuple, and where the next field begins.
 
@@ -52,9 +57,9 @@ class Row(NamedTuple):
             value, end = None, len(data)
         return (value,), end
 
-    def write(self, values: Iterator[Any], owner: str) -> bytes:
-        """The bytes of the next value, if there is one. `owner` is the packet that an error names."""
-        return b"".join(self.type.write(value, "%s.%s" % (owner, self.name)) for value in islice(values, 1))
+    def write(self, values: Sequence[Any], owner: str) -> bytes:
+        """The bytes of the value in `values`; no bytes when it is empty. `owner` is the packet that an error names."""
+        return b"".join([self.type.write(value, "%s.%s" % (owner, self.name)) for value in values])
 
 
 def wire(type: Any, unit: str, meaning: str) -> Any:
@@ -82,6 +87,7 @@ class NumberRun:
 
     def __init__(self, rows: Sequence[Row]) -> None:
         self._rows = rows
+        self.length = len(rows)
         letters = "".join(row.type.letter for row in rows)
         self._layouts = [struct.Struct("<" + letters[:number]) for number in range(len(rows) + 1)]
         self._sizes = [layout.size for layout in self._layouts]
@@ -94,13 +100,11 @@ class NumberRun:
             missing[0].read(data, at + layout.size)     # raises TooShort, with its name
         return layout.unpack_from(data, at) + (None,) * len(missing), len(data) if missing else at + layout.size
 
-    def write(self, values: Iterator[Any], owner: str) -> bytes:
-        """The bytes of the next values, as many as there are rows. `owner` is the packet that an error names."""
-        numbers = tuple(islice(values, len(self._rows)))
-        data = packed(self._layouts[len(numbers)], numbers)
+    def write(self, values: Sequence[Any], owner: str) -> bytes:
+        """The bytes of the values of the first rows. `owner` is the packet that an error names."""
+        data = packed(self._layouts[len(values)], values)
         if data is None:    # one does not fit: find out which
-            rest = iter(numbers)
-            data = b"".join(row.write(rest, owner) for row in self._rows)
+            data = b"".join(row.write([value], owner) for row, value in zip(self._rows, values))
         return data
 
 
@@ -156,8 +160,11 @@ def write_fields(table: Table, packet: Any) -> bytes:
     values = [getattr(packet, name) for name in table.names]
     while values and values[-1] is None and table[len(values) - 1].optional:
         values.pop()
-    rest = iter(values)
-    return b"".join(part.write(rest, type(packet).__name__) for part in table.parts)
+    data, at, owner = b"", 0, type(packet).__name__
+    for part in table.parts:
+        data += part.write(values[at:at + part.length], owner)
+        at += part.length
+    return data
 
 
 def checked_integer(value: Any, low: int, high: int, what: str) -> int:
@@ -327,8 +334,8 @@ class Many:
         """The bytes of records that have only numbers, in one go. None when they have more, or one does not fit."""
         if self._layout is None or any(type(item) is not self.item.record_class for item in items):
             return None
-        pieces = [packed(self._layout, vars(item).values()) for item in items]
-        return None if None in pieces else b"".join(pieces)
+        pieces = [packed(self._layout, vars(item).values()) or b"" for item in items]
+        return b"".join(pieces) if all(pieces) else None
 
 
 BYTE, UINT16, UINT32 = NumberField("B"), NumberField("H"), NumberField("I")
