@@ -1,6 +1,6 @@
-"""Incoming messages: what is obeyed, what is refused, and why.
+"""Checks messages to the motors and the gripper, and converts them to commands of the protocol.
 
-Pure functions; a refusal is a UsageError with the reason.
+Pure functions. When a message must be refused, they raise UsageError with the reason.
 """
 
 from typing import List, Optional, Tuple
@@ -14,34 +14,36 @@ LEAVE_ALONE = 0
 LEGAL_GRIP = "legal: 1 open, 2 close, 3 stop, 7 store, 8 deploy, 15 halt, 16 pressure, 0 leave alone"
 LEGAL_LIFT = "legal: 4 up, 5 down, 6 stop, 17 carry, 0 leave alone"
 STOPS = ({LEAVE_ALONE, GripCommand.STOP, GripCommand.HALT}, {LEAVE_ALONE, LiftCommand.STOP})
-"""What stops paddles and lift, or leaves them alone."""
+"""The values of grip.state, and of lift.state, that start no movement: they mean stop or no command."""
 MOVES_BOTH = (GripCommand.STORE, GripCommand.DEPLOY, GripCommand.HALT)
 
 
 GripperOrder = Tuple[GripperCommand, Optional[int]]
-"""One sub-command of the gripper, with its value (20 ms) if it needs one."""
+"""One gripper command of the protocol and its value (units of 20 ms). The value is None if the command has no value."""
 
 
 def gripper_stops(message: GripperState) -> bool:
-    """Whether a gripper_control does nothing but stop."""
+    """Return whether a gripper_control message starts no movement: it only stops the gripper, or does nothing."""
     return message.grip.state in STOPS[0] and message.lift.state in STOPS[1]
 
 
 def motors_wanted(message: MotorState) -> bool:
-    """Whether motors shall be on. Refuses states other than 0 and 1."""
+    """Return whether a cmd_motor_state message switches the motors on. Raises UsageError when state is not 0 or 1."""
     if message.state not in (0, 1):
         raise UsageError("cmd_motor_state refused: state is %d (legal: 1 on, 0 off)" % message.state)
     return message.state == 1
 
 
 def gripper_orders(message: GripperState) -> List[GripperOrder]:
-    """The sub-commands in a gripper_control message, paddles first; 0 leaves that part alone.
+    """Return the gripper commands in a gripper_control message, first for the paddles, then for the lift.
 
-    The messages of p2os have no field for the value of PRESSURE and CARRY. It is taken from the field ``dir`` beside
-    the number, which no other command uses. For CARRY the sign of ``dir`` is the direction, as in a status.
+    The state 0 means no command for this part. The messages of p2os have no field for the value that the commands
+    PRESSURE and CARRY need. So the value is in the field ``dir``, which no other command uses. For CARRY the sign of
+    ``dir`` is the direction.
 
-    Refuses the whole message when a number means nothing. Also when lift.state is a number of a status: then the
-    message is a gripper_state that came on the wrong topic, and would move the paddles.
+    Raises:
+        UsageError: a number in the message is not a command. Then no part of the message is obeyed. It is the same when
+            lift.state is a number of a status: the message is a gripper_state on the wrong topic.
     """
     grip, lift = message.grip.state, message.lift.state
     for is_wrong, why in (
@@ -59,6 +61,7 @@ def gripper_orders(message: GripperState) -> List[GripperOrder]:
 
 
 def _order(part: str, command: GripperCommand, value: int) -> GripperOrder:
+    """Return a command for a part ("grip" or "lift") with its value. Raises UsageError when the value is not legal."""
     if command not in GRIPPER_VALUES:
         return command, None
     low, high = GRIPPER_VALUES[command]

@@ -1,8 +1,7 @@
-"""Robot state to ROS messages: pure functions; all messages of one packet carry one stamp. Frames of the transducers
-are in `standard_messages`.
+"""Pure functions that convert the state of the robot to ROS messages. `stamp` is a rospy.Time, the time of the packet.
 
-Units and axes are those of REP 103; the encoding of the frozen messages is that of p2os, so that its peers and bags go
-on working.
+Units and axes are as in REP 103. Our own messages use the encoding of the ROS package p2os, so that old programs and
+old bags still work with them. The frames of the sonar transducers are in `standard_messages`.
 """
 
 import math
@@ -24,15 +23,15 @@ from ..robots import Transducer
 from .parameters import UNKNOWN, DriverParameters
 
 SONAR_LIFETIME = 2.0
-"""Age (s) at which a reading expires; a full round of an array takes 0.32 s."""
+"""The age (s) at which a sonar reading is too old to publish. A full round of a sonar array takes 0.32 s."""
 WHEEL_JOINTS = ("left_wheel_joint", "right_wheel_joint")
-"""Names in urdf/, the left one first."""
+"""The names of the wheel joints in urdf/: left, right."""
 COMPASS_VARIANCE = 0.01
-"""rad^2: a floor bends the earth's field by some degrees."""
+"""The variance (rad^2) of a compass heading. Steel in a floor bends the magnetic field by some degrees."""
 GYRO_VARIANCE = 1e-4
-"""(rad/s)^2"""
+"""The variance ((rad/s)^2) of a turn rate from the gyro."""
 NOT_MEASURED = [-1.0] + [0.0] * 8
-"""Covariance that tells that a field of an Imu means nothing (REP 145)."""
+"""The covariance for a field of sensor_msgs/Imu that is not measured (REP 145)."""
 
 _Power = sensor_msgs.msg.BatteryState
 POWER_SUPPLY_STATUS: Dict[Optional[int], int] = {
@@ -42,26 +41,26 @@ POWER_SUPPLY_STATUS: Dict[Optional[int], int] = {
     p2os.ChargeState.FLOAT: _Power.POWER_SUPPLY_STATUS_FULL,
     p2os.ChargeState.BALANCE: _Power.POWER_SUPPLY_STATUS_CHARGING,
 }
-"""What the charger does, as sensor_msgs/BatteryState says it; the rest is unknown."""
+"""From the state of the charger to power_supply_status of sensor_msgs/BatteryState. Other states mean unknown."""
 ANALOG_FULL_SCALE = {5: 2047, 9: 1023}
-"""What 5 V are in an IOpac with so many analog inputs: AROS has 5, ARCOS 9 (protocol 5.5)."""
+"""From the number of analog inputs in an IOpac to the raw value for 5 V. AROS has 5 inputs, ARCOS 9 (protocol 5.5)."""
 
 
 class Covariances(NamedTuple):
-    """Row-major 6 x 6, of x, y, z, roll, pitch, yaw."""
+    """The covariances of nav_msgs/Odometry: row-major 6 x 6 matrices for x, y, z, roll, pitch, yaw."""
 
     pose: Tuple[float, ...]
     twist: Tuple[float, ...]
 
 
 def diagonal(variances: Sequence[float]) -> Tuple[float, ...]:
-    """A covariance, row-major, of numbers that do not depend on each other."""
+    """Return a row-major covariance matrix that has these variances on its diagonal, and 0 elsewhere."""
     size = len(variances)
     return tuple(variances[row] if row == column else 0.0 for row in range(size) for column in range(size))
 
 
 def covariances(parameters: DriverParameters) -> Dict[bool, Covariances]:
-    """What goes into odometry while the robot moves (True) and while it stands (False)."""
+    """Return the covariances of odometry from the parameters: True is for a moving robot, False for a standing one."""
     return {
         True: Covariances(diagonal(parameters.pose_covariance_moving), diagonal(parameters.twist_covariance_moving)),
         False: Covariances(diagonal(parameters.pose_covariance_still), diagonal(parameters.twist_covariance_still)),
@@ -69,7 +68,7 @@ def covariances(parameters: DriverParameters) -> Dict[bool, Covariances]:
 
 
 def odometry(state: RobotState, stamp: Any, odom_frame: str, base_link_frame: str, covariance: Covariances) -> Odometry:
-    """Pose in the odometry frame (m, rad), twist in base_link (m/s, rad/s)."""
+    """Return the message for the topic ``pose``: pose in the odom frame (m, rad), twist in base_link (m/s, rad/s)."""
     message = Odometry(header=Header(stamp=stamp, frame_id=odom_frame), child_frame_id=base_link_frame)
     message.pose.pose = Pose(Point(state.x, state.y, 0.0), Quaternion(*quaternion_of(state.heading)))
     message.twist.twist.linear.x, message.twist.twist.angular.z = state.linear, state.angular
@@ -78,29 +77,33 @@ def odometry(state: RobotState, stamp: Any, odom_frame: str, base_link_frame: st
 
 
 def transform(state: RobotState, stamp: Any, odom_frame: str, base_link_frame: str) -> TFMessage:
-    """Odometry frame -> base_link, the same as the pose (m, rad)."""
+    """Return the transform odom -> base_link for /tf: the same pose as in `odometry` (m, rad)."""
     return TFMessage([TransformStamped(
         Header(stamp=stamp, frame_id=odom_frame), base_link_frame,
         Transform(Vector3(state.x, state.y, 0.0), Quaternion(*quaternion_of(state.heading))))])
 
 
 def sonar(state: RobotState, stamp: Any, base_link_frame: str) -> SonarArray:
-    """Ranges (m) by sonar number."""
+    """Return the message for the topic ``sonar``: the ranges (m) by transducer number (see `ranges_by_number`)."""
     ranges = ranges_by_number(state)
     return SonarArray(Header(stamp=stamp, frame_id=base_link_frame), len(ranges), ranges)
 
 
 def ranges_by_number(state: RobotState) -> List[float]:
-    """Ranges (m) by sonar number; NO_ECHO where nothing is in sight, NOT_HEARD where the last reading has expired."""
+    """Return the sonar ranges (m) by transducer number.
+
+    The range is NO_ECHO when there was no echo. It is NOT_HEARD when the last reading is older than SONAR_LIFETIME, or
+    when there is none.
+    """
     oldest = state.time - SONAR_LIFETIME
     return [NOT_HEARD if reading is None or reading.time < oldest else min(reading.range, NO_ECHO)
             for reading in state.sonar]
 
 
 def sonar_ranges(state: RobotState, stamp: Any, frame_prefix: str, no_echo: float) -> List[Range]:
-    """One message for each transducer of which this packet brought a range.
+    """Return one sensor_msgs/Range message for each sonar reading in this packet.
 
-    ``no_echo`` (m) is the range where nothing is in sight: infinity (REP 117), or NO_ECHO.
+    ``no_echo`` is the range (m) to publish when there was no echo: infinity (REP 117), or NO_ECHO.
     """
     return [
         standard_messages.sonar_range(number, reading.range, stamp, frame_prefix, no_echo)
@@ -110,9 +113,9 @@ def sonar_ranges(state: RobotState, stamp: Any, frame_prefix: str, no_echo: floa
 
 
 def sonar_points(state: RobotState, stamp: Any, base_link_frame: str, transducers: Iterable[Transducer]) -> PointCloud2:
-    """The newest echo of each transducer as a point (m) in base_link, where the robot stands now.
+    """Return a point cloud with the newest echo of each transducer, in base_link at the time of this packet (m).
 
-    A transducer that hears no echo, or was not heard lately, has no point.
+    A transducer adds no point when it measured no echo, or when its last reading is older than SONAR_LIFETIME.
     """
     oldest = state.time - SONAR_LIFETIME
     heard = ((transducer, state.sonar[transducer.number]) for transducer in transducers)
@@ -124,7 +127,7 @@ def sonar_points(state: RobotState, stamp: Any, base_link_frame: str, transducer
 
 
 def joint_states(state: RobotState, stamp: Any, wheel_radius: float) -> sensor_msgs.msg.JointState:
-    """How far (rad) the wheels have turned, and how fast (rad/s) they turn. The wheels' radius (m) must be known."""
+    """Return the angles (rad) and the angular velocities (rad/s) of both wheels. ``wheel_radius`` is in m."""
     return sensor_msgs.msg.JointState(
         header=Header(stamp=stamp),
         name=list(WHEEL_JOINTS),
@@ -134,10 +137,13 @@ def joint_states(state: RobotState, stamp: Any, wheel_radius: float) -> sensor_m
 
 
 class GripperReporter:
-    """Turns readings into gripper_state. Remembers the lift's last end position, which a moving lift goes on reporting.
+    """Converts gripper readings to gripper_state messages.
+
+    It remembers the last end position of the lift (up or down), because the message has this position also while the
+    lift moves.
 
     Args:
-        broken_beam: what the bit of a beam reads when something breaks it.
+        broken_beam: the value of the bit of a light beam (0 or 1) when an object breaks the beam.
     """
 
     def __init__(self, broken_beam: int = 1) -> None:
@@ -145,12 +151,12 @@ class GripperReporter:
         self._position = 0.0
 
     def saw(self, reading: GripperReading) -> None:
-        """Remember a reading, whether somebody wants to hear of it or not."""
+        """Update the remembered end position of the lift. Call this with every reading, also without a subscriber."""
         if not reading.lift_moving and (reading.lift_up or reading.lift_down):
             self._position = float(reading.lift_up)
 
     def message(self, reading: GripperReading) -> GripperState:
-        """The reading, seen last, in the encoding of p2os (GripStatus, LiftStatus)."""
+        """Return the message for a reading. Call `saw` with the reading first. Numbers: GripStatus, LiftStatus."""
         grip = next(status for status, is_so in (
             (GripStatus.ERROR, reading.paddles_error),
             (GripStatus.MOVING, reading.paddles_moving),
@@ -172,19 +178,19 @@ class GripperReporter:
 
 
 def motor_state(state: RobotState) -> MotorState:
-    """1 when the motors are on, else 0."""
+    """Return the message for the topic ``motor_state``: 1 when the motors are on, else 0."""
     return MotorState(int(state.motors_enabled))
 
 
 def battery_state(state: RobotState, stamp: Any, base_link_frame: str) -> BatteryState:
-    """Battery voltage (V)."""
+    """Return the message for the topic ``battery_state``: the voltage of the battery (V)."""
     return BatteryState(Header(stamp=stamp, frame_id=base_link_frame), state.battery_voltage)
 
 
 def battery(state: RobotState, stamp: Any, base_link_frame: str) -> sensor_msgs.msg.BatteryState:
-    """Voltage (V), state of charge (0 to 1) where the robot reports it, and what the charger does.
+    """Return the message for the topic ``battery``: voltage (V), state of charge (0 to 1) and state of the charger.
 
-    What the robot does not measure is NaN.
+    Values that the robot does not report are NaN.
     """
     status = POWER_SUPPLY_STATUS.get(state.charge_state, _Power.POWER_SUPPLY_STATUS_UNKNOWN)
     if status == _Power.POWER_SUPPLY_STATUS_DISCHARGING and state.flags & p2os.Flags.CHARGER_POWER:
@@ -194,47 +200,48 @@ def battery(state: RobotState, stamp: Any, base_link_frame: str) -> sensor_msgs.
 
 
 def bumpers(state: RobotState, stamp: Any, base_link_frame: str) -> Bumpers:
-    """Pressed or not, segment by segment."""
+    """Return the message for the topic ``bumpers``: for each segment of each bumper, whether it is pressed."""
     return Bumpers(Header(stamp=stamp, frame_id=base_link_frame), list(state.front_bumpers), list(state.rear_bumpers))
 
 
 def stall(state: RobotState, stamp: Any, base_link_frame: str) -> Stall:
-    """Which wheels are stalled."""
+    """Return the message for the topic ``stall``: whether the left wheel and the right wheel are stalled."""
     return Stall(Header(stamp=stamp, frame_id=base_link_frame), state.left_stall, state.right_stall)
 
 
 def e_stop(state: RobotState) -> Bool:
-    """Whether the STOP button is pressed."""
+    """Return the message for the topic ``e_stop``: whether the STOP button is pressed."""
     return Bool(state.stop_button)
 
 
 def digital_inputs(state: RobotState) -> Optional[DIO]:
-    """The eight user inputs; None from firmware that does not report them."""
+    """Return the message for the topic ``dio``: the eight digital inputs. None if the firmware does not report them."""
     return None if state.digital_in is None else DIO(8, state.digital_in)
 
 
 def analog_input(state: RobotState) -> Optional[AIO]:
-    """The selected analog input (V); None from firmware that does not report it."""
+    """Return the message for the topic ``aio``: the selected analog input (V). None if it is not reported."""
     return None if state.analog_voltage is None else AIO(1, [state.analog_voltage])
 
 
 def ports(packet: p2os.IO, stamp: Any, base_link_frame: str) -> IO:
-    """Every port of an IOpac: digital ones as they came, analog ones in V."""
+    """Return the message for the topic ``io``: the digital ports of an IOpac as bits, and its analog inputs in V."""
     volts = 5.0 / ANALOG_FULL_SCALE.get(len(packet.analog), 1023)
     return IO(Header(stamp=stamp, frame_id=base_link_frame), packet.digital_in, packet.digital_out,
               [value * volts for value in packet.analog])
 
 
 def turn_rate(rate: float, stamp: Any, base_link_frame: str) -> sensor_msgs.msg.Imu:
-    """What a gyro tells: the turn rate (rad/s), and nothing else."""
+    """Return an Imu message with only the turn rate of the gyro (rad/s, counter-clockwise)."""
     return _imu(stamp, base_link_frame, angular_velocity=Vector3(0.0, 0.0, rate),
                 angular_velocity_covariance=diagonal((UNKNOWN, UNKNOWN, GYRO_VARIANCE)))
 
 
 def compass(state: RobotState, stamp: Any, base_link_frame: str) -> sensor_msgs.msg.Imu:
-    """What a compass tells: the heading, by REP 103 from magnetic east counter-clockwise.
+    """Return an Imu message with only the heading of the compass.
 
-    The compass itself counts from north, clockwise.
+    As REP 103 says, the heading is counter-clockwise from (magnetic) east. The compass itself measures it clockwise
+    from north.
     """
     heading = math.remainder(math.pi / 2 - (state.compass or 0.0), 2 * math.pi)
     return _imu(stamp, base_link_frame, orientation=Quaternion(*quaternion_of(heading)),
@@ -242,14 +249,17 @@ def compass(state: RobotState, stamp: Any, base_link_frame: str) -> sensor_msgs.
 
 
 def _imu(stamp: Any, base_link_frame: str, **measured: Any) -> sensor_msgs.msg.Imu:
-    """A message with the fields that are measured; the others say that they mean nothing."""
+    """Return an Imu message with the ``measured`` fields. The covariances of all other fields mean "not measured"."""
     nothing = dict(orientation=Quaternion(0.0, 0.0, 0.0, 1.0), orientation_covariance=NOT_MEASURED,
                    angular_velocity_covariance=NOT_MEASURED, linear_acceleration_covariance=NOT_MEASURED)
     return sensor_msgs.msg.Imu(header=Header(stamp=stamp, frame_id=base_link_frame), **{**nothing, **measured})
 
 
 def robot_info(identity: RobotIdentity, stamp: Any, base_link_frame: str) -> RobotInfo:
-    """What the robot is: name, model, limits, where its transducers look and what its outline is (m, rad, base_link).
+    """Return the message for the topic ``robot_info``.
+
+    It has the name, the model and the limits of the robot, the poses of its transducers and its outline (m, rad;
+    base_link).
     """
     message = standard_messages.robot_info(identity.model, identity.has_gripper, stamp, base_link_frame)
     message.name, message.type, message.subtype = identity.name, identity.type, identity.subtype

@@ -1,4 +1,4 @@
-"""A table of what the bits of FAULTFLAGS mean in diagnostics. With these bits a robot tells its own faults."""
+"""The table of fault flags: how each bit of FAULTFLAGS, with which a robot reports its faults, shows in diagnostics."""
 
 from enum import IntEnum
 from typing import Dict, Tuple
@@ -35,4 +35,5 @@ FAULTS: Dict[FaultFlags, Tuple[str, Level, str]] = {
     FaultFlags.JOYSTICK_WITH_SAFETY_OFF: (
         "Motors", Level.WARN, "the joystick drives the robot with its safety system off"),
 }
-"""Of each bit: the task that tells of it, how bad it is, and what to say. LASER_POWER is missing: it is no fault."""
+"""For each bit: the diagnostics task that reports it, its level, and the text. LASER_POWER is not here: it is no fault.
+"""

@@ -1,5 +1,6 @@
-"""Everything that can be set on the driver, in one table. A field is a private parameter of the node. Its row says its
-default, what is legal, its unit and what it does.
+"""All parameters of the driver node, in the dataclass `DriverParameters`.
+
+Each field is one private parameter, with its default, the legal values, the unit and the meaning.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -12,7 +13,7 @@ from ..parameters import AutoSwitch, Choice, Number, Numbers, Rate, Switch, Text
 
 GAIN = Whole(-1, 65535)
 NO_DRIFT_GIVEN = -32768
-UNKNOWN = 1e6   # variance of what wheels cannot tell
+UNKNOWN = 1e6   # variance of a value that wheels cannot measure
 VARIANCES = Numbers(6, 0.0, 1e9)
 Variances = Tuple[float, float, float, float, float, float]     # of x, y, z (m^2), roll, pitch, yaw (rad^2)
 
@@ -28,7 +29,7 @@ WITHOUT_EFFECT = {
     "rot_accel": "it is called max_yawaccel here",
     "rot_decel": "it is called max_yawdecel here",
 }
-"""Parameters of p2os and ROSARIA that do nothing here, and what to say of each in a warning."""
+"""Parameters of p2os and ROSARIA that have no effect in this driver, and the text of the warning for each of them."""
 
 TUNING = {
     "max_xaccel": "max_linear_acceleration",
@@ -46,14 +47,15 @@ TUNING = {
     "drift_factor": "drift_factor",
     "rev_count": "rev_count",
 }
-"""Parameters that are set in the robot itself, each with its name in client.Tuning. A parameter at its default leaves
-the robot's own value.
+"""The parameters that the driver sets in the robot itself: from our name to the name in client.Tuning.
+
+When a parameter has its default value, the robot keeps its own value.
 """
 
 
 @dataclass(frozen=True)
 class DriverParameters:
-    """The driver's private parameters, checked. Names known from p2os are kept."""
+    """The checked private parameters of the driver. Many names are those of the ROS package p2os."""
 
     port: str = parameter("/dev/ttyUSB0", Text(), "serial device, or socket://host:port")
     baud: int = parameter(9600, Choice(BAUD_RATES), "line speed tried first, the others follow", "baud")
@@ -110,29 +112,30 @@ class DriverParameters:
 
     @property
     def tuning(self) -> Tuning:
-        """What is to be set in the robot; None where it is to be left as the robot has it."""
+        """The values to set in the robot itself. None for a value that the robot keeps."""
         return Tuning(**{name: getattr(self, ours) for ours, name in TUNING.items()
                          if getattr(self, ours) != getattr(DriverParameters, ours)})
 
     @property
     def odom_frame(self) -> str:
-        """The odometry frame, prefix included."""
+        """The full name of the odom frame, with the prefix."""
         return self.frame_prefix + self.odom_frame_id
 
     @property
     def base_link_frame(self) -> str:
-        """The robot's frame, prefix included."""
+        """The full name of the frame base_link, with the prefix."""
         return self.frame_prefix + self.base_link_frame_id
 
 
 LIVE = {entry.name: entry for entry in fields(DriverParameters) if entry.metadata["live"]}
-"""The rows of the table that may change while the driver runs."""
+"""The fields of the parameters that may change while the driver runs, by name."""
 
 
 def changed(parameters: DriverParameters, wanted: Mapping[str, Any]) -> DriverParameters:
-    """The parameters with some live ones changed.
+    """Return a copy of the parameters with the values in ``wanted``.
 
-    Raises ParameterError for what check_parameters() refuses, and for what is not live.
+    Raises:
+        ParameterError: a value is not legal, or a parameter may not change while the driver runs.
     """
     fixed = sorted(set(wanted) - set(LIVE))
     if fixed:
@@ -142,9 +145,16 @@ def changed(parameters: DriverParameters, wanted: Mapping[str, Any]) -> DriverPa
 
 
 def check_parameters(given: Mapping[str, Any]) -> Tuple[DriverParameters, List[str]]:
-    """What the parameter server holds -> (parameters, warnings about names that have no effect).
+    """Check the private parameters of the driver.
 
-    Raises ParameterError, as `parameters.check` does.
+    Args:
+        given: names and values from the parameter server.
+
+    Returns:
+        The parameters; and a warning for each given name that has no effect.
+
+    Raises:
+        ParameterError: a value is not legal, or an unknown name is similar to a known name.
     """
     parameters, unknown = check(DriverParameters, {name: given[name] for name in given if name not in WITHOUT_EFFECT})
     foreign = {name: WITHOUT_EFFECT[name] for name in sorted(given) if name in WITHOUT_EFFECT}

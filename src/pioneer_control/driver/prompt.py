@@ -1,12 +1,11 @@
-"""What makes messages leave sooner. A reader of the driver can skip this file: without it all is the same, and a little
-later.
+"""Publishes messages with less delay than rospy. You can skip this file: without it messages only leave later.
 
-* rospy hands each message to a thread per subscriber, and that thread has to wake up first. Here the thread that
-  publishes writes to the socket itself, as far as that cannot hold it up.
-* genpy visits each field of a message. Pose, transform and sonar write themselves in one go here.
+* rospy passes each message to one thread for each subscriber, and this thread must wake up first. Here the thread that
+  publishes writes to the socket itself, if the socket takes the bytes at once.
+* genpy serializes a message field by field. Here pose, transform and sonar are serialized with one `struct` call each.
 
-bench/driver_pieces.md has what each of them gains. Where rospy is not as this file expects it, all goes rospy's own
-way.
+bench/driver_pieces.md has the measured gain of both. If the installed rospy is not as this file expects, the driver
+publishes with rospy's own code.
 """
 
 import inspect
@@ -33,11 +32,13 @@ from . import conversions
 from .conversions import Covariances, ranges_by_number
 
 EXPECTED = ["self", "connection", "queue_size"]
-"""Arguments of what makes a connection to a subscriber."""
+"""The arguments that the constructor of rospy's QueuedConnection must have."""
 
 
 def send_promptly() -> bool:
-    """Publish like this from now on, whatever the publisher: to be called before the first subscriber comes.
+    """Replace rospy's connection class with PromptConnection, for all publishers of this process.
+
+    Call this before the first subscriber connects.
 
     Returns:
         Whether rospy is as expected. If not, nothing is changed.
@@ -55,19 +56,20 @@ def send_promptly() -> bool:
 
 
 class PromptConnection:
-    """A connection to one subscriber, in the place of rospy's QueuedConnection, and with its interface.
+    """A connection to one subscriber that replaces rospy's QueuedConnection. It has the same interface.
 
-    The thread that publishes a message writes as much of it as the socket takes at once. What is left waits, and so
-    does what is published meanwhile: the newest ``queue_size`` messages (0: all). A thread writes what waits. So a
-    subscriber that does not read holds up nobody.
+    The thread that publishes a message writes as many bytes as the socket takes at once. The rest of the message waits,
+    and later messages wait too. A second thread writes the waiting bytes. So a slow subscriber never blocks the thread
+    that publishes.
 
     Args:
-        connection: rospy's connection; all else that is asked of this one is asked of it.
+        connection: the connection of rospy. It gets all attribute requests that this class does not handle.
+        queue_size: how many messages may wait; then the oldest is dropped. 0: no limit.
     """
 
     def __init__(self, connection: Any, queue_size: int) -> None:
         self._connection = connection
-        self._rest = b""                # of a message of which a part is written
+        self._rest = b""                # the rest of a partly written message
         self._waiting: Deque[bytes] = deque(maxlen=queue_size or None)
         self._writing = False           # some thread writes a message
         self._error: Optional[Exception] = None
@@ -82,7 +84,10 @@ class PromptConnection:
         return getattr(self._connection, name)
 
     def write_data(self, data: bytes) -> bool:
-        """Send one message, or let it wait. Raises what went wrong with one before: rospy then drops the connection."""
+        """Send one serialized message, or put it into the queue.
+
+        Raises the exception of an earlier write that failed. Then rospy closes the connection.
+        """
         with self._lock:
             if self._error is not None:
                 error, self._error = self._error, None
@@ -90,7 +95,7 @@ class PromptConnection:
             if self._rest or self._waiting or self._writing:
                 self._waiting.append(data)
             else:
-                self._writing = True        # a signal handler may publish in the midst of it
+                self._writing = True        # a signal handler may publish during the next line
                 self._rest = data[self._written_at_once(data):]
                 self._writing = False
             if self._rest or self._waiting:
@@ -98,13 +103,13 @@ class PromptConnection:
         return True
 
     def _written_at_once(self, data: bytes) -> int:
-        """Write as many bytes as the socket takes at once; how many.
+        """Write as many bytes as the socket takes without waiting, and return their number.
 
-        A broken one takes none: the thread finds out, as rospy does.
+        Return 0 when the connection is broken. The thread that writes waiting bytes gets the error then.
         """
         try:
             count: int = self._connection.socket.send(data, socket.MSG_DONTWAIT)
-        except (OSError, AttributeError):       # AttributeError: it is closed
+        except (OSError, AttributeError):       # AttributeError: the connection is closed
             return 0
         self._connection.stat_bytes += count
         self._connection.stat_num_msg += 1
@@ -128,15 +133,19 @@ class PromptConnection:
             error = None
             try:
                 self._connection.write_data(data)
-            except Exception as raised:     # of any kind: it is raised when the next message is published
+            except Exception as raised:     # any exception: write_data raises it with the next message
                 error = raised
             with self._changed:
                 self._writing, self._error = False, error or self._error
 
 
 class PoseMessage:
-    """A nav_msgs/Odometry: pose in the odometry frame, twist in base_link, with the covariances for a robot that moves
-    or stands.
+    """A fast replacement for nav_msgs/Odometry: pose in the odom frame (m, rad), twist in base_link (m/s, rad/s).
+
+    Args:
+        odom_frame: the name of the odom frame.
+        base_link_frame: the name of the frame base_link.
+        covariance: the covariances for a moving robot (True) and a standing robot (False).
     """
 
     _type, _md5sum, _has_header = Odometry._type, Odometry._md5sum, True
@@ -148,12 +157,12 @@ class PoseMessage:
         self._struct = struct.Struct("<3I%ds7d288s6d288s" % len(self._frames))
 
     def of(self, state: RobotState, stamp: Any) -> "PoseMessage":
-        """Say this from now on."""
+        """Fill this message with a state of the robot and its stamp, and return the message."""
         self._state, self.header.stamp = state, stamp
         return self
 
     def serialize(self, buffer: BinaryIO) -> None:
-        """Write it. rospy has counted it in the header before."""
+        """Write the serialized message to ``buffer``. rospy has set header.seq before."""
         stamp, state = self.header.stamp, self._state
         half = state.heading / 2
         pose, twist = self._covariance[state.moving]
@@ -164,7 +173,7 @@ class PoseMessage:
 
 
 class TransformMessage:
-    """A tf2_msgs/TFMessage with one transform, odometry frame -> base_link, that says what the PoseMessage says."""
+    """A fast replacement for tf2_msgs/TFMessage with one transform odom -> base_link, the same pose as PoseMessage."""
 
     _type, _md5sum = TFMessage._type, TFMessage._md5sum
 
@@ -173,12 +182,12 @@ class TransformMessage:
         self._struct = struct.Struct("<4I%ds7d" % len(self._frames))
 
     def of(self, state: RobotState, stamp: Any) -> "TransformMessage":
-        """Say this from now on."""
+        """Fill this message with a state of the robot and its stamp, and return the message."""
         self._state, self._stamp = state, stamp
         return self
 
     def serialize(self, buffer: BinaryIO) -> None:
-        """Write it."""
+        """Write the serialized message to ``buffer``."""
         state, stamp = self._state, self._stamp
         half = state.heading / 2
         buffer.write(self._struct.pack(
@@ -186,7 +195,7 @@ class TransformMessage:
 
 
 class SonarMessage:
-    """A SonarArray."""
+    """A fast replacement for our message SonarArray: the sonar ranges (m) by transducer number."""
 
     _type, _md5sum, _has_header = SonarArray._type, SonarArray._md5sum, True
 
@@ -196,12 +205,12 @@ class SonarMessage:
         self._struct = lru_cache(maxsize=4)(lambda count: struct.Struct("<3I%dsiI%dd" % (len(self._frame), count)))
 
     def of(self, state: RobotState, stamp: Any) -> "SonarMessage":
-        """Say this from now on."""
+        """Fill this message with a state of the robot and its stamp, and return the message."""
         self._state, self.header.stamp = state, stamp
         return self
 
     def serialize(self, buffer: BinaryIO) -> None:
-        """Write it. rospy has counted it in the header before."""
+        """Write the serialized message to ``buffer``. rospy has set header.seq before."""
         stamp, ranges = self.header.stamp, ranges_by_number(self._state)
         count = len(ranges)
         buffer.write(self._struct(count).pack(
@@ -213,13 +222,13 @@ def _doubles(values: Sequence[float]) -> bytes:
 
 
 def _string(text: str) -> bytes:
-    """As ROS writes a string."""
+    """Return a string as ROS serializes it: its length in bytes (4 bytes), then its text in UTF-8."""
     data = text.encode()
     return struct.pack("<I", len(data)) + data
 
 
 class Converters(NamedTuple):
-    """From a state and its stamp to what rospy publishes."""
+    """Functions that convert a state of the robot and its stamp to a message that rospy can publish."""
 
     pose: Callable[[RobotState, Any], Any]
     transform: Callable[[RobotState, Any], Any]
@@ -231,7 +240,11 @@ EXAMPLE: Any = SimpleNamespace(time=0.0, x=1.0, y=2.0, heading=0.5, linear=0.1, 
 
 
 def converters(odom_frame: str, base_link_frame: str, covariance: Dict[bool, Covariances]) -> Converters:
-    """To messages that write themselves, if rospy publishes them as it does ordinary ones; else to ordinary ones."""
+    """Return functions that convert states to messages for the topics pose, /tf and sonar.
+
+    The messages are the fast replacements in this file. They are the ordinary ROS messages when rospy does not publish
+    exactly the same bytes for both.
+    """
     plain = Converters(
         lambda state, stamp: conversions.odometry(state, stamp, odom_frame, base_link_frame, covariance[state.moving]),
         lambda state, stamp: conversions.transform(state, stamp, odom_frame, base_link_frame),
@@ -245,15 +258,16 @@ def converters(odom_frame: str, base_link_frame: str, covariance: Dict[bool, Cov
 
 
 def _is_published_as(kind: Any, prompt: Callable[[Any, Any], Any], plain: Callable[[Any, Any], Any]) -> bool:
+    """Return whether rospy publishes the same bytes for a fast message and an ordinary message of type ``kind``."""
     written = _published(kind, prompt(EXAMPLE, rospy.Time(1, 2)))
     return written is not None and written == _published(kind, plain(EXAMPLE, rospy.Time(1, 2)))
 
 
 def _published(kind: type, message: Any) -> Optional[bytes]:
-    """The bytes that rospy writes; None if it refuses the message, or does it in another way."""
+    """Return the bytes that rospy publishes for a message of type ``kind``. None when this fails with an exception."""
     buffer = io.BytesIO()
     try:
         rospy.msg.serialize_message(buffer, 1, rospy.msg.args_kwds_to_message(kind, (message,), {}))
-    except Exception:       # of any kind: nobody knows what rospy does then
+    except Exception:       # any exception: another version of rospy may raise anything
         return None
     return buffer.getvalue()

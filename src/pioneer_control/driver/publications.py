@@ -1,4 +1,4 @@
-"""Out: what the robot reports, on topics: one table, and what publishes by it. Called from any thread."""
+"""Publishes what the robot reports. One table describes all topics. Any thread may call the methods."""
 
 import math
 import threading
@@ -26,57 +26,60 @@ from .prompt import converters
 
 QUEUE = 10
 CLOSE_TIMEOUT = 0.1
-"""Seconds that close() waits for what is just being published."""
+"""The longest time (s) that `Publications.close` waits until another thread has finished publishing."""
 
 
 class PublishedTopic(NamedTuple):
-    """A row of the table."""
+    """One row of the table of topics: how to make and publish the messages of one topic."""
 
     name: str
     message: type
     source: type
-    """What it is made from: RobotState, RobotIdentity, or a packet of p2os."""
+    """The type of the object from which a message is made: RobotState, RobotIdentity, or a packet class of p2os."""
     convert: Callable[[Any, rospy.Time], Any]
-    """From a source and its stamp: a message, a list of them, or None when there is nothing to say."""
+    """Make a message, or a list of messages, from the source object and its stamp. None: publish nothing."""
     available_if: Optional[Callable[[RobotIdentity], Any]] = None
-    """Whether a robot can feed it: only then it is advertised.
+    """Whether a robot has the data for this topic. If not, the topic is not advertised.
 
-    None: every robot can, so that it is there before the first one is.
+    With None in place of a function, the topic is advertised for every robot, also before the first connection.
     """
     asks: Optional[Callable[[RobotIdentity], str]] = None
-    """The kind of packets (client.data_requests.DATA) that a robot has to be asked for while somebody listens.
+    """The kind of packets (client.data_requests.DATA) to request from the robot while the topic has a subscriber.
 
-    Empty if it need not be.
+    Empty text: this robot sends the data without a request. None in place of a function: every robot does.
     """
     latch: Optional[Callable[[Any], Any]] = None
-    """What of the source it tells: published when that changes, whether somebody listens or not; else with each source,
-    as long as somebody listens.
+    """For a latched topic: a function that returns the part of the source object that the message shows.
+
+    The topic is published whenever this part changes, also without a subscriber. A topic that is not latched (None) is
+    published with each source object while it has a subscriber.
     """
 
 
 class Listeners(rospy.SubscribeListener):
-    """Notices that somebody came or went.
+    """Notices when a subscriber connects or disconnects: then `changed` becomes true.
 
-    Asking every publisher for each packet would take longer than all else that a packet needs.
+    To check all publishers again for each packet would take longer than all other work for the packet.
     """
 
     def __init__(self) -> None:
         self.changed = True
 
     def peer_subscribe(self, *_: Any) -> None:
-        """Called by rospy, on a thread of its own."""
+        """Set `changed`. rospy calls this in one of its threads when a subscriber connects."""
         self.changed = True
 
     def peer_unsubscribe(self, *_: Any) -> None:
-        """Called by rospy, on a thread of its own."""
+        """Set `changed`. rospy calls this in one of its threads when a subscriber disconnects."""
         self.changed = True
 
 
 class Publications:
-    """All publishers of the node.
+    """All publishers of the driver for the data of the robot.
 
     Args:
-        request_data: switches packets of a kind on or off (Robot.request_data).
+        parameters: the parameters of the driver.
+        request_data: the method Robot.request_data, which switches one kind of packets on or off.
     """
 
     def __init__(self, parameters: DriverParameters, request_data: Callable[[str, bool], None]) -> None:
@@ -84,7 +87,7 @@ class Publications:
         self._topics = self._table(parameters)
         self._publishers: Dict[str, rospy.Publisher] = {}
         self._listeners = Listeners()
-        # What has to be made, by its source; latched ones always.
+        # The topics to publish now, by their source: latched topics, and topics that have a subscriber.
         self._wanted: Dict[type, List[PublishedTopic]] = {}
         self._latched: Dict[str, Any] = {}
         self._requested: Set[str] = set()
@@ -167,7 +170,10 @@ class Publications:
         )
 
     def state(self, state: RobotState) -> None:
-        """Once per SIP; all messages with one stamp."""
+        """Publish the messages that are made from a state. The client calls this once for each SIP.
+
+        All these messages have the same stamp.
+        """
         with self._lock:
             if state.compass is not None and not self._has_compass:     # no other packet tells that there is one
                 self._has_compass = True
@@ -178,7 +184,7 @@ class Publications:
             self._standing = not state.moving
 
     def event(self, event: Event) -> None:
-        """What else the robot said."""
+        """Publish the messages that are made from an event: from a new identity, or from a packet that is not a SIP."""
         if isinstance(event, (Ready, Tuned)):
             self.identity(event.identity)
         elif isinstance(event, PacketReceived):
@@ -188,7 +194,7 @@ class Publications:
                 self._publish(type(event.packet), event.packet, stamped(rospy.Time(), event.sent_time))
 
     def identity(self, identity: RobotIdentity) -> None:
-        """Once per connection, and when its limits change: what robot it is."""
+        """Take the identity of the connected robot, advertise its topics, and publish what depends on the identity."""
         with self._lock:
             if self._identity is None or self._identity.name != identity.name:
                 self._has_compass, self._switches, self._gyro = False, None, GyroReader()
@@ -197,9 +203,10 @@ class Publications:
             self._publish(RobotIdentity, identity, rospy.Time.now())
 
     def close(self) -> None:
-        """Publish nothing more: ROS shuts down, and closes topics before it says so.
+        """Publish nothing from now on. The driver calls this when ROS shuts down, because ROS closes the topics then.
 
-        It does not wait long for the lock: another thread may hold it and wait for a master that hangs.
+        It waits at most CLOSE_TIMEOUT seconds for the lock: another thread may hold the lock while it waits for a ROS
+        master that hangs.
         """
         locked = self._lock.acquire(timeout=CLOSE_TIMEOUT)
         self._topics, self._wanted = (), {}
@@ -221,7 +228,7 @@ class Publications:
                     self._publishers[topic.name].publish(message)
 
     def _advertise(self) -> None:
-        """Offer what the robot can feed, and nothing else."""
+        """Advertise the topics for which the robot has data, and unregister all others."""
         for topic in self._topics:
             available_if, identity = topic.available_if, self._identity
             wanted = available_if is None or identity is not None and bool(available_if(identity))
@@ -235,8 +242,8 @@ class Publications:
         self._listeners.changed = True
 
     def _look_who_listens(self) -> None:
-        """What has to be made from now on; the robot is asked for the packets that this takes, and for no others."""
-        self._listeners.changed = False     # first: a subscriber that comes meanwhile sets it again
+        """Find the topics that must be published now, and request exactly the packets that these topics need."""
+        self._listeners.changed = False     # first: a subscriber that connects during this method sets it again
         self._wanted = {}
         asked = set()
         for topic in self._topics:
@@ -253,7 +260,7 @@ class Publications:
             self._request_data(kind, kind in asked)
         self._requested = asked
 
-    # Conversions that need more than the packet. Only of a robot that is known is anything told.
+    # Conversions that need more than the packet. They are called only when the identity of the robot is known.
 
     @property
     def _model(self) -> RobotModel:
@@ -272,7 +279,10 @@ class Publications:
 
 
 def stamped(stamp: rospy.Time, moment: float) -> rospy.Time:
-    """This stamp, set to a monotonic time (s) of late as ROS time; zero before simulated time begins."""
+    """Set ``stamp`` to the ROS time of a recent ``moment`` (monotonic, s), and return it.
+
+    The stamp is zero before simulated time begins.
+    """
     seconds = max(0.0, ros_time() - (monotonic() - moment))
     stamp.secs = int(seconds)
     stamp.nsecs = int((seconds - stamp.secs) * 1e9)
@@ -280,5 +290,5 @@ def stamped(stamp: rospy.Time, moment: float) -> rospy.Time:
 
 
 def ros_time() -> float:
-    """The time of ROS (s), without the objects that rospy makes of it."""
+    """Return the ROS time (s) as a float. This is faster than rospy.Time.now()."""
     return time() if is_wallclock() else rospy.get_time()

@@ -1,8 +1,7 @@
-"""dynamic_reconfigure without a .cfg file: the table of parameters says what may change while the driver runs, and
-within which bounds.
+"""A server for dynamic_reconfigure that needs no .cfg file: it uses the table of parameters of the driver.
 
-The server of dynamic_reconfigure itself moves a value that is out of range to the bound, and lets NaN pass. This one
-refuses such values, and the log says why.
+The standard server changes a value that is out of range to the limit, and accepts NaN. This server refuses such values,
+and logs the reason.
 """
 
 import threading
@@ -17,12 +16,12 @@ from ..errors import PioneerError
 from .parameters import LIVE, DriverParameters, changed
 
 TYPES = {int: "int", float: "double"}
-"""The types of values that may change, with their names in a description."""
+"""The types of the parameters that may change, and their names in dynamic_reconfigure."""
 GROUP = "Default"
 
 
 def encode(values: Mapping[str, Any]) -> Config:
-    """Parameters and their values as a message."""
+    """Return a Config message with these values by parameter name."""
     return Config(
         ints=[IntParameter(name, value) for name, value in values.items() if isinstance(value, int)],
         doubles=[DoubleParameter(name, value) for name, value in values.items() if isinstance(value, float)],
@@ -30,12 +29,12 @@ def encode(values: Mapping[str, Any]) -> Config:
 
 
 def decode(config: Config) -> Dict[str, Any]:
-    """The parameters in a message and their values, also of parameters that may not change."""
+    """Return all values in a Config message by parameter name, also of parameters that may not change."""
     return {entry.name: entry.value for entry in (*config.bools, *config.ints, *config.doubles, *config.strs)}
 
 
 def description() -> ConfigDescription:
-    """What may change, from the table."""
+    """Return the message that describes the parameters that may change: type, meaning, limits and default."""
     defaults = values_of(DriverParameters())
     rows = []
     for name, value in defaults.items():
@@ -49,7 +48,7 @@ def description() -> ConfigDescription:
 
 
 def values_of(parameters: DriverParameters) -> Dict[str, Any]:
-    """The values that may change."""
+    """Return the values of the parameters that may change while the driver runs, by name."""
     return {name: getattr(parameters, name) for name in LIVE}
 
 
@@ -57,9 +56,9 @@ class Reconfiguration:
     """The topics and the service of dynamic_reconfigure.
 
     Args:
-        parameters: as they are.
-        apply: is given the parameters as they shall be, and makes it so. When it raises PioneerError, nothing has
-            changed, and the error is the answer to who asked.
+        parameters: the current parameters.
+        apply: a function that puts new parameters into effect. When it raises PioneerError, nothing changes, and the
+            client of the service gets the error.
     """
 
     def __init__(self, parameters: DriverParameters, apply: Callable[[DriverParameters], None]) -> None:
@@ -77,7 +76,7 @@ class Reconfiguration:
                 wanted = changed(self._parameters, decode(request.config))
                 self._apply(wanted)
             except PioneerError as error:
-                rospy.logwarn("%s", error)      # the usual clients do not show what a service says
+                rospy.logwarn("%s", error)      # the usual clients do not show the error of a service
                 raise rospy.ServiceException(str(error)) from None
             before, after = values_of(self._parameters), values_of(wanted)
             self._parameters = wanted
@@ -88,7 +87,10 @@ class Reconfiguration:
         return ReconfigureResponse(encode(after))
 
     def _keep(self, name: str, value: Any) -> None:
-        """Keep a value for the next start. When the master is gone, that is only logged: the robot obeys already."""
+        """Write a value to the parameter server, for the next start. When this fails, only log it.
+
+        The new value has been put into effect already.
+        """
         try:
             rospy.set_param("~" + name, value)
         except OSError as error:

@@ -1,4 +1,4 @@
-"""Who sends a command: one that `rosbag play` publishes must not move a robot."""
+"""Finds out which node sent a command, because the driver refuses commands that `rosbag play` publishes."""
 
 from time import monotonic
 from typing import Any, Callable, Dict, Optional, Tuple
@@ -7,23 +7,22 @@ from ..ros_node import is_offered
 from .notices import Watch
 
 MASTER_TIMEOUT = 0.3
-"""Seconds, at most, in which the master must say who sent a command. If it does not, it is not asked again for as long.
-"""
+"""The time-out (s) of a request to the ROS master. After a time-out, no request is sent for the same time."""
 
 
 def is_player(node: str) -> bool:
-    """Whether a node has the name of a `rosbag play` that nobody has renamed: play_<time>, in whatever namespace."""
+    """Return whether a node has the default name of `rosbag play`: play_<time>, in any namespace."""
     return node.rpartition("/")[2].startswith("play_")
 
 
 class Senders:
-    """Tells players of bags from other senders.
+    """Finds out whether the sender of a message is a bag player (`rosbag play`).
 
     Args:
-        watch: knows how old a velocity may become.
+        watch: the object that holds the current cmd_vel_timeout.
 
     Attributes:
-        known: of senders that are not players: by topic and name of the node, the connection over which it sends.
+        known: the senders that are not bag players: from (topic, node name) to the connection of the sender.
     """
 
     def __init__(self, watch: Watch) -> None:
@@ -33,10 +32,15 @@ class Senders:
         self._ask_again_at = 0.0    # when the master may be asked again, after it did not answer
 
     def why_not(self, message: Any, topic: str, stops: Callable[[Any], bool]) -> Dict[str, str]:
-        """The warning that a message on a topic is not obeyed, and why. Empty when the message is obeyed.
+        """Return why a message must not be obeyed, as a warning by kind. Empty when the message may be obeyed.
 
-        A message from a player of bags is not obeyed. A message whose sender may be a player is obeyed only if it
-        ``stops`` and does nothing else.
+        A message from a bag player is never obeyed. When the ROS master does not answer whether the sender is a bag
+        player, a message is obeyed only if it just stops the robot.
+
+        Args:
+            message: the message that was received.
+            topic: the name of its topic.
+            stops: returns whether a message just stops the robot.
         """
         connection = getattr(message, "_connection_header", None)
         node = (connection or {}).get("callerid", "")
@@ -50,12 +54,14 @@ class Senders:
         return {}
 
     def _plays_a_bag(self, topic: str, node: str, connection: Any) -> Optional[bool]:
-        """Whether a node is a `rosbag play`, whatever its name: a player offers a service that no other node has. None
-        when the master does not say it in time.
+        """Return whether a node is a bag player. None when the ROS master does not answer in time.
 
-        No command waits longer for the master than half of cmd_vel_timeout. When it does not answer, it is not asked
-        for a while, so that the commands behind do not wait either. For a new connection the master is asked again: a
-        player may have the name of a program that was there before.
+        A bag player has the default name of `rosbag play`, or offers its service pause_playback. To find this service,
+        this method sends a request to the master once for each connection, because a new connection can come from
+        another program with the same name.
+
+        A command waits for the master at most half of cmd_vel_timeout. After a time-out, no request is sent for a
+        while, so that the next commands do not wait too.
         """
         for senders, answer in ((self.known, False), (self._players, True)):
             if (topic, node) in senders and senders[topic, node] is connection:
