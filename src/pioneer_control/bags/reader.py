@@ -92,32 +92,6 @@ class _Chunk(NamedTuple):
     """ns: the first message in it and in all later chunks"""
 
 
-class _Queue:
-    """Messages that wait until no earlier one can come.
-
-    Attributes:
-        size: bytes that they take.
-    """
-
-    def __init__(self) -> None:
-        # a heap, by time; of one time those in the head of a part come last, and the others as they came
-        self._waiting: List[Tuple[int, bool, int, Message]] = []
-        self.size, self._numbers = 0, itertools.count()
-
-    def add(self, message: Message, in_head: bool) -> None:
-        """Let a message wait. `in_head`: whether it is in the head of a part."""
-        heapq.heappush(self._waiting, (message.time, in_head, next(self._numbers), message))
-        self.size += len(message.data) + OVERHEAD
-
-    def take(self, before: int) -> Iterator[Tuple[bool, Message]]:
-        """Messages before a time (ns), and as many more as are too much to keep; each with whether it is in the head.
-        """
-        while self._waiting and (self._waiting[0][0] < before or self.size > HELD):
-            _, in_head, _, message = heapq.heappop(self._waiting)
-            self.size -= len(message.data) + OVERHEAD
-            yield in_head, message
-
-
 class _Head:
     """The first messages of a part, as long as they can be those that ``rosbag record --repeat-latched`` repeats there.
 
@@ -153,6 +127,40 @@ class _Head:
         self._publishers.add(publisher)
         self.repeats = self.open or time <= self._first[0]
         return self.open
+
+
+class _Queue:
+    """Messages of a file that wait until no earlier one can come. Those that the recorder only repeats are left out.
+
+    Args:
+        head: of the file.
+        latched: what was latched in the parts before. What is new is added to it.
+
+    Attributes:
+        size: bytes that the messages take.
+    """
+
+    def __init__(self, head: _Head, latched: Latched) -> None:
+        self._head, self._latched = head, latched
+        # a heap, by time; of one time those in the head of a part come last, and the others as they came
+        self._waiting: List[Tuple[int, bool, int, Message]] = []
+        self.size, self._numbers = 0, itertools.count()
+
+    def add(self, message: Message, in_head: bool) -> None:
+        """Let a message wait. `in_head`: whether it is in the head of a part."""
+        heapq.heappush(self._waiting, (message.time, in_head, next(self._numbers), message))
+        self.size += len(message.data) + OVERHEAD
+
+    def take(self, before: int) -> Iterator[Message]:
+        """Messages before a time (ns), and as many more as are too much to keep."""
+        while self._waiting and (self._waiting[0][0] < before or self.size > HELD):
+            _, in_head, _, message = heapq.heappop(self._waiting)
+            _, connection, data, _ = message
+            self.size -= len(data) + OVERHEAD
+            if not (in_head and self._head.repeats and _is_known(connection, data, self._latched)):
+                if connection.latching:
+                    self._latched.setdefault((connection.topic, connection.caller), data)
+                yield message
 
 
 class _File:
@@ -310,7 +318,7 @@ class _File:
             latched: what was latched in the parts before. What the recorder only repeats of it is left out, and what
                 is new is added to it.
         """
-        queue = _Queue()
+        queue = _Queue(self._head, latched)
         met = expected = earliest = 0   # met, expected: messages of the chunk that were there, and should have been
         known: Optional[_Chunk] = None
         with _opened(self.path) as file:
@@ -342,19 +350,10 @@ class _File:
                         expected = known.messages
                     earliest = max(self.end, 0) - LATE if known is None else known.earliest
                 if record.op == CHUNK or queue.size > HELD:
-                    yield from self._news(queue.take(earliest), latched)
-            yield from self._news(queue.take(NEVER), latched)
+                    yield from queue.take(earliest)
+            yield from queue.take(NEVER)
         self._missing += max(0, expected - met)
         progress(self.size)
-
-    def _news(self, ready: Iterable[Tuple[bool, Message]], latched: Latched) -> Iterator[Message]:
-        """Messages without those that are only repeated."""
-        for in_head, message in ready:
-            _, connection, data, _ = message
-            if not (in_head and self._head.repeats and _is_known(connection, data, latched)):
-                if connection.latching:
-                    latched.setdefault((connection.topic, connection.caller), data)
-                yield message
 
     def _contents(self, source: Source) -> Iterator[Tuple[Source, BagRecord]]:
         """All records, each with the source that has its data.

@@ -16,16 +16,11 @@ from ..msg import Wire
 from ..p2os.recording import TITLE, Entry, written
 from ..whole_file import writing
 from .command_line import parser_of, stem
-from .reader import BagReader, BagConnection, read_bag
+from .reader import BagReader, read_bag
 
 HOW_TO = ("it has no bytes of a robot's line: the driver publishes them with its parameter publish_wire (roslaunch "
           "pioneer_control pioneer.launch publish_wire:=true), and the recorder keeps them when told to (roslaunch "
           "pioneer_control record.launch also:=wire)")
-
-
-def is_wire(connection: BagConnection) -> bool:
-    """Whether a connection carries pioneer_control/Wire, with the same fields as ours."""
-    return connection.type.endswith("/Wire") and connection.md5sum == Wire._md5sum
 
 
 def wire_entries(reader: BagReader) -> Iterator[Entry]:
@@ -68,7 +63,8 @@ def write_wire(bags: Sequence[str], path: str) -> str:
     """
     if any(os.path.realpath(path) == os.path.realpath(bag) for bag in bags):
         raise UsageError("%s is the bag itself: give another file" % path)
-    reader = read_bag(bags, is_wire)
+    reader = read_bag(bags, lambda connection: connection.type.endswith("/Wire")
+                      and connection.md5sum == Wire._md5sum)
     found = wire_entries(reader)
     first = next(found, None)
     if first is None:

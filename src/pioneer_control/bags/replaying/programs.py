@@ -188,10 +188,11 @@ def connected(sender: str, listener: str, topics: Iterable[str]) -> bool:
 
 def restore_parameter(name: str, value: Any) -> None:
     """Set a parameter to the value that it had before; None: it was not set."""
-    with contextlib.suppress(OSError, KeyError, rosgraph.MasterException):      # the master has ended, too
+    # the master has ended, too, or the parameter is not there to be deleted
+    with contextlib.suppress(OSError, KeyError, rosgraph.MasterException):
         if value is not None:
             rospy.set_param(name, value)
-        elif rospy.has_param(name):
+        else:
             rospy.delete_param(name)
 
 

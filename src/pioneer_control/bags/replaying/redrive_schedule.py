@@ -8,7 +8,7 @@ velocity is repeated for as long as it holds, and no longer.
 
 import copy
 import math
-from typing import Any, Iterable, Iterator, List, NamedTuple
+from typing import Any, Iterable, List, NamedTuple
 
 VELOCITIES = "cmd_vel", "cmd_wheels"
 
@@ -48,7 +48,8 @@ def schedule(told: Iterable[Order], factor: float = 1.0, valid: float = VALID) -
     for order, following in zip(velocities, velocities[1:] + [None]):
         ends = order.time + valid if following is None else min(order.time + valid, following.time)
         said = Order((order.time - begin) / factor, order.topic, slowed(order.message, factor))
-        orders += _repeated(said, (ends - begin) / factor)
+        repeats = max(1, math.ceil(((ends - begin) / factor - 1e-9 - said.time) / REFRESH))
+        orders += [said._replace(time=said.time + number * REFRESH) for number in range(repeats)]
         if following is None or following.time - order.time > valid:
             orders.append(Order((ends - begin) / factor, order.topic, slowed(order.message, 0.0)))
     return sorted(orders, key=lambda order: order.time)  # stable: what came together stays in its order
@@ -63,12 +64,6 @@ def slowed(message: Any, factor: float) -> Any:
         for part in (result.linear, result.angular):
             part.x, part.y, part.z = factor * part.x, factor * part.y, factor * part.z
     return result
-
-
-def _repeated(order: Order, end: float) -> Iterator[Order]:
-    """An order, repeated until shortly before its end (s)."""
-    for number in range(max(1, math.ceil((end - 1e-9 - order.time) / REFRESH))):
-        yield order._replace(time=order.time + number * REFRESH)
 
 
 def _is_finite(message: Any) -> bool:
