@@ -1,19 +1,19 @@
-"""The ROS node ``p2os_driver``: the client's robot, offered to a ROS graph under the names that p2os users know.
+"""The ROS node ``p2os_driver``: it connects to a robot, and offers topics and services, named as in the package p2os.
 
 ====================  ====================================================================================
-``node.py``           joins what follows with one robot; docs/driver.md lists what it offers
-``parameters.py``     what can be set, its legal range, and the one frozen object it becomes
-``publications.py``   out: all publishers, in one table
-``conversions.py``    robot state to messages: pure functions, one stamp for all
-``prompt.py``         makes messages leave sooner; to be skipped by a reader
-``wire_topic.py``     out: every byte of the robot's line
-``requests.py``       in: all subscribers and services, in two tables
-``commands.py``       incoming messages that are more than a velocity: what is obeyed, what is refused and why
-``senders.py``        who sent a command: a player of bags is not obeyed
-``reconfigure.py``    in: parameters that change while the driver runs
-``notices.py``        what a user is warned of, and how often
-``health.py``         what diagnostics say of a robot, by REP 107: pure
-``fault_flags.py``    what the robot's own fault flags mean for that
-``diagnostics.py``    out: publishes it, once a second and when a level changes
+``node.py``           the node: connects the other files with one robot (docs/driver.md describes the node)
+``parameters.py``     the table of all parameters and their legal values
+``publications.py``   the table of all published topics, and the publishers
+``conversions.py``    pure functions that convert the state of the robot to messages
+``prompt.py``         publishes messages with less delay than rospy; you can skip it
+``wire_topic.py``     publishes every byte on the line to the robot
+``requests.py``       the tables of all subscribers and services, and the methods that obey them
+``commands.py``       checks messages to the motors and the gripper
+``senders.py``        finds out whether `rosbag play` sent a command, which is refused then
+``reconfigure.py``    dynamic_reconfigure: parameters that change while the driver runs
+``notices.py``        the texts of warnings, and how often the user gets them
+``health.py``         pure functions that make the diagnostics of a robot, as in REP 107
+``fault_flags.py``    the table of what the fault flags of a robot mean in diagnostics
+``diagnostics.py``    publishes the diagnostics
 ====================  ====================================================================================
 """

@@ -1,11 +1,11 @@
-"""Out: how well everything is, on /diagnostics, once a second and when a level changes, while somebody listens.
+"""Publishes the diagnostics of the robot on /diagnostics, once a second and when a level changes.
 
-`health` decides what is said.
+It publishes only while the topic has a subscriber. `health` makes the texts and levels.
 
-Names are those of diagnostic_updater, ``NODE: TASK`` (``pioneer/p2os: Link``), so two robots never share one. The id of
-the hardware is the robot's name. Seconds are those of real time, also where the clock of ROS stands, jumps or runs
-slower: a thread of its own counts them. ``launch/diagnostics.launch`` gathers the tasks of each robot under its name
-on /diagnostics_agg. (rqt_robot_monitor, to see them, is not in Debian.)
+The name of each status is ``NODE: TASK``, for example ``pioneer/p2os: Link``, so names of two robots differ. The
+hardware id is the name of the robot. A separate thread counts the seconds in real time, because ROS time can stand
+still, jump or run slower. ``launch/diagnostics.launch`` groups the tasks by robot on /diagnostics_agg. (Debian has no
+package of rqt_robot_monitor, which shows them.)
 """
 
 import threading
@@ -21,19 +21,19 @@ from ..client.transport import tcp_address
 from .health import TASKS, Finding, Health
 
 PERIOD = 1.0
-"""Seconds between two reports."""
+"""Seconds between two reports when no level changes."""
 SHORTEST = 0.1
-"""Seconds, at least, between two reports, however often a level changes."""
+"""The shortest time (s) between two reports when levels change often."""
 
 
 class Diagnostics:
-    """Reports on one robot. A thread of the client tells it of the robot, and never has to wait for it.
+    """Publishes the diagnostics of one robot. Its methods never block the thread of the client that calls them.
 
     Args:
-        port: serial device or TCP address, as the user gave it.
-        baud: line speed of a serial one.
-        how_to_enable: the command that switches motors on, as the user would type it.
-        link: how well the line works.
+        port: the serial device or TCP address, as the user gave it.
+        baud: the line speed of a serial device.
+        how_to_enable: the shell command that switches the motors on, for the texts.
+        link: a function that returns the counters of the link.
     """
 
     def __init__(self, port: str, baud: int, how_to_enable: str, link: Callable[[], LinkCounts]) -> None:
@@ -44,27 +44,27 @@ class Diagnostics:
         self._ended = threading.Event()
 
     def start(self) -> None:
-        """Begin to report."""
+        """Start the thread that publishes."""
         threading.Thread(target=self._run, name="diagnostics", daemon=True).start()
 
     def stop(self) -> None:
-        """No more reports."""
+        """End the thread: publish nothing more."""
         self._ended.set()
         self._wanted.set()
 
     def state(self, state: RobotState) -> None:
-        """Once per SIP."""
+        """Take a state of the robot (one for each SIP). Publish soon when a level changes."""
         if self._health.state(state):
             self._wanted.set()
 
     def event(self, event: Event) -> None:
-        """What else happened on the link."""
+        """Take an event of the link. Publish soon when a level changes."""
         if self._health.event(event):
             self._wanted.set()
 
     def _run(self) -> None:
         try:
-            updater = diagnostic_updater.Updater()      # asks the master: not while the driver starts
+            updater = diagnostic_updater.Updater()      # sends requests to the master: so not in __init__
             for task in TASKS:
                 updater.add(task, partial(self._fill, task))
             while not self._ended.is_set():
@@ -80,6 +80,7 @@ class Diagnostics:
                 raise
 
     def _fill(self, task: str, status: Any) -> Any:
+        """Fill the DiagnosticStatus of a task and return it. diagnostic_updater calls this."""
         finding = self._findings[task]
         status.summary(int(finding.level), finding.message)
         for key, value in finding.values.items():

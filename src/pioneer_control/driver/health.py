@@ -1,6 +1,7 @@
-"""What diagnostics say of a robot, by REP 107. Pure: time (monotonic, s) is an argument; `diagnostics` publishes it.
+"""Makes the diagnostics of a robot as REP 107 says: levels and texts. `diagnostics` publishes them.
 
-There is always one finding for each of the same six tasks, so that a program can see when a task is missing:
+The functions are pure: time (monotonic, s) is an argument. There are always the same six tasks, so that a program can
+see when one is missing:
 
 ===========  ======================  ==============================================  =========================
 task         OK                      WARN                                            ERROR
@@ -19,9 +20,8 @@ Temperature  as it should be, or     near the level of switching itself off     
              the robot reports none                                                  says it is too hot
 ===========  ======================  ==============================================  =========================
 
-A WARN passes when somebody helps. An ERROR keeps the robot from its work, or harms it. Without a link all tasks but
-Link are STALE, the level of REP 107 for what is not heard of any more: neither an OK nor the alarm of an hour ago would
-be true.
+WARN means a problem that a person can end. ERROR means that the robot cannot work, or takes damage. Without a link all
+tasks but Link are STALE, the level of REP 107 for missing data, because an old level may not be true any more.
 """
 
 import math
@@ -38,28 +38,28 @@ from .notices import battery_levels, low_battery, stalled_wheels, stop_button_pr
 
 NOT_YET = "still looking for the robot"
 NO_HARDWARE = "none"
-"""Id of the hardware as long as no robot has said its name."""
+"""The hardware id before the first connection, when the name of the robot is not known."""
 WINDOW = 4.0
-"""Time (s) over which packets and damage are counted. A silence of almost a second shows in it, jitter does not."""
-SHORTEST_WINDOW = 1.0   # s: a younger link is not judged
-SAMPLING = 0.5          # s between two samples of the counts
+"""The time (s) over which packets and errors are counted. A gap of almost 1 s causes a warning, jitter does not."""
+SHORTEST_WINDOW = 1.0   # s; there are no warnings about a link that is younger
+SAMPLING = 0.5          # s between two samples of the counters
 RATE_OK = 0.9
-"""Share of the packets, and of the answers, that must arrive."""
+"""The fraction of the expected packets, and of the answers to questions, that must arrive."""
 NO_LIMIT = -128
-"""What CONFIGpac says of a robot that does not switch itself off when it is hot."""
+"""The temperature limit in the CONFIGpac of a robot that does not switch itself off when it is hot."""
 NEAR_LIMIT = 5.0
-"""A temperature (deg C) this close to the limit is a warning."""
+"""There is a warning when the temperature is this close to the limit (deg C)."""
 CHARGING: Dict[Optional[int], str] = {
     ChargeState.BULK: "charging (bulk)",
     ChargeState.OVERCHARGE: "charging (overcharge)",
     ChargeState.FLOAT: "charging (float)",
     ChargeState.BALANCE: "charging (balance)",
 }
-"""How to say what the charger does with the battery."""
+"""The text for each state of the charger in which it charges the battery."""
 
 
 class Finding(NamedTuple):
-    """What one task found: how bad it is, what a person reads, and named values."""
+    """The result of one diagnostics task: the level, the text, and values by name."""
 
     level: Level
     message: str
@@ -67,7 +67,7 @@ class Finding(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """One thing that may be wrong: whether it is, how bad that is, and words that say what to do."""
+    """One possible problem: whether it is present, its level, and a text that says what to do."""
 
     is_so: bool
     level: Level
@@ -75,7 +75,10 @@ class Problem(NamedTuple):
 
 
 class Recent(NamedTuple):
-    """What the line brought within the window."""
+    """What was received from the robot in the last `seconds`: about WINDOW, less for a new link.
+
+    `questions` were sent to the robot to check the link, and `unanswered` of them got no answer in time.
+    """
 
     seconds: float
     packets: int
@@ -86,35 +89,39 @@ class Recent(NamedTuple):
 
 
 class Facts(NamedTuple):
-    """All that is known at one moment."""
+    """All data that the diagnostics use, at one moment."""
 
     port: str
     how_to_enable: str
-    """the command that switches motors on, as a user would type it"""
+    """The shell command that switches the motors on."""
     baud: Optional[str] = None
-    """line speed, and why it is not the one asked for (host_baud); None on TCP"""
+    """The line speed, and why it is not the wanted speed (host_baud). None on TCP."""
     no_link: Optional[str] = NOT_YET
-    """why there is no link; None while there is one"""
+    """Why there is no link. None while there is a link."""
     identity: Optional[RobotIdentity] = None
     state: Optional[RobotState] = None
-    """None until the first one of this link"""
+    """The newest state. None before the first state of this link."""
     last_stop: Optional[str] = None
-    """why the robot last stopped without being told to"""
+    """Why the robot last stopped without a stop command."""
     motors_gone: bool = False
-    """whether the robot took its motors away, and they are not on again"""
+    """Whether the robot switched its motors off by itself, and they are not on again."""
     unmoved: float = 0.0
-    """s for which it stood although it was told to drive; 0 since it has moved"""
+    """How long (s) the robot has stood although it got a velocity. 0 when it has moved since."""
     lost: int = 0
-    """packets of this link that did not come when they should have; below 0 while some came early"""
+    """How many packets of this link are missing. It is negative while packets come early."""
     counts: LinkCounts = LinkCounts(0, 0, 0, 0, 0, 0, 0, 0, None)
+    """The counters of the link since the start of the driver."""
     recent: Optional[Recent] = None
-    """None without a link, and while the link is too young to tell"""
+    """What was received recently. None without a link, and during its first second."""
 
 
 def _finding(problems: Iterable[Problem], otherwise: str, values: Mapping[str, Optional[str]]) -> Finding:
-    """All problems that are there, the worst first; OK and other words where there is none.
+    """Return the finding for a list of possible problems.
 
-    Values that are None are left out.
+    Args:
+        problems: the possible problems. Those that are present make the text, the worst first, and the level.
+        otherwise: the text when no problem is present; then the level is OK.
+        values: the named values. A value that is None is left out.
     """
     found = sorted((problem for problem in problems if problem.is_so), key=attrgetter("level"), reverse=True)
     return Finding(found[0].level if found else Level.OK, "; ".join(problem.text for problem in found) or otherwise,
@@ -122,13 +129,17 @@ def _finding(problems: Iterable[Problem], otherwise: str, values: Mapping[str, O
 
 
 def _faults(state: RobotState, task: str) -> List[Problem]:
-    """What the robot's own fault flags say about a task. Of heat it may tell with an ordinary flag instead."""
+    """Return the problems of a task that the fault flags of the robot report.
+
+    Some robots report a high temperature in the ordinary flags instead, so this function looks there too.
+    """
     flags = (state.fault_flags or 0) | (FaultFlags.HIGH_TEMPERATURE if state.flags & Flags.HIGH_TEMPERATURE else 0)
     return [Problem(True, level, text)
             for flag, (about, level, text) in FAULTS.items() if flags and about == task and flags & flag]
 
 
 def _link(facts: Facts) -> Finding:
+    """Return the finding of the task Link."""
     identity, counts, recent = facts.identity, facts.counts, facts.recent
     cycle = DEFAULT_SIP_CYCLE if identity is None else identity.sip_cycle
     rate = None if recent is None else "%.1f" % (recent.packets / recent.seconds)
@@ -161,14 +172,14 @@ def _link(facts: Facts) -> Finding:
     problems = [Problem(facts.no_link is not None, Level.ERROR, "no link: %s" % facts.no_link)]
     if recent is not None:
         problems += [
-            # One may be about to come: in a link's first second that is a tenth.
+            # + 1: one packet may just be on its way, and after the first second this is a tenth of all packets.
             Problem(recent.packets + 1 < RATE_OK * recent.seconds / cycle, Level.WARN,
                     "only %s of %.1f packets a second arrive: check cable, radio and the computer's load"
                     % (rate, 1 / cycle)),
             Problem(recent.bad_checksums + recent.stray_bytes > 0, Level.WARN,
                     "%d packets with a bad checksum and %d stray bytes within %.0f s: check cable and plugs"
                     % (recent.bad_checksums, recent.stray_bytes, recent.seconds)),
-            # One may always get lost.
+            # + 1: a single lost answer is no problem.
             Problem(recent.questions - recent.unanswered + 1 < RATE_OK * recent.questions, Level.WARN,
                     "%d of %d questions within %.0f s were not answered in time: what is sent to the robot gets lost, "
                     "or late: check cable and radio" % (recent.unanswered, recent.questions, recent.seconds)),
@@ -177,8 +188,9 @@ def _link(facts: Facts) -> Finding:
 
 
 def _battery(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
+    """Return the finding of the task Battery."""
     voltage, levels, config = state.battery_voltage, battery_levels(robot), robot.config
-    percent = 100 * (math.nan if state.state_of_charge is None else state.state_of_charge)      # nan: below no level
+    percent = 100 * (math.nan if state.state_of_charge is None else state.state_of_charge)      # nan < x is false
     low, empty = (0, 0) if config is None else (config.charge_low_percent or 0, config.charge_shutdown_percent or 0)
     charges = CHARGING.get(state.charge_state, "on its charger" if state.flags & Flags.CHARGER_POWER else "")
     worst, advice = (Level.WARN, "it is on its charger") if charges else (Level.ERROR, "charge it")
@@ -200,6 +212,7 @@ def _battery(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
 
 
 def _motors(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
+    """Return the finding of the task Motors."""
     is_pressed, is_held, enable = state.stop_button, bool(state.flags & Flags.E_STALL), facts.how_to_enable
     return _finding([
         *_faults(state, "Motors"),
@@ -217,6 +230,7 @@ def _motors(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
 
 
 def _stall(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
+    """Return the finding of the task Stall."""
     text = stalled_wheels(state)
     return _finding([Problem(text != "", Level.WARN, text)], "no wheel is stalled", {
         "Left wheel": "stalled" if state.left_stall else "free",
@@ -225,6 +239,7 @@ def _stall(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
 
 
 def _bumpers(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
+    """Return the finding of the task Bumpers."""
     problems, values = [], {}
     for name, segments in (("front", state.front_bumpers), ("rear", state.rear_bumpers)):
         pressed = [str(number) for number, segment in enumerate(segments, 1) if segment]
@@ -237,6 +252,7 @@ def _bumpers(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
 
 
 def _temperature(facts: Facts, robot: RobotIdentity, state: RobotState) -> Finding:
+    """Return the finding of the task Temperature."""
     problems = _faults(state, "Temperature")
     if state.temperature is None:
         return _finding(problems, "this robot reports none", {})
@@ -257,12 +273,12 @@ ABOUT_THE_ROBOT: Dict[str, Callable[[Facts, RobotIdentity, RobotState], Finding]
     "Bumpers": _bumpers,
     "Temperature": _temperature,
 }
-"""Name of the task -> what finds it. `config/diagnostics.yaml` names the same, and the link."""
+"""From the name of each task but Link to its function. `config/diagnostics.yaml` has the same names, and Link."""
 TASKS = ("Link", *ABOUT_THE_ROBOT)
 
 
 def find(task: str, facts: Facts) -> Finding:
-    """What is to be said of a task. All but the link itself are STALE without one."""
+    """Return the finding of a task. Without a link to the robot, all tasks but "Link" are STALE."""
     if task == "Link":
         return _link(facts)
     if facts.no_link is not None or facts.identity is None or facts.state is None:
@@ -271,21 +287,26 @@ def find(task: str, facts: Facts) -> Finding:
 
 
 class LinkWindow:
-    """What the line brought lately, from the counts since the start.
+    """Computes what was received in the last seconds (WINDOW) from the counters of the link.
 
-    A new link begins anew: the noise of connecting does not count.
+    After a reconnect it starts again, so that errors during the connection do not count.
     """
 
     def __init__(self) -> None:
         self._samples: Deque[Tuple[float, LinkCounts]] = deque()
 
     def recent(self, now: float, counts: LinkCounts) -> Optional[Recent]:
-        """Take the counts of this moment (monotonic, s).
+        """Take the current counters, and return what was received in the last seconds.
 
-        Returns what came since those of WINDOW ago; None within the first second of a link.
+        Args:
+            now: the current time (monotonic, s).
+            counts: the counters of the link since the start of the driver.
+
+        Returns:
+            The increase of the counters in about WINDOW seconds. None in the first second of a link.
         """
         samples = self._samples
-        # Samples of another link are of no use, nor are old ones: nobody asked for so long.
+        # Forget samples of an earlier link, and old samples (this method was not called for a while).
         if samples and (samples[-1][1].reconnects != counts.reconnects or now - samples[-1][0] > 2 * WINDOW):
             samples.clear()
         if not samples or now - samples[-1][0] >= SAMPLING:
@@ -303,7 +324,7 @@ JUDGED = (
     "motors_gone", "unmoved", "state.flags", "state.motors_enabled", "state.stop_button", "state.fault_flags",
     "state.left_stall", "state.right_stall", "state.front_bumpers", "state.rear_bumpers", "state.battery_voltage",
     "state.charge_state", "state.temperature", "state.state_of_charge")
-"""All that a state may change of what findings depend on: most states differ from the one before in nothing of it."""
+"""The fields of Facts that a new state can change, and on which levels depend. Most states change none of them."""
 _judged = attrgetter(*JUDGED)
 
 TOLD: Dict[type, Callable[[Any], Dict[str, Any]]] = {
@@ -316,16 +337,18 @@ TOLD: Dict[type, Callable[[Any], Dict[str, Any]]] = {
     Unmoved: lambda event: dict(unmoved=event.age),
     CommandTimedOut: lambda event: dict(last_stop="no velocity came for %.1f s" % event.age),
 }
-"""The facts that each kind of event tells."""
+"""For each type of event: a function that returns the fields of Facts that the event changes."""
 
 
 class Health:
-    """Gathers what is known of the robot. It is told by one thread, and may be asked by another.
+    """Collects data about the robot, and makes its diagnostics.
+
+    One thread may call `state` and `event` while another thread calls `report`.
 
     Args:
-        port: as the user gave it.
-        baud: line speed; None on TCP.
-        how_to_enable: the command that switches motors on, as the user would type it.
+        port: the serial device or TCP address, as the user gave it.
+        baud: the line speed. None on TCP.
+        how_to_enable: the shell command that switches the motors on, for the texts.
     """
 
     def __init__(self, port: str, baud: Optional[int], how_to_enable: str) -> None:
@@ -335,15 +358,15 @@ class Health:
 
     @property
     def hardware_id(self) -> str:
-        """The robot's name, also while it is not there."""
+        """The name of the robot, also while there is no link. NO_HARDWARE before the first connection."""
         identity = self._facts.identity
         return NO_HARDWARE if identity is None else identity.name
 
     def state(self, state: RobotState) -> bool:
-        """Take a state. Returns whether it changes the level of any task."""
+        """Take a new state of the robot. Return whether it changes the level of a task."""
         before, lost = self._facts, self._facts.lost
         if before.state is not None and before.identity is not None:
-            # Packets that come together after a pause make up for it.
+            # When late packets come together after a pause, the sum is right again.
             lost += round((state.time - before.state.time) / before.identity.sip_cycle) - 1
         self._facts = before._replace(
             state=state, lost=lost, motors_gone=before.motors_gone and not state.motors_enabled,
@@ -352,13 +375,15 @@ class Health:
         return is_news and self._changed()
 
     def _changed(self) -> bool:
+        """Compute the levels of all tasks but Link, and return whether one has changed since the last call."""
         before, self._levels = self._levels, [find(task, self._facts).level for task in ABOUT_THE_ROBOT]
         return self._levels != before
 
     def event(self, event: Event) -> bool:
-        """Take an event. Returns whether the link has gone, or the event changes the level of any task.
+        """Take an event of the link. Return whether to publish at once.
 
-        That the link is there shows with the first state.
+        True when the link broke, when the first connection failed, or when the event changes the level of a task. False
+        for a new link, because the levels change only with its first state.
         """
         before = self._facts
         if type(event) in TOLD:
@@ -369,7 +394,12 @@ class Health:
         return isinstance(event, (MotionCleared, Unmoved)) and self._changed()
 
     def report(self, now: float, counts: LinkCounts) -> Dict[str, Finding]:
-        """What is to be said of all tasks now (monotonic, s); call it once a second, or more often."""
+        """Return the findings of all tasks, by task. Call it once a second or more often.
+
+        Args:
+            now: the current time (monotonic, s).
+            counts: the counters of the link.
+        """
         facts = self._facts._replace(counts=counts)
         if facts.no_link is None:
             facts = facts._replace(recent=self._window.recent(now, counts))

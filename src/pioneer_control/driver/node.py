@@ -1,14 +1,15 @@
-"""The driver node: a robot on a port, offered to ROS. All names are relative to the node's namespace (`pioneer` in
-pioneer.launch).
+"""The driver node: it connects to one robot, and offers the robot's data and commands as topics and services.
 
-What it offers stands in tables: in `publications` what goes out, in `requests` what comes in, in `parameters` what can
-be set, in `health` what diagnostics say. docs/driver.md has them all with units and meanings, and says what happens
-when something goes wrong. Tests compare that document with these tables.
+The names of topics and services are relative to the namespace of the node (`pioneer` in pioneer.launch).
 
-Commands that `rosbag play` publishes are refused unless ``accept_replay`` is set. Motors are never switched on unless
-somebody asks, be it by ``enable_motors_on_start``, which counts once, for the first connection: never after a
-reconnect. Every way out stops the robot, switches its motors off and ends the session. All safety timers run in the
-client, on monotonic time.
+The interface is in tables: published topics in `publications`, subscribed topics and services in `requests`, parameters
+in `parameters`, diagnostics in `health`. docs/driver.md describes all of them, with units, and the behaviour after
+errors. Tests compare docs/driver.md with these tables.
+
+Safety: Commands from `rosbag play` are refused unless ``accept_replay`` is set. The driver switches motors on only on
+request. The parameter ``enable_motors_on_start`` is such a request, but only for the first connection, not after a
+reconnect. Whenever the node ends, it stops the robot, switches the motors off and closes the connection. The timers for
+safety are in the client and use monotonic time.
 """
 
 from time import monotonic
@@ -30,13 +31,14 @@ from .requests import Requests
 from .wire_topic import WirePublisher
 
 START_GRACE = 3.0
-"""For so many seconds from the start, a port that is not there yet is not worth an error: a simulated robot may start
-at the same moment as its driver.
+"""The time (s) after the start in which a missing port is not logged as an error.
+
+A simulated robot may start at the same time as the driver, and its port may appear a little later.
 """
 
 
 class DriverNode:
-    """Joins one Robot with its topics, services, parameters and diagnostics. Call `run`."""
+    """Connects one Robot with its topics, services, parameters and diagnostics. Create it, then call `run`."""
 
     def __init__(self, parameters: DriverParameters) -> None:
         self._parameters = parameters
@@ -65,11 +67,11 @@ class DriverNode:
             reconnect=True,
             on_wire=self._wire and self._wire.tell,
         )
-        self._robot.listen(self._publications.state, self._publications.event)      # first: poses must not wait
+        self._robot.listen(self._publications.state, self._publications.event)      # first, so that poses are not late
         self._robot.listen(self._diagnostics.state, self._diagnostics.event)
         self._robot.listen(lambda state: self._warn(self._watch.state(state)), self._on_event)
         self._requests = Requests(parameters, self._robot, self._watch, self._warn)
-        # What tells the user of each kind of event on the link.
+        # For each type of event of the link: the method that informs the user.
         self._reactions: Dict[type, Callable[[Any], None]] = {
             Ready: self._welcome,
             LinkDown: self._link_down,
@@ -89,7 +91,10 @@ class DriverNode:
         }
 
     def run(self) -> int:
-        """Drive until ROS shuts down. Returns the exit code: 0, or 1 when the robot cannot be driven at all."""
+        """Run the driver until ROS shuts down. Return the exit code.
+
+        The exit code is 0, or 1 when the driver ended by itself, because it cannot drive this robot at all.
+        """
         rospy.on_shutdown(self._end)
         if rospy.is_shutdown():     # then rospy does not call it any more
             self._end()
@@ -107,9 +112,9 @@ class DriverNode:
         return 0 if self._asked_to_end else 1
 
     def _end(self) -> None:
-        """ROS shuts down (a signal, rosnode kill): stop first, whatever thread this is.
+        """Stop the robot and end. ROS calls this, in any thread, when it shuts down (a signal, rosnode kill).
 
-        `run` waits for the rest, while ROS takes its own time.
+        This method does not wait until the connection to the robot is closed. `run` does.
         """
         self._asked_to_end = True
         self._robot.close(wait=False)
@@ -119,12 +124,12 @@ class DriverNode:
             self._wire.close()
 
     def _reconfigure(self, parameters: DriverParameters) -> None:
-        """Other values of what may change while the driver runs."""
+        """Put new values into effect for the parameters that may change while the driver runs."""
         self._robot.set_limits(parameters.max_xspeed, parameters.max_yawspeed, parameters.cmd_vel_timeout)
         self._robot.tune(parameters.tuning)
         self._watch.cmd_vel_timeout = parameters.cmd_vel_timeout
 
-    # From the robot, on a thread of the client's.
+    # Reactions to events of the robot. A thread of the client calls these methods.
 
     def _on_event(self, event: Any) -> None:
         react = self._reactions.get(type(event))
@@ -162,7 +167,7 @@ class DriverNode:
         (rospy.logwarn if problem else rospy.loginfo)("the line runs at %d baud%s", event.baud, problem)
 
     def _warn(self, texts: Mapping[str, str]) -> None:
-        """Warn the user, of each kind of warning once in a while."""
+        """Log warnings, by kind. A kind that was logged a short time ago, and an empty text, are not logged."""
         now = monotonic()
         for kind, text in texts.items():
             if text and self._throttle.passes(kind, now):
@@ -170,7 +175,7 @@ class DriverNode:
 
 
 def main() -> int:
-    """Run the node. Returns the exit code: 0 shut down, 1 the robot cannot be driven, 2 a parameter makes no sense."""
+    """Run the node and return the exit code: 0 after a shutdown, 1 the robot cannot be driven, 2 a wrong parameter."""
     init_node("p2os")
     if not send_promptly():
         rospy.logdebug("this rospy is not as driver/prompt.py expects it: messages go its own way")

@@ -1,6 +1,6 @@
-"""What a user is warned of, and how often. Pure: time (monotonic, s) is an argument.
+"""The warnings for the user, and how often they are given. Pure functions: time (monotonic, s) is an argument.
 
-Warnings are a dict of texts by kind. An empty text says that there is nothing to warn of.
+Warnings are a dictionary from the kind of a warning to its text. An empty text means that there is no such warning now.
 """
 
 import math
@@ -10,31 +10,31 @@ from typing import Dict, NamedTuple, Optional
 from ..client import RobotIdentity, RobotState
 
 PERIOD = 10.0
-"""The same warning is not repeated within so many seconds."""
+"""The shortest time (s) between two warnings of the same kind."""
 LOW_BATTERY_12_V = 11.5
-"""Alarm level (V) of a 12 V robot that does not report an own level (CONFIGpac LowBattery)."""
+"""The alarm level (V) for a 12 V robot that does not report its own level (LowBattery in the CONFIGpac)."""
 EMPTY_BATTERY_12_V = 11.0
-"""Level (V) at which a 12 V robot switches itself off, if it does not report an own level (CONFIGpac ShutdownVolts)."""
+"""The voltage (V) at which a 12 V robot switches itself off, unless it reports its own level (ShutdownVolts)."""
 SAME_COMMANDER = 5.0
-"""Seconds. Velocities that come with a longer pause between them are two drives, not one slow commander."""
+"""Seconds. After a longer pause between two velocities, we assume a new drive, not a publisher that is too slow."""
 NUMBER = re.compile("[0-9]+")
 
 
 class BatteryLevels(NamedTuple):
-    """Voltages (V, real) below which a battery is low, and empty: there the robot switches itself off."""
+    """Two levels of the battery (V): below `low` there is a warning, below `empty` the robot switches itself off."""
 
     low: float
     empty: float
 
 
 def battery_levels(identity: RobotIdentity) -> BatteryLevels:
-    """The levels that the robot reports, or the usual levels of robots with such a battery."""
+    """Return the battery levels that the robot reports, or the usual levels for a battery of this voltage."""
     config, volts_of_class = identity.config, identity.model.battery_class / 12
     low_dv, shutdown_dv = (None, None) if config is None else (config.low_battery_dv, config.shutdown_dv)
 
     def level(reported_dv: Optional[int], usual_12_v: float) -> float:
         volts = reported_dv / 10 if reported_dv else usual_12_v * volts_of_class
-        # Some 24 V robots report a level as if they had 12 V.
+        # Some 24 V robots report the level of a 12 V battery.
         return volts * volts_of_class if volts < 8 * volts_of_class else volts
 
     low = level(low_dv, LOW_BATTERY_12_V)
@@ -42,12 +42,12 @@ def battery_levels(identity: RobotIdentity) -> BatteryLevels:
 
 
 def low_battery(voltage: float, levels: BatteryLevels) -> str:
-    """What to say of a low battery (V)."""
+    """Return the warning about a battery with a low voltage (V)."""
     return "battery low: %.1f V, the alarm level is %.1f V" % (voltage, levels.low)
 
 
 def stalled_wheels(state: RobotState) -> str:
-    """What to say of stalled wheels; empty when no wheel is stalled, or when the STOP button holds the wheels."""
+    """Return the warning about stalled wheels. Empty when no wheel is stalled, or when the STOP button is pressed."""
     stalled = [name for name, stall in (("left", state.left_stall), ("right", state.right_stall)) if stall]
     text = "the %s wheel%s stalled: something holds the robot" % (
         " and the ".join(stalled), "s are" if len(stalled) > 1 else " is")
@@ -55,26 +55,26 @@ def stalled_wheels(state: RobotState) -> str:
 
 
 def stop_button_pressed(how_to_enable: str) -> str:
-    """What to say of a pressed STOP button."""
+    """Return the warning about a pressed STOP button. ``how_to_enable``: the command that switches the motors on."""
     return "the STOP button is pressed: motors are off; release it, then %s" % how_to_enable
 
 
 def unmoved(age: float) -> str:
-    """What to say of a robot that has stood for ``age`` s with its motors on, told to drive."""
+    """Return the warning about a robot that got a velocity with motors on, but has not moved for ``age`` seconds."""
     return ("told to drive, the robot has not moved for %.0f s: does it hear? check the wire to it; "
             "then what holds its wheels" % age)
 
 
 class Throttle:
-    """Lets a kind of warning pass once per PERIOD."""
+    """Limits how often warnings of the same kind are given: once in PERIOD seconds."""
 
     def __init__(self) -> None:
         self._last: Dict[str, float] = {}
 
     def passes(self, kind: str, now: float) -> bool:
-        """Whether a warning of this kind may be given now. If it may, it counts as given.
+        """Return whether to give a warning of this kind now (monotonic, s). If true, the warning counts as given.
 
-        Kinds that differ only in numbers are one kind.
+        Two kinds that differ only in their numbers count as the same kind.
         """
         kind = NUMBER.sub("", kind)
         passes = now - self._last.get(kind, -math.inf) >= PERIOD
@@ -84,11 +84,11 @@ class Throttle:
 
 
 class Watch:
-    """Looks at states and velocities and says what its user should know.
+    """Checks states of the robot and velocity commands, and makes warnings for the user.
 
     Args:
-        cmd_vel_timeout: s after which a velocity is too old.
-        how_to_enable: the command that switches motors on, as the user would type it.
+        cmd_vel_timeout: the time (s) after which a velocity is too old.
+        how_to_enable: the shell command that switches the motors on, for the texts.
     """
 
     def __init__(self, cmd_vel_timeout: float, how_to_enable: str) -> None:
@@ -97,14 +97,14 @@ class Watch:
         self._battery = BatteryLevels(LOW_BATTERY_12_V, EMPTY_BATTERY_12_V)
         self._last_command: Optional[float] = None
         self._was_moving = False
-        self._gaps = 0  # in a row that were too long
+        self._gaps = 0  # how many pauses in a row were too long
 
     def identified(self, identity: RobotIdentity) -> None:
-        """Take the levels of the robot's battery."""
+        """Take the identity of the connected robot: the levels of its battery."""
         self._battery = battery_levels(identity)
 
     def state(self, state: RobotState) -> Dict[str, str]:
-        """Warnings about a state."""
+        """Return the warnings about a state of the robot, by kind."""
         is_low = state.battery_voltage < self._battery.low
         return {
             "battery": low_battery(state.battery_voltage, self._battery) + "; charge it" if is_low else "",
@@ -113,9 +113,12 @@ class Watch:
         }
 
     def velocity(self, now: float, moving: bool, state: Optional[RobotState]) -> Dict[str, str]:
-        """Warnings about a velocity command that arrives now (monotonic, s). It is ``moving`` unless it is zero.
+        """Return the warnings about a velocity command, by kind.
 
-        ``state`` is the robot's newest one; None if there is none.
+        Args:
+            now: the time of its arrival (monotonic, s).
+            moving: the velocity is not zero.
+            state: the newest state of the robot. None if there is none.
         """
         motors_off = moving and state is not None and not state.motors_enabled
         gap = now - self._last_command if self._last_command is not None else 0.0
@@ -126,5 +129,5 @@ class Watch:
                            if motors_off else ""),
             "slow": ("velocities come every %.1f s, but are too old after %.1f s (cmd_vel_timeout): the robot stops in "
                      "between; publish at 10 Hz" % (gap, self.cmd_vel_timeout)
-                     if self._gaps > 1 else ""),    # one alone may be the pause between two drives
+                     if self._gaps > 1 else ""),    # a single long pause may be the pause between two drives
         }

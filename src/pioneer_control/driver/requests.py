@@ -1,6 +1,6 @@
-"""In: commands to the robot. A table of the topics and a table of the services say which method obeys a command.
+"""Receives commands for the robot. The tables TOPICS and SERVICES show which method obeys each topic and service.
 
-The methods are called on threads of rospy. `commands` says which messages are obeyed.
+Threads of rospy call these methods. The file `commands` checks messages to the motors and the gripper.
 """
 
 import math
@@ -23,24 +23,23 @@ from .senders import Senders
 
 QUEUE = 10
 VELOCITY_QUEUE = 3
-"""So many velocities may come in a bunch: a fast line takes some at once, and one waits (client.line). Of more than
-these, the newest count.
-"""
+"""The queue size of the velocity topics. When more velocities come at once, only the newest are used."""
 CONFIRM_TIMEOUT = 2.0
-"""Seconds the robot has to confirm that its motors or its sonar are on or off."""
+"""The time (s) that the robot has to confirm that its motors or its sonar are on or off."""
 ANSWER_WITHIN = 3
-"""States within which the robot shows a command that it has heard."""
+"""How many states after a command to wait until a state shows its effect. Then the command is sent again."""
 AXES = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
 WHEELS = ("left", "right")
 
 
 class Requests:
-    """All subscribers and services of the node.
+    """All subscribers and services of the driver.
 
     Args:
-        robot: obeys them.
-        watch: is shown the velocities.
-        warn: tells the user of warnings, texts by kind.
+        parameters: the parameters of the driver.
+        robot: the robot that gets the commands.
+        watch: checks velocity commands and makes warnings.
+        warn: a function that logs warnings: texts by kind.
     """
 
     def __init__(self, parameters: DriverParameters, robot: Robot, watch: Watch,
@@ -58,9 +57,9 @@ class Requests:
             rospy.Service(service.name, service.kind, partial(self._serve, service))
 
     def connected(self) -> None:
-        """The robot is connected. With the first connection its motors go on, if the user wants that.
+        """React to a new connection to the robot.
 
-        The parameter is enable_motors_on_start.
+        On the first connection the motors are switched on, if the parameter enable_motors_on_start is true.
         """
         switch_on, self._switch_on = self._switch_on, False
         if switch_on and self._robot.link.reconnects:     # this is told late: listeners were held up
@@ -73,50 +72,60 @@ class Requests:
                 self._warn({"enable_motors_on_start": str(error)})
 
     def motors_answered(self, answer: MotorsAnswered) -> None:
-        """The robot has answered a request for its motors: of a topic, a service or the parameter."""
+        """Log the answer of the robot to a request to switch its motors on or off."""
         if answer.error is not None:
             self._warn({"motors": str(answer.error)})
         elif answer.changed:
             rospy.loginfo("motors are %s", "on" if answer.on else "off")
 
-    # What obeys a command. Each method raises PioneerError when it does not obey; the error says why. The methods of
+    # The methods that obey commands. Each raises PioneerError with the reason when it does not obey. The methods of
     # services return the text of the answer.
 
     def drive(self, message: Twist) -> None:
-        """Forward and turning speed."""
+        """Obey cmd_vel: forward speed (m/s) and turn rate (rad/s). Raises PioneerError when the command is refused."""
         check_finite("cmd_vel", message, AXES)
         self._robot.set_velocity(message.linear.x, message.angular.z)
         self._show(message.linear.x, message.angular.z)
 
     def drive_wheels(self, message: WheelVelocities) -> None:
-        """Left and right speed."""
+        """Obey cmd_wheels: the speeds of both wheels (m/s). Raises PioneerError when the command is refused."""
         check_finite("cmd_wheels", message, WHEELS)
         self._robot.set_wheel_velocities(message.left, message.right)
         self._show(message.left, message.right)
 
     def _show(self, *rates: float) -> None:
+        """Give the warnings about a velocity command. ``rates`` are its numbers: all 0 is a stop."""
         self._warn(self._watch.velocity(monotonic(), any(rates), self._robot.state))
 
     def move_gripper(self, message: GripperState) -> None:
-        """Paddles and lift."""
+        """Obey gripper_control: commands to paddles and lift. Raises PioneerError when the message is refused."""
         for order in commands.gripper_orders(message):
             self._robot.gripper(*order)
 
     def follow_motor_state(self, message: MotorState) -> None:
-        """Motors on or off.
+        """Obey cmd_motor_state: request motors on or off. Raises PioneerError when the message is refused.
 
-        Nobody waits for the robot's answer here, because the next message may want the opposite. The answer comes to
-        motors_answered().
+        This method does not wait for the answer of the robot, because the next message may request the opposite. The
+        answer comes to `motors_answered`.
         """
         self._robot.request_motors(commands.motors_wanted(message), CONFIRM_TIMEOUT)
 
     def switch_motors(self, on: bool) -> str:
-        """Ask for the motors and wait until the robot has confirmed it."""
+        """Switch the motors on or off, and wait until the robot confirms it. Return the text of the answer.
+
+        Raises PioneerError when the robot does not confirm it.
+        """
         self._robot.request_motors(on, CONFIRM_TIMEOUT)()
         return "motors are %s" % ("on" if on else "off")
 
     def switch_sonar(self, on: bool) -> str:
-        """Tell the sonar to go on or off until the robot's flags show it."""
+        """Switch the sonar on or off, and return the text of the answer.
+
+        The command is repeated until the flags of the robot show it.
+        Raises:
+            NotConfirmedError: the flags do not show it within CONFIRM_TIMEOUT seconds.
+            LinkError: there is no link.
+        """
         what = "on" if on else "off"
         before, give_up_at = self._robot.use_sonar, monotonic() + CONFIRM_TIMEOUT
         while monotonic() < give_up_at:
@@ -124,21 +133,24 @@ class Requests:
                 self._robot.set_sonar(on)
                 if any(self._robot.wait_for_state().sonar_enabled == on for _ in range(ANSWER_WITHIN)):
                     return "the sonar is %s" % what
-            except LinkError:       # the caller is told that it failed: so a reconnect must not do it later
+            except LinkError:       # the caller gets an error, so a reconnect must not switch the sonar later
                 self._robot.use_sonar = before
                 raise
         raise NotConfirmedError("asked to switch its sonar %s, the robot did not confirm it within %.0f s"
                                 % (what, CONFIRM_TIMEOUT))
 
     def reset_odometry(self) -> str:
-        """Let the place where the robot stands be 0, 0, 0 of the odometry frame. The robot itself is told nothing."""
+        """Make the current pose of the robot 0, 0, 0 in the odom frame. Return the text of the answer.
+
+        The driver does this alone, without a command to the robot.
+        """
         self._robot.reset_odometry()
         return "the next pose is 0, 0, 0"
 
-    # How it is heard.
+    # The callbacks of the subscribers and services.
 
     def _hear(self, topic: "SubscribedTopic", message: Any) -> None:
-        """Obey a message on a topic, if its sender does not play a bag."""
+        """Obey a message on a topic. Refuse it with a warning when its sender is or may be a bag player."""
         connection = getattr(message, "_connection_header", None) or {}
         known = self._senders.known.get((topic.name, connection.get("callerid", "")))
         if known is not connection and not self._accept_replay:
@@ -152,7 +164,11 @@ class Requests:
             self._warn({topic.name: str(error)})
 
     def _serve(self, service: "OfferedService", request: Any) -> Any:
-        """Answer a service: with success and a text, if its answer has such fields. Else an error says why not."""
+        """Obey a service request and return the response.
+
+        When the response type has the fields success and message, they show an error. For other types a failure raises
+        rospy.ServiceException.
+        """
         response = vars(service.kind)["_response_class"]
         tells = "success" in response.__slots__
         try:
@@ -165,15 +181,17 @@ class Requests:
 
 
 def check_finite(topic: str, message: Any, names: Sequence[str]) -> None:
-    """Refuse a velocity in which any number is not finite, even one that is not used: its sender is in trouble.
+    """Refuse a velocity message when a number in it is not finite.
+
+    This includes numbers that the driver does not use, because then something is wrong with the sender.
 
     Args:
-        topic: on which the message came.
-        message: the velocity.
-        names: of the numbers in the message.
+        topic: the name of the topic.
+        message: the velocity message.
+        names: the names of the numbers in the message, for example "linear.x".
 
     Raises:
-        UsageError: names a number that is not finite.
+        UsageError: a number is not finite. The text names it.
     """
     for name, value in zip(names, attrgetter(*names)(message)):
         if not math.isfinite(value):
@@ -181,18 +199,21 @@ def check_finite(topic: str, message: Any, names: Sequence[str]) -> None:
 
 
 class SubscribedTopic(NamedTuple):
-    """A row: a topic that commands come on, how many may wait, and what obeys them."""
+    """One row of the table TOPICS: the name, message type and queue size of a topic, and the method that obeys it."""
 
     name: str
     message: type
     queue: int
     obey: Callable[[Requests, Any], None]
     stops: Callable[[Any], bool]
-    """whether a message does nothing but stop: that is obeyed from whomever it comes"""
+    """Whether a message just stops the robot. Such a message is obeyed also when its sender is not known."""
 
 
 class OfferedService(NamedTuple):
-    """A row: a service, and what obeys a request and returns the answer's text."""
+    """One row of the table SERVICES: the name and type of a service, and a function that obeys it.
+
+    The function returns the text of the answer.
+    """
 
     name: str
     kind: type

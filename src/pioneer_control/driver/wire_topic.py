@@ -1,7 +1,7 @@
-"""Out: every byte of the robot's line, both ways, on the topic `wire`, with the parameter publish_wire.
+"""Publishes every byte to and from the robot on the topic `wire`, if the parameter publish_wire is true.
 
-A thread that writes to the robot or reads from it only puts the bytes aside. A thread of its own looks for them every
-50 ms, and publishes them. To wake that thread at each write would slow down the thread that writes.
+The threads that read and write the serial line only put the bytes into a queue. Another thread checks the queue every
+50 ms and publishes the bytes. It is not woken for each write, because this would slow down the thread that writes.
 """
 
 import threading
@@ -16,38 +16,38 @@ from . import publications
 from .notices import Throttle
 
 QUEUE = 1000
-"""So many messages may wait for one subscriber. Of more than these, the subscriber misses the oldest, and sees a gap in
-the numbers (seq).
-"""
+"""The queue size of the publisher. A slow subscriber misses the oldest messages, and sees a gap in header.seq."""
 LONGEST = 2000
-"""So many pieces may wait to be published: minutes of an idle line."""
+"""How many pieces (one read or write each) may wait to be published. On an idle line this is enough for minutes."""
 PERIOD, IDLE = 0.05, 0.5
-"""Seconds between two looks, while somebody listens and while nobody does."""
+"""Seconds between two checks of the queue: PERIOD while the topic has a subscriber, IDLE while it has none."""
 FIRST_LISTENER = 5.0
-"""The first bytes wait so many seconds, at most, for a recorder that runs already: it needs a moment to hear of a new
-topic.
-"""
+"""The longest time (s) that the first bytes wait for a subscriber. A recorder needs a moment to find a new topic."""
 
 
 class WirePublisher(rospy.SubscribeListener):
-    """Publishes what `tell` is told, in that order, as long as somebody listens."""
+    """Publishes the bytes that `tell` gets, in the same order, while the topic has a subscriber."""
 
     def __init__(self) -> None:
-        # Bytes of one read or write: when it was (monotonic, s), whether it was a write, the bytes, and how many pieces
-        # of both ways were left out until then.
+        # One piece for each read or write: its time (monotonic, s), whether it was a write, its bytes, and how many
+        # pieces were dropped before it.
         self._pieces: Deque[Tuple[float, bool, bytes, int]] = deque()
         self._left_out = [0, 0]     # from and to the robot: each is counted by one thread at a time
         self._told_left_out = 0
         self._throttle = Throttle()
         self._ended = False
-        self._look = threading.Event()      # at once
+        self._look = threading.Event()      # set: check the queue at once
         self._publisher = rospy.Publisher("wire", Wire, self, tcp_nodelay=True, queue_size=QUEUE)
         threading.Thread(target=self._run, name="wire", daemon=True).start()
 
     def tell(self, to_robot: bool, data: bytes) -> None:
-        """Take bytes of the line (Robot's on_wire), and never wait.
+        """Put the bytes of one read or write into the queue. Never block. (The client calls this as on_wire.)
 
-        While LONGEST pieces wait to be published, further ones are left out, and counted.
+        When LONGEST pieces are in the queue, the new piece is dropped and counted.
+
+        Args:
+            to_robot: true for a write, false for a read.
+            data: the bytes.
         """
         if len(self._pieces) >= LONGEST:
             self._left_out[to_robot] += 1
@@ -55,12 +55,12 @@ class WirePublisher(rospy.SubscribeListener):
             self._pieces.append((monotonic(), to_robot, data, sum(self._left_out)))
 
     def close(self) -> None:
-        """Publish what was told, and nothing that is told from now on."""
+        """Publish the pieces in the queue, then end. Pieces that come from now on are ignored."""
         self._ended = True
         self._look.set()
 
     def peer_subscribe(self, *_: Any) -> None:
-        """Called by rospy: somebody listens now."""
+        """Wake up the thread that publishes. rospy calls this when a subscriber connects."""
         self._look.set()
 
     def _run(self) -> None:
