@@ -1,4 +1,4 @@
-"""The P2OS protocol as values: bytes to typed packets and back. No I/O, no clock, no ROS.
+"""The P2OS protocol: turns bytes into typed packets, and packets into bytes. No I/O, no clock, no ROS.
 
 A packet, byte by byte (VEL -200: drive backwards at 200 mm/s)::
 
@@ -6,7 +6,7 @@ A packet, byte by byte (VEL -200: drive backwards at 200 mm/s)::
     06         count: six bytes follow
     0B         id: to the robot, command 11 is VEL; from the robot it would be a packet type
     1B         argument type: negative integer (3B positive integer, 2B string)
-    C8 00      200, low byte first: the magnitude, its sign is in the type
+    C8 00      200, low byte first: the magnitude; the sign is in the argument type
     D3 1B      checksum of id and data, high byte first
 
 ::
@@ -19,15 +19,15 @@ A packet, byte by byte (VEL -200: drive backwards at 200 mm/s)::
 ``framing``    where packets begin and end, and the checksum
 ``commands``   the table of commands to the robot
 ``sip``        the table of the standard SIP, which the robot sends ten times a second
-``config``     the table of CONFIGpac, by which it says what it is
+``config``     the table of CONFIGpac, which describes the robot
 ``packets``    the tables of all other packets from the robot
-``flags``      bits and numbers with names
-``fields``     how a table is read and written
-``explain``    bytes in words, for a person
-``recording``  the record of a line as text
+``flags``      names of bits and numbers
+``fields``     reads and writes packets by their tables
+``explain``    explains bytes in words
+``recording``  reads, writes and explains the record of a line
 =============  =======================================================================
 
-``python3 -m pioneer_control.p2os FA FB 06 ...`` explains bytes, ``--record FILE`` a record.
+``python3 -m pioneer_control.p2os FA FB 06 ...`` explains these bytes. With ``--record FILE`` it explains a record.
 """
 
 from .commands import (BAUD_RATES, COMMANDS, SYNC0, SYNC1, SYNC2, UNKNOWN_TO, Argument, Command, ReceivedCommand,

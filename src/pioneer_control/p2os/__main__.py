@@ -1,4 +1,4 @@
-"""``python3 -m pioneer_control.p2os FA FB 03 1D 00 1D`` explains bytes to a person, ``--record FILE`` a record."""
+"""``python3 -m pioneer_control.p2os FA FB 03 1D 00 1D`` explains these bytes. ``--record FILE`` explains a record."""
 
 import argparse
 import os
@@ -11,11 +11,11 @@ from .recording import explain_record, read_record
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
-    """Explain the bytes that are given, or those on standard input, or a record.
+    """Print an explanation of the bytes in the arguments or on standard input, or of a record.
 
     Returns:
-        0 when all bytes were whole packets (a record says itself what is not), 1 when some were not, 2 when something
-        was not hex.
+        The exit code: 0 when all bytes belong to whole packets, and for every record that can be read; 1 when some
+        bytes do not. Wrong arguments, and bytes that are not hexadecimal, end the program with exit code 2.
     """
     parser = argparse.ArgumentParser(
         prog="python3 -m pioneer_control.p2os", description="Explain bytes of the P2OS protocol, byte by byte.",

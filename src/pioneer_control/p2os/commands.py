@@ -1,10 +1,10 @@
-"""Commands to the robot: one table (protocol sheet 3), read by encoder, decoder and explainer alike.
+"""Commands to the robot: one table (protocol sheet 3), and functions that encode and decode commands by it.
 
-An argument is one of (protocol sheet 1.3)::
+The argument of a command is one of these byte sequences (protocol sheet 1.3)::
 
     (nothing)              no argument at all
-    3B low high            an integer, not negative
-    1B low high            a negative integer, as its magnitude
+    3B low high            an integer that is not negative
+    1B low high            a negative integer; the bytes give its magnitude
     2B length bytes...     a string: as many bytes as its length byte says
 """
 
@@ -16,7 +16,7 @@ from .fields import checked_bytes, checked_integer
 from .framing import Frame, encode_frame
 
 SYNC0, SYNC1, SYNC2 = 0, 1, 2
-"""Before a session exists these numbers are SYNC0, SYNC1, SYNC2; inside one they are PULSE, OPEN, CLOSE."""
+"""Command numbers of the handshake. In a session the same numbers mean PULSE, OPEN, CLOSE."""
 
 POSITIVE, NEGATIVE, TEXT = 0x3B, 0x1B, 0x2B
 
@@ -28,17 +28,17 @@ Argument = Enum("Argument", {
     "TWO_BYTES": "two bytes in one integer",
     "STRING": "string",
 })
-"""What follows the number of a command."""
+"""The kinds of argument that a command can have."""
 
 NONE, INT, UINT, TWO_BYTES, STRING = tuple(Argument)
 
 
 class Command(NamedTuple):
-    """One row of the table.
+    """One row of the table of commands.
 
-    `low` and `high` bound the argument: its value; for STRING its length in bytes; for TWO_BYTES a pair, first the
-    byte in bits 8..15, then the one in bits 0..7; None where there is no argument. An `optional` argument may be left
-    out.
+    `low` and `high` are the limits of the argument. For a STRING they limit its length in bytes. For TWO_BYTES each is
+    a pair: first for the byte in bits 8..15, then for the byte in bits 0..7. They are None for a command without an
+    argument. An `optional` argument may be left out. `effect` says what the command does, in which unit.
     """
 
     number: int
@@ -53,7 +53,7 @@ class Command(NamedTuple):
 INT_MAX, UINT_MAX, STRING_MAX = 0x7FFF, 0xFFFF, 195
 
 BAUD_RATES = (9600, 19200, 38400, 57600, 115200)
-"""Line speeds in the order of their codes, 0 to 4, in HOSTBAUD, AUXBAUD and CONFIGpac."""
+"""Line speeds in the order of their codes 0 to 4, which HOSTBAUD, AUX1BAUD to AUX3BAUD and CONFIGpac use."""
 
 COMMANDS: Dict[str, Command] = {command.name: command for command in (
     # Session
@@ -181,16 +181,16 @@ UNKNOWN_TO: Dict[str, Tuple[str, ...]] = {
     "STOP": ("PSOS", "AmigOS", "uARCS", "MARCOS"),
     "IOREQUEST": ("PSOS", "AmigOS"),
 }
-"""Commands, and the families of firmware that do not know them.
+"""By command: the families of firmware that do not know the command.
 
-Early versions of other families may not know a setting either. What they report of the setting shows it.
+Early versions of other families may not know a setting, either. Then CONFIGpac shows that the robot did not take it.
 """
 
 COMMAND_NUMBERS: Dict[int, Command] = {command.number: command for command in COMMANDS.values()}
 
 
 def knows(family: str, command: str) -> bool:
-    """Whether firmware of a family knows a command. Each family knows all that is not in `UNKNOWN_TO`."""
+    """Whether firmware of a family knows a command. It does, unless `UNKNOWN_TO` has the command with this family."""
     return family not in UNKNOWN_TO.get(command, ())
 
 
@@ -234,13 +234,14 @@ OTHER_MEANINGS: Tuple[Tuple[int, str, str], ...] = (
     (251, "simulators", "over-temperature flag"),
     (252, "simulators", "temperature, deg C (-128 off)"),
 )
-"""What numbers mean to other robots and programs: the number, to whom, and what. To a Pioneer that knows it, a number
-means its command.
+"""Command numbers with another meaning for other robots or programs: the number, the robot or program, the meaning.
+
+A Pioneer that knows the command in `COMMANDS` takes the number for this command.
 """
 
 
 class ReceivedCommand(NamedTuple):
-    """A command as a robot receives it: `value` is its string, or its integer with the sign applied, or None."""
+    """A command as a robot receives it. `value` is the string or the signed integer; None without an argument."""
 
     number: int
     name: str
@@ -250,10 +251,11 @@ class ReceivedCommand(NamedTuple):
 def encode_command(name: str, *values: Any) -> bytes:
     """The bytes of a command, ready to be sent with one write.
 
-    ``encode_command("PULSE")``, ``("VEL", -200)``, ``("DIGOUT", mask, states)``, ``("TTY2", b"hi")``.
+    Examples of arguments: ``("PULSE")``, ``("VEL", -200)``, ``("DIGOUT", mask, states)``, ``("TTY2", b"hi")``.
 
     Raises:
-        EncodingError: no such command, not its number of values, or a value out of its range. Nothing is ever clamped.
+        EncodingError: no command has this name, the number of values is wrong, or a value is out of range. Values are
+            never clamped.
     """
     command = COMMANDS.get(name)
     if command is None:
@@ -279,11 +281,11 @@ def _encode_argument(command: Command, values: Tuple[Any, ...]) -> bytes:
 
 
 def decode_command(frame: Frame) -> ReceivedCommand:
-    """What a frame to the robot asks for. Never raises.
+    """The command that a frame to the robot contains. Never raises.
 
-    A missing or cut argument gives None, an unknown number the name ``COMMAND_n``; bytes behind the argument are
-    ignored. A positive integer with bit 15 set is taken for the negative one it is in a 16-bit variable, as robots
-    take it, unless the command has an unsigned argument.
+    A missing or incomplete argument gives the value None. An unknown number gives the name ``COMMAND_n``. Bytes behind
+    the argument are ignored. A positive integer with bit 15 set becomes negative, as in a 16-bit variable of the robot,
+    unless the argument of the command is unsigned or two bytes.
     """
     command = COMMAND_NUMBERS.get(frame.id)
     unsigned = command is not None and command.argument in (UINT, TWO_BYTES)
@@ -302,9 +304,9 @@ def _decode_argument(data: bytes, unsigned: bool) -> Union[None, int, bytes]:
 
 
 def two_bytes(value: int) -> Tuple[int, int]:
-    """The (high, low) bytes of a TWO_BYTES value, each signed (-128..127); mask with 0xFF where they are not.
+    """The high and the low byte of a TWO_BYTES value, both signed (-128..127). For an unsigned byte mask with 0xFF.
 
-    The sign of the whole word is applied first, so ``0xF60A`` and ``-0x09F6`` are the same.
+    The sign of the whole value is applied first. So ``0xF60A`` and ``-0x09F6`` give the same bytes.
     """
     high, low = value >> 8 & 0xFF, value & 0xFF
     return high - 0x100 if high > 127 else high, low - 0x100 if low > 127 else low

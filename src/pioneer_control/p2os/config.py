@@ -1,4 +1,4 @@
-"""CONFIGpac: what the robot says it is (protocol sheet 5.1). Asked for with CONFIG, sent once."""
+"""CONFIGpac: what the robot reports about itself (protocol sheet 5.1). It is sent once for each CONFIG command."""
 
 from dataclasses import dataclass
 from typing import Optional
@@ -8,7 +8,7 @@ from .fields import BYTE, INT8, INT16, STRING, UINT16, UINT32, later, wire
 
 @dataclass(frozen=True)
 class Config:
-    """CONFIGpac, id 0x20. Older firmware stops early: the rest is None."""
+    """CONFIGpac, id 0x20. Older firmware sends a shorter packet: fields that it does not send are None."""
 
     type: str = wire(STRING, "", "robot class, `Pioneer`")
     subtype: str = wire(STRING, "", "model, `p3dx-sh`; compare without regard to case")

@@ -1,6 +1,6 @@
-"""What bytes say, in words: for a person with a hex dump.
+"""Explains bytes of the protocol in words, for a person who reads a hex dump.
 
-Names, units and meanings come from the tables of this folder: nothing is known only here.
+All names, units and meanings come from the tables in the other files of this folder.
 """
 
 import re
@@ -17,13 +17,13 @@ from .framing import HEADER, SMALLEST_COUNT, Frame, checksum
 from .packets import NAMES_ONLY, MalformedPacket, UnknownPacket, decode_packet, packet_rows
 
 LONGEST = 3 + 0xFF
-"""Bytes of the longest frame."""
+"""Number of bytes in the longest frame."""
 
 
 class Piece(NamedTuple):
-    """Some bytes of a stream: a whole frame; or bytes that are not a frame, and what is `wrong` with them.
+    """Some bytes of a stream: either a whole frame, or bytes that are not a frame. Then `wrong` says why.
 
-    Bytes with a wrong checksum have a `frame`, too. It tells what they would say.
+    Bytes with a wrong checksum have a `frame`, too. It is the frame that they would be with a right checksum.
     """
 
     data: bytes
@@ -32,7 +32,7 @@ class Piece(NamedTuple):
 
 
 def parse_hex(text: str) -> bytes:
-    """The bytes that a text gives: ``FA FB 06``, ``fafb06``, ``0xFA, 0xFB, 0x06`` or ``\\xfa\\xfb\\x06``.
+    """The bytes in a text such as ``FA FB 06``, ``fafb06``, ``0xFA, 0xFB, 0x06`` or ``\\xfa\\xfb\\x06``.
 
     Raises:
         UsageError: a word is not hexadecimal. The message names the word.
@@ -47,7 +47,7 @@ def parse_hex(text: str) -> bytes:
 
 
 def pieces(data: bytes) -> List[Piece]:
-    """`data` cut into whole frames and what lies between them, each with what is wrong with it."""
+    """`data` cut into pieces: whole frames, and the bytes between them with the reason why they are not a frame."""
     found: List[Piece] = []
     at = 0
     while at < len(data):
@@ -57,7 +57,7 @@ def pieces(data: bytes) -> List[Piece]:
 
 
 def _piece_at(data: bytes, at: int) -> Piece:
-    """The piece that begins at `at`. Bytes that are no whole frame go on until the next header."""
+    """The piece of `data` that begins at index `at`. If it is not a whole frame, it ends before the next header."""
     header = data.find(HEADER, at + 1)
     noise, rest = data[at:header if header >= 0 else len(data)], data[at:at + LONGEST]
     if rest[:2] != HEADER:
@@ -78,12 +78,12 @@ def _piece_at(data: bytes, at: int) -> Piece:
 
 def explain(data: bytes, to_robot: bool = True, from_robot: bool = True,
             grip_state_first: bool = True) -> Iterator[str]:
-    """The lines that explain `data`.
+    """The lines of text that explain `data`.
 
     Args:
-        data: any bytes of a line.
-        to_robot, from_robot: the directions to consider. A frame means one thing when it goes to the robot and another
-            when it comes from there. If only one of the two meanings makes sense, only that one is given.
+        data: any bytes that went over a line.
+        to_robot, from_robot: the directions to consider. The same frame has one meaning when it goes to the robot, and
+            another when it comes from the robot. If only one of these meanings makes sense, only this one is given.
         grip_state_first: as in `decode_packet`.
     """
     for piece in pieces(data):
@@ -92,7 +92,7 @@ def explain(data: bytes, to_robot: bool = True, from_robot: bool = True,
 
 def explain_piece(piece: Piece, to_robot: bool = True, from_robot: bool = True,
                   grip_state_first: bool = True) -> Iterator[str]:
-    """The lines that explain one of the `pieces`; arguments as of `explain`."""
+    """The lines of text that explain one piece of a stream. The other arguments are those of `explain`."""
     frame = piece.frame
     yield _hex(piece.data)
     if frame is None:
@@ -109,7 +109,7 @@ def explain_piece(piece: Piece, to_robot: bool = True, from_robot: bool = True,
 
 
 def in_one_line(piece: Piece, to_robot: bool, grip_state_first: bool = True) -> str:
-    """What one of the `pieces` says, in short."""
+    """The meaning of one piece of a stream, in one line. `to_robot` is its direction."""
     if piece.frame is None or piece.wrong:
         return "%s  (%s)" % (_hex(piece.data), piece.wrong.partition(", should")[0])
     packet = decode_packet(piece.frame, grip_state_first)
@@ -122,7 +122,7 @@ def in_one_line(piece: Piece, to_robot: bool, grip_state_first: bool = True) -> 
 
 
 def _argument_fault(data: bytes) -> str:
-    """Why the data of a command are not an argument; empty if they are one, or if there are no data."""
+    """Why the data of a command are not a valid argument. Empty for a valid argument, and when there are no data."""
     if not data:
         return ""
     if data[0] not in (POSITIVE, NEGATIVE, TEXT):
@@ -178,7 +178,7 @@ def _explain_packet(frame: Frame, grip_state_first: bool) -> Iterator[str]:
 
 
 def _value(value: Any, row: Optional[Row] = None) -> str:
-    """A value for people. It has no row when it is not in the data, but in the id of the frame."""
+    """A value as text for a person. `row` is None when the value comes from the id of the frame, not from its data."""
     if isinstance(value, tuple):
         return "; ".join(map(_item, value)) or "none"
     if isinstance(value, bytes):
@@ -196,12 +196,15 @@ def _value(value: Any, row: Optional[Row] = None) -> str:
 
 
 def _item(item: Any) -> str:
-    """One of many: a number, or a record as ``number 3, range_units 1500``."""
+    """One item of a tuple as text: a number such as ``7``, or a record such as ``number 3, range_units 1500``."""
     return str(item) if isinstance(item, int) else ", ".join("%s %s" % each for each in vars(item).items())
 
 
 def _in_units(value: int, row: Optional[Row]) -> str:
-    """What to add to a value: its unit. It is calculated where the unit begins with a step: ``0.1 V``, ``5/255 V``."""
+    """The text behind a value: its unit, such as ``mm``.
+
+    If the unit has a step, such as ``0.1 V`` or ``5/255 V``, the value is converted: the text is ``= 12.8 V``.
+    """
     whole_unit = "" if row is None else row.unit
     step, _, unit = whole_unit.partition(" ")
     text = "= %.6g %s" % (value * Fraction(step), unit) if re.fullmatch(r"[0-9./]+", step) else whole_unit

@@ -1,15 +1,15 @@
-"""How a table is read and written: the one reader and the one writer of packet fields.
+"""Reads and writes the fields of all packets, by the table of each packet.
 
-A packet is a frozen dataclass, and the dataclass is its table: each field is a row
+A packet is a frozen dataclass. This dataclass is also the table of the packet. Each of its fields is a row of the form
 
     name_with_unit: type = wire(WIRE_TYPE, "unit", "meaning")
 
-in the order in which the bytes travel. A field that older firmware does not send has `later` instead of `wire`. A field
-without both is not in the data: the id of the frame says its value.
-All integers are little-endian, negative ones two's complement; strings end with a NUL (protocol sheet 1.4).
+The rows are in the order of the bytes. A field that older firmware does not send has `later` instead of `wire`. A field
+without `wire` and `later` is not in the data: its value comes from the id of the frame.
+All integers are little-endian. Negative integers are two's complement. Strings end with a NUL (protocol sheet 1.4).
 
-Neighbouring numbers are read and written together, with one `struct`: a robot sends the same forty numbers ten times a
-second. When one of them does not fit, each is written alone, to find out which it is.
+To save time, neighbouring numbers are read and written together, with one `struct`: a robot sends the same forty
+numbers ten times a second. When a number does not fit, the numbers are written one by one to find it.
 """
 
 import operator
@@ -24,13 +24,13 @@ from ..errors import EncodingError
 
 
 class TooShort(Exception):
-    """The data end before the field does. Programs never see this exception: they get a `MalformedPacket`."""
+    """The data end before the end of a field. Programs get a `MalformedPacket` instead of this exception."""
 
 
 class Row(NamedTuple):
-    """One field of a packet. `unit` is the unit of one step of a number.
+    """One field of a packet. `type` reads and writes its value. `unit` is the unit of one step of a number.
 
-    When an `optional` field is missing, all fields behind it are missing, too.
+    An `optional` field may be missing. Then all fields behind it are missing, too.
     """
 
     name: str
@@ -41,13 +41,14 @@ class Row(NamedTuple):
 
     @property
     def length(self) -> int:
-        """How many values it writes."""
+        """How many values this row reads and writes: one."""
         return 1
 
     def read(self, data: bytes, at: int) -> Tuple[Tuple[Any, ...], int]:
-        """The value at `at` in a tuple, and where the next field begins.
+        """A tuple with the value at index `at`, and the index of the next field.
 
-        Where an optional field is missing, the value is None, and the data count as read to their end.
+        When an optional field is missing, its value is None, and the index is the end of the data. When another field
+        is missing, this raises TooShort.
         """
         try:
             value, end = self.type.read(data, at)
@@ -58,22 +59,26 @@ class Row(NamedTuple):
         return (value,), end
 
     def write(self, values: Sequence[Any], owner: str) -> bytes:
-        """The bytes of the value in `values`; no bytes when it is empty. `owner` is the packet that an error names."""
+        """The bytes of the one value in `values`; no bytes when `values` is empty.
+
+        Raises EncodingError, which names the packet `owner`, when the value does not fit.
+        """
         return b"".join([self.type.write(value, "%s.%s" % (owner, self.name)) for value in values])
 
 
 def wire(type: Any, unit: str, meaning: str) -> Any:
-    """A dataclass field that travels as `type`. `unit` is the unit of one step: ``"mm"``, ``"0.1 V"``, or empty."""
+    """A dataclass field that `type` reads and writes. `unit` is the unit of one step: ``"mm"``, ``"0.1 V"``, or empty.
+    """
     return field(metadata={"wire": (type, unit, meaning, False)})
 
 
 def later(type: Any, unit: str, meaning: str) -> Any:
-    """A dataclass field, as `wire` makes it, which older firmware does not send. A missing field is None."""
+    """A dataclass field as `wire` makes it, for a value that older firmware does not send. Its default is None."""
     return field(default=None, metadata={"wire": (type, unit, meaning, True)})
 
 
 def packed(layout: struct.Struct, numbers: Collection[Any]) -> Optional[bytes]:
-    """The bytes of whole numbers. None when one of them does not fit, or is a bool."""
+    """The bytes of `numbers` in this layout. None when a number does not fit or is a bool."""
     if bool in map(type, numbers):
         return None
     try:
@@ -83,7 +88,7 @@ def packed(layout: struct.Struct, numbers: Collection[Any]) -> Optional[bytes]:
 
 
 class NumberRun:
-    """Neighbouring rows of a table that are numbers. They are read and written in one go, as far as the data reach."""
+    """Neighbouring rows of a table that are numbers. They are read and written together, as far as the data go."""
 
     def __init__(self, rows: Sequence[Row]) -> None:
         self._rows = rows
@@ -93,7 +98,10 @@ class NumberRun:
         self._sizes = [layout.size for layout in self._layouts]
 
     def read(self, data: bytes, at: int) -> Tuple[Tuple[Any, ...], int]:
-        """The values from `at` on, and where they end. Missing optional values are None."""
+        """The values of all rows from index `at` on, and the index behind them. Missing optional values are None.
+
+        Raises TooShort when another value is missing.
+        """
         number = bisect_right(self._sizes, len(data) - at) - 1
         layout, missing = self._layouts[number], self._rows[number:]
         if missing and not missing[0].optional:
@@ -101,7 +109,10 @@ class NumberRun:
         return layout.unpack_from(data, at) + (None,) * len(missing), len(data) if missing else at + layout.size
 
     def write(self, values: Sequence[Any], owner: str) -> bytes:
-        """The bytes of the values of the first rows. `owner` is the packet that an error names."""
+        """The bytes of `values`, which are the values of the first rows, or of all rows.
+
+        Raises EncodingError, which names the packet `owner`, when a value does not fit.
+        """
         data = packed(self._layouts[len(values)], values)
         if data is None:    # one does not fit: find out which
             data = b"".join(row.write([value], owner) for row, value in zip(self._rows, values))
@@ -109,7 +120,7 @@ class NumberRun:
 
 
 class Table(Tuple[Row, ...]):
-    """The rows of a packet or record, in the order in which they travel."""
+    """The rows of a packet or record, in the order of their bytes."""
 
     @cached_property
     def names(self) -> Tuple[str, ...]:
@@ -118,7 +129,7 @@ class Table(Tuple[Row, ...]):
 
     @cached_property
     def parts(self) -> List[Union[NumberRun, Row]]:
-        """The rows in the groups in which they are read and written."""
+        """The rows in groups: neighbouring numbers together as one NumberRun, every other row alone."""
         found: List[Union[NumberRun, Row]] = []
         for are_numbers, group in groupby(self, lambda row: isinstance(row.type, NumberField)):
             found += [NumberRun(tuple(group))] if are_numbers else group
@@ -127,12 +138,14 @@ class Table(Tuple[Row, ...]):
 
 @lru_cache(maxsize=None)
 def rows(packet_class: Any) -> Table:
-    """The table of a packet class."""
+    """The table of a packet class: one row for each field that `wire` or `later` made."""
     return Table(Row(f.name, *f.metadata["wire"]) for f in fields(packet_class) if "wire" in f.metadata)
 
 
 def read_fields(table: Table, data: bytes, at: int = 0) -> Tuple[Dict[str, Any], int]:
-    """The values of the fields of `table` in `data` from `at` on, and where they end. Bytes behind them are ignored.
+    """The values in `data` from index `at` on, by the names in `table`, and the index behind the last value.
+
+    Bytes behind the last value are ignored.
 
     Raises:
         TooShort: a field that is not optional is missing.
@@ -145,7 +158,7 @@ def read_fields(table: Table, data: bytes, at: int = 0) -> Tuple[Dict[str, Any],
 
 
 def made(packet_class: Type[Any], values: Dict[str, Any]) -> Any:
-    """A packet or record with these values, set at once. The __init__ of a frozen dataclass sets them one by one."""
+    """A packet or record with these values. This is faster than the __init__ of a frozen dataclass."""
     packet = object.__new__(packet_class)
     object.__setattr__(packet, "__dict__", values)
     return packet
@@ -155,7 +168,7 @@ def write_fields(table: Table, packet: Any) -> bytes:
     """The data of `packet`, up to its last field that is not None.
 
     Raises:
-        EncodingError: a value does not fit its field, or a None stands before fields that are set.
+        EncodingError: a value does not fit its field, or a value is None although a later value is not.
     """
     values = [getattr(packet, name) for name in table.names]
     while values and values[-1] is None and table[len(values) - 1].optional:
@@ -168,10 +181,10 @@ def write_fields(table: Table, packet: Any) -> bytes:
 
 
 def checked_integer(value: Any, low: int, high: int, what: str) -> int:
-    """`value` as an int, if it is a whole number in `low`..`high` (anything with ``__index__``, but no bool).
+    """`value` as an int. Any whole number in `low`..`high` is legal (anything with ``__index__``), but no bool.
 
     Raises:
-        EncodingError: naming `what`, the value and the legal range.
+        EncodingError: `value` is not legal. The message has `what`, the value and the legal range.
     """
     if isinstance(value, bool) or not hasattr(value, "__index__"):
         raise EncodingError("%s: %r is not an integer (%d..%d is legal)" % (what, value, low, high))
@@ -182,10 +195,10 @@ def checked_integer(value: Any, low: int, high: int, what: str) -> int:
 
 
 def checked_bytes(value: Any, what: str) -> bytes:
-    """`value` as bytes, if it is bytes already (not str, not a number).
+    """`value` as bytes. It must be bytes, bytearray or memoryview.
 
     Raises:
-        EncodingError: naming `what` and the value.
+        EncodingError: `value` is anything else. The message has `what` and the value.
     """
     if not isinstance(value, (bytes, bytearray, memoryview)):
         raise EncodingError("%s: %r is not bytes" % (what, value))
@@ -193,9 +206,9 @@ def checked_bytes(value: Any, what: str) -> bytes:
 
 
 class NumberField:
-    """A little-endian integer, given by its `struct` letter.
+    """The type of a field that is a little-endian integer with this `struct` letter.
 
-    `names` is the IntFlag or IntEnum that names its bits or values, if one does.
+    `names` is the IntFlag or IntEnum with the names of its bits or values; None for a number without names.
     """
 
     def __init__(self, letter: str, names: Optional[Type[int]] = None) -> None:
@@ -206,38 +219,39 @@ class NumberField:
         self.low, self.high = (-1 << bits - 1, (1 << bits - 1) - 1) if letter.islower() else (0, (1 << bits) - 1)
 
     def of(self, names: Type[int]) -> "NumberField":
-        """The same integer with `names`. It is still read as a plain int: newer firmware may send unknown numbers."""
+        """The same type with `names`. Values are still read as a plain int: newer firmware may send unknown numbers."""
         return NumberField(self.letter, names)
 
     def read(self, data: bytes, at: int) -> Tuple[int, int]:
-        """The integer at `at`, and where the next field begins."""
+        """The integer at index `at`, and the index of the next field. Raises TooShort when the data end before."""
         if at + self.size > len(data):
             raise TooShort("needs %d bytes, %d left" % (self.size, len(data) - at))
         return self._struct.unpack_from(data, at)[0], at + self.size
 
     def write(self, value: int, what: str) -> bytes:
-        """The bytes of `value`."""
+        """The bytes of `value`. Raises EncodingError, which names `what`, when `value` does not fit."""
         return self._struct.pack(checked_integer(value, self.low, self.high, what))
 
 
 class TextField:
-    """A string that ends with a NUL or with the data; with `size`, one of that many bytes, padded with NULs.
+    """The type of a field that is a string. The string ends with a NUL or at the end of the data.
 
-    Read as Latin-1, so that any byte is legal.
+    With a `size` the field always has so many bytes, padded with NULs. The string is read as Latin-1, in which any byte
+    is legal.
     """
 
     def __init__(self, size: int = 0) -> None:
         self.size = size
 
     def read(self, data: bytes, at: int) -> Tuple[str, int]:
-        """The string at `at`, and where the next field begins."""
+        """The string at index `at`, and the index of the next field. Raises TooShort when the data end before."""
         if len(data) - at < max(1, self.size):
             raise TooShort("needs %s bytes, %d left" % (self.size or "a string of", len(data) - at))
         text = data[at:(at + self.size) if self.size else None].partition(b"\0")[0]
         return text.decode("latin-1"), at + (self.size or min(len(text) + 1, len(data) - at))
 
     def write(self, value: str, what: str) -> bytes:
-        """The bytes of `value`."""
+        """The bytes of `value`. Raises EncodingError, which names `what`, when `value` does not fit."""
         try:
             text = value.encode("latin-1")
         except (AttributeError, UnicodeEncodeError):
@@ -250,46 +264,47 @@ class TextField:
 
 
 class Rest:
-    """All bytes that are left."""
+    """The type of a field that takes all bytes up to the end of the data."""
 
     def read(self, data: bytes, at: int) -> Tuple[bytes, int]:
-        """The bytes from `at` on, and the end of the data."""
+        """The bytes from index `at` on, and the index of the end of the data."""
         return bytes(data[at:]), len(data)
 
     def write(self, value: bytes, what: str) -> bytes:
-        """`value` itself."""
+        """`value` as bytes. Raises EncodingError, which names `what`, when `value` is not bytes."""
         return checked_bytes(value, what)
 
 
 class Record:
-    """A group of fields: a dataclass with a table of its own."""
+    """The type of a field that is a group of fields: a dataclass with its own table."""
 
     def __init__(self, record_class: Any) -> None:
         self.record_class, self._table = record_class, rows(record_class)
         plain = all(isinstance(row.type, NumberField) for row in self._table)
         self.layout = struct.Struct("<" + "".join(row.type.letter for row in self._table)) if plain else None
-        """How the fields lie in the data, if all of them are numbers; else None."""
+        """The `struct` of all fields together, if all of them are numbers; else None."""
 
     def read(self, data: bytes, at: int) -> Tuple[Any, int]:
-        """The record at `at`, and where the next field begins."""
+        """The record at index `at`, and the index of the next field. Raises TooShort when the data end before."""
         values, end = read_fields(self._table, data, at)
         return made(self.record_class, values), end
 
     def write(self, value: Any, what: str) -> bytes:
-        """The bytes of the record `value`."""
+        """The bytes of the record `value`. Raises EncodingError, which names `what`, for any other class."""
         if not isinstance(value, self.record_class):
             raise EncodingError("%s: %r is not a %s" % (what, value, self.record_class.__name__))
         return write_fields(self._table, value)
 
 
 class Many:
-    """A tuple of items.
+    """The type of a field that is a tuple of items.
 
     Args:
-        item: the type of each.
-        count: the number in front of the items that tells how many there are (a byte, if not given); or, where the data
-            do not tell it, how many there always are.
-        sized: whether the length of one item in bytes follows the count. What an item has beyond our table is skipped.
+        item: the type of each item.
+        count: the type of the number in front of the items, which says how many items follow; None for a byte. Or an
+            int: a fixed number of items, with no number in front of them.
+        sized: whether a byte with the length of one item (bytes) follows the count. Bytes of an item that our table
+            does not have are skipped.
     """
 
     def __init__(self, item: Any, count: Union[None, int, NumberField] = None, sized: bool = False) -> None:
@@ -297,7 +312,7 @@ class Many:
         self._layout: Optional[struct.Struct] = None if sized else getattr(item, "layout", None)
 
     def read(self, data: bytes, at: int) -> Tuple[Tuple[Any, ...], int]:
-        """The items from `at` on, and where the next field begins."""
+        """The items from index `at` on, and the index of the next field. Raises TooShort when the data end before."""
         number, at = (self.count, at) if isinstance(self.count, int) else self.count.read(data, at)
         if self._layout is not None and at + number * self._layout.size <= len(data):
             end = at + number * self._layout.size
@@ -314,7 +329,7 @@ class Many:
         return tuple(items), at
 
     def write(self, value: Sequence[Any], what: str) -> bytes:
-        """The bytes of the items `value`, with their count."""
+        """The bytes of the items in `value`, with their count in front. Raises EncodingError, which names `what`."""
         try:
             value = tuple(value)
         except TypeError:
@@ -331,7 +346,7 @@ class Many:
         return data
 
     def _write_numbers(self, items: Sequence[Any]) -> Optional[bytes]:
-        """The bytes of records that have only numbers, in one go. None when they have more, or one does not fit."""
+        """The bytes of records of numbers, fast. None when an item is another record, or a number does not fit."""
         if self._layout is None or any(type(item) is not self.item.record_class for item in items):
             return None
         pieces = [packed(self._layout, vars(item).values()) or b"" for item in items]
@@ -344,6 +359,6 @@ STRING, REST = TextField(), Rest()
 
 
 def wrapped(difference: int, full: int) -> int:
-    """The difference of two numbers on a circle of `full` units, the short way round: -full/2 <= step < full/2."""
+    """The `difference` of two numbers on a circle of `full` units, taken the short way: -full/2 <= result < full/2."""
     half = full // 2
     return (difference + half) % full - half

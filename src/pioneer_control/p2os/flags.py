@@ -1,7 +1,7 @@
-"""Bits and numbers with a name: what single bits of a packet mean, and the sub-commands of the gripper.
+"""Names of bits and numbers in packets, and of the gripper commands.
 
-`IntFlag` values are integers: ``sip.flags & Flags.MOTORS_ENABLED`` works, unknown bits are kept. The names of bits
-stand in their order, from the lowest.
+`IntFlag` values are integers: ``sip.flags & Flags.MOTORS_ENABLED`` works, and unknown bits are kept. Each list of names
+begins with the lowest bit.
 """
 
 from enum import IntEnum, IntFlag
@@ -20,7 +20,7 @@ Flags = IntFlag("Flags", [
     "CHARGER_POWER",
     "HIGH_TEMPERATURE",
 ])
-"""FLAGS of the standard SIP (protocol sheet 4.1)."""
+"""Bits of FLAGS in the standard SIP (protocol sheet 4.1)."""
 
 FaultFlags = IntFlag("FaultFlags", [
     "LASER_POWER",                 # bit 0
@@ -40,7 +40,7 @@ FaultFlags = IntFlag("FaultFlags", [
     "REVERSE_SPEED_EXCEEDED",
     "JOYSTICK_WITH_SAFETY_OFF",
 ])
-"""FAULTFLAGS of the standard SIP, later ARCOS (protocol sheet 4.2)."""
+"""Bits of FAULTFLAGS in the standard SIP of later ARCOS firmware (protocol sheet 4.2)."""
 
 Flags3 = IntFlag("Flags3", [
     "JOYSTICK_OVERRIDE",           # bit 0
@@ -50,7 +50,7 @@ Flags3 = IntFlag("Flags3", [
     "ROTATION_LOOP_DISABLED",      # bit 4
     "ROTATION_INTEGRATOR_SATURATED",
 ])
-"""FLAGS3 of the standard SIP, Pioneer LX (protocol sheet 4.2)."""
+"""Bits of FLAGS3 in the standard SIP of a Pioneer LX (protocol sheet 4.2)."""
 
 StallBits = IntFlag("StallBits", [
     "STALLED",                     # bit 0
@@ -62,7 +62,10 @@ StallBits = IntFlag("StallBits", [
     "BUMPER_6",
     "BUMPER_7",
 ])
-"""One byte of STALL/BUMP: its wheel, and the pressed bumper segments (left wheel: rear; right wheel: front)."""
+"""Bits of one byte of STALL/BUMP in the standard SIP: a stalled wheel, and pressed bumper segments.
+
+The left byte has the left wheel and the rear bumper. The right byte has the right wheel and the front bumper.
+"""
 
 GripState = IntFlag("GripState", [
     "OPEN",                        # bit 0
@@ -74,7 +77,11 @@ GripState = IntFlag("GripState", [
     "LIFT_MOVING",
     "LIFT_ERROR",
 ])
-"""GRIP_STATE (protocol sheet 6.2). Neither or both of open and closed (of up and down): in between, or not known."""
+"""Bits of GRIP_STATE in the standard SIP (protocol sheet 6.2).
+
+When neither or both of OPEN and CLOSED are set, the paddles are in between, or their position is unknown. The same is
+true of the lift with LIFT_UP and LIFT_DOWN.
+"""
 
 DigitalIn = IntFlag("DigitalIn", [
     "PADDLES_NOT_OPEN",            # bit 0
@@ -86,10 +93,11 @@ DigitalIn = IntFlag("DigitalIn", [
     "INPUT_6",
     "INPUT_7",
 ])
-"""User digital inputs as a gripper there drives them (protocol sheet 6.4); any other wiring gives them another meaning.
+"""Bits of the user digital inputs when a gripper is connected to them (protocol sheet 6.4).
 
-    A set bit means what its name says. With nothing connected all float high: both beams look broken.
-    """
+Another wiring gives them another meaning. A set bit means what its name says. When nothing is connected, all inputs are
+high, and both beams seem to be broken.
+"""
 
 GripperSwitches = IntFlag("GripperSwitches", [
     "PADDLES_NOT_OPEN",            # bit 0
@@ -101,7 +109,7 @@ GripperSwitches = IntFlag("GripperSwitches", [
     "LIFT_MOVING",
     "PADDLES_MOVING",
 ])
-"""State byte of GRIPPERpac as P2OS fills it (protocol sheet 6.3). AROS and ARCOS send a `GripState` there instead."""
+"""Bits of the state byte in GRIPPERpac of P2OS (protocol sheet 6.3). AROS and ARCOS send a `GripState` instead."""
 
 
 ChargeState = IntEnum("ChargeState", {
@@ -112,7 +120,7 @@ ChargeState = IntEnum("ChargeState", {
     "BALANCE": 4,
     "UNKNOWN": 255,
 })
-"""CHARGE STATE of the standard SIP (protocol sheet 4)."""
+"""Values of CHARGE STATE in the standard SIP (protocol sheet 4)."""
 
 GripperCommand = IntEnum("GripperCommand", {
     "OPEN": 1,
@@ -130,4 +138,4 @@ GripperCommand = IntEnum("GripperCommand", {
 """Arguments of the GRIPPER command (protocol sheet 6.1). PRESSURE and CARRY need a GRIPPERVAL right behind them."""
 
 GRIPPER_VALUES = {GripperCommand.PRESSURE: (1, 100), GripperCommand.CARRY: (-255, 255)}
-"""Least and greatest GRIPPERVAL (20 ms) behind a sub-command that needs one; never 0."""
+"""The least and the greatest GRIPPERVAL (units of 20 ms) of the gripper commands that need one. 0 is not legal."""

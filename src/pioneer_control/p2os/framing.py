@@ -9,8 +9,8 @@
     │      └ count N: how many bytes follow it (id, data and checksum)
     └ header
 
-Both directions are framed alike. Nothing is escaped (``FA FB`` may occur inside a frame), numbered, acknowledged or
-repeated.
+Both directions use the same frames. Data bytes are not escaped: ``FA FB`` may occur inside a frame. Frames are not
+numbered, acknowledged or repeated.
 """
 
 from typing import List, NamedTuple, Optional
@@ -19,41 +19,44 @@ from ..errors import EncodingError
 
 HEADER = b"\xFA\xFB"
 SMALLEST_COUNT = 3
-"""Byte count of a frame without data: its id and its checksum."""
+"""The byte count of a frame without data: one byte of id and two bytes of checksum."""
 LARGEST_COUNT_SENT = 200
-"""What every firmware accepts (later ones take 249). Received frames may be as long as the count byte can say."""
+"""The largest byte count that every firmware accepts (later firmware accepts 249). Received frames may be longer."""
 LARGEST_DATA_SENT = LARGEST_COUNT_SENT - SMALLEST_COUNT
 PARTIAL_TIMEOUT = 0.1
-"""Seconds without a byte inside a frame after which the rest will not come: call `FrameDecoder.drop_partial`."""
+"""Time (s) without a byte inside a frame, after which the rest will not come. Then call `FrameDecoder.drop_partial`."""
 
 
 class Frame(NamedTuple):
-    """What a frame carries: its id, and the data between id and checksum."""
+    """The content of one frame: its id, and the data between id and checksum."""
 
     id: int
     data: bytes = b""
 
     @property
     def length(self) -> int:
-        """How many bytes it takes on the line, from header to checksum."""
+        """The number of bytes of the whole frame on the line, from header to checksum."""
         return len(HEADER) + 1 + SMALLEST_COUNT + len(self.data)
 
 
 class DecoderCounts(NamedTuple):
-    """What a `FrameDecoder` has made of the bytes it was fed."""
+    """Counters of a `FrameDecoder`, since it was made."""
 
     frames: int = 0
-    """Frames delivered."""
+    """Number of frames that it has returned."""
     discarded_bytes: int = 0
-    """Bytes that were part of no frame."""
+    """Number of bytes that belonged to no frame."""
     bad_checksums: int = 0
-    """Places that looked like a frame, but whose checksum said no."""
+    """How often bytes looked like a frame, but the checksum was wrong."""
     bad_counts: int = 0
-    """Headers followed by an impossible byte count (below 3)."""
+    """How often an impossible byte count (below 3) followed a header."""
 
 
 def checksum(body: bytes) -> int:
-    """16-bit checksum of `body` (id and data): the sum of its big-endian words; an odd last byte is XORed to it."""
+    """The 16-bit checksum of `body` (id and data).
+
+    It is the sum of the big-endian words. If the number of bytes is odd, the last byte is XORed to the sum.
+    """
     even = len(body) & ~1
     total = (sum(body[0:even:2]) << 8) + sum(body[1:even:2])
     return (total ^ body[-1] if even < len(body) else total) & 0xFFFF
@@ -63,7 +66,7 @@ def encode_frame(id: int, data: bytes = b"") -> bytes:
     """The bytes of one frame, to be sent with one write.
 
     Raises:
-        EncodingError: `id` is no byte, or `data` is longer than 197 bytes.
+        EncodingError: `id` is not an integer in 0..255, or `data` is longer than 197 bytes.
     """
     if type(id) is bool or not isinstance(id, int) or not 0 <= id <= 0xFF:
         raise EncodingError("frame id %r is not an integer in 0..255" % (id,))
@@ -75,11 +78,11 @@ def encode_frame(id: int, data: bytes = b"") -> bytes:
 
 
 class FrameDecoder:
-    """Finds the frames in a stream of bytes that may come in any pieces and with any noise.
+    """Finds the frames in a stream of bytes that may come in pieces of any size and with any noise.
 
-    Give what was read to `feed`. It never raises on what comes from the line, holds back at most one unfinished frame
-    (257 bytes), and needs time in proportion to the bytes. When bytes looked like a frame and are not one, only the
-    first of them is dropped: the search goes on right behind it, so noise never hides a good frame.
+    Give all received bytes to `feed`. It never raises, whatever the bytes are. It holds at most one unfinished frame
+    (257 bytes), and its time is proportional to the number of bytes. When bytes look like a frame but are not a frame,
+    only the first byte is dropped, and the search goes on right behind it. So noise never hides a good frame.
     """
 
     def __init__(self) -> None:
@@ -88,16 +91,16 @@ class FrameDecoder:
 
     @property
     def waiting(self) -> bool:
-        """Whether the bytes so far end inside what may become a frame."""
+        """Whether the decoder holds bytes that may become a frame."""
         return bool(self._held)
 
     @property
     def counts(self) -> DecoderCounts:
-        """What was delivered and what was thrown away since the start."""
+        """The numbers of frames and of discarded bytes since the decoder was made."""
         return DecoderCounts(self._frames, self._discarded, self._bad_checksums, self._bad_counts)
 
     def feed(self, data: bytes) -> List[Frame]:
-        """The frames that are complete with these bytes, which follow all that was fed before.
+        """The frames that are complete with these bytes. `data` follows all bytes that were fed before.
 
         Bytes that cannot become a frame are dropped. An unfinished frame is kept.
         """
@@ -121,7 +124,7 @@ class FrameDecoder:
         """Give up the unfinished frame, because `PARTIAL_TIMEOUT` passed without a byte.
 
         Returns:
-            The whole frames that begin inside it. Nothing is held afterwards.
+            The whole frames that begin inside the unfinished frame. After this call no bytes are held.
         """
         frames: List[Frame] = []
         while self._held:
@@ -131,7 +134,7 @@ class FrameDecoder:
         return frames
 
     def _frame_end(self) -> Optional[int]:
-        """Where the frame ends with which the held bytes begin; 0 when they do not; None when more bytes must tell."""
+        """The length of the frame at the start of the held bytes; 0 if none is there; None if more bytes are needed."""
         held = self._held
         if not HEADER.startswith(held[:2]):
             return 0

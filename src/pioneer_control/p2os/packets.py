@@ -1,6 +1,6 @@
-"""Every packet a robot sends, as a frozen dataclass, and which id brings which (protocol sheet 2 and 5).
+"""Every packet that a robot sends, as a frozen dataclass, and its frame ids (protocol sheet 2 and 5).
 
-The large ones, `Sip` and `Config`, have files of their own.
+The two large packets, `Sip` and `Config`, have their own files.
 """
 
 from dataclasses import dataclass
@@ -17,14 +17,14 @@ from .sip import Sip
 
 @dataclass(frozen=True)
 class SyncEcho:
-    """The robot's answer to SYNC0 and SYNC1: the same packet."""
+    """The robot's answer to SYNC0 or SYNC1: the same packet, with the same number (0 or 1)."""
 
     number: int
 
 
 @dataclass(frozen=True)
 class SyncReply:
-    """The robot's answer to SYNC2: who it is."""
+    """The robot's answer to SYNC2: its name, class and model."""
 
     name: str = wire(STRING, "", "name of this robot, set by its user")
     type: str = wire(STRING, "", "robot class: `Pioneer` (Pioneer LX: `MTX`)")
@@ -33,7 +33,7 @@ class SyncReply:
 
 @dataclass(frozen=True)
 class Encoder:
-    """ENCODERpac: accumulated raw ticks."""
+    """ENCODERpac: accumulated raw ticks of the wheel encoders."""
 
     left_ticks: int = wire(INT32, "ticks", "left wheel")
     right_ticks: int = wire(INT32, "ticks", "right wheel")
@@ -49,7 +49,10 @@ class SerialAux:
 
 @dataclass(frozen=True)
 class Gripper:
-    """GRIPPERpac. `state` holds `GripperSwitches` where the firmware sends the SIP's analog port first."""
+    """GRIPPERpac: kind and state of the gripper.
+
+    `state` has the bits of `GripState`. PSOS, P2OS and AmigOS send the bits of `GripperSwitches` instead.
+    """
 
     has_gripper: int = wire(BYTE, "", "0 is none; other numbers depend on the firmware")
     state: int = wire(BYTE.of(GripState), "", "as in the SIP")
@@ -58,7 +61,7 @@ class Gripper:
 
 @dataclass(frozen=True)
 class IO:
-    """IOpac: digital bytes are electrical levels (bumpers and infrared: 0 means triggered)."""
+    """IOpac: inputs and outputs. Digital bits are electrical levels (bumpers and infrared: 0 means triggered)."""
 
     digital_in: Tuple[int, ...] = wire(Many(BYTE), "", "user inputs, front bumpers, rear bumpers, infrared")
     digital_out: Tuple[int, ...] = wire(Many(BYTE), "", "user outputs")
@@ -67,7 +70,7 @@ class IO:
 
 @dataclass(frozen=True)
 class GyroReading:
-    """The gyro over 25 ms."""
+    """One reading of the gyro, over 25 ms."""
 
     rate: int = wire(UINT16, "", "0..1023, about 512 at rest, below it counter-clockwise; full scale 300 deg/s")
     temperature: int = wire(BYTE, "", "0..255")
@@ -75,15 +78,18 @@ class GyroReading:
 
 @dataclass(frozen=True)
 class Gyro:
-    """GYROpac, from a gyro that the client has to read (CONFIGpac: has_gyro 1)."""
+    """GYROpac: readings of a gyro that the client has to read (has_gyro 1 in CONFIGpac)."""
 
     readings: Tuple[GyroReading, ...] = wire(Many(Record(GyroReading)), "", "one per 25 ms")
 
 
 @dataclass(frozen=True)
 class Arm:
-    """ARMpac. The manual's layout is given; the vendor's client reads byte 1 as motion and byte 2 as
-    status (bit 0 good, 1 initialised, 2 power, 3 homing), and some robots send that."""
+    """ARMpac: state of the Pioneer Arm, in the layout of the manual.
+
+    The vendor's client reads byte 1 as motion, and byte 2 as status (bit 0 good, 1 initialised, 2 power, 3 homing).
+    Some robots send this other layout.
+    """
 
     status_bits: int = wire(BYTE, "", "bit 0 servo power, bit 1 connected")
     motion_bits: int = wire(BYTE, "", "bit 0 joint 1 moves, ...")
@@ -92,7 +98,7 @@ class Arm:
 
 @dataclass(frozen=True)
 class ArmJoint:
-    """One joint of the arm, in servo ticks."""
+    """Speed and positions of one joint of the arm. Positions are in servo ticks."""
 
     speed_ms: int = wire(BYTE, "ms", "time of one tick")
     home: int = wire(BYTE, "ticks", "")
@@ -104,7 +110,7 @@ class ArmJoint:
 
 @dataclass(frozen=True)
 class ArmInfo:
-    """ARMINFOpac."""
+    """ARMINFOpac: version and joints of the Pioneer Arm."""
 
     version: str = wire(STRING, "", "of the arm's server; `No arm` without one")
     joints: Tuple[ArmJoint, ...] = wire(Many(Record(ArmJoint)), "", "")
@@ -112,7 +118,7 @@ class ArmInfo:
 
 @dataclass(frozen=True)
 class Joystick:
-    """JOYSTICKpac: axes 0..1023, 512 in the middle."""
+    """JOYSTICKpac: buttons and axes of a joystick. An axis has 0..1023, with 512 in the middle."""
 
     button_1: int = wire(BYTE, "", "1 pressed")
     button_2: int = wire(BYTE, "", "1 pressed")
@@ -123,7 +129,7 @@ class Joystick:
 
 @dataclass(frozen=True)
 class TCM2:
-    """TCM2pac, from a compass module."""
+    """TCM2pac: readings of a TCM2 compass module."""
 
     heading_ddeg: int = wire(INT16, "0.1 deg", "")
     pitch_ddeg: int = wire(INT16, "0.1 deg", "")
@@ -140,7 +146,10 @@ class TCM2:
 
 @dataclass(frozen=True)
 class Playlist:
-    """PLAYLIST: one stored sound of an AmigoBot. (P2OS robots answer with 25 zero bytes, one too few: malformed.)"""
+    """PLAYLIST: one stored sound of an AmigoBot.
+
+    P2OS robots answer with 25 zero bytes. This is one byte too few, and gives a `MalformedPacket`.
+    """
 
     sound: int = wire(BYTE, "", "its number; in the first of all, how many there are")
     enabled: int = wire(BYTE, "", "1 if sounds are on")
@@ -151,7 +160,7 @@ class Playlist:
 
 @dataclass(frozen=True)
 class Battery:
-    """One battery that knows its charge."""
+    """State of one battery that measures its own charge."""
 
     flags1: int = wire(BYTE, "", "")
     flags2: int = wire(BYTE, "", "")
@@ -162,14 +171,14 @@ class Battery:
 
 @dataclass(frozen=True)
 class BatteryInfo:
-    """Answer to BATTERYINFO."""
+    """Answer to BATTERYINFO: the state of each battery."""
 
     batteries: Tuple[Battery, ...] = wire(Many(Record(Battery), sized=True), "", "")
 
 
 @dataclass(frozen=True)
 class Reset:
-    """The controller restarted (id 0xFF), with data about it (0xFE)."""
+    """The controller has restarted (id 0xFF). With id 0xFE the packet has data about the restart."""
 
     id: int
     data: bytes = wire(REST, "", "")
@@ -177,7 +186,7 @@ class Reset:
 
 @dataclass(frozen=True)
 class SimulatedLaser:
-    """Part of a scan of a simulated laser."""
+    """Part of a scan of a simulated laser: the pose of the robot, and ranges."""
 
     x: int = wire(INT16, "mm", "robot")
     y: int = wire(INT16, "mm", "robot")
@@ -189,7 +198,7 @@ class SimulatedLaser:
 
 @dataclass(frozen=True)
 class LaserReading:
-    """One reading of a simulated laser, extended."""
+    """One reading of a simulated laser, with reflectance."""
 
     range_mm: int = wire(UINT16, "mm", "")
     reflectance: int = wire(BYTE, "", "")
@@ -209,7 +218,7 @@ class SimulatedLaserExtended:
 
 @dataclass(frozen=True)
 class SimulatorStatus:
-    """SIMSTAT."""
+    """SIMSTAT: state of a simulated robot, with its true pose and its odometry error."""
 
     text_1: str = wire(STRING, "", "empty")
     text_2: str = wire(STRING, "", "empty")
@@ -240,7 +249,7 @@ class SimulatedDevice:
 
 @dataclass(frozen=True)
 class SimulatorInfo:
-    """SIMINFO."""
+    """SIMINFO: the simulator program, and the devices of the simulated robot."""
 
     application: str = wire(STRING, "", "")
     version: str = wire(STRING, "", "")
@@ -250,7 +259,7 @@ class SimulatorInfo:
 
 @dataclass(frozen=True)
 class MapChanged:
-    """A simulator loaded another map."""
+    """A simulator has loaded another map."""
 
     by_user: int = wire(BYTE, "", "")
     status: int = wire(BYTE, "", "")
@@ -259,7 +268,7 @@ class MapChanged:
 
 @dataclass(frozen=True)
 class UnknownPacket:
-    """A whole frame whose id no table knows. To be ignored."""
+    """A whole frame with an id that is in no table. Programs should ignore it."""
 
     id: int
     data: bytes
@@ -267,7 +276,7 @@ class UnknownPacket:
 
 @dataclass(frozen=True)
 class MalformedPacket:
-    """A whole frame whose data are too short for its id."""
+    """A whole frame whose data are too short for its id. `reason` names the field that is incomplete."""
 
     id: int
     data: bytes
@@ -305,7 +314,7 @@ PACKETS: Dict[int, Tuple[Any, Dict[str, int]]] = {
     0xFE: (Reset, {"id": 0xFE}),
     0xFF: (Reset, {"id": 0xFF}),
 }
-"""Frame id: the packet it brings, and what the id itself says of it."""
+"""By frame id: the class of the packet, and the fields whose values come from the id."""
 
 _IDS: Dict[Any, List[Tuple[int, Dict[str, int]]]] = {
     packet_class: [(id, said) for id, (known, said) in PACKETS.items() if known is packet_class]
@@ -320,11 +329,11 @@ NAMES_ONLY = {
     0xD5: "absolute maxima",
     0xDA: "wheel information",
 }
-"""Frame ids whose data no readable source describes (Seekur, Pioneer LX): they stay an `UnknownPacket`."""
+"""Names of packets whose data no readable source describes (Seekur, Pioneer LX). They become an `UnknownPacket`."""
 
 
 def _port_first(table: Table) -> Table:
-    """The table of a `Sip` as PSOS, P2OS and AmigOS send it: with the analog port before the gripper state."""
+    """The table of a `Sip` of PSOS, P2OS and AmigOS, made from `table`: the analog port is before the gripper state."""
     at = [row.name for row in table].index("grip_state")
     return Table(table[:at] + (table[at + 1], table[at]) + table[at + 2:])
 
@@ -336,25 +345,25 @@ _TABLES[False] = {
     Gripper: Table(row._replace(type=BYTE.of(GripperSwitches)) if row.name == "state" else row
                    for row in rows(Gripper)),
 }
-"""The tables, by `grip_state_first` (see `decode_packet`)."""
+"""The tables of all packets, first by `grip_state_first` (see `decode_packet`), then by packet class."""
 
 
 def packet_rows(packet_class: Any, grip_state_first: bool = True) -> Table:
-    """The table of a packet, as the firmware of either kind sends it (see `decode_packet`)."""
+    """The table of a packet class, for the kind of firmware that `grip_state_first` gives (see `decode_packet`)."""
     return _TABLES[grip_state_first].get(packet_class, Table())
 
 
 def decode_packet(frame: Frame, grip_state_first: bool = True) -> Any:
-    """What a frame from the robot says: one of the classes above.
+    """The packet in a frame from the robot: an object of one of the packet classes.
 
-    Never raises: an id without a table gives an `UnknownPacket`, data that end too soon a `MalformedPacket`; bytes
-    behind the last field are ignored.
+    Never raises. A frame with an id that is in no table becomes an `UnknownPacket`. A frame whose data end too soon
+    becomes a `MalformedPacket`. Bytes behind the last field are ignored.
 
     Args:
         frame: from a `FrameDecoder`.
-        grip_state_first: which firmware it is, for the bytes do not tell. True: AROS, ARCOS and AmigoSH, whose SIP has
-            the gripper state before the analog port, and whose GRIPPERpac has the same state. False: PSOS, P2OS and
-            AmigOS, with the port first and with switches in GRIPPERpac.
+        grip_state_first: the kind of firmware, which the bytes do not show. True for AROS, ARCOS and AmigoSH: their SIP
+            has the gripper state before the analog port, and their GRIPPERpac has the same gripper state. False for
+            PSOS, P2OS and AmigOS: their SIP has the analog port first, and their GRIPPERpac has switches.
     """
     number, data = frame
     if number not in PACKETS:
@@ -373,7 +382,7 @@ def encode_packet(packet: Any, grip_state_first: bool = True) -> bytes:
     """The bytes of `packet`, as a robot sends them; `grip_state_first` as in `decode_packet`.
 
     Raises:
-        EncodingError: no robot sends such a packet, or a value of it does not fit the wire.
+        EncodingError: `packet` is not a packet that robots send, or one of its values does not fit its field.
     """
     if isinstance(packet, (UnknownPacket, MalformedPacket)):
         return encode_frame(packet.id, packet.data)

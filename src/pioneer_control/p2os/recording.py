@@ -1,4 +1,4 @@
-"""A record of a line as text: who sent which bytes when.
+"""The record of a line as text: which bytes went over the line, when, and in which direction.
 
 ::
 
@@ -7,10 +7,11 @@
     0.480000 1 < FA FB 03 00 00 00
     # 0.500000 fault begins: loss 0.1
 
-Lines that begin with # are for people. A packet may be spread over several lines of the record, as its bytes came.
+Lines that begin with # are for people. A packet may be on several lines of the record, in the pieces in which its bytes
+came.
 
-A simulated robot writes a record of its own line; its times are simulated. The programs of `bags` make a record from a
-bag. The simulator plays a record. ``python3 -m pioneer_control.p2os --record FILE`` explains it.
+A simulated robot writes a record of its own line, with simulated times. The programs of `bags` make a record from a
+bag. The simulator plays a record. ``python3 -m pioneer_control.p2os --record FILE`` explains a record.
 """
 
 from contextlib import suppress
@@ -24,11 +25,11 @@ from .framing import HEADER, PARTIAL_TIMEOUT
 TITLE = "# pioneer_control line record 1: s, robot, > to it or < from it, bytes as its client wrote and got them"
 
 LATEST = 1e10
-"""Seconds. No record is so long, not even when somebody set the clock meanwhile."""
+"""The largest legal time (s) in a record. Real times are smaller, even when somebody set the clock meanwhile."""
 
 
 class Entry(NamedTuple):
-    """One line of a record: bytes, or a `note`. `robot` counts from 1."""
+    """One line of a record: bytes, or a `note`. `time` is in s. `robot` counts from 1, and is 0 for a note."""
 
     time: float
     robot: int
@@ -38,7 +39,7 @@ class Entry(NamedTuple):
 
 
 def written(entry: Entry) -> str:
-    """The line of an entry, without its end."""
+    """An entry as a line of text, without the line end."""
     if entry.note:
         return "# %.6f %s" % (entry.time, entry.note)
     return "%.6f %d %s %s" % (
@@ -46,10 +47,10 @@ def written(entry: Entry) -> str:
 
 
 def entries(lines: Iterable[str]) -> Iterator[Entry]:
-    """The entries of the lines of a record. Titles and empty lines are left out.
+    """The entries in the lines of a record. Titles and empty lines are left out.
 
     Raises:
-        UsageError: a line makes no sense. The message names it.
+        UsageError: a line is not an entry. The message has the number and the text of the line.
     """
     for number, line in enumerate(lines, 1):
         words = line.split(maxsplit=3)
@@ -69,10 +70,10 @@ def entries(lines: Iterable[str]) -> Iterator[Entry]:
 
 
 def read_record(path: str) -> List[Entry]:
-    """All entries of a file.
+    """All entries in the file of a record.
 
     Raises:
-        UsageError: it cannot be read, or a line of it makes no sense.
+        UsageError: the file cannot be read, or one of its lines is not an entry.
     """
     try:
         with open(path, encoding="utf-8") as lines:
@@ -85,14 +86,15 @@ def read_record(path: str) -> List[Entry]:
 
 
 class Steps(Dict[int, Optional[int]]):
-    """Names the SYNC packets of a handshake. Inside a session the same packets are PULSE, OPEN and CLOSE.
+    """Finds the SYNC packets in a record. In a session the same packets are PULSE, OPEN and CLOSE.
 
-    By robot, it has the id of the last packet that came from it. None after CLOSE: then 0, 1, 2 are SYNCs, until the
-    robot is connected. A robot is missing as long as nothing tells whether the record begins in a session.
+    A key is the number of a robot. Its value is the id of the last packet from this robot. The value is None after
+    CLOSE: from then on 0, 1, 2 are SYNCs, until the robot is connected again. A robot has no key as long as it is
+    unknown whether the record begins in a session.
     """
 
     def name(self, robot: int, to_robot: bool, number: int) -> str:
-        """The name of the packet with this id if it is a SYNC; empty for any other packet."""
+        """The name of the next packet, which has this id `number`, if it is a SYNC; empty for any other packet."""
         answer = self.get(robot)
         if not to_robot:
             self[robot] = number
@@ -106,11 +108,11 @@ class Steps(Dict[int, Optional[int]]):
 
 
 def explain_record(record: Iterable[Entry], long: bool = False, grip_state_first: bool = True) -> Iterator[str]:
-    """A record packet by packet, each with the time of its last byte.
+    """The lines of text that explain a record packet by packet, each with the time (s) of its last byte.
 
     Args:
-        record: its entries.
-        long: explain each packet byte by byte, as `explain` does; else in one line.
+        record: the entries of the record.
+        long: True to explain each packet byte by byte, as `explain` does; False for one line per packet.
         grip_state_first: as in `decode_packet`.
     """
     streams: Dict[Tuple[int, bool], Tuple[float, bytes]] = {}   # the last time and the unfinished bytes of each way
@@ -144,5 +146,5 @@ def explain_record(record: Iterable[Entry], long: bool = False, grip_state_first
 
 
 def _unfinished(piece: Piece) -> bool:
-    """Whether the piece may be the beginning of a packet."""
+    """Whether this piece may be the beginning of a packet whose other bytes come later."""
     return piece.data == HEADER[:1] or piece.wrong.startswith("cut off")

@@ -7,14 +7,17 @@ from .fields import BYTE, INT8, INT16, UINT16, UINT32, Many, Record, later, wire
 from .flags import ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripState, StallBits
 
 STOPPED, MOVING = 0x32, 0x33
-"""Frame ids of a SIP. They are only a hint; the velocities tell more. PSOS sends 0x31 when its motors have no power."""
+"""Frame ids of a SIP of a robot that stands or moves.
+
+They are only a hint: the velocities in the SIP are more reliable. PSOS sends 0x31 when its motors have no power.
+"""
 COUNT_RANGE = 0x8000
-"""x and y wrap at this many counts (protocol sheet 4.3)."""
+"""The number of counts at which x and y of a SIP wrap (protocol sheet 4.3)."""
 
 
 @dataclass(frozen=True)
 class SonarReading:
-    """One sonar that was heard since the last SIP."""
+    """One reading of a sonar since the last SIP."""
 
     number: int = wire(BYTE, "", "sonar number, from 0")
     range_units: int = wire(UINT16, "", "range: * range factor = mm; the greatest (about 5000) means no echo")
@@ -24,9 +27,10 @@ class SonarReading:
 class Sip:
     """Standard server information packet, ids 0x30..0x34.
 
-    Everything from `grip_state` on is None where the firmware's packet ends earlier: P2OS and AROS end with
-    `digital_out`, AmigoSH with `charge_state`, ARCOS with `fault_flags`. PSOS, P2OS and AmigOS send `analog_port`
-    before `grip_state`. x and y are kept as they travel: only 15 bits count, and they wrap.
+    Older firmware sends a shorter packet. Then the last fields, from `grip_state` on, are None. The packet of P2OS and
+    AROS ends with `digital_out`, that of AmigoSH with `charge_state`, that of ARCOS with `fault_flags`. PSOS, P2OS and
+    AmigOS send `analog_port` before `grip_state`. `x_counts` and `y_counts` are not unwrapped: only their low 15 bits
+    have a meaning, and they wrap.
     """
 
     type_id: int
