@@ -14,8 +14,8 @@ The folders:
 
 The files that the folders share: ``errors`` (every exception), ``parameters`` (how a node checks its parameters),
 ``message_values`` (what the numbers in messages mean), ``standard_messages`` (sonar and battery in messages of standard
-packages), ``ros_node`` (how a node starts and ends), ``interrupt`` (Ctrl-C without a traceback), ``whole_file`` (files
-that are there whole, or not at all) and ``pictures`` (what all pictures share).
+packages), ``ros_node`` (how a node starts and ends), ``interrupt`` (Ctrl-C without a traceback), ``whole_file``
+(write a file completely or not at all) and ``pictures`` (what all pictures share).
 
 ``import pioneer_control`` alone loads none of these files and folders, and neither rospy nor serial.
 """

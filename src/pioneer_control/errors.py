@@ -16,7 +16,7 @@
         ├── RefusedError        it refuses, and the reason is known (STOP button pressed, ...)
         └── NotConfirmedError   it never confirms that it did it (also a TimeoutError)
 
-The text of an exception states what was tried, what came back, and what the user can do.
+The error message states what was tried, what came back, and what the user can do.
 """
 
 
@@ -25,7 +25,7 @@ class PioneerError(Exception):
 
 
 class UsageError(PioneerError, ValueError):
-    """The caller gave a value, a name or a file that makes no sense. The text names it, and what is legal."""
+    """The caller gave a value, a name or a file that makes no sense. The error message names it, and what is legal."""
 
 
 class EncodingError(UsageError):
@@ -33,7 +33,7 @@ class EncodingError(UsageError):
 
 
 class UnknownModelError(UsageError):
-    """The table has no robot model of this name or subtype. The text lists models with similar names."""
+    """The table has no robot model of this name or subtype. The error message lists models with similar names."""
 
 
 class ParameterError(UsageError):

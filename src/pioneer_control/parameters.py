@@ -189,7 +189,8 @@ def check(table: type, given: Mapping[str, Any]) -> Tuple[Any, List[str]]:
         An instance of the table with the values to use; and the given names that the table does not know.
 
     Raises:
-        ParameterError: a value is not legal, or an unknown name is similar to a known name. The text names all of them.
+        ParameterError: a value is not legal, or an unknown name is similar to a known name. The error message names all
+            of these mistakes.
     """
     known = {entry.name: entry.metadata for entry in fields(table)}
     accepted, problems = {}, []

@@ -37,8 +37,8 @@ def init_node(name: str) -> None:
 
     The signals are SIGINT (Ctrl-C), SIGTERM and SIGHUP (a closed terminal; ignored under ``nohup``).
 
-    The signal handler of rospy runs the shutdown in the main thread, in the middle of what this thread just does.
-    There it can wait for ever for a lock that the main thread holds: even `rospy.loginfo` holds a lock while it sends
+    The signal handler of rospy runs the shutdown in the main thread, in the middle of other work of this thread. There
+    it can wait for ever for a lock that the main thread itself holds. Even `rospy.loginfo` holds a lock while it sends
     a request to the master (seen with rospy 1.15.15).
 
     A signal that comes while this function runs ends the program with exit code 0. A master that does not answer
@@ -163,7 +163,7 @@ def ticks(rate: float, duration: float) -> Iterator[None]:
 
 
 NO_ANSWER = OSError, http.client.HTTPException, xmlrpc.client.Error
-"""The exceptions of an XML-RPC request to a ROS master or node that does not run, or hangs."""
+"""The exceptions that an XML-RPC request raises when the ROS master or node does not run, or hangs."""
 
 
 class ImpatientTransport(xmlrpc.client.Transport):
@@ -196,7 +196,7 @@ def is_offered(service: str, timeout: float) -> Optional[bool]:
 
 
 def listeners(timeout: float) -> Dict[str, List[str]]:
-    """Return the names of the subscribed nodes, by topic. Empty when the master does not answer in ``timeout`` s."""
+    """Return for each topic the names of its subscriber nodes. Empty if the master does not answer in ``timeout`` s."""
     with contextlib.suppress(*NO_ANSWER), peer(rosgraph.get_master_uri(), timeout) as master:
         _, _, (_, subscribers, _) = master.getSystemState(rospy.get_caller_id())
         return dict(subscribers)

@@ -1,4 +1,4 @@
-"""Files that are there whole, or not at all: `writing`."""
+"""Writes a file completely or not at all, with the context manager `writing`."""
 
 import contextlib
 import os
@@ -7,10 +7,10 @@ from typing import Iterator
 
 @contextlib.contextmanager
 def writing(path: str) -> Iterator[str]:
-    """Write a file under another name, which it keeps until it is whole.
+    """Write a file completely or not at all. Use it in a ``with`` block.
 
-    The ``with`` block gets that name, ``path`` with ``.part`` behind it, and writes the file. At its end the file is
-    called ``path``. When something ends the block before (Ctrl-C, a full disk), nothing is left of the file.
+    The block gets a temporary name, ``path`` + ".part", and writes the file with this name. At the end of the block the
+    file is renamed to ``path``. If an exception ends the block (Ctrl-C, a full disk), the temporary file is deleted.
     """
     part = path + ".part"
     try:

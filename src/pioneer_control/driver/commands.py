@@ -14,7 +14,7 @@ LEAVE_ALONE = 0
 LEGAL_GRIP = "legal: 1 open, 2 close, 3 stop, 7 store, 8 deploy, 15 halt, 16 pressure, 0 leave alone"
 LEGAL_LIFT = "legal: 4 up, 5 down, 6 stop, 17 carry, 0 leave alone"
 STOPS = ({LEAVE_ALONE, GripCommand.STOP, GripCommand.HALT}, {LEAVE_ALONE, LiftCommand.STOP})
-"""The values of grip.state, and of lift.state, that start no movement: they mean stop or no command."""
+"""Two sets: the values of grip.state, and those of lift.state, that mean stop or no command. They start no movement."""
 MOVES_BOTH = (GripCommand.STORE, GripCommand.DEPLOY, GripCommand.HALT)
 
 

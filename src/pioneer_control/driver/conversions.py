@@ -27,7 +27,7 @@ SONAR_LIFETIME = 2.0
 WHEEL_JOINTS = ("left_wheel_joint", "right_wheel_joint")
 """The names of the wheel joints in urdf/: left, right."""
 COMPASS_VARIANCE = 0.01
-"""The variance (rad^2) of a compass heading. Steel in a floor bends the magnetic field by some degrees."""
+"""The variance (rad^2) of a compass heading. A floor can bend the earth's magnetic field by some degrees."""
 GYRO_VARIANCE = 1e-4
 """The variance ((rad/s)^2) of a turn rate from the gyro."""
 NOT_MEASURED = [-1.0] + [0.0] * 8

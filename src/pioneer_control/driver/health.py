@@ -6,22 +6,24 @@ see when one is missing:
 ===========  ======================  ==============================================  =========================
 task         OK                      WARN                                            ERROR
 ===========  ======================  ==============================================  =========================
-Link         packets come as often   fewer come than the robot sends; damaged        no link, and why
-             as the robot sends      packets, stray bytes or several questions
-             them                    without an answer in the last seconds
-Battery      above the alarm level   below it; below the next, but charging          below the level of
-                                                                                     switching itself off
-Motors       on, or off              the STOP button is pressed; the robot took      a fault of the drives or
-                                     them away; told to drive, it stands; a          of the safety system
-                                     lasting fault that leaves them working
-Stall        wheels turn freely      a wheel is stalled
+Link         all packets arrive      packets are missing or damaged, stray bytes,    no link
+                                     or questions without an answer (in the last
+                                     seconds)
+Battery      above the alarm level   below the alarm level; below the switch-off     below the switch-off
+                                     level, but charging                             level
+Motors       on or off               the STOP button is pressed; the robot           a fault of the drives or
+                                     switched them off; it got a velocity, but       of the safety system
+                                     stands; a fault with which they still work
+Stall        no wheel is stalled     a wheel is stalled
 Bumpers      free, or none fitted    a segment is pressed
-Temperature  as it should be, or     near the level of switching itself off          beyond it, or the robot
-             the robot reports none                                                  says it is too hot
+Temperature  normal, or the robot    near the switch-off level                       above the switch-off
+             does not report it                                                      level, or the robot
+                                                                                     reports too much heat
 ===========  ======================  ==============================================  =========================
 
-WARN means a problem that a person can end. ERROR means that the robot cannot work, or takes damage. Without a link all
-tasks but Link are STALE, the level of REP 107 for missing data, because an old level may not be true any more.
+At the switch-off level the robot switches itself off. WARN means a problem that a person can end. ERROR means that the
+robot cannot work, or takes damage. Without a link all tasks but Link are STALE, the level of REP 107 for missing data,
+because an old level may not be true any more.
 """
 
 import math
@@ -67,7 +69,7 @@ class Finding(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """One possible problem: whether it is present, its level, and a text that says what to do."""
+    """One possible problem: whether it is present (`is_so`), its level, and a text that says what to do."""
 
     is_so: bool
     level: Level

@@ -42,7 +42,7 @@ def battery_levels(identity: RobotIdentity) -> BatteryLevels:
 
 
 def low_battery(voltage: float, levels: BatteryLevels) -> str:
-    """Return the warning about a battery with a low voltage (V)."""
+    """Return the warning text about a battery with a low ``voltage`` (V). The text also names the alarm level."""
     return "battery low: %.1f V, the alarm level is %.1f V" % (voltage, levels.low)
 
 
@@ -100,7 +100,7 @@ class Watch:
         self._gaps = 0  # how many pauses in a row were too long
 
     def identified(self, identity: RobotIdentity) -> None:
-        """Take the identity of the connected robot: the levels of its battery."""
+        """Take the identity of the newly connected robot, and use its battery levels from now on."""
         self._battery = battery_levels(identity)
 
     def state(self, state: RobotState) -> Dict[str, str]:

@@ -122,6 +122,7 @@ class Requests:
         """Switch the sonar on or off, and return the text of the answer.
 
         The command is repeated until the flags of the robot show it.
+
         Raises:
             NotConfirmedError: the flags do not show it within CONFIRM_TIMEOUT seconds.
             LinkError: there is no link.
@@ -150,7 +151,7 @@ class Requests:
     # The callbacks of the subscribers and services.
 
     def _hear(self, topic: "SubscribedTopic", message: Any) -> None:
-        """Obey a message on a topic. Refuse it with a warning when its sender is or may be a bag player."""
+        """Obey a message on a topic, or log why not. Messages from a bag player (`rosbag play`) are refused."""
         connection = getattr(message, "_connection_header", None) or {}
         known = self._senders.known.get((topic.name, connection.get("callerid", "")))
         if known is not connection and not self._accept_replay:
@@ -166,8 +167,8 @@ class Requests:
     def _serve(self, service: "OfferedService", request: Any) -> Any:
         """Obey a service request and return the response.
 
-        When the response type has the fields success and message, they show an error. For other types a failure raises
-        rospy.ServiceException.
+        If the robot does not do it, a response with the fields success and message has the reason. A service type
+        without these fields raises rospy.ServiceException.
         """
         response = vars(service.kind)["_response_class"]
         tells = "success" in response.__slots__
@@ -191,7 +192,7 @@ def check_finite(topic: str, message: Any, names: Sequence[str]) -> None:
         names: the names of the numbers in the message, for example "linear.x".
 
     Raises:
-        UsageError: a number is not finite. The text names it.
+        UsageError: a number is not finite. The error message names it.
     """
     for name, value in zip(names, attrgetter(*names)(message)):
         if not math.isfinite(value):
@@ -206,7 +207,8 @@ class SubscribedTopic(NamedTuple):
     queue: int
     obey: Callable[[Requests, Any], None]
     stops: Callable[[Any], bool]
-    """Whether a message just stops the robot. Such a message is obeyed also when its sender is not known."""
+    """Return whether a message just stops the robot. Only such a message is obeyed when its sender may be a bag player.
+    """
 
 
 class OfferedService(NamedTuple):

@@ -40,7 +40,7 @@ class Senders:
         Args:
             message: the message that was received.
             topic: the name of its topic.
-            stops: returns whether a message just stops the robot.
+            stops: a function that returns whether a message just stops the robot.
         """
         connection = getattr(message, "_connection_header", None)
         node = (connection or {}).get("callerid", "")

@@ -20,7 +20,7 @@ Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def _metres(value_mm: float) -> float:
-    """Convert millimetres to metres."""
+    """Convert a length from millimetres to metres."""
     return value_mm / 1000.0
 
 
@@ -91,8 +91,8 @@ class ModelTable:
         """Return the model for a subtype or an alias. Upper and lower case make no difference.
 
         Raises:
-            UnknownModelError: the table has no such model, or the model is excluded. The text lists models with similar
-                names, or gives the reason for the exclusion.
+            UnknownModelError: the table has no such model, or the model is excluded. The error message lists models
+                with similar names, or gives the reason for the exclusion.
         """
         wanted = subtype.strip().lower()
         by_lower_case = {name.lower(): name for name in self.models}
@@ -112,7 +112,8 @@ def load_table(override_file: Optional[str] = None) -> ModelTable:
     """Load the models of this package. Values from ``override_file`` replace ours, and can add models.
 
     Raises:
-        UsageError: a file cannot be read, or a value in it is not legal. The text names the file, model and key.
+        UsageError: a file cannot be read, or a value in it is not legal. The error message names the file, the model
+            and the key.
     """
     source, content = OWN_FILE, _read(OWN_FILE)
     if override_file:
@@ -263,7 +264,11 @@ def _converted(where: str, values: Dict[str, Any], keys: Dict[str, Key]) -> Dict
 
 
 def _checked(where: str, name: str, value: Any, kind: Any) -> Any:
-    """Return the value in the type that ``kind`` gives it. Raises UsageError when it is not legal."""
+    """Return the value that ``kind.accept`` makes of a value in the file.
+
+    Raises:
+        UsageError: the value is not legal. The error message has ``where`` (the file and the model) and ``name``.
+    """
     try:
         return kind.accept(value)
     except ValueError:

@@ -138,7 +138,8 @@ class Pioneer:
         """Wait until the driver subscribes to the command topics, and each topic of the robot has sent a message.
 
         Raises:
-            NoAnswerError: a subscriber or a message did not come within `timeout` seconds. The text names the topics.
+            NoAnswerError: a subscriber or a message did not come within `timeout` seconds. The error message names the
+                topics.
         """
         passed, wait = Stopwatch(), self._reports.wait
         if not rospy.get_time():

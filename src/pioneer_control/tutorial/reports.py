@@ -42,7 +42,7 @@ class Reports:
 
     Attributes:
         heard: the newest data of every topic.
-        sights: a queue of the sights that still wait for a decision, each with its arrival time (monotonic, s).
+        sights: a queue of (arrival time, `Sight`) pairs that still wait for a decision. The time is monotonic (s).
     """
 
     def __init__(self, prefix: str, known: Heard):
@@ -113,7 +113,7 @@ class Reports:
         """Store new data, and wake up the threads in `wait`.
 
         Args:
-            sights: sights that are complete now.
+            sights: new `Sight` objects for the queue `sights`.
             what: new values for fields of `heard`.
         """
         with self._news:

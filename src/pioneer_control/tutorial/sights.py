@@ -107,13 +107,13 @@ class Sights:
             now: the arrival time [ns].
 
         Yields:
-            The sights that are complete now.
+            The `Sight` objects whose messages have all arrived.
         """
         self._poses.add(stamp or now, pose)
         return self._seen()
 
     def hear_sonar(self, stamp: int, ranges: Tuple[float, ...]) -> Iterator[Sight]:
-        """Add a message of the topic ``sonar`` and yield the sights that are complete now.
+        """Add a message of the topic ``sonar`` and yield the `Sight` objects whose messages have all arrived.
 
         Args:
             stamp: the stamp of the message [ns], or 0 when it has none.
@@ -126,7 +126,7 @@ class Sights:
         return self._seen()
 
     def hear_stall(self, stamp: int, stalled: bool) -> Iterator[Sight]:
-        """Add a message of the topic ``stall`` and yield the sights that are complete now.
+        """Add a message of the topic ``stall`` and yield the `Sight` objects whose messages have all arrived.
 
         Args:
             stamp: the stamp of the message [ns]. With stamp 0 the message is ignored.
@@ -137,7 +137,7 @@ class Sights:
         return self._seen()
 
     def _seen(self) -> Iterator[Sight]:
-        """Yield the sights that are complete now, in the order of their sonar messages."""
+        """Yield the `Sight` objects whose messages have all arrived, in the order of the sonar messages."""
         while self._sonar.waiting and self._poses.take_until(self._sonar.waiting[0]):
             sonar, pose = self._sonar.waiting.popleft(), self._poses.taken
             if pose is not None and pose.stamp < sonar.stamp + JUMP_BACK:

@@ -170,8 +170,7 @@ class Heard(NamedTuple):
         return now - min(self.pose_time, self.ranges_time)
 
     def snapshot(self, time: float, age: float) -> Snapshot:
-        """Return these data as a Snapshot.
-
+        """Return these data as a Snapshot, the form that a decision uses.
         Args:
             time: the time of the snapshot [s].
             age: the age of its oldest value [s].
