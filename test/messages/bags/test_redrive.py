@@ -45,58 +45,58 @@ def bag(tmp_path):
 
 class TestWhatTheBagTells:
     def test_what_was_told_in_its_order(self, bag):
-        recorded = redrive.read_drive([bag])
+        recorded = redrive.RecordedDrive([bag])
         topics = [order.topic for order in recorded.told]
         assert topics == ["cmd_motor_state", "cmd_vel", "cmd_wheels", "gripper_control"]
         assert recorded.told[0].time == pytest.approx(1002.0) and recorded.valid == 1.5
 
     def test_which_robot_where(self, bag):
-        recorded = redrive.read_drive([bag])
+        recorded = redrive.RecordedDrive([bag])
         assert (recorded.robot, recorded.like["model"], recorded.like["gripper"]) == ("pioneer", "p3dx-sh", True)
         assert recorded.world == "office"
         # when it was told the first, not when the bag begins
         assert recorded.like["start"] == pytest.approx([2.0 + 0.2 * 0.8776, 3.0 + 0.2 * 0.4794, 0.5], abs=1e-3)
 
     def test_the_simulated_robot_is_made_of_that(self, bag):
-        parameters = redrive.simulator_parameters(redrive.read_drive([bag]), "", "", 5)
+        parameters = redrive.simulator_parameters(redrive.RecordedDrive([bag]), "", "", 5)
         assert parameters == dict(model="p3dx-sh", gripper=True, rear_sonar=False, models_file="", world="office",
                                   seed=5, numbers_file="", start=pytest.approx([2.175, 3.096, 0.5], abs=1e-3))
 
     def test_the_world_may_be_told_by_its_topic_alone(self, tmp_path):
         path = make.write_bag(tmp_path / "run.bag", [described({}, {}), *make.driven(), *told()])
-        assert redrive.read_drive([path]).world == "tutorial"
+        assert redrive.RecordedDrive([path]).world == "tutorial"
 
     def test_a_world_that_is_named_counts_more(self, bag):
-        assert redrive.simulator_parameters(redrive.read_drive([bag]), "maze", "", 0)["world"] == "maze"
+        assert redrive.simulator_parameters(redrive.RecordedDrive([bag]), "maze", "", 0)["world"] == "maze"
 
     def test_a_real_robots_bag_tells_neither_world_nor_place(self, tmp_path, capsys):
         told_only = [message for message in told()]
         path = make.write_bag(tmp_path / "real.bag", told_only)
-        parameters = redrive.simulator_parameters(redrive.read_drive([path]), "", "", 0)
+        parameters = redrive.simulator_parameters(redrive.RecordedDrive([path]), "", "", 0)
         assert parameters == dict(world="empty", seed=0, numbers_file="")
         assert "does not tell what was round the robot" in capsys.readouterr().out
 
     def test_a_world_that_is_gone(self, tmp_path, capsys):
         path = make.write_bag(tmp_path / "run.bag", [described(dict(world="/nowhere/lab.yaml"), {}), *told()])
-        assert redrive.known_world(redrive.read_drive([path]).world) == "empty"
+        assert redrive.known_world(redrive.RecordedDrive([path]).world) == "empty"
         assert "'/nowhere/lab.yaml' of the recording is not here" in capsys.readouterr().out
 
     def test_a_world_that_is_a_file(self, tmp_path):
         world = tmp_path / "lab.yaml"
         world.write_text("")
         path = make.write_bag(tmp_path / "run.bag", [described(dict(world=str(world)), {}), *told()])
-        assert redrive.known_world(redrive.read_drive([path]).world) == str(world)
+        assert redrive.known_world(redrive.RecordedDrive([path]).world) == str(world)
 
     def test_nothing_was_told(self, tmp_path):
         path = make.write_bag(tmp_path / "run.bag", make.driven(seconds=1))
         with pytest.raises(BagError, match="no robot was told anything in it"):
-            redrive.read_drive([path])
+            redrive.RecordedDrive([path])
 
     def test_several_robots(self, tmp_path):
         path = make.write_bag(tmp_path / "run.bag", [("/alice/cmd_vel", Twist(), 1.0), ("/bob/cmd_vel", Twist(), 1.0)])
         with pytest.raises(BagError, match="alice, bob. Choose one with robot:="):
-            redrive.read_drive([path])
-        assert redrive.read_drive([path], "bob").robot == "bob"
+            redrive.RecordedDrive([path])
+        assert redrive.RecordedDrive([path], "bob").robot == "bob"
 
 
 @pytest.mark.parametrize("strange", [TwistStamped(), String("forward"), MotorState(1)])
@@ -105,9 +105,9 @@ def test_what_is_somebody_elses_is_left_out(tmp_path, strange):
     others = [("/pioneer/%s" % name, strange, 1001.0)
               for name in ("cmd_vel", "gripper_control", "robot_info", "ground_truth")]
     with pytest.raises(BagError, match="no robot was told anything"):
-        redrive.read_drive([make.write_bag(tmp_path / "strange.bag", others)])
+        redrive.RecordedDrive([make.write_bag(tmp_path / "strange.bag", others)])
     path = make.write_bag(tmp_path / "mixed.bag", [*others, ("/pioneer/cmd_wheels", WheelVelocities(0.1, 0.2), 1002.0)])
-    assert [order.message for order in redrive.read_drive([path]).told] == [WheelVelocities(0.1, 0.2)]
+    assert [order.message for order in redrive.RecordedDrive([path]).told] == [WheelVelocities(0.1, 0.2)]
 
 
 def test_a_damaged_command_is_missing_and_told(tmp_path, capsys):
@@ -115,7 +115,7 @@ def test_a_damaged_command_is_missing_and_told(tmp_path, capsys):
     with rosbag.Bag(path, "w") as bag:
         bag.write("/pioneer/cmd_vel", (Twist._type, bytes(7), Twist._md5sum, Twist), genpy.Time(1001), raw=True)
         bag.write("/pioneer/cmd_vel", make.twist(0.1), genpy.Time(1002))
-    assert [order.message for order in redrive.read_drive([path]).told] == [make.twist(0.1)]
+    assert [order.message for order in redrive.RecordedDrive([path]).told] == [make.twist(0.1)]
     assert "1 message on /pioneer/cmd_vel could not be understood, and will be missing" in capsys.readouterr().out
 
 

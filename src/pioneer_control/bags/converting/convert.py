@@ -14,14 +14,19 @@ from ...errors import PioneerError, UsageError
 from ...robots import Transducer, find_model
 from ...whole_file import writing
 from ..command_line import Progress, parser_of
-from ..reader import read_bag
+from ..reader import BagReader, read_bag
 from ..writer import BagWriter
-from .messages import (CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, Survey, kind_of, namespace_of,
+from .messages import (CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, Outlet, kind_of, namespace_of,
                        transducers_of)
 
 
-def survey(path: str) -> Survey:
-    """Look through a bag for what has to be known of it; quick where it has an index."""
+def survey(path: str) -> Tuple[BagReader, Dict[str, Sequence[Transducer]], Set[str]]:
+    """Look through a bag for what has to be known before its first message is converted; quick where it has an index.
+
+    Returns:
+        The reader, which knows all connections now; transducers by the robot's namespace, where a robot_info tells; and
+        the child frames in /tf_static.
+    """
     transducers: Dict[str, Sequence[Transducer]] = {}
     frames: Set[str] = set()
     with Progress("looking") as progress:
@@ -32,7 +37,7 @@ def survey(path: str) -> Survey:
                 transducers.setdefault(namespace_of(connection.topic), transducers_of(message))
             else:
                 frames.update(transform.child_frame_id for transform in getattr(message, "transforms", ()))
-    return Survey(reader.connections, transducers, frames, reader.compression or "none")
+    return reader, transducers, frames
 
 
 def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]:
@@ -46,17 +51,17 @@ def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]
         OSError: the new bag cannot be written; nothing is left of it then.
     """
     _check_files(source, target)
-    known = survey(source)
+    old, transducers, frames = survey(source)
     others = [word for word in options.what if CONVERSIONS[word].kind != "SonarArray"]
-    unknown = sorted({each.topic for each in known.connections if kind_of(each) == "SonarArray"
-                      and namespace_of(each.topic) not in known.transducers})
+    unknown = sorted({each.topic for each in old.connections if kind_of(each) == "SonarArray"
+                      and namespace_of(each.topic) not in transducers})
     if unknown and options.model is None and len(others) < len(options.what):
         raise UsageError("%s does not say where the transducers of %s look (it has no robot_info): name the robot's "
                          "model, --model p3dx-sh for example, or leave sonar out: convert_bag %s %s %s"
                          % (source, ", ".join(unknown), source, target, " ".join(others) or "types"))
-    converter = Converter(options, known)
+    converter = Converter(options, {each.topic for each in old.connections}, transducers, frames)
     numbers: Dict[Outlet, int] = {}
-    with writing(target) as part, closing(BagWriter(part, known.compression)) as writer, \
+    with writing(target) as part, closing(BagWriter(part, old.compression or "none")) as writer, \
             Progress("converting") as progress:
         reader = read_bag(source, progress=progress)
         for message in reader:

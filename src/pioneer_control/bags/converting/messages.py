@@ -96,17 +96,6 @@ class Options(NamedTuple):
     """frames, old name -> new name, in every message"""
 
 
-class Survey(NamedTuple):
-    """What has to be known of a bag before its first message is converted."""
-
-    connections: Sequence[BagConnection]
-    transducers: Mapping[str, Sequence[Transducer]]
-    """by the robot's namespace, where a robot_info tells"""
-    static_frames: Collection[str] = ()
-    """child frames in /tf_static"""
-    compression: str = "none"
-
-
 class Outlet:
     """A connection of the new bag.
 
@@ -222,7 +211,9 @@ class Converter:
 
     Args:
         options: what is wanted.
-        known: what the old bag has. What is there is not made again: topics, and frames of transducers.
+        topics: of the old bag. Those are not made again.
+        transducers: by the robot's namespace, where a robot_info of the old bag tells.
+        static_frames: child frames in /tf_static of the old bag. Frames of transducers among them are not made again.
 
     Attributes:
         outlets: of the new bag, in order of their first message.
@@ -232,14 +223,15 @@ class Converter:
         damaged: how many messages were so damaged that nothing could be made of them, by topic.
     """
 
-    def __init__(self, options: Options, known: Survey) -> None:
+    def __init__(self, options: Options, topics: Collection[str], transducers: Mapping[str, Sequence[Transducer]],
+                 static_frames: Iterable[str]) -> None:
         self.outlets: List[Outlet] = []
         self.dropped: Counter[str] = Counter()
         self.already_there: Set[str] = set()
         self.not_fitted = 0
         self.damaged: Counter[str] = Counter()
-        self._options, self._known = options, known
-        self._transducers, self._static_frames = dict(known.transducers), set(known.static_frames)
+        self._options, self._topics, self._first_transducers = options, topics, transducers
+        self._transducers, self._static_frames = dict(transducers), set(static_frames)
         self._speeds: Dict[str, Tuple[float, float]] = {}               # m/s and rad/s, by namespace
         # kind and outlets by the id of a connection; the outlets hold the connection, so its id stays its own
         self._sources: Dict[int, Tuple[str, Dict[str, Outlet], SonarHistory]] = {}
@@ -267,12 +259,12 @@ class Converter:
         """
         outlets = {}
         space, slash, _ = connection.topic.rpartition("/")
-        is_unknown = self._options.model is not None and space not in self._known.transducers
+        is_unknown = self._options.model is not None and space not in self._first_transducers
         for word in self._options.what:
             conversion = CONVERSIONS[word]
             if conversion.made and conversion.kind == kind_of(connection) and (is_unknown or word != "info"):
                 topic = space + slash + conversion.topic
-                if any(topic == each.topic for each in self._known.connections):
+                if topic in self._topics:
                     self.already_there.add(topic)
                 else:
                     outlets[word] = Outlet(connection, topic, conversion.made, latched=word == "info")

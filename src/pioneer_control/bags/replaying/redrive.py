@@ -10,7 +10,7 @@ import os
 import subprocess
 import threading
 import time
-from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
 import rospy
@@ -66,50 +66,43 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
 """Of the command line; replay.launch has arguments of the same names."""
 
 
-class RecordedDrive(NamedTuple):
-    """What a bag tells of a robot that was driven."""
-
-    robot: str
-    """namespace"""
-    told: List[Order]
-    """in order of time, the first at the time of the bag"""
-    world: str
-    """name or file; empty where the bag does not tell"""
-    like: Dict[str, Any]
-    """parameters that make a simulated robot like it, and put it where it truly stood when it was told the first"""
-    driver: Dict[str, Any]
-    """parameters that make a driver drive like its driver"""
-
-    @property
-    def valid(self) -> float:
-        """s for which its driver took a velocity; the driver's default where the bag has no legal value."""
-        value = self.driver.get("cmd_vel_timeout")
-        return float(value) if isinstance(value, (int, float)) and LEGAL_VALID[0] <= value <= LEGAL_VALID[1] else VALID
-
-
-def read_drive(files: Sequence[str], robot: str = "") -> RecordedDrive:
-    """Read what a robot was told, and what it was.
+class RecordedDrive:
+    """What a bag tells of a robot that was driven.
 
     Args:
         files: a bag, or the parts of a recording.
         robot: its namespace; "": the only robot that was told something.
 
+    Attributes:
+        robot: its namespace.
+        told: what it was told, in order of time; the first at the time of the bag.
+        world: name or file; empty where the bag does not tell.
+        like: parameters that make a simulated robot like it, and put it where it truly stood when it was told something
+            for the first time.
+        driver: parameters that make a driver drive like its driver.
+        valid: s for which its driver took a velocity; the driver's default where the bag has no legal value.
+
     Raises:
         BagError: as `read_commands` does.
     """
-    told = read_commands(files, robot, TOLD, {"robot_info": RobotInfo, "world": String, "ground_truth": Odometry})
-    orders = sorted((Order(when, name, message) for name in TOLD for when, message in told.messages.get(name, [])),
-                    key=lambda order: order.time)
-    simulator = told.parameters_of("%s/simulator" % told.robot)
-    like = {name: simulator[name] for name in SAME_ROBOT if name in simulator}
-    info, world, truths = told.newest("robot_info"), told.newest("world"), told.messages.get("ground_truth")
-    if info:
-        like.update(gripper=info.has_gripper, **({"model": info.subtype} if info.subtype else {}))
-    if truths:
-        like["start"] = _place(truths, orders[0].time)
-    driver = told.parameters_of("%s/p2os" % told.robot)
-    return RecordedDrive(told.robot, orders, str(simulator.get("world") or world and world.data or ""), like,
-                         {name: driver[name] for name in driver if name.startswith(SAME_DRIVER)})
+
+    def __init__(self, files: Sequence[str], robot: str = "") -> None:
+        found = read_commands(files, robot, TOLD, {"robot_info": RobotInfo, "world": String, "ground_truth": Odometry})
+        self.robot = found.robot
+        self.told = sorted((Order(when, name, message) for name in TOLD
+                            for when, message in found.messages.get(name, [])), key=lambda order: order.time)
+        simulator, driver = (found.parameters_of("%s/%s" % (found.robot, node)) for node in ("simulator", "p2os"))
+        info, world, truths = found.newest("robot_info"), found.newest("world"), found.messages.get("ground_truth")
+        self.world = str(simulator.get("world") or world and world.data or "")
+        self.like = {name: simulator[name] for name in SAME_ROBOT if name in simulator}
+        if info:
+            self.like.update(gripper=info.has_gripper, **({"model": info.subtype} if info.subtype else {}))
+        if truths:
+            self.like["start"] = _place(truths, self.told[0].time)
+        self.driver = {name: driver[name] for name in driver if name.startswith(SAME_DRIVER)}
+        valid: Any = driver.get("cmd_vel_timeout")
+        is_legal = isinstance(valid, (int, float)) and LEGAL_VALID[0] <= valid <= LEGAL_VALID[1]
+        self.valid = float(valid) if is_legal else VALID
 
 
 def _place(truths: Sequence[Tuple[float, Any]], begin: float) -> List[float]:
@@ -152,7 +145,7 @@ class Redrive:
     def __init__(self, given: argparse.Namespace) -> None:
         self._given = given
         self._files = bag_files(given.bag)
-        self._recorded = read_drive(self._files, given.robot)
+        self._recorded = RecordedDrive(self._files, given.robot)
         self._factor = number("speed", given.speed or "1", SLOWEST, 1.0)
         self._orders = schedule(self._recorded.told, self._factor, self._recorded.valid)
         if given.numbers_file and not os.path.isfile(os.path.expanduser(given.numbers_file)):
