@@ -112,7 +112,7 @@ class DriverNode:
         return 0 if self._asked_to_end else 1
 
     def _end(self) -> None:
-        """Stop the robot and end. ROS calls this, in any thread, when it shuts down (a signal, rosnode kill).
+        """Stop the robot and end the node. rospy calls this in any thread when ROS shuts down (a signal, rosnode kill).
 
         This method does not wait until the connection to the robot is closed. `run` does.
         """

@@ -104,7 +104,7 @@ class RobotShape:
         return cls(model.sonar, model.outline(model.can_carry_gripper))
 
     def _sees(self, direction: int, distance: float) -> bool:
-        """Return whether sonar cones cover the full width of the body on a line across its path.
+        """Return whether the sonar cones cover the full width of the body, on a line across the robot's path.
 
         The line is `distance` [m] ahead of the origin (`direction` 1) or behind it (-1).
         """

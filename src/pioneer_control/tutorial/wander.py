@@ -226,7 +226,10 @@ def _goes_on(view: View, memory: Memory) -> bool:
 
 
 def _drive(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """Drive forward: slower when the way gets short, and steer away from near echoes on one side."""
+    """Drive forward. Return the move and the new memory.
+
+    The robot drives slower when the way gets short, and steers away from near echoes on one side.
+    """
     linear = memory.speed * min(1.0, max(SLOWEST, (view.ahead - _stop_distance(memory.speed)) / SLOW))
     memory = replace(
         memory, going=Going.DRIVING, best=None, goal=None, backed=False, avoided=None,
@@ -235,9 +238,9 @@ def _drive(view: View, memory: Memory) -> Tuple[Move, Memory]:
 
 
 def _steer(view: View) -> float:
-    """Return the turn rate while driving [rad/s, left positive]: towards the side with more room.
+    """Return the turn rate while driving [rad/s, left positive], towards the side with more room.
 
-    0 when there is no room to turn. A robot whose sonars leave a gap straight ahead also weaves.
+    The turn rate is 0 when there is no room to turn. A robot whose sonars leave a gap straight ahead also weaves.
     """
     reach = view.snapshot.robot.outline.reach
     beside = [y for x, y in view.points if -0.1 < x < reach + STEER_AHEAD]
@@ -271,7 +274,10 @@ def _begin_turn(view: View, memory: Memory) -> Memory:
 
 
 def _turn(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """Turn on, to the same side. After a turn of `enough`, or when both sides are blocked, take the best way seen."""
+    """Continue a turn to the same side. Return the move and the new memory.
+
+    After a turn of `memory.enough`, or when obstacles block both sides, the robot takes the best way that it saw.
+    """
     if view.rolling:
         return Move(0.0, 0.0, "halting: to turn"), memory
     clear, best = 0.0 if _is_avoided(view, memory) else min(view.way, view.middle), memory.best
@@ -297,7 +303,7 @@ def _turn(view: View, memory: Memory) -> Tuple[Move, Memory]:
 
 
 def _take_best_way(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """End a turn that found no open direction: drive, back off, or accept less room.
+    """End a turn that found no open direction: drive, back off, or accept less room. Return move and new memory.
 
     The robot now points along the best way that it saw, or it cannot turn any more.
     """
@@ -328,12 +334,15 @@ def _can_back_off(view: View, memory: Memory) -> bool:
 
 
 def _begin_to_back_off(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """Change to the state BACKING and make its first move."""
+    """Begin to drive back (state BACKING). Return the first move and the new memory."""
     return _back_off(view, replace(memory, going=Going.BACKING, since=view.snapshot.time, backed=True))
 
 
 def _back_off(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """Drive straight back until the distance BACK_WAY is done, or the free space behind gets too short."""
+    """Drive straight back. Return the move and the new memory.
+
+    This ends when the robot has driven the distance BACK_WAY, or when there is too little free space behind it.
+    """
     speed, behind = BACK_SPEED * memory.speed, _clear_behind(view.snapshot, view.points)
     if behind > BACK_CLEAR - 0.05 and view.snapshot.time - memory.since < BACK_WAY / speed:
         return Move(-speed, 0.0, "backing off: %.1f m clear behind" % behind), memory
@@ -341,9 +350,9 @@ def _back_off(view: View, memory: Memory) -> Tuple[Move, Memory]:
 
 
 def _stand_while_held(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """Stop until the wheels have been free for FREE_FOR seconds, then back off and avoid this direction.
+    """Wait until stalled wheels have been free for FREE_FOR seconds, then back off. Return move and new memory.
 
-    The obstacle that held the wheels is where no sonar sees it.
+    The robot then avoids this direction, because no sonar sees the obstacle that held its wheels.
     """
     now = view.snapshot.time
     if view.snapshot.stalled or memory.going is not Going.HELD:
@@ -358,14 +367,17 @@ def _stand_while_held(view: View, memory: Memory) -> Tuple[Move, Memory]:
 
 
 def _leave(view: View, memory: Memory) -> Tuple[Move, Memory]:
-    """Back away from the object between the paddles. If the robot turned first, it would move the object."""
+    """Back away from the object that was put down. Return the move and the new memory.
+
+    The robot does not turn first, because the object is between its paddles and would move with them.
+    """
     if not _can_back_off(view, memory):
         return Move(0.0, 0.0, "waiting: for room behind, to leave what was put down"), memory
     return _begin_to_back_off(view, replace(memory, avoided=view.snapshot.pose.heading))
 
 
 def _is_avoided(view: View, memory: Memory) -> bool:
-    """Return whether the robot points in the avoided direction: towards the object that it has left."""
+    """Return whether the robot points in the avoided direction: to an object put down, or to what held its wheels."""
     return memory.avoided is not None and abs(_difference(view.snapshot.pose.heading, memory.avoided)) < AVOIDED
 
 
