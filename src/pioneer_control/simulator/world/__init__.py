@@ -1,14 +1,14 @@
 """The floor that simulated robots stand on. Open ``world`` first: walls, posts, cans and poses, and all questions
 about them.
 
-``geometry``      outlines and points against walls and posts
-``poses``         one pose seen from another, outlines where they stand; the same to the last bit on every computer
-``echoes``        what sonar hears: the nearest point of anything solid in a cone
+``geometry``      tests and distances between outlines or points and walls or posts
+``poses``         transforms of poses and outlines between frames, equal to the last bit on every computer
+``echoes``        the range that sonar measures: the distance to the nearest point of anything solid in its cone
 ``crowd``         the bodies of robots, found by place; ``pushing``: how robots push cans
-``grids``         what a grid of cells tells of a floor; ``start_poses``: where many robots can stand at first
-``world_loader``  worlds by name or path: of our own form, or by ``ros_map`` or ``aria_map``; ``yaml_nodes`` reads YAML
+``grids``         borders and free areas of a grid of cells; ``start_poses``: where many robots can stand at first
+``world_loader``  loads worlds of our own format; ``ros_map`` and ``aria_map``: other maps; ``yaml_nodes`` reads YAML
 
-Metres, radians, map frame (REP 103).
+Lengths are in metres, angles in radians, coordinates in the map frame (REP 103).
 """
 
 from .start_poses import standing_places

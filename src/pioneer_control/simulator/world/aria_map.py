@@ -1,10 +1,13 @@
-"""ARIA's and MobileSim's ``.map`` files as worlds: text, millimetres and degrees.
+"""Loads the ``.map`` files of ARIA and MobileSim as worlds. These are text files in millimetres and degrees.
 
-The lines of a map are the walls. In a map without lines the points make the walls: they lie on a grid half as fine as
-the scan, so that no gaps stay between them, and the borders of its cells become few long segments (`grids.borders`).
-``RobotHome`` is a start, ``Dock...`` a dock, ``Goal`` and ``GoalWithHeading`` are goals, ``Sim.BoxObstacle`` is a box
-(that stays where it is), ``Reflector`` a wall. Everything else is skipped, and the world tells so. In a map without a
-home a robot begins at the origin if there is room, else at the most spacious place, or outside.
+The lines of a map become the walls. In a map without lines, the scanned points become the walls. The points are put
+into a grid whose cells are twice as wide as the resolution of the scan, so that no gaps stay between them. The borders
+of the occupied cells become few long segments (see `grids.borders`).
+
+The objects of a map: ``RobotHome`` is a start, ``Dock...`` is a dock, ``Goal`` and ``GoalWithHeading`` are goals,
+``Sim.BoxObstacle`` is a box that never moves, and ``Reflector`` is a wall. All other objects are skipped, and
+`World.skipped` lists them. In a map without a ``RobotHome``, the robot starts at the origin if there is room, else at
+the most spacious place, else outside the walls.
 """
 
 import collections
@@ -22,18 +25,21 @@ from .world import START_CLEARANCE, World, begin_at
 
 FIRST_LINE = "2D-Map"
 OUTSIDE = 1.0
-"""How far (m) beyond the lower left corner of all walls a robot starts where there is no room among them."""
+"""Distance (m), along x and along y, from the lower left corner of all walls to a start outside them.
+
+A robot starts there when there is no room among the walls.
+"""
 START_CELL = 0.1
-"""Side (m) of the cells in which a start is looked for. It is larger in a world wider than 1000 such cells."""
+"""Side (m) of a cell of the grid that is searched for a start. In a world wider than 1000 cells they are larger."""
 LEAST_CELL = 0.02
-"""Points are taken no finer than this (m)."""
+"""Least side (m) of a cell of the grid that the points of a map are put into."""
 MOST_CELLS = 10000
-"""Cells that a grid of points may have along x and along y."""
+"""Most cells along x, and along y, of the grid that the points of a map are put into."""
 QUIET_KEYS = {
     "MinPos", "MaxPos", "NumPoints", "PointsAreSorted", "Resolution", "LineMinPos", "LineMaxPos", "NumLines",
     "LinesAreSorted", "OriginLatLongAlt", "MapInfo",
 }
-"""Keys of the header that are skipped without a word: a world needs nothing of them, or very little."""
+"""Keys of the header that are skipped and not listed in `World.skipped`, because a world does not need them."""
 
 NUMBER = r"\s+(\S+)"
 CAIRN = re.compile(r"(\S+)" + 3 * NUMBER + r'\s+"[^"]*"\s+(\S+)\s+"([^"]*)"\s*(.*)')
@@ -41,15 +47,15 @@ CAIRN_FORM = 'Cairn: TYPE x y theta "" ICON "NAME" [x1 y1 x2 y2]'
 
 
 class AriaMap:
-    """Reads a map: collects what its file says, line by line.
+    """Reads a map file of ARIA line by line, and makes a world of it.
 
     Args:
-        path: of the file, for the world's name and for errors.
+        path: path of the file. It gives the name of the world, and is named in errors.
     """
 
     def __init__(self, path: Path):
         self._path = path
-        self._line = 1      # that is being read
+        self._line = 1      # number of the line that is being read
         self._resolution = 0.1
         self._walls: List[Wall] = []
         self._boxes: List[Wall] = []
@@ -57,10 +63,14 @@ class AriaMap:
         self._starts: List[Pose] = []
         self._docks: List[Pose] = []
         self._goals: Dict[str, Pose] = {}
-        self._skipped: Dict[str, List[int]] = collections.defaultdict(list)     # lines, by what stands there
+        self._skipped: Dict[str, List[int]] = collections.defaultdict(list)     # line numbers, by kind of entry
 
     def world(self, text: str) -> World:
-        """The world of the map, from all of the file's text."""
+        """Return the world of the map, whose file holds `text`.
+
+        Raises:
+            WorldError: the text is not a legal map.
+        """
         first, *lines = map(str.strip, text.split("\n"))
         if first != FIRST_LINE:
             self.fail("the first line of an ARIA map must be %s, not %r" % (FIRST_LINE, first[:40]))
@@ -81,11 +91,11 @@ class AriaMap:
         return World(self._path.stem, walls, starts=self._starts, docks=self._docks, goals=self._goals, skipped=skipped)
 
     def fail(self, message: str) -> NoReturn:
-        """Refuse the file, at the present line."""
+        """Raise a WorldError that names the file and the line that is being read."""
         raise WorldError("world file %s, line %s: %s" % (self._path, self._line, message))
 
     def numbers(self, text: str, count: int, legal: str) -> List[float]:
-        """Read `count` finite numbers."""
+        """Return the `count` finite numbers that `text` holds. An error says that `legal` was expected."""
         try:
             values = [float(word) for word in text.split()]
         except ValueError:
@@ -156,7 +166,7 @@ class AriaMap:
             self.fail("a %s from %g %g to itself; its corners must differ" % (kind, x1, y1))
         return [value / 1000.0 for value in (x1, y1, x2, y2)]
 
-    # -- what the file leaves open
+    # -- walls and a start, where the file does not give them
 
     def _walls_of_points(self) -> List[Wall]:
         if not self._points:
@@ -189,7 +199,7 @@ class AriaMap:
 
 
 SECTIONS: Dict[str, Callable[[AriaMap, str], None]] = {"LINES": AriaMap._wall, "DATA": AriaMap._point}
-"""Heads of sections, and what takes each of their lines."""
+"""Method that reads one line of a section, by the line that begins the section."""
 OBJECTS: Tuple[Tuple[str, Callable[[AriaMap, Pose, str, str], None]], ...] = (
     ("RobotHome", lambda found, pose, name, rest: found._starts.append(pose)),
     (r"Dock\w*", lambda found, pose, name, rest: found._docks.append(pose)),
@@ -197,4 +207,7 @@ OBJECTS: Tuple[Tuple[str, Callable[[AriaMap, Pose, str, str], None]], ...] = (
     (r"Sim\.BoxObstacle", AriaMap._box),
     ("Reflector", AriaMap._reflector),
 )
-"""Types of objects that a world has, and what takes one: given its pose, its name, and what follows that."""
+"""Types of objects that become part of a world: a pattern of the type, and a function that adds one object.
+
+The function gets the `AriaMap`, the object's pose (m, rad), its name, and the rest of its line.
+"""

@@ -1,4 +1,7 @@
-"""The bodies that stand in a world, found by place: obstacles to each other. Metres, map frame."""
+"""The bodies of robots that stand in a world, found by place, because they are obstacles to each other.
+
+Lengths are in metres, coordinates in the map frame.
+"""
 
 import collections
 import math
@@ -9,19 +12,20 @@ from .poses import Point, Pose
 
 Cell = Tuple[int, int]
 Candidate = Tuple[float, float, float, float, float, float]
-"""A wall or a post, as sonar hears it: no nearer than the first number, then x and y of its start or middle.
+"""A wall or a post that sonar may detect, as six numbers (m).
 
-Behind that come the wall's unit vector and length, or the post's radius, 0 and -1.
+A wall: least distance, x and y of its start, x and y of its unit vector, length. A post: least distance, x and y of
+its middle, radius, 0, -1. The least distance is a lower bound of the distance from the sonar.
 """
 
 
 class Obstacle(Protocol):
-    """A body, as others meet it.
+    """A robot's body, as an obstacle to other robots.
 
     Attributes:
-        pose: where it stands.
-        reach: no point of it is farther (m) from its middle.
-        box: the rectangle that it is to a can (base_link).
+        pose: where the body stands (m, rad; map frame).
+        reach: largest distance (m) from the middle of the body to any of its points.
+        box: rectangle with which the body pushes cans (m, base_link).
     """
 
     pose: Pose
@@ -30,49 +34,50 @@ class Obstacle(Protocol):
 
     @property
     def outline(self) -> Sequence[Point]:
-        """Its corners where it stands now."""
+        """The corners of the body at its present pose (m, map frame)."""
 
     @property
     def candidates(self) -> Sequence[Candidate]:
-        """What sonar can hear of it."""
+        """The edges of the body that sonar can detect, at its present pose."""
 
 
 Grid = Dict[Cell, List[Obstacle]]
 NOBODY: List[Obstacle] = []
-"""One empty list for all questions; nobody adds to it."""
+"""An empty list, returned where no body is near. It must stay empty."""
 
 
 class Crowd:
-    """The bodies that have entered a world, listed by place: a question looks into one list.
+    """The bodies that have entered a world, listed by place, so that each search reads only one list.
 
-    A grid lists each body in the square of floor that it stands on and in the eight round it. There are several
-    grids: the squares of one are the smallest, those of the others two, three or more of the smallest squares wide. Two
-    bodies that touch stand in the same of the smallest squares, or in neighbouring ones.
+    The floor is divided into squares. A grid lists each body under the square that it stands on and under the eight
+    squares around it. There are several grids. The first grid has the smallest squares; the squares of the other grids
+    are two, three or more times as wide. Two bodies that touch stand in the same smallest square or in neighbouring
+    smallest squares.
 
     Attributes:
-        reach: no body reaches farther (m) from its middle.
+        reach: largest distance (m) from the middle of any body to any of its points.
     """
 
     def __init__(self) -> None:
         self.reach = 0.0
         self._side = 1.0    # of the smallest squares
         self._squares: Dict[Obstacle, Cell] = {}    # the smallest square that each body stands on
-        self._grids: Dict[int, Grid] = {}           # by the width of their squares
+        self._grids: Dict[int, Grid] = {}           # by the width of their squares, in smallest squares
         self._smallest: Grid = {}
 
     def enter(self, body: Obstacle) -> None:
-        """Let a body be in the way of all others."""
+        """Add a body, so that it is an obstacle to all others."""
         if body.reach > self.reach:
             self.reach, self._side = body.reach, 2.0 * body.reach
             self._squares = {each: self._square(each) for each in self._squares}
-            self._grids.clear()     # others are made anew when somebody asks
+            self._grids.clear()     # the others are made again when they are needed
             self._smallest = self._add_grid(1)
         square = self._squares[body] = self._square(body)
         for width, grid in self._grids.items():
             _list(body, grid, _around(square, width))
 
     def moved(self, body: Obstacle) -> None:
-        """Note that a body stands elsewhere now. Bodies that have not entered do not count."""
+        """List a body under its new pose, after it moved. Ignore a body that has not entered."""
         before = self._squares.get(body)
         if before is None:
             return
@@ -90,14 +95,14 @@ class Crowd:
                 _list(body, grid, new)
 
     def beside(self, x: float, y: float) -> List[Obstacle]:
-        """The bodies that could touch another body whose middle is at (x, y), and some that could not.
+        """Return all bodies that could touch a body whose middle is at (x, y) (m, map frame).
 
-        The other body is among them if it has entered.
+        The list also holds some bodies that are too far away to touch, and the body at (x, y) itself if it has entered.
         """
         return self._smallest.get((math.floor(x / self._side), math.floor(y / self._side)), NOBODY)
 
     def near(self, x: float, y: float, reach: float) -> List[Obstacle]:
-        """The bodies that have a point within `reach` of (x, y), and some that have none."""
+        """Return all bodies that have a point within `reach` (m) of (x, y) (m, map frame), and some farther bodies."""
         if not self._squares:
             return NOBODY
         width = math.ceil((reach + self.reach) / self._side)
@@ -121,6 +126,9 @@ def _list(body: Obstacle, grid: Grid, cells: Sequence[Cell]) -> None:
 
 
 def _around(square: Cell, width: int) -> List[Cell]:
-    """The square of a grid that one of the smallest squares lies in, and the eight round it."""
+    """Return the grid square that contains a smallest square, and the eight grid squares around it.
+
+    `width` is the width of the grid's squares, in smallest squares.
+    """
     column, row = square[0] // width, square[1] // width
     return [(column + right, row + up) for right in (-1, 0, 1) for up in (-1, 0, 1)]

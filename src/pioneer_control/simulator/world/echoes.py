@@ -1,8 +1,8 @@
-"""What sonar hears: the nearest point of anything solid in a cone.
+"""The range that sonar measures: the distance to the nearest point of anything solid in a cone.
 
-Lengths are metres, all coordinates in the map frame. A cone is given by the unit vectors along its right and its left
-edge, less than half a turn apart. Only ``+ - * / sqrt`` and comparisons decide what is heard, so that it is the same
-on every computer.
+Lengths are in metres, all coordinates in the map frame. A cone is given by the unit vectors along its right edge and
+its left edge, which are less than half a turn apart. Ranges are computed with ``+ - * / sqrt`` and comparisons only,
+so that they are the same on every computer.
 """
 
 import functools
@@ -18,40 +18,40 @@ from .geometry import Array, Solids
 from .poses import Point, unit
 
 SQUARE = 1.0
-"""Side (m) of a square of floor: what can be heard is worked out once for each square."""
+"""Side (m) of a square of floor. The walls and posts that sonar can detect are computed once for each square."""
 MOST_SQUARES = 4096
-"""Squares for which this is kept."""
+"""Squares of floor for which the walls and posts that sonar can detect are kept in memory."""
 SECTORS = 32
-"""Directions into which a square of floor sorts what can be heard from it."""
+"""Number of equal sectors of directions into which an `Earshot` sorts walls and posts."""
 SECTORS_PER_RADIAN = SECTORS / (2.0 * math.pi)
 
 _NUDGE = 1e-13  # m: a sensor exactly on a wall's line counts as this far beside it, so that it hears the wall's end
 _SPARE = 1e-6  # m: rounding must not drop what just touches a sector
 
-# Kept as bytes they need a fifth of the memory: with many robots it is memory that takes time.
+# Candidates kept as bytes need a fifth of the memory. With many robots, access to memory takes most of the time.
 _unpacked: Callable[[bytes], Iterator[Any]] = struct.Struct("6d").iter_unpack
 
 
 class Surroundings(Protocol):
-    """What an `Ear` hears: a `World`."""
+    """What an `Ear` needs of a `World`: its bodies, walls and posts."""
 
     crowd: Crowd
 
     def within(self, x: float, y: float, reach: float) -> Solids:
-        """The walls and posts that come within `reach` of a point."""
+        """Return the walls and posts that have a point within `reach` (m) of (x, y) (m, map frame)."""
 
 
 class Ear:
-    """What hears in a world for sonar transducers of one kind.
+    """Computes the ranges of sonar transducers with equal cones in one world.
 
     Args:
-        world: where it hears.
-        half_width: angle between the axis of a cone and its edge, above 0 and at most pi / 4.
-        maximum: how far they hear (m).
-        slant: tangent of the greatest angle at which sound may meet a wall (0: squarely) and still come back.
+        world: the world whose walls, posts and robots the sonar detects.
+        half_width: angle (rad) between the axis of a cone and its edge, above 0 and at most pi / 4.
+        maximum: longest range (m).
+        slant: tangent of the largest angle between sound and a wall's normal at which the wall returns an echo.
 
     Raises:
-        UsageError: the cone is wider than that, or has no width.
+        UsageError: `half_width` is not above 0, or is more than pi / 4.
     """
 
     def __init__(self, world: Surroundings, half_width: float, maximum: float, slant: float = math.inf):
@@ -63,25 +63,27 @@ class Ear:
         self._lefts = np.array([unit(border + 2.0 * math.pi / SECTORS + half_width) for border in borders])
         self._earshot = functools.lru_cache(MOST_SQUARES)(self._listen)
         nothing = Solids(np.empty((0, 4)), np.empty((0, 3)))
-        # one for all squares where nothing can be heard
+        # one for all squares where no wall or post can be detected
         self._silence = Earshot(nothing, 0.0, 0.0, 0.0, self._rights, self._lefts)
 
     def echo(
         self, x: float, y: float, heading: float, right: Point, left: Point, listener: Optional[Obstacle] = None,
     ) -> float:
-        """The distance (m) from a transducer to the nearest wall, post or other robot in its cone.
+        """Return the distance (m) from a transducer to the nearest wall, post or other robot in its cone.
 
-        Exact, not sampled by rays. Nothing hides the nearest point of a cone, so nothing has to be hidden. Cans are too
-        low to be heard.
+        The distance is exact, not sampled by rays. Nothing can hide the nearest point, so no test for hidden points
+        is needed. Cans are too low to be detected.
 
         Args:
-            x: position of the transducer, as `y`.
-            heading: the way it looks (rad).
-            right: unit vector along the right edge of its cone, as `left`.
-            listener: the body that it is on, which it does not hear.
+            x: x of the transducer (m, map frame).
+            y: y of the transducer (m, map frame).
+            heading: direction of the cone's axis (rad, map frame).
+            right: unit vector along the right edge of the cone.
+            left: unit vector along the left edge of the cone.
+            listener: body that carries the transducer. The transducer does not detect it.
 
         Returns:
-            The maximum where nothing is nearer, 0 inside a post.
+            The distance, at most `maximum`; 0 inside a post.
         """
         earshot = self._earshot(math.floor(x / SQUARE), math.floor(y / SQUARE))
         candidates = earshot[math.floor(heading * SECTORS_PER_RADIAN) % SECTORS]
@@ -104,24 +106,26 @@ class Ear:
         return nearest
 
     def _listen(self, column: int, row: int) -> "Earshot":
-        """The `Earshot` of a square of floor."""
+        """Return the `Earshot` of the square of floor in this column and row, for the cache."""
         x, y, spread = (column + 0.5) * SQUARE, (row + 0.5) * SQUARE, SQUARE * 0.7072
         solids = self._world.within(x, y, self._maximum + spread)
         return Earshot(solids, x, y, spread, self._rights, self._lefts) if len(solids) else self._silence
 
 
 class Earshot(Dict[int, bytes]):
-    """What can be heard from a small square of floor, for cones of one width: by the sector that they look into.
+    """The walls and posts that sonar can detect from a small square of floor, by sector, for cones of one width.
 
-    An entry holds, nearest first, all candidates that a cone can reach which looks into the sector, and some that it
-    cannot. It is worked out when somebody first asks for it.
+    A key is the number of the sector that contains the axis of a cone. The value holds all candidates that such a cone
+    can contain, and some that it cannot contain, packed as bytes and sorted by least distance. It is computed at the
+    first access.
 
     Args:
-        solids: all that is within the sonar's maximum of any place of the square, and maybe more.
-        x: middle of the square, as `y`.
-        spread: from there to its corners.
-        rights: for each sector the unit vector along the rightmost of the right edges of its cones, (sectors, 2).
-        lefts: the same of their left edges.
+        solids: all walls and posts within the sonar's maximum of any point of the square, and maybe more.
+        x: x of the middle of the square (m, map frame).
+        y: y of the middle of the square (m, map frame).
+        spread: distance (m) from the middle of the square to its corners.
+        rights: array (sectors, 2): unit vector along the rightmost edge of all cones of each sector.
+        lefts: array (sectors, 2): unit vector along the leftmost edge of all cones of each sector.
     """
 
     def __init__(self, solids: Solids, x: float, y: float, spread: float, rights: Array, lefts: Array):
@@ -139,7 +143,10 @@ class Earshot(Dict[int, bytes]):
 
 
 def _audible(solids: Solids, x: float, y: float, spread: float, rights: Array, lefts: Array) -> Array:
-    """Whether a cone that looks into a sector can reach a solid: (sectors, solids). Sure where it says no."""
+    """Return an array (sectors, solids) that is False where no cone of a sector can contain a point of a solid.
+
+    True means that a cone may contain a point of the solid. The other arguments are those of `Earshot`.
+    """
     ends_x = np.concatenate((solids.walls[:, 0::2].T, np.tile(solids.posts[:, 0], (2, 1))), axis=1) - x
     ends_y = np.concatenate((solids.walls[:, 1::2].T, np.tile(solids.posts[:, 1], (2, 1))), axis=1) - y
     room = np.concatenate((np.zeros(len(solids.walls)), solids.posts[:, 2])) + spread
@@ -154,14 +161,19 @@ def _audible(solids: Solids, x: float, y: float, spread: float, rights: Array, l
 def echo(
     candidates: Iterable[Candidate], x: float, y: float, right: Point, left: Point, maximum: float, slant: float,
 ) -> float:
-    """Distance from a sensor to the nearest candidate in its cone.
+    """Return the distance (m) from a sensor at (x, y) to the nearest candidate in its cone.
 
     Args:
-        right: unit vector along the right edge of the cone, as `left`.
-        slant: tangent of the greatest angle at which sound may meet a wall (0: squarely) and still come back.
+        candidates: walls and posts, sorted by least distance.
+        x: x of the sensor (m, map frame).
+        y: y of the sensor (m, map frame).
+        right: unit vector along the right edge of the cone.
+        left: unit vector along the left edge of the cone.
+        maximum: longest range (m).
+        slant: tangent of the largest angle between sound and a wall's normal at which the wall returns an echo.
 
     Returns:
-        `maximum` if nothing is nearer, 0 inside a post.
+        The distance, at most `maximum`; 0 inside a post.
     """
     right_x, right_y = right
     left_x, left_y = left
@@ -208,10 +220,20 @@ def echo(
 
 
 def disc_echo(x: float, y: float, radius: float, right: Point, left: Point) -> float:
-    """Nearest point of a disc in a cone at the origin; infinite if there is none.
+    """Return the distance (m) from the origin to the nearest point of a disc that lies in a cone at the origin.
 
-    It is on the way to the disc's middle if that is in the cone, else where an edge that the middle is beyond enters
-    the disc.
+    If the middle of the disc is in the cone, the nearest point lies on the line to the middle. If not, the nearest
+    point is where an edge of the cone enters the disc.
+
+    Args:
+        x: x of the middle of the disc (m).
+        y: y of the middle of the disc (m).
+        radius: radius of the disc (m).
+        right: unit vector along the right edge of the cone.
+        left: unit vector along the left edge of the cone.
+
+    Returns:
+        The distance; 0 when the origin is inside the disc, infinity when no point of the disc is in the cone.
     """
     distance = math.sqrt(x * x + y * y)
     if distance <= radius:

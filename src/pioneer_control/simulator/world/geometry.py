@@ -1,8 +1,8 @@
-"""Exact plane geometry of the simulated robot: outlines and points against walls and posts.
+"""Exact plane geometry: tests and distances between outlines or points and walls or posts.
 
-Lengths are metres, angles radians, all coordinates in the map frame. Arrays see only ``+ - * / sqrt``, comparisons,
-``min`` and ``max``, which IEEE 754 rounds the same everywhere: the same world and pose give the same bytes with every
-numpy.
+Lengths are in metres, angles in radians, all coordinates in the map frame. Arrays are used only with ``+ - * / sqrt``,
+comparisons, ``min`` and ``max``. IEEE 754 rounds these the same everywhere, so the same world and pose give the same
+bytes with every version of numpy.
 """
 
 import math
@@ -13,22 +13,26 @@ import numpy as np
 from .poses import Point, hypot
 
 Array = Union["np.ndarray[Any, Any]"]
-"""An array of numpy; its shape is said where it is used."""
+"""A numpy array. Its shape is documented where it is used."""
 TOUCH = 1e-5
-"""Overlaps smaller than this (m) are contacts, not overlaps."""
+"""Depth (m) up to which two overlapping shapes count as touching, not as overlapping."""
 
 
 _NEXT_ROW = 1 << 32
-"""A square of floor has a number: its column, and this for each row. No floor is so many columns wide."""
+"""Step from one row to the next in the number of a square of floor, which is row * _NEXT_ROW + column.
+
+It is larger than the number of columns of any floor.
+"""
 
 
 class Solids:
-    """Walls and posts, laid out for fast questions: all that sonar sees and a body bumps into.
+    """Walls and posts in arrays for fast computation. Sonar detects them, and they stop a body.
 
     Args:
-        walls: (n, 4) array, one segment ``x1 y1 x2 y2`` a row, none of length zero.
-        posts: (m, 3) array, one disc ``x y radius`` a row.
-        frames: start, unit vector and length of each wall, in rows, where they are known; worked out if None.
+        walls: (n, 4) array, one segment ``x1 y1 x2 y2`` (m) per row, none of length zero.
+        posts: (m, 3) array, one disc ``x y radius`` (m) per row.
+        frames: (5, n) array: x and y of the start, x and y of the unit vector, and length of each wall. Computed from
+            `walls` if None.
     """
 
     def __init__(self, walls: Array, posts: Array, frames: Optional[Array] = None):
@@ -40,26 +44,34 @@ class Solids:
         return len(self.walls) + len(self.posts)
 
     def some(self, walls: Any, posts: Any) -> "Solids":
-        """The walls and posts that two indices of arrays choose."""
+        """Return only the walls and posts that the two numpy indices select."""
         return Solids(self.walls[walls], self.posts[posts], self.frames[:, walls])
 
     def each(self) -> Iterator["Solids"]:
-        """Every wall and every post alone."""
+        """Yield every wall, then every post, each as a `Solids` of its own."""
         yield from (self.some(slice(i, i + 1), slice(0)) for i in range(len(self.walls)))
         yield from (self.some(slice(0), slice(i, i + 1)) for i in range(len(self.posts)))
 
     def corners(self) -> Array:
-        """Points (k, 2) whose bounds are the bounds of all of them."""
+        """Return points (k, 2) that have the same bounds as all walls and posts (m, map frame)."""
         middles, radii = self.posts[:, :2], self.posts[:, 2:]
         return np.concatenate((self.walls[:, :2], self.walls[:, 2:], middles - radii, middles + radii))
 
     def within(self, x: float, y: float, reach: float) -> "Solids":
-        """The walls and posts that come within `reach` of a point."""
+        """Return the walls and posts that have a point within `reach` (m) of (x, y) (m, map frame)."""
         walls, posts = self.distances(np.array(x), np.array(y))
         return self.some(walls <= reach, posts <= reach)
 
     def distances(self, x: Array, y: Array) -> Tuple[Array, Array]:
-        """From points to every wall (..., n) and to the rim of every post (..., m; negative inside a post)."""
+        """Return the distances (m) from each point to every wall and to the rim of every post.
+
+        Args:
+            x: x of the points (m, map frame), an array of any shape.
+            y: y of the points, an array of the same shape, or of one that broadcasts with it.
+
+        Returns:
+            Distances to the walls (..., n) and to the posts (..., m). The distance to a post is negative inside it.
+        """
         start_x, start_y, ux, uy, length = self.frames
         to_x, to_y = start_x - x[..., None], start_y - y[..., None]
         low, aside = to_x * ux + to_y * uy, to_x * uy - to_y * ux
@@ -69,22 +81,26 @@ class Solids:
         return np.sqrt(aside * aside + beyond * beyond), np.sqrt(to_x * to_x + to_y * to_y) - radius
 
     def nearest(self, x: float, y: float) -> float:
-        """Distance from a point to the nearest solid: infinite where there is none, 0 inside a post.
+        """Return the distance (m) from a point to the nearest wall or post.
 
-        Plain loops, for few solids.
+        It is infinite if there are no walls or posts, and 0 inside a post. Uses plain loops, which are fast only for
+        few walls and posts.
         """
         walls = (_from_origin(x1 - x, y1 - y, x2 - x, y2 - y) for x1, y1, x2, y2 in self.walls.tolist())
         posts = (hypot(px - x, py - y) - radius for px, py, radius in self.posts.tolist())
         return max(min(min(walls, default=math.inf), min(posts, default=math.inf)), 0.0)
 
     def overlap(self, outline: Sequence[Point], x: float, y: float, radius: float) -> bool:
-        """Whether any wall or post has a point inside a polygon.
+        """Return whether any wall or post has a point inside a polygon.
 
-        Plain loops: where a body is, there are few solids, and arrays only pay for many.
+        Uses plain loops, because few solids are near a body, and arrays are faster only for many solids. A circle that
+        contains the polygon saves work on walls outside the circle.
 
         Args:
-            outline: corners in order, either way round, convex or not.
-            x: middle of a circle round the polygon, as `y` and its `radius`; saves work on solids outside it.
+            outline: corners of the polygon in order (m, map frame), clockwise or counter-clockwise, convex or not.
+            x: x of the middle of the circle.
+            y: y of the middle of the circle.
+            radius: radius of the circle (m).
         """
         for start_x, start_y, ux, uy, length in self.frames.T.tolist():
             to_x, to_y = start_x - x, start_y - y
@@ -95,17 +111,18 @@ class Solids:
 
 
 def _frames(walls: Array) -> Array:
-    """Start, unit vector and length of walls, in rows."""
+    """Return a (5, n) array: x and y of the start, x and y of the unit vector, and length of each of `walls`."""
     along_x, along_y = walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
     length = np.sqrt(along_x * along_x + along_y * along_y)
     return np.array([walls[:, 0], walls[:, 1], along_x / length, along_y / length, length])
 
 
 class Finder:
-    """Finds the few solids round a point among many: solids are listed by squares of floor, once.
+    """Finds the few walls and posts around a point among many, with an index that lists them by squares of floor.
 
-    A solid is listed in the squares of some of its points. No other point of the solid is farther than a quarter of a
-    square's side from one of these. For a post its middle is enough, since no post is wider than half a side.
+    A wall or post is listed under the squares of some sample points of it. Every other point of it is at most a quarter
+    of a square's side away from a sample point. For a post, its middle is the only sample point, because no post is
+    wider than half a square's side.
     """
 
     def __init__(self, solids: Solids):
@@ -124,7 +141,7 @@ class Finder:
         self._owners = np.concatenate((of_wall, np.arange(len(lengths), len(solids))))[order]
 
     def within(self, x: float, y: float, reach: float) -> Solids:
-        """The solids that come within `reach` of a point."""
+        """Return the walls and posts that have a point within `reach` (m) of (x, y) (m, map frame)."""
         wide = reach + self._side / 4.0
         left, right, low, high = [math.floor(at / self._side) for at in (x - wide, x + wide, y - wide, y + wide)]
         rows = np.arange(low, high + 1) * _NEXT_ROW
@@ -137,7 +154,7 @@ class Finder:
 
 
 class Block(NamedTuple):
-    """A rectangle of the robot that pushes cans: bounds in base_link (m)."""
+    """A rectangle of the robot that pushes cans, given by its bounds (m, base_link)."""
 
     low_x: float
     high_x: float
@@ -146,11 +163,14 @@ class Block(NamedTuple):
 
     @property
     def reach(self) -> float:
-        """How far (m) its farthest corner is from the robot's middle."""
+        """The distance (m) from the robot's middle to the farthest corner of the block."""
         return hypot(max(-self.low_x, self.high_x), max(-self.low_y, self.high_y))
 
     def push(self, x: float, y: float, radius: float) -> Optional[Point]:
-        """The new place (base_link) of a disc that overlaps this block; None when it does not overlap."""
+        """Return where this block pushes the middle of a disc that overlaps it. None when the disc does not overlap it.
+
+        All lengths and coordinates are in metres in base_link; x and y are the middle of the disc.
+        """
         near_x = max(self.low_x, min(self.high_x, x))
         near_y = max(self.low_y, min(self.high_y, y))
         away_x, away_y = x - near_x, y - near_y
@@ -170,7 +190,7 @@ class Block(NamedTuple):
 
 
 def edges(outline: Sequence[Point]) -> Iterator[Tuple[float, float, float, float, float]]:
-    """Of each edge of a polygon its start, unit vector and length."""
+    """Yield each edge of a polygon as x and y of its start, x and y of its unit vector, and its length."""
     for (x1, y1), (x2, y2) in zip(outline, [*outline[1:], outline[0]]):
         along_x, along_y = x2 - x1, y2 - y1
         length = hypot(along_x, along_y)
@@ -178,19 +198,19 @@ def edges(outline: Sequence[Point]) -> Iterator[Tuple[float, float, float, float
 
 
 def outlines_meet(first: Sequence[Point], second: Sequence[Point]) -> bool:
-    """Whether two polygons share a point, also when one is wholly inside the other."""
+    """Return whether two polygons share a point. This includes the case that one polygon is inside the other."""
     return (any(_crosses(first, *edge) for edge in edges(second))
             or any(_crosses(second, *edge) for edge in edges(first)))
 
 
 def _crosses(outline: Sequence[Point], start_x: float, start_y: float, ux: float, uy: float, length: float) -> bool:
-    """Whether a polygon has a point of a segment inside."""
+    """Return whether any point of a segment (start, unit vector, length) is inside a polygon."""
     return _crosses_axis([((x - start_x) * ux + (y - start_y) * uy, (y - start_y) * ux - (x - start_x) * uy)
                           for x, y in outline], length)
 
 
 def _crosses_axis(outline: List[Point], length: float) -> bool:
-    """Whether a polygon has a point of the x axis from 0 to `length` inside."""
+    """Return whether any point of the x axis from 0 to `length` is inside a polygon."""
     inside = False
     for (x1, y1), (x2, y2) in zip(outline, outline[1:] + outline[:1]):
         if (y1 > 0.0) != (y2 > 0.0):
@@ -202,14 +222,14 @@ def _crosses_axis(outline: List[Point], length: float) -> bool:
 
 
 def _meets_disc(outline: Sequence[Point], x: float, y: float, radius: float) -> bool:
-    """Whether a polygon and a disc share a point."""
+    """Return whether a polygon and a disc with its middle at (x, y) share a point."""
     centred = [(px - x, py - y) for px, py in outline]
     edges = zip(centred, centred[1:] + centred[:1])
     return any(_from_origin(*first, *second) <= radius for first, second in edges) or _crosses_axis(centred, 0.0)
 
 
 def _from_origin(x1: float, y1: float, x2: float, y2: float) -> float:
-    """Distance from the origin to a segment."""
+    """Return the distance from the origin to the segment from (x1, y1) to (x2, y2)."""
     along_x, along_y = x2 - x1, y2 - y1
     squared = along_x * along_x + along_y * along_y
     share = min(max(-(x1 * along_x + y1 * along_y) / squared, 0.0), 1.0) if squared > 0.0 else 0.0

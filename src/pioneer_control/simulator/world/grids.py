@@ -1,7 +1,7 @@
-"""What a grid of cells tells of a floor: where the borders of its walls run, and where there is room.
+"""Finds the borders of walls, and the places with enough room, in a grid of cells.
 
-Cells are boolean arrays ``[row, column]``, row 0 the lowest y; all lengths are in cells, and cell [0, 0] lies between
-0 and 1.
+Cells are boolean arrays ``[row, column]``; row 0 has the lowest y. All lengths are in cells. Cell [0, 0] extends from
+0 to 1 in x and in y.
 """
 
 import functools
@@ -13,8 +13,9 @@ from .geometry import Array
 from .poses import Point, Wall
 
 STRAIGHTENED_SQUARED = 2
-"""Square of how far (cells) a straightened border may be from a cell's corner. The stairs that a slanted wall makes are
-no wider.
+"""Square of the largest distance (cells) between a straightened border and the cell corners that it replaces.
+
+The steps that a slanted wall makes in a grid are not wider than this.
 """
 
 Corner = Tuple[int, int]
@@ -22,9 +23,12 @@ Run = Tuple[Corner, Corner]
 
 
 def borders(walls: Array) -> List[Tuple[int, int, int, int]]:
-    """The borders between cells that are `walls` and cells that are not, as few long segments ``x1 y1 x2 y2``.
+    """Return the borders between wall cells and other cells as a few long segments ``x1 y1 x2 y2`` (in cells).
 
-    Walls that touch at a corner only are joined: nothing gets through there.
+    Wall cells that touch only at a corner are joined, because nothing can pass between them.
+
+    Args:
+        walls: boolean array (rows, columns), True for the wall cells.
     """
     segments: Dict[Tuple[Corner, Corner], None] = {}
     for ring in _rings(walls):
@@ -36,7 +40,10 @@ def borders(walls: Array) -> List[Tuple[int, int, int, int]]:
 
 
 def flood(seeds: Array, free: Array) -> Array:
-    """The cells of `free` that can be reached from `seeds` by steps to a side: boolean arrays (rows, columns)."""
+    """Return the `free` cells that can be reached from `seeds` over free cells by steps along x or y.
+
+    The arguments and the result are boolean arrays (rows, columns).
+    """
     width = free.shape[1] + 2
     unvisited = np.pad(free, 1).ravel()  # with a border that is not free nothing steps over the edge
     front = np.flatnonzero(np.pad(seeds & free, 1))
@@ -48,11 +55,16 @@ def flood(seeds: Array, free: Array) -> Array:
 
 
 def roomiest(free: Array, wanted: Optional[Tuple[float, float]], room: float) -> Optional[Tuple[float, float]]:
-    """A place (x, y) to stand, in cells.
+    """Return a place (x, y) with room for a robot, in cells.
+
+    Args:
+        free: boolean array (rows, columns), True for the free cells.
+        wanted: preferred place (x, y), or None.
+        room: distance from `wanted`, in cells, within which all cells must be free.
 
     Returns:
-        `wanted` if all cells within `room` of it are `free`; else the middle of the largest free square, or of that
-        one of several which is nearest to the middle of the grid; None when no cell is free.
+        `wanted` if there is enough room. Else the middle of the largest free square; if several free squares are
+        equally large, the one nearest to the middle of the grid. None when no cell is free.
     """
     sums = np.pad(np.cumsum(np.cumsum(free, axis=0), axis=1), ((1, 0), (1, 0)))
     if wanted is not None:
@@ -75,13 +87,18 @@ def roomiest(free: Array, wanted: Optional[Tuple[float, float]], room: float) ->
 
 
 def _squares(sums: Array, side: int) -> Array:
-    """Where a square of this side lies wholly on free cells, by its lowest corner."""
+    """Return a boolean array [row, column]: whether the square with its lowest corner there has only free cells.
+
+    Args:
+        sums: two-dimensional cumulative sums of the free cells, with a row and a column of zeros before them.
+        side: side of the square, in cells.
+    """
     whole: Array = sums[side:, side:] - sums[:-side, side:] - sums[side:, :-side] + sums[:-side, :-side] == side * side
     return whole
 
 
 def _rings(walls: Array) -> List[List[Corner]]:
-    """Every closed border by its corners, with the wall on its left."""
+    """Return every closed border as a list of its corners, in the direction that has the wall on the left."""
     starting: Dict[Corner, List[Run]] = {}
     for straight in _runs(walls):
         starting.setdefault(straight[0], []).append(straight)
@@ -100,15 +117,16 @@ def _rings(walls: Array) -> List[List[Corner]]:
 
 
 def _turn(before: Run, after: Run) -> int:
-    """Negative where `after` leads off to the right of `before`: there two walls touch, and the border keeps them
-    together.
+    """Return a positive number if the border turns left from `before` to `after`, a negative one if it turns right.
+
+    At a corner where two walls touch, the border takes the right turn, and so keeps the two walls together.
     """
     (x1, y1), (x2, y2), (x3, y3) = *before, after[1]
     return (x2 - x1) * (y3 - y2) - (y2 - y1) * (x3 - x2)
 
 
 def _runs(walls: Array) -> List[Run]:
-    """Every straight piece of a border, from corner to corner, with the wall on its left."""
+    """Return every straight piece of a border as its two corners, in the direction that has the wall on the left."""
     cells = np.pad(walls, 1).astype(np.int8)
     runs = []
     for turned, step in ((cells, 1), (cells.T, -1)):
@@ -124,10 +142,11 @@ def _runs(walls: Array) -> List[Run]:
 
 
 def _straightened(ring: List[Corner]) -> List[Corner]:
-    """Those corners of a ring that matter: lines between them are nowhere farther off than `STRAIGHTENED_SQUARED` says.
+    """Return the few corners of a closed border that keep its shape.
 
-    A corner between two sides of three cells or more is a real one, and stays: stairs have steps of one, rough ones
-    of two.
+    The lines between the returned corners are within the distance of `STRAIGHTENED_SQUARED` from all dropped corners.
+    A corner between two sides of three cells or more is always kept. Shorter sides may come from a slanted wall, which
+    makes steps of one or two cells in the grid.
     """
     points = np.array(ring, dtype=np.int64)
     points = np.roll(points, -int(np.lexsort((points[:, 1], points[:, 0]))[0]), axis=0)
@@ -151,7 +170,7 @@ def _straightened(ring: List[Corner]) -> List[Corner]:
 
 
 def _squared_distances(points: Array, first: Array, last: Array) -> Array:
-    """From points to the segment between two others."""
+    """Return the squared distances from `points` (n, 2) to the segment from `first` to `last`."""
     (along_x, along_y), (x, y) = last - first, (points - first).T
     length_squared = max(along_x * along_x + along_y * along_y, 1)
     share = np.clip((x * along_x + y * along_y) / length_squared, 0.0, 1.0)
@@ -160,6 +179,12 @@ def _squared_distances(points: Array, first: Array, last: Array) -> Array:
 
 
 def place(segments: Sequence[Wall], origin: Point, side: float) -> List[Wall]:
-    """Segments in cells as walls in metres, from the position of the grid's corner and the side of a cell."""
+    """Convert segments from cells to walls in metres.
+
+    Args:
+        segments: segments ``x1 y1 x2 y2`` in cells.
+        origin: position (m) of the lowest corner of cell [0, 0].
+        side: side of a cell (m).
+    """
     left, lower = origin
     return [(x1 * side + left, y1 * side + lower, x2 * side + left, y2 * side + lower) for x1, y1, x2, y2 in segments]

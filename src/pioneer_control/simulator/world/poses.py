@@ -1,9 +1,10 @@
-"""Points and poses of the floor: one seen from another, the arc that a robot drives, outlines where they stand.
+"""Points and poses on the floor: transforms between frames, the arc that a robot drives, and placed outlines.
 
-Metres and radians; headings are not wrapped. Everything here rounds the same on every computer, as all must whose
-result reaches the wire. So sine, cosine and length are made of + - * / and sqrt alone, which IEEE 754 defines to the
-last bit; what :mod:`math` and numpy take from the C library may differ in that bit from one Debian to the next. They
-are right to 1e-13 for angles up to a million radians either way.
+Lengths are in metres, angles in radians; headings are not wrapped. All functions give the same result on every
+computer to the last bit, because the results reach the bytes that the simulated robot sends. Therefore sine, cosine
+and length are computed with + - * / and sqrt only, which IEEE 754 defines to the last bit. The functions of :mod:`math`
+and numpy come from the C library, and their last bit may differ between versions of Debian. Sine and cosine have an
+error of at most 1e-13 for angles from minus one million to one million radians.
 """
 
 import math
@@ -11,17 +12,17 @@ from typing import Callable, List, Sequence, Tuple
 
 Point = Tuple[float, float]
 Pose = Tuple[float, float, float]
-"""x, y, heading (counter-clockwise from x)."""
+"""x (m), y (m) and heading (rad, counter-clockwise from the x axis)."""
 Wall = Tuple[float, float, float, float]
-"""x and y of one end and of the other, as `World` takes it."""
+"""A straight wall: x and y of one end, then x and y of the other end (m)."""
 
 _QUARTERS_PER_RADIAN = 2.0 / math.pi
-_QUARTER_HIGH = float.fromhex("0x1.921fb544p+0")  # of a quarter turn (rad) the first 33 bits: its multiples are exact
-_QUARTER_LOW = float.fromhex("0x1.0b4611a626331p-34")  # and the rest
+_QUARTER_HIGH = float.fromhex("0x1.921fb544p+0")  # first 33 bits of a quarter turn (rad): its multiples are exact
+_QUARTER_LOW = float.fromhex("0x1.0b4611a626331p-34")  # the remaining bits
 
 
 def unit(angle: float) -> Tuple[float, float]:
-    """Cosine and sine of an angle (rad): the unit vector in its direction."""
+    """Return cosine and sine of an angle (rad), which is the unit vector in its direction."""
     quarters = math.floor(angle * _QUARTERS_PER_RADIAN + 0.5)
     x = (angle - quarters * _QUARTER_HIGH) - quarters * _QUARTER_LOW
     z = x * x
@@ -42,8 +43,10 @@ def unit(angle: float) -> Tuple[float, float]:
 
 
 class Heading:
-    """The unit vector of an angle that stays the same for long, as that of what stands or goes straight on: worked out
-    only when it changes. (A cache of the library takes half as long again.)
+    """Keeps the unit vector of an angle, and computes it again only when the angle changes.
+
+    This saves time for a robot that stands still or drives straight. `functools.lru_cache` would take one and a half
+    times as long.
     """
 
     def __init__(self) -> None:
@@ -51,74 +54,80 @@ class Heading:
         self._unit = 1.0, 0.0
 
     def unit(self, angle: float) -> Tuple[float, float]:
-        """Cosine and sine of the angle (rad) that it is now."""
+        """Return cosine and sine of the present angle (rad)."""
         if angle != self._angle:
             self._angle, self._unit = angle, unit(angle)
         return self._unit
 
 
 def hypot(x: float, y: float) -> float:
-    """Length of a vector that is neither tiny nor huge."""
+    """Return the length of a vector. Very small or very large values underflow or overflow."""
     return math.sqrt(x * x + y * y)
 
 
 def compose(frame: Pose, pose: Pose) -> Pose:
-    """The pose that `pose`, as seen from `frame`, has in the frame that `frame` is given in."""
+    """Transform `pose`, which is relative to `frame`, into the parent frame of `frame`."""
     cosine, sine = unit(frame[2])
     x, y, heading = pose
     return frame[0] + x * cosine - y * sine, frame[1] + x * sine + y * cosine, frame[2] + heading
 
 
 def relative(frame: Pose, pose: Pose) -> Pose:
-    """`pose` as seen from `frame`, both given in the same frame; the heading is not wrapped."""
+    """Return `pose` relative to `frame`. Both arguments are poses in the same frame. The heading is not wrapped."""
     cosine, sine = unit(frame[2])
     x, y = pose[0] - frame[0], pose[1] - frame[1]
     return x * cosine + y * sine, y * cosine - x * sine, pose[2] - frame[2]
 
 
 def along_arc(pose: Pose, distance: float, turn: float, direction: Callable[[float], Point] = unit) -> Pose:
-    """The pose after driving `distance` while turning by `turn`, both evenly: exact, straight lines included.
+    """Return the pose at the end of an arc from `pose`. The result is exact, also for a straight line.
 
     Args:
-        direction: works out the unit vector of an angle (rad).
+        pose: pose at the start of the arc (m, rad).
+        distance: length of the arc (m), negative for backward.
+        turn: angle of the arc (rad, counter-clockwise positive).
+        direction: function that returns the unit vector of an angle (rad).
     """
     x, y, heading = pose
     if not distance:
         return x, y, heading + turn
     half = turn / 2.0
     z = half * half
-    # of the arc, its chord
+    # ratio of chord to arc
     share = 1.0 - z / 6.0 * (1.0 - z / 20.0 * (1.0 - z / 42.0)) if z < 0.01 else unit(half)[1] / half
     cosine, sine = direction(heading + half)
     return x + distance * share * cosine, y + distance * share * sine, heading + turn
 
 
 def placed(polygon: Sequence[Point], pose: Pose) -> List[Point]:
-    """A polygon of the body's frame, where it lies in the map frame when the body stands at `pose`."""
+    """Transform a polygon from the body's frame to the map frame, for a body at `pose` (map frame)."""
     cosine, sine = unit(pose[2])
     return [(pose[0] + x * cosine - y * sine, pose[1] + x * sine + y * cosine) for x, y in polygon]
 
 
 def turned(point: Point, angle: float) -> Point:
-    """A point after a turn about the origin."""
+    """Return a point rotated about the origin by `angle` (rad, counter-clockwise positive)."""
     x, y = point
     cosine, sine = unit(angle)
     return x * cosine - y * sine, x * sine + y * cosine
 
 
 def closed(corners: Sequence[Point]) -> List[Wall]:
-    """Walls from corner to corner and back to the first; none between corners that are the same."""
+    """Return walls from each corner to the next, and from the last corner to the first.
+
+    There is no wall between two equal corners.
+    """
     corners = list(corners)
     return [first + second for first, second in zip(corners, corners[1:] + corners[:1]) if first != second]
 
 
 def box_walls(centre: Point, size: Point, angle: float) -> List[Wall]:
-    """The four walls of a box.
+    """Return the four walls of a box.
 
     Args:
-        centre: its middle.
-        size: its sides along x and y before it is turned.
-        angle: by which it is turned (rad).
+        centre: middle of the box (m).
+        size: sides of the box (m) along x and y before rotation.
+        angle: rotation of the box (rad, counter-clockwise positive).
     """
     (x, y), (length, width) = centre, size
     sides = [(ahead * length / 2.0, aside * width / 2.0) for ahead, aside in ((-1, -1), (1, -1), (1, 1), (-1, 1))]

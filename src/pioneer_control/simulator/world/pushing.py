@@ -1,6 +1,6 @@
-"""Cans give way: a robot pushes aside what stands on the floor. Cans jam only against walls and other robots.
+"""Pushing of cans: a robot pushes aside the cans on the floor that it touches. Only walls and other robots jam a can.
 
-Blocks are rectangles along the axes of the robot's own frame (m, base_link); cans stand in the map frame.
+Blocks are rectangles parallel to the axes of base_link (m). The positions of cans are in the map frame (m).
 """
 
 import math
@@ -11,17 +11,17 @@ from .poses import Point, Pose, compose, hypot, relative
 from .world import Can, World
 
 ROUNDS = 200
-"""After so many rounds of pushes a can counts as jammed. To slide out of a narrow wedge takes many small pushes."""
+"""Number of rounds of pushes after which a can counts as jammed. A can in a narrow wedge needs many small pushes."""
 PUSHED_FAR = 2.0
-"""No can that a robot pushes reaches another robot farther away (m) than this."""
+"""Distance (m) around a pushing robot. Only other robots within this distance can stop the pushed cans."""
 STILL = 1e-7
-"""Cans that come back this near (m) to where they were two rounds ago are only pushed to and fro."""
+"""Distance (m). Cans that are this near to their places of two rounds before are only pushed back and forth."""
 PROBE = 1e-3
-"""How far apart (m) the clearance of a wall is probed to find which way leads away from it."""
+"""Distance (m) on either side of a can at which wall clearance is measured, to find the direction away from a wall."""
 
 
 def cans_near(world: World, pose: Pose, reach: float) -> List[Can]:
-    """The cans standing so near a robot that something `reach` from its middle could meet them."""
+    """Return the cans on the floor that have a point within `reach` (m) of the middle of a robot at `pose`."""
     x, y, _ = pose
     beside = [can for can in world.cans if -reach - can.radius < can.x - x < reach + can.radius]
     return [can for can in beside if can.held_by is None and hypot(can.x - x, can.y - y) < reach + can.radius]
@@ -30,16 +30,18 @@ def cans_near(world: World, pose: Pose, reach: float) -> List[Can]:
 def make_way(
     world: World, pose: Pose, blocks_for: Callable[[float], Sequence[Block]], held: Sequence[Can], reach: float,
 ) -> bool:
-    """Push cans out of the way of a robot at `pose`, and whatever they push out of theirs.
+    """Push cans out of the way of a robot at `pose`. Pushed cans push other cans.
 
     Args:
-        blocks_for: the blocks that a can of a given radius meets.
-        held: cans in the gripper that push others as they go.
-        reach: how far from the middle of the robot anything of it can meet a can.
+        world: world whose cans are moved.
+        pose: pose of the robot (m, rad; map frame).
+        blocks_for: function that returns the blocks of the robot that a can of the given radius (m) meets.
+        held: cans in the gripper, which push the cans on the floor.
+        reach: largest distance (m) from the middle of the robot at which a part of it can touch a can.
 
     Returns:
-        True when every can found a place; False when one is jammed against a wall or another robot. Then none was
-        moved.
+        True when there is a place for every can. False when a can is jammed against a wall or another robot; then no
+        can was moved.
     """
     near = cans_near(world, pose, reach)
     if not near:
@@ -78,7 +80,16 @@ def _same(before: List[Point], now: List[Point]) -> bool:
 
 
 def _shove_others(key: int, cans: Sequence[Can], places: List[Point]) -> Set[int]:
-    """Move every can that overlaps number `key` straight away from it, and return the numbers of those."""
+    """Push every can that overlaps can number `key` straight away from that can.
+
+    Args:
+        key: index of the pushing can in `cans` and `places`.
+        cans: all cans on the floor.
+        places: their middles (m, map frame). The places of pushed cans are changed.
+
+    Returns:
+        The indices of the cans that were pushed.
+    """
     shoved = set()
     x, y = places[key]
     for other, (other_x, other_y) in enumerate(places):
@@ -91,7 +102,11 @@ def _shove_others(key: int, cans: Sequence[Can], places: List[Point]) -> Set[int
 
 
 def _pushed_off(x: float, y: float, from_x: float, from_y: float, reach: float) -> Optional[Point]:
-    """The new place of a point nearer than `reach` to another one: straight away from it; None for any other."""
+    """Move the point (x, y) straight away from the point (from_x, from_y), to the distance `reach`.
+
+    Returns:
+        The new point, or None when the distance is `reach` or more already.
+    """
     away_x, away_y = x - from_x, y - from_y
     distance = math.sqrt(away_x * away_x + away_y * away_y)
     if distance > reach - TOUCH:
@@ -102,7 +117,10 @@ def _pushed_off(x: float, y: float, from_x: float, from_y: float, reach: float) 
 
 
 def _off_walls(world: World, place: Point, radius: float) -> Optional[Point]:
-    """The new place of a can that overlaps a wall: away from the wall; None for any other can."""
+    """Return where a can that overlaps a wall is pushed to, away from the wall. None when it overlaps no wall.
+
+    `place` is the middle of the can (m, map frame), and `radius` its radius (m).
+    """
     x, y = place
     square = ((x - radius, y - radius), (x + radius, y - radius), (x + radius, y + radius), (x - radius, y + radius))
     if not world.touches(square):  # cheaper than to ask how far the walls are, and mostly enough
@@ -120,9 +138,9 @@ def _off_walls(world: World, place: Point, radius: float) -> Optional[Point]:
 
 
 def _off_other_robots(world: World, pose: Pose, place: Point, radius: float) -> Optional[Point]:
-    """The new place of a can that overlaps a robot other than the one at `pose`; None for any other can.
+    """Return where a can is pushed to that overlaps a robot other than the one at `pose`. None when it overlaps none.
 
-    That robot does not give way.
+    The other robot does not move.
     """
     others = [body for body in world.crowd.near(pose[0], pose[1], PUSHED_FAR) if body.pose != pose]
     pushed = (_off_robot(body.pose, (body.box,), (), place, radius) for body in others)
@@ -132,8 +150,17 @@ def _off_other_robots(world: World, pose: Pose, place: Point, radius: float) -> 
 def _off_robot(
     pose: Pose, blocks: Sequence[Block], held: Sequence[Can], place: Point, radius: float,
 ) -> Optional[Point]:
-    """The new place of a can that overlaps the robot at `pose`: its blocks, or a can that it holds; None for any other
-    can.
+    """Return where the robot at `pose` pushes a can that overlaps its blocks or a can that it holds.
+
+    Args:
+        pose: pose of the robot (m, rad; map frame).
+        blocks: rectangles of the robot (m, base_link).
+        held: cans that the robot holds.
+        place: middle of the pushed can (m, map frame).
+        radius: radius of the pushed can (m).
+
+    Returns:
+        The new middle of the can (m, map frame). None when the can overlaps no block and no held can.
     """
     x, y, _ = relative(pose, (place[0], place[1], 0.0))
     moved: Optional[Point] = None

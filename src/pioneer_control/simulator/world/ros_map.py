@@ -1,8 +1,9 @@
-"""Maps of ROS's map_server as worlds: a YAML file and its image (PGM or PNG).
+"""Loads maps of ROS's map_server as worlds. A map is a YAML file and an image (PGM or PNG).
 
-A cell is a wall when its occupancy is above ``occupied_thresh``, free when it is below ``free_thresh``, and else
-unknown. Nothing stands in unknown cells. The borders of walls become few long segments (`grids.borders`). Such a map
-names no start: a robot begins at the origin of the map's frame if there is room, else at the most spacious free place.
+A cell is a wall when its occupancy is above ``occupied_thresh``, and free when its occupancy is below ``free_thresh``.
+All other cells are unknown and hold no walls. The borders of the walls become few long segments (see `grids.borders`).
+These maps have no start. The robot starts at the origin of the map frame if there is room, else at the most spacious
+free place.
 """
 
 import math
@@ -20,14 +21,18 @@ from .yaml_nodes import NodeReader
 
 MODES = ("trinary", "scale", "raw")
 FORMATS = ("PPM", "PNG")
-"""Pillow's names for the formats of images: a PGM is one of its PPMs."""
+"""Image formats that can be read, by their names in Pillow. Pillow's PPM includes PGM."""
 
 
 class MapReader(NodeReader):
-    """Reads a map: one method for each kind of value."""
+    """Reads the YAML file of a map, with one method for each kind of value, and makes a world of it."""
 
     def world(self, root: yaml.Node) -> World:
-        """The world of the map, from the root of the nodes of its YAML file."""
+        """Return the world of the map. `root` is the root node of its YAML file.
+
+        Raises:
+            WorldError: the file or its image is not legal, or no cell is free.
+        """
         others: List[yaml.Node] = []
         needs = {"image": self.image, "resolution": self.positive, "origin": self.pose, "occupied_thresh": self.share,
                  "free_thresh": self.share, "negate": self.zero_or_one}
@@ -57,7 +62,10 @@ class MapReader(NodeReader):
         )
 
     def image(self, node: yaml.Node) -> Array:
-        """Grey values (rows from the top, columns), 0 to 255; NaN where the image is transparent."""
+        """Read the image that `node` names, and return its grey values from 0 to 255.
+
+        The result is an array (rows from the top, columns). It is NaN where the image is transparent.
+        """
         from PIL import Image  # here: nothing else needs it
 
         path = self.path.parent / self.text(node)
@@ -70,34 +78,36 @@ class MapReader(NodeReader):
                 pixels = np.asarray(image.convert("RGBA"), dtype=float)
         except WorldError:
             raise
-        except Exception as error:  # of a broken file Pillow raises whatever its decoder came upon
+        except Exception as error:  # for a broken file Pillow raises many kinds of exceptions
             self.fail(node, "image %s cannot be read: %s" % (path, getattr(error, "strerror", None) or error))
         return np.where(pixels[:, :, 3] > 0, (pixels[:, :, 0] + pixels[:, :, 1] + pixels[:, :, 2]) / 3.0, math.nan)
 
     def pose(self, node: yaml.Node) -> Tuple[float, ...]:
-        """Three numbers: m, m, rad."""
+        """Return the pose in a node: x (m), y (m), yaw (rad)."""
         return self.numbers(node, 3, "origin must be three numbers, [x, y, yaw]: m, m, rad")
 
     def share(self, node: yaml.Node) -> float:
-        """A number from 0 to 1."""
+        """Return the number in a node, which must be from 0 to 1."""
         return self.legal_number(node, lambda value: 0.0 <= value <= 1.0, "a threshold must be from 0 to 1, not %g")
 
     def zero_or_one(self, node: yaml.Node) -> float:
-        """Zero or one."""
+        """Return the number in a node, which must be 0 or 1."""
         return self.legal_number(node, lambda value: value in (0, 1), "negate must be 0 or 1, not %g")
 
     def mode(self, node: yaml.Node) -> str:
-        """How values of the image are meant."""
+        """Return the map mode in a node, which must be one of `MODES`. It defines the meaning of grey values."""
         if node.value not in MODES:
             self.fail(node, "mode must be one of %s, not %r" % (", ".join(MODES), node.value))
         return str(node.value)
 
 
 def _occupancy(grey: Array, negate: bool, raw: bool) -> Array:
-    """The occupancy of every cell, from 0 to 1, NaN where it is unknown.
+    """Return the occupancy of every cell from 0 to 1, NaN where it is unknown.
 
     Args:
-        raw: values 0 to 100 are percent, and all above are unknown.
+        grey: grey values of the image, 0 to 255, NaN where unknown.
+        negate: light cells are occupied. If False, dark cells are occupied. Not used for `raw`.
+        raw: grey values from 0 to 100 are the occupancy in percent; higher values are unknown.
     """
     if raw:
         return np.where(grey <= 100.0, grey / 100.0, math.nan)

@@ -1,6 +1,4 @@
-"""Where many robots can stand in a world at first: on its starts, and beyond those on free floor round the first of
-them.
-"""
+"""Finds start poses for many robots: first the starts of the world, then free floor around the first start."""
 
 import math
 from typing import List
@@ -14,16 +12,19 @@ from .poses import Pose, hypot
 from .world import World
 
 RESOLUTION = 0.05
-"""Side (m) of a cell of the grid on which places are looked for."""
+"""Side (m) of a cell of the grid that is searched for free places."""
 MARGIN = 0.1
-"""Free floor (m) round every robot that may turn on the spot."""
+"""Width (m) of the free floor that is kept around every robot. With it a robot can turn on the spot."""
 
 
 def standing_places(world: World, model: RobotModel, count: int) -> List[Pose]:
-    """Poses (x, y, heading; map frame) for `count` robots, the nearest to the first start first.
+    """Return start poses (m, rad; map frame) for `count` robots.
+
+    The starts of the world come first. If they are too few, free places follow, sorted by distance from the first
+    start.
 
     Raises:
-        ParameterError: there is no room for all; says for how many there is.
+        ParameterError: the world has no room for `count` robots. The message says for how many it has room.
     """
     starts = world.starts[:count]
     if len(starts) == count:
@@ -32,7 +33,7 @@ def standing_places(world: World, model: RobotModel, count: int) -> List[Pose]:
     cells = math.ceil(2.0 * radius / RESOLUTION)     # between two robots
     x0, y0, heading = starts[0]
     low_x, low_y, high_x, high_y = world.bounds
-    beyond = (math.isqrt(count) + 2) * cells         # an open floor has room on all sides
+    beyond = (math.isqrt(count) + 2) * cells         # cells to add on each side: enough for all robots on open floor
     columns, rows = [
         np.arange(math.floor((low - at) / RESOLUTION) - beyond, math.ceil((high - at) / RESOLUTION) + beyond + 1)
         for low, high, at in ((low_x, high_x, x0), (low_y, high_y, y0))

@@ -1,6 +1,7 @@
-"""The floor the simulated robot stands on: what its sonar sees, what stops its body, what its gripper can take.
+"""The world of simulated robots: walls and posts that sonar detects and that stop a body, and cans for the gripper.
 
-A world knows nothing of robots' models or packets. Metres, radians, map frame (x and y of REP 103).
+This file does not depend on robot models or packets. Lengths are in metres, angles in radians, coordinates in the map
+frame (x and y of REP 103).
 """
 
 import functools
@@ -19,16 +20,19 @@ from .grids import flood
 from .poses import Point, Pose, hypot
 
 SONAR_PLANE = 0.17
-"""Height of the sonar above the floor (m): what is lower is not seen."""
+"""Height (m) of the sonar above the floor. The sonar does not detect lower objects."""
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
-"""Values of an occupancy map, as nav_msgs/OccupancyGrid has them."""
+"""Values of a cell in an occupancy map, equal to those of nav_msgs/OccupancyGrid."""
 
 START_CLEARANCE = 0.55
-"""Least distance (m) of a start that no file names from anything solid: more than half the diagonal of any Pioneer."""
+"""Least distance (m) between a start that this package chooses itself and any wall or post.
 
-_CLOSE = 0.5  # m: where a body moves among solids, and few of them are near
-_SIDE = 2.0  # m: of the squares of floor round which solids are found once
+It is more than half the diagonal of any Pioneer.
+"""
+
+_CLOSE = 0.5  # m: distance up to which clearances are computed from the few nearest walls and posts
+_SIDE = 2.0  # m: side of the squares of floor for which near walls and posts are found once and kept
 _KEPT_NEIGHBOURHOODS = 4096
 
 
@@ -37,15 +41,19 @@ class Holder(Protocol):
 
     @property
     def height(self) -> float:
-        """How high (m) it lifts what it holds."""
+        """The height (m) to which the gripper has lifted its cans, above the lowest position of the paddles."""
 
 
 @dataclass
 class Can:
-    """An upright tin, light enough to be pushed and small enough to be gripped; too low for the sonar.
+    """An upright can that a robot can push, and that a gripper can hold if it is not too wide. Sonar cannot detect it.
 
     Attributes:
-        held_by: the gripper that holds it, None while it stands on the floor.
+        x: x of its middle (m, map frame).
+        y: y of its middle (m, map frame).
+        radius: its radius (m).
+        height: its height (m).
+        held_by: the gripper that holds the can. None while the can stands on the floor.
     """
 
     x: float
@@ -56,24 +64,25 @@ class Can:
 
 
 def begin_at(start: Pose) -> str:
-    """A sentence that says where robots begin, for files that do not say it."""
+    """Return the text that reports the start of the robots, for a map file that has no start."""
     return "robots begin at x %.2f, y %.2f" % start[:2]
 
 
 class World:
-    """Walls and posts that never move, cans that may, and the poses where a robot starts, charges or may be sent to.
+    """The walls and posts of a floor, its cans, and its starts, docks and goals (m, rad; map frame).
 
     Args:
-        walls: segments ``(x1, y1, x2, y2)``, none of length zero.
-        posts: discs ``(x, y, radius)``, like the walls taller than the sonar plane.
-        cans: what can be picked up; the list and its cans are the caller's to change.
-        starts: poses ``(x, y, heading)``, at least one.
-        docks: poses ``(x, y, heading)`` that a robot has while it charges; see `battery.stands_in`.
-        goals: places by name, each a pose ``(x, y, heading)``; nothing here acts on them.
-        skipped: what the file that it comes from says and this world has not, a sentence each.
+        name: name of the world, for users and errors.
+        walls: segments ``(x1, y1, x2, y2)``, none of length zero. They never move.
+        posts: discs ``(x, y, radius)``, taller than the sonar plane, as walls are. They never move.
+        cans: objects that a gripper can pick up. The caller may change each `Can`, and the list `World.cans`.
+        starts: poses ``(x, y, heading)`` at which robots start, at least one.
+        docks: poses ``(x, y, heading)`` of a robot while it charges; see `battery.stands_in`.
+        goals: poses ``(x, y, heading)`` by name. The simulator does not use them.
+        skipped: one sentence for each entry of the world's file that is not part of this world.
 
     Raises:
-        WorldError: for numbers that are not finite, a wall without length, a post or a can without size, no start.
+        WorldError: a number is not finite, a wall has no length, a post or can has no size, or there is no start.
     """
 
     def __init__(
@@ -106,51 +115,58 @@ class World:
                     raise WorldError("world %s: %s %s has radius %g; must be above 0" % (name, kind, number, radius))
         self._solids = Solids(self.walls, self.posts)
         self.within = Finder(self._solids).within
-        """Finds the walls and posts that come within a reach of a point: see `Finder.within`."""
+        """Function that returns the walls and posts within a distance of a point: see `Finder.within`."""
         self._neighbourhood = functools.lru_cache(_KEPT_NEIGHBOURHOODS)(self._find)
         self.ear = functools.lru_cache(maxsize=None)(functools.partial(Ear, self))
-        """What hears in this world for transducers of a kind, the same for all of that kind: see `Ear`."""
+        """Function that returns the `Ear` of this world for sonar transducers with the given cone.
+
+        It takes the arguments of `Ear` without the world. Equal arguments give the same `Ear`.
+        """
         self.crowd = Crowd()
-        """The bodies of the robots of one `Simulation`, in each other's way."""
+        """The bodies of the robots of one `Simulation`, which are obstacles to each other."""
         places = [(x, y) for x, y, _ in (*self.starts, *self.docks, *self.goals.values())]
         corners = np.vstack((self._solids.corners(), places + [(can.x, can.y) for can in self.cans]))
         (low_x, low_y), (high_x, high_y) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
         self.bounds: Tuple[float, float, float, float] = (low_x, low_y, high_x, high_y)
-        """Least x and y, greatest x and y of everything."""
+        """Smallest x and y, then largest x and y (m, map frame) of all walls, posts, cans, starts, docks and goals."""
 
     def with_start(self, start: Pose) -> "World":
-        """The same world, in which the first robot stands at `start` and the others at its own starts.
+        """Return a copy of this world with `start` (m, rad; map frame) before its other starts.
 
-        It takes over the cans.
+        The copy uses the same `Can` objects.
         """
         return World(
             self.name, self.walls.tolist(), self.posts.tolist(), self.cans, [start, *self.starts], self.docks,
             self.goals, self.skipped)
 
     def touches(self, outline_xy: Sequence[Point]) -> bool:
-        """Whether a body overlaps any wall or post, also one that is wholly inside it. Cans give way and do not count.
+        """Return whether a body overlaps any wall or post, or has one inside its outline. Cans are ignored.
 
         Args:
-            outline_xy: (k, 2) corners of the body's polygon in order, convex or not.
+            outline_xy: corners of the body's polygon in order (m, map frame), convex or not.
         """
         xs, ys = zip(*outline_xy)
         low_x, low_y, high_x, high_y = min(xs), min(ys), max(xs), max(ys)
-        # a circle round it
+        # a circle around the outline
         x, y, radius = (low_x + high_x) / 2.0, (low_y + high_y) / 2.0, hypot(high_x - low_x, high_y - low_y) / 2.0
         solids = self._near(x, y, radius)
         return len(solids) > 0 and solids.overlap(outline_xy, x, y, radius)
 
     def clearance(self, x: float, y: float) -> float:
-        """Distance from a point to the nearest wall or post: infinite where there is none, 0 inside a post."""
+        """Return the distance (m) from a point (m, map frame) to the nearest wall or post.
+
+        It is infinite in a world without walls and posts, and 0 inside a post.
+        """
         close = self._near(x, y, _CLOSE).nearest(x, y)
         return close if close <= _CLOSE else self._solids.nearest(x, y)
 
     def clearances(self, column_x: Array, row_y: Array, limit: float = math.inf) -> Array:
-        """Clearance at every crossing of a grid: (rows, columns), `limit` where it is more.
+        """Return the clearance (m) at every point of a grid, as an array (rows, columns).
 
         Args:
-            column_x: growing, as `row_y`.
-            limit: a low one saves much time.
+            column_x: x of the columns (m, map frame), in increasing order.
+            row_y: y of the rows (m, map frame), in increasing order.
+            limit: largest clearance (m) to return. Larger clearances are returned as `limit`. A low limit saves time.
         """
         grid = np.full((len(row_y), len(column_x)), limit)
         for solid in self._solids.each():
@@ -165,16 +181,17 @@ class World:
         return clearances
 
     def occupancy(self, resolution: float = 0.05, margin: float = 0.5) -> Tuple[Array, Tuple[float, float]]:
-        """The world as a map of square cells, for RViz and pictures.
+        """Return the world as an occupancy map with square cells, for RViz and pictures.
 
         Args:
-            resolution: side of a cell.
-            margin: how far the map goes beyond everything in the world.
+            resolution: side of a cell (m).
+            margin: distance (m) from the bounds of the world to the border of the map.
 
         Returns:
-            Int8 array (rows of growing y, columns of growing x) of `OCCUPIED` where a wall or post touches a cell's
-            middle or passes within half a cell of it, `FREE` where a start can be reached from, else `UNKNOWN`; and
-            the map-frame position of the corner with the smallest x and y.
+            First an int8 array (rows of increasing y, columns of increasing x). A cell is `OCCUPIED` when a wall or a
+            post is not farther from its middle than half its diagonal. It is `FREE` when a start can be reached from
+            it. All other cells are `UNKNOWN`. Second the position (m, map frame) of the map's corner with the smallest
+            x and y.
         """
         low_x, low_y, high_x, high_y = self.bounds
         origin = (low_x - margin, low_y - margin)
@@ -192,24 +209,35 @@ class World:
         return cells, origin
 
     def _near(self, x: float, y: float, reach: float) -> Solids:
-        """At least every solid within `reach` of a point, found once for each small square of floor and kept."""
+        """Return all walls and posts within `reach` (m) of a point, and some farther ones.
+
+        They are found once for each small square of floor and then kept.
+        """
         if not len(self._solids):   # an endless floor
             return self._solids
-        # of a few sizes only, so that squares are shared
+        # whole metres only, so that calls with similar reaches share the kept squares
         return self._neighbourhood(math.floor(x / _SIDE), math.floor(y / _SIDE), math.ceil(reach))
 
     def _find(self, column: int, row: int, reach: int) -> Solids:
-        """Every solid within `reach` of a square of floor."""
+        """Return all walls and posts within `reach` (m) of the square of floor in this column and row."""
         return self.within((column + 0.5) * _SIDE, (row + 0.5) * _SIDE, reach + 0.7072 * _SIDE)
 
 
 def _poses(name: str, kind: str, rows: Sequence[Pose]) -> List[Pose]:
-    """Poses as plain numbers."""
+    """Return poses as tuples of floats. `name` and `kind` are for errors.
+
+    Raises:
+        WorldError: a number is not finite.
+    """
     return [(x, y, heading) for x, y, heading in _table(name, kind, rows, 3).tolist()]
 
 
 def _table(name: str, kind: str, rows: Sequence[Sequence[float]], width: int) -> Array:
-    """Rows of numbers as a read-only array (n, width)."""
+    """Return rows of numbers as a read-only array (n, width). `name` and `kind` are for errors.
+
+    Raises:
+        WorldError: a number is not finite.
+    """
     table = np.array(rows, dtype=float).reshape(-1, width)
     wrong = np.flatnonzero(~np.isfinite(table).all(axis=1))
     if len(wrong):

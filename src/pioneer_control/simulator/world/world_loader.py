@@ -1,6 +1,6 @@
-"""Worlds by name or from files: of the package's own form, maps of ROS's map_server, and ARIA's maps.
+"""Loads worlds by name or from files in three formats: our own, maps of ROS's map_server, and maps of ARIA.
 
-The package's own form is a YAML file of walls, furniture, cans and poses; `load_world` has its keys.
+Our own format is a YAML file of walls, furniture, cans and poses. `load_world` documents its keys.
 """
 
 import difflib
@@ -23,33 +23,34 @@ PICTURES = (".pgm", ".png")
 
 
 def known_worlds() -> List[str]:
-    """Names of the worlds that come with the package."""
+    """Return the sorted names of the worlds that come with the package."""
     return sorted(path.stem for path in GALLERY.glob("*.yaml"))
 
 
 def load_world(name_or_path: Union[str, Path]) -> World:
-    """A world of the package by its name, or of a file by its path: a `/` in it, or ending in one of `ENDINGS`.
+    """Return a world of the package by its name, or load a world from a file by its path.
 
-    What a file holds decides how it is read:
+    An argument that has a `/` in it, or ends in one of `ENDINGS` or `PICTURES`, is a path. The content of the file
+    decides how it is read:
 
-    * a text whose first line is ``2D-Map`` as `aria_map` says;
-    * a YAML mapping with the key ``image`` as `ros_map` says;
-    * any other as the package's own form.
+    * a text whose first line is ``2D-Map``: see `aria_map`;
+    * a YAML mapping with the key ``image``: see `ros_map`;
+    * any other text: as the package's own format.
 
-    That form is a YAML mapping: metres and degrees, as the keys say; x and y of the map frame; angles count
-    counter-clockwise from x. Every section but `starts` may be left out::
+    The package's own format is a YAML mapping. Its keys name the units, metres or degrees. Coordinates are in the map
+    frame; angles are counter-clockwise from the x axis. Every section except `starts` may be left out::
 
         description: One line for people.
-        map: lab.yaml                         # walls, docks, goals of a map of another kind; a path from this file
+        map: lab.yaml                         # adds walls, docks, goals of a map of another kind; path from this file
         walls:                                # thin walls along a line of two corners or more
           - {corners_m: [[0, 0], [8, 0], [8, 6]]}
           - {corners_m: [[2, 2], [3, 2], [3, 3]], closed: true}
         boxes:                                # furniture: four walls
           - {centre_m: [1, 5], size_m: [0.8, 0.4], angle_deg: 30}     # size before turning; angle 0 if left out
-        posts:                                # cylinders: columns, legs; taller than the sonar, as all above
+        posts:                                # cylinders: columns, legs; taller than the sonar, as walls and boxes are
           - {centre_m: [5, 3], diameter_m: 0.05}
-        cans:                                 # what the gripper picks up: too low for the sonar
-          - {centre_m: [2.2, 1], diameter_m: 0.066, height_m: 0.115}  # sizes as here if left out
+        cans:                                 # objects that the gripper picks up: too low for the sonar
+          - {centre_m: [2.2, 1], diameter_m: 0.066, height_m: 0.115}  # default sizes
         starts:                               # where robots stand at first: the first robot at the first start
           - {position_m: [1, 1], heading_deg: 0}
         docks:                                # the pose of a robot while it charges
@@ -57,16 +58,17 @@ def load_world(name_or_path: Union[str, Path]) -> World:
         goals:                                # places by name
           - {name: window, position_m: [7, 5], heading_deg: 90}
 
-    `World.skipped` tells what is in a map of another kind and is left out of its world.
+    `World.skipped` lists the entries of a map of another kind that are not part of its world.
 
     Raises:
-        WorldError: names the file, the line, the value, and what is legal there.
+        WorldError: the world does not exist, or its file cannot be read or is not legal. For an illegal value, the
+            message names the file, the line, the value, and the legal values.
     """
     return _read(_find(name_or_path), of_any_kind=True)
 
 
 def _read(path: Path, of_any_kind: bool = False) -> World:
-    """The world of a map of ARIA or of map_server; `of_any_kind`: or of a file of the package's own form."""
+    """Load the world of a map of ARIA or map_server. If `of_any_kind`, the file may also have our own format."""
     text = _text(path)
     if path.suffix == ".map" or text.split("\n", 1)[0].strip() == FIRST_LINE:
         return AriaMap(path).world(text)
@@ -80,7 +82,10 @@ def _read(path: Path, of_any_kind: bool = False) -> World:
 
 
 def _text(path: Path) -> str:
-    """All of a file. Only names in an ARIA map may be of another encoding: their letters are replaced."""
+    """Return the text of a file, which must be UTF-8.
+
+    In a ``.map`` file, bytes that are not UTF-8 are replaced, because names in ARIA maps may have another encoding.
+    """
     try:
         return path.read_text(encoding="utf-8", errors="replace" if path.suffix == ".map" else "strict")
     except (OSError, UnicodeDecodeError) as error:
@@ -107,10 +112,10 @@ def _find(name_or_path: Union[str, Path]) -> Path:
 
 
 class _WorldReader(NodeReader):
-    """Reads a world file: one method for each section and kind of entry.
+    """Reads a world file in the package's own format, with one method for each section and kind of entry.
 
     Args:
-        path: of the file.
+        path: path of the file.
     """
 
     def __init__(self, path: Path):
@@ -118,7 +123,11 @@ class _WorldReader(NodeReader):
         self._placed = {"position_m": self.point, "heading_deg": self.number}
 
     def world(self, root: Optional[yaml.Node]) -> World:
-        """The world of the file, from the root of its nodes."""
+        """Return the world of the file. `root` is the root node of its YAML, None for an empty file.
+
+        Raises:
+            WorldError: the file is empty or not legal.
+        """
         if root is None:
             raise WorldError("world file %s is empty; it needs at least 'starts'" % self.path)
         sections = self.mapping(root, "a world", needs={"starts": self.starts}, may={
@@ -138,7 +147,7 @@ class _WorldReader(NodeReader):
         )
 
     def walls(self, node: yaml.Node) -> List[Wall]:
-        """The segments of section `walls`."""
+        """Return the segments (m) of section `walls`."""
         segments = []
         needs, may = {"corners_m": self.corners}, {"closed": self.boolean}
         for entry, wall in self.mappings(node, "walls", "a wall", needs, may):
@@ -151,37 +160,37 @@ class _WorldReader(NodeReader):
         return segments
 
     def boxes(self, node: yaml.Node) -> List[Wall]:
-        """Section `boxes`: four walls for each."""
+        """Return the walls (m) of section `boxes`, four for each box."""
         needs, may = {"centre_m": self.point, "size_m": self.size}, {"angle_deg": self.number}
         return [wall for _, box in self.mappings(node, "boxes", "a box", needs, may)
                 for wall in box_walls(box["centre_m"], box["size_m"], math.radians(box.get("angle_deg", 0.0)))]
 
     def posts(self, node: yaml.Node) -> List[Tuple[float, ...]]:
-        """Section `posts`: x, y and radius (m) of each."""
+        """Return x, y and radius (m) of each post in section `posts`."""
         needs = {"centre_m": self.point, "diameter_m": self.positive}
         return [post["centre_m"] + (post["diameter_m"] / 2.0,)
                 for _, post in self.mappings(node, "posts", "a post", needs)]
 
     def cans(self, node: yaml.Node) -> List[Can]:
-        """Section `cans`."""
+        """Return the cans of section `cans`."""
         sizes = {"diameter_m": self.positive, "height_m": self.can_height}
         cans = self.mappings(node, "cans", "a can", {"centre_m": self.point}, sizes)
         return [Can(can["centre_m"][0], can["centre_m"][1], can.get("diameter_m", 2.0 * Can.radius) / 2.0,
                     can.get("height_m", Can.height)) for _, can in cans]
 
     def starts(self, node: yaml.Node) -> List[Pose]:
-        """Section `starts`, which has at least one."""
+        """Return the poses (m, rad) of section `starts`, which must not be empty."""
         starts = [_pose(start) for _, start in self.mappings(node, "starts", "a start", self._placed)]
         if not starts:
             self.fail(node, "starts is empty; a robot has to stand somewhere")
         return starts
 
     def docks(self, node: yaml.Node) -> List[Pose]:
-        """Section `docks`."""
+        """Return the poses (m, rad) of section `docks`."""
         return [_pose(dock) for _, dock in self.mappings(node, "docks", "a dock", self._placed)]
 
     def goals(self, node: yaml.Node) -> Dict[str, Pose]:
-        """Section `goals`: poses by name."""
+        """Return the poses (m, rad) of section `goals`, by name."""
         goals: Dict[str, Pose] = {}
         for entry, goal in self.mappings(node, "goals", "a goal", {"name": self.text, **self._placed}):
             if goal["name"] in goals:
@@ -190,21 +199,21 @@ class _WorldReader(NodeReader):
         return goals
 
     def map(self, node: yaml.Node) -> World:
-        """The world of the map that `map` names. Its path counts from this file."""
+        """Load the map that the key `map` names, and return its world. The path is relative to this world file."""
         try:
             return _read(self.path.parent / self.text(node))
         except WorldError as error:
             self.fail(node, "map: %s" % error)
 
     def corners(self, node: yaml.Node) -> List[Tuple[float, ...]]:
-        """The points along a wall, two or more."""
+        """Return the corners (m) of a wall, two or more."""
         corners = [self.point(entry) for entry in self.items(node, "corners_m")]
         if len(corners) < 2:
             self.fail(node, "corners_m needs two points or more, [[x, y], [x, y], ...]")
         return corners
 
     def can_height(self, node: yaml.Node) -> float:
-        """A height (m) below the plane of the sonar."""
+        """Return the height (m) of a can, which must be below the sonar plane."""
         self.positive(node)
         return self.legal_number(
             node, lambda value: value < SONAR_PLANE,
@@ -212,6 +221,6 @@ class _WorldReader(NodeReader):
 
 
 def _pose(entry: Dict[str, Any]) -> Pose:
-    """The pose that an entry of `starts`, `docks` or `goals` gives."""
+    """Return the pose (m, rad) of an entry of `starts`, `docks` or `goals`."""
     x, y = entry["position_m"]
     return x, y, math.radians(entry["heading_deg"])
