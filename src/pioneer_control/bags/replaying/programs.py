@@ -229,12 +229,15 @@ class TopicRecorder(contextlib.AbstractContextManager):
         self.heard_at = time.monotonic()
         self._lock = threading.Lock()
 
-    def record(self, topic: str, kind: type = rospy.AnyMsg, written_as: str = "") -> None:
-        """Write every message of a topic from now on, under another name where one is given."""
-        rospy.Subscriber(topic, kind, self.write, written_as or topic)
-
     def write(self, message: Any, topic: str) -> None:
-        """Write a message with the present time; one that was heard, with what its connection said of it."""
+        """Write a message with the present time; one that was heard, with what its connection said of it.
+
+        It can be the callback of a subscriber.
+
+        Args:
+            message: of any type.
+            topic: under which it is written.
+        """
         header = getattr(message, "_connection_header", None) or dict(
             type=message._type, md5sum=message._md5sum, message_definition=message._full_text)
         sender = topic, header.get("callerid")

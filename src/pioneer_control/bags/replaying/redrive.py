@@ -169,7 +169,7 @@ class Redrive:
         for topic in topics_of(load_list(), [self._name.strip("/")]):
             name = topic[len(self._name) + 1:]
             if topic.startswith(self._name + "/") and name not in TOLD:
-                self._bag.record(topic, NEEDED.get(name, rospy.AnyMsg))
+                rospy.Subscriber(topic, NEEDED.get(name, rospy.AnyMsg), self._bag.write, topic)
         rospy.on_shutdown(self._stop)
         with contextlib.ExitStack() as at_end:
             at_end.callback(restore_parameter, self._name, None)

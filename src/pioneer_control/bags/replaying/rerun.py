@@ -143,7 +143,8 @@ class Rerun:
         # this node began with the time of day, and keeps it
         rospy.Subscriber("/clock", Clock, self._hear_clock, queue_size=1)
         for name, kind in KINDS.items():
-            recorder.record(aside("%s/%s" % (self._robot, name), RERUN), kind, "%s/%s" % (self._robot, name))
+            topic = "%s/%s" % (self._robot, name)
+            rospy.Subscriber(aside(topic, RERUN), kind, recorder.write, topic)
         with contextlib.ExitStack() as at_end:
             for name in ("/use_sim_time", self._node):
                 at_end.callback(restore_parameter, name, rospy.get_param(name, None))
