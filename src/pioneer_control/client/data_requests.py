@@ -71,7 +71,7 @@ class DataRequests:
                 self._ask(kind, now)
 
     def saw(self, packet: object, now: float) -> None:
-        """Take a received packet. A wanted packet ends the requests for it. An unwanted packet is stopped again."""
+        """Take a received packet. If it is wanted, end its request. If it is not wanted any more, ask to stop it."""
         kind = KINDS.get(type(packet))
         if kind is not None:
             self._tries[kind] = 0

@@ -88,7 +88,7 @@ def identify(
 
 
 def _least(unit: float, otherwise: float, *values: Optional[int]) -> float:
-    """Return the least of these values of CONFIGpac in SI; ``otherwise`` when all of them are missing or 0.
+    """Return the least of ``values`` of CONFIGpac, times ``unit``; ``otherwise`` when all of them are None or 0.
 
     ``unit`` is one unit of CONFIGpac in SI.
     """

@@ -97,7 +97,7 @@ class Link:
     """Returns the last three fields of session.Counts, which Connected counts; nothing before that phase."""
 
     def lost(self, how: str) -> LinkLostError:
-        """Return an error with the URL, and with ``how`` the link was lost."""
+        """Return a LinkLostError. Its message has the URL, and says ``how`` the link was lost."""
         return LinkLostError("%s: %s" % (self.url, how))
 
     def pause(self, seconds: float) -> Procedure:

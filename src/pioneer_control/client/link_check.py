@@ -28,7 +28,7 @@ ANSWER = encode_packet(Encoder(0, 0))
 
 
 class LinkCheck:
-    """Chooses when to ask one connected robot, and counts its answers. ``now`` is monotonic time in s.
+    """Makes questions for one connected robot, and counts its answers. ``now`` is monotonic time in s.
 
     Args:
         cycle: time (s) between two SIPs.

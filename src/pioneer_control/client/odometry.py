@@ -132,6 +132,6 @@ class Odometry:
 
 
 def _wrapped(difference: int, full: int) -> int:
-    """The step of less than half of ``full`` that two numbers on a circle of ``full`` units are apart."""
+    """Return ``difference`` on a circle of ``full`` units, taken the short way: -full/2 <= result < full/2."""
     half = full // 2
     return (difference + half) % full - half

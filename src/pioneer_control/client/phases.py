@@ -284,7 +284,9 @@ class Closing(SteppedPhase):
 
 
 class Finished(Phase):
-    """The connection is over. At its beginning this phase sends the last words, unless the robot was closed properly.
+    """The connection is over. Nothing more is received.
+
+    At the beginning this phase sends ``last_words`` of the previous phase, unless Closing has closed the robot.
 
     Attributes:
         error: why the connection ended; None when the user closed it.

@@ -1,6 +1,6 @@
-"""The Robot class: a robot on a port, driven from plain Python.
+"""The class Robot: drive a robot on a port from plain Python.
 
-See the folder's docstring for the few lines that do it.
+The docstring of the folder has an example.
 """
 
 import atexit
@@ -20,56 +20,56 @@ from .tuning import Tuning
 
 
 class LinkCounts(NamedTuple):
-    """How well the line works, counted since start()."""
+    """Counters of the link since start(). They show how well the line works."""
 
     sips: int
     bad_checksums: int
     discarded_bytes: int
     unreadable: int
-    """whole packets that nobody understands, or can believe: the robot would be where it cannot be"""
+    """Whole packets that are unknown or malformed, or that show an impossible position."""
     unknown_sonar: int
-    """readings of transducers that the model does not have"""
+    """Sonar readings with a number that the model does not have."""
     questions: int
-    """asked while velocities were sent (link_check), and answered or overdue; 0 of a robot that has answered none"""
+    """Questions that were sent with velocities (link_check), and are answered or overdue; 0 until the first answer."""
     unanswered: int
-    """of these, overdue: the question was lost on its way, or the answer on its way back"""
+    """Questions that are overdue: the question or its answer was lost."""
     reconnects: int
     last_error: Optional[str]
     missed: int = 0
-    """states and packets that were not told, because the listeners were too slow"""
+    """States and packets that were dropped, because the listeners were too slow."""
 
 
 class Robot:
     """A Pioneer on a serial port, a pty or TCP.
 
     Args:
-        url: ``/dev/ttyUSB0``, a pty's path, ``socket://host:port`` (``tcp://host:port`` and ``host:port`` are the
-            same).
-        baud: line speed of a serial port; the others are tried when nothing answers.
-        model: use this model whatever the robot announces. Without it an unknown subtype is an error.
-        models_file: a file of the user's that overrides values of the table of models.
-        pulse: s between signs of life (PULSE; a stop while the robot shall stand) when nothing else is sent; 0 sends
-            none, and then the robot's own watchdog stops it after 2 s.
-        use_sonar: sonar on after connecting.
-        command_timeout: s after which a velocity that nobody renewed means stop.
-        max_linear, max_angular: limits in m/s, rad/s below the robot's own; None for just the robot's.
-        has_gripper: None believes the robot (CONFIGpac).
-        tuning: settings of the robot itself, sent after every connecting when it stands; see tune().
-        on_state: called with every RobotState. Listeners are called one at a time, in order, beside the program and
-            with no lock held; they may call anything of this class, and may take their time: commands go out
-            meanwhile, and the line waits for a listener for 0.2 s at most. To one that is too slow the oldest states
-            and packets are not told; StatesMissed says how many. A listener that raises ends the connection: the robot
+        url: ``/dev/ttyUSB0``, the path of a pty, or ``socket://host:port`` (``tcp://host:port`` and ``host:port`` mean
+            the same).
+        baud: line speed of a serial port. Other speeds are tried when nothing answers.
+        model: use this model, whatever the robot announces. Without it an unknown subtype is an error.
+        models_file: the user's file that overrides or adds entries in the table of models.
+        pulse: time (s) after which a sign of life is sent when nothing else is sent. The sign of life is PULSE, or a
+            stop while the robot is to stand. With 0 none is sent, and the robot's own watchdog stops it after 2 s.
+        use_sonar: whether the sonar is switched on after connecting.
+        command_timeout: the robot is stopped so many seconds after the last velocity command.
+        max_linear, max_angular: limits in m/s, rad/s, which can only lower the robot's own limits; None for the robot's
+            own limits.
+        has_gripper: whether the robot has a gripper; None to believe the robot (CONFIGpac).
+        tuning: settings of the robot itself. They are sent after each connecting, when the robot stands. See tune().
+        on_state: called with every RobotState. Listeners are called one at a time, in order, on threads of the link,
+            with no lock held. They may call all methods of this class, and may take long: commands still go out, and
+            the line waits for a listener for 0.2 s at most. When the listeners are too slow, the oldest states and
+            packets are dropped, and StatesMissed says how many. A listener that raises ends the connection: the robot
             is stopped and closed, and the next command raises.
-        on_event: called with every Event (client.events) but the states, likewise.
-        on_wire: called with every piece of bytes: whether it goes to the robot, and they. In the order in which they go
-            over the line, on the thread that writes or reads, which holds the lock while it writes: only put them
-            aside.
-        host_baud: line speed to change to once the robot is open, if it is a serial line and the robot can; else the
-            one at which it was found stays. None for that one.
-        link_check: while velocities are sent, ask the robot for its encoders a few times a second, only to count the
-            answers: what gets lost on its way to the robot hardly shows otherwise. A program that requests "encoder"
-            gets them all, and none are counted.
-        reconnect: keep trying to get the link, for ever; else the first failure is final.
+        on_event: called with every other Event (client.events), in the same way as on_state.
+        on_wire: called with all bytes as ``on_wire(to_robot, data)``, in their order on the line. The thread that reads
+            or writes makes the call, and holds the lock while it writes. So on_wire must only store the bytes.
+        host_baud: line speed to change to when the robot is open, if the line is serial and the robot can change its
+            speed; else the line stays at the speed at which the robot was found. None to stay at this speed.
+        link_check: whether to ask the robot for its encoders a few times a second while velocities are sent, only to
+            count the answers. Without these questions nobody notices packets that get lost on the way to the robot.
+            While a program requests "encoder", it gets all encoder packets, and no answers are counted.
+        reconnect: True to try to connect again for ever; False to end after the first failure.
     """
 
     def __init__(
@@ -103,27 +103,30 @@ class Robot:
 
     def listen(self, on_state: Optional[Callable[[RobotState], None]] = None,
                on_event: Optional[Callable[[Any], None]] = None) -> None:
-        """Add listeners, behind those that are there. Call it before start()."""
+        """Add listeners for states and for other events. They are called after the present listeners.
+
+        Call it before start().
+        """
         self._audience.listen(on_state, on_event)
 
     def start(self) -> "Robot":
-        """Start to look for the robot, on threads of its own, and return at once. Never enables the motors."""
+        """Start to look for the robot on other threads, and return this object at once. Never enables the motors."""
         atexit.register(self.close)
         self._link.start()
         return self
 
     def close(self, wait: bool = True) -> None:
-        """Stop the robot, motors off, CLOSE, port closed; within about a second, whatever the robot does. Can be called
-        twice.
+        """Stop the robot, switch its motors off, send CLOSE, and close the port. This takes about a second at most.
 
-        Without ``wait`` only the stop is written when this returns; the rest follows: see wait_until_ended().
+        It can be called twice. Without ``wait`` only the stop is written when this returns. The rest follows on other
+        threads: see wait_until_ended().
         """
         self._link.close(wait)
         if wait:
             atexit.unregister(self.close)
 
     def __enter__(self) -> "Robot":
-        """start() and wait_until_ready()."""
+        """Call start() and wait_until_ready(). If this fails, close again."""
         with contextlib.ExitStack() as on_failure:
             on_failure.callback(self.close)
             self.start()
@@ -135,9 +138,9 @@ class Robot:
         self.close()
 
     def wait_until_ready(self, timeout: float = 10.0) -> RobotIdentity:
-        """Block until the robot has said what it is and its first state is there.
+        """Block until the robot is connected and has sent its first state. Returns its identity.
 
-        Raises PortError, NoAnswerError or UnknownModelError with what to do.
+        Raises PortError, NoAnswerError (also after ``timeout`` s) or UnknownModelError with what to do.
         """
         link = self._link
         with link.changed:
@@ -147,7 +150,7 @@ class Robot:
             raise link.failure(NoAnswerError("%s: not ready within %.1f s" % (self.url, timeout)))
 
     def wait_for_state(self, timeout: float = 1.0) -> RobotState:
-        """The next state that arrives. Raises LinkLostError when none comes within ``timeout`` s."""
+        """Wait for the next state, and return it. Raises LinkLostError when no state comes within ``timeout`` s."""
         link = self._link
         with link.changed:
             before = link.state
@@ -157,37 +160,38 @@ class Robot:
             return link.state
 
     def wait_until_ended(self, timeout: Optional[float] = None) -> bool:
-        """Block until nothing more will be tried: closed, a failure that is final, or a listener that raised.
+        """Block until the link has ended: after close(), after a final failure, or when a listener has raised.
 
-        Whether that came in time (s).
+        Returns False when the link has not ended within ``timeout`` s; None waits for ever.
         """
         return self._link.ended.wait(timeout)
 
     @property
     def ready(self) -> bool:
-        """Whether commands reach the robot now."""
+        """Whether the robot is connected, so that commands can be sent now."""
         return self._link.connected is not None
 
     @property
     def identity(self) -> Optional[RobotIdentity]:
-        """What the robot is; None until it was ready for the first time."""
+        """Name, model and limits of the robot; None until the robot was ready for the first time."""
         return self._link.identity
 
     @property
     def state(self) -> Optional[RobotState]:
-        """The newest state; None before the first."""
+        """The newest state of the robot; None before the first state."""
         return self._link.state
 
     @property
     def tuning(self) -> Tuning:
-        """The settings that the robot is to have; ``tune(dataclasses.replace(robot.tuning, ...))`` changes some of
-        them.
+        """The settings that the robot itself is to have.
+
+        ``robot.tune(dataclasses.replace(robot.tuning, ...))`` changes some of these settings.
         """
         return self._link.settings.tuning
 
     @property
     def use_sonar(self) -> bool:
-        """Whether the sonar is to be on after the next connecting."""
+        """Whether the sonar is switched on after the next connecting. set_sonar() also switches it now."""
         return self._link.settings.use_sonar
 
     @use_sonar.setter
@@ -196,7 +200,7 @@ class Robot:
 
     @property
     def link(self) -> LinkCounts:
-        """How well the line works."""
+        """Counters of the link, which show how well the line works."""
         counts, reconnects = self._link.counts()
         error = self._link.error
         return LinkCounts(*counts, reconnects, None if error is None else str(error), self._audience.missed)
@@ -204,53 +208,51 @@ class Robot:
     # Commands. Each is written before it returns if the line is idle.
 
     def set_velocity(self, linear: float, angular: float) -> None:
-        """Drive at ``linear`` m/s (forward positive) and ``angular`` rad/s (counter-clockwise positive) until
-        command_timeout.
+        """Drive at these velocities until command_timeout: m/s, forward positive; rad/s, counter-clockwise positive.
 
-        Clamped to the identity's limits. On an idle line the command is written before this returns.
-        Raises UsageError on NaN and infinity (and sends nothing), LinkError (what stands in the way) without a link.
+        The velocities are clamped to the limits of the identity. On an idle line the command is written before this
+        returns. Raises UsageError for NaN and infinity, and then sends nothing. Raises LinkError when there is no link.
         """
         with self._link.commanding() as robot:
             robot.drive.set_velocity(linear, angular, monotonic())
 
     def set_wheel_velocities(self, left: float, right: float) -> None:
-        """Drive the left and the right wheels at these speeds (m/s, forward positive) until command_timeout; in steps
-        of 20 mm/s, fair on average.
+        """Drive the left and the right wheels at these velocities (m/s, forward positive) until command_timeout.
 
-        Where a wheel or the robot as a whole would go beyond a limit, both are made smaller alike: the curve stays.
-        Otherwise as set_velocity().
+        The robot takes steps of 20 mm/s. The client changes between two steps, so that the average is right. Beyond a
+        limit of a wheel or of the robot both velocities are made smaller by the same factor, so that the curve stays.
+        Raises the same errors as set_velocity().
         """
         with self._link.commanding() as robot:
             robot.drive.set_wheel_velocities(left, right, monotonic())
 
     def set_limits(self, max_linear: Optional[float], max_angular: Optional[float], command_timeout: float) -> None:
-        """These three as the constructor takes them, from now on; a robot that drives faster is slowed down within 0.2
-        s.
+        """Change the limits (m/s, rad/s; None for the robot's own limit) and the command time-out (s).
 
-        The identity with the new limits comes as the event Tuned. Raises ParameterError, and then all stays as it was.
+        A robot that drives faster is slowed down within 0.2 s. The event Tuned has the identity with the new limits.
+        Raises ParameterError for an illegal value. Then nothing changes.
         """
         self._link.change(max_linear=max_linear, max_angular=max_angular, command_timeout=command_timeout)
 
     def tune(self, tuning: Tuning) -> None:
-        """Settings of the robot itself from now on, instead of those of before: what differs is sent at once, and all
-        of it after every connecting.
+        """Replace the settings of the robot itself. Values that differ are sent at once.
 
-        What ``tuning`` leaves open and an earlier one did not goes back to what the robot had. Without a link all is
-        kept for the next one. What the robot made of it comes as the event Tuned; it forgets it at the end of the
-        session.
+        All values are sent again after each connecting, because the robot forgets them at the end of a session. A
+        setting that is None now and was not None before goes back to the robot's own value. Without a link the values
+        are kept for the next link. The event Tuned has the result.
         """
         self._link.change(tuning=tuning)
 
     def stop(self) -> None:
-        """Stop, ahead of all that waits; repeated until the robot reports that it stands.
+        """Stop the robot, ahead of all commands that wait. Repeat the stop until the robot reports that it stands.
 
-        No error without a link: a link begins with a stop.
+        Without a link this does nothing and raises no error: every link begins with a stop.
         """
         with contextlib.suppress(PioneerError), self._link.commanding() as robot:
             robot.drive.stop(monotonic())
 
     def enable_motors(self, timeout: float = 2.0) -> None:
-        """Motors on; returns when the robot reports it.
+        """Switch the motors on. Returns when the robot reports that they are on.
 
         Raises RefusedError with the reason (STOP button), NotConfirmedError after ``timeout`` s, LinkError without a
         link.
@@ -258,14 +260,17 @@ class Robot:
         self.request_motors(True, timeout)()
 
     def disable_motors(self, timeout: float = 2.0) -> None:
-        """Stop, motors off; as enable_motors()."""
+        """Stop the robot, and switch the motors off. Returns when the robot reports that they are off.
+
+        Raises NotConfirmedError after ``timeout`` s, LinkError without a link.
+        """
         self.request_motors(False, timeout)()
 
     def request_motors(self, on: bool, timeout: float = 2.0) -> Callable[[], None]:
-        """Ask for the motors and return at once. Returns a function that waits for the answer, and raises as
-        enable_motors() does.
+        """Ask the robot to switch its motors on or off, and return at once. Raises LinkError without a link.
 
-        The answer comes as the event MotorsAnswered, too.
+        Returns a function that waits for the result, and raises the same errors as enable_motors(). The result also
+        comes as the event MotorsAnswered.
         """
         with self._link.commanding() as robot:
             request = robot.drive.request_motors(on, monotonic(), timeout)
@@ -279,15 +284,16 @@ class Robot:
         return wait
 
     def set_sonar(self, on: bool) -> None:
-        """Sonar on or off, after a reconnect too."""
-        with self._link.changed:    # no reconnect comes in between
+        """Switch the sonar on or off, now and after each reconnect. Raises LinkError without a link."""
+        with self._link.changed:    # so that no reconnect comes in between
             self._command(encode_command("SONAR", int(bool(on))))
             self.use_sonar = on
 
     def gripper(self, command: GripperCommand, value: Optional[int] = None) -> None:
-        """One sub-command of the gripper; ``value`` for PRESSURE (1..100) and CARRY (-255..255), in units of 20 ms.
+        """Send one gripper command. PRESSURE needs a ``value`` of 1..100, CARRY of -255..255, not 0 (units of 20 ms).
 
-        Raises UsageError for a number that means nothing, RefusedError when no gripper is fitted.
+        Raises UsageError for an unknown command or an illegal value, RefusedError when the robot has no gripper,
+        LinkError without a link.
         """
         packets = gripper_packets(command, value)
         with self._link.commanding() as robot:
@@ -296,15 +302,15 @@ class Robot:
             robot.command(monotonic(), *packets)
 
     def set_digital_out(self, mask: int, states: int) -> None:
-        """Set the digital outputs whose bits are 1 in ``mask`` (0..255) to their bits in ``states``."""
+        """Set the digital outputs whose bits are 1 in ``mask`` (0..255) to their bits in ``states`` (0..255)."""
         self._command(encode_command("DIGOUT", mask, states))
 
     def request_data(self, kind: str, on: bool = True) -> None:
-        """Packets of this kind with every SIP, as PacketReceived events, or no more of them; asked for again after a
-        reconnect.
+        """Ask for packets of this kind with every SIP; with ``on`` False stop them. They come as PacketReceived.
 
-        ``kind`` is one of data_requests.DATA: "io", "gyro", "encoder", "battery", ... What the robot does not have
-        never comes. Without a link it is asked for as soon as there is one. Raises UsageError for another kind.
+        ``kind`` is a key of data_requests.DATA: "io", "gyro", "encoder", "battery", ... Packets of a device that the
+        robot does not have never come. Without a link, and after a reconnect, the robot is asked as soon as there is a
+        link. Raises UsageError for an unknown kind.
         """
         if kind not in DATA:
             raise UsageError("there are no packets called %r; legal: %s" % (kind, ", ".join(DATA)))
@@ -313,7 +319,7 @@ class Robot:
             self._link.change(data=wanted | {kind} if on else wanted - {kind})
 
     def reset_odometry(self) -> None:
-        """The robot stands at (0, 0, 0) from the next state on."""
+        """Set the pose to x 0, y 0, heading 0 from the next state on. Raises LinkError without a link."""
         with self._link.commanding() as robot:
             robot.odometry.reset()
 

@@ -110,7 +110,10 @@ class Session:
         self._follow(Left())
 
     def fail(self, error: PioneerError) -> None:
-        """End the connection at once with this error. The robot gets the last words of the present phase."""
+        """End the connection at once with this error. The robot gets ``last_words`` of the present phase.
+
+        For a connected robot these are a stop, motors off, and CLOSE.
+        """
         self._follow(Failed(error))
 
     def data_to_send(self) -> List[Action]:

@@ -1,10 +1,10 @@
-"""What runs beside the program: two threads that keep the link of one robot, and tell its listeners.
+"""Two threads that keep the link to one robot, and call the listeners.
 
-One of them has the port: it opens it, reads, keeps the time, and sends what is due. When there is something to tell, it
-gives the port away while it tells the listeners, and takes it back afterwards. So a state need not wait until another
-thread has woken up. The other thread tries every TURN seconds to take the port. That works only while listeners are
-told, and so most likely when one of them takes long: then the two change places. So a listener can hold up the line for
-TURN seconds and no longer, whatever it does. Listeners are called one at a time, and in order.
+One of the threads has the port: it opens the port, reads, watches the clock, and sends what is due. When there are
+events for the listeners, it releases the port, calls the listeners, and takes the port again. So no event has to wait
+until another thread has woken up. The other thread tries every TURN seconds to take the port. This succeeds only while
+listeners are called, and so most likely when a listener takes long. Then the two threads change places. So a listener
+can delay the line for TURN seconds at most, whatever it does. Listeners are called one at a time, and in order.
 """
 
 import contextlib
@@ -27,19 +27,19 @@ from .transport import Transport, open_transport, tap
 
 BACK_OFF = 0.2                      # s before the next attempt to connect
 CLOSE_TIMEOUT = 0.9                 # s that close() waits for the threads
-# Events that wait for the listeners; of more, the oldest states and packets are dropped.
+# Events that may wait for the listeners. When there are more, the oldest states and packets are dropped.
 MOST_WAITING = 100
-# s between two tries to take the port. Each try takes about 0.07 ms: with 0.05 s here, a tenth of all that the driver
-# takes at ten SIPs a second.
+# s between two tries to take the port. Each try takes about 0.07 ms. With 0.05 s here, the tries would take a tenth of
+# all the time that the driver takes at ten SIPs a second.
 TURN = 0.2
 
 
 class Audience:
-    """The listeners, and the events that wait for them. Any thread may call these methods."""
+    """The listeners, and the events that wait for them. Any thread may call its methods."""
 
     def __init__(self) -> None:
         self.missed = 0
-        """States and packets that were dropped since the start, because the listeners were too slow."""
+        """Number of states and packets that were dropped since the start, because the listeners were too slow."""
         self._listeners: Dict[bool, List[Callable[[Any], None]]] = {True: [], False: []}    # to states, to other events
         self._waiting: List[Event] = []
         self._missed_untold = 0
@@ -48,13 +48,17 @@ class Audience:
 
     def listen(self, on_state: Optional[Callable[[RobotState], None]],
                on_event: Optional[Callable[[Any], None]]) -> None:
-        """Add listeners; they are called in this order."""
+        """Add a listener for states and a listener for other events. Listeners are called in the order of adding."""
         for is_state, listener in ((True, on_state), (False, on_event)):
             if listener is not None:
                 self._listeners[is_state].append(listener)
 
     def put(self, events: List[Event]) -> None:
-        """Let these events wait for the listeners; of several LinkDown in a row only the newest. Returns at once."""
+        """Add events (at least one) to those that wait for the listeners, and return at once.
+
+        Of several LinkDown in a row only the newest waits. When too many events wait, the oldest states and packets are
+        dropped.
+        """
         with self._lock:
             if self._waiting and isinstance(self._waiting[-1], LinkDown) and isinstance(events[0], LinkDown):
                 self._waiting.pop()
@@ -68,10 +72,10 @@ class Audience:
                 self._missed_untold += len(stream)
 
     def tell(self) -> None:
-        """Tell the listeners all events that wait.
+        """Call the listeners with all events that wait.
 
-        If another thread does that already, this returns at once: the other thread tells these, too. After a listener
-        has raised, nothing more is told.
+        If another thread does this already, return at once: the other thread takes these events, too. After a listener
+        has raised an exception, no listener is called any more.
         """
         while True:
             with self._lock:
@@ -90,18 +94,21 @@ class Audience:
 
 
 class Connection:
-    """An open port and the session on it. The lock of the link is held in all calls."""
+    """An open port and the session on it. The caller of any method must hold the lock of the link."""
 
     def __init__(self, transport: Transport, session: Session) -> None:
         self.transport = transport
         self.session = session
         self.is_open = True
         self.read_until = 0.0
-        """When the thread that reads wants to wake up; 0 while none reads."""
+        """Time (monotonic, s) until which the reading thread waits for bytes; 0 while no thread reads."""
 
     def send(self) -> None:
-        """Carry out what the session wants done. Raises LinkLostError, and then the session is over."""
-        if not self.is_open:    # the descriptor may be another file's by now
+        """Carry out the actions of the session: write bytes, change the line speed.
+
+        Raises LinkLostError when the line broke. Then the session is over.
+        """
+        if not self.is_open:    # the file descriptor may belong to another file by now
             return
         try:
             for action in self.session.data_to_send():
@@ -118,38 +125,39 @@ class Connection:
                 self.transport.wake()
 
     def try_send(self) -> None:
-        """As send(), but without raising: the threads find out that the line is dead."""
+        """Do the same as send(), but do not raise LinkLostError: the threads will notice that the line is dead."""
         with contextlib.suppress(LinkLostError):
             self.send()
 
     def give_up(self, error: LinkError) -> None:
-        """End the session at once, unless it is finished."""
+        """End the session at once with this error, unless it is finished already."""
         if not self.session.finished:
             self.session.fail(error)
             self.try_send()
 
 
 class LinkThreads:
-    """The two threads, and what they and the program share: to be used while ``changed`` is held, which is notified of
-    every change.
+    """The two threads of a link, and the data that they share with the program.
 
     Args:
-        url, baud, reconnect, on_wire: as Robot takes them.
-        settings: what the user wants, until change() is called.
+        url, baud, reconnect, on_wire: see Robot.
+        settings: the user's settings, until change() is called.
         audience: the listeners.
 
     Attributes:
-        connection: the newest; None before the first.
-        identity, state: what the robot is, and its newest state; None until it has said so.
-        error: why the last connection ended, or could not begin.
-        ended: set when nothing more will be tried.
+        changed: the condition to hold while using the other attributes. It is notified of every change.
+        connection: the newest connection; None before the first one.
+        identity: the newest identity of the robot; None before the first one.
+        state: the newest state of the robot; None before the first one.
+        error: why the last connection ended or could not begin; None if there is no such error.
+        ended: set when no further attempt to connect will be made.
     """
 
     def __init__(self, url: str, baud: int, settings: Settings, audience: Audience, reconnect: bool,
                  on_wire: Optional[Callable[[bool, bytes], None]]) -> None:
         self.url = url
         self.settings = settings
-        # reentrant: a signal handler may call close() while its thread holds it.
+        # reentrant: a signal handler may call close() while its thread holds the lock.
         self._lock = threading.RLock()
         self.changed = threading.Condition(self._lock)
         self.connection: Optional[Connection] = None
@@ -177,7 +185,10 @@ class LinkThreads:
             thread.start()
 
     def close(self, wait: bool) -> None:
-        """Stop the robot at once. With ``wait`` until all is said and the port is closed, or for CLOSE_TIMEOUT."""
+        """Stop the robot at once, and begin to close.
+
+        With ``wait`` return when the port is closed, or after CLOSE_TIMEOUT.
+        """
         with self.changed:
             self._closing = True
             if self.connection is not None:
@@ -195,7 +206,7 @@ class LinkThreads:
                 self.connection.give_up(LinkLostError("%s: closed" % self.url))
 
     def change(self, **settings: Any) -> None:
-        """Other settings from now on. Raises ParameterError, and then all stays as it was."""
+        """Change these settings. Raises ParameterError for an illegal value. Then no setting is changed."""
         with self.changed:
             self.settings = replace(self.settings, **settings)
             if self.connection is not None:
@@ -204,15 +215,15 @@ class LinkThreads:
 
     @property
     def connected(self) -> Optional[Connected]:
-        """The phase of a session in which the robot obeys; None while it is in any other."""
+        """The phase Connected of the session while the robot obeys; None in any other phase, and without a session."""
         connection = self.connection
         return None if connection is None else connection.session.connected
 
     @contextlib.contextmanager
     def commanding(self) -> Iterator[Connected]:
-        """Hold the lock, with a robot that obeys; what it is told is written at the end.
+        """A context that holds the lock and gives the connected robot. At its end the commands are written to the line.
 
-        Raises LinkError, which says what stands in the way.
+        Without a connected robot it raises the error that says why, mostly a LinkError.
         """
         with self._lock:
             connection, connected = self.connection, self.connected
@@ -220,14 +231,17 @@ class LinkThreads:
                 raise self.failure(LinkLostError("%s: no link to the robot" % self.url))
             yield connected
             connection.send()
-            # A signal handler may have closed the connection meanwhile. Its STOP went out before this command, so the
-            # last words go out again, behind it.
+            # A signal handler may have closed the connection meanwhile. Its STOP went out before this command. So STOP,
+            # motors off and CLOSE (the last words) go out again, behind this command.
             if self._closing and not connection.session.finished:
                 connection.session.line.say(connected.last_words)
                 connection.try_send()
 
     def failure(self, otherwise: PioneerError) -> BaseException:
-        """The error that stands in the way, as one that can be raised here."""
+        """Return the error that a failed call raises: why there is no link, if this is known; else ``otherwise``.
+
+        If a listener has raised an exception, this exception becomes the cause of ``otherwise``.
+        """
         error = None if self.connected else self.error
         if isinstance(error, PioneerError):
             return type(error)(*error.args)
@@ -238,7 +252,7 @@ class LinkThreads:
         return otherwise
 
     def counts(self) -> Tuple[Counts, int]:
-        """What all sessions have counted, and how often the link came back."""
+        """Return the sums of the counters of all sessions, and how often the link came back."""
         with self.changed:
             present = Counts() if self.connection is None else self.connection.session.counts
             counts = Counts(*(past + now for past, now in zip(self._past, present)))
@@ -247,15 +261,15 @@ class LinkThreads:
     # What the threads do
 
     def run(self) -> None:
-        """Keep the link and tell the listeners, until nothing more will be tried."""
+        """Keep the link and call the listeners, until the link has ended. Each of the two threads runs this."""
         try:
             while self._keep_link():
                 self._audience.tell()
-        except BaseException as error:      # of a listener, most likely; threading prints it
+        except BaseException as error:      # most likely a listener has raised it; threading prints it
             with self.changed:
                 self.error, self._closing = error, True
                 self._threads = [thread for thread in self._threads if thread is not threading.current_thread()]
-                if not self._threads:       # the other has failed, too
+                if not self._threads:       # the other thread has failed, too
                     self.ended.set()
                 self.changed.notify_all()
                 if self.connection is not None:
@@ -263,7 +277,7 @@ class LinkThreads:
             raise
 
     def _keep_link(self) -> bool:
-        """Have the port until there is something to tell. Returns whether there may be more."""
+        """Wait for the port, and use it until there are events for the listeners. Returns False after the end."""
         while not self._port.acquire(blocking=False):
             self.ended.wait(TURN)
         try:
@@ -278,7 +292,7 @@ class LinkThreads:
         return False
 
     def _connect(self) -> List[Event]:
-        """Open the port, after a pause."""
+        """Wait for the pause between attempts, open the port, and begin a session. Returns LinkDown if this fails."""
         with self.changed:
             self.changed.wait_for(lambda: self._closing, self._pause)
             if self._closing:
@@ -299,15 +313,16 @@ class LinkThreads:
         return []
 
     def _rates(self, transport: Transport) -> Tuple[int, ...]:
-        """Line speeds to try; none on TCP."""
+        """Return the line speeds (baud) to try, in this order; none on TCP."""
         if transport.baud is None:
             return ()
-        # a crash may have left the robot at that.
+        # a program that crashed may have left the robot at this speed.
         raised = () if self._host_baud.wanted is None else (self._host_baud.wanted,)
         return tuple(dict.fromkeys((transport.baud, *raised, *RATES)))
 
     def _serve(self, connection: Connection) -> List[Event]:
-        """Wait until something comes, or is due, and do what follows from it. Returns what there is to tell."""
+        """Wait until bytes arrive or something is due, and let the session handle it. Returns events for the listeners.
+        """
         session = connection.session
         with self._lock:
             due = connection.read_until = session.wake_at
@@ -325,7 +340,7 @@ class LinkThreads:
                 session.fail(lost)
             if self._closing:
                 session.close(now)
-            if now >= due:      # what became due since then has its turn in the next round, which waits for nothing
+            if now >= due:      # what has become due since then is done in the next round, which does not wait
                 session.tick(now)
             connection.try_send()
             events = session.events()
@@ -338,7 +353,7 @@ class LinkThreads:
         return events
 
     def _notice(self, session: Session, events: List[Event]) -> None:
-        """Keep what the program may ask for."""
+        """Keep the newest state and identity for the program, and notify calls that wait for them."""
         for event in events:
             if isinstance(event, RobotState):
                 self.state = event
@@ -351,7 +366,7 @@ class LinkThreads:
             self.changed.notify_all()
 
     def _failed(self, error: PioneerError) -> List[Event]:
-        """There is no link; the next attempt comes after a pause, if at all. Returns what there is to tell of that."""
+        """Keep the error that ended the link, and decide about another attempt. Returns the event LinkDown."""
         self.error, self._pause = error, BACK_OFF
         final = not self._reconnect or not isinstance(error, LinkError)
         if final:

@@ -32,20 +32,20 @@ class TuningRow(NamedTuple):
     sign: int = 1
 
     def number(self, value: float) -> int:
-        """Return a value (in ``unit``) as the whole number that CONFIGpac has for it."""
+        """Return a value (in the setting's ``unit``) as the whole number that CONFIGpac has for it."""
         return int(value) if self.scale is None else round(value / self.scale)
 
     def packet(self, value: float) -> bytes:
-        """Return the packet that sets this value (in ``unit``)."""
+        """Return the packet that sets this value (in the setting's ``unit``) in the robot."""
         return p2os.encode_command(self.command, self.sign * self.number(value))
 
     def shown(self, config: Optional[p2os.Config]) -> Optional[float]:
-        """Return the value that CONFIGpac shows (in ``unit``); None when CONFIGpac is None or does not show it."""
+        """Return the value in CONFIGpac (in the setting's ``unit``); None without CONFIGpac or without such a field."""
         number: Optional[int] = None if config is None or self.config is None else getattr(config, self.config)
         return number if number is None or self.scale is None else number * self.scale
 
     def check(self, name: str, value: Any) -> None:
-        """Check a value (in ``unit``) of the setting ``name``. Raises ParameterError that says what is legal."""
+        """Check a value (in the setting's ``unit``). Raises ParameterError with ``name``, value and what is legal."""
         kinds = (int,) if self.scale is None else (int, float)
         sane = isinstance(value, kinds) and not isinstance(value, bool) and abs(value) < 1e9     # NaN is not
         if not sane or not self.low <= self.number(value) <= self.high:

@@ -49,7 +49,7 @@ class FairRounding:
         return self.sent
 
     def aim(self, wanted: float, now: float) -> float:
-        """Return the rate, not rounded, that corrects former rounding from ``now`` (s) on.
+        """Return the rate (in units, not rounded) to send from ``now`` (s) on: ``wanted``, corrected for past rounding.
 
         The caller must set ``sent`` to the whole number that it sends for this rate.
         """
@@ -76,7 +76,7 @@ class Velocity(ABC):
         """Return the packets to send at ``now`` (s) for two rates in SI units."""
 
     def rest(self, now: float) -> None:
-        """Set both wanted rates to zero at ``now`` (s), and forget former rounding."""
+        """Set both wanted rates to zero at ``now`` (s), and forget past rounding errors."""
         for rounding in self._rounding:
             rounding.units(0, 0, now)
 

@@ -346,7 +346,7 @@ class Many:
         return data
 
     def _write_numbers(self, items: Sequence[Any]) -> Optional[bytes]:
-        """The bytes of records of numbers, fast. None when an item is another record, or a number does not fit."""
+        """The bytes of `items` if all are records of numbers, in one go. None for other items and illegal numbers."""
         if self._layout is None or any(type(item) is not self.item.record_class for item in items):
             return None
         pieces = [packed(self._layout, vars(item).values()) or b"" for item in items]
