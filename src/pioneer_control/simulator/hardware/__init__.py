@@ -1,14 +1,15 @@
-"""One robot below its firmware. Open ``hardware`` first: all devices of a robot, moved together in fixed steps.
+"""The hardware of one simulated robot, without its firmware. Open ``hardware`` first: all devices of a robot, which
+move together in fixed time steps.
 
-``drives``         translation, rotation and wheels: what they are told, and when they give up
-``ramps``          how the drives follow that: with limited acceleration
-``wheels``         what the wheels really do, what their encoders count, and the pose added up from that
+``drives``         set points of translation, rotation and wheels, stalls, and motor power
+``ramps``          how the drives follow their set points with limited acceleration
+``wheels``         how far the wheels really turn, the encoder counts, and the odometry
 ``body``           where the robot stands in its world, how it moves, what stops it, and which bumpers are pressed
-``sonar``          which transducer fires when, and what it hears
-``gripper``        paddles on a lift, with beams and contacts
-``battery``        its voltage, and what feeds it
+``sonar``          which transducer fires when, and which range it measures
+``gripper``        two paddles on a lift, with beams and contacts
+``battery``        battery voltage, charger and docks
 ``accessories``    gyro, compass, joystick, user inputs and outputs, serial ports
-``robot_numbers``  the numbers of all these, from ``robot.yaml`` or a user's file
+``robot_numbers``  the parameters of all these devices, from ``robot.yaml`` or a user's file
 """
 
 from .hardware import Hardware

@@ -1,7 +1,6 @@
-"""What can be fitted to a robot beside drives, sonar and gripper: gyro, compass, joystick, user inputs and outputs,
-serial ports.
+"""Optional devices of a robot: gyro, compass, joystick, user inputs and outputs, auxiliary serial ports.
 
-Knows no packets; numbers are raw readings where the wire carries raw readings.
+This file does not depend on packets. Values are raw readings where packets carry raw readings.
 """
 
 import collections
@@ -13,37 +12,37 @@ from .drives import Drives
 from .robot_numbers import CompassNumbers, GyroNumbers, JoystickNumbers
 
 GYRO_PERIOD_US = 25000
-"""Time of one reading of the gyro.
+"""Time between two readings of the gyro (microseconds).
 
 Source: protocol sheet 5.6.
 """
 GYRO_KEPT = 40
-"""Readings kept for a client, one second of them."""
+"""Number of gyro readings that are kept for the client: those of the last second."""
 GYRO_GREATEST = 1023
 NO_GYRO, GYRO_OF_CLIENT, GYRO_OF_ROBOT = 0, 1, 2
-"""Kinds of gyro, as CONFIGpac has them: none, read by the client, read by the robot itself."""
+"""Kinds of gyro, with the values of CONFIGpac: no gyro, read by the client, read by the robot itself."""
 ENCODERS_ONLY, FUSED, GYRO_ONLY = 0, 1, 2
-"""What the heading of a robot that reads its gyro itself is made of.
+"""Sources of the heading of a robot that reads its gyro itself: encoders only, encoders and gyro, gyro only.
 
 Source: protocol sheet 3.2, GYRO.
 """
 AUX_MOST = 197
-"""Bytes of one SERAUXpac."""
+"""Largest number of bytes in one SERAUXpac."""
 AUX_KEPT = 4096
-"""Bytes of a device that wait to be asked for; older ones are lost."""
+"""Size of the buffer (bytes) for data from a serial device. When the buffer is full, the oldest bytes are lost."""
 
 
 class RateGyro:
-    """The gyro of a robot, if it has one.
+    """The gyro of a robot. It may be missing, read by the client, or read by the robot.
 
-    A gyro that the client reads gives the client a raw reading every 25 ms. The reading is smaller than the centre
-    while the robot turns counter-clockwise. What rounding leaves over goes into the next reading, so that the sum of
-    the readings is the angle turned.
+    A gyro that the client reads gives a raw reading every 25 ms. A reading is below the centre value while the robot
+    turns counter-clockwise. The rounding error of a reading is added to the next reading, so that the sum of the
+    readings gives the angle turned.
 
     Attributes:
         kind: `NO_GYRO`, `GYRO_OF_CLIENT` or `GYRO_OF_ROBOT`.
-        mode: `ENCODERS_ONLY`, `FUSED` or `GYRO_ONLY`, for a gyro of the robot.
-        drift: how much faster (rad/s, + counter-clockwise) it turns than the robot does.
+        mode: `ENCODERS_ONLY`, `FUSED` or `GYRO_ONLY`. It is used only for `GYRO_OF_ROBOT`.
+        drift: error (rad/s, counter-clockwise positive) of the measured rate.
     """
 
     def __init__(self, numbers: GyroNumbers):
@@ -57,27 +56,37 @@ class RateGyro:
         self.reset()
 
     def reset(self) -> None:
-        """Take the mode of power-on."""
+        """Set the mode to its power-on value."""
         self.mode = FUSED
 
     def set_drift(self, drift: float) -> None:
-        """Let it drift (rad/s, + counter-clockwise)."""
+        """Set the drift of the gyro (rad/s, counter-clockwise positive)."""
         self.drift = drift
 
     def heading_change(self, by_wheels: float, really: float, dt: float) -> float:
-        """The turn (rad) of a step of `dt` seconds as the robot adds it up: by its wheels, or by a gyro that it reads
-        itself.
+        """Return the turn (rad) of one step as the odometry adds it, measured by the wheels or by the robot's gyro.
+
+        Args:
+            by_wheels: turn (rad) measured by the wheels.
+            really: real turn of the body (rad).
+            dt: duration of the step (s).
         """
         by_gyro = self.kind == GYRO_OF_ROBOT and self.mode != ENCODERS_ONLY
         return really + self.drift * dt if by_gyro else by_wheels
 
     @property
     def turns_alone(self) -> bool:
-        """Whether the drift of this gyro turns the heading of a robot that stands."""
+        """Whether the drift of this gyro changes the odometry heading of a robot that stands still."""
         return self.drift != 0.0 and self.kind == GYRO_OF_ROBOT and self.mode == GYRO_ONLY
 
     def step(self, now_us: int, step_us: int, turned: float) -> None:
-        """A step that ended at `now_us`, in which the robot turned by `turned` (rad), for a gyro of the client."""
+        """Take the readings of one step, for a gyro that the client reads.
+
+        Args:
+            now_us: simulated time at the end of the step (microseconds).
+            step_us: duration of the step (microseconds).
+            turned: real turn of the robot in the step (rad, counter-clockwise positive).
+        """
         turned += self.drift * (step_us * 1e-6)
         before, self._angle = self._angle, self._angle + turned
         if self._next_us <= now_us - step_us:
@@ -96,17 +105,18 @@ class RateGyro:
         self._readings.append(reading)
 
     def take_readings(self) -> Tuple[Tuple[int, int], ...]:
-        """Readings and temperatures since the last call, oldest first."""
+        """Return raw reading and raw temperature of every reading since the last call, oldest first."""
         readings = tuple((reading, self._numbers.temperature) for reading in self._readings)
         self._readings.clear()
         return readings
 
 
 class Compass:
-    """A compass, if `numbers.fitted`, in an undisturbed field.
+    """The compass of a robot, in an undisturbed magnetic field. The robot has a compass only if `numbers.fitted`.
 
     Attributes:
-        on: it is switched on.
+        numbers: parameters of the compass.
+        on: whether the compass is switched on.
     """
 
     def __init__(self, numbers: CompassNumbers):
@@ -114,20 +124,23 @@ class Compass:
         self.reset()
 
     def reset(self) -> None:
-        """Switch it on, as at power-on."""
+        """Switch the compass on, as at power-on."""
         self.on = True
 
     @staticmethod
     def degrees(heading: float) -> float:
-        """Degrees clockwise from north, above 0 up to 360, of a heading (rad, map frame). North is where y grows."""
+        """Convert a heading (rad, map frame) to degrees clockwise from north, above 0 and at most 360.
+
+        North is the direction of the map's y axis.
+        """
         return (90.0 - math.degrees(heading)) % 360.0 or 360.0
 
 
 @dataclass
 class JoystickState:
-    """A joystick that is plugged into the robot.
+    """The state of a joystick that is plugged into the robot.
 
-    Axes go from 0 to 1023, 512 in the middle; x grows to the right, y forward.
+    Axes have values from 0 to 1023, 512 in the middle. x increases to the right, y forward.
     """
 
     button_1: bool = False
@@ -138,12 +151,11 @@ class JoystickState:
 
 
 class JoystickDrive:
-    """Drives the robot by joystick while the joystick's first button is pressed. When the button is let go, the robot
-    stops.
+    """Drives the robot by joystick while button 1 is pressed. When the button is released, the robot stops.
 
     Attributes:
-        allowed: the client allows it.
-        drove: it drove in the last step.
+        allowed: whether the client allows the joystick to drive the robot.
+        drove: whether the joystick drove the robot in the last step.
     """
 
     def __init__(self, numbers: JoystickNumbers, drives: Drives):
@@ -151,11 +163,14 @@ class JoystickDrive:
         self.reset()
 
     def reset(self) -> None:
-        """Allow nothing, as at power-on."""
+        """Forbid the joystick to drive the robot, as at power-on."""
         self.allowed = self.drove = False
 
     def step(self, joystick: Optional[JoystickState], motors_enabled: bool) -> None:
-        """Tell the drives what the joystick says now."""
+        """Set the speeds of the drives from the state of the joystick, or stop them if it no longer drives the robot.
+
+        `joystick` is None when no joystick is plugged in.
+        """
         if joystick is not None and joystick.button_1 and self.allowed and motors_enabled:
             self._drives.set_speeds(
                 (joystick.y - 512) / 512.0 * self._numbers.linear_mm_s / 1000.0,
@@ -170,9 +185,9 @@ class UserPorts:
     """Analog inputs and digital outputs for devices of the user.
 
     Attributes:
-        analog_volts: what is on the analog inputs, 0 to 5 V each.
-        analog_port: which of them the SIP shows.
-        digital_out: states of the outputs, bit by bit.
+        analog_volts: voltage at each of the eight analog inputs (V).
+        analog_port: number (from 0) of the analog input whose voltage the SIP contains.
+        digital_out: states of the digital outputs, one bit for each output.
     """
 
     def __init__(self) -> None:
@@ -181,20 +196,20 @@ class UserPorts:
         self.reset()
 
     def reset(self) -> None:
-        """Show the port of power-on."""
+        """Set `analog_port` to its power-on value."""
         self.analog_port = 5
 
     def volts(self, port: int) -> float:
-        """What an analog input reads (V)."""
+        """Return the voltage (V) that analog input `port` (from 0) measures, clipped to 0 to 5 V."""
         return max(0.0, min(5.0, self.analog_volts[port]))
 
 
 class AuxPort:
-    """An auxiliary serial port.
+    """An auxiliary serial port of the robot, to which a simulated device can be connected.
 
     Attributes:
-        device: what is connected, None at first. It gets the bytes of each TTY command, and returns what it answers at
-            once. With `put` it speaks unasked.
+        device: function that gets the bytes of each TTY command and returns the answer. None if no device is connected.
+            A device can send bytes at any other time with `put`.
     """
 
     def __init__(self) -> None:
@@ -202,28 +217,31 @@ class AuxPort:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all bytes, as at power-on."""
+        """Drop all bytes in the buffer and the client's request for bytes, as at power-on."""
         self._waiting = b""
         self._wanted = 0
 
     def write(self, data: bytes) -> None:
-        """Give bytes of the client to the device."""
+        """Send bytes from the client to the device, and put the answer of the device into the buffer."""
         if self.device is not None:
             self.put(self.device(data))
 
     def put(self, data: bytes) -> None:
-        """Take bytes of the device."""
+        """Receive bytes from the device, and put them into the buffer for the client."""
         self._waiting = (self._waiting + data)[-AUX_KEPT:]
 
     def want(self, count: int) -> None:
-        """Note that the client wants `count` bytes in one packet, once they are there; 0 throws away what waits."""
+        """Store the request of the client for `count` bytes in one packet. 0 drops the bytes in the buffer instead."""
         if count >= 0:
             self._wanted = min(count, AUX_MOST)
         if count == 0:
             self._waiting = b""
 
     def take(self) -> Optional[bytes]:
-        """Take the bytes that the client wants, if they are all there."""
+        """Remove from the buffer the bytes that the client has requested, and return them.
+
+        None if the client has requested no bytes, or if the buffer does not hold all of them yet.
+        """
         if not self._wanted or len(self._waiting) < self._wanted:
             return None
         taken, self._waiting = self._waiting[:self._wanted], self._waiting[self._wanted:]

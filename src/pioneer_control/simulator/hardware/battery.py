@@ -1,8 +1,8 @@
-"""The battery: it falls with time, faster while the robot drives, and rises while something feeds it.
+"""The battery and its charger. The voltage falls with time, faster while the robot drives, and rises while it charges.
 
-That is a charger that somebody plugs in, or a dock of the world, while a robot that asks for power stands in it. A dock
-is the pose (m, rad; map frame) that a robot has while it charges there. The station itself is drawn as walls or boxes,
-or not at all.
+The robot charges while a user has plugged in a charger, or while it stands in a dock of the world and has asked for
+power. A dock is the pose (m, rad; map frame) of a robot while it charges there. The world may show the charging station
+as walls or boxes; it has no other shape.
 """
 
 import math
@@ -16,15 +16,15 @@ US_PER_MINUTE = 6e7
 
 
 class BatteryPack:
-    """A battery of the 12 V or the 24 V class.
+    """A battery of the 12 V class or the 24 V class.
 
     Args:
-        numbers: voltages of the 12 V class and how fast they fall and rise.
-        nominal: 12 or 24.
+        numbers: voltages of a 12 V battery, and how fast they fall and rise.
+        nominal: nominal voltage, 12 or 24.
 
     Attributes:
-        scale: by how much its voltage is more than that of a 12 V battery.
-        charging: a charger feeds it.
+        scale: ratio of the real voltage to the voltage of a 12 V battery, 1 or 2.
+        charging: whether a charger or a dock charges the battery.
     """
 
     def __init__(self, numbers: BatteryNumbers, nominal: int):
@@ -36,12 +36,12 @@ class BatteryPack:
 
     @property
     def voltage_12v(self) -> float:
-        """Voltage (V) on the scale of a 12 V battery."""
+        """The voltage (V) scaled to a 12 V battery. A 24 V battery has half its real voltage here."""
         return self._pretended / self.scale if self._pretended else self._level
 
     @property
     def voltage(self) -> float:
-        """Real voltage (V). Setting it drains or fills the battery to there, as a fault or a fresh battery would."""
+        """The real voltage (V). Setting it drains or charges the battery to this voltage at once."""
         return self.voltage_12v * self.scale
 
     @voltage.setter
@@ -50,13 +50,13 @@ class BatteryPack:
 
     @property
     def charge(self) -> float:
-        """Share of the way from the shutdown voltage to full, 0 to 1."""
+        """The state of charge: 0 at the shutdown voltage or below, 1 at the full voltage or above."""
         span = self._numbers.full - self._numbers.shutdown
         return max(0.0, min(1.0, (self.voltage_12v - self._numbers.shutdown) / span))
 
     @property
     def charge_state(self) -> int:
-        """What the charger does, one of `ChargeState`."""
+        """The state of the charger, as the value of a `ChargeState`."""
         if not self.charging:
             return int(ChargeState.NOT_CHARGING)
         if self._level < self._numbers.overcharge:
@@ -65,20 +65,20 @@ class BatteryPack:
 
     @property
     def is_low(self) -> bool:
-        """Whether the alarm sounds."""
+        """Whether the voltage is below the alarm voltage."""
         return self.voltage_12v < self._numbers.alarm
 
     @property
     def is_empty(self) -> bool:
-        """Whether the robot can no longer drive."""
+        """Whether the voltage is below the shutdown voltage, so that the motors get no power."""
         return self.voltage_12v < self._numbers.shutdown
 
     def pretend(self, voltage: float) -> None:
-        """Report this real voltage (V) whatever the battery has; 0 ends the pretence."""
+        """Report `voltage` (real voltage in V) instead of the battery's own. 0 ends this."""
         self._pretended = voltage
 
     def step(self, duration_us: int, driving: bool) -> None:
-        """Use the battery for some microseconds, or charge it."""
+        """Discharge or charge the battery for `duration_us` microseconds. It discharges faster while `driving`."""
         if self.charging:
             rise = self._numbers.charging_rise_per_min / US_PER_MINUTE * duration_us
             self._level = max(self._level, min(self._numbers.full, self._level + rise))
@@ -88,13 +88,13 @@ class BatteryPack:
 
 
 class Charger:
-    """The charger of one robot.
+    """Decides whether one robot is charged: by a charger that a user has plugged in, or by a dock of the world.
 
     Attributes:
-        docks: of the world.
-        plugged_in: somebody has plugged a charger in.
-        asks_dock: the robot takes power where it stands in a dock.
-        stops_in_dock: it stops in a dock that feeds it.
+        docks: poses of the world's docks (m, rad; map frame).
+        plugged_in: whether a user has plugged in a charger.
+        asks_dock: whether the robot takes power when it stands in a dock.
+        stops_in_dock: whether the robot stops when a dock starts to charge it.
     """
 
     def __init__(self, numbers: BatteryNumbers, docks: Sequence[Pose]):
@@ -104,19 +104,19 @@ class Charger:
         self.reset()
 
     def reset(self) -> None:
-        """Ask no dock for power, as at power-on."""
+        """Stop asking docks for power, and do not stop in docks, as at power-on."""
         self.asks_dock = self.stops_in_dock = False
 
     def ask_dock(self, asks: bool) -> None:
-        """Take power in a dock from now on, or no longer."""
+        """Set whether the robot takes power when it stands in a dock."""
         self.asks_dock = asks
 
     def plug(self, in_: bool) -> None:
-        """Plug a charger in, or pull it out."""
+        """Plug in the charger if `in_`, or else unplug it."""
         self.plugged_in = in_
 
     def feeds(self, pose: Pose) -> bool:
-        """Whether the battery of a robot at `pose` is charged."""
+        """Return whether the battery of a robot at `pose` (m, rad; map frame) is charged."""
         if self.plugged_in or not self.asks_dock:
             return self.plugged_in
         distance, angle = self._numbers.dock_distance, math.radians(self._numbers.dock_angle_deg)
@@ -124,11 +124,13 @@ class Charger:
 
 
 def stands_in(dock: Pose, pose: Pose, distance: float, angle: float) -> bool:
-    """Whether a robot at `pose` stands in a dock.
+    """Return whether a robot at `pose` stands in a dock.
 
     Args:
-        distance: how far (m) the robot's middle may be from the dock's.
-        angle: how far (rad) its heading may be from the dock's, either way; headings need not be wrapped.
+        dock: pose of the dock (m, rad; map frame).
+        pose: pose of the robot (m, rad; map frame). Headings need not be wrapped.
+        distance: largest distance (m) between the middles of robot and dock.
+        angle: largest difference (rad) between the headings of robot and dock.
     """
     away_x, away_y = pose[0] - dock[0], pose[1] - dock[1]
     near = away_x * away_x + away_y * away_y <= distance * distance

@@ -1,6 +1,6 @@
 """The body of the robot in its world: where it stands, how it moves, what stops it, and which bumpers are pressed.
 
-Metres and radians in the map frame; knows neither motors nor packets.
+Lengths are in metres, angles in radians, poses in the map frame. This file does not depend on motors or packets.
 """
 
 from typing import List, Optional, Sequence, Tuple
@@ -13,35 +13,38 @@ from ..world.pushing import make_way
 from ..world.world import World
 
 SKINS = (0.5, 0.1, 0.02)
-"""How much larger than itself (m) the body is taken to be when asking how far it can go before the next question."""
+"""Margins (m) that are added to the body's outline in the collision test, largest first.
+
+If the outline with a margin is free, the body can move as far as the margin before the next test.
+"""
 AWAY = 0.02
-"""A body that touched something has to go this far (m) away before touching again counts as another contact."""
+"""Distance (m) that the body must move away from an obstacle before another collision counts as a new contact."""
 BUMPER_DEPTH = 0.02
-"""How far (m) the segments of the bumpers stand out from the body."""
+"""Distance (m) from the body to the outer edge of its bumper segments."""
 
 
 def box_round(outline: Sequence[Point], skin: float) -> Tuple[Point, ...]:
-    """The rectangle along the axes round an outline and all that is nearer to it than `skin`."""
+    """Return the corners of the bounding box of an outline, enlarged by `skin` (m) on all sides."""
     xs, ys = zip(*outline)
     low_x, high_x, low_y, high_y = min(xs) - skin, max(xs) + skin, min(ys) - skin, max(ys) + skin
     return (low_x, low_y), (high_x, low_y), (high_x, high_y), (low_x, high_y)
 
 
 class Body:
-    """A solid outline that moves through `world` and is stopped by its walls and posts.
+    """A robot's body that moves through a world. Walls, posts and other robots stop it.
 
     Args:
-        world: where it moves.
-        outline: corners of the body in its own frame (m, base_link).
-        pose: where it starts (map frame).
-        hull: what of it is so tall that sonar sees it; all if None.
+        world: the world in which the body moves.
+        outline: corners of the body (m, base_link).
+        pose: start pose (m, rad; map frame).
+        hull: corners of the part of the body that sonar can detect (m, base_link). The whole outline if None.
 
     Attributes:
-        pose: where it stands (map frame).
-        reach: no point of it is farther (m) from its middle.
-        box: the rectangle that it is to a can (base_link).
-        contacts: how often it has run into something.
-        blocked: it could not take its last step.
+        pose: present pose (m, rad; map frame).
+        reach: largest distance (m) from the middle of the body to any of its points.
+        box: rectangle with which the body pushes cans (m, base_link).
+        contacts: how many times the body has run into an obstacle.
+        blocked: whether an obstacle prevented the last step.
     """
 
     def __init__(self, world: World, outline: Sequence[Point], pose: Pose, hull: Optional[Sequence[Point]] = None):
@@ -61,16 +64,24 @@ class Body:
         self._candidates: List[Candidate] = []
 
     def place(self, pose: Pose) -> None:
-        """Put the body somewhere else, as if a person carried it there."""
+        """Put the body at `pose` (m, rad; map frame), as if a person carried it there."""
         self.pose = (float(pose[0]), float(pose[1]), float(pose[2]))
         self._free = 0.0
         self.blocked = False
         self._world.crowd.moved(self)
 
     def move(self, distance: float, turn: float) -> bool:
-        """Drive an arc. Where the body would touch something at its end, it stays, and a contact is counted.
+        """Drive an arc, unless the body would touch a wall, a post or another robot at its end.
 
-        A contact counts once until the body has gone away from it, not once for each try.
+        If the body would touch something, it stays where it is, and a contact is counted. A contact is counted only
+        once until the body has moved away, not at each try.
+
+        Args:
+            distance: length of the arc (m), negative for backward.
+            turn: angle of the arc (rad, counter-clockwise positive).
+
+        Returns:
+            Whether the body moved.
         """
         pose = along_arc(self.pose, distance, turn, self._heading.unit)
         swept = abs(distance) + self.reach * abs(turn)
@@ -90,7 +101,7 @@ class Body:
         return True
 
     def _would_meet(self, other: Obstacle, pose: Pose) -> bool:
-        """Whether the body at `pose` would touch another one."""
+        """Return whether this body would touch the `other` body if it stood at `pose` (map frame)."""
         x, y, together = pose[0] - other.pose[0], pose[1] - other.pose[1], self.reach + other.reach
         return x * x + y * y < together * together and outlines_meet(placed(self._outline, pose), other.outline)
 
@@ -101,25 +112,30 @@ class Body:
         return False
 
     def make_way(self, pose: Pose) -> bool:
-        """Push cans aside for the body at `pose`; False when one is jammed, and nothing was moved."""
+        """Push cans out of the way of the body at `pose` (map frame).
+
+        Returns:
+            False when a can is jammed; then no can was moved. True in all other cases.
+        """
         return not self._world.cans or make_way(self._world, pose, lambda radius: (self.box,), (), self.box.reach)
 
     @property
     def outline(self) -> List[Point]:
-        """Its corners where it stands now (map frame)."""
+        """The corners of the body at its present pose (m, map frame)."""
         return placed(self._outline, self.pose)
 
     @property
     def candidates(self) -> List[Candidate]:
-        """What sonar can hear of it, where it stands now."""
+        """The edges of the body that sonar can detect, at its present pose."""
         if self._heard_at is not self.pose:
             self._heard_at = self.pose
             self._candidates = [(0.0, *edge) for edge in edges(placed(self._hull, self.pose))]
         return self._candidates
 
     def touches(self, polygon: Sequence[Point]) -> bool:
-        """Whether a polygon of the body's own frame, at its present pose, overlaps anything solid, other robots
-        included.
+        """Return whether a polygon overlaps a wall, a post or another robot.
+
+        The polygon is given in base_link (m) and placed at the present pose of the body.
         """
         corners = placed(polygon, self.pose)
         near = self._world.crowd.near(self.pose[0], self.pose[1], self.reach)
@@ -131,11 +147,12 @@ class Body:
         return hypot(x, y) + self.reach * abs(heading) > AWAY
 
     def _is_free(self, pose: Pose) -> bool:
-        """Whether the body touches nothing at `pose`; if so, also finds how far it can go from there unasked.
+        """Return whether the body touches no wall and no post at `pose` (map frame).
 
-        Asks for one skin more than last time at most, as walls come nearer and go away bit by bit.
+        If it is free, also store the distance that it can move from there without another test. The search starts at
+        most one margin of `SKINS` above the last one, because the distance to the walls changes slowly.
         """
-        if pose == self._refused:  # it presses on
+        if pose == self._refused:  # the body still presses against the same obstacle
             return False
         for key in range(max(0, self._tried - 1), len(self._outlines)):
             outline, skin = self._outlines[key]
@@ -147,10 +164,11 @@ class Body:
 
 
 class BumperRing:
-    """The bumpers in front and behind.
+    """The front bumper and the rear bumper of a robot.
 
     Attributes:
-        front_stalls, rear_stalls: whether they stop the wheels at once.
+        front_stalls: whether a pressed front bumper stalls the wheels at once.
+        rear_stalls: whether a pressed rear bumper stalls the wheels at once.
     """
 
     def __init__(self, model: RobotModel, body: Body):
@@ -158,29 +176,34 @@ class BumperRing:
         self.reset()
 
     def reset(self) -> None:
-        """Let all bumpers stall the wheels, as at power-on."""
+        """Let both bumpers stall the wheels, as at power-on."""
         self.front_stalls = self.rear_stalls = True
 
     def bits(self) -> Tuple[int, int]:
-        """Pressed segments of the front and of the rear bumper; bit 0 is the left one in front, the right one behind.
+        """Return the pressed segments of the front bumper and of the rear bumper, one bit for each segment.
+
+        Bit 0 is the leftmost segment of the front bumper, and the rightmost segment of the rear bumper.
         """
         front, rear = self._model.length_front, -self._model.length_rear
         return self._pressed(self._model.front_bumpers, front, 1.0), self._pressed(self._model.rear_bumpers, rear, -1.0)
 
     def stall(self, distance: float) -> bool:
-        """Whether a bumper that stalls the wheels is pressed on the side that the robot drives to."""
+        """Return whether a bumper that stalls the wheels is pressed on the side to which the robot drives.
+
+        `distance` (m) is positive for forward, negative for backward.
+        """
         front, rear = self.bits()
         if distance > 0.0:
             return self.front_stalls and front != 0
         return distance < 0.0 and self.rear_stalls and rear != 0
 
     def _pressed(self, count: int, near: float, side: float) -> int:
-        """The bits of one bumper.
+        """Return the pressed segments of one bumper, one bit for each segment.
 
         Args:
-            count: of its segments.
-            near: x (m, base_link) where the body ends.
-            side: 1 in front, -1 behind.
+            count: number of segments.
+            near: x (m, base_link) of the end of the body, where the bumper begins.
+            side: 1 for the front bumper, -1 for the rear bumper.
         """
         if not count or not self._body.blocked:
             return 0

@@ -1,7 +1,6 @@
-"""The drives: translation and rotation, or each wheel by itself, on their ramps; what makes them give up; and their
-power.
+"""The drives of a robot, which control translation and rotation, or each wheel; also stalls, and motor power.
 
-SI units; knows neither packets nor walls.
+All values are in SI units. This file does not depend on packets or walls.
 """
 
 import math
@@ -14,24 +13,26 @@ from .ramps import Channel, Limits
 from .robot_numbers import DriveNumbers
 
 ARRIVED = 0.0005
-"""A set distance (m) or turn (rad) counts as done this near to its goal."""
+"""Distance (m) or angle (rad) from the goal at which a commanded distance or turn counts as done."""
 NO_E_STALL = frozenset(["PSOS", "P2OS", "AmigOS"])
-"""Families of firmware whose motors stay on when the STOP button is pressed, until E_STALL says otherwise.
+"""Families of firmware whose motors stay on when the STOP button is pressed, until command E_STALL changes this.
 
 Source: protocol sheet 3.6.
 """
 TRUE_WHEELS = frozenset(["PSOS", "P2OS", "AmigOS", "AROS"])
-"""Families whose VEL2 controls each wheel by itself; the others make translation and rotation of it.
+"""Families of firmware in which command VEL2 controls the speed of each wheel.
+
+The other families convert VEL2 to a translation and a rotation.
 
 Source: protocol sheet 7.
 """
 
 
 class Drives:
-    """What the drives are told, and how they follow.
+    """The drives of a robot: their set points, and their present speeds.
 
     Attributes:
-        linear: translation (m, m/s).
+        linear: translation (m, m/s; forward positive).
         angular: rotation (rad, rad/s; counter-clockwise positive).
     """
 
@@ -42,7 +43,7 @@ class Drives:
         self._told_by_wheels = False
 
     def reset(self) -> None:
-        """Take the limits of power-on."""
+        """Set speed limits and accelerations to their power-on values."""
         self.linear.limits, self.angular.limits = limits_of(self._numbers, self._model)
         self._told_by_wheels = False
 
@@ -53,17 +54,17 @@ class Drives:
 
     @property
     def driven(self) -> bool:
-        """Whether the drives have somewhere to go, or have yet to stop."""
+        """Whether the drives move, or have a set point other than zero."""
         return self.linear.driven or self.angular.driven or self._wheels is not None
 
     @property
     def wheel_speeds(self) -> Tuple[float, float]:
-        """Speeds (m/s) of the left and the right wheels."""
+        """The speeds (m/s) of the left wheels and the right wheels."""
         difference = self.angular.speed / self._model.diff_rad_per_mm / 1000.0
         return self.linear.speed - difference, self.linear.speed + difference
 
     def turn_wheels(self, left: float, right: float) -> None:
-        """Turn the left and the right wheels at these speeds (m/s), until another command of motion."""
+        """Set the speeds of the left wheels and the right wheels (m/s), until the next motion command."""
         self._told_by_wheels = True
         if self._model.firmware_family in TRUE_WHEELS:
             limits = replace(self.linear.limits, limit=self.linear.limits.top, back_limit=None)
@@ -77,35 +78,39 @@ class Drives:
             self.angular.set_speed((right - left) / 2.0 * 1000.0 * self._model.diff_rad_per_mm)
 
     def cancel_wheels(self) -> None:
-        """Stop both wheels where `turn_wheels` turned them last: each other command of motion begins so."""
+        """Set the speed of translation and rotation to zero if the last motion command was `turn_wheels`.
+
+        Every other motion command calls this first.
+        """
         if self._told_by_wheels:
             self._told_by_wheels = False
             self.set_speeds(0.0, 0.0)
 
     def set_speeds(self, linear: float, angular: float) -> None:
-        """Translate (m/s) and rotate (rad/s), and forget what was told before."""
+        """Set the speeds of translation (m/s) and rotation (rad/s), instead of all earlier set points."""
         self._wheels = None
         self.linear.set_speed(linear)
         self.angular.set_speed(angular)
 
     def emergency_stop(self) -> None:
-        """Stop as fast as the drives can, and forget what was told."""
+        """Stop with the highest deceleration, and drop all set points."""
         self._wheels = None
         self.linear.emergency_stop()
         self.angular.emergency_stop()
 
     def restart(self) -> None:
-        """Stand at once, as without power."""
+        """Set the speeds of translation and rotation to zero at once."""
         self.linear.speed = self.angular.speed = 0.0
 
     def step(self, dt: float, held: bool) -> Tuple[float, float]:
-        """Let `dt` seconds pass.
+        """Drive for `dt` seconds.
 
         Args:
-            held: the watchdog keeps the drives at zero.
+            dt: duration (s).
+            held: whether the watchdog keeps the drives at speed zero.
 
         Returns:
-            The distance (m) and the turn (rad) of the step, as the drives would have it.
+            The distance (m) and the turn (rad) of this step, if nothing blocks the robot.
         """
         if self._wheels is None:
             return self.linear.step(dt, held), self.angular.step(dt, held)
@@ -114,25 +119,33 @@ class Drives:
         return self._together(*ways)
 
     def blocked(self, distance: float, turn: float) -> None:
-        """The last step's distance and turn did not happen: something stands in the way."""
+        """Undo the last step, because an obstacle stopped the robot: set all speeds to zero.
+
+        `distance` (m) and `turn` (rad) are the result of that step.
+        """
         self.linear.blocked(distance)
         self.angular.blocked(turn)
         for wheel in self._wheels or ():
             wheel.blocked(0.0)
 
     def _together(self, left: float, right: float) -> Tuple[float, float]:
-        """What ways or speeds of the left and the right wheel (m, m/s) make the robot do (m and rad, m/s and rad/s)."""
+        """Convert distances (m) or speeds (m/s) of the left and right wheels to translation and rotation of the robot.
+
+        Returns:
+            Translation (m or m/s) and rotation (rad or rad/s).
+        """
         return (left + right) / 2.0, (right - left) / 2.0 * (1000.0 * self._model.diff_rad_per_mm)
 
 
 class Stall:
-    """Drives that cannot turn their wheels give up for a moment, and try again.
+    """The stall of blocked wheels. After a time of pressing, the wheels stall; they rest for a moment, then try again.
 
     Attributes:
-        held: something holds the wheels, so that they stall when driven.
-        left, right: these wheels have stalled.
-        pressed_s: for so long (s) they have tried to turn in vain.
-        rest_s: for so long (s) the drives give up from now on.
+        held: whether a simulated fault holds the wheels, so that they stall when they are driven.
+        left: whether the left wheels have stalled.
+        right: whether the right wheels have stalled.
+        pressed_s: time (s) for which the blocked wheels have tried to turn.
+        rest_s: time (s) that the stalled wheels still rest before they try again.
     """
 
     def __init__(self, numbers: DriveNumbers):
@@ -141,18 +154,22 @@ class Stall:
         self.clear()
 
     def clear(self) -> None:
-        """No wheel has stalled, and none presses."""
+        """End the stall of all wheels, and set the times of pressing and resting to zero."""
         self.left = self.right = False
         self.pressed_s = self.rest_s = 0.0
 
     def hold(self, held: bool) -> None:
-        """Hold the wheels, or let them go."""
+        """Hold the wheels so that they cannot turn, or release them."""
         self.held = held
 
     def press(self, dt: float, bumped: bool, left: bool, right: bool) -> None:
-        """The wheels have tried in vain for `dt` seconds; `left` and `right` say which.
+        """Note that blocked wheels have tried to turn for `dt` seconds. Stall them if they have tried for too long.
 
-        A bumper that stalls ends that at once.
+        Args:
+            dt: duration (s).
+            bumped: whether a pressed bumper stalls the wheels at once.
+            left: whether the left wheels have tried to turn.
+            right: whether the right wheels have tried to turn.
         """
         self.pressed_s += dt
         if self.pressed_s >= self._numbers.stall_time - 1e-9 or bumped:
@@ -160,19 +177,19 @@ class Stall:
             self.pressed_s, self.rest_s = 0.0, self._numbers.stall_recovery
 
     def rest(self, dt: float) -> None:
-        """Wait for `dt` seconds before the next try."""
+        """Let stalled wheels rest for `dt` seconds. End the stall when the time of resting is over."""
         self.rest_s -= dt
         if self.rest_s <= 1e-9:
             self.clear()
 
 
 class MotorPower:
-    """Whether the motors have power, and the STOP button that takes it away.
+    """The power of the motors, and the STOP button, which can switch it off.
 
     Attributes:
-        enabled: the motors have power.
-        stop_button: the STOP button is pressed. Letting it go does not give the power back.
-        stop_button_stalls: pressing the STOP button takes the power away.
+        enabled: whether the motors have power.
+        stop_button: whether the STOP button is pressed. Releasing it does not switch the motors on again.
+        stop_button_stalls: whether a pressed STOP button switches the motors off.
     """
 
     def __init__(self, drives: Drives, battery: BatteryPack, family: str):
@@ -182,7 +199,7 @@ class MotorPower:
         self.reset()
 
     def reset(self) -> None:
-        """Let the STOP button take the power away as it does at power-on."""
+        """Set `stop_button_stalls` to its power-on value, which depends on the family of firmware."""
         self.stop_button_stalls = self._family not in NO_E_STALL
 
     @property
@@ -191,22 +208,22 @@ class MotorPower:
         return self.stop_button and self.stop_button_stalls
 
     def enable(self) -> None:
-        """Switch the motors on, unless a pressed STOP button or an empty battery forbids it."""
+        """Switch the motors on, unless a pressed STOP button keeps them off or the battery is empty."""
         if not self.e_stalled and not self._battery.is_empty:
             self.enabled = True
 
     def disable(self) -> None:
-        """Take the power from the motors; set points are forgotten."""
+        """Switch the motors off, and drop all set points of the drives."""
         self.enabled = False
         self._drives.emergency_stop()
 
     def press_stop_button(self, pressed: bool) -> None:
-        """Press the STOP button, or let it go."""
+        """Press the STOP button, or release it."""
         self.stop_button = pressed
         self._obey_stop_button()
 
     def set_stop_button_stalls(self, stalls: bool) -> None:
-        """Say whether the STOP button takes the power from the motors, from now on and if it is pressed already."""
+        """Set whether a pressed STOP button switches the motors off. If it is pressed now, this happens at once."""
         self.stop_button_stalls = stalls
         self._obey_stop_button()
 
@@ -216,7 +233,7 @@ class MotorPower:
 
 
 def limits_of(numbers: DriveNumbers, model: RobotModel) -> Tuple[Limits, Limits]:
-    """Limits of translation (m/s, m/s^2) and of rotation (rad/s, rad/s^2) at power-on."""
+    """Return the power-on limits of translation (m/s, m/s^2) and of rotation (rad/s, rad/s^2)."""
     linear_top = min(numbers.linear_top_mm_s / 1000.0, model.max_linear)
     angular_top = min(math.radians(numbers.angular_top_deg_s), model.max_angular)
     return (

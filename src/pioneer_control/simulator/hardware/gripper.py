@@ -1,6 +1,7 @@
-"""The gripper: two parallel paddles on a lift, beams between them, contacts in them, and what they hold.
+"""The gripper: two parallel paddles on a lift, with light beams between the paddles and contact switches in them.
 
-Metres and seconds; positions ahead of the palm and left of the middle, in the robot's own frame. Knows no packets.
+Lengths are in metres, times in seconds. Positions are given ahead of the palm and left of the middle of the gripper.
+This file does not depend on packets.
 """
 
 import math
@@ -14,19 +15,19 @@ from ..world.world import Can, World
 from .robot_numbers import GripperNumbers
 
 TOLERANCE = 1e-4
-"""A paddle this near (m) to a can presses on it."""
+"""Largest distance (m) between a paddle and a can that the paddle presses on."""
 
 Seen = Tuple[Can, float, float]
-"""A can, and where its middle is: ahead of the palm and left of the middle of the gripper (m)."""
+"""A can and the position (m) of its middle: ahead of the palm, and left of the middle of the gripper."""
 
 
 class PaddleLift:
     """The lift that carries the paddles.
 
     Attributes:
-        height: of the paddles (m above the lowest).
-        goal: height that it moves to; its own height while it does not move.
-        jammed: it was told to move and could not.
+        height: height of the paddles (m above their lowest position).
+        goal: height to which the lift moves (m above the lowest position). Equal to `height` while it does not move.
+        jammed: whether the lift was commanded to move and could not.
     """
 
     def __init__(self, shape: GripperShape, up: bool):
@@ -37,34 +38,34 @@ class PaddleLift:
 
     @property
     def is_up(self) -> bool:
-        """Whether it is at its top."""
+        """Whether the lift is at its top."""
         return self.height >= self._shape.lift_height
 
     @property
     def is_down(self) -> bool:
-        """Whether it is at its bottom."""
+        """Whether the lift is at its bottom."""
         return self.height <= 0.0
 
     @property
     def motion(self) -> int:
-        """1 up, -1 down, 0 none."""
+        """The direction in which the lift moves: 1 up, -1 down, 0 when it does not move."""
         return (self.goal > self.height) - (self.goal < self.height)
 
     def move_to(self, height: float) -> None:
-        """Raise or lower the paddles to `height` (m above the lowest), clipped to the travel of the lift."""
+        """Raise or lower the paddles to `height` (m above the lowest position), clipped to the travel of the lift."""
         self.goal = max(0.0, min(self._shape.lift_height, height))
         self.jammed = False
 
     def move_for(self, seconds: float) -> None:
-        """Raise the paddles (lower them, when negative) for this long, from where they are."""
+        """Raise the paddles for `seconds` from their present height, or lower them when `seconds` is negative."""
         self.move_to(self.height + seconds * self._shape.lift_speed)
 
     def stop(self) -> None:
-        """Stop where it is."""
+        """Stop the lift at its present height."""
         self.goal = self.height
 
     def step(self, dt: float) -> None:
-        """Move on for `dt` seconds."""
+        """Move towards the goal for `dt` seconds."""
         way = self._shape.lift_speed * dt
         arrives = abs(self.goal - self.height) <= way
         self.height = self.goal if arrives else self.height + way * self.motion
@@ -74,19 +75,20 @@ class ParallelGripper:
     """The gripper on the front of a robot's body.
 
     Args:
-        shape: its measures.
-        numbers: the rest.
-        world: whose cans it meets.
-        front: where the body ends and the gripper begins (m ahead of base_link).
-        body: the rectangle of the body behind it, which pushes cans too.
+        shape: dimensions and speeds, from the robot model.
+        numbers: the other parameters, from ``robot.yaml``.
+        world: world whose cans the gripper pushes and holds.
+        front: x (m, base_link) where the body ends and the gripper begins.
+        body: rectangle of the body behind the gripper (m, base_link), which pushes cans too.
 
     Attributes:
-        lift: carries the paddles.
-        opening: between the paddles (m).
-        grasp_time: for so long (s) the motor runs on after the paddles have met what they press on.
-        paddle_motion: 1 outward, -1 inward, 0 none.
-        paddles_jammed: the paddles were told to move and could not.
-        stuck: something keeps paddles and lift from moving.
+        shape: as the argument.
+        lift: the lift that carries the paddles.
+        opening: distance between the paddles (m).
+        grasp_time: duration (s) for which the paddles press on after they have closed on something.
+        paddle_motion: 1 while the paddles open, -1 while they close or press, 0 when they are off.
+        paddles_jammed: whether the paddles were commanded to move and could not.
+        stuck: whether a simulated fault keeps paddles and lift from moving.
     """
 
     def __init__(self, shape: GripperShape, numbers: GripperNumbers, world: World, front: float, body: Block):
@@ -107,22 +109,22 @@ class ParallelGripper:
         self._pressing_s = 0.0
         self._stuck_for = 0.0
 
-    # -- what it is told
+    # -- commands
 
     def open(self) -> None:
-        """Open the paddles fully; what they held stays where it is."""
+        """Start to open the paddles fully, and release the held cans. A stuck gripper does not release them."""
         if not self.stuck:
             self._release()
         self.paddles_jammed = False
         self.paddle_motion = 1 if self.opening < self.shape.opening else 0
 
     def close(self) -> None:
-        """Close the paddles until they meet something or each other, and press on it for the grasp time."""
+        """Start to close the paddles. When they meet a can or each other, they press for the grasp time."""
         self.paddles_jammed = False
         self.paddle_motion = min(self.paddle_motion, 0) if self.is_closed else -1
 
     def stop(self) -> None:
-        """Stop the paddles; they no longer press on what they do not hold."""
+        """Stop the paddles, and end the contacts with cans that they do not hold."""
         self.paddle_motion = 0
         self._felt = False, False
 
@@ -132,30 +134,30 @@ class ParallelGripper:
         self.lift.stop()
 
     def store(self) -> None:
-        """Close the paddles and raise the lift."""
+        """Start to close the paddles and to raise the lift to its top."""
         self.close()
         self.lift.move_to(self.shape.lift_height)
 
     def deploy(self) -> None:
-        """Open the paddles and lower the lift."""
+        """Start to open the paddles and to lower the lift to its bottom."""
         self.open()
         self.lift.move_to(0.0)
 
-    # -- what it is
+    # -- state
 
     @property
     def height(self) -> float:
-        """How high (m) the paddles and what they hold are lifted."""
+        """The height (m above the lowest position) of the paddles and the cans that they hold."""
         return self.lift.height
 
     @property
     def held(self) -> List[Can]:
-        """The cans that it holds."""
+        """The cans that the gripper holds."""
         return [can for can, _, _ in self._held]
 
     @property
     def held_can(self) -> Optional[Can]:
-        """The can that it holds, the first of several; None when it holds nothing."""
+        """The can that the gripper holds, or the first of several cans. None when it holds no can."""
         return self._held[0][0] if self._held else None
 
     @property
@@ -165,15 +167,14 @@ class ParallelGripper:
 
     @property
     def is_closed(self) -> bool:
-        """Whether the paddles are closed, on each other or on something."""
+        """Whether the paddles are closed, on each other or on a can that they hold."""
         return self.opening <= 0.0 or bool(self._held)
 
     @property
     def contacts(self) -> Tuple[bool, bool]:
-        """Whether something presses on the left and on the right paddle: a can, or the other paddle.
+        """Whether the left paddle and the right paddle report contact with a can or with the other paddle.
 
-        Closed paddles press on each other where they press on nothing else, so contacts alone do not show that
-        something is held.
+        Paddles that are closed without a can press on each other. So contacts alone do not prove that a can is held.
 
         Source: protocol sheet 6.4.
         """
@@ -181,11 +182,14 @@ class ParallelGripper:
 
     @property
     def is_low(self) -> bool:
-        """Whether the paddles are low enough to meet what stands on the floor."""
+        """Whether the paddles are low enough to touch cans on the floor."""
         return self.height <= self._numbers.reach_height
 
     def beams_broken(self, pose: Pose) -> Tuple[bool, bool]:
-        """Whether something is in the inner and in the outer beam, for a robot at `pose`."""
+        """Return whether a can breaks the inner beam, and whether a can breaks the outer beam.
+
+        `pose` is the pose of the robot (m, rad; map frame).
+        """
         seen = [*self._held, *self._near(pose)]
         half = self.opening / 2.0
 
@@ -198,19 +202,19 @@ class ParallelGripper:
         return broken(self.shape.inner_beam), broken(self.shape.outer_beam)
 
     def blocks_for(self, radius: float) -> Sequence[Block]:
-        """The rectangles, body included, that a can of `radius` on the floor meets (m, base_link)."""
+        """Return the rectangles of body and gripper (m, base_link) that push a can of `radius` (m) on the floor."""
         if not self.is_low:
             return self._body, self._mount
         tip, half = self._palm + self.shape.paddle_length, self.opening / 2.0
         outside = half + self.shape.paddle_thickness
-        if 2.0 * radius > self.opening + 1e-9:  # it does not fit between the paddles: they are one block to it
+        if 2.0 * radius > self.opening + 1e-9:  # the can does not fit between the paddles, which then act as one block
             return self._body, self._mount, Block(self._palm, tip, -outside, outside)
         return self._body, self._mount, Block(self._palm, tip, half, outside), Block(self._palm, tip, -outside, -half)
 
-    # -- what happens
+    # -- motion
 
     def step(self, dt: float, pose: Pose) -> None:
-        """Move paddles and lift for `dt` seconds on a robot at `pose`."""
+        """Move paddles and lift for `dt` seconds on a robot at `pose` (m, rad; map frame)."""
         if self.stuck:
             self._strain(dt)
             return
@@ -229,7 +233,8 @@ class ParallelGripper:
             self._lift_further(dt, pose)
 
     def _strain(self, dt: float) -> None:
-        """Try to move what is stuck, for a while; then give up and show an error."""
+        """Let stuck paddles and a stuck lift try to move for `dt` seconds. After the jam time, stop and mark as jammed.
+        """
         self._stuck_for = self._stuck_for + dt if self.paddle_motion or self.lift.motion else 0.0
         if self._stuck_for >= self._numbers.jam_time - 1e-9:
             self.paddles_jammed |= self.paddle_motion != 0
@@ -238,10 +243,10 @@ class ParallelGripper:
             self.lift.stop()
 
     def make_way(self, pose: Pose) -> bool:
-        """Move what is held to a robot that goes to `pose`, and push cans aside.
+        """Carry the held cans along with a robot that moves to `pose` (map frame), and push other cans out of the way.
 
         Returns:
-            False when a can is jammed. Then none was pushed.
+            False when a can is jammed; then no can was pushed. True in all other cases.
         """
         if not self._world.cans:
             return True
@@ -254,7 +259,8 @@ class ParallelGripper:
         return can, x - self._palm, y
 
     def _near(self, pose: Pose) -> List[Seen]:
-        """The cans that low paddles could meet; none while the paddles are higher."""
+        """Return the cans near the gripper of a robot at `pose` (map frame). An empty list while the paddles are high.
+        """
         return [self._see(can, pose) for can in cans_near(self._world, pose, self._reach)] if self.is_low else []
 
     def _close_further(self, dt: float, pose: Pose) -> None:

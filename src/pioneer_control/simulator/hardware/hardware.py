@@ -1,6 +1,7 @@
-"""The robot below its firmware: all its devices, moved together in fixed steps.
+"""The hardware of one simulated robot, without its firmware: all devices, which move together in fixed time steps.
 
-SI units; knows no packets. `Hardware.step` is the only place where simulated time passes for them.
+All values are in SI units. This file does not depend on packets. Only `Hardware.step` lets simulated time pass for the
+devices.
 """
 
 from typing import List, Optional, Protocol
@@ -20,32 +21,32 @@ from .wheels import DeadReckoning, WheelErrors, Wheels
 
 
 class Device(Protocol):
-    """Something with parameters that a client may change."""
+    """A device with parameters that a client may change."""
 
     def reset(self) -> None:
-        """Take the parameters of power-on."""
+        """Set the parameters to their power-on values."""
 
 
 class Hardware:
-    """One robot standing in a world.
+    """All hardware of one robot in a world.
 
     Args:
-        model: its model, arrays that are not fitted already taken out.
-        world: where it stands.
-        pose: x, y, heading (m, rad; map frame).
-        gripper: whether it has one.
+        model: model of the robot, without the sonar arrays that are not fitted.
+        world: world in which the robot stands.
+        pose: start pose (m, rad; map frame).
+        gripper: whether the robot has a gripper.
         numbers: the simulator's numbers.
-        noise: of the sonar ranges (m).
-        seed: of that noise, and of the wheels' slip and noise.
+        noise: largest random error of a sonar range (m).
+        seed: seed of the sonar noise, and of the wheels' slip and noise.
 
     Attributes:
-        gripper: None without one.
+        gripper: the gripper. None if the robot has no gripper.
         model: as the argument.
-        joystick: what is plugged in to drive by hand, None at first.
+        joystick: state of the joystick that is plugged into the robot. None if there is no joystick.
         aux: auxiliary serial ports 1, 2 and 3.
 
     Raises:
-        ParameterError: the model cannot carry a gripper, or the robot does not fit where it is to stand.
+        ParameterError: the model cannot carry a gripper, or the robot would overlap an obstacle at its start pose.
     """
 
     def __init__(
@@ -82,7 +83,8 @@ class Hardware:
         self.model = model
 
     def restart(self) -> None:
-        """Restart as at power-on, motors off. Body, gripper, battery and cans stay as they are."""
+        """Restart the robot as at power-on, with motors off. Its pose, gripper, cans and battery charge do not change.
+        """
         self.motors.disable()
         self.drives.restart()
         self.stall.clear()
@@ -96,7 +98,7 @@ class Hardware:
         self.reset_odometry()
 
     def reset_parameters(self) -> None:
-        """Set limits, calibration, sonar sequence, safety settings and modes to those of power-on."""
+        """Set limits, calibration, sonar sequence, safety settings and modes to their power-on values."""
         devices: List[Device] = [
             self.drives, self.motors, self.wheels, self.bumpers, self.sonar, self.gyro, self.compass, self.charger,
             self._joystick_drive, self.ports, *self.aux]
@@ -109,22 +111,27 @@ class Hardware:
 
     @property
     def heading_goal(self) -> float:
-        """The heading (rad, odometry) the robot is turning to; its heading while it is not turning to one."""
+        """The heading (rad, odometry frame) to which the robot turns. Its present heading while it has no such goal."""
         return self.odometry.pose[2] + (self.drives.angular.remaining or 0.0)
 
     def allow_joystick(self, allowed: bool) -> None:
-        """Let a joystick drive the robot, or not."""
+        """Set whether a joystick may drive the robot."""
         self._joystick_drive.allowed = allowed
 
     def jam_gripper(self, stuck: bool) -> None:
-        """Keep the gripper, if there is one, from moving, or let it move again."""
+        """Block the gripper if `stuck`, or let it move again. Without a gripper, do nothing."""
         if self.gripper is not None:
             self.gripper.stuck = stuck
 
     # -- time
 
     def step(self, now_us: int, paused: bool) -> None:
-        """Advance one physics step, which ends at `now_us`. `paused`: the watchdog keeps the drives at zero."""
+        """Advance all devices by one physics step.
+
+        Args:
+            now_us: simulated time at the end of the step (microseconds).
+            paused: whether the watchdog keeps the drives at speed zero.
+        """
         dt = self._step_us * 1e-6
         heading = self.body.pose[2]
         if self.joystick is not None or self._joystick_drive.drove:
@@ -147,7 +154,10 @@ class Hardware:
         self.battery.step(self._step_us, self.drives.moving)
 
     def _drive(self, dt: float, paused: bool) -> None:
-        """Let the drives turn the wheels, unless something holds them or stands in the way."""
+        """Drive for `dt` seconds. If the wheels are held or an obstacle blocks the robot, let the wheels press instead.
+
+        `paused` is whether the watchdog keeps the drives at speed zero.
+        """
         (distance, turn), turned = self.wheels.turn(*self.drives.step(dt, paused), dt)
         really = self._wheel_errors.moved(*turned)
         if not distance and not turn:
@@ -164,7 +174,11 @@ class Hardware:
             self.stall.press(dt, self.bumpers.stall(distance), left != 0.0, right != 0.0)
 
     def _move(self, distance: float, turn: float) -> bool:
-        """Move the body, pushing cans aside; False when walls or a jammed can keep it where it is."""
+        """Move the body by a distance (m) and a turn (rad), and push cans out of its way.
+
+        Returns:
+            False when an obstacle or a jammed can keeps the body at its place.
+        """
         before = self.body.pose
         if not self.body.move(distance, turn):
             return False
@@ -176,7 +190,7 @@ class Hardware:
         return False
 
     def _charge(self) -> None:
-        """Let a charger feed the battery. The robot stops in a dock where it was told to."""
+        """Update whether the battery is charged. If charging starts and `Charger.stops_in_dock`, stop the robot."""
         charging = self.charger.feeds(self.body.pose)
         if charging and not self.battery.charging and self.charger.stops_in_dock:
             self.drives.set_speeds(0.0, 0.0)

@@ -1,7 +1,7 @@
-"""How the drives follow what they are told: trapezoidal ramps, for translation and for rotation alike.
+"""How the drives follow their set points: with trapezoidal speed ramps, for translation and for rotation.
 
-Everything here is in SI units (m and m/s for translation, rad and rad/s for rotation) and knows neither packets nor
-walls.
+All values are in SI units: m and m/s for translation, rad and rad/s for rotation. This file does not depend on packets
+or walls.
 """
 
 import math
@@ -10,10 +10,20 @@ from typing import Optional, Tuple
 
 
 def ramp(speed: float, target: float, rise: float, fall: float, dt: float) -> Tuple[float, float]:
-    """The speed after `dt` seconds of changing from `speed` to `target`, and the distance covered meanwhile.
+    """Change the speed from `speed` towards `target` for `dt` seconds.
 
-    Away from zero the speed changes by `rise` per second, towards zero by `fall`; through zero it does first the one
-    and then the other. Exact for any `dt`, so that one long step equals many short ones.
+    If the sign of the speed changes, it first falls to zero and then rises. The result is exact for any `dt`: one long
+    step equals many short steps.
+
+    Args:
+        speed: present speed (m/s or rad/s).
+        target: wanted speed (m/s or rad/s).
+        rise: acceleration away from zero, positive (m/s^2 or rad/s^2).
+        fall: deceleration towards zero, positive (m/s^2 or rad/s^2).
+        dt: duration (s).
+
+    Returns:
+        The new speed, and the distance covered in this time (m or rad).
     """
     travelled = 0.0
     while dt > 0.0 and speed != target:
@@ -30,11 +40,18 @@ def ramp(speed: float, target: float, rise: float, fall: float, dt: float) -> Tu
 
 
 def approach(speed: float, remaining: float, limit: float, rise: float, fall: float, dt: float) -> Tuple[float, float]:
-    """Speed after `dt` seconds on the way to a point `remaining` ahead (behind when negative), and the distance
-    covered.
+    """Drive towards a goal for `dt` seconds. The drive reaches the goal with speed zero and does not overshoot.
 
-    The speed stays within `limit`, and such that `fall` still stops the drive at the point: it arrives with speed
-    zero and never runs past.
+    Args:
+        speed: present speed (m/s or rad/s).
+        remaining: distance to the goal (m or rad), negative when the goal is behind.
+        limit: highest speed, positive (m/s or rad/s).
+        rise: acceleration, positive (m/s^2 or rad/s^2).
+        fall: deceleration, positive (m/s^2 or rad/s^2).
+        dt: duration (s).
+
+    Returns:
+        The new speed, and the distance covered in this time (m or rad).
     """
     direction = math.copysign(1.0, remaining)
     ahead, along = abs(remaining), speed * direction
@@ -51,15 +68,15 @@ def approach(speed: float, remaining: float, limit: float, rise: float, fall: fl
 
 @dataclass
 class Limits:
-    """What a channel may do (SI units).
+    """Speed limits and accelerations of a `Channel` (m and s for translation, rad and s for rotation).
 
     Attributes:
-        limit: the speed limit.
-        top: the highest speed limit that can be set.
-        rise: the acceleration.
-        fall: the deceleration.
-        rate_top: the highest acceleration or deceleration that can be set.
-        back_limit: the speed limit backward or clockwise; None where it is the same.
+        limit: speed limit.
+        top: highest speed limit that can be set.
+        rise: acceleration.
+        fall: deceleration.
+        rate_top: highest acceleration or deceleration that can be set.
+        back_limit: speed limit for driving backward or turning clockwise. None when it is equal to `limit`.
     """
 
     limit: float
@@ -70,12 +87,15 @@ class Limits:
     back_limit: Optional[float] = None
 
     def set_limit(self, value: float) -> None:
-        """A new speed limit for later commands, clipped to the top."""
+        """Set the speed limit of both directions for later commands, clipped to `top`. The sign is ignored."""
         self.limit = min(abs(value), self.top)
         self.back_limit = None
 
     def set_limit_towards(self, value: float) -> None:
-        """The same for one way only: a negative one is the limit of the other way."""
+        """Set the speed limit of one direction for later commands, clipped to `top`.
+
+        A positive value is the limit forward or counter-clockwise, a negative value the limit backward or clockwise.
+        """
         if value >= 0.0:
             self.back_limit = self.towards(-1.0)
             self.limit = min(value, self.top)
@@ -83,11 +103,13 @@ class Limits:
             self.back_limit = min(-value, self.top)
 
     def towards(self, direction: float) -> float:
-        """The speed limit in a direction, by its sign."""
+        """Return the speed limit of a direction: negative is backward or clockwise."""
         return self.limit if direction >= 0.0 or self.back_limit is None else self.back_limit
 
     def set_rate(self, value: float) -> None:
-        """A new acceleration, or deceleration when negative, clipped to the top; zero changes nothing."""
+        """Set the acceleration to a positive value, or the deceleration to minus a negative value, clipped to
+        `rate_top`. Zero changes nothing.
+        """
         if value > 0.0:
             self.rise = min(value, self.rate_top)
         elif value < 0.0:
@@ -95,15 +117,17 @@ class Limits:
 
 
 class Channel:
-    """One of the two things a robot can be told independently: to translate, or to rotate.
+    """One axis of motion, with its set point and its speed: translation, rotation, or one wheel.
 
     Args:
-        limits: what it may do.
-        arrived: how near (m or rad) to the goal of a set distance counts as there.
-        speed: at first (m/s or rad/s).
+        limits: speed limits and accelerations.
+        arrived: distance (m or rad) from the goal at which the goal counts as reached.
+        speed: initial speed (m/s or rad/s).
 
     Attributes:
-        remaining: what is left of a set distance (m or rad), None while a speed is set.
+        limits: as the argument.
+        speed: present speed (m/s or rad/s).
+        remaining: distance left to the goal (m or rad). None while the set point is a speed.
     """
 
     def __init__(self, limits: Limits, arrived: float, speed: float = 0.0):
@@ -116,31 +140,33 @@ class Channel:
 
     @property
     def driven(self) -> bool:
-        """Whether this channel has somewhere to go or has yet to stop."""
+        """Whether this channel moves, or has a set point other than zero."""
         return self.speed != 0.0 or self._target != 0.0
 
     def set_speed(self, speed: float) -> None:
-        """Go at `speed`, clipped to the limit of this moment."""
+        """Set a speed as the new set point (m/s or rad/s), clipped to the present limits."""
         self._target = max(-self.limits.towards(-1.0), min(self.limits.limit, speed))
         self.remaining = None
         self._emergency = False
 
     def set_distance(self, distance: float) -> None:
-        """Go `distance` at the speed limit of this moment, and stop there."""
+        """Set a distance as the new set point (m or rad). The channel drives it at the present speed limit, then stops.
+        """
         self._target = self.limits.towards(distance)
         self.remaining = distance
         self._emergency = False
 
     def emergency_stop(self) -> None:
-        """Stop as fast as the drive can, and stay there until told something else."""
+        """Stop with the highest deceleration, and stay at speed zero until the next set point."""
         self.set_speed(0.0)
         self._emergency = True
 
     def step(self, dt: float, held: bool) -> float:
-        """Advance by `dt` seconds.
+        """Drive for `dt` seconds.
 
         Args:
-            held: stops the drive. It keeps what it was told.
+            dt: duration (s).
+            held: slow down to speed zero, and keep the set point for later.
 
         Returns:
             The distance covered (m or rad).
@@ -165,7 +191,10 @@ class Channel:
         return travelled
 
     def blocked(self, travelled: float) -> None:
-        """Take the last step's `travelled` back: something stands in the way."""
+        """Undo the last step, because an obstacle stopped the robot: set the speed to zero.
+
+        `travelled` (m or rad) is the result of that step. It is added back to the remaining distance.
+        """
         self.speed = 0.0
         if self.remaining is not None:
             self.remaining += travelled

@@ -1,4 +1,4 @@
-"""The numbers of the simulated robot, from ``robot.yaml`` and, where wanted, a file of the user's own."""
+"""The parameters of the simulated robot, from ``robot.yaml`` and, optionally, from a file of the user."""
 
 import functools
 import os
@@ -21,20 +21,20 @@ LEGAL = {
     "sonar.specular_deg": (1, 90),
     "sonar.noise": (0, 1),
 }
-"""Least and greatest values of numbers that need not simply be positive."""
+"""Smallest and largest legal values of some numbers. All other numbers must be above 0."""
 OWN_FILE = os.path.join(os.path.dirname(os.path.dirname(__file__)), "robot.yaml")
 
 
 @dataclass(frozen=True)
 class PhysicsNumbers:
-    """Section ``physics`` of the file."""
+    """Section ``physics`` of ``robot.yaml``."""
 
     step_us: int
 
 
 @dataclass(frozen=True)
 class SessionNumbers:
-    """Section ``session`` of the file."""
+    """Section ``session`` of ``robot.yaml``."""
 
     sip_cycle_ms: int
     watchdog_ms: int
@@ -47,7 +47,7 @@ class SessionNumbers:
 
 @dataclass(frozen=True)
 class GyroNumbers:
-    """Section ``gyro`` of the file."""
+    """Section ``gyro`` of ``robot.yaml``."""
 
     kind: int
     scaler: float
@@ -57,7 +57,7 @@ class GyroNumbers:
 
 @dataclass(frozen=True)
 class CompassNumbers:
-    """Section ``compass`` of the file."""
+    """Section ``compass`` of ``robot.yaml``."""
 
     fitted: bool
     horizontal_field: float
@@ -67,7 +67,7 @@ class CompassNumbers:
 
 @dataclass(frozen=True)
 class JoystickNumbers:
-    """Section ``joystick`` of the file."""
+    """Section ``joystick`` of ``robot.yaml``."""
 
     linear_mm_s: int
     angular_deg_s: int
@@ -75,7 +75,7 @@ class JoystickNumbers:
 
 @dataclass(frozen=True)
 class DriveNumbers:
-    """Section ``drive`` of the file."""
+    """Section ``drive`` of ``robot.yaml``."""
 
     linear_limit_mm_s: int
     linear_top_mm_s: int
@@ -94,7 +94,7 @@ class DriveNumbers:
 
 @dataclass(frozen=True)
 class WheelNumbers:
-    """Section ``wheels`` of the file."""
+    """Section ``wheels`` of ``robot.yaml``."""
 
     larger: float
     right_larger: float
@@ -105,7 +105,7 @@ class WheelNumbers:
 
 @dataclass(frozen=True)
 class SonarNumbers:
-    """Section ``sonar`` of the file."""
+    """Section ``sonar`` of ``robot.yaml``."""
 
     minimum: float
     maximum: float
@@ -117,7 +117,7 @@ class SonarNumbers:
 
 @dataclass(frozen=True)
 class GripperNumbers:
-    """Section ``gripper`` of the file."""
+    """Section ``gripper`` of ``robot.yaml``."""
 
     fitted_by_default: Tuple[str, ...]
     open_at_power_on: bool
@@ -128,7 +128,7 @@ class GripperNumbers:
 
 @dataclass(frozen=True)
 class BatteryNumbers:
-    """Section ``battery`` of the file."""
+    """Section ``battery`` of ``robot.yaml``."""
 
     full: float
     standing_fall_per_min: float
@@ -143,7 +143,7 @@ class BatteryNumbers:
 
 @dataclass(frozen=True)
 class RobotNumbers:
-    """All of ``robot.yaml``, section by section; the file says what each number means."""
+    """All sections of ``robot.yaml``. Comments in that file explain each number."""
 
     physics: PhysicsNumbers
     session: SessionNumbers
@@ -158,11 +158,11 @@ class RobotNumbers:
 
 
 def load_numbers(override_file: Optional[str] = None) -> RobotNumbers:
-    """The simulator's numbers, each overridden by `override_file` where that names it.
+    """Return the simulator's numbers. Values in `override_file` replace the values of ``robot.yaml``.
 
     Raises:
-        ParameterError: a file does not parse, a name is unknown, or a value is not legal or of another type than ours;
-            it names the file and the entry.
+        ParameterError: a file cannot be read or is not YAML, a name is unknown, or a value is not legal or has a
+            different type than in ``robot.yaml``. The message names the file and the entry.
     """
     values = _read(OWN_FILE)
     if override_file is not None:
@@ -177,7 +177,7 @@ def load_numbers(override_file: Optional[str] = None) -> RobotNumbers:
 
 @functools.lru_cache(maxsize=None)
 def standard_numbers() -> RobotNumbers:
-    """The numbers of ``robot.yaml``, read once."""
+    """Return the numbers of ``robot.yaml``, which is read only once."""
     return load_numbers()
 
 

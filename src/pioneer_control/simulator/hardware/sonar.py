@@ -1,6 +1,7 @@
-"""The sonar arrays: which transducer fires when, and what it hears in the world.
+"""The sonar arrays: which transducer fires when, and which range it measures in the world.
 
-Arrays of eight fire in step, one transducer each per cycle, in the order of their sequence.
+An array has eight transducers. All arrays fire at the same time, one transducer of each array per cycle, in the order
+of the array's sequence.
 """
 
 import functools
@@ -15,33 +16,33 @@ from .body import Body
 from .robot_numbers import SonarNumbers
 
 LONGEST_SEQUENCE = 16
-"""Firings that the sequence of one array can name (ARCOS manual)."""
+"""Largest number of firings in the sequence of one array (ARCOS manual)."""
 
 Reading = Tuple[int, float]
 
 
 Mount = Tuple[float, float, float, Point, Point]
-"""Where on a robot a transducer sits and looks: x, y, heading (m, rad, base_link).
+"""Mounting pose of a transducer on a robot: x, y, heading (m, rad; base_link).
 
-And the unit vectors along the right and the left edge of its cone.
+It ends with the unit vectors along the right edge and the left edge of the transducer's cone (base_link).
 """
 
 
 class Sonar:
-    """The transducers that are fitted to a robot, and their firing.
+    """The sonar transducers of one robot, and the order in which they fire.
 
     Args:
-        transducers: as `RobotModel.sonar` lists them.
-        numbers: ranges, cone, specular loss, cycle and noise.
-        world: where it hears.
-        noise: every range is off by up to this much (m).
-        seed: of the noise.
-        body: that it is on, which it does not hear.
+        transducers: the fitted transducers, from `RobotModel.sonar`.
+        numbers: ranges, cone, specular angle and cycle time.
+        world: world in which the ranges are measured.
+        noise: largest random error of a range (m).
+        seed: seed of the noise.
+        body: body that carries the transducers. They do not detect it.
 
     Attributes:
-        firing: numbers (from 0) of those arrays that are switched on.
-        dead: numbers of transducers that fire and hear nothing.
-        cycle_us: time between two firings of an array.
+        firing: numbers (from 0) of the arrays that are switched on.
+        dead: numbers (from 0) of the transducers that fire but never detect an echo.
+        cycle_us: time between two firings of an array (microseconds).
     """
 
     def __init__(
@@ -62,7 +63,10 @@ class Sonar:
         self.reset()
 
     def reset(self) -> None:
-        """Take the sequence and cycle of power-on: every fitted transducer once, in the order of the numbers."""
+        """Set sequence and cycle time to their power-on values.
+
+        The power-on sequence fires every fitted transducer once, in the order of their numbers.
+        """
         self.cycle_us = self._numbers.cycle_ms * 1000
         self._sequences = {array: [number for number in sorted(self._mounts) if number // ARRAY_SIZE == array]
                            for array in sorted({number // ARRAY_SIZE for number in self._mounts})}
@@ -70,9 +74,12 @@ class Sonar:
         self._next_us = 0
 
     def switch(self, on: bool, now_us: int, arrays: Optional[Sequence[int]] = None) -> None:
-        """Start or stop firing some arrays, all if None.
+        """Switch arrays on or off. If no array was on before, the first firing is one cycle after `now_us`.
 
-        When no array fired before, they begin one cycle from now, with the first transducers of their sequences.
+        Args:
+            on: whether to switch the arrays on.
+            now_us: present simulated time (microseconds).
+            arrays: numbers (from 0) of the arrays to switch, all if None.
         """
         named = set(self._sequences if arrays is None else arrays)
         before = self.firing
@@ -84,9 +91,13 @@ class Sonar:
             self._readings.clear()
 
     def set_sequence(self, numbers: Sequence[int], now_us: int) -> None:
-        """Fire these transducers (numbers from 0, repeats allowed) in this order; arrays not named keep theirs.
+        """Set the order in which transducers fire. Arrays without a transducer in `numbers` keep their sequence.
 
-        No numbers at all switch the sonar off and keep every sequence.
+        If `numbers` is empty, the sonar is switched off, and all arrays keep their sequences.
+
+        Args:
+            numbers: transducers (from 0) in the order of firing. A transducer may appear several times.
+            now_us: present simulated time (microseconds).
         """
         if not numbers:
             self.switch(False, now_us)
@@ -97,11 +108,11 @@ class Sonar:
             ][:LONGEST_SEQUENCE]
 
     def deafen(self, numbers: Iterable[int]) -> None:
-        """Let these transducers (numbers from 0), and no others, hear nothing."""
+        """Make exactly these transducers (numbers from 0) dead, so that they never detect an echo."""
         self.dead = set(numbers)
 
     def step(self, now_us: int, pose: Pose) -> None:
-        """Fire what is due at `now_us`, from a robot at `pose` (map frame)."""
+        """Fire all transducers that are due until `now_us` (microseconds), on a robot at `pose` (m, rad; map frame)."""
         while self.firing and self._next_us <= now_us:
             forward = self._heading.unit(pose[2])
             for array in self.firing:
@@ -113,14 +124,23 @@ class Sonar:
             self._next_us += self.cycle_us
 
     def take_readings(self, most: int) -> List[Reading]:
-        """Number and range (m) of every firing since the last call, oldest first; only the newest `most` of them."""
+        """Return the newest firings since the last call, at most `most`, oldest first. All firings are then forgotten.
+
+        Returns:
+            Number (from 0) of the transducer, and range (m), of each firing.
+        """
         readings, self._readings = self._readings[-most:], []
         return readings
 
     def _fire(self, number: int, pose: Pose, forward: Point) -> float:
-        """The range (m) that a transducer of a robot at `pose`, which looks `forward`, reports.
+        """Return the range (m) that a transducer reports: the distance of the nearest echo, with noise.
 
-        The electronics add noise to an echo, and report no less than the minimum; the maximum where there is no echo.
+        The range is never less than the minimum. Without an echo, it is the maximum.
+
+        Args:
+            number: number of the transducer, from 0.
+            pose: pose of the robot (m, rad; map frame).
+            forward: unit vector of the robot's heading (map frame).
         """
         maximum = self._numbers.maximum
         if number in self.dead:
@@ -138,7 +158,10 @@ class Sonar:
 
 @functools.lru_cache(maxsize=None)
 def _mounts(transducers: Sequence[Transducer], half_width: float) -> Dict[int, Mount]:
-    """How transducers sit, by number: the same for all robots of a model, so that many of them need not be read from
-    memory again and again.
+    """Return the mounts of transducers, by number. All robots of a model share one result, which saves memory.
+
+    Args:
+        transducers: transducers, from `RobotModel.sonar`.
+        half_width: angle (rad) between the axis of a cone and its edge.
     """
     return {number: (x, y, to, unit(to - half_width), unit(to + half_width)) for number, x, y, to in transducers}

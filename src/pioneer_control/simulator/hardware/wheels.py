@@ -1,9 +1,9 @@
-"""The wheels: how far the firmware thinks they turn, what their encoders count, and how far the body really goes. And
-the robot's own pose, which the robot adds up step by step.
+"""The wheels: how far the firmware assumes that they turn, their encoder counts, and how far the body really moves.
+Also the odometry of the robot.
 
-Lengths are metres, angles radians, counter-clockwise positive. The firmware counts ticks of the encoders, so its
-calibration (TicksMM, RevCount) decides how far the wheels turn. Real wheels are not what the firmware takes them for,
-and they slip.
+Lengths are in metres, angles in radians, counter-clockwise positive. The firmware controls the wheels by encoder ticks,
+so its calibration (TicksMM, RevCount) decides how far the wheels really turn. Real wheels differ from this calibration
+in size and distance, and they slip.
 """
 
 import math
@@ -15,19 +15,24 @@ from ..world.poses import Heading, Pose, along_arc
 from .robot_numbers import WheelNumbers
 
 REV_COUNT = 16570
-"""RevCount at power-on: encoder counts of a whole turn of the robot."""
+"""RevCount at power-on: encoder ticks of one full turn of the robot."""
 WIDEST_DRAW = math.sqrt(3.0)
-"""Half the width of an even distribution whose standard deviation is 1."""
+"""Half the width of a uniform distribution whose standard deviation is 1."""
 
 Motion = Tuple[float, float]
 """A distance (m) and a turn (rad)."""
 
 
 class Wheels:
-    """The wheels of one robot.
+    """The wheels of one robot, with their encoders and their motors' speed limits.
+
+    Args:
+        model: model of the robot.
+        ticks_per_mm: real number of encoder ticks per millimetre.
 
     Attributes:
-        ticks_per_mm, rev_count: the firmware's calibration: encoder ticks of a mm, and of a whole turn of the robot.
+        ticks_per_mm: calibration of the firmware (TicksMM): encoder ticks per millimetre.
+        rev_count: calibration of the firmware (RevCount): encoder ticks of one full turn of the robot.
     """
 
     def __init__(self, model: RobotModel, ticks_per_mm: int):
@@ -37,11 +42,11 @@ class Wheels:
         self.reset()
 
     def reset(self) -> None:
-        """Take the calibration of power-on."""
+        """Set the calibration of the firmware to its power-on values."""
         self.ticks_per_mm, self.rev_count = self._true_ticks_per_mm, REV_COUNT
 
     def restart(self) -> None:
-        """Count from 0."""
+        """Set the encoder counts to 0."""
         self._left_mm = self._right_mm = 0.0
 
     @property
@@ -50,11 +55,15 @@ class Wheels:
         return round(self._left_mm * self._true_ticks_per_mm), round(self._right_mm * self._true_ticks_per_mm)
 
     def turn(self, distance: float, turn: float, dt: float) -> Tuple[Motion, Motion]:
-        """What the wheels do in a step of `dt` seconds for which the drives want `distance` and `turn`.
+        """Return how far the wheels turn in one step, limited to what the motors can do.
+
+        Args:
+            distance: distance (m) that the drives want, by the firmware's calibration.
+            turn: turn (rad) that the drives want, by the firmware's calibration.
+            dt: duration of the step (s).
 
         Returns:
-            What the firmware, which counts ticks, thinks that they do: all that is wanted, or what the motors can do.
-            And what they really do.
+            First the motion by the firmware's calibration, then the real motion.
         """
         turned = self._turned(distance, turn)
         ahead, around = self._model.max_linear * dt, self._model.max_angular * dt
@@ -65,23 +74,25 @@ class Wheels:
         return (distance, turn), turned
 
     def _turned(self, distance: float, turn: float) -> Motion:
-        """How far the wheels turn when the firmware thinks that it is `distance` and `turn`."""
+        """Convert a motion (m, rad) by the firmware's calibration to the real motion of the wheels."""
         return distance * self.ticks_per_mm / self._true_ticks_per_mm, turn * self.rev_count / REV_COUNT
 
     def count(self, distance: float, turn: float) -> None:
-        """Count a step of the wheels."""
+        """Add the real motion of the wheels in one step (m, rad) to the encoder counts."""
         difference_mm = turn / self._model.diff_rad_per_mm
         self._left_mm += distance * 1000.0 - difference_mm
         self._right_mm += distance * 1000.0 + difference_mm
 
 
 class WheelErrors:
-    """How far the body really goes when the wheels of one robot turn; exactly as far when all numbers are 0.
+    """Errors of odometry: the differences between the motion of the wheels and the motion of the body.
+
+    When all numbers are 0, there are no differences.
 
     Args:
         numbers: sizes of the errors.
-        rad_per_metre: turn of the robot for a metre that each wheel goes more or less than the middle.
-        seed: of slip and noise.
+        rad_per_metre: turn (rad) of the robot when each right wheel rolls 1 m forward and each left wheel 1 m back.
+        seed: seed of the random slip and noise.
     """
 
     def __init__(self, numbers: WheelNumbers, rad_per_metre: float, seed: int):
@@ -94,7 +105,7 @@ class WheelErrors:
         self._none = not any((numbers.larger, numbers.right_larger, numbers.wider_apart, numbers.slip, numbers.noise))
 
     def moved(self, distance: float, turn: float) -> Motion:
-        """How far the body goes and turns while the wheels turn as for `distance` and `turn`."""
+        """Return the real motion of the body (m, rad), when the wheels turn as for `distance` (m) and `turn` (rad)."""
         if self._none:
             return distance, turn
         difference = turn / self._rad_per_metre
@@ -103,9 +114,10 @@ class WheelErrors:
         return (left + right) / 2.0, (right - left) / 2.0 * self._really_rad_per_metre
 
     def _on_floor(self, way: float) -> float:
-        """The way (m) of one wheel over the floor while it rolls `way`.
+        """Return the distance (m) that one wheel moves over the floor while it rolls `way` (m), with slip and noise.
 
-        Noise grows with the root of the way, in steps of any size.
+        The standard deviation of the noise grows with the square root of the distance. So its sum does not depend on
+        the size of the steps.
         """
         if self._slip:
             way *= 1.0 - self._random.uniform(0.0, self._slip)
@@ -115,14 +127,14 @@ class WheelErrors:
 
 
 class DeadReckoning:
-    """The pose that a robot adds up step by step.
+    """The odometry of a robot, which adds up its motion step by step.
 
     Args:
-        origin: where it stands (m, rad; map frame) while it begins.
+        origin: pose of the robot at the start of the odometry (m, rad; map frame).
 
     Attributes:
         origin: as the argument.
-        pose: x, y (m) and heading (rad, not wrapped) since then, at first 0, 0, 0.
+        pose: x, y (m) and heading (rad, not wrapped) in the odometry frame, at first 0, 0, 0.
     """
 
     def __init__(self, origin: Pose):
@@ -131,5 +143,5 @@ class DeadReckoning:
         self._heading = Heading()
 
     def add(self, distance: float, turn: float) -> None:
-        """Add a step: a distance (m) and a turn (rad), both even."""
+        """Add one step along an arc: a distance (m) and a turn (rad, counter-clockwise positive)."""
         self.pose = along_arc(self.pose, distance, turn, self._heading.unit)
