@@ -120,8 +120,8 @@ def _publish_log_in_thread_of(listener: logging.handlers.QueueListener) -> None:
     logger = logging.getLogger("rosout")
     handlers = [handler for handler in logger.handlers if isinstance(handler, RosOutHandler)]
     # The listener calls handle() and nothing else.
-    listener.handlers = tuple(types.SimpleNamespace(handle=handler.emit)    # type: ignore[misc]
-                              for handler in handlers)
+    emitters: Any = tuple(types.SimpleNamespace(handle=handler.emit) for handler in handlers)
+    listener.handlers = emitters
     for handler in handlers:
         logger.removeHandler(handler)
         logger.addHandler(logging.handlers.QueueHandler(listener.queue))

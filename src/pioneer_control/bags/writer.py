@@ -64,7 +64,7 @@ class BagWriter:
     def __init__(self, path: str, compression: str = "none") -> None:
         self._compress, self._compression = COMPRESSIONS[compression], compression
         self._connections: List[bytes] = []                     # their records
-        self._chunk_infos: List[bytes] = []                     # likewise
+        self._chunk_infos: List[bytes] = []                     # the records of the chunks, for the index
         self._chunk = bytearray()
         # of the chunk: time and place of the messages, by connection
         self._index: Dict[int, List[Tuple[int, int]]] = {}

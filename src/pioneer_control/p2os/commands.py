@@ -72,7 +72,7 @@ COMMANDS: Dict[str, Command] = {command.name: command for command in (
     Command(12, "HEAD", INT, -360, 360, "deg, absolute: turn to that heading, the shortest way"),
     Command(13, "DHEAD", INT, -INT_MAX, INT_MAX, "deg, + counter-clockwise: turn relative to the heading"),
     Command(14, "SETRVDIR_ARCOS", INT, -INT_MAX, INT_MAX, "deg/s: + counter-clockwise, - clockwise limit (ARCOS 2.8)"),
-    Command(20, "SETRVDIR", INT, -INT_MAX, INT_MAX, "deg/s: likewise, by another source"),
+    Command(20, "SETRVDIR", INT, -INT_MAX, INT_MAX, "deg/s: the same limit, as another manual numbers it"),
     Command(21, "RVEL", INT, -INT_MAX, INT_MAX, "deg/s, + counter-clockwise: rotation speed"),
     Command(22, "DCHEAD", INT, -INT_MAX, INT_MAX, "deg: turn relative to the heading set point"),
     Command(23, "SETRA", INT, -INT_MAX, INT_MAX, "deg/s^2: + acceleration, - deceleration"),

@@ -35,7 +35,7 @@ class Sip:
 
     type_id: int
     x_counts: int = wire(UINT16, "", "x, 15 bits (mask 0x7FFF), wraps: difference * distance factor = mm, forward")
-    y_counts: int = wire(UINT16, "", "y, likewise, to the left")
+    y_counts: int = wire(UINT16, "", "y, 15 bits as x, wraps: difference * distance factor = mm, to the left")
     heading_units: int = wire(INT16, "360/4096 deg", "heading, + counter-clockwise (Pioneer 1: 360/1024 deg)")
     left_velocity_units: int = wire(INT16, "", "left wheel: * velocity factor = mm/s")
     right_velocity_units: int = wire(INT16, "", "right wheel: * velocity factor = mm/s")
