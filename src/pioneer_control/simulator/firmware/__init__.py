@@ -1,10 +1,10 @@
-"""The robot's side of the protocol, without I/O. Open ``firmware`` first: bytes of a client go in, bytes of the robot
-come out.
+"""The robot's side of the protocol, without I/O. Open ``firmware`` first: it receives the bytes of a client and
+returns the bytes of the robot.
 
-``commanded_robot``  the robot as commands find it: hardware, session, and what it sends
-``commands``         what each client command does
-``reports``          what the robot tells its client
-``robot_on_line``    what a line needs of a robot, simulated or played from a record
+``commanded_robot``  the robot that commands act on: its hardware, its session, and the packets that it sends
+``commands``         the effect of each client command
+``reports``          the packets that the robot sends to its client
+``robot_on_line``    the interface between a line and a robot, which is simulated or played from a recording
 """
 
 from .firmware import Firmware

@@ -1,6 +1,6 @@
-"""A simulated robot as the handlers of commands see it: hardware, session, settings, and the packets that it sends.
+"""The simulated robot that command handlers act on: hardware, session, settings, and the packets that it sends.
 
-`Firmware` adds how the robot understands its client.
+The subclass `Firmware` adds the decoding of the client's bytes.
 """
 
 from dataclasses import dataclass, field
@@ -23,11 +23,11 @@ SETTINGS = dict(
     drift_factor=0,
     gyro_cw=0, gyro_ccw=0, aux1_baud=0, aux2_baud=0, aux3_baud=0, sounds_on=1,
 )
-"""What a client may set and the hardware does not obey, as at power-on, by its name in CONFIGpac."""
+"""Power-on values of the numbers that a client may set without any effect on the hardware, by names of CONFIGpac."""
 
 
 class CommandCounts(NamedTuple):
-    """What became of the commands of clients, since power-on."""
+    """Numbers of received commands since power-on: obeyed, unknown, and with a value of the wrong type (senseless)."""
 
     obeyed: int = 0
     unknown: int = 0
@@ -36,14 +36,13 @@ class CommandCounts(NamedTuple):
 
 @dataclass
 class OpenSession:
-    """What is known of a client while its session is open.
+    """State of an open session with a client.
 
     Attributes:
-        last_command_us: when its last command came.
-        next_sip_us: when the next SIP is due.
-        previous: its command before the present one.
-        requests: kinds of packets that it gets; the value says whether they come with every SIP, not with the next one
-            only.
+        last_command_us: simulated time of the client's last command (microseconds).
+        next_sip_us: simulated time of the next SIP (microseconds).
+        previous: the command before the present one.
+        requests: kinds of packets that are sent. True: with every SIP. False: only with the next SIP.
     """
 
     last_command_us: int
@@ -52,9 +51,9 @@ class OpenSession:
     requests: Dict[str, bool] = field(default_factory=lambda: {"sip": True})
 
     def packets(self, hardware: Hardware) -> Iterator[object]:
-        """The SIP that is due, and the packets that go out before and behind it.
+        """Yield the SIP that is due, and the other requested packets that are sent before and after it.
 
-        The session forgets then what the client asked for once.
+        Packets that the client has requested only once are removed from `requests`.
         """
         for kind, make in reports.PACKETS.items():
             if kind in self.requests:
@@ -68,7 +67,7 @@ class OpenSession:
 
 
 class CommandedRobot(RobotOnLine):
-    """All of a simulated robot but how it understands its client. `Firmware` explains the arguments and attributes."""
+    """A simulated robot without the decoding of its client's bytes. For arguments and attributes see `Firmware`."""
 
     def __init__(
         self, model: RobotModel, world: World, pose: Optional[Pose] = None, *, gripper: Optional[bool] = None,
@@ -97,22 +96,22 @@ class CommandedRobot(RobotOnLine):
 
     @property
     def time(self) -> float:
-        """Simulated seconds: of the `Simulation` it is in, else since power-on."""
+        """The simulated time (s) since the start of the clock."""
         return self.clock.seconds
 
     @property
     def true_pose(self) -> Pose:
-        """Where the robot stands (x, y, heading; map frame; the heading is not wrapped)."""
+        """The true pose of the robot (m, rad; map frame). The heading is not wrapped."""
         return self.hardware.body.pose
 
     @property
     def internal_counts(self) -> Tuple[int, int]:
-        """The robot's own x and y in counts of the wire, before they wrap to 15 bits."""
+        """The odometry x and y in the units of the SIP, before they wrap to 15 bits."""
         return reports.counts(self.hardware)
 
     @property
     def velocity(self) -> Tuple[float, float]:
-        """Present translation (m/s) and rotation (rad/s)."""
+        """The present speeds of translation (m/s) and rotation (rad/s)."""
         return self.hardware.drives.linear.speed, self.hardware.drives.angular.speed
 
     @property
@@ -122,33 +121,36 @@ class CommandedRobot(RobotOnLine):
 
     @property
     def contacts(self) -> int:
-        """How often the body has run into a wall or a post."""
+        """The number of times that the body has run into a wall, a post or another robot."""
         return self.hardware.body.contacts
 
     @property
     def gripper(self) -> Optional[ParallelGripper]:
-        """The gripper, None without one."""
+        """The gripper of the robot. None if it has no gripper."""
         return self.hardware.gripper
 
     @property
     def next_sip_us(self) -> int:
-        """When it next sends by itself; never without a session."""
+        """The simulated time of the next SIP (microseconds). `NEVER_US` while no session is open."""
         return NEVER_US if self.open_session is None else self.open_session.next_sip_us
 
     @property
     def watchdog_expired(self) -> bool:
-        """Whether an open session has been silent for so long that the drives stand until the next command."""
+        """Whether the client has sent no command for longer than the watchdog time, so that the drives must stop.
+
+        False while no session is open.
+        """
         watchdog_us = self.numbers.session.watchdog_ms * 1000
         return self.open_session is not None and self.clock.now_us - self.open_session.last_command_us > watchdog_us
 
     def press_stop_button(self, pressed: bool) -> None:
-        """Press the STOP button on the robot, or let it go."""
+        """Press the STOP button of the robot, or release it."""
         self.hardware.motors.press_stop_button(pressed)
 
     # -- session
 
     def _forget_session(self) -> None:
-        """Wait for SYNC0, with the line and the settings of power-on."""
+        """Drop the session, set baud rate and settings to their power-on values, and wait for SYNC0."""
         self.session = FirmwareState.WAITING
         self._next_sync = SYNC0
         self.open_session: Optional[OpenSession] = None
@@ -156,7 +158,7 @@ class CommandedRobot(RobotOnLine):
         self.settings = dict(SETTINGS)
 
     def begin_session(self) -> None:
-        """Begin a session: pose 0, sonar on, the first SIP in one cycle."""
+        """Begin a session: set the odometry to 0, switch the sonar on, and send the first SIP after one cycle."""
         last_step_us = self.next_step_us - self.numbers.physics.step_us
         self.open_session = OpenSession(self.clock.now_us, last_step_us + self.numbers.session.sip_cycle_ms * 1000)
         self.session = FirmwareState.OPEN
@@ -164,7 +166,7 @@ class CommandedRobot(RobotOnLine):
         self.hardware.sonar.switch(True, last_step_us)
 
     def close_session(self) -> None:
-        """End the session: motors and sonar off, parameters as at power-on, waiting for SYNC0."""
+        """End the session: switch motors and sonar off, set all parameters to power-on values, and wait for SYNC0."""
         self._forget_session()
         self.closed_sessions += 1
         self.hardware.motors.disable()
@@ -172,13 +174,13 @@ class CommandedRobot(RobotOnLine):
         self.hardware.reset_parameters()
 
     def restart(self) -> None:
-        """Obey RESET: end the session as a fresh start of the controller would, and say so."""
+        """Execute command RESET: end the session, restart the robot's hardware, and send a reset packet (0xFF)."""
         self.close_session()
         self.hardware.restart()
         self.send(p2os.Reset(0xFF, b""))
 
     def power_cycle(self) -> None:
-        """Switch the robot off and on again: it forgets its session, and while it boots it hears and says nothing."""
+        """Switch the robot off and on again. It drops its session; while it boots it receives and sends nothing."""
         self.hardware.restart()
         self._forget_session()
         self._sent.clear()
@@ -188,12 +190,17 @@ class CommandedRobot(RobotOnLine):
     # -- what it sends
 
     def request(self, kind: str, how: int) -> None:
-        """Send packets of a kind with the SIP: 0 no more of them, 1 with the next one, more with every one."""
+        """Set whether packets of a kind are sent with the SIP. Without a session, do nothing.
+
+        Args:
+            kind: kind of packet, a key of `reports.PACKETS`.
+            how: 0 or less: no longer; 1: with the next SIP only; 2 or more: with every SIP.
+        """
         requests = {} if self.open_session is None else self.open_session.requests
         requests.pop(kind, None)
         if how > 0:
             requests[kind] = how > 1
 
     def send(self, *packets: object) -> None:
-        """Send packets, behind all others."""
+        """Append packets to the bytes that the robot sends."""
         self._sent += [p2os.encode_packet(packet, self.model.grip_state_first) for packet in packets]

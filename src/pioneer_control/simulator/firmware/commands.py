@@ -1,8 +1,8 @@
-"""What each client command does to the robot: one row each, by its name in the protocol's table.
+"""The effect of each client command on the robot, in two tables by the command's name in the protocol.
 
-`HANDLERS` are the commands that do something, `IGNORED` the others. A handler gets the robot and the command's value.
-Numbers arrive in the units of the wire (mm, mm/s, deg, deg/s) and leave in SI. ``docs/simulator-commands.md`` shows
-the same rows to people.
+`HANDLERS` has the commands that do something. `IGNORED` has all other commands. A handler gets the robot and the value
+of the command. It converts the value from the units of the protocol (mm, mm/s, deg, deg/s) to SI units.
+``docs/simulator-commands.md`` shows the same rows.
 """
 
 import math
@@ -19,9 +19,9 @@ from .reports import GRIPPER_UNIT
 LETTERS = {family: frozenset(letters) for family, letters in dict(
     PSOS="S", P2OS="P", AmigOS="G", AROS="A", ARCOS="C", AmigoSH="C", uARCS="CU", MARCOS="CM",
 ).items()}
-"""Firmware families, and the letters that stand for them.
+"""The letters of each firmware family. They are used to list families in short.
 
-S is PSOS, P P2OS, G AmigOS, A AROS, C ARCOS and its kin, U uARCS, M MARCOS.
+S is PSOS, P is P2OS, G is AmigOS, A is AROS, U is uARCS, M is MARCOS. C is ARCOS, AmigoSH, uARCS or MARCOS.
 
 Source: protocol sheet 3.
 """
@@ -30,33 +30,33 @@ ALL_NUMBERS, AT_LEAST_0, AT_LEAST_1 = range(-0xFFFF, 0x10000), range(0x10000), r
 
 
 def is_one_of(family: str, letters: str) -> bool:
-    """Whether a firmware family is among those that the letters stand for."""
+    """Return whether a firmware family, such as "ARCOS", has one of the `letters` of `LETTERS`."""
     return not LETTERS[family].isdisjoint(letters)
 
 
 class Handler(NamedTuple):
-    """A row of the table."""
+    """A row of `HANDLERS`: what the simulated robot does when it receives a command."""
 
     value: Optional[type]
-    """The type that the value must have; None: the value is ignored."""
+    """Required type of the command's value. None if the command ignores its value."""
     act: Callable[[CommandedRobot, Any], None]
-    """What the command does, given the robot and the value."""
+    """Function that executes the command. It gets the robot and the value."""
     families: str = ALL
-    """Letters of the firmware families that know the command."""
+    """Letters of the firmware families that know the command; see `LETTERS`."""
     does: str = ""
-    """What it does, for people."""
+    """Description of the command's effect, for the documentation."""
     legal: range = ALL_NUMBERS
-    """The numbers that change something; the robot obeys any other number by doing nothing."""
+    """Numbers that have an effect. The robot accepts a command with any other number, but does nothing."""
 
     def known_to(self, family: str) -> bool:
-        """Whether firmware of this family obeys it; to the others it is an unknown number."""
+        """Return whether firmware of this family knows the command. To other families its number is unknown."""
         return is_one_of(family, self.families)
 
 
 # -- motion
 
 def enable(robot: CommandedRobot, on: int) -> None:
-    """Obey ENABLE."""
+    """Execute command ENABLE: switch the motors on if `on` is not 0, else off."""
     if on:
         robot.hardware.motors.enable()
     else:
@@ -64,9 +64,13 @@ def enable(robot: CommandedRobot, on: int) -> None:
 
 
 def motion(act: Callable[[Hardware, float], None]) -> Callable[[CommandedRobot, float], None]:
-    """The action of a motion command, made of what it does to the drives.
+    """Return the handler function of a motion command.
 
-    While the motors are off the robot forgets the command. With the motors on, what VEL2 told the wheels ends.
+    The returned function does nothing while the motors are off. If the motors are on, it ends the effect of an earlier
+    VEL2 command and then calls `act`.
+
+    Args:
+        act: function that sets the drives. It gets the hardware and the value of the command.
     """
     def obey(robot: CommandedRobot, value: float) -> None:
         if robot.hardware.motors.enabled:
@@ -76,36 +80,39 @@ def motion(act: Callable[[Hardware, float], None]) -> Callable[[CommandedRobot, 
 
 
 def turn_by(hardware: Hardware, angle: float) -> None:
-    """Turn by an angle (rad) from the present heading."""
+    """Start to turn by an angle (rad, counter-clockwise positive) from the present heading."""
     hardware.drives.angular.set_distance(angle)
 
 
 def head(hardware: Hardware, deg: float) -> None:
-    """Obey HEAD."""
+    """Execute command HEAD: start to turn to the heading `deg` (degrees, odometry frame), the shortest way."""
     turn_by(hardware, math.remainder(math.radians(deg) - hardware.odometry.pose[2], 2.0 * math.pi))
 
 
 def turn_goal(robot: CommandedRobot, deg: int) -> None:
-    """Obey DCHEAD. The goal counts that the robot had before this command."""
+    """Execute command DCHEAD: start to turn by `deg` degrees from the heading to which the robot turns now."""
     hardware = robot.hardware
     motion(turn_by)(robot, hardware.heading_goal - hardware.odometry.pose[2] + math.radians(deg))
 
 
 def wheels(robot: CommandedRobot, value: int) -> None:
-    """Obey VEL2. Like a motion command, but it does not end what an earlier VEL2 told the wheels."""
+    """Execute command VEL2: set the speeds of left and right wheels, which `value` has as high and low byte.
+
+    It does nothing while the motors are off. Unlike other motion commands, it does not end an earlier VEL2 first.
+    """
     if robot.hardware.motors.enabled:
         left, right = (units * robot.model.vel2_mm_s_per_unit / 1000.0 for units in two_bytes(value))
         robot.hardware.drives.turn_wheels(left, right)
 
 
 def stop(robot: CommandedRobot, _: Any) -> None:
-    """Obey STOP."""
+    """Execute command STOP: slow down to speed zero with the normal decelerations."""
     robot.hardware.drives.cancel_wheels()
     robot.hardware.drives.set_speeds(0.0, 0.0)
 
 
 def emergency_stop(robot: CommandedRobot, _: Any) -> None:
-    """Obey E_STOP and QSTOP."""
+    """Execute commands E_STOP and QSTOP: stop with the highest deceleration."""
     robot.hardware.drives.cancel_wheels()
     robot.hardware.drives.emergency_stop()
 
@@ -113,26 +120,30 @@ def emergency_stop(robot: CommandedRobot, _: Any) -> None:
 # -- sonar, inputs, outputs
 
 def sonar(robot: CommandedRobot, value: int) -> None:
-    """Obey SONAR."""
+    """Execute command SONAR: switch sonar arrays on or off.
+
+    Bit 0 of `value` is 1 for on. Bits 1 to 4 select arrays 1 to 4 on firmware of AROS and later. If none of these bits
+    is set, the command acts on all arrays.
+    """
     arrays = [array for array in range(4) if value >> array + 1 & 1]
     single = is_one_of(robot.model.firmware_family, LATER) and value > 0
     robot.hardware.sonar.switch(bool(value & 1), robot.clock.now_us, arrays if single and arrays else None)
 
 
 def sonar_cycle(robot: CommandedRobot, milliseconds: int) -> None:
-    """Obey SONARCYCLE."""
+    """Execute command SONARCYCLE: set the time between two firings of each sonar array (milliseconds)."""
     robot.hardware.sonar.cycle_us = milliseconds * 1000
 
 
 def digital_out(robot: CommandedRobot, value: int) -> None:
-    """Obey DIGOUT."""
+    """Execute command DIGOUT: set the digital outputs that the high byte selects to the states in the low byte."""
     mask, states = (byte & 0xFF for byte in two_bytes(value))
     ports = robot.hardware.ports
     ports.digital_out = (ports.digital_out & ~mask | states & mask) & 0xFF
 
 
 def analog_select(robot: CommandedRobot, port: int) -> None:
-    """Obey ADSEL."""
+    """Execute command ADSEL: select the analog input that the SIP contains. Ignore ports that do not exist."""
     if port in (range(8) if is_one_of(robot.model.firmware_family, ARCOS) else range(1, 6)):
         robot.hardware.ports.analog_port = port
 
@@ -140,13 +151,23 @@ def analog_select(robot: CommandedRobot, port: int) -> None:
 # -- requests
 
 def request(kind: str, what: str, families: str) -> Handler:
-    """The row of a command that asks for packets of a kind."""
+    """Return the row of a command that requests packets.
+
+    Args:
+        kind: kind of packet, a key of `reports.PACKETS`.
+        what: name of the packet in the documentation.
+        families: letters of the firmware families that know the command.
+    """
     return Handler(int, lambda robot, how: robot.request(kind, how), families,
                    "0 no %s, 1 one with the next SIP, more: one with every SIP." % what)
 
 
 def gyro(robot: CommandedRobot, how: int) -> None:
-    """Obey GYRO."""
+    """Execute command GYRO.
+
+    For a gyro that the client reads, `how` above 0 sends GYROpac with every SIP, and 0 ends this. For a gyro that the
+    robot reads, `how` (0 to 2) is the new mode of the gyro.
+    """
     if robot.hardware.gyro.kind == GYRO_OF_CLIENT:
         robot.request("gyro", 2 if how > 0 else 0)
         robot.hardware.gyro.take_readings()
@@ -155,7 +176,8 @@ def gyro(robot: CommandedRobot, how: int) -> None:
 
 
 def compass(robot: CommandedRobot, how: int) -> None:
-    """Obey TCM2."""
+    """Execute command TCM2: switch the compass on or off, and set whether TCM2pac is sent. Ignore it without a compass.
+    """
     if robot.hardware.compass.numbers.fitted and 0 <= how <= 7:
         robot.hardware.compass.on = how != 0
         robot.request("compass", {2: 1, 3: 2, 6: 1}.get(how, 0))
@@ -164,12 +186,12 @@ def compass(robot: CommandedRobot, how: int) -> None:
 # -- the line, and auxiliary serial ports
 
 def host_baud(robot: CommandedRobot, code: int) -> None:
-    """Obey HOSTBAUD."""
+    """Execute command HOSTBAUD: set the baud rate of the robot's serial line. `code` is an index of `BAUD_RATES`."""
     robot.baud = BAUD_RATES[code]
 
 
 def aux_write(port: int) -> Handler:
-    """The row of a command that passes bytes on to what is connected to an auxiliary port."""
+    """Return the row of the command that sends bytes to the device at auxiliary serial port 1, 2 or 3."""
     return Handler(
         bytes, lambda robot, data: robot.hardware.aux[port - 1].write(data), ARCOS if port == 3 else NOT_PSOS,
         "Bytes to the device at AUX%d (none, unless a program connects one: `robot.hardware.aux[%d].device`)."
@@ -177,7 +199,7 @@ def aux_write(port: int) -> Handler:
 
 
 def aux_read(port: int) -> Handler:
-    """The row of a command that asks for bytes of what is connected to an auxiliary port."""
+    """Return the row of the command that requests bytes from the device at auxiliary serial port 1, 2 or 3."""
     return Handler(
         int, lambda robot, count: robot.hardware.aux[port - 1].want(count), ARCOS if port == 3 else NOT_PSOS,
         "So many bytes (197 at most) of the device at AUX%d in one packet behind the SIP, once they are there; 0"
@@ -187,20 +209,24 @@ def aux_read(port: int) -> Handler:
 # -- docking, sounds, gripper
 
 def dock(robot: CommandedRobot, how: int) -> None:
-    """Obey DOCK."""
+    """Execute command DOCK: take power in docks if `how` is 1 or 2, and stop when a dock starts charging if it is 2."""
     robot.hardware.charger.asks_dock = how in (1, 2)
     robot.hardware.charger.stops_in_dock = how == 2
 
 
 def gripper(robot: CommandedRobot, number: int) -> None:
-    """Obey GRIPPER."""
+    """Execute command GRIPPER: call the action of `GRIPPER_ACTIONS` with this number. Ignore it without a gripper."""
     fitted = robot.hardware.gripper
     if fitted is not None and number in GRIPPER_ACTIONS:
         GRIPPER_ACTIONS[number](fitted)
 
 
 def gripper_value(robot: CommandedRobot, units: int) -> None:
-    """Obey GRIPPERVAL."""
+    """Execute command GRIPPERVAL: set the value for the GRIPPER command before it.
+
+    After GRIPPER PRESSURE, `units` is the grasp time. After GRIPPER CARRY, it is the time for which the lift moves,
+    negative for down. One unit is `GRIPPER_UNIT` seconds. After any other command, GRIPPERVAL is ignored.
+    """
     fitted = robot.hardware.gripper
     before = robot.open_session.previous if robot.open_session else None
     if fitted is None or before is None or before.name != "GRIPPER":
@@ -227,18 +253,18 @@ GRIPPER_ACTIONS: Dict[int, Callable[[ParallelGripper], None]] = {
 
 
 def bump_stall(robot: CommandedRobot, which: int) -> None:
-    """Obey BUMPSTALL."""
+    """Execute command BUMPSTALL: bit 0 of `which` lets the front bumper stall the wheels, bit 1 the rear bumper."""
     robot.hardware.bumpers.front_stalls = bool(which & 1)
     robot.hardware.bumpers.rear_stalls = bool(which & 2)
 
 
 def rev_count(robot: CommandedRobot, count: int) -> None:
-    """Obey REVCOUNT."""
+    """Execute command REVCOUNT: set the firmware's calibration of a full turn (encoder ticks)."""
     robot.hardware.wheels.rev_count = count
 
 
 def ticks_per_mm(robot: CommandedRobot, ticks: int) -> None:
-    """Obey TICKSMM."""
+    """Execute command TICKSMM: set the firmware's calibration of distances (encoder ticks per mm)."""
     robot.hardware.wheels.ticks_per_mm = ticks
 
 
@@ -246,12 +272,19 @@ def setting(
     name: str, families: str, legal: range = range(0x8000),
     does: str = "Shown in CONFIGpac, until the session ends; it drives no differently.",
 ) -> Handler:
-    """The row of a command that keeps a number under its name in CONFIGpac."""
+    """Return the row of a command that only stores a number, which CONFIGpac shows. It does not change the motion.
+
+    Args:
+        name: name of the number in `CommandedRobot.settings` and in CONFIGpac.
+        families: letters of the firmware families that know the command.
+        legal: legal numbers. Other numbers are ignored.
+        does: description of the command's effect, for the documentation.
+    """
     return Handler(int, lambda robot, number: robot.settings.update({name: number}), families, does, legal)
 
 
 def aux_baud(port: int) -> Handler:
-    """The row of a command that keeps the speed of an auxiliary port."""
+    """Return the row of the command that stores the baud rate of auxiliary serial port 1, 2 or 3. It has no effect."""
     return setting("aux%d_baud" % port, ARCOS if port == 3 else NOT_PSOS, range(len(BAUD_RATES)),
                    "Shown in CONFIGpac, until the session ends; the devices hear at any speed.")
 
@@ -417,5 +450,4 @@ IGNORED: Dict[str, str] = {
     "POWER_TOUCHSCREEN": _OTHER_ROBOT,
     "POWER_PTZ": _OTHER_ROBOT, "POWER_AUDIO": _OTHER_ROBOT, "POWER_LRF2": _OTHER_ROBOT,
 }
-"""Commands of the protocol that change nothing here whatever the firmware, and why: they only keep the session alive.
-"""
+"""Commands that have no effect on a simulated robot with any firmware, with the reason. They only feed the watchdog."""

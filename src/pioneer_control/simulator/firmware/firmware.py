@@ -1,4 +1,4 @@
-"""The robot's side of P2OS, without I/O: bytes of a client go in, simulated time passes, bytes of the robot come out.
+"""The robot's side of P2OS, without I/O: it receives bytes, lets simulated time pass, and returns bytes.
 
 >>> from pioneer_control.robots import find_model
 >>> from pioneer_control.simulator.world import load_world
@@ -7,8 +7,8 @@
 >>> robot.advance(0.1).hex()
 'fafb03000000'
 
-No thread, clock of the computer or socket is in here: the same bytes at the same simulated times, with the same seed,
-give the same answer however the time is split.
+This file uses no threads, no sockets and no real time. The same bytes at the same simulated times, with the same seed,
+always give the same answer. It does not matter into how many calls the time is split.
 """
 
 from ... import p2os
@@ -21,50 +21,52 @@ PARTIAL_TIMEOUT_US = round(p2os.PARTIAL_TIMEOUT * 1e6)
 
 
 class Firmware(CommandedRobot):
-    """A simulated robot, as its serial line shows it.
+    """A simulated robot with firmware, hardware and a serial line, but without I/O.
 
     Args:
-        model: which robot.
-        world: the world it stands in.
-        pose: where it stands (x, y, heading: m, rad; map frame); the first start of the world if None.
-        gripper: whether it has one; None: if ``robot.yaml`` fits one to this model.
-        rear_sonar: whether the rear array is fitted.
-        name: which it tells at SYNC2.
-        seed: of the noise.
-        noise: every sonar range is off by up to this much (m); None: as ``robot.yaml`` says.
-        numbers: other numbers than those of ``robot.yaml``.
-        clock: the time of the simulation it is in, for a robot among others (see `Simulation`).
+        model: model of the robot.
+        world: world in which the robot stands.
+        pose: start pose (m, rad; map frame). The first start of the world if None.
+        gripper: whether the robot has a gripper. If None, ``robot.yaml`` decides by the model.
+        rear_sonar: whether the rear sonar array is fitted.
+        name: name of the robot, which it sends in its answer to SYNC2.
+        seed: seed of the sonar noise and of the wheels' slip and noise.
+        noise: largest random error of a sonar range (m). The value of ``robot.yaml`` if None.
+        numbers: parameters of the simulated robot. Those of ``robot.yaml`` if None.
+        clock: clock of the `Simulation` to which the robot belongs. A new clock if None.
 
     Attributes:
-        model, world, numbers: as the arguments; the model as far as it is fitted.
-        hardware: its devices.
-        settings: what a client may set and CONFIGpac shows, by its name there.
-        decoder: of what the line brings; it has the counts since power-on.
-        open_session: what is known of a client, None while no session is open.
-        command_counts: commands since power-on: obeyed, unknown, without a value that makes sense.
-        unknown_commands: names of commands that came and that its firmware does not know.
-        baud, session, closed_sessions, next_step_us: see `RobotOnLine`.
+        model: as the argument, without sonar arrays that are not fitted.
+        world: as the argument.
+        numbers: as the argument.
+        hardware: the robot's devices.
+        settings: numbers that a client may set without any effect on the hardware, by their names in CONFIGpac.
+        decoder: decoder of the received bytes. It has the frame counts since power-on.
+        open_session: state of the open session. None while no session is open.
+        command_counts: numbers of the commands since power-on.
+        unknown_commands: names of received commands that the firmware does not know.
+        baud: see `RobotOnLine`, as for `session`, `closed_sessions` and `next_step_us`.
 
     Raises:
-        ParameterError: a gripper on a model that cannot carry one, a place in a wall, or a negative noise.
+        ParameterError: the model cannot carry a gripper, the robot overlaps an obstacle, or the noise is negative.
     """
 
     def receive(self, data: bytes) -> None:
-        """Take bytes from the client, as `RobotOnLine` says. While it boots, the robot does not hear them."""
+        """Receive bytes from the client, as in `RobotOnLine`. While the robot boots, they are lost."""
         if self.clock.now_us >= self._booted_us:
             self._last_byte_us = self.clock.now_us
             for frame in self.decoder.feed(data):
                 self._take(frame)
 
     def run_to(self, end_us: int) -> None:
-        """Let simulated time pass until `end_us`, for a robot that is alone."""
+        """Let simulated time pass until `end_us` (microseconds), for a robot that is not in a `Simulation`."""
         while self.next_step_us <= end_us:
             self.clock.now_us = self.next_step_us
             self.step()
         self.clock.now_us = end_us
 
     def step(self) -> None:
-        """Take the step that is due now."""
+        """Run the step of hardware and firmware that is due now: move all devices, and send a SIP if it is due."""
         now_us = self.clock.now_us
         self.next_step_us += self.numbers.physics.step_us
         if now_us - self._last_byte_us >= PARTIAL_TIMEOUT_US and self.decoder.waiting:
@@ -91,7 +93,10 @@ class Firmware(CommandedRobot):
             self.close_session()
 
     def _synchronise(self, number: int) -> None:
-        """Take a step of the SYNC sequence. What is out of order starts it again."""
+        """Answer a packet of the handshake SYNC0, SYNC1, SYNC2. A packet out of order restarts the handshake.
+
+        `number` is the command number of the packet.
+        """
         if number != self._next_sync:
             self._next_sync = SYNC0
         if number == self._next_sync == SYNC2:

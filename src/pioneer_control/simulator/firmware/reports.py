@@ -1,4 +1,6 @@
-"""What the robot tells its client: packets made from the hardware, in units and length of its firmware family."""
+"""The packets that the robot sends, made from the state of its hardware. Their units and lengths depend on the robot's
+model and firmware family.
+"""
 
 import dataclasses
 import itertools
@@ -13,27 +15,27 @@ from ..hardware.accessories import JoystickState
 from ..world.poses import unit
 
 GRIPPER_UNIT = 0.02
-"""Seconds in one unit of the gripper's times on the wire.
+"""Duration (s) of one unit of the gripper's times in packets.
 
 Source: protocol sheet 6.1.
 """
 MOST_READINGS = 50
-"""Sonar readings in one SIP, so that its byte count stays below 200."""
+"""Largest number of sonar readings in one SIP. It keeps the byte count of the SIP below 200."""
 
 SIP_ENDS = {
     "PSOS": "digital_out", "P2OS": "digital_out", "AmigOS": "digital_out", "AROS": "digital_out",
     "AmigoSH": "charge_state",
 }
-"""Last field of the SIP by firmware family (protocol section 4); all others end as ARCOS does."""
+"""Last field of the SIP, by firmware family (protocol section 4). All other families send the full SIP of ARCOS."""
 CONFIG_ENDS = {
     "PSOS": "translation_ki", "P2OS": "translation_ki", "AmigOS": "translation_ki", "AROS": "has_gyro",
     "AmigoSH": "firmware_version",
 }
-"""Last field of CONFIGpac by firmware family (protocol 5.1); all others end as ARCOS does."""
+"""Last field of CONFIGpac, by firmware family (protocol 5.1). All other families send the full CONFIGpac of ARCOS."""
 
 CONFIG_FIELDS = tuple(field.name for field in dataclasses.fields(p2os.Config))
 
-# The bits that are set from truth values, in the order in which these are given: as plain numbers, many times quicker.
+# Bits for `_bits`, in the order of its truth values. Plain numbers are many times faster than members of an IntFlag.
 GRIP_STATE = tuple(map(int, (
     GripState.OPEN, GripState.CLOSED, GripState.MOVING, GripState.ERROR,
     GripState.LIFT_UP, GripState.LIFT_DOWN, GripState.LIFT_MOVING, GripState.LIFT_ERROR,
@@ -49,23 +51,23 @@ FLAGS = tuple(map(int, (
 MOVING_SWITCHES = int(GripperSwitches.PADDLES_MOVING), int(GripperSwitches.LIFT_MOVING)
 UNDERVOLTAGE = int(FaultFlags.UNDERVOLTAGE)
 OLDER_ANALOG = frozenset(["PSOS", "P2OS", "AmigOS", "AROS"])
-"""Families whose IOpac has ports 1 to 5, 2047 for 5 V; the others have ports 0 to 7 and the battery, 1023 for 5 V
-(protocol 5.5).
+"""Families of firmware whose IOpac has analog ports 1 to 5, with 2047 for 5 V.
+
+The IOpac of other families has ports 0 to 7 and the battery, with 1023 for 5 V (protocol 5.5).
 """
 BATTERY_DIVIDER = 4.0
-"""By what the voltage of a 12 V battery is divided before it comes to the last analog input (the manuals do not say).
-"""
+"""Ratio of the battery voltage (12 V class) to the voltage at the last analog input. Our choice: no manual gives it."""
 PLAYLIST_ID = 0xD0
 SOUNDS: List[Tuple[str, int, int]] = [("~greetings", 0, 0), ("hello", 0, 8000), ("goodbye", 8000, 6400)]
-"""Stored sounds of an AmigoBot: name, where it begins and its length in bytes; a leading ~ marks a group."""
+"""Stored sounds of an AmigoBot: name, first byte, and length in bytes. A ~ before the name marks a group."""
 FLOATING = 0xFF
-"""Inputs with nothing connected."""
+"""Value of the digital inputs when nothing is connected."""
 UNCONNECTED = int(DigitalIn.INPUT_6 | DigitalIn.INPUT_7)
-"""Inputs that a gripper leaves floating."""
+"""Bits of the digital inputs that a gripper does not use."""
 
 
 def sip(hardware: Hardware) -> p2os.Sip:
-    """The standard SIP, with the sonar readings since the last one."""
+    """Return the standard SIP. It contains the sonar readings since the last SIP, which are then dropped."""
     model = hardware.model
     x, y = counts(hardware)
     left, right = hardware.drives.wheel_speeds
@@ -105,14 +107,14 @@ def sip(hardware: Hardware) -> p2os.Sip:
 
 
 def counts(hardware: Hardware) -> Tuple[int, int]:
-    """Odometry x and y in counts of the wire, before they wrap."""
+    """Return the odometry x and y in the units of the SIP, before they wrap to 15 bits."""
     x, y, _ = hardware.odometry.pose
     per_metre = 1000.0 / hardware.model.dist_mm_per_unit
     return round(x * per_metre), round(y * per_metre)
 
 
 def heading_units(hardware: Hardware, heading: float) -> int:
-    """An angle (rad) in units of THPOS, within half a turn either way."""
+    """Convert an angle (rad) to units of THPOS, wrapped to at most half a turn in both directions."""
     turn = hardware.model.angle_units_per_rev
     return (round(heading / hardware.model.angle_rad_per_unit) + turn // 2) % turn - turn // 2
 
@@ -125,7 +127,10 @@ def _flags(hardware: Hardware) -> int:
 
 
 def grip_state(hardware: Hardware) -> int:
-    """GRIP_STATE; while something moves, the bit of the end it moves to goes with the moving bit."""
+    """Return GRIP_STATE of the SIP; 0 without a gripper.
+
+    While paddles or lift move, both their moving bit and the bit of the end position to which they move are set.
+    """
     gripper = hardware.gripper
     if gripper is None:
         return 0
@@ -145,7 +150,7 @@ def grip_state(hardware: Hardware) -> int:
 
 
 def digital_in(hardware: Hardware) -> int:
-    """DIGIN, with the gripper's switches, beams and contacts where one is fitted."""
+    """Return DIGIN of the SIP. If a gripper is fitted, it shows the gripper's switches, beams and contacts."""
     gripper = hardware.gripper
     if gripper is None:
         return FLOATING
@@ -156,12 +161,13 @@ def digital_in(hardware: Hardware) -> int:
 
 
 def _bits(bits: Tuple[int, ...], states: Tuple[bool, ...]) -> int:
-    """The sum of those bits whose state is true."""
+    """Return the sum of all numbers in `bits` whose entry in `states` is true."""
     return sum(itertools.compress(bits, states))
 
 
 def gripper(hardware: Hardware) -> p2os.Gripper:
-    """GRIPPERpac: type 1, a gripper on the user I/O port; the state byte as the family lays it out."""
+    """Return GRIPPERpac. A fitted gripper has type 1, on the user I/O port. The model decides the layout of its state.
+    """
     fitted = hardware.gripper
     if fitted is None:
         return p2os.Gripper(has_gripper=0, state=0, grasp_time_units=0)
@@ -172,12 +178,15 @@ def gripper(hardware: Hardware) -> p2os.Gripper:
 
 
 def encoder(hardware: Hardware) -> p2os.Encoder:
-    """ENCODERpac: ticks of both wheels since power-on, as 32-bit numbers."""
+    """Return ENCODERpac: encoder ticks of left and right wheels since power-on, wrapped to signed 32-bit numbers."""
     return p2os.Encoder(*((ticks + 2 ** 31) % 2 ** 32 - 2 ** 31 for ticks in hardware.wheels.ticks))
 
 
 def io(hardware: Hardware) -> p2os.IO:
-    """IOpac: user inputs, bumpers and infrared as electrical levels (idle high), outputs, analog inputs."""
+    """Return IOpac: user inputs, bumpers, infrared sensors, digital outputs and analog inputs.
+
+    The digital inputs are electrical levels: 1 while a sensor is idle.
+    """
     front, rear = hardware.bumpers.bits()
     inputs = (digital_in(hardware), ~front & 0xFF, ~rear & 0xFF, 0xFF)
     if hardware.model.firmware_family in OLDER_ANALOG:
@@ -189,25 +198,28 @@ def io(hardware: Hardware) -> p2os.IO:
 
 
 def _compass(hardware: Hardware) -> int:
-    """COMPASS: 2 degrees each, 1 to 180 so that no reading looks like none; 0 without one, or switched off."""
+    """Return COMPASS of the SIP: the heading from 1 to 180, in units of 2 degrees clockwise from north.
+
+    It is 0 without a compass, or while the compass is switched off.
+    """
     shown = hardware.compass.numbers.fitted and hardware.compass.on
     return (round(hardware.compass.degrees(hardware.body.pose[2]) / 2.0) or 180) if shown else 0
 
 
 def gyro(hardware: Hardware) -> p2os.Gyro:
-    """GYROpac: the readings since the last one."""
+    """Return GYROpac. It contains the gyro readings since the last GYROpac, which are then dropped."""
     return p2os.Gyro(tuple(p2os.GyroReading(*reading) for reading in hardware.gyro.take_readings()))
 
 
 def joystick(hardware: Hardware) -> p2os.Joystick:
-    """JOYSTICKpac; with none plugged in, all in the middle."""
+    """Return JOYSTICKpac. If no joystick is plugged in, all axes are in the middle."""
     stick = hardware.joystick or JoystickState()
     return p2os.Joystick(int(stick.button_1), int(stick.button_2),
                          *(max(0, min(1023, axis)) for axis in (stick.x, stick.y, stick.throttle)))
 
 
 def tcm2(hardware: Hardware) -> p2os.TCM2:
-    """TCM2pac: a module that stands level in an undisturbed field."""
+    """Return TCM2pac of the compass module, for a level robot in an undisturbed magnetic field."""
     degrees = hardware.compass.degrees(hardware.body.pose[2])
     north, east = unit(math.radians(degrees))
     field = hardware.compass.numbers
@@ -222,8 +234,13 @@ def tcm2(hardware: Hardware) -> p2os.TCM2:
 
 
 def playlist(family: str, number: int, sounds_on: int) -> List[object]:
-    """Answer to PLAYLIST: the stored sounds of an AmigoBot, all of them for 0; the others have none, and say so with
-    zeros. Of all sounds, the first packet has their count in place of its number.
+    """Return the packets that answer command PLAYLIST.
+
+    Args:
+        family: firmware family. Only AmigOS has stored sounds; other families answer with one packet of zeros.
+        number: number of the requested sound (from 1), or 0 for all sounds. For 0, the first packet has the number of
+            sounds in place of its own number.
+        sounds_on: whether sounds are switched on, 0 or 1.
     """
     if family != "AmigOS":
         return [p2os.UnknownPacket(PLAYLIST_ID, bytes(25))]
@@ -232,18 +249,25 @@ def playlist(family: str, number: int, sounds_on: int) -> List[object]:
 
 
 NO_ARM = p2os.Arm(status_bits=0, motion_bits=0, positions=(0,) * 6)
-"""What the packets of the arm say where none is fitted."""
+"""The arm packet of a robot without an arm."""
 NO_ARM_INFO = p2os.ArmInfo("No arm", ())
 
 
 def battery_info(hardware: Hardware) -> p2os.BatteryInfo:
-    """Answer to BATTERYINFO: one battery and its charge."""
+    """Return the packet that answers command BATTERYINFO: one battery and its charge (percent)."""
     percent = round(hardware.battery.charge * 100.0)
     return p2os.BatteryInfo((p2os.Battery(0, 0, 0, percent, percent),))
 
 
 def config(hardware: Hardware, name: str, numbers: RobotNumbers, settings: Dict[str, int]) -> p2os.Config:
-    """CONFIGpac, as far as the firmware of this family fills it."""
+    """Return CONFIGpac, with only the fields that the robot's firmware family sends.
+
+    Args:
+        hardware: devices of the robot.
+        name: name of the robot.
+        numbers: parameters of the simulated robot.
+        settings: numbers that a client has set, by their names in CONFIGpac; see `CommandedRobot.settings`.
+    """
     model, drive = hardware.model, numbers.drive
     linear, angular = hardware.drives.linear.limits, hardware.drives.angular.limits
     values: Dict[str, Any] = dict(
@@ -278,11 +302,11 @@ PACKETS: Mapping[str, Callable[[Hardware], object]] = {
     "gyro": gyro, "joystick": joystick, "sip": sip, "encoder": encoder, "gripper": gripper, "io": io,
     "battery": battery_info, "compass": tcm2, "arm": lambda hardware: NO_ARM,
 }
-"""The SIP and the packets that a client can ask for, in the order in which they go out."""
+"""Functions that make the SIP and the packets that a client can request, in the order in which they are sent."""
 
 
 def charger(hardware: Hardware) -> int:
-    """CONFIGpac Charger: fitted where the world has docks; 1 is the one of P3 and PeopleBot, 2 that of the PowerBot."""
+    """Return field Charger of CONFIGpac: 0 if the world has no docks, 2 for a PowerBot, 1 for all other models."""
     fitting = 2 if hardware.model.subtype.lower().startswith("powerbot") else 1
     return fitting if hardware.charger.docks else 0
 

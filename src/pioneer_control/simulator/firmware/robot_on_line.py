@@ -1,4 +1,6 @@
-"""A robot as its line sees it: simulated (`Firmware`), or played from a record (`PlayedRobot`)."""
+"""The interface between a line and a robot. The robot is simulated (`Firmware`), or played from a recording
+(`PlayedRobot`).
+"""
 
 from abc import ABC, abstractmethod
 from enum import Enum
@@ -8,7 +10,7 @@ from ..clock import Clock
 
 
 class FirmwareState(Enum):
-    """How far a client has come."""
+    """State of the connection between a client and the robot: during the handshake, or in an open session."""
 
     WAITING = "waits for SYNC0, SYNC1, SYNC2"
     SYNCED = "has told its name, waits for OPEN"
@@ -16,23 +18,24 @@ class FirmwareState(Enum):
 
 
 class RobotOnLine(ABC):
-    """A robot with one serial line. Bytes of a client go in, time passes, bytes of the robot come out.
+    """A robot with one serial line. It receives bytes from a client, lets simulated time pass, and sends bytes.
 
     Args:
-        name: which it tells at SYNC2.
-        clock: its time, which it may share with others.
-        baud: speed of its serial line.
+        name: name of the robot, which it sends in its answer to SYNC2.
+        clock: clock of the simulated time. Several robots may share one clock.
+        baud: baud rate of the serial line.
 
     Attributes:
-        name, clock: as the arguments.
-        baud: present speed of its serial line.
-        session: how far a client has come.
-        closed_sessions: how many sessions have ended.
-        next_step_us: when it takes its next step.
+        name: as the argument.
+        clock: as the argument.
+        baud: present baud rate of the serial line.
+        session: state of the connection with the client.
+        closed_sessions: number of sessions that have ended.
+        next_step_us: simulated time of the robot's next step (microseconds).
     """
 
     line_takes_time = True
-    """Whether its packets take the time that a line takes, on a serial line."""
+    """Whether the robot's packets on a serial line are delayed by their transmission time."""
 
     def __init__(self, name: str, clock: Clock, baud: int):
         self.name = name
@@ -46,15 +49,18 @@ class RobotOnLine(ABC):
     @property
     @abstractmethod
     def next_sip_us(self) -> int:
-        """When the robot next sends by itself; `NEVER_US` if it does not."""
+        """The time at which the robot next sends without a request (microseconds). `NEVER_US` if it will not send."""
 
     @abstractmethod
     def receive(self, data: bytes) -> None:
-        """Take bytes from the client, in any pieces, at the present simulated time. Answers come out of `advance`."""
+        """Receive bytes from the client, at the present simulated time. `take_sent` and `advance` return the answers.
+
+        A packet may be split over several calls.
+        """
 
     @abstractmethod
     def run_to(self, end_us: int) -> None:
-        """Let simulated time pass until `end_us`; what the robot sends meanwhile is kept for `take_sent`."""
+        """Let simulated time pass until `end_us` (microseconds). `take_sent` then returns the bytes that were sent."""
 
     @abstractmethod
     def close_session(self) -> None:
@@ -62,23 +68,23 @@ class RobotOnLine(ABC):
 
     @property
     def robots(self) -> List["RobotOnLine"]:
-        """Itself: a robot that is alone in its world is a simulation of one."""
+        """A list that holds only this robot, so that it can be used like a `Simulation` with one robot."""
         return [self]
 
     def advance(self, seconds: float) -> bytes:
-        """Let simulated time pass, for a robot that is alone.
+        """Let simulated time pass, for a robot that is not in a `Simulation`.
 
         Args:
-            seconds: from 0 up; microseconds count, fractions of them are carried over to the next call.
+            seconds: duration, at least 0. A fraction of a microsecond is kept, and added in the next call.
 
         Returns:
-            Everything the robot sent meanwhile, answers to what it received before included.
+            All bytes that the robot has sent since the last call, with the answers to received commands.
         """
         self.run_to(self.clock.after(seconds))
         return self.take_sent()
 
     def take_sent(self) -> bytes:
-        """Give everything that the robot sent since the last call."""
+        """Return all bytes that the robot has sent since the last call, and empty the buffer."""
         sent = b"".join(self._sent)
         self._sent.clear()
         return sent
