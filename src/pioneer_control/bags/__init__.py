@@ -1,18 +1,21 @@
-"""Runs kept, brought back and looked at. docs/record-and-replay.md has the one-liners.
+"""Record runs of robots in bags, read them, draw them, play them back and convert them.
+
+docs/record-and-replay.md lists the commands.
 
 ================  ====================================================================================
 ``records``       the format of bags
-``reader``        the messages of a bag in bounded memory, front to back, whole or damaged
+``reader``        reads the messages of a whole or damaged bag, in bounded memory
 ``writer``        writes a bag
-``recorded_run``  what one robot did, as numpy arrays: a `recorded_run.Run`
-``run``           reads it from a bag; ``collectors`` keep what is kept of its messages
-``compare``       figures of a run, and how far two lie apart
-``draw``          a run becomes one page, several are compared on one: ``nodes/draw_run``
-``pages/``        these pages
-``wire``          the bytes of a robot's line as text: ``python3 -m pioneer_control.bags.wire RUN.bag``
-``command_line``  what commands have in common: options, names of bags, a bar of progress
-``recording/``    makes bags: ``nodes/record``
-``replaying/``    brings them back, to look, to programs, to a simulated robot: ``nodes/replay``
-``converting/``   gives old ones this package's messages and standard ones: ``nodes/convert_bag``
+``recorded_run``  the class `recorded_run.Run`: what one robot did, as numpy arrays
+``run``           reads a Run from a bag
+``collectors``    keep the data of the messages that ``run`` reads
+``compare``       measures a track, and how far two tracks are apart
+``draw``          draws a run on one page, or compares several runs: ``nodes/draw_run``
+``pages/``        the layout of these pages
+``wire``          writes the bytes of a serial line as text: ``python3 -m pioneer_control.bags.wire RUN.bag``
+``command_line``  what the commands share: options, names of bags, a progress bar
+``recording/``    records bags: ``nodes/record``
+``replaying/``    plays bags back to viewers, to programs or to a simulated robot: ``nodes/replay``
+``converting/``   converts old bags to messages of this package and standard ones: ``nodes/convert_bag``
 ================  ====================================================================================
 """

@@ -1,6 +1,7 @@
-"""Collectors: each takes the messages of a topic one after the other, by ``add(time, message)``, and keeps what counts.
+"""Collectors keep the data of recorded messages that a `recorded_run.Run` needs.
 
-However long a bag is, no collector keeps more than some number of rows, texts or spans. What is longer becomes coarser.
+The reader of a bag calls ``add(time, message)`` for each message of a topic. A collector has a limit of rows, texts or
+spans, so its memory stays small however long the bag is. A longer bag gives coarser data.
 """
 
 import heapq
@@ -15,33 +16,36 @@ from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, heading_of
 from .recorded_run import ERROR, WARNING, GripperEvent, Map, Report, Span
 
 ROWS = 1 << 16
-"""Rows that one collector keeps at most."""
+"""The largest number of rows that a `Thinned` or `Sampled` keeps."""
 TEXTS = 1000
-"""Cans that are kept at most. Of the gaps of a topic they may be twice as many, of faults ten times."""
+"""The largest number of cans that are kept. The limit for the gaps of one topic is twice this number.
+
+The limit for warnings and errors is ten times this number."""
 SPANS = 10000
-"""Spans of one kind that are always kept. When there are twice as many, so many of them stay, the longest."""
-FARTHEST = 1e9  # m: a place that is farther away, or not a number, is damage
+"""A collector with more than twice this number of spans keeps only this number: the longest spans."""
+FARTHEST = 1e9  # m: a coordinate that is larger, or not a number, comes from damaged data
 CHANGE_OF_PLACE = (0.01, 0.01, math.radians(1.0))  # m, m, rad: a robot that moved less is in the same place
 CHANGE_OF_CAN = (0.002, 0.002, 0.002)  # m: x, y, height
 CHANGE_OF_SPEED = (0.002, math.radians(0.2))  # m/s, rad/s
 SILENCE = 3.0
-"""A silence is a gap when it is longer than so many median periods of its topic, ..."""
+"""How many median periods of its topic a silence must exceed to be a gap. It must also exceed `SHORTEST_GAP`."""
 SHORTEST_GAP = 0.5
-"""... and longer than so many seconds."""
+"""The time (s) that a silence must exceed to be a gap. It must also exceed `SILENCE` median periods."""
 FEWEST = 10
-"""A topic of which fewer periods are known has no gaps."""
-ROS_LOG = ((8, ERROR), (4, WARNING))  # the least rosgraph_msgs/Log.level that is one
+"""A topic with fewer known periods than this has no gaps."""
+ROS_LOG = ((8, ERROR), (4, WARNING))  # the lowest rosgraph_msgs/Log.level of an error, and of a warning
 
 
 class Thinned:
-    """Rows of numbers over time, without those that hardly differ from the row kept before.
+    """Rows of numbers over time. A row that hardly differs from the last kept row is left out.
 
-    A row is kept when one of its numbers differs from the row kept before by more than its tolerance. Then the row
-    before it is kept too.
+    A row is kept when one of its numbers differs from the last kept row by more than the tolerance of this number. Then
+    the row just before it is kept too. When there are more than `ROWS` rows, every second row is dropped, and the
+    tolerances double.
 
     Args:
-        row_of: gives the numbers of a message.
-        tolerances: one for each number.
+        row_of: a function that returns the numbers of a message.
+        tolerances: the tolerance of each number, in the unit of this number.
     """
 
     def __init__(self, row_of: Callable[[Any], Iterable[Any]], *tolerances: float) -> None:
@@ -53,7 +57,7 @@ class Thinned:
         self._passed: Tuple[float, ...] = ()
 
     def add(self, time: float, message: Any) -> None:
-        """Take in a message that came at a time (s)."""
+        """Add a message that was recorded at `time` (s)."""
         values = tuple(map(float, self._row_of(message)))
         if self._kept and all(-most <= value - kept <= most
                               for value, kept, most in zip(values, self._kept, self._tolerances)):
@@ -66,7 +70,7 @@ class Thinned:
             self._tolerances = tuple(2 * most for most in self._tolerances)
 
     def columns(self) -> np.ndarray:
-        """The columns (time, values ...) of all rows kept and of the last, in order of time."""
+        """The columns (time in s, then each value) of the kept rows and of the last row, in order of time."""
         rows = np.concatenate((self._rows, self._passed)).reshape(-1, self._width)
         return rows[np.argsort(rows[:, 0], kind="stable")].T
 
@@ -76,20 +80,23 @@ def _every_second(rows: array, width: int) -> array:
 
 
 class Sampled:
-    """Rows of numbers: all of them, or one of so many when they are more than `ROWS`.
+    """Rows of numbers. It keeps all rows up to `ROWS` of them, then only every second, every fourth, ... row.
+
+    Args:
+        width: how many numbers a row has.
 
     Attributes:
-        rows: their numbers, one row after the other.
+        rows: the numbers of the kept rows in one flat array, row after row.
     """
 
     def __init__(self, width: int) -> None:
         self.rows = array("d")
         self._width = width
-        self._share = 1     # one of so many is kept
+        self._share = 1     # every row with a number divisible by this is kept
         self._count = 0
 
     def keep(self, *row: float) -> None:
-        """Take a row."""
+        """Add a row of `width` numbers. It may be left out when there are many rows."""
         self._count += 1
         if self._count % self._share == 0:
             self.rows.extend(row)
@@ -99,18 +106,22 @@ class Sampled:
 
 
 def speed_of(twist: Any) -> Tuple[float, float]:
-    """The speeds of a Twist, forward (m/s) and to the left (rad/s). Raises ValueError when no robot can be so fast."""
+    """The speeds of a Twist: forward (m/s) and to the left (rad/s).
+
+    Raises:
+        ValueError: a speed is not a number, or impossibly large.
+    """
     if not is_plausible(twist.linear.x, twist.angular.z):
         raise ValueError("no velocity")
     return twist.linear.x, twist.angular.z
 
 
 class OdometryCollector:
-    """Where a robot was and how fast, of nav_msgs/Odometry.
+    """Keeps the poses and speeds in the nav_msgs/Odometry messages of one topic.
 
     Attributes:
-        places: rows of time (s), x, y (m), and heading (rad), which does not jump at half a turn.
-        speeds: rows of time (s), forward (m/s), and to the left (rad/s).
+        places: rows of time (s), x, y (m) and heading (rad). The heading does not jump from pi to -pi.
+        speeds: rows of time (s), speed forward (m/s) and speed to the left (rad/s).
     """
 
     def __init__(self) -> None:
@@ -126,16 +137,16 @@ class OdometryCollector:
         return place.x, place.y, self._heading
 
     def add(self, time: float, message: Any) -> None:
-        """Take in a message that came at a time (s)."""
+        """Add a message that was recorded at `time` (s)."""
         self.places.add(time, message.pose.pose)
-        with suppress(ValueError):  # of a robot that does not measure its speed
+        with suppress(ValueError):  # an implausible speed, of a robot that does not measure it
             self.speeds.add(time, message.twist.twist)
 
 
 class EchoCollector(Sampled):
-    """What the sonar heard, of SonarArray: rows of time (s), number of the transducer, and range (m).
+    """Keeps the echoes in SonarArray messages: rows of time (s), number of the transducer, and range (m).
 
-    A driver repeats each reading until its transducer's next turn. Only the first is kept.
+    A driver repeats the reading of a transducer until there is a new one. Only the first of equal readings is kept.
     """
 
     def __init__(self) -> None:
@@ -143,7 +154,7 @@ class EchoCollector(Sampled):
         self._ranges: Sequence[float] = ()
 
     def add(self, time: float, message: Any) -> None:
-        """Take in a message that came at a time (s)."""
+        """Add a message that was recorded at `time` (s)."""
         before, self._ranges = self._ranges, message.ranges
         for number, reading in enumerate(self._ranges):
             if NOT_HEARD < reading < NO_ECHO and reading not in before[number:number + 1]:
@@ -151,19 +162,20 @@ class EchoCollector(Sampled):
 
 
 def grip_of(message: Any) -> Tuple[int, bool]:
-    """Of a GripperState: GripState.state, and whether a paddle presses on something that is in a beam.
+    """Return GripState.state of a GripperState message, and whether the gripper holds something.
 
-    Paddles that close on nothing press on each other.
+    The gripper holds something when a paddle reports contact and a beam is broken. Contact alone is not enough,
+    because paddles that close on nothing press on each other.
     """
     grip = message.grip
     return grip.state, (grip.left_contact or grip.right_contact) and (grip.inner_beam or grip.outer_beam)
 
 
 def gripper_events(states: Iterable[Sequence[float]]) -> Tuple[GripperEvent, ...]:
-    """What the paddles did.
+    """Return what the paddles did: picked something up, put it down, or closed on nothing.
 
     Args:
-        states: time (s) and what `grip_of` gives, in order of time.
+        states: rows of time (s) and the two values that `grip_of` returns, in order of time.
     """
     events: List[GripperEvent] = []
     held, closed = False, None
@@ -174,7 +186,7 @@ def gripper_events(states: Iterable[Sequence[float]]) -> Tuple[GripperEvent, ...
             events.append(GripperEvent(time, "put down"))
         elif not held and feels and closed:
             held = True
-            if was_closed is not None:  # else it was held before the recording began
+            if was_closed is not None:  # None: the gripper held it before the recording began
                 events.append(GripperEvent(time, "picked up"))
         elif closed and was_closed is False and not held:
             events.append(GripperEvent(time, "closed on nothing"))
@@ -182,16 +194,18 @@ def gripper_events(states: Iterable[Sequence[float]]) -> Tuple[GripperEvent, ...
 
 
 class CanCollector:
-    """Where the cans of a simulated world were, of its PoseArray. The cans are those of the first message.
+    """Keeps the positions of the cans of a simulated world, from its PoseArray messages (map frame).
+
+    The first message says how many cans there are. At most `TEXTS` cans are kept.
 
     Attributes:
-        last: the rows (time in s; x, y, height in m) of each can; None before the first message.
+        last: for each can its rows of time (s), x, y and height (m). None before the first message.
     """
 
     last: Optional[List[Thinned]] = None
 
     def add(self, time: float, message: Any) -> None:
-        """Take in a message that came at a time (s)."""
+        """Add a message that was recorded at `time` (s)."""
         if self.last is None:
             self.last = [Thinned(lambda place: (place.x, place.y, place.z), *CHANGE_OF_CAN)
                          for _ in message.poses[:TEXTS]]
@@ -200,13 +214,13 @@ class CanCollector:
 
 
 class LastCollector:
-    """The last message.
+    """Keeps data of the last message only.
 
     Args:
-        kept: gives what is kept of a message.
+        kept: a function that returns the data to keep of a message.
 
     Attributes:
-        last: what is kept of the last message; None before the first.
+        last: the data of the last message. None before the first message.
     """
 
     def __init__(self, kept: Callable[[Any], Any]) -> None:
@@ -214,19 +228,22 @@ class LastCollector:
         self.last: Any = None
 
     def add(self, time: float, message: Any) -> None:
-        """Take in a message that came at a time (s)."""
+        """Add a message that was recorded at `time` (s)."""
         self.last = self._kept(message)
 
 
 def map_of(message: Any) -> Map:
-    """An OccupancyGrid as a Map."""
+    """Convert an OccupancyGrid message to a `Map`."""
     info = message.info
     return Map(np.array(message.data, dtype=np.int8).reshape(info.height, info.width), info.resolution,
                (info.origin.position.x, info.origin.position.y, heading_in(info.origin.orientation)))
 
 
 def told_of(info: Any) -> Dict[str, Any]:
-    """What a RobotInfo tells of a robot, by the fields of a Run."""
+    """Return the fields of a `recorded_run.Run` that a RobotInfo message gives: model, footprint and transducers.
+
+    Points and poses that are not plausible are left out.
+    """
     outline = [(point.x, point.y) for point in info.footprint.points if is_plausible(point.x, point.y)]
     looks = {number: (pose.x, pose.y, pose.theta) for number, pose in zip(info.sonar_numbers, info.sonar_poses)
              if is_plausible(pose.x, pose.y, pose.theta)}
@@ -234,20 +251,22 @@ def told_of(info: Any) -> Dict[str, Any]:
 
 
 def _longest(spans: List[Span], most: int) -> List[Span]:
-    """The spans; where they are more than twice as many as `most`, the longest of them, in order of time."""
+    """Return all spans if there are at most 2 * `most`; if there are more, the `most` longest in order of time."""
     if len(spans) <= 2 * most:
         return spans
     return sorted(heapq.nlargest(most, spans, key=lambda span: span.end - span.begin))
 
 
 class SpanCollector:
-    """Spans of time in which messages say something. Each lasts until the words change.
+    """Keeps the spans of time in which the messages of a topic have the same text.
+
+    A span ends at the first message with another text. An empty text makes no span.
 
     Args:
-        words: gives the words of a message; empty where it says nothing.
+        words: a function that returns the text of a message, for example "left wheel". Empty for nothing to keep.
 
     Attributes:
-        spans: in order of time.
+        spans: the spans in order of time.
     """
 
     def __init__(self, words: Callable[[Any], str]) -> None:
@@ -256,7 +275,7 @@ class SpanCollector:
         self._what = ""
 
     def add(self, time: float, message: Any) -> None:
-        """Take in a message that came at a time (s)."""
+        """Add a message that was recorded at `time` (s)."""
         what = self._words(message)
         if self._what:
             self.spans[-1] = self.spans[-1]._replace(end=time)
@@ -269,60 +288,77 @@ class SpanCollector:
 
 
 def stalled(message: Any) -> str:
-    """Which wheels a Stall says are stalled; empty where none is."""
+    """Return which wheels are stalled in a Stall message: "left wheel", "both wheels", ...; empty if no wheel is."""
     return {(True, True): "both wheels", (True, False): "left wheel",
             (False, True): "right wheel"}.get((message.left, message.right), "")
 
 
 def pressed(message: Any) -> str:
-    """Which segments of the bumpers are pressed, numbered from 1; empty where none is."""
+    """Return which bumper segments are pressed in a Bumpers message, for example "front 2, 3; rear 1".
+
+    The first segment is number 1. Returns an empty text if no segment is pressed.
+    """
     parts = {name: [str(number) for number, segment in enumerate(getattr(message, name), 1) if segment]
              for name in ("front", "rear")}
     return "; ".join("%s %s" % (name, ", ".join(segments)) for name, segments in parts.items() if segments)
 
 
 def doing(message: Any) -> str:
-    """What a Decision is about: the first word of its reason, "driving", "turning", ..."""
+    """Return the first word of the reason in a Decision message: "driving", "turning", ..."""
     return message.reason.replace(":", " ").partition(" ")[0] or "no reason"
 
 
 class DecisionCollector(SpanCollector):
-    """Spans of what a program decided: a decision holds until the next one of its wander."""
+    """Keeps the spans of time in which the Decision messages of a wandering program have the same text.
+
+    The last span of a wander ends with the last decision of this wander. The next wander begins a new span.
+    """
 
     _wander = 0
 
     def add(self, time: float, message: Any) -> None:
-        """Take in a message that came at a time (s)."""
+        """Add a message that was recorded at `time` (s)."""
         if message.wander != self._wander:
-            self._what = ""     # the last decision of the wander before ends with that wander
+            self._what = ""     # the last span of the previous wander is not extended
         self._wander = message.wander
         super().add(time, message)
 
 
 class ReportCollector:
-    """Warnings and errors: of /diagnostics where a task's level becomes one, of /rosout where a node says a new one."""
+    """Keeps the warnings and errors on /diagnostics and /rosout.
+
+    On /diagnostics a task is kept when its level changes to warning or error. On /rosout a warning or an error is kept
+    when its text differs from the last one of its node. After 10 * `TEXTS` reports, the others are only counted.
+    """
 
     def __init__(self) -> None:
         self._told: List[Tuple[str, Report]] = []    # with the node
         self._more = 0
-        self._newest: Dict[str, Any] = {}   # level of each task of /diagnostics, words of each node of /rosout
+        self._newest: Dict[str, Any] = {}   # the last level of each task, and the last text of each node on /rosout
 
     def add_diagnostics(self, time: float, message: Any) -> None:
-        """Take in a DiagnosticArray."""
+        """Add the warnings and errors of a DiagnosticArray message that was recorded at `time` (s)."""
         for status in message.status:
             level = status.level if isinstance(status.level, int) else status.level[0]  # a byte in Python 3
             node, _, task = status.name.rpartition(": ")
             self._add(node, Report(time, level, task, status.message), status.name, level)
 
     def add_log(self, time: float, message: Any) -> None:
-        """Take in a Log of /rosout."""
+        """Add a Log message of /rosout that was recorded at `time` (s), if it is a warning or an error."""
         level = next((level for least, level in ROS_LOG if message.level >= least), 0)
         if level:
             report = Report(time, level, message.name, message.msg)
             self._add(message.name.strip("/"), report, message.name, message.msg)
 
     def _add(self, node: str, report: Report, source: str, newest: Any) -> None:
-        """Keep a warning or an error of a node, unless its source said the same last time."""
+        """Keep a warning or an error of a node, unless it repeats the last one of its source.
+
+        Args:
+            node: name of the node, without slashes at its ends.
+            report: the report. If its level is neither warning nor error, it is not kept.
+            source: name of the diagnostics task, or of the node on /rosout.
+            newest: the level of the task, or the text of the log message. The same value as last time is a repetition.
+        """
         if report.level in (WARNING, ERROR) and newest != self._newest.get(source):
             if len(self._told) < 10 * TEXTS:
                 self._told.append((node, report))
@@ -331,7 +367,12 @@ class ReportCollector:
         self._newest[source] = newest
 
     def of(self, robot: str, robots: Sequence[str]) -> Tuple[Report, ...]:
-        """Reports of a robot's nodes, and of nodes that belong to no robot."""
+        """Return the reports of the nodes of one robot, and of nodes that belong to no robot.
+
+        Args:
+            robot: namespace of the robot, without slashes at its ends.
+            robots: namespaces of all robots in the bag.
+        """
         mine = [report for node, report in self._told if _owner(node, robots) in (robot, "")]
         if self._more:
             mine.append(Report(mine[-1].time if mine else 0.0, WARNING, "",
@@ -340,13 +381,16 @@ class ReportCollector:
 
 
 def _owner(node: str, robots: Sequence[str]) -> str:
-    """The innermost robot in whose namespace a node is; empty where there is none. One without a name has no nodes."""
+    """Return the robot with the longest namespace that contains a node; empty if no namespace contains it.
+
+    A robot in the root namespace owns no nodes.
+    """
     around = (robot for robot in robots if robot and node.startswith(robot + "/"))
     return max(around, key=len, default="")
 
 
 class SilenceCollector:
-    """How regularly the messages of a topic come, and when they do not."""
+    """Keeps the usual period of the messages of a topic, and the longest times without a message."""
 
     def __init__(self) -> None:
         self._last: Optional[float] = None
@@ -354,7 +398,7 @@ class SilenceCollector:
         self._silences: List[Span] = []     # the longest
 
     def add(self, time: float, _: Any = None) -> None:
-        """Take in the time (s) of a message."""
+        """Add a message that was recorded at `time` (s)."""
         if self._last is not None:
             self._periods.keep(time - self._last)
             if time - self._last > SHORTEST_GAP:
@@ -362,7 +406,12 @@ class SilenceCollector:
         self._last = time
 
     def gaps(self, topic: str, end: float) -> List[Span]:
-        """The gaps in this topic until the recording's end (s)."""
+        """Return the spans without a message that are too long for this topic, see `SILENCE` and `SHORTEST_GAP`.
+
+        Args:
+            topic: name of the topic. Each span gets it as its text.
+            end: time of the end of the recording (s).
+        """
         if self._last is None or len(self._periods.rows) < FEWEST:
             return []
         most = max(SHORTEST_GAP, SILENCE * float(np.median(np.array(self._periods.rows))))
@@ -371,10 +420,10 @@ class SilenceCollector:
 
 
 def is_plausible(*values: float) -> bool:
-    """Whether these can be places (m), angles (rad), or speeds (m/s, rad/s) of a robot."""
+    """Whether all values (m, rad, m/s or rad/s) are numbers that a robot can have: not NaN and not enormous."""
     return all(-FARTHEST < value < FARTHEST for value in values)
 
 
 def heading_in(orientation: Any) -> float:
-    """Heading of a quaternion message, in rad."""
+    """Return the heading (rad, counter-clockwise) in a Quaternion message."""
     return heading_of(orientation.x, orientation.y, orientation.z, orientation.w)

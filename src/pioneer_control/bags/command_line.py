@@ -1,4 +1,4 @@
-"""What the commands of this room have in common: tables of options, checks of what was given, names of bags, progress.
+"""What the commands of the package `bags` share: tables of options, checks of arguments, names of bags, progress bar.
 """
 
 import argparse
@@ -17,18 +17,20 @@ from ..parameters import Number
 from .records import BagError
 
 PATIENCE = 1.0
-"""s of reading without a bar."""
+"""Time (s) after which a progress bar appears."""
 
 
 def refuse_launch_arguments(words: Iterable[str], names: Iterable[str]) -> None:
-    """Refuse ``speed:=0.5`` behind ``rosrun``: to ROS it is the new name of a topic, and would silently do nothing.
+    """Refuse arguments of a launch file, such as ``speed:=0.5``, on the command line of ``rosrun``.
+
+    ROS takes ``speed:=0.5`` for a remapping of names, so it would silently do nothing.
 
     Args:
-        words: of the command line.
-        names: of the launch file's arguments.
+        words: the words of the command line.
+        names: the names of the launch file's arguments.
 
     Raises:
-        UsageError: a word of the command line gives an argument of the launch file.
+        UsageError: a word sets an argument of the launch file.
     """
     for word in words:
         if word.partition(":=")[0] in names:
@@ -37,13 +39,13 @@ def refuse_launch_arguments(words: Iterable[str], names: Iterable[str]) -> None:
 
 def parser_of(program: str, description: str, options: Dict[str, Dict[str, Any]],
               **more: Any) -> argparse.ArgumentParser:
-    """A parser of options.
+    """Make a parser from a table of options.
 
     Args:
-        program: its name.
-        description: what it does.
-        options: for each option, its name (or names, with spaces between them) and the arguments of `add_argument`.
-        more: arguments of the parser itself.
+        program: name of the program.
+        description: what the program does, for --help.
+        options: by the name of an option (or its names, with spaces between them): the arguments of `add_argument`.
+        more: further arguments of `ArgumentParser`.
     """
     parser = argparse.ArgumentParser(prog=program, description=description, **more)
     for name, option in options.items():
@@ -52,10 +54,10 @@ def parser_of(program: str, description: str, options: Dict[str, Dict[str, Any]]
 
 
 def yes_or_no(text: str) -> bool:
-    """The value of "true" or "false", as launch files write it.
+    """Convert the text "true" or "false" (in any case, as launch files write it) to a bool.
 
     Raises:
-        ArgumentTypeError: the text is neither.
+        ArgumentTypeError: the text is another word.
     """
     if text.lower() not in ("true", "false"):
         raise argparse.ArgumentTypeError("%r is not legal: give true or false" % text)
@@ -63,13 +65,13 @@ def yes_or_no(text: str) -> bool:
 
 
 def number(name: str, text: str, low: float, high: float) -> float:
-    """The number that an option gives.
+    """Convert the text of an option to a number.
 
     Args:
-        name: of the option, for the error.
-        text: what was given.
-        low: the least legal number.
-        high: the greatest legal number.
+        name: name of the option, for the error message.
+        text: the text that the user gave.
+        low: the smallest legal number.
+        high: the largest legal number.
 
     Raises:
         UsageError: the text is not a number from `low` to `high`.
@@ -87,21 +89,24 @@ def say(sentence: str) -> None:
 
 
 def stem(path: str) -> str:
-    """The name of a bag without its ending: .bag, or .bag.active of one that was not closed."""
+    """Return the path of a bag without its ending .bag or .bag.active (the ending of a bag that was not closed)."""
     return re.sub(r"(\.bag)?(\.active)?$", "", path)
 
 
 def in_order(parts: Sequence[str]) -> List[str]:
-    """Parts of a recording by their numbers: FILE_2.bag before FILE_10.bag. A shell sorts them the other way."""
+    """Sort the files of a recording by their numbers: FILE_2.bag before FILE_10.bag. A shell sorts them differently."""
     return sorted(
         parts, key=lambda path: [int(word) if word.isdigit() else word for word in re.split("([0-9]+)", path)])
 
 
 def bag_files(given: str) -> List[str]:
-    """The files that a text names: one, several with spaces between them, or a pattern such as ``run_*.bag``.
+    """Return the files that a text names.
+
+    Args:
+        given: one file, several files with spaces between them, or a pattern such as ``run_*.bag``. ~ is expanded.
 
     Raises:
-        BagError: the text names no file, or one that does not exist.
+        BagError: the text names no file, or a file that does not exist.
     """
     words = [given]
     if not os.path.exists(os.path.expanduser(given)):
@@ -119,17 +124,24 @@ def bag_files(given: str) -> List[str]:
 
 
 def free_name(bag: str, what: str) -> str:
-    """A name beside a bag that no file has yet: RUN-redrive.bag, or RUN-redrive-2.bag, ..."""
+    """Return a path for a new bag in the folder of another bag. No file with this path exists yet.
+
+    Args:
+        bag: path of the other bag, for example RUN.bag.
+        what: is added to the name: "redrive" gives RUN-redrive.bag, or RUN-redrive-2.bag if that exists, ...
+    """
     beside = "%s-%s" % (stem(bag), what)
     names = itertools.chain([beside + ".bag"], ("%s-%s.bag" % (beside, number) for number in itertools.count(2)))
     return next(path for path in names if not os.path.exists(path))
 
 
 class Progress(contextlib.AbstractContextManager):
-    """A bar on a terminal, for what takes longer than `PATIENCE`. ``with`` removes it at the end.
+    """A progress bar on stderr, if it is a terminal. It appears after `PATIENCE` seconds.
+
+    Use it in a ``with`` block. The bar disappears at the end of the block.
 
     Args:
-        name: written before the bar.
+        name: the text before the bar.
     """
 
     def __init__(self, name: str) -> None:
@@ -137,14 +149,14 @@ class Progress(contextlib.AbstractContextManager):
         self._bar: Any = None
 
     def __call__(self, done: int, total: int) -> None:
-        """Show how far it is.
+        """Show how many bytes of a bag are read.
 
         Args:
-            done: bytes that are read.
-            total: all bytes.
+            done: number of bytes that are read.
+            total: number of bytes to read.
         """
         if self._bar is None and sys.stderr.isatty() and time.monotonic() - self._begin > PATIENCE:
-            from tqdm import tqdm  # here: few bags are that long
+            from tqdm import tqdm  # imported here because few bags are long enough to need it
 
             self._bar = tqdm(desc=self._name, total=total, unit="B", unit_scale=True, leave=False)
         if self._bar is not None:

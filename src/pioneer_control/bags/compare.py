@@ -1,7 +1,7 @@
-"""How far two tracks lie apart when both begin together, and other figures of a run. Pure.
+"""Measure how far two tracks are apart, and other figures of a run. No file is read or written here.
 
-"Together" is the same place, the same heading, and the same moment: that of the first movement, so that neither a
-recorder that started early nor another corner of the room counts.
+Before two tracks are compared, the first pose of each track is moved to the origin, and the time of its first movement
+is set to zero. So it does not matter when the recorder started and where in the room the robot started.
 """
 
 from typing import List, NamedTuple, Tuple
@@ -10,39 +10,43 @@ import numpy as np
 
 from .recorded_run import Run, Track, inverted, placed
 
-MOVED = 0.01, np.radians(1.0)  # m, rad: a robot that is so far from its first pose has begun to move
-STILL = 0.02, np.radians(2.0)  # m/s, rad/s: a robot that is slower stands
-STOP = 0.5  # s: a robot that stands for longer has stopped
-PUSHED = 0.05  # m by which a can has moved when it was pushed
-AT_REST = 2.0  # s between two pushes, at least
-HELD_WITHIN = 0.12  # m from the middle of the paddles: a can that the gripper holds
+MOVED = 0.01, np.radians(1.0)  # m, rad: a robot this far from its first pose has begun to move
+STILL = 0.02, np.radians(2.0)  # m/s, rad/s: a robot that is slower in both is standing
+STOP = 0.5  # s: a robot that stands at least this long has stopped
+PUSHED = 0.05  # m: a can that moved less was not pushed
+AT_REST = 2.0  # s: a can that rests longer between two movements was pushed twice
+HELD_WITHIN = 0.12  # m: a can that the gripper holds is nearer to the middle of the paddles
 
 
 class Deviation(NamedTuple):
-    """How far one track is from a reference, at the same times since each began to move.
+    """How far one track is from a reference track, at equal times since the first movement of each.
 
-    The robot whose track ends before the other's stands where it ended.
+    A robot whose track ends earlier is taken to stand at its last pose until the other track ends.
     """
 
-    mean: float  # m, over time
-    maximum: float  # m
-    at_end: float  # m, from end to end
-    turn_at_end: float  # rad, -pi to pi; positive: it ended turned further to the left than the reference
+    mean: float  # m, mean distance over time
+    maximum: float  # m, largest distance
+    at_end: float  # m, distance between the two ends
+    turn_at_end: float  # rad, -pi to pi; positive: the track turned further to the left than the reference
 
 
 def deviation(reference: Track, other: Track) -> Deviation:
-    """How far ``other`` is from ``reference``, however long each track is and wherever its frame lies."""
+    """Compare the track `other` with the track `reference`. Their lengths, frames and start times may differ."""
     time, apart = distance_between(reference, other)
     turn = (other.heading[-1] - other.heading[0]) - (reference.heading[-1] - reference.heading[0])
-    summed = np.sum(np.diff(time) * (apart[1:] + apart[:-1]) / 2)   # over the time: straight between two moments
+    summed = np.sum(np.diff(time) * (apart[1:] + apart[:-1]) / 2)   # integral over time by the trapezoidal rule
     mean = summed / (time[-1] - time[0]) if time[-1] > time[0] else apart.mean()
     return Deviation(float(mean), float(apart.max()), float(apart[-1]), float(np.angle(np.exp(1j * turn))))
 
 
 def distance_between(reference: Track, other: Track) -> Tuple[np.ndarray, np.ndarray]:
-    """Seconds since both began to move, and how far apart (m) they are then."""
+    """Compare two tracks that are both moved to the same start pose and start time.
+
+    Returns:
+        The times (s since the first movement of each track), and the distance (m) between the tracks at these times.
+    """
     one, two = from_its_start(reference), from_its_start(other)
-    # both go straight between these moments, so they are farthest apart at one of them
+    # both robots go straight between these moments, so the largest distance is at one of the moments
     moments: np.ndarray = np.unique(np.concatenate((np.zeros(1), one.time, two.time)))
     moments = moments[moments >= 0.0]
     one, two = one.at(moments), two.at(moments)
@@ -50,22 +54,22 @@ def distance_between(reference: Track, other: Track) -> Tuple[np.ndarray, np.nda
 
 
 def from_its_start(track: Track) -> Track:
-    """A track with its first pose as origin, and its first movement as time zero."""
+    """Return a track in the frame of its own first pose, with time zero at its first movement."""
     laid = track.seen_from(inverted(track.pose(0)))
     return laid._replace(time=laid.time - first_movement(track))
 
 
 class Driven(NamedTuple):
-    """A track in figures."""
+    """The duration, length, mean speed and number of stops of a track."""
 
     time: float  # s from the first movement to the last
     length: float  # m
     mean_speed: float  # m/s: the length divided by the time
-    stops: int  # on the way, each of `STOP` s or longer
+    stops: int  # between the first and the last movement, each of `STOP` s or longer
 
 
 def driven(track: Track) -> Driven:
-    """What a robot drove, in figures."""
+    """Measure a track: its duration, length, mean speed and number of stops. Standing at both ends does not count."""
     stands = standing(track)
     begin = stands[0][1] if stands and stands[0][0] <= track.time[0] else track.time[0]
     end = stands[-1][0] if stands and stands[-1][1] >= track.time[-1] else track.time[-1]
@@ -75,7 +79,7 @@ def driven(track: Track) -> Driven:
 
 
 def standing(track: Track) -> List[Tuple[float, float]]:
-    """Spans of time (s) in which a robot stood, without those shorter than `STOP`."""
+    """Return the begin and end (s) of each span of time of at least `STOP` seconds in which the robot stood."""
     passed = np.maximum(np.diff(track.time), 1e-9)
     moved, turned = np.hypot(np.diff(track.x), np.diff(track.y)), np.abs(np.diff(track.heading))
     still = (moved < STILL[0] * passed) & (turned < STILL[1] * passed)
@@ -85,7 +89,10 @@ def standing(track: Track) -> List[Tuple[float, float]]:
 
 
 def first_movement(track: Track) -> float:
-    """When (s) a robot was `MOVED` from its first pose; the first moment of a robot that stays."""
+    """Return the time (s) at which a robot had moved away from its first pose by `MOVED`.
+
+    Returns the first time of the track if the robot never moved that far.
+    """
     moved = np.maximum(np.hypot(track.x - track.x[0], track.y - track.y[0]) / MOVED[0],
                        np.abs(track.heading - track.heading[0]) / MOVED[1])
     if moved.max() < 1.0:
@@ -95,7 +102,7 @@ def first_movement(track: Track) -> float:
 
 
 class Push(NamedTuple):
-    """A can that was moved and not carried: its number (from 1), from when on (s), and how far (m)."""
+    """A push of a can that the gripper did not hold: number of the can (from 1), begin (s), and distance (m)."""
 
     can: int
     time: float
@@ -103,7 +110,7 @@ class Push(NamedTuple):
 
 
 def pushes(run: Run) -> Tuple[Push, ...]:
-    """The pushes of all cans, in order of time. Only a simulated world tells where its cans are."""
+    """Return the pushes of all cans, in order of time. Empty for a real robot: only a simulator publishes its cans."""
     found = []
     for number, can in enumerate(run.cans, 1):
         moved = (np.hypot(np.diff(can.x), np.diff(can.y)) > 0.0) & (np.maximum(can.height[1:], can.height[:-1]) <= 0.0)
@@ -117,7 +124,17 @@ def pushes(run: Run) -> Tuple[Push, ...]:
 
 
 def _in_gripper(run: Run, time: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Whether a can that is at these places at these times is held."""
+    """Whether the gripper holds a can, for each position of the can.
+
+    Args:
+        run: the run of the robot.
+        time: the times (s).
+        x: the x coordinates of the can at these times (m, map frame).
+        y: the y coordinates of the can at these times (m, map frame).
+
+    Returns:
+        An array of bool, one for each time. All are False if the run has no true track or no gripper events.
+    """
     if run.truth is None or not run.gripper:
         return np.zeros(len(time), dtype=bool)
     holding = np.array([False] + [event.what == "picked up" for event in run.gripper])

@@ -1,8 +1,8 @@
-"""Draw recorded runs: one run as a report on one page, several compared with each other on one page.
+"""Draw recorded runs on one page: a report of one run, or a comparison of several runs.
 
-``python3 -m pioneer_control.bags.draw RUN.bag`` writes RUN.png beside the bag; ``-o`` names another file (.pdf and .svg
-work too). Colours are Okabe and Ito's, which stay apart for colour-blind eyes; in grey print widths, line styles and
-hatches do.
+``python3 -m pioneer_control.bags.draw RUN.bag`` writes RUN.png beside the bag. ``-o`` names another file (.png, .pdf or
+.svg). Colour-blind people can tell the colours (Okabe and Ito's) apart. In grey print, line widths, line styles and
+hatches differ.
 """
 
 import os
@@ -31,31 +31,51 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
 
 
 def draw_run(run: Run, output: str, title: Optional[str] = None) -> None:
-    """Write the report of a run to a file. The ending of its name chooses the format: .png, .pdf or .svg."""
+    """Write the report of a run to the file `output`. The ending of its name chooses the format: .png, .pdf or .svg.
+
+    Raises UsageError if the picture cannot be written.
+    """
     draw_runs([run], output, title)
 
 
 def draw_runs(runs: Sequence[Run], output: str, title: Optional[str] = None) -> None:
-    """Write the report of a run, or of several the comparison with the first, to a file; see `pictures.write`."""
+    """Draw runs and write the picture to a file.
+
+    Args:
+        runs: one run, for a report, or several runs, for a comparison with the first run.
+        output: the file. The ending of its name chooses the format: .png, .pdf or .svg.
+        title: the title of the page. None: a title made from the runs.
+
+    Raises:
+        UsageError: the picture cannot be written, see `pictures.write`.
+    """
     write(lambda: side_by_side.figure(runs, title) if len(runs) > 1 else page.figure(runs[0], title), output, DPI)
 
 
 def read(paths: Sequence[str], robot: Optional[str]) -> Run:
-    """The run in the parts of one recording, with a progress bar."""
+    """Read a run from the files of one recording, with a progress bar.
+
+    Args:
+        paths: the bag, or the files of one split recording in their order.
+        robot: namespace of the robot. None: the only robot in the bag.
+
+    Raises:
+        BagError: the bag cannot be read, or has no such robot.
+    """
     with Progress(os.path.basename(paths[0])) as progress:
         return read_run(paths, robot, progress)
 
 
 def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tuple[Sequence[str], Optional[str]]]:
-    """The bags and the robot of each run to draw; None: the only robot there is.
+    """Return which runs to draw: for each run its bags, and its robot (None: the only robot in the bag).
 
     Args:
-        bags: as they are named on the command line.
-        robots: as they are named with --robot.
+        bags: the bags on the command line.
+        robots: the values of --robot.
         parts: whether the bags are the parts of one recording.
 
     Raises:
-        UsageError: it is not clear which robot of which bag is meant.
+        UsageError: the number of robots is neither 1 nor the number of bags, so the pairs are not clear.
     """
     runs = [in_order(bags)] if parts else [[bag] for bag in bags]
     names: List[Optional[str]] = list(robots) or [None]
@@ -66,7 +86,14 @@ def wanted(bags: Sequence[str], robots: Sequence[str], parts: bool) -> List[Tupl
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """Draw bags; 0 when the picture is written, 2 when there is nothing to draw."""
+    """Draw the runs that the command line names.
+
+    Args:
+        arguments: the command line. None: that of the process.
+
+    Returns:
+        The exit status: 0 when the picture is written, 2 after an error, 130 after Ctrl-C.
+    """
     options = parser_of("draw_run", "Make a report of a recorded run, on one page; of several, compare them.",
                         OPTIONS).parse_args(arguments)
     try:
