@@ -4,7 +4,7 @@ The subclass `Firmware` adds the decoding of the client's bytes.
 """
 
 from dataclasses import dataclass, field
-from typing import Dict, Iterator, NamedTuple, Optional, Set, Tuple
+from typing import Dict, Iterator, Optional, Set, Tuple
 
 from ... import p2os
 from ...errors import ParameterError
@@ -26,7 +26,8 @@ SETTINGS = dict(
 """Power-on values of the numbers that a client may set without any effect on the hardware, by names of CONFIGpac."""
 
 
-class CommandCounts(NamedTuple):
+@dataclass
+class CommandCounts:
     """Numbers of received commands since power-on: obeyed, unknown, and with a value of the wrong type (senseless)."""
 
     obeyed: int = 0

@@ -109,11 +109,11 @@ class Firmware(CommandedRobot):
     def _obey(self, command: ReceivedCommand) -> None:
         handler, counts = HANDLERS.get(command.name), self.command_counts
         if handler is None or not handler.known_to(self.model.firmware_family):
-            self.command_counts = counts._replace(unknown=counts.unknown + 1)
+            counts.unknown += 1
             self.unknown_commands.add(command.name)
         elif handler.value is not None and not isinstance(command.value, handler.value):
-            self.command_counts = counts._replace(senseless=counts.senseless + 1)
+            counts.senseless += 1
         else:
-            self.command_counts = counts._replace(obeyed=counts.obeyed + 1)
+            counts.obeyed += 1
             if handler.value is not int or command.value in handler.legal:
                 handler.act(self, command.value)

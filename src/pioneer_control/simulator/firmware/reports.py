@@ -136,7 +136,7 @@ def grip_state(hardware: Hardware) -> int:
         return 0
     outward, inward = gripper.paddle_motion > 0, gripper.paddle_motion < 0
     lift = gripper.lift
-    rising, sinking = lift.motion > 0, lift.motion < 0
+    rising, sinking = lift.goal > lift.height, lift.goal < lift.height
     return _bits(GRIP_STATE, (
         outward or gripper.is_open and not inward,
         inward or gripper.is_closed and not outward,

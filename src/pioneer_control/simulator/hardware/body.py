@@ -184,6 +184,8 @@ class BumperRing:
 
         Bit 0 is the leftmost segment of the front bumper, and the rightmost segment of the rear bumper.
         """
+        if not self._body.blocked:
+            return 0, 0
         front, rear = self._model.length_front, -self._model.length_rear
         return self._pressed(self._model.front_bumpers, front, 1.0), self._pressed(self._model.rear_bumpers, rear, -1.0)
 
@@ -205,7 +207,7 @@ class BumperRing:
             near: x (m, base_link) of the end of the body, where the bumper begins.
             side: 1 for the front bumper, -1 for the rear bumper.
         """
-        if not count or not self._body.blocked:
+        if not count:
             return 0
         width, far = self._model.width / count, near + side * BUMPER_DEPTH
         lefts = [side * (self._model.width / 2.0 - segment * width) for segment in range(count)]

@@ -190,11 +190,13 @@ class ParallelGripper:
 
         `pose` is the pose of the robot (m, rad; map frame).
         """
-        seen = [*self._held, *self._near(pose)]
         half = self.opening / 2.0
+        seen = [*self._held, *self._near(pose)] if half > 0.0 else []
+        if not seen:    # as nearly always
+            return False, False
 
         def broken(beam: float) -> bool:
-            return half > 0.0 and any(
+            return any(
                 abs(x - beam) < can.radius
                 and abs(y) < half + math.sqrt((can.radius - x + beam) * (can.radius + x - beam))
                 for can, x, y in seen

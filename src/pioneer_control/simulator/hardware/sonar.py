@@ -151,7 +151,9 @@ class Sonar:
         left = left_x * cosine - left_y * sine, left_x * sine + left_y * cosine
         x, y = pose[0] + x * cosine - y * sine, pose[1] + x * sine + y * cosine
         distance = self._ear.echo(x, y, pose[2] + heading, right, left, self._body)
-        if distance < maximum and self._noise:
+        if distance >= maximum:
+            return maximum
+        if self._noise:
             distance += self._random.uniform(-self._noise, self._noise)
         return max(self._numbers.minimum, min(distance, maximum))
 
