@@ -11,14 +11,13 @@ import sensor_msgs.msg
 from geometry_msgs.msg import Point, Pose, Quaternion, Transform, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import PointCloud2, Range
-from std_msgs.msg import Bool, Header
+from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from .. import p2os, standard_messages
 from ..client import GripperReading, RobotIdentity, RobotState
 from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, LiftStatus, quaternion_of
-from ..msg import (AIO, DIO, IO, BatteryState, Bumpers, GripperState, GripState, LiftState, MotorState, RobotInfo,
-                   SonarArray, Stall)
+from ..msg import IO, GripperState, GripState, LiftState, RobotInfo, SonarArray
 from ..robots import Transducer
 from .parameters import UNKNOWN, DriverParameters
 
@@ -84,20 +83,15 @@ def transform(state: RobotState, stamp: Any, odom_frame: str, base_link_frame: s
 
 
 def sonar(state: RobotState, stamp: Any, base_link_frame: str) -> SonarArray:
-    """Return the message for the topic ``sonar``: the ranges (m) by transducer number (see `ranges_by_number`)."""
-    ranges = ranges_by_number(state)
-    return SonarArray(Header(stamp=stamp, frame_id=base_link_frame), len(ranges), ranges)
-
-
-def ranges_by_number(state: RobotState) -> List[float]:
-    """Return the sonar ranges (m) by transducer number.
+    """Return the message for the topic ``sonar``: the ranges (m) by transducer number.
 
     The range is NO_ECHO when there was no echo. It is NOT_HEARD when the last reading is older than SONAR_LIFETIME, or
     when there is none.
     """
     oldest = state.time - SONAR_LIFETIME
-    return [NOT_HEARD if reading is None or reading.time < oldest else min(reading.range, NO_ECHO)
-            for reading in state.sonar]
+    ranges = [NOT_HEARD if reading is None or reading.time < oldest else min(reading.range, NO_ECHO)
+              for reading in state.sonar]
+    return SonarArray(Header(stamp=stamp, frame_id=base_link_frame), len(ranges), ranges)
 
 
 def sonar_ranges(state: RobotState, stamp: Any, frame_prefix: str, no_echo: float) -> List[Range]:
@@ -177,16 +171,6 @@ class GripperReporter:
                             LiftState(lift, lift_direction, self._position))
 
 
-def motor_state(state: RobotState) -> MotorState:
-    """Return the message for the topic ``motor_state``: 1 when the motors are on, else 0."""
-    return MotorState(int(state.motors_enabled))
-
-
-def battery_state(state: RobotState, stamp: Any, base_link_frame: str) -> BatteryState:
-    """Return the message for the topic ``battery_state``: the voltage of the battery (V)."""
-    return BatteryState(Header(stamp=stamp, frame_id=base_link_frame), state.battery_voltage)
-
-
 def battery(state: RobotState, stamp: Any, base_link_frame: str) -> sensor_msgs.msg.BatteryState:
     """Return the message for the topic ``battery``: voltage (V), state of charge (0 to 1) and state of the charger.
 
@@ -197,31 +181,6 @@ def battery(state: RobotState, stamp: Any, base_link_frame: str) -> sensor_msgs.
         status = _Power.POWER_SUPPLY_STATUS_NOT_CHARGING
     return standard_messages.battery(state.battery_voltage, stamp, base_link_frame,
                                      math.nan if state.state_of_charge is None else state.state_of_charge, status)
-
-
-def bumpers(state: RobotState, stamp: Any, base_link_frame: str) -> Bumpers:
-    """Return the message for the topic ``bumpers``: for each segment of each bumper, whether it is pressed."""
-    return Bumpers(Header(stamp=stamp, frame_id=base_link_frame), list(state.front_bumpers), list(state.rear_bumpers))
-
-
-def stall(state: RobotState, stamp: Any, base_link_frame: str) -> Stall:
-    """Return the message for the topic ``stall``: whether the left wheel and the right wheel are stalled."""
-    return Stall(Header(stamp=stamp, frame_id=base_link_frame), state.left_stall, state.right_stall)
-
-
-def e_stop(state: RobotState) -> Bool:
-    """Return the message for the topic ``e_stop``: whether the STOP button is pressed."""
-    return Bool(state.stop_button)
-
-
-def digital_inputs(state: RobotState) -> Optional[DIO]:
-    """Return the message for the topic ``dio``: the eight digital inputs. None if the firmware does not report them."""
-    return None if state.digital_in is None else DIO(8, state.digital_in)
-
-
-def analog_input(state: RobotState) -> Optional[AIO]:
-    """Return the message for the topic ``aio``: the selected analog input (V). None if it is not reported."""
-    return None if state.analog_voltage is None else AIO(1, [state.analog_voltage])
 
 
 def ports(packet: p2os.IO, stamp: Any, base_link_frame: str) -> IO:

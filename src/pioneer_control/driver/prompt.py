@@ -2,7 +2,7 @@
 
 * rospy passes each message to one thread for each subscriber, and this thread must wake up first. Here the thread that
   publishes writes to the socket itself, if the socket takes the bytes at once.
-* genpy serializes a message field by field. Here pose, transform and sonar are serialized with one `struct` call each.
+* genpy serializes a message field by field. Here the pose is serialized with one `struct` call.
 
 bench/driver_pieces.md has the measured gain of both. If the installed rospy is not as this file expects, the driver
 publishes with rospy's own code.
@@ -14,22 +14,19 @@ import socket
 import struct
 import threading
 from collections import deque
-from functools import lru_cache
+from contextlib import suppress
 from math import cos, sin
 from types import SimpleNamespace
-from typing import Any, BinaryIO, Callable, Deque, Dict, NamedTuple, Optional, Sequence
+from typing import Any, BinaryIO, Callable, Deque, Dict, Optional, Sequence
 
 import rospy
 import rospy.msg
 import rospy.topics
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
-from tf2_msgs.msg import TFMessage
 
 from ..client import RobotState
-from ..msg import SonarArray
-from . import conversions
-from .conversions import Covariances, ranges_by_number
+from .conversions import Covariances, odometry
 
 EXPECTED = ["self", "connection", "queue_size"]
 """The arguments that the constructor of rospy's QueuedConnection must have."""
@@ -119,13 +116,10 @@ class PromptConnection:
         with self._changed:
             self._changed.notify()
 
-    def _has_work(self) -> bool:
-        return bool(self._rest or self._waiting or self._connection.done)
-
     def _write_what_waits(self) -> None:
         while True:
             with self._changed:
-                self._changed.wait_for(self._has_work)
+                self._changed.wait_for(lambda: self._rest or self._waiting or self._connection.done)
                 if self._connection.done:
                     return
                 data, self._rest = self._rest or self._waiting.popleft(), b""
@@ -172,51 +166,6 @@ class PoseMessage:
             state.linear, 0.0, 0.0, 0.0, 0.0, state.angular, twist))
 
 
-class TransformMessage:
-    """A fast replacement for tf2_msgs/TFMessage with one transform odom -> base_link, the same pose as PoseMessage."""
-
-    _type, _md5sum = TFMessage._type, TFMessage._md5sum
-
-    def __init__(self, odom_frame: str, base_link_frame: str) -> None:
-        self._frames = _string(odom_frame) + _string(base_link_frame)
-        self._struct = struct.Struct("<4I%ds7d" % len(self._frames))
-
-    def of(self, state: RobotState, stamp: Any) -> "TransformMessage":
-        """Fill this message with a state of the robot and its stamp, and return the message."""
-        self._state, self._stamp = state, stamp
-        return self
-
-    def serialize(self, buffer: BinaryIO) -> None:
-        """Write the serialized message to ``buffer``."""
-        state, stamp = self._state, self._stamp
-        half = state.heading / 2
-        buffer.write(self._struct.pack(
-            1, 0, stamp.secs, stamp.nsecs, self._frames, state.x, state.y, 0.0, 0.0, 0.0, sin(half), cos(half)))
-
-
-class SonarMessage:
-    """A fast replacement for our message SonarArray: the sonar ranges (m) by transducer number."""
-
-    _type, _md5sum, _has_header = SonarArray._type, SonarArray._md5sum, True
-
-    def __init__(self, base_link_frame: str) -> None:
-        self.header = Header(frame_id=base_link_frame)
-        self._frame = _string(base_link_frame)
-        self._struct = lru_cache(maxsize=4)(lambda count: struct.Struct("<3I%dsiI%dd" % (len(self._frame), count)))
-
-    def of(self, state: RobotState, stamp: Any) -> "SonarMessage":
-        """Fill this message with a state of the robot and its stamp, and return the message."""
-        self._state, self.header.stamp = state, stamp
-        return self
-
-    def serialize(self, buffer: BinaryIO) -> None:
-        """Write the serialized message to ``buffer``. rospy has set header.seq before."""
-        stamp, ranges = self.header.stamp, ranges_by_number(self._state)
-        count = len(ranges)
-        buffer.write(self._struct(count).pack(
-            self.header.seq, stamp.secs, stamp.nsecs, self._frame, count, count, *ranges))
-
-
 def _doubles(values: Sequence[float]) -> bytes:
     return struct.pack("<%dd" % len(values), *values)
 
@@ -227,47 +176,28 @@ def _string(text: str) -> bytes:
     return struct.pack("<I", len(data)) + data
 
 
-class Converters(NamedTuple):
-    """Functions that convert a state of the robot and its stamp to a message that rospy can publish."""
-
-    pose: Callable[[RobotState, Any], Any]
-    transform: Callable[[RobotState, Any], Any]
-    sonar: Callable[[RobotState, Any], Any]
+EXAMPLE: Any = SimpleNamespace(x=1.0, y=2.0, heading=0.5, linear=0.1, angular=0.2, moving=True)
 
 
-KINDS = Converters(Odometry, TFMessage, SonarArray)
-EXAMPLE: Any = SimpleNamespace(time=0.0, x=1.0, y=2.0, heading=0.5, linear=0.1, angular=0.2, moving=True, sonar=())
+def pose_converter(odom_frame: str, base_link_frame: str,
+                   covariance: Dict[bool, Covariances]) -> Callable[[RobotState, Any], Any]:
+    """Return a function that converts a state of the robot and its stamp to a message for the topic ``pose``.
 
-
-def converters(odom_frame: str, base_link_frame: str, covariance: Dict[bool, Covariances]) -> Converters:
-    """Return functions that convert states to messages for the topics pose, /tf and sonar.
-
-    The messages are the fast replacements in this file. They are the ordinary ROS messages when rospy does not publish
-    exactly the same bytes for both.
+    The message is a PoseMessage. It is the ordinary ROS message when rospy does not publish exactly the same bytes for
+    both.
     """
-    plain = Converters(
-        lambda state, stamp: conversions.odometry(state, stamp, odom_frame, base_link_frame, covariance[state.moving]),
-        lambda state, stamp: conversions.transform(state, stamp, odom_frame, base_link_frame),
-        lambda state, stamp: conversions.sonar(state, stamp, base_link_frame))
-    prompt = Converters(
-        PoseMessage(odom_frame, base_link_frame, covariance).of,
-        TransformMessage(odom_frame, base_link_frame).of,
-        SonarMessage(base_link_frame).of)
-    is_same = all(map(_is_published_as, KINDS, prompt, plain))
-    return prompt if is_same else plain
+    def plain(state: RobotState, stamp: Any) -> Odometry:
+        return odometry(state, stamp, odom_frame, base_link_frame, covariance[state.moving])
+
+    prompt = PoseMessage(odom_frame, base_link_frame, covariance).of
+    with suppress(Exception):       # any exception: another version of rospy may raise anything
+        if _published(prompt(EXAMPLE, rospy.Time(1, 2))) == _published(plain(EXAMPLE, rospy.Time(1, 2))):
+            return prompt
+    return plain
 
 
-def _is_published_as(kind: Any, prompt: Callable[[Any, Any], Any], plain: Callable[[Any, Any], Any]) -> bool:
-    """Return whether rospy publishes the same bytes for a fast message and an ordinary message of type ``kind``."""
-    written = _published(kind, prompt(EXAMPLE, rospy.Time(1, 2)))
-    return written is not None and written == _published(kind, plain(EXAMPLE, rospy.Time(1, 2)))
-
-
-def _published(kind: type, message: Any) -> Optional[bytes]:
-    """Return the bytes that rospy publishes for a message of type ``kind``. None when this fails with an exception."""
+def _published(message: Any) -> bytes:
+    """Return the bytes that rospy publishes for a message on a topic with the type nav_msgs/Odometry."""
     buffer = io.BytesIO()
-    try:
-        rospy.msg.serialize_message(buffer, 1, rospy.msg.args_kwds_to_message(kind, (message,), {}))
-    except Exception:       # any exception: another version of rospy may raise anything
-        return None
+    rospy.msg.serialize_message(buffer, 1, rospy.msg.args_kwds_to_message(Odometry, (message,), {}))
     return buffer.getvalue()

@@ -10,7 +10,7 @@ from nav_msgs.msg import Odometry
 from rospy.rostime import is_wallclock
 from sensor_msgs.msg import BatteryState as Battery
 from sensor_msgs.msg import Imu, JointState, PointCloud2, Range
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Header
 from tf2_msgs.msg import TFMessage
 
 from .. import p2os, standard_messages
@@ -22,7 +22,7 @@ from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, MotorState,
 from ..robots import RobotModel
 from . import conversions
 from .parameters import DriverParameters
-from .prompt import converters
+from .prompt import pose_converter
 
 QUEUE = 10
 CLOSE_TIMEOUT = 0.1
@@ -66,12 +66,10 @@ class Listeners(rospy.SubscribeListener):
         self.changed = True
 
     def peer_subscribe(self, *_: Any) -> None:
-        """Set `changed`. rospy calls this in one of its threads when a subscriber connects."""
+        """Set `changed`. rospy calls this in one of its threads when a subscriber connects or disconnects."""
         self.changed = True
 
-    def peer_unsubscribe(self, *_: Any) -> None:
-        """Set `changed`. rospy calls this in one of its threads when a subscriber disconnects."""
-        self.changed = True
+    peer_unsubscribe = peer_subscribe
 
 
 class Publications:
@@ -104,8 +102,10 @@ class Publications:
     def _table(self, parameters: DriverParameters) -> Tuple[PublishedTopic, ...]:
         odom, base, prefix = parameters.odom_frame, parameters.base_link_frame, parameters.frame_prefix
         no_echo = math.inf if parameters.sonar_no_echo == "inf" else NO_ECHO
+        pose = pose_converter(odom, base, conversions.covariances(parameters))
 
-        pose, transform, sonar = converters(odom, base, conversions.covariances(parameters))
+        def header(stamp: rospy.Time) -> Header:
+            return Header(stamp=stamp, frame_id=base)
 
         def has_sonar(identity: RobotIdentity) -> Any:
             return identity.model.sonar
@@ -115,10 +115,12 @@ class Publications:
 
         return (
             PublishedTopic("pose", Odometry, RobotState, pose),
-            *([PublishedTopic("/tf", TFMessage, RobotState, transform)] if parameters.publish_tf else []),
+            *([PublishedTopic(
+                "/tf", TFMessage, RobotState, lambda state, stamp: conversions.transform(state, stamp, odom, base),
+            )] if parameters.publish_tf else []),
             PublishedTopic(
                 "sonar", SonarArray, RobotState,
-                lambda state, stamp: if_on(state, lambda: sonar(state, stamp)), has_sonar),
+                lambda state, stamp: if_on(state, lambda: conversions.sonar(state, stamp, base)), has_sonar),
             PublishedTopic(
                 "sonar_ranges", Range, RobotState,
                 lambda state, stamp: conversions.sonar_ranges(state, stamp, prefix, no_echo), has_sonar),
@@ -135,25 +137,32 @@ class Publications:
                 lambda state, stamp: conversions.joint_states(state, stamp, self._model.wheel_radius or math.inf),
                 lambda identity: identity.model.wheel_radius),
             PublishedTopic(
-                "motor_state", MotorState, RobotState, lambda state, stamp: conversions.motor_state(state)),
+                "motor_state", MotorState, RobotState, lambda state, stamp: MotorState(int(state.motors_enabled))),
             PublishedTopic(
-                "e_stop", Bool, RobotState, lambda state, stamp: conversions.e_stop(state),
+                "e_stop", Bool, RobotState, lambda state, stamp: Bool(state.stop_button),
                 latch=lambda state: state.stop_button),
-            PublishedTopic("stall", Stall, RobotState, lambda state, stamp: conversions.stall(state, stamp, base)),
             PublishedTopic(
-                "bumpers", Bumpers, RobotState, lambda state, stamp: conversions.bumpers(state, stamp, base),
+                "stall", Stall, RobotState,
+                lambda state, stamp: Stall(header(stamp), state.left_stall, state.right_stall)),
+            PublishedTopic(
+                "bumpers", Bumpers, RobotState,
+                lambda state, stamp: Bumpers(header(stamp), list(state.front_bumpers), list(state.rear_bumpers)),
                 lambda identity: identity.model.front_bumpers or identity.model.rear_bumpers),
             PublishedTopic(
                 "battery_state", BatteryState, RobotState,
-                lambda state, stamp: conversions.battery_state(state, stamp, base)),
+                lambda state, stamp: BatteryState(header(stamp), state.battery_voltage)),
             PublishedTopic(
                 "battery", Battery, RobotState, lambda state, stamp: conversions.battery(state, stamp, base)),
             PublishedTopic(
                 "gripper_state", GripperState, RobotState, lambda state, stamp: self._gripper_state(state),
                 lambda identity: identity.has_gripper,
                 lambda identity: "gripper" if is_on_general_io(identity) else ""),
-            PublishedTopic("dio", DIO, RobotState, lambda state, stamp: conversions.digital_inputs(state)),
-            PublishedTopic("aio", AIO, RobotState, lambda state, stamp: conversions.analog_input(state)),
+            PublishedTopic(
+                "dio", DIO, RobotState,
+                lambda state, stamp: None if state.digital_in is None else DIO(8, state.digital_in)),
+            PublishedTopic(
+                "aio", AIO, RobotState,
+                lambda state, stamp: None if state.analog_voltage is None else AIO(1, [state.analog_voltage])),
             PublishedTopic(
                 "io", IO, p2os.IO, lambda packet, stamp: conversions.ports(packet, stamp, base),
                 lambda identity: p2os.knows(identity.model.firmware_family, "IOREQUEST"), lambda identity: "io"),

@@ -76,4 +76,4 @@ def odometry_of(motion, stamp=STAMP, odom_frame="odom", base_link_frame="base_li
 
 def sonar_array_of(state, stamp=STAMP, base_link_frame="base_link"):
     """What a subscriber to `sonar` has."""
-    return received(prompt.SonarMessage(base_link_frame).of(state, stamp), SonarArray)
+    return received(conversions.sonar(state, stamp, base_link_frame), SonarArray)

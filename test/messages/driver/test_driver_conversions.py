@@ -19,7 +19,7 @@ from pioneer_control.p2os import ChargeState, Flags
 from sensor_msgs.msg import BatteryState as Battery
 
 from robot_reports import (
-    DRIVING, IO, OLD, READING, STALLED, STAMP, STATE, identity_of, odometry_of, packet_of, received, state_of)
+    IO, OLD, READING, STALLED, STAMP, STATE, identity_of, odometry_of, packet_of, received, state_of)
 
 
 def gripper_message(reporter=None, **true):
@@ -63,7 +63,7 @@ def test_each_covariance_parameter_is_the_diagonal_of_its_message(what, how, sta
 
 def test_the_transform_says_what_the_pose_says():
     pose = odometry_of(STATE)
-    message, = received(prompt.TransformMessage("odom", "base_link").of(STATE, STAMP), TFMessage).transforms
+    message, = received(conversions.transform(STATE, STAMP, "odom", "base_link"), TFMessage).transforms
     assert (message.header.stamp, message.header.frame_id, message.child_frame_id) == (STAMP, "odom", "base_link")
     translation, position = message.transform.translation, pose.pose.pose.position
     assert (translation.x, translation.y, translation.z) == (position.x, position.y, position.z)
@@ -78,18 +78,15 @@ def written(message, count=7):
 
 
 @pytest.mark.parametrize("count", [0, 3, 5])
-def test_the_sonar_is_written_as_the_message_that_it_stands_for(count):
-    message = prompt.SonarMessage("zwei/ödom")
-    for _ in range(2):
-        plain = SonarArray(Header(stamp=STAMP, frame_id="zwei/ödom"), count, [1.5, 5.0, 0.0, 0.0, 5.0][:count])
-        assert written(message.of(dataclasses.replace(STATE, sonar=STATE.sonar[:count]), STAMP)) == written(plain)
-    assert rospy.msg.args_kwds_to_message(SonarArray, (message,), {}) is message
+def test_the_sonar_has_a_range_for_each_transducer(count):
+    plain = SonarArray(Header(stamp=STAMP, frame_id="zwei/ödom"), count, [1.5, 5.0, 0.0, 0.0, 5.0][:count])
+    state = dataclasses.replace(STATE, sonar=STATE.sonar[:count])
+    assert written(conversions.sonar(state, STAMP, "zwei/ödom")) == written(plain)
 
 
-def test_pose_and_transform_are_written_as_the_messages_that_they_stand_for():
+def test_a_pose_is_written_as_the_message_that_it_stands_for():
     parameters = DriverParameters(pose_covariance_moving=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0))
     message = prompt.PoseMessage("zwei/ödom", "zwei/base_link", conversions.covariances(parameters))
-    transforms = prompt.TransformMessage("zwei/ödom", "zwei/base_link")
     for heading in (-3.0, 0.0, 1.0):
         state = dataclasses.replace(STATE, heading=heading)
         place = Pose(Point(1.5, -0.25, 0.0), Quaternion(0.0, 0.0, math.sin(heading / 2), math.cos(heading / 2)))
@@ -101,9 +98,8 @@ def test_pose_and_transform_are_written_as_the_messages_that_they_stand_for():
         assert written(message.of(state, STAMP)) == written(plain)
         header.seq = 0      # nobody counts what is inside
         plain = TFMessage([TransformStamped(header, child, Transform(Vector3(1.5, -0.25, 0.0), place.orientation))])
-        assert written(transforms.of(state, STAMP)) == written(plain)
-    for kind, given in ((Odometry, message), (TFMessage, transforms)):
-        assert rospy.msg.args_kwds_to_message(kind, (given,), {}) is given
+        assert written(conversions.transform(state, STAMP, "zwei/ödom", "zwei/base_link")) == written(plain)
+    assert rospy.msg.args_kwds_to_message(Odometry, (message,), {}) is message
 
 
 def test_joint_states_of_the_wheels():
@@ -160,20 +156,6 @@ def test_the_lift_reports_its_last_end_while_it_moves():
     assert seen == [(3, 0, 0.0), (1, 0, 1.0), (2, -1, 1.0), (2, 0, 1.0), (1, 0, 0.0), (2, 1, 0.0)]
 
 
-def test_motors_battery_and_inputs():
-    assert conversions.motor_state(STATE).state == 1
-    assert conversions.motor_state(dataclasses.replace(STATE, motors_enabled=False)).state == 0
-    battery = conversions.battery_state(STATE, STAMP, "base_link")
-    assert battery.voltage == pytest.approx(12.8) and battery.header.frame_id == "base_link"
-    inputs, analog = conversions.digital_inputs(STATE), conversions.analog_input(STATE)
-    assert (inputs.count, inputs.bits) == (8, 0xF0) and (analog.voltages_count, list(analog.voltages)) == (1, [2.5])
-
-
-def test_what_firmware_does_not_report_is_not_made_up():
-    older = dataclasses.replace(STATE, digital_in=None, analog_voltage=None)
-    assert conversions.digital_inputs(older) is None and conversions.analog_input(older) is None
-
-
 @pytest.mark.parametrize(
     "charge_state, flags, status",
     [
@@ -209,18 +191,6 @@ def test_battery_makes_nothing_up():
     assert all(map(math.isnan, nothing))
     assert (message.power_supply_health, message.power_supply_technology, list(message.cell_voltage)) == (0, 0, [])
     assert conversions.battery(dataclasses.replace(STATE, state_of_charge=0.87), STAMP, "base_link").percentage == 0.87
-
-
-def test_bumpers_stall_and_stop_button():
-    driving = state_of(DRIVING, identity_of(front_bumpers=5, rear_bumpers=5))
-    message = conversions.bumpers(driving, STAMP, "base_link")
-    assert (message.front, message.rear) == ([True] + [False] * 4, [False] * 5) and message.header.stamp == STAMP
-    stalled = state_of(STALLED)
-    assert conversions.e_stop(stalled).data and not conversions.e_stop(driving).data
-    only_right = dataclasses.replace(STATE, right_stall=True)
-    for state, expected in ((driving, (False, False)), (stalled, (True, True)), (only_right, (False, True))):
-        message = conversions.stall(state, STAMP, "base_link")
-        assert (message.left, message.right) == expected and message.header.frame_id == "base_link"
 
 
 @pytest.mark.parametrize("analog, volts", [

@@ -12,12 +12,10 @@ import pytest
 import rospy.msg
 import rospy.topics
 from nav_msgs.msg import Odometry
-from tf2_msgs.msg import TFMessage
 
 from pioneer_control.driver import conversions, prompt
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.driver.prompt import PromptConnection
-from pioneer_control.msg import SonarArray
 
 from robot_reports import STAMP, STATE
 
@@ -263,33 +261,31 @@ def test_a_rospy_that_makes_connections_in_another_way_is_left_as_it_is(rospys_o
 
 
 @pytest.fixture
-def converters():
-    return lambda: prompt.converters("odom", "base_link", conversions.covariances(DriverParameters()))
+def converter():
+    return lambda: prompt.pose_converter("odom", "base_link", conversions.covariances(DriverParameters()))
 
 
-def test_messages_write_themselves_where_rospy_publishes_them_so(converters):
-    assert [type(convert(STATE, STAMP)).__name__ for convert in converters()] == [
-        "PoseMessage", "TransformMessage", "SonarMessage"]
+def test_a_pose_writes_itself_where_rospy_publishes_it_so(converter):
+    assert type(converter()(STATE, STAMP)) is prompt.PoseMessage
 
 
 @pytest.mark.parametrize("name, instead", [
-    ("serialize_message", lambda buffer, sequence, message: buffer.write(message.header.frame_id.encode())),
+    ("serialize_message", lambda buffer, sequence, message: buffer.write(message.child_frame_id.encode())),
     ("args_kwds_to_message", lambda kind, given, named: kind(*[getattr(given[0], name) for name in kind.__slots__])),
     ("serialize_message", None), ("args_kwds_to_message", None)])
-def test_where_rospy_is_another_ordinary_messages_are_published(converters, monkeypatch, name, instead):
+def test_where_rospy_is_another_ordinary_messages_are_published(converter, monkeypatch, name, instead):
     if instead is None:
         monkeypatch.delattr(rospy.msg, name)
     else:
         monkeypatch.setattr(rospy.msg, name, instead)
-    assert [type(convert(STATE, STAMP)) for convert in converters()] == [Odometry, TFMessage, SonarArray]
+    assert type(converter()(STATE, STAMP)) is Odometry
 
 
-@pytest.mark.parametrize("state", [STATE, dataclasses.replace(STATE, linear=0.0, angular=0.0, heading=-3.0, sonar=())])
-def test_both_kinds_of_messages_say_the_same(converters, monkeypatch, state):
+@pytest.mark.parametrize("state", [STATE, dataclasses.replace(STATE, linear=0.0, angular=0.0, heading=-3.0)])
+def test_both_kinds_of_messages_say_the_same(converter, monkeypatch, state):
     with monkeypatch.context() as another_rospy:
         another_rospy.delattr(rospy.msg, "serialize_message")
-        plain = converters()
-    for kind, one, other in zip(prompt.KINDS, converters(), plain):
-        messages = one(state, STAMP), other(state, STAMP)
-        assert isinstance(messages[1], kind) and not isinstance(messages[0], kind)
-        assert prompt._published(kind, messages[0]) == prompt._published(kind, messages[1]) is not None
+        plain = converter()
+    one, other = converter()(state, STAMP), plain(state, STAMP)
+    assert isinstance(other, Odometry) and not isinstance(one, Odometry)
+    assert prompt._published(one) == prompt._published(other)

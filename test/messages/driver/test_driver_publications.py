@@ -14,7 +14,8 @@ from pioneer_control.client import PacketReceived
 from pioneer_control.driver import conversions, prompt, publications
 from pioneer_control.driver.parameters import DriverParameters
 
-from robot_reports import DRIVING, GRIPPER_SWITCHES, GYRO, IO, OLD, STATE, identity_of, packet_of, received, state_of
+from robot_reports import (
+    DRIVING, GRIPPER_SWITCHES, GYRO, IO, OLD, STALLED, STATE, identity_of, packet_of, received, state_of)
 
 ALWAYS = {"pose", "/tf", "motor_state", "e_stop", "stall", "battery_state", "battery", "dio", "aio", "robot_info"}
 SONAR = {"sonar", "sonar_ranges", "sonar_points", "/tf_static"}
@@ -138,21 +139,61 @@ def test_another_robot_brings_its_own_topics_and_takes_those_of_the_one_before(d
 
 def test_nothing_is_made_for_nobody(driver, topics, monkeypatch):
     driver.identity(identity_of("peoplebot-sh", gripper=True, has_gyro=1))
-    for name in ("ranges_by_number", "sin"):
-        monkeypatch.setattr(prompt, name, None)     # calling it would raise
+    for module, name in ((prompt, "sin"), (publications, "Header"), (publications, "MotorState"),
+                         (publications, "DIO"), (publications, "AIO")):
+        monkeypatch.setattr(module, name, None)     # calling it would raise
     for name, function in list(vars(conversions).items()):
-        if callable(function) and getattr(function, "__module__", "") == conversions.__name__ and name != "e_stop":
+        if callable(function) and getattr(function, "__module__", "") == conversions.__name__:
             monkeypatch.setattr(conversions, name, None)
     monkeypatch.setattr(driver._gripper, "message", None)
     monkeypatch.setattr(driver._gyro, "rate", None)
     driver.state(dataclasses.replace(STATE, compass=1.0))
     driver.event(PacketReceived(packet_of(IO), 100.0, 99.9))
     driver.event(PacketReceived(packet_of(GYRO), 100.0, 99.9))
-    for topic in ("stall", "pose", "/tf", "sonar"):
+    for topic in ("stall", "motor_state", "dio", "aio", "pose", "/tf", "sonar"):
         with pytest.raises(TypeError):
             listen(topics, topic)
             driver.state(STATE)
         leave(topics[topic])
+
+
+def newest(driver, topics, state):
+    """The messages that are made of this state, by topic."""
+    listen(topics)
+    for topic in topics.values():
+        topic.published.clear()
+    driver.state(state)
+    return {name: topic.published[-1] for name, topic in topics.items() if topic.published}
+
+
+def test_motors_battery_and_inputs(driver, topics):
+    messages = newest(driver, topics, STATE)
+    assert messages["motor_state"].state == 1
+    battery, inputs, analog = (messages[name] for name in ("battery_state", "dio", "aio"))
+    assert battery.voltage == pytest.approx(12.8) and battery.header.frame_id == "base_link"
+    assert (inputs.count, inputs.bits) == (8, 0xF0) and (analog.voltages_count, list(analog.voltages)) == (1, [2.5])
+    assert newest(driver, topics, dataclasses.replace(STATE, motors_enabled=False))["motor_state"].state == 0
+
+
+def test_what_firmware_does_not_report_is_not_made_up(driver, topics):
+    messages = newest(driver, topics, dataclasses.replace(STATE, digital_in=None, analog_voltage=None))
+    assert "pose" in messages and not {"dio", "aio"} & set(messages)
+
+
+def test_bumpers_stall_and_stop_button(driver, topics, monkeypatch):
+    monkeypatch.setattr(publications, "monotonic", lambda: 100.5)
+    identity = identity_of("peoplebot-sh", front_bumpers=5, rear_bumpers=5)
+    driver.identity(identity)
+    driving = dataclasses.replace(state_of(DRIVING, identity), sent_time=99.25)
+    message = newest(driver, topics, driving)["bumpers"]
+    assert (message.front, message.rear) == ([True] + [False] * 4, [False] * 5)
+    assert message.header.stamp == rospy.Time(998, 750000000)
+    stalled = state_of(STALLED, identity)
+    assert newest(driver, topics, stalled)["e_stop"].data and not newest(driver, topics, driving)["e_stop"].data
+    only_right = dataclasses.replace(driving, right_stall=True)
+    for state, expected in ((driving, (False, False)), (stalled, (True, True)), (only_right, (False, True))):
+        message = newest(driver, topics, state)["stall"]
+        assert (message.left, message.right) == expected and message.header.frame_id == "base_link"
 
 
 def test_all_messages_of_a_packet_have_the_stamp_of_its_sending(driver, topics, monkeypatch):
