@@ -1,17 +1,17 @@
-"""The robot's side: a world, the hardware of robots in it, the firmware that speaks P2OS, and the lines to its clients.
+"""The simulated robots: their world, their hardware, their firmware with the protocol P2OS, and the lines to clients.
 
-Each room has a front that says what to open first. Imports go down this list, never up:
+The docstring of each subpackage names the file to open first. Code imports only from its own row or a lower row:
 
-``played``      a recorded robot, or a recorded client, instead of a simulated one
-``line``        what a client connects to: TCP port, pseudo-terminal, their faults, the server in real time
+``played``      plays back a recorded robot, or recorded clients
+``line``        TCP ports and pseudo-terminals for clients, faults, and the server in real time
 ``simulation``  several robots in one world and one simulated time
 ``firmware``    the robot's side of the protocol: sessions, commands, packets
 ``hardware``    drives, body, sonar, gripper, battery and accessories of one robot, in steps of simulated time
-``world``       walls, posts and cans; what sonar hears and what a body touches there; files and maps of worlds
+``world``       walls, posts and cans; sonar ranges and collisions; world files and maps
 
-``clock`` is the one simulated time. ``node`` is the ROS node, and alone knows ROS; ``parameters`` has its parameters.
-``__main__`` is the command line without ROS, ``picture`` draws worlds, ``shoves`` tells which cans robots push.
-Nothing here knows the client: a mistake that both shared would hide.
+``clock`` is the clock of the simulated time. ``node`` is the ROS node, and the only file that uses ROS; ``parameters``
+has its parameters. ``__main__`` is the command line without ROS. ``picture`` draws worlds. ``shoves`` reports the cans
+that robots push. This package does not import the client package: tests would not find a mistake in shared code.
 """
 
 from .firmware import Firmware, FirmwareState

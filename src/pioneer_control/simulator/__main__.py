@@ -21,10 +21,11 @@ from .world import known_worlds, load_world
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
-    """Run until Ctrl-C or SIGTERM; with --client, compare.
+    """Run simulated robots until Ctrl-C or SIGTERM. With --client, compare them with recorded robots.
 
     Returns:
-        The exit code: 0 ended, or all is the same; 1 something failed, or differs; 2 an argument makes no sense.
+        The exit code. 0: ended by the user, or no differences found. 1: a failure, or differences found. 2: an argument
+        is not legal.
     """
     options = parser().parse_args(arguments)
     try:
@@ -35,10 +36,10 @@ def main(arguments: Optional[List[str]] = None) -> int:
 
 
 def serve(options: argparse.Namespace) -> int:
-    """Let clients connect to simulated robots, or to one of a record, until Ctrl-C or SIGTERM.
+    """Run a server for simulated robots, or for one robot of a recording, until Ctrl-C or SIGTERM.
 
     Returns:
-        The exit code, as `main`.
+        The exit code: 0 ended by the user, 1 the server has failed.
     """
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -63,10 +64,10 @@ def serve(options: argparse.Namespace) -> int:
 
 
 def simulation_of(options: argparse.Namespace) -> Simulation:
-    """The world and the robots that the command line asks for.
+    """Return the simulation, with world and robots, that the options of the command line describe.
 
     Raises:
-        UsageError: an option makes no sense.
+        UsageError: an option is not legal.
     """
     return simulate(
         load_world(options.world), find_model(options.model, options.models), options.robots, options.name,
@@ -76,10 +77,10 @@ def simulation_of(options: argparse.Namespace) -> Simulation:
 
 
 def played_robot(options: argparse.Namespace) -> PlayedRobot:
-    """The robot of a record.
+    """Return the played robot of the recording that option --play names.
 
     Raises:
-        UsageError: the record makes no sense.
+        UsageError: the recording is not legal.
     """
     return PlayedRobot(
         read_record(options.play), options.robot,
@@ -87,10 +88,10 @@ def played_robot(options: argparse.Namespace) -> PlayedRobot:
 
 
 def compare_with(options: argparse.Namespace) -> int:
-    """Let simulated robots hear what those of a record heard, and say how their answers differ.
+    """Send the bytes of recorded clients to simulated robots, and print how answers differ from the recorded answers.
 
     Returns:
-        The exit code, as `main`.
+        The exit code: 0 all bytes are equal, 1 there are differences.
     """
     notes: List[Entry] = []
     simulation, recorded = simulation_of(options), read_record(options.client)
@@ -108,17 +109,17 @@ def compare_with(options: argparse.Namespace) -> int:
 
 
 def faults_of(options: argparse.Namespace) -> List[Fault]:
-    """The faults that the command line asks for.
+    """Return the faults of the options --fault and --faults.
 
     Raises:
-        ParameterError: one makes no sense.
+        ParameterError: a fault is not legal, or a file cannot be read.
     """
     return [fault_of(words) for words in options.fault] + [fault for path in options.faults
                                                            for fault in load_faults(path)]
 
 
 def welcome(server: Server, robots: Union[Simulation, PlayedRobot]) -> List[str]:
-    """Lines that say which robots there are, and where to connect to each."""
+    """Return lines of text to print at the start: which robots there are, and where clients connect to each of them."""
     count = len(server.berths)
     if isinstance(robots, PlayedRobot):
         lines = ["A robot that says what %s of the record said. Connect to it at" % robots.name]
@@ -134,12 +135,16 @@ def welcome(server: Server, robots: Union[Simulation, PlayedRobot]) -> List[str]
 
 
 def say(sentence: str) -> None:
-    """Print a line at once."""
+    """Print a line, and flush the output."""
     print(sentence, flush=True)
 
 
 def count(text: str) -> int:
-    """A number of robots."""
+    """Convert an argument of the command line to a number of robots, from 1 to `MOST_ROBOTS`.
+
+    Raises:
+        ArgumentTypeError: the text is not such a number.
+    """
     if not text.isdigit() or not 1 <= int(text) <= MOST_ROBOTS:
         raise argparse.ArgumentTypeError("%r is not legal: give a whole number from 1 to %s" % (text, MOST_ROBOTS))
     return int(text)
@@ -180,11 +185,11 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--models": dict(metavar="FILE", help="a models file that overrides or adds robot models"),
     "--numbers": dict(metavar="FILE", help="a file that overrides numbers of robot.yaml"),
 }
-"""The options, in the order of the help: each with what argparse is told of it."""
+"""Options of the command line, in the order of the help text, with their arguments for argparse."""
 
 
 def parser() -> argparse.ArgumentParser:
-    """The command line."""
+    """Return the argument parser of the command line."""
     result = argparse.ArgumentParser(
         prog="python3 -m pioneer_control.simulator", description="Simulated Pioneers that speak P2OS.",
         formatter_class=argparse.RawDescriptionHelpFormatter,

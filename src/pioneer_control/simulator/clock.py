@@ -1,11 +1,11 @@
-"""Simulated time: one clock for robots, lines and faults. They read it; the simulation sets it."""
+"""Simulated time: one clock for robots, lines and faults, which read it. Only the simulation sets it."""
 
 NEVER_US = 1 << 62
-"""Later than any simulated time (us)."""
+"""A time that is later than any simulated time (microseconds)."""
 
 
 class Clock:
-    """The time of one simulation.
+    """The clock of one simulation.
 
     Attributes:
         now_us: simulated microseconds since the start.
@@ -17,11 +17,14 @@ class Clock:
 
     @property
     def seconds(self) -> float:
-        """Simulated seconds since the start."""
+        """The simulated time (s) since the start."""
         return self.now_us * 1e-6
 
     def after(self, seconds: float) -> int:
-        """The time (us) in `seconds` from now. A fraction of a microsecond is kept, and added in the next call."""
+        """Return the time (microseconds) that is `seconds` after now. The clock itself does not change.
+
+        A fraction of a microsecond is kept, and added in the next call.
+        """
         exact_us = seconds * 1e6 + self._fraction_us
         whole_us = round(exact_us)
         self._fraction_us = exact_us - whole_us

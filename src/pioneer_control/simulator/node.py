@@ -1,24 +1,26 @@
-"""Simulated robots as a ROS node: lines for their drivers, the truth about their world, and faults on demand.
+"""The ROS node of the simulator: runs simulated robots, opens lines for their drivers, publishes the true state of the
+world, and has services for faults.
 
 *Publishes*
-``map`` (nav_msgs/OccupancyGrid, latched);
-``world`` (std_msgs/String, latched): its name;
+``map`` (nav_msgs/OccupancyGrid, latched): the world as a map;
+``world`` (std_msgs/String, latched): the name of the world;
 ``world_markers`` (visualization_msgs/MarkerArray, latched): walls and posts;
 ``markers`` (visualization_msgs/MarkerArray, 10 Hz): cans, grippers and outlines of the robots;
-``cans`` (geometry_msgs/PoseArray in the map's frame, latched, on change): z is how high a can is lifted, x of a pose
-points up, so that arrows stand;
-for each robot ``ground_truth`` (nav_msgs/Odometry in the map's frame, 10 Hz) and tf map -> odom (true pose of the
-odometry's origin); of several robots under ``robot1/`` and up, frames too;
-``/clock`` (rosgraph_msgs/Clock) when the speed is not 1.
+``cans`` (geometry_msgs/PoseArray in the map frame, latched, on change): poses of the cans; z is the height to which a
+can is lifted, and the x axis of each pose points up, so that RViz draws upright arrows;
+``ground_truth`` (nav_msgs/Odometry in the map frame, 10 Hz), for each robot: its true pose;
+tf map -> odom, for each robot: the true pose of the origin of its odometry;
+``/clock`` (rosgraph_msgs/Clock), only when the speed is not 1.
 
-*Subscribes* ``stop_button`` (std_msgs/Bool), of several robots under ``robot1/`` and up: presses the robot's STOP
-button, or lets it go.
+*Subscribes* ``stop_button`` (std_msgs/Bool), for each robot: presses the robot's STOP button, or releases it.
+
+If there are several robots, the topics and frames of each robot have the prefix ``robot1/``, ``robot2/`` and so on.
 
 *Services* ``~add_fault`` (AddFault), ``~list_faults`` and ``~clear_faults`` (std_srvs/Trigger).
 
-*Parameters*: `SimulatorParameters`.
+*Parameters*: see `SimulatorParameters`.
 
-It says in the log when a robot has pushed a can, and how far.
+The node logs when a robot has pushed a can, and how far.
 """
 
 import math
@@ -53,22 +55,23 @@ from .world import World, load_world
 from .world.poses import compose
 
 PERIOD = 0.1
-"""Seconds between two publications, of real time."""
+"""Real time (s) between two publications of the state of the world."""
 CLOCK_PERIODS = 0.001, 0.01
-"""Seconds of real time, at least and at most, between two messages on /clock."""
+"""Shortest and longest real time (s) between two messages on /clock."""
 CLOCK_STEP = 0.02
-"""Simulated seconds between two of them, within those bounds: packets, which come every 0.1 s, keep stamps of their
-own and in order.
+"""Simulated time (s) between two messages on /clock, if `CLOCK_PERIODS` allows it.
+
+It is much shorter than the time between two SIPs (0.1 s), so that their stamps differ and are in order.
 """
 MAP_RESOLUTION = 0.025
-"""Side (m) of a cell of the map."""
+"""Side (m) of a cell of the published map."""
 UP = Quaternion(y=-math.sqrt(0.5), w=math.sqrt(0.5))
-"""Turns the x axis upwards."""
+"""Orientation whose x axis points up."""
 LEVEL = Quaternion(w=1.0)
 WALL_HEIGHT = 0.3
-"""How high (m) walls and posts are drawn."""
+"""Height (m) of walls and posts in the markers."""
 PADDLE_HEIGHT = 0.05
-"""How high (m) the paddles of a gripper are drawn."""
+"""Height (m) of the paddles of a gripper in the markers."""
 COLOURS = {
     "wall": ColorRGBA(0.45, 0.45, 0.5, 1.0), "post": ColorRGBA(0.35, 0.35, 0.4, 1.0),
     "can": ColorRGBA(0.90, 0.62, 0.0, 1.0),
@@ -79,7 +82,11 @@ CanPlaces = List[Tuple[float, float, float]]
 
 
 def main() -> int:
-    """Run the node. Returns the exit code: 0 shut down, 1 something failed, 2 a parameter makes no sense."""
+    """Run the node.
+
+    Returns:
+        The exit code: 0 after ROS has shut down, 1 after a failure, 2 if a parameter is not legal.
+    """
     init_node("p2os_simulator")
     try:
         parameters = check_parameters(rospy.get_param("~", {}))
@@ -106,7 +113,11 @@ def main() -> int:
 
 
 def simulation_of(parameters: SimulatorParameters) -> Simulation:
-    """The world and its robots. Raises UsageError for what makes no sense."""
+    """Return the simulation, with world and robots, that the node's parameters describe.
+
+    Raises:
+        UsageError: a parameter is not legal.
+    """
     world = load_world(parameters.world)
     if parameters.start is not None:
         world = world.with_start(parameters.start)
@@ -118,7 +129,14 @@ def simulation_of(parameters: SimulatorParameters) -> Simulation:
 
 
 class RobotTruth:
-    """Publishes the truth about one robot, under a prefix where there are several."""
+    """Publishes the true pose and speed of one robot, and subscribes to its STOP button.
+
+    Args:
+        firmware: the robot.
+        prefix: prefix of the robot's topics and frames, empty for a single robot.
+        parameters: parameters of the node.
+        lock: lock to hold while the robot is used.
+    """
 
     def __init__(self, firmware: Firmware, prefix: str, parameters: SimulatorParameters, lock: Any):
         self._firmware = firmware
@@ -131,7 +149,7 @@ class RobotTruth:
         rospy.Subscriber(prefix + "stop_button", Bool, self._press, queue_size=10)
 
     def publish(self, now: rospy.Time) -> None:
-        """Publish where the robot is."""
+        """Publish the true pose and speed of the robot, and the tf from map to odom, with the stamp `now`."""
         with self._lock:
             pose, (speed, turn_rate) = self._firmware.true_pose, self._firmware.velocity
             x, y, heading = self._firmware.hardware.odometry.origin
@@ -147,12 +165,12 @@ class RobotTruth:
 
 
 class Node:
-    """Publishes what is true of the simulated robots, and passes faults on to their server.
+    """Publishes the true state of the world and its robots, and offers services for faults.
 
     Args:
-        server: of the robots.
-        simulation: the robots.
-        parameters: of the node.
+        server: server that runs the robots.
+        simulation: the simulated robots and their world.
+        parameters: parameters of the node.
     """
 
     def __init__(self, server: Server, simulation: Simulation, parameters: SimulatorParameters):
@@ -178,7 +196,7 @@ class Node:
         for topic, kind, message in (
                 ("map", OccupancyGrid, map_message(world, self._frame)), ("world", String, String(world.name)),
                 ("world_markers", MarkerArray, world_markers(world, self._frame))):
-            rospy.Publisher(topic, kind, queue_size=1, latch=True).publish(message)     # rospy keeps it
+            rospy.Publisher(topic, kind, queue_size=1, latch=True).publish(message)     # rospy keeps the publisher
         if self._own_clock:
             self._clock = rospy.Publisher("/clock", Clock, queue_size=10)
             if not rospy.get_param("/use_sim_time", False):
@@ -190,9 +208,10 @@ class Node:
         rospy.on_shutdown(self._stop.set)
 
     def run(self) -> int:
-        """Publish until ROS shuts down (0) or the robots die (1).
+        """Publish until ROS shuts down or the server fails. The loop uses real time, so it also works with /clock.
 
-        Real time paces it, so that it also works under simulated time.
+        Returns:
+            The exit code: 0 after ROS has shut down, 1 if the server has failed.
         """
         due = time.monotonic()
         while not self._stop.wait(self._period):
@@ -209,7 +228,7 @@ class Node:
         return 0
 
     def _now(self) -> rospy.Time:
-        """The time of the stamps: ROS's, or the simulation's where that is ROS's."""
+        """Return the time for stamps: ROS time, or the simulated time if this node publishes /clock."""
         return rospy.Time.from_sec(self._epoch + self._lines.time) if self._own_clock else rospy.Time.now()
 
     def _publish(self, now: rospy.Time) -> None:
@@ -254,12 +273,12 @@ class Node:
 
 
 def can_places(simulation: Simulation) -> CanPlaces:
-    """Where every can of the world stands or hangs: x, y and how high it is lifted (m, map frame)."""
+    """Return x, y and height above the floor (m, map frame) of every can. The height is 0 while no gripper holds it."""
     return [(can.x, can.y, 0.0 if can.held_by is None else can.held_by.height) for can in simulation.world.cans]
 
 
 def map_message(world: World, frame: str) -> OccupancyGrid:
-    """The world as a map."""
+    """Return the world as an occupancy grid in the coordinate frame `frame`."""
     (cells, (x, y)), now = world.occupancy(MAP_RESOLUTION), rospy.Time.now()
     return OccupancyGrid(
         Header(stamp=now, frame_id=frame),
@@ -268,7 +287,7 @@ def map_message(world: World, frame: str) -> OccupancyGrid:
 
 
 def world_markers(world: World, frame: str) -> MarkerArray:
-    """What never moves: walls as upright rectangles, posts as cylinders."""
+    """Return markers for walls (upright rectangles) and posts (cylinders), which never move."""
     walls = marker(frame, "wall", 0, Marker.TRIANGLE_LIST, Pose(orientation=LEVEL), (1.0, 1.0, 1.0))
     for x1, y1, x2, y2 in world.walls:
         low, high = (Point(x1, y1, 0.0), Point(x2, y2, 0.0)), (Point(x1, y1, WALL_HEIGHT), Point(x2, y2, WALL_HEIGHT))
@@ -281,7 +300,7 @@ def world_markers(world: World, frame: str) -> MarkerArray:
 
 
 def moving_markers(simulation: Simulation, frame: str) -> MarkerArray:
-    """What moves: cans as cylinders, the paddles of each gripper as boxes, and the outline of each robot."""
+    """Return markers for everything that moves: cans as cylinders, gripper paddles as boxes, and outlines of robots."""
     markers = [
         marker(frame, "can", number, Marker.CYLINDER, Pose(Point(x, y, z + can.height / 2.0), LEVEL),
                (2.0 * can.radius, 2.0 * can.radius, can.height))
@@ -297,7 +316,10 @@ def moving_markers(simulation: Simulation, frame: str) -> MarkerArray:
 
 
 def paddle_markers(robot: Firmware, gripper: ParallelGripper, number: int, frame: str) -> List[Marker]:
-    """The two paddles of a robot's gripper, where they are and as far open as they are."""
+    """Return markers for the two paddles of a robot's gripper, at their present places.
+
+    `number` is the number of the robot (from 0), from which the ids of the markers are made.
+    """
     shape = gripper.shape
     ahead = robot.model.length_front + shape.paddle_start + shape.paddle_length / 2.0
     aside = (gripper.opening + shape.paddle_thickness) / 2.0
@@ -311,13 +333,23 @@ def marker(
     frame: str, kind: str, number: int, shape: int, pose: Pose, size: Tuple[float, float, float],
     points: Sequence[Point] = (),
 ) -> Marker:
-    """One marker; without a stamp, so that RViz takes the newest transform."""
+    """Return one marker. It has no stamp, so that RViz uses the newest transform.
+
+    Args:
+        frame: coordinate frame of the marker.
+        kind: namespace of the marker, and key of its colour in `COLOURS`.
+        number: id of the marker within its namespace.
+        shape: type of the marker, a constant of `Marker`.
+        pose: pose of the marker.
+        size: scale of the marker (m) along x, y and z.
+        points: points of a line or a triangle list (m).
+    """
     return Marker(header=Header(frame_id=frame), ns=kind, id=number, type=shape, action=Marker.ADD, pose=pose,
                   scale=Vector3(*size), color=COLOURS[kind], points=list(points))
 
 
 def pose_message(x: float, y: float, heading: float, z: float = 0.0) -> Pose:
-    """A level pose; on the floor, unless `z` says how high (m)."""
+    """Return a Pose message from x, y (m), heading (rad) and height z (m), with roll and pitch 0."""
     return Pose(Point(x, y, z), Quaternion(*quaternion_of(heading)))
 
 

@@ -1,6 +1,6 @@
-"""The private parameters of the simulator's ROS node, in one table: defaults, what is legal, and what each does.
+"""The private parameters of the simulator's ROS node: their defaults, legal values and meanings.
 
-No ROS in here.
+This file uses no ROS.
 """
 
 from dataclasses import dataclass, fields
@@ -14,31 +14,31 @@ from .world.poses import Pose
 
 
 class TcpAddress(NamedTuple):
-    """Where to listen, as `TcpLine` takes it; an empty text (None) for nowhere."""
+    """Check of a parameter that is a TCP address: a port number or ``"host:port"``. An empty text means no TCP port."""
 
     legal: str = "a port (0 for any free one), host:port, or an empty text for none"
 
     def accept(self, value: Any) -> Union[int, str, None]:
-        """The value, None for an empty text. Raises ValueError when it is neither number nor text."""
+        """Return the value, or None for an empty text. Raise ValueError if the value is neither int nor str."""
         if isinstance(value, bool) or not isinstance(value, (int, str)):
             raise ValueError
         return None if value == "" else value
 
 
 class Place(NamedTuple):
-    """A pose in the world (m, m, rad); an empty text (None) for none."""
+    """Check of a parameter that is a pose in the world (m, m, rad). An empty text means the world's own start."""
 
     legal: str = "three numbers, as a list: x, y, heading; or an empty text for the world's own"
 
     def accept(self, value: Any) -> Optional[Tuple[float, ...]]:
-        """The pose, None for an empty text. Raises ValueError when it is neither."""
+        """Return the pose, or None for an empty text. Raise ValueError if the value is neither."""
         is_empty = isinstance(value, str) and not value.strip()
         return None if is_empty else Numbers(3, -1e6, 1e6).accept(value)
 
 
 @dataclass(frozen=True)
 class SimulatorParameters:
-    """What can be set on the node."""
+    """The private parameters of the simulator's ROS node."""
 
     model: str = parameter("p3dx-sh", Text(), "robot model, by its subtype")
     world: str = parameter("tutorial", Text(), "name of a world, or path of a world file")
@@ -68,10 +68,10 @@ class SimulatorParameters:
 
 
 def check_parameters(given: Mapping[str, Any]) -> SimulatorParameters:
-    """The parameters as set by a user, those not given at their defaults.
+    """Check the parameters that a user has given. All others have their defaults.
 
     Raises:
-        ParameterError: as `parameters.check` raises it, and for every unknown name.
+        ParameterError: a value is not legal, or a name is unknown.
     """
     parameters: SimulatorParameters
     parameters, unknown = check(SimulatorParameters, given)

@@ -1,8 +1,8 @@
-"""Draw any world as one picture: walls, cans, where robots start, charge and may be sent to, and where they are.
+"""Draws a world as one picture: its walls, posts, cans, starts, docks and goals, and robots in it.
 
-``python3 -m pioneer_control.simulator.picture WORLD`` writes world-WORLD.png; ``-o`` names another file (.pdf and .svg
-work too), ``--model`` and ``--robots`` put robots on their starts. No display is needed. Colours are Okabe and Ito's,
-as in `bags.draw`.
+``python3 -m pioneer_control.simulator.picture WORLD`` writes world-WORLD.png. Option ``-o`` names another file, also
+with ending .pdf or .svg. Options ``--model`` and ``--robots`` draw robots at their starts. No display is needed. The
+colours are those of Okabe and Ito, as in `bags.draw`.
 """
 
 import argparse
@@ -35,13 +35,16 @@ def draw_world(world: World, output: str, robots: Sequence[Standing] = (), title
     """Write the picture of a world to a file; see `pictures.write`.
 
     Args:
-        robots: for each its outline (base_link) and its pose (map frame).
+        world: the world.
+        output: path of the file. Its ending decides the format.
+        robots: outline (m, base_link) and pose (m, rad; map frame) of each robot to draw. If empty, starts are drawn.
+        title: title of the picture, the name of the world if None.
     """
     write(lambda: figure(world, robots, title), output, DPI)
 
 
 def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] = None) -> Any:
-    """The matplotlib Figure of a world."""
+    """Return a matplotlib Figure of a world. For the arguments see `draw_world`."""
     from matplotlib.figure import Figure    # here: it takes a second to load, and may be missing
 
     low, high = _extent(world)
@@ -65,7 +68,7 @@ def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] =
 
 
 def _extent(world: World) -> Tuple[Array, Array]:
-    """Lower left and upper right corner of what is to be seen, m, with a margin."""
+    """Return the lower left and the upper right corner of the drawing (m, map frame): the world with a margin."""
     low, high = np.array(world.bounds[:2]), np.array(world.bounds[2:])
     least = 0.0 if len(world.walls) else LEAST_SPAN
     margin = np.maximum(least - (high - low), 0.0) / 2.0 + 0.02 * (high - low).max() + 0.1
@@ -73,7 +76,10 @@ def _extent(world: World) -> Tuple[Array, Array]:
 
 
 def draw_floor(axes: Any, world: World, resolution: float) -> None:
-    """What cannot be reached from a start, shaded: outside, and inside of furniture."""
+    """Shade the floor that cannot be reached from a start: outside the walls, and inside furniture.
+
+    `resolution` is the side of a cell (m) of the shading.
+    """
     from matplotlib.colors import ListedColormap
 
     resolution = max(resolution, 0.005)
@@ -87,7 +93,7 @@ def draw_floor(axes: Any, world: World, resolution: float) -> None:
 
 
 def draw_solids(axes: Any, world: World) -> None:
-    """Walls as lines, posts to scale."""
+    """Draw the walls of a world as lines, and its posts to scale."""
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Circle
 
@@ -98,7 +104,7 @@ def draw_solids(axes: Any, world: World) -> None:
 
 
 def draw_cans(axes: Any, world: World) -> None:
-    """Cans to scale, but never too small to be found."""
+    """Draw the cans of a world to scale, but not smaller than a visible dot."""
     from matplotlib.patches import Circle
 
     for number, can in enumerate(world.cans):
@@ -111,7 +117,7 @@ def draw_cans(axes: Any, world: World) -> None:
 
 
 def _draw_arrow(axes: Any, pose: Pose, length: float, colour: str, zorder: float, **style: Any) -> None:
-    """A triangle whose middle is at a pose and that points along it."""
+    """Draw an arrow head of `length` (m) whose middle is at `pose`, and which points along the heading of `pose`."""
     corners = (0.6, 0.0), (-0.4, 0.38), (-0.2, 0.0), (-0.4, -0.38)
     outline = [(length * x, length * y) for x, y in corners]
     axes.fill(*_placed(outline, pose).T, facecolor=colour, zorder=zorder, **style)
@@ -124,7 +130,7 @@ def _placed(outline: Outline, pose: Pose) -> Array:
 
 
 def _size(axes: Any) -> float:
-    """How long (m) an arrow must be to be seen well."""
+    """Return the length (m) of an arrow that is well visible in the drawing."""
     return float(0.045 * max(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())))
 
 
@@ -132,7 +138,8 @@ _PAPER = dict(boxstyle="round,pad=0.12", facecolor="white", edgecolor="none", al
 
 
 def _label(axes: Any, pose: Pose, text: str, colour: str, points: float = 11.0) -> None:
-    """A word below or, when the arrow points down, above it."""
+    """Write a text below a pose, or above it if the arrow of the pose leads down. `points` is the distance (1/72 inch).
+    """
     down = math.sin(pose[2]) < -0.3
     axes.annotate(text, pose[:2], (0, points if down else -points), textcoords="offset points", ha="center",
                   va="center", fontsize=8, color=colour,
@@ -146,7 +153,7 @@ def _draw_starts(axes: Any, world: World) -> None:
 
 
 def _draw_docks(axes: Any, world: World) -> None:
-    """A bracket before the robot that charges there, open to where it comes from."""
+    """Draw each dock as a bracket in front of the robot that charges there. The bracket is open towards the robot."""
     for pose in world.docks:
         size = _size(axes)
         bracket = _placed(((-0.2 * size, 0.6 * size), (0.6 * size, 0.6 * size), (0.6 * size, -0.6 * size),
@@ -164,13 +171,14 @@ def _draw_goals(axes: Any, world: World) -> None:
 
 
 def draw_robot(axes: Any, outline: Outline, pose: Pose, colour: str = ROBOT) -> None:
-    """The outline of a robot (base_link), to scale, and its heading."""
+    """Draw the outline of a robot (m, base_link) at `pose` (m, rad; map frame), with an arrow for its heading."""
     axes.fill(*_placed(outline, pose).T, facecolor=colour, edgecolor=colour, alpha=0.85, linewidth=0.8, zorder=6)
     _draw_arrow(axes, pose, 0.28, "white", 6, edgecolor="none")
 
 
 def _draw_ticks(axes: Any, span: float) -> None:
-    """A round number of metres apart, no more than a dozen over the longer side (m)."""
+    """Set the ticks of both axes a round number of metres apart, at most about a dozen over the longer side `span` (m).
+    """
     from matplotlib.ticker import MultipleLocator
 
     step = min(step for step in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0) if step > span / 13.0 or step == 100.0)
@@ -179,7 +187,7 @@ def _draw_ticks(axes: Any, span: float) -> None:
 
 
 def _write_texts(page: Any, axes: Any, world: World, title: Optional[str]) -> None:
-    """Name and size above."""
+    """Write the title, and the size of the world and its numbers of walls, posts and cans, above the drawing."""
     width, height = page.get_size_inches()
     low_x, low_y, high_x, high_y = world.bounds
     solid = len(world.walls) or len(world.posts)
@@ -195,7 +203,11 @@ def _write_texts(page: Any, axes: Any, world: World, title: Optional[str]) -> No
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
-    """Draw a world; 0 when the picture is written, 2 when there is nothing to draw."""
+    """Run the command line, which draws a world.
+
+    Returns:
+        The exit code: 0 when the picture is written, 2 when an argument is not legal or the picture cannot be written.
+    """
     parser = argparse.ArgumentParser(prog="python3 -m pioneer_control.simulator.picture",
                                      description="Draw a world of the simulated robot.",
                                      epilog="Worlds: %s." % ", ".join(known_worlds()))

@@ -1,4 +1,4 @@
-"""Cans that robots push, told to people: which, how far, and from where to where. Knows no ROS."""
+"""Reports in sentences which cans the robots have pushed, how far, and from where to where. This file uses no ROS."""
 
 from typing import Dict, List, NamedTuple, Sequence, Tuple
 
@@ -6,13 +6,17 @@ from .world import Can
 from .world.poses import Point, hypot
 
 REST = 1.0
-"""A shove is over when the can has stood still for so long (simulated s)."""
+"""Time (simulated s) without motion of a can after which its shove is over."""
 SHORTEST = 0.01
-"""Shoves over less than this (m) are not told."""
+"""Shortest distance (m) between the ends of a shove that is reported."""
 
 
 class _Shove(NamedTuple):
-    """A shove that goes on: where the can stood before, who pushes it, and when it last moved (s)."""
+    """A shove of a can that is not over yet.
+
+    `begin` is where the can stood before (m, map frame), `robot` is the name of the robot that pushes the can, and
+    `moved_at` is the simulated time of its last motion (s).
+    """
 
     begin: Point
     robot: str
@@ -20,10 +24,10 @@ class _Shove(NamedTuple):
 
 
 class ShoveWatch:
-    """Looks at the cans of a world now and then, and tells each shove once, when it is over.
+    """Watches the cans of a world, and reports each shove once, when the shove is over.
 
     Args:
-        cans: the cans; their numbers count from 1.
+        cans: the cans of the world. In the reports, their numbers count from 1.
     """
 
     def __init__(self, cans: Sequence[Can]):
@@ -32,11 +36,11 @@ class ShoveWatch:
         self._shoves: Dict[int, _Shove] = {}
 
     def look(self, now: float, robots: Sequence[Tuple[str, Point]]) -> List[str]:
-        """Look at the cans.
+        """Compare the places of the cans with those of the last call. Call this regularly.
 
         Args:
             now: simulated time (s).
-            robots: name and place (m, map frame) of each robot; the nearest one has pushed.
+            robots: name and position (m, map frame) of each robot. The nearest robot counts as the one that pushes.
 
         Returns:
             A sentence for each shove that is over.
@@ -52,7 +56,7 @@ class ShoveWatch:
         return self._told([number for number, shove in self._shoves.items() if now - shove.moved_at >= REST])
 
     def finish(self) -> List[str]:
-        """Tell the shoves that are not over, too."""
+        """End all shoves that are not over yet, and return a sentence for each."""
         return self._told(list(self._shoves))
 
     def _told(self, numbers: List[int]) -> List[str]:

@@ -1,5 +1,4 @@
-"""One world with any number of robots in one simulated time: they see each other with their sonar and bump into each
-other.
+"""One world with any number of robots in one simulated time. They detect each other with their sonar, and collide.
 
 >>> from pioneer_control.robots import find_model
 >>> from pioneer_control.simulator.world import load_world
@@ -10,8 +9,8 @@ other.
 >>> [sent.hex() for sent in simulation.advance(0.1)]
 ['', 'fafb03000000']
 
-No thread, clock or socket is in here: the same bytes at the same simulated times give the same answers however the
-time is split.
+This file uses no threads, no sockets and no real time. The same bytes at the same simulated times always give the same
+answers. It does not matter into how many calls the time is split.
 """
 
 from typing import Any, List, Optional
@@ -25,14 +24,16 @@ from .world.crowd import Crowd
 from .world.poses import Pose
 
 MOST_ROBOTS = 2000
-"""Most robots that can be asked for by number."""
+"""Largest number of robots that the command line and the ROS node accept."""
 
 
 class Simulation:
-    """Robots that share a world. Each is a `Firmware`: give it bytes with `receive`, but let time pass here only.
+    """Robots that share one world and one simulated time.
+
+    Each robot is a `Firmware`. Its method `receive` takes bytes of a client, but only this class may let time pass.
 
     Args:
-        world: the `World`, from now on this simulation's alone.
+        world: the world. No other simulation may use it from now on.
     """
 
     def __init__(self, world: World):
@@ -43,15 +44,15 @@ class Simulation:
         self.next_step_us = NEVER_US
 
     def add(self, model: RobotModel, pose: Optional[Pose] = None, **options: Any) -> Firmware:
-        """Add a robot, switched on now.
+        """Add a robot, which is switched on now.
 
         Args:
-            model: which robot.
-            pose: where it stands (x, y, heading; map frame); the world's next start if None.
-            options: whatever else `Firmware` takes.
+            model: model of the robot.
+            pose: start pose (m, rad; map frame). The next start of the world if None.
+            options: other arguments of `Firmware`.
 
         Raises:
-            ParameterError: it would stand in something, or the world has no start left.
+            ParameterError: the robot would overlap an obstacle, the world has no start left, or `Firmware` raises it.
         """
         if pose is None:
             if len(self.robots) >= len(self.world.starts):
@@ -65,20 +66,23 @@ class Simulation:
         return robot
 
     def advance(self, seconds: float) -> List[bytes]:
-        """Let simulated time pass for all.
+        """Let simulated time pass for all robots.
 
         Args:
-            seconds: from 0 up; microseconds count, fractions of them are carried over to the next call.
+            seconds: duration, at least 0. A fraction of a microsecond is kept, and added in the next call.
 
         Returns:
-            What each robot sent meanwhile, in the order of `robots`.
+            The bytes that each robot has sent, in the order of `robots`.
         """
         self.run_to(self.clock.after(seconds))
         return [robot.take_sent() for robot in self.robots]
 
     def run_to(self, end_us: int) -> None:
-        """Let simulated time pass for all until `end_us`; what they send meanwhile is kept for their `take_sent`."""
-        while self.next_step_us <= end_us:  # all take the step of one moment before any takes that of the next
+        """Let simulated time pass for all robots until `end_us` (microseconds).
+
+        The method `take_sent` of each robot then returns the bytes that the robot has sent.
+        """
+        while self.next_step_us <= end_us:  # all robots finish one step before any robot begins the next step
             now_us = self.clock.now_us = self.next_step_us
             for robot in self.robots:
                 if robot.next_step_us <= now_us:
@@ -88,15 +92,19 @@ class Simulation:
 
 
 def simulate(world: World, model: RobotModel, count: int, name: Optional[str], seed: int, **options: Any) -> Simulation:
-    """Robots of one model in a world, as the command line and the ROS node offer them.
+    """Return a simulation with robots of one model, for the command line and the ROS node.
 
     Args:
-        name: of a robot alone; several are numbered, ``NAME_0001`` and up, ``sim_0001`` and up if None.
-        seed: of the first one; each has another.
-        options: whatever else `Firmware` takes.
+        world: world in which the robots stand.
+        model: model of all robots.
+        count: number of robots.
+        name: name of a single robot. Several robots have this name with a number: ``NAME_0001``, ``NAME_0002`` and so
+            on. If None, the names are ``sim_0001``, ``sim_0002`` and so on.
+        seed: random seed of the first robot. Each next robot has the next seed.
+        options: other arguments of `Firmware`.
 
     Raises:
-        ParameterError: they cannot all stand there, or `Firmware` raises it.
+        ParameterError: the world has no room for all robots, or `Firmware` raises it.
     """
     simulation = Simulation(world)
     for number, pose in enumerate(standing_places(world, model, count)):

@@ -1,12 +1,12 @@
 """The lines between robots and their clients. Open ``line_simulation`` first: robots with their lines in simulated
 time.
 
-``robot_link``     one robot with its line: what faults act on
-``faults``         what can go wrong with a robot and its line, and when
-``one_way``        one direction of a line: how long bytes take, and how they are lost or spoilt
-``uart``           what a serial port hears of bytes that come at another speed
-``server``         the same in real time; ``lines``: its TCP ports and pseudo-terminals
-``line_recorder``  writes what goes over the lines to a file
+``robot_link``     one robot with its line, on which faults act
+``faults``         the faults that a robot and its line can have, and their times
+``one_way``        one direction of a line: how long bytes take, and which bytes are lost or damaged
+``uart``           the bytes that a serial port receives when the sender has another baud rate
+``server``         runs robots and lines in real time; ``lines``: its TCP ports and pseudo-terminals
+``line_recorder``  records to a file all bytes that are sent over the lines
 """
 
 from .faults import Fault, fault_of, load_faults

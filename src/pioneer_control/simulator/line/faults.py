@@ -1,13 +1,13 @@
-"""What can go wrong with a simulated robot and its line: one table, how a fault is written, and when each begins and
-ends. No I/O, no clock.
+"""The faults that a simulated robot and its line can have: the table of their kinds, how a fault is written, and how
+faults begin and end. This file uses no real time.
 
-A fault in words, as on the command line and in the services of the ROS node::
+A fault is written as text, on the command line and in the services of the ROS node::
 
-    loss 0.1                                 a tenth of all packets, both ways, of every robot, from now on
-    loss 0.1 way to-robot from 10 to 20      only what the client sends, between 10 and 20 simulated seconds
-    transducer 3 robot 2                     of the second robot
+    loss 0.1                                 lose a tenth of all packets, in both directions, of all robots, from now on
+    loss 0.1 way to-robot from 10 to 20      lose only packets of the client, from 10 to 20 simulated seconds
+    transducer 3 robot 2                     sonar transducer 3 of the second robot is dead
 
-A file of them, a timeline, is a YAML list of such words, or of mappings with the same words as keys::
+A file of faults is a YAML list. Its entries are such texts, or mappings with the same words as keys::
 
     - loss 0.1 from 10 to 20
     - {fault: transducer, value: 3, robot: 2, from: 30}
@@ -27,33 +27,34 @@ from .one_way import LineErrors
 from .robot_link import WAYS, RobotLink
 
 KEYS = ("fault", "value", "way", "robot", "from", "to")
-"""Words of a fault; the first two stand without a word of their own where it is written as text."""
+"""Keys of a fault. In a fault that is written as text, the first two values have no key before them."""
 
 
 class Kind(NamedTuple):
-    """A kind of fault."""
+    """A kind of fault: a row of the table `KINDS`."""
 
     name: str
     value: Union[Number, Whole, None]
-    """What it takes; None when it takes none."""
+    """Check of the fault's value. None if faults of this kind have no value."""
     unit: str
     meaning: str
     act: Optional[Callable[[RobotLink, List[Any]], None]] = None
-    """Lets a robot have the faults of this kind that are on: their values, newest last.
+    """Function that applies to a robot all active faults of this kind. It gets their values, newest last.
 
-    None: a fault of the line, see `LineErrors`.
+    None if it is a fault of the line; see `LineErrors`.
     """
     lasts: float = math.inf
-    """Seconds until it ends when that is not said."""
+    """Duration (s) of a fault whose end is not given."""
 
     @property
     def on_line(self) -> bool:
-        """Whether it is a fault of the line, and so may be on one way only."""
+        """Whether this is a fault of the line, which may act on one direction only."""
         return self.act is None
 
 
 def _radians_together(degrees: List[float]) -> float:
-    """The sum in rad. Python 3.12 changed how `sum` rounds, so it is not used here."""
+    """Return the sum of angles in degrees, converted to rad. It does not use `sum`, whose rounding Python 3.12 changed.
+    """
     return math.radians(functools.reduce(operator.add, degrees, 0.0))
 
 
@@ -87,9 +88,10 @@ KINDS: Dict[str, Kind] = {kind.name: kind for kind in (
 
 
 class Fault(NamedTuple):
-    """One fault.
+    """One fault of a robot or its line.
 
-    Times are simulated seconds; `robot` counts from 1, None: every robot; `way`: one of `WAYS`, None: both.
+    `start` and `end` are simulated seconds. `robot` counts from 1; None means all robots. `way` is one of `WAYS`; None
+    means both directions.
     """
 
     kind: str
@@ -100,16 +102,16 @@ class Fault(NamedTuple):
     end: float = math.inf
 
     def __str__(self) -> str:
-        """Its words, without the times."""
+        """Return the fault as text, without its times."""
         words = [self.kind] + ([] if self.value is None else ["%g" % self.value])
         return " ".join(words + ["way %s" % self.way] * bool(self.way) + ["robot %s" % self.robot] * bool(self.robot))
 
 
 def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
-    """The fault that a text or a mapping describes.
+    """Parse a fault that is written as text or as a mapping.
 
     Raises:
-        ParameterError: names what makes no sense in it, and what is legal.
+        ParameterError: the fault is not legal. The message names the error and the legal values.
     """
     def fail(problem: str) -> ParameterError:
         return ParameterError("fault %r: %s" % (str(words), problem))
@@ -152,10 +154,10 @@ def fault_of(words: Union[str, Mapping[str, Any]]) -> Fault:
 
 
 def load_faults(path: str) -> List[Fault]:
-    """The faults of a timeline file.
+    """Read a YAML file of faults.
 
     Raises:
-        ParameterError: names the file and what makes no sense in it.
+        ParameterError: the file cannot be read, or a fault is not legal. The message names the file and the error.
     """
     listed = read_values(path)
     if not isinstance(listed, list):
@@ -170,7 +172,7 @@ def load_faults(path: str) -> List[Fault]:
 
 
 class _Timed(NamedTuple):
-    """A fault, and when it begins and ends (simulated microseconds)."""
+    """A fault with the simulated times of its beginning and its end (microseconds)."""
 
     fault: Fault
     start_us: int
@@ -178,11 +180,11 @@ class _Timed(NamedTuple):
 
 
 class Faults:
-    """The faults of some robots, and which of them are on.
+    """The present and future faults of all robots in a simulation. Begins and ends the faults at their times.
 
     Args:
-        links: the robots, each with its line.
-        say: told when a fault begins and ends: simulated seconds, and a sentence.
+        links: all robots with their lines.
+        say: function that is called when a fault begins or ends, with the simulated time (s) and a sentence.
     """
 
     def __init__(self, links: Sequence[RobotLink], say: Callable[[float, str], None] = lambda time, sentence: None):
@@ -193,20 +195,20 @@ class Faults:
 
     @property
     def on(self) -> List[Fault]:
-        """The faults that have begun and not ended, oldest first."""
+        """The faults that have begun and have not ended, oldest first."""
         return [timed.fault for timed in self._on]
 
     def told(self, now_us: int) -> List[str]:
-        """In words, the faults that are on, then those to come, and when they come."""
+        """Return texts of the active faults, then of the future faults with the time until they begin."""
         waits = [(fault, (start_us - now_us) / 1e6) for fault, start_us, _ in self._waiting]
         to_come = ["%s, in %.1f s" % (fault, wait) if wait > 0.0 else str(fault) for fault, wait in waits]
         return [str(fault) for fault in self.on] + to_come
 
     def add(self, fault: Fault, now_us: int = 0) -> None:
-        """Add a fault; its times count from `now_us`.
+        """Add a fault. Its times are relative to `now_us` (simulated microseconds).
 
         Raises:
-            ParameterError: there is no such robot, or it is a played one that cannot have this fault.
+            ParameterError: the fault's robot does not exist, or a robot is played from a recording and cannot have it.
         """
         if fault.robot is not None and fault.robot > len(self._links):
             raise ParameterError("fault '%s': there is no robot %d; there are 1 to %d"
@@ -220,10 +222,10 @@ class Faults:
         self._waiting.sort(key=lambda timed: timed.start_us)
 
     def clear(self, now_us: int) -> int:
-        """End all faults, also those that have not begun.
+        """End all active faults at `now_us` (simulated microseconds), and drop all future faults.
 
         Returns:
-            How many these were.
+            The number of ended and dropped faults.
         """
         count = len(self._waiting) + len(self._on)
         self._waiting.clear()
@@ -232,12 +234,12 @@ class Faults:
 
     @property
     def next_us(self) -> int:
-        """When the next one begins or ends."""
+        """The simulated time at which the next fault begins or ends (microseconds). `NEVER_US` if there is none."""
         return min([timed.start_us for timed in self._waiting[:1]] + [timed.end_us for timed in self._on],
                    default=NEVER_US)
 
     def step(self, now_us: int) -> None:
-        """Begin and end what is due."""
+        """Begin and end all faults that are due at `now_us` (simulated microseconds)."""
         while self._waiting and self._waiting[0].start_us <= now_us:
             timed = self._waiting.pop(0)
             self._on.append(timed)
@@ -252,7 +254,10 @@ class Faults:
             self._act(timed.fault)
 
     def _act(self, fault: Fault) -> None:
-        """Let robot and line of a fault have all faults of its kind that are on now."""
+        """Apply all active faults of the same kind as `fault` to the robots or lines that `fault` concerns.
+
+        Called whenever a fault has begun or ended.
+        """
         act = KINDS[fault.kind].act
         for number, link in enumerate(self._links, 1):
             if fault.robot not in (None, number):
@@ -268,7 +273,13 @@ class Faults:
 
 
 def _split(text: str, fail: Callable[[str], ParameterError]) -> Dict[str, Any]:
-    """The words of a fault by key; numbers as numbers."""
+    """Split a fault that is written as text. Return its values by key, numbers as int or float.
+
+    `fail` makes the error from the description of a problem.
+
+    Raises:
+        ParameterError: a key is given twice, or its value is missing.
+    """
     words = text.split()
     given: Dict[str, Any] = {"fault": words.pop(0)} if words else {}
     if words and words[0] not in KEYS:
@@ -289,6 +300,6 @@ def _number(word: str) -> Union[int, float, str]:
 
 
 def rows() -> List[Tuple[str, str, str, str]]:
-    """The table for people: name, legal values, unit, meaning."""
+    """Return the table of faults for the documentation: name, legal values, unit, and meaning of each kind."""
     return [(kind.name, "" if kind.value is None else kind.value.legal, kind.unit, kind.meaning)
             for kind in KINDS.values()]

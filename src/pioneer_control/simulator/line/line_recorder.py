@@ -1,4 +1,4 @@
-"""What went over the lines, as a file; `pioneer_control.p2os.recording` is its format."""
+"""Records the bytes that are sent over the lines to a file, in the format of `pioneer_control.p2os.recording`."""
 
 from typing import Optional
 
@@ -7,13 +7,13 @@ from ...p2os.recording import TITLE, Entry, written
 
 
 class LineRecorder:
-    """A file that is being written.
+    """Writes a recording of the lines to a file.
 
     Args:
-        path: of the file, which replaces an older one of that name. None: the recorder writes nothing.
+        path: path of the file, which is overwritten if it exists. If None, the recorder writes nothing.
 
     Raises:
-        ParameterError: the file cannot be written; the message says why.
+        ParameterError: the file cannot be written. The message has the reason.
     """
 
     def __init__(self, path: Optional[str]):
@@ -25,12 +25,12 @@ class LineRecorder:
             self._file.write(TITLE + "\n")
 
     def put(self, entry: Entry) -> None:
-        """Write bytes that a client of a robot sent or got, or a note for people."""
+        """Write an entry: bytes that a client sent or received, or a note. Ignore an entry without bytes and note."""
         if self._file is not None and (entry.data or entry.note):
             self._file.write(written(entry) + "\n")
 
     def close(self) -> None:
-        """Close the file. What comes now is written nowhere."""
+        """Close the file. Later entries are ignored."""
         if self._file is not None:
             self._file.close()
             self._file = None

@@ -1,18 +1,17 @@
-"""A simulation and the lines to its robots, in one simulated time: bytes take as long as the line needs, and faults
-come and go.
+"""Robots and their lines in one simulated time. Bytes are delayed by their transmission time, and faults begin and end.
 
 >>> from pioneer_control.robots import find_model
 >>> from pioneer_control.simulator.line.faults import fault_of
 >>> from pioneer_control.simulator.firmware.firmware import Firmware
 >>> from pioneer_control.simulator.world.world_loader import load_world
->>> lines = LineSimulation(Firmware(find_model("p3dx-sh"), load_world("empty")), faults=[fault_of("silence from 1 to
-2")])
+>>> robot = Firmware(find_model("p3dx-sh"), load_world("empty"))
+>>> lines = LineSimulation(robot, faults=[fault_of("silence from 1 to 2")])
 >>> lines.send(0, bytes.fromhex("FAFB03000000"), baud=9600)    # SYNC0, six bytes: 6.25 ms there, 6.25 ms back
 >>> [(arrival.time_us, arrival.data.hex()) for arrival in lines.advance(0.1)]
 [(12500, 'fafb03000000')]
 
-No thread, clock or socket is in here: the same bytes at the same simulated times, with the same seed, have the same
-answers and the same luck. `Server` runs one in real time.
+This file uses no threads, no sockets and no real time. The same bytes at the same simulated times, with the same seed,
+always give the same answers and the same errors of the line. `Server` runs a `LineSimulation` in real time.
 """
 
 import heapq
@@ -26,13 +25,16 @@ from .faults import Fault, Faults
 from .robot_link import FROM_ROBOT, TO_ROBOT, RobotLink, RobotsInTime
 
 LONGEST_REST_US = 100000
-"""So long a robot that tells its client nothing is left alone."""
+"""Longest time (microseconds) for which `LineSimulation.news_us` lets the steps of a silent robot be delayed."""
 LONGEST_WAIT_US = 100000
-"""A packet that the robot's serial line could begin with only so much later is skipped: the next SIP is due by then."""
+"""Longest time (microseconds) that a packet of the robot waits for its busy serial line.
+
+A packet that would have to wait longer is dropped, because the next SIP is due by then.
+"""
 
 
 class Arrival(NamedTuple):
-    """Bytes that come to a client: of which robot (from 0), when, and sent at what line speed (None: TCP)."""
+    """Bytes that arrive at a client: number of the robot (from 0), simulated time, baud rate (None for TCP), bytes."""
 
     robot: int
     time_us: int
@@ -41,24 +43,23 @@ class Arrival(NamedTuple):
 
 
 class LineSimulation:
-    """Robots with their lines.
+    """Robots and their lines, in one simulated time.
 
     Args:
-        simulation: the robots: a `Simulation`, to which no robot is added from now on, or one robot that is alone in
-            its world.
-        seed: of the luck on the lines.
-        faults: which come; more may be added to `faults` at any time.
-        say: told of each fault when it begins and ends: simulated seconds, and a sentence.
+        simulation: a `Simulation`, to which no robots may be added from now on, or a single robot.
+        seed: seed of the random errors of the lines.
+        faults: faults of robots and lines. More faults can be added to `LineSimulation.faults` at any time.
+        say: function that is called when a fault begins or ends, with the simulated time (s) and a sentence.
 
     Attributes:
         robots: all robots, in the order of their numbers.
-        clock: their time.
-        links: each robot with its line.
-        faults: of the robots and their lines.
-        ended: numbers (from 0) of robots whose session a CLOSE has ended; the reader of this list empties it.
+        clock: clock of the simulated time.
+        links: all robots with their lines.
+        faults: present and future faults of robots and lines.
+        ended: numbers (from 0) of robots whose session a CLOSE has ended. The reader of this list empties it.
 
     Raises:
-        ParameterError: a fault of a robot that is not there, or no robot at all.
+        ParameterError: a fault is for a robot that does not exist, or there is no robot.
     """
 
     def __init__(
@@ -83,38 +84,39 @@ class LineSimulation:
 
     @property
     def time(self) -> float:
-        """Simulated seconds."""
+        """The simulated time (s)."""
         return self.clock.seconds
 
     @property
     def next_us(self) -> int:
-        """The time of the next event that no client causes: a step, bytes that arrive, or a fault."""
+        """The simulated time (microseconds) of the next event: a step, the arrival of bytes, or a change of faults."""
         return min(self._step_us, self._due[0][0] if self._due else NEVER_US, self.faults.next_us)
 
     @property
     def news_us(self) -> int:
-        """Until this time no client can get anything, unless one sends something: steps may be put off until then."""
+        """A simulated time (microseconds) before which no client can receive bytes, unless a client sends bytes.
+
+        Steps of the simulation may be delayed until then.
+        """
         return min(self._news_us, self._due[0][0] if self._due else NEVER_US, self.faults.next_us)
 
     def send(self, robot: int, data: bytes, baud: Optional[int] = None) -> None:
-        """Send a robot what its client writes now.
-
-        The robot's answers go back the same way. What arrives at the client comes out of `advance`.
+        """Send bytes from a client to a robot, now. The robot answers over the same line; see `advance`.
 
         Args:
-            robot: its number (from 0).
+            robot: number of the robot (from 0).
             data: the bytes.
-            baud: speed of the line; None: over TCP, which takes no time.
+            baud: baud rate of the serial line, or None for TCP, which takes no time.
         """
         self._serial[robot] = baud is not None and self.robots[robot].line_takes_time
         self._put(robot, TO_ROBOT, data, baud)
 
     def advance(self, seconds: float) -> List[Arrival]:
-        """Let simulated time pass. Returns what came to clients meanwhile, oldest first."""
+        """Let simulated time pass for `seconds`. Return the bytes that arrived at clients, oldest first."""
         return self.run_to(self.clock.after(seconds))
 
     def run_to(self, end_us: int) -> List[Arrival]:
-        """Let simulated time pass until `end_us`, as `advance` does."""
+        """Let simulated time pass until `end_us` (microseconds). Return what arrived at clients, oldest first."""
         clock = self.clock
         while self.next_us <= end_us:
             clock.now_us = max(clock.now_us, self.next_us)
@@ -129,14 +131,14 @@ class LineSimulation:
         return arrived
 
     def backlog(self, robot: int) -> float:
-        """How long (s) the line to a robot is busy with what it has been sent."""
+        """Return how long (s) the line to a robot (number from 0) is still busy with bytes of its client."""
         return self.links[robot].wires[TO_ROBOT].backlog_us(self.clock.now_us) * 1e-6
 
     def _next_news(self) -> int:
         return min([robot.next_sip_us for robot in self.robots] + [self.clock.now_us + LONGEST_REST_US])
 
     def _step(self) -> None:
-        """One step of the physics of all robots, and what they sent at its end."""
+        """Run the simulation until the next step of its robots, and put the bytes that they send on their lines."""
         self._simulation.run_to(self._step_us)
         for number, robot in enumerate(self.robots):
             data = robot.take_sent()
@@ -146,7 +148,14 @@ class LineSimulation:
         self._news_us = self._next_news()
 
     def _put(self, robot: int, way: str, data: bytes, baud: Optional[int]) -> None:
-        """Let bytes begin their way over a line, if its cable is plugged in and the robot switched on."""
+        """Send bytes over one direction of a line. They are lost if its cable is unplugged or the robot is off.
+
+        Args:
+            robot: number of the robot (from 0).
+            way: direction, one of `WAYS`.
+            data: the bytes.
+            baud: baud rate of the serial line, or None for TCP.
+        """
         link = self.links[robot]
         if link.unplugged or not link.powered:
             return
@@ -157,7 +166,7 @@ class LineSimulation:
             self._take(robot, way)
 
     def _take(self, robot: int, way: str) -> None:
-        """Hand over what has come out of one direction of a line, and note when more will come out."""
+        """Deliver the bytes that have arrived over one direction of a line, and schedule its next delivery."""
         wire = self.links[robot].wires[way]
         for burst in wire.arrived(self.clock.now_us):
             if way == TO_ROBOT:
@@ -168,7 +177,7 @@ class LineSimulation:
             heapq.heappush(self._due, (wire.next_us, robot, way))
 
     def _hear(self, robot: int, data: bytes) -> None:
-        """Give bytes to a robot, between two steps of its physics."""
+        """Let a robot (number from 0) receive bytes now, and put its answer on its line."""
         self._simulation.run_to(self.clock.now_us)
         firmware = self.robots[robot]
         closed = firmware.closed_sessions
@@ -181,7 +190,8 @@ class LineSimulation:
         self._news_us = min(self._news_us, firmware.next_sip_us)
 
     def _reply(self, robot: int, data: bytes) -> None:
-        """Let packets of a robot begin their way to its client. Those that a slow line has no time for are skipped."""
+        """Send packets of a robot (number from 0) to its client. Drop packets that its slow line cannot send in time.
+        """
         if not self._serial[robot]:
             self._put(robot, FROM_ROBOT, data, None)
             return

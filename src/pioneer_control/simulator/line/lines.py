@@ -1,6 +1,7 @@
-"""The lines that a simulated robot can be reached by: a TCP port and a pseudo-terminal. Non-blocking, one client each.
+"""The two kinds of lines to which a robot's client can connect: a TCP port and a pseudo-terminal.
 
-A line never waits and never fills up: what a client does not read in time is lost, oldest first, as on a serial line.
+A line has one client at a time. Its methods never block. Bytes that a client does not read in time are lost, oldest
+first, as on a serial line.
 """
 
 import collections
@@ -20,33 +21,42 @@ from ...p2os import BAUD_RATES
 from .uart import as_heard
 
 UNREAD_LIMIT = 8 * 1024
-"""Bytes kept for a TCP client that does not read: about ten seconds of SIPs. The kernel may keep as much again."""
+"""Largest number of bytes that are buffered for a TCP client that does not read: about ten seconds of SIPs.
+
+The kernel may buffer the same number of bytes.
+"""
 PTY_UNREAD_LIMIT = 1024
-"""Bytes left in a pseudo-terminal that nobody reads: about a second of SIPs. A later client hears nothing older."""
+"""Number of unread bytes in a pseudo-terminal above which all of them are dropped: about one second of SIPs.
+
+So a client that connects later receives no old SIPs.
+"""
 BACKLOG = 4
 CHUNK = 4096
 ISPEED, OSPEED = 4, 5
-"""Where `termios.tcgetattr` has the speeds."""
+"""Indices of the input speed and the output speed in the result of `termios.tcgetattr`."""
 BAUD_RATE_OF = {getattr(termios, "B%s" % baud): baud for baud in (300, 600, 1200, 2400, 4800, *BAUD_RATES, 230400)}
-"""Speeds (baud) of terminals, by the numbers that stand for them. Another speed of the client garbles nothing."""
+"""Baud rates by their constants in `termios`.
+
+A client's baud rate that is not in this table is taken to be equal to the robot's.
+"""
 
 TCP_PROBLEMS = {
     errno.EADDRINUSE: "TCP port %(port)d is in use, perhaps by another simulator: stop that one, or choose another port"
                       " (0 takes any free one)",
     errno.EACCES: "TCP port %(port)d may not be opened by this user: choose one above 1023",
 }
-"""What is told of errors that users meet."""
+"""Error messages for common errors when a TCP port is opened, by errno."""
 
 
 class _Line(ABC):
-    """What a TCP port and a pseudo-terminal have in common.
+    """Base class of `TcpLine` and `PtyLine`.
 
     Attributes:
-        baud: speed of the robot's end; a TCP port has none, and does not use it.
-        plugged: whether the cable is in.
-        clients: how many have come, where one can be told from the next.
-        finished: the client has ended its session. At a TCP port another one is welcome then, whether or not this one
-            hangs up.
+        baud: baud rate of the robot's end. A TCP port does not use it.
+        plugged: whether the cable is plugged in.
+        clients: number of clients that have connected to a TCP port. 0 for a pseudo-terminal, which cannot count them.
+        finished: whether the client has ended its session. A TCP port then accepts another client, even if the present
+            client does not disconnect.
     """
 
     def __init__(self, baud: int):
@@ -56,10 +66,10 @@ class _Line(ABC):
         self.finished = False
 
     def plug(self, in_: bool) -> None:
-        """Pull the cable out, or put it back: `close`, or open again.
+        """Plug in the cable if `in_`, which opens the line. Else unplug it, which closes the line.
 
         Raises:
-            PortError: another program has the port now, or the link cannot be made.
+            PortError: the port or the terminal cannot be opened, or the link cannot be made.
         """
         if not in_:
             self.close()
@@ -69,11 +79,11 @@ class _Line(ABC):
 
     @abstractmethod
     def files(self) -> Sequence[Any]:
-        """What to wait on for something to read."""
+        """Return the files or sockets to wait for: when one of them is readable, `read` has work to do."""
 
     @abstractmethod
     def close(self) -> None:
-        """Hang up, and give the port or the terminal back."""
+        """Disconnect the client, and close the port or the terminal."""
 
     @abstractmethod
     def _open(self) -> None:
@@ -81,17 +91,19 @@ class _Line(ABC):
 
 
 class TcpLine(_Line):
-    """A TCP port that welcomes one client at a time.
+    """A TCP port that accepts one client at a time.
 
     Args:
-        address: a port (0: any free one) that only this machine can reach, or ``"host:port"``.
+        address: port number (0 for any free port) for clients on this machine, or ``"host:port"``.
 
     Attributes:
-        host, port, url: where clients connect.
-        client: the socket of the present client, None without one.
+        host: host on which the port is open.
+        port: number of the port.
+        url: URL to which clients connect.
+        client: socket of the present client. None without a client.
 
     Raises:
-        PortError: the port cannot be opened; the message says what to do.
+        PortError: the port cannot be opened. The message says what to do.
     """
 
     def __init__(self, address: Union[int, str]):
@@ -103,19 +115,19 @@ class TcpLine(_Line):
         self.url = "socket://%s:%d" % (self.host, self.port)
 
     client_baud: Optional[int] = None
-    """A TCP port has no speed."""
+    """Baud rate of the client's end: None, because a TCP port has no baud rate."""
 
     def files(self) -> List[socket.socket]:
-        """What to wait on for something to read."""
+        """Return the listening socket and the client's socket, as far as they are open."""
         return [file for file in (self._listener, self.client) if file is not None] if self.plugged else []
 
     def read(self, busy: bool) -> bytes:
-        """What the client sent since the last call.
+        """Return the bytes that the client has sent since the last call.
 
-        When this client has ended its session or hung up, the line welcomes the next one.
+        If the client has ended its session or disconnected, accept the next client.
 
         Args:
-            busy: throw away what the client sent, and welcome nobody.
+            busy: drop the bytes of the client, and accept no client.
         """
         data = self._receive()
         if not data and self._welcome(busy):    # not before the last bytes of this client, which may end its session
@@ -127,7 +139,7 @@ class TcpLine(_Line):
         return b"" if busy else data or b""
 
     def write(self, data: bytes) -> None:
-        """Send to the client, if there is one. What it does not read in time is lost, oldest first."""
+        """Send bytes to the client, if there is one. Bytes that it does not read in time are lost, oldest first."""
         if self.client is None:
             return
         self._unsent.append(data)
@@ -144,7 +156,7 @@ class TcpLine(_Line):
             self._dismiss()
 
     def close(self) -> None:
-        """Hang up and give the port back. Who connects now is refused."""
+        """Disconnect the client and close the port. New connections are then refused."""
         self._dismiss()
         if self.plugged:
             self.plugged = False
@@ -164,7 +176,14 @@ class TcpLine(_Line):
         self.host, self.port = self._listener.getsockname()
 
     def _welcome(self, busy: bool) -> bool:
-        """Let the next client in, if there is one, or turn it away; whether it is in."""
+        """Accept the next client that waits for a connection.
+
+        If the line is `busy`, or the present client has neither ended its session nor disconnected, the new client is
+        disconnected.
+
+        Returns:
+            Whether a new client is connected.
+        """
         try:
             client, _ = self._listener.accept()
         except OSError:     # nobody, or gone again
@@ -181,10 +200,10 @@ class TcpLine(_Line):
         return True
 
     def _receive(self, flags: int = 0) -> Optional[bytes]:
-        """The next bytes of the client.
+        """Receive bytes from the client.
 
         Returns:
-            None if they have not come yet; empty if none will: the client has hung up, or there is none.
+            The bytes. None if no bytes have arrived yet. Empty if there is no client, or the client has disconnected.
         """
         if self.client is None:
             return b""
@@ -203,16 +222,16 @@ class TcpLine(_Line):
 
 
 class PtyLine(_Line):
-    """A pseudo-terminal, found under a link whose name stays the same from one start to the next.
+    """A pseudo-terminal, with a symbolic link to it, so that clients find it under the same path at each start.
 
-    Like a serial line it garbles what goes through while its two ends have different speeds.
+    Like a serial line, it garbles all bytes while its two ends have different baud rates.
 
     Args:
-        link: path of the link; a link that an earlier simulator left there is replaced, anything else is not touched.
-        baud: speed of the robot's end; also that of the client's until a client sets it.
+        link: path of the symbolic link. A link of an earlier simulator is replaced. Any other file there is an error.
+        baud: baud rate of the robot's end, and of the client's end until a client sets another.
 
     Raises:
-        PortError: the link cannot be made; the message says why.
+        PortError: the link cannot be made. The message has the reason.
     """
 
     def __init__(self, link: str, baud: int = 9600):
@@ -226,26 +245,26 @@ class PtyLine(_Line):
 
     @property
     def client_baud(self) -> int:
-        """Speed of the client's end: what it was last set to, by this client or one before it."""
+        """The baud rate of the client's end, as the present client or an earlier client has set it."""
         return BAUD_RATE_OF.get(termios.tcgetattr(self._slave)[OSPEED], self.baud)
 
     @property
     def unread(self) -> int:
-        """How many bytes wait in the terminal for somebody to read them."""
+        """The number of bytes in the terminal that no client has read yet."""
         count, = struct.unpack("i", fcntl.ioctl(self._slave, termios.FIONREAD, bytes(struct.calcsize("i"))))
         return int(count)
 
     def files(self) -> List[FileIO]:
-        """What to wait on for something to read."""
+        """Return the robot's end of the terminal, if the cable is plugged in."""
         return [self._master] if self.plugged else []
 
     def read(self, busy: bool) -> bytes:
-        """What clients sent since the last call; nothing when `busy`: then the line throws it away."""
+        """Return the bytes that clients have sent since the last call. If `busy`, drop them and return no bytes."""
         data = self._master.read(CHUNK) if self.plugged else None
         return b"" if busy or not data else as_heard(data, self.client_baud, self.baud)
 
     def write(self, data: bytes) -> None:
-        """Send to the clients that have the terminal open. What nobody has read is lost when it is too much."""
+        """Send bytes to the client. If too many bytes are unread, drop all unread bytes first."""
         if self.plugged:
             if self.unread > PTY_UNREAD_LIMIT:
                 termios.tcflush(self._slave, termios.TCIFLUSH)
@@ -253,7 +272,7 @@ class PtyLine(_Line):
                 termios.tcflush(self._slave, termios.TCIFLUSH)
 
     def close(self) -> None:
-        """Remove the link, if it is still ours, and close the terminal, as when one pulls out a USB adapter."""
+        """Close the terminal, as if a USB adapter were unplugged. Remove the link if it still leads to the terminal."""
         if self.plugged:
             self.plugged = False
             if os.path.islink(self.link) and os.readlink(self.link) == self.device:
@@ -261,7 +280,7 @@ class PtyLine(_Line):
             self._close_files()
 
     def _open(self) -> None:
-        # Our own hold on the client's end keeps the terminal raw and alive while clients come and go.
+        # The client's end stays open here too, so that the terminal stays raw and alive between clients.
         self._master, self._slave = (FileIO(end, "r+") for end in os.openpty())
         os.set_blocking(self._master.fileno(), False)
         tty.setraw(self._slave.fileno())
@@ -286,10 +305,12 @@ ServedLine = Union[TcpLine, PtyLine]
 
 
 def host_and_port(address: Union[int, str]) -> Tuple[str, int]:
-    """Host and port of a TCP address. An address without a host is one of this machine only.
+    """Return host and port of a TCP address, which is a port number or ``"host:port"``.
+
+    If the address has no host, the host is 127.0.0.1.
 
     Raises:
-        PortError: the text is not a TCP address.
+        PortError: the address is not legal.
     """
     host, _, port = str(address).rpartition(":")
     if not port.isdigit() or int(port) > 65535:

@@ -1,7 +1,7 @@
-"""One direction of a robot's line, in simulated time: what goes in comes out when the line has carried it, spoilt by
-its faults.
+"""One direction of a robot's line, in simulated time. It delays bytes by their transmission time, and damages or drops
+bytes when it has a fault.
 
-No socket, no clock. A serial line takes ten bits for a byte; TCP takes no time here.
+This file uses no sockets and no real time. A serial line sends ten bits for each byte; TCP takes no time here.
 """
 
 import random
@@ -12,30 +12,33 @@ from ...p2os.framing import HEADER, SMALLEST_COUNT
 from ..clock import NEVER_US
 
 BITS_PER_BYTE = 10
-"""Start, eight data, stop."""
+"""Bits that a serial line sends for one byte: a start bit, eight data bits, a stop bit."""
 FIFO = 16
-"""Bytes that a serial port hands over at a time, as the common ones do: packets arrive in pieces."""
+"""Number of bytes that a serial port delivers at a time, as common UARTs do. Therefore packets arrive in pieces."""
 SPLIT_PAUSE_US = 50000
-"""Between the two pieces of a packet that a fault splits: less than what ends a packet that stays incomplete."""
+"""Pause between the two pieces of a split packet (microseconds). It is shorter than the time-out of partial packets."""
 
 
 class LineErrors(NamedTuple):
-    """What is wrong with one direction of a line. The names are those of the faults."""
+    """The active errors of one direction of a line. Each field has the name of its kind of fault."""
 
     loss: float = 0.0
-    """share of the packets that never arrive"""
+    """Share of the packets that never arrive, 0 to 1."""
     flips: float = 0.0
-    """share of the bytes that arrive with one bit wrong"""
+    """Share of the bytes that arrive with one wrong bit, 0 to 1."""
     splits: float = 0.0
-    """share of the packets that come in two pieces"""
+    """Share of the packets that arrive in two pieces, 0 to 1."""
     delay: float = 0.0
-    """seconds by which everything comes later"""
+    """Additional delay of all bytes (s)."""
     silence: bool = False
-    """nothing arrives"""
+    """Whether no bytes arrive."""
 
 
 class Burst(NamedTuple):
-    """Bytes that come out together, and the line speed they were sent at; None for TCP."""
+    """Bytes that arrive together, at the simulated time `due_us` (microseconds).
+
+    `baud` is the baud rate with which they were sent, None for TCP.
+    """
 
     due_us: int
     baud: Optional[int]
@@ -43,13 +46,13 @@ class Burst(NamedTuple):
 
 
 class OneWay:
-    """One direction of a line.
+    """One direction of a line, with its errors and the bytes that are on their way.
 
     Args:
-        seed: of what the errors leave to chance; the same bytes meet the same luck, in whatever pieces they are sent.
+        seed: seed of the random errors. The same bytes get the same errors, in whatever pieces they are sent.
 
     Attributes:
-        errors: what is wrong with it now.
+        errors: present errors of this direction.
     """
 
     def __init__(self, seed: str):
@@ -62,7 +65,13 @@ class OneWay:
         self._under_way: Deque[Burst] = deque()
 
     def send(self, data: bytes, now_us: int, baud: Optional[int] = None) -> None:
-        """Take bytes that begin now, or behind those that the line is still busy with."""
+        """Send bytes over the line, after the bytes that it still transmits.
+
+        Args:
+            data: the bytes.
+            now_us: present simulated time (microseconds).
+            baud: baud rate, or None for TCP, which takes no time.
+        """
         at_us = max(now_us, self._free_at_us)
         delay_us = round(self.errors.delay * 1e6)
         for pause_us, run in self._spoilt(data):
@@ -77,7 +86,10 @@ class OneWay:
         self._free_at_us = at_us
 
     def arrived(self, now_us: int) -> List[Burst]:
-        """What has come out by now, oldest first."""
+        """Remove and return the bytes that have arrived until `now_us` (microseconds), oldest first.
+
+        They are lost, and the list is empty, while the line has the error `silence`.
+        """
         out: List[Burst] = []
         while self.next_us <= now_us:
             out.append(self._under_way.popleft())
@@ -85,20 +97,24 @@ class OneWay:
 
     @property
     def next_us(self) -> int:
-        """When the next bytes come out."""
+        """The simulated time at which the next bytes arrive (microseconds). `NEVER_US` if no bytes are on their way."""
         return self._under_way[0].due_us if self._under_way else NEVER_US
 
     def backlog_us(self, now_us: int) -> int:
-        """How long the line is busy with what it has taken."""
+        """Return how long after `now_us` the line is still busy with its bytes (microseconds). 0 if it is not busy."""
         return max(0, self._free_at_us - now_us)
 
     def clear(self) -> None:
-        """Lose what is under way."""
+        """Drop all bytes that are on their way."""
         self._under_way.clear()
         self._free_at_us = 0
 
     def _spoilt(self, data: bytes) -> List[Tuple[int, bytes]]:
-        """The bytes without those that are lost, in runs, each with the pause (us) ahead of it."""
+        """Apply the errors loss, flips and splits to bytes.
+
+        Returns:
+            Pieces of the bytes that are not lost, each with the pause before it (microseconds).
+        """
         loss, flips, splits = self.errors[:3]
         if not (loss or flips or splits):
             self._lost, self._cut = False, 1.0
@@ -119,17 +135,17 @@ class OneWay:
 
 
 class Ruler:
-    """Tells where packets begin in a stream of bytes, one byte at a time.
+    """Finds the beginnings of packets in a stream of bytes, byte by byte.
 
-    A byte that belongs to no packet counts as a packet of its own.
+    A byte that does not belong to a packet counts as a packet.
     """
 
     def __init__(self) -> None:
         self._at = 0        # bytes of the present packet so far
-        self._length = 0    # of all of it; 0: not yet known
+        self._length = 0    # length of the present packet in bytes; 0 while it is not known
 
     def begins(self, byte: int) -> bool:
-        """Take a byte; whether a packet begins with it."""
+        """Process the next byte of the stream, and return whether a packet begins with it."""
         begins = self._at == 0 or self._at == 1 and byte == HEADER[0]
         self._at = 1 if begins else self._at + 1
         if self._at == 3:
@@ -140,15 +156,16 @@ class Ruler:
         return begins
 
     def skip(self, data: bytes) -> None:
-        """Take many bytes."""
+        """Process several bytes of the stream. This is fast if they are exactly one packet."""
         one_packet = data[:2] == HEADER and len(data) > 2 + SMALLEST_COUNT and len(data) == 3 + data[2]
         if self._at > 0 or not one_packet:      # nearly always it is one
             for byte in data:
                 self.begins(byte)
 
     def is_cut(self, share: float) -> bool:
-        """Whether the byte just taken is the first beyond this share of its packet (1: none is).
+        """Return whether a packet that is split at `share` of its length is split just before the last processed byte.
 
-        The first three bytes and the last two of a packet stay together.
+        `share` is from 0 to 1; 1 means that the packet is not split. The first three bytes of a packet stay
+        together, and so do its last two bytes.
         """
         return share < 1.0 and self._length > 0 and self._at == 1 + max(3, int(share * (self._length - 1)))

@@ -1,4 +1,4 @@
-"""One robot with its line: what faults act on."""
+"""One robot with its line, on which faults act."""
 
 from typing import Callable, Optional, Union
 
@@ -11,22 +11,22 @@ TO_ROBOT, FROM_ROBOT = WAYS = ("to-robot", "from-robot")
 
 
 RobotsInTime = Union[Simulation, RobotOnLine]
-"""Robots that share a simulated time, or one robot alone."""
+"""All robots of a `Simulation`, or a single robot."""
 
 
 class RobotLink:
-    """One robot with its line.
+    """One robot with its line, on which faults act.
 
     Args:
-        robot: the robot.
-        seed: of the luck on its line.
+        robot: the robot, simulated or played from a recording.
+        seed: seed of the random errors of the line.
 
     Attributes:
-        firmware: of a simulated robot, None of a played one.
-        wires: both directions of the line, by `WAYS`.
-        powered: the robot is switched on.
-        unplugged: the cable is pulled out.
-        on_cable: told when the cable is pulled out (True) or put back.
+        firmware: the robot, if it is simulated. None for a robot that is played from a recording.
+        wires: both directions of the line, by their names in `WAYS`.
+        powered: whether the robot is switched on.
+        unplugged: whether the cable is unplugged.
+        on_cable: function that is called with True when the cable is unplugged, with False when it is plugged in.
     """
 
     def __init__(self, robot: RobotOnLine, seed: str):
@@ -39,26 +39,26 @@ class RobotLink:
 
     @property
     def hardware(self) -> Hardware:
-        """The devices of a simulated robot."""
+        """The devices of the robot, which must be a simulated robot."""
         assert self.firmware is not None, "`Faults.add` refuses faults that a played robot cannot have"
         return self.firmware.hardware
 
     def unplug(self, unplugged: bool) -> None:
-        """Pull the cable out, or put it back."""
+        """Unplug the cable or plug it in. If this is a change, drop all bytes on the line and call `on_cable`."""
         if unplugged != self.unplugged:
             self.unplugged = unplugged
             self._clear()
             self.on_cable(unplugged)
 
     def set_power(self, on: bool) -> None:
-        """Switch the robot on or off."""
+        """Switch the robot on or off. If this is a change, the robot restarts, and all bytes on the line are lost."""
         if on != self.powered and self.firmware is not None:
             self.powered = on
             self.firmware.power_cycle()
             self._clear()
 
     def set_voltage(self, voltage: Optional[float]) -> None:
-        """Put in a battery of this voltage (V), or with None the robot's own battery again."""
+        """Replace the battery by one with this voltage (V). None puts back the robot's own battery."""
         battery = self.hardware.battery
         if self._own_voltage is None:
             self._own_voltage = battery.voltage

@@ -1,10 +1,10 @@
-"""Runs simulated robots in real time and connects them to clients.
+"""Runs simulated robots in real time, and connects them to clients by TCP or pseudo-terminals.
 
 >>> with Server(firmware, tcp=0) as server:
 ...     print(server.url)
 socket://127.0.0.1:41873
 
-All sockets, terminals and clocks of the computer are here and in `lines`.
+Only this file and `lines` use sockets, terminals and real time.
 """
 
 import functools
@@ -24,14 +24,18 @@ from .lines import ServedLine, PtyLine, TcpLine, host_and_port
 from .robot_link import RobotsInTime
 
 STANDARD_PORT = 8101
-"""The TCP port on which a Pioneer's clients expect a simulator (protocol 2.1)."""
+"""TCP port on which clients of a Pioneer expect a simulator (protocol 2.1)."""
 LONGEST_LAG = 0.25
-"""Simulated time (s) that is made up for after a hold-up; what is beyond it never happens in the simulation."""
+"""Longest simulated time (s) for which the simulation catches up after a delay of this process.
+
+If the delay is longer, the rest of it is left out of the simulated time.
+"""
 PATIENCE = 2.0
-"""Real silence (s) after which a client on one line gives way to a client on the other."""
+"""Real time (s) without bytes from the present client after which a client on the robot's other line may take over."""
 LONGEST_BACKLOG = 0.5
-"""When the line is busy for so long (s) with what the client wrote to its terminal, the rest waits there, as in the
-computer's own buffer.
+"""Longest time (s) for which a serial line may be busy with bytes of the client before reading pauses.
+
+Then further bytes of the client wait in the terminal, like in the buffer of a real serial port.
 """
 SPEEDS = (0.01, 100.0)
 """Legal real-time factors."""
@@ -39,16 +43,16 @@ SPEEDS = (0.01, 100.0)
 
 @dataclass(eq=False)
 class Berth:
-    """Where the clients of one robot connect.
+    """The lines to which the clients of one robot connect.
 
     Attributes:
-        number: of the robot (from 0).
+        number: number of the robot (from 0).
         robot: the robot.
-        pty_link: path of the link to its pseudo-terminal, None without one.
-        url: of its TCP port, None without one.
-        lines: those two, as far as they are there.
-        line: that of the present client, None before the first one.
-        heard: when that client was last heard (real s).
+        pty_link: path of the link to the robot's pseudo-terminal. None without a pseudo-terminal.
+        url: URL of the robot's TCP port. None without a TCP port.
+        lines: the TCP port and the pseudo-terminal, as far as the robot has them.
+        line: line of the present client. None before the first client has sent bytes.
+        heard: real time at which the present client last sent bytes (s).
     """
 
     number: int
@@ -60,35 +64,35 @@ class Berth:
     heard: float = 0.0
 
     def busy_elsewhere(self, line: ServedLine, now: float) -> bool:
-        """Whether a client on another line is in the middle of a session."""
+        """Return whether a client on another line than `line` has an active session at the real time `now` (s)."""
         in_session = self.robot.session is not FirmwareState.WAITING
         return self.line not in (None, line) and in_session and now - self.heard < PATIENCE
 
 
 class Server:
-    """Simulated robots that clients can connect to, by TCP, by a pseudo-terminal, or by either.
+    """Runs simulated robots in real time. Clients connect by TCP or by pseudo-terminals.
 
-    One thread serves all robots, each one client at a time. A client that ends its session with CLOSE makes room for
-    the next one at once. A client that vanishes leaves the robot open, as a pulled cable would. On a terminal the next
-    client finds it so. Over TCP it finds a robot that waits for SYNC0: the vendor's client cannot connect to an open
-    one. A terminal takes the time that a serial line takes.
+    One thread serves all robots. Each robot has one client at a time. When a client ends its session with CLOSE, the
+    next client can connect at once. When a client disconnects without CLOSE, the session stays open, as if the cable
+    were unplugged. The next client on a pseudo-terminal finds the open session. For the next client over TCP, the
+    session is closed and the robot waits for SYNC0, because the vendor's client cannot connect to an open session.
+    Bytes on a pseudo-terminal are delayed as on a serial line.
 
     Args:
-        robots: a `Simulation`, or one robot that is alone in its world. While the server runs, touch them only under
-            `lock`.
-        tcp: port of this machine (0: any free one), or ``"host:port"``, for the first robot, the ports after it for
-            the others; `STANDARD_PORT` if `pty` is not given either.
-        pty: path of a link to be made to a pseudo-terminal; with several robots each one's number (from 1) is put
-            behind it.
-        speed: how many simulated seconds pass in a real one.
-        seed: of the luck on the lines.
-        faults: which come, times in simulated seconds from the start.
-        record: file to which everything is written that goes over the lines.
-        say: told of each fault when it begins and ends.
+        robots: a `Simulation`, or a single robot. While the server runs, use the robots only under `Server.lock`.
+        tcp: TCP port on this machine (0 for any free port), or ``"host:port"``, for the first robot. The other robots
+            have the next ports. If neither `tcp` nor `pty` is given, `STANDARD_PORT`.
+        pty: path of the link to the robot's pseudo-terminal. If there are several robots, the number of the robot (from
+            1) is appended.
+        speed: simulated seconds per real second.
+        seed: seed of the random errors of the lines.
+        faults: faults of robots and lines, with times in simulated seconds from the start.
+        record: path of a file to which all bytes on the lines are recorded. None for no recording.
+        say: function that is called with a sentence when a fault begins or ends.
 
     Raises:
         PortError: a line cannot be opened.
-        ParameterError: a speed or a fault is not legal, or the record cannot be written.
+        ParameterError: the speed or a fault is not legal, or the recording cannot be written.
     """
 
     def __init__(
@@ -103,17 +107,18 @@ class Server:
         self.lock = threading.RLock()
         self.speed = speed
         self.watched = False
-        """Whether somebody looks at the robots also between what they send: then no step of theirs is put off, at some
-        cost.
+        """Whether other code reads the state of the robots while the server runs.
+
+        If True, no step of the simulation is delayed, which takes more CPU time.
         """
         self._say = say
         self._recording = LineRecorder(None)
         self.simulation = LineSimulation(robots, seed, faults, self._tell)
-        """The robots, their lines and faults."""
+        """The robots with their lines and faults."""
         self.berths: List[Berth] = []
         self._selector = selectors.DefaultSelector()
-        self._watched: Dict[ServedLine, Set[Any]] = {}      # the files of each line that are waited for
-        self._held_up: Dict[ServedLine, Berth] = {}         # not read until they have carried what was read
+        self._watched: Dict[ServedLine, Set[Any]] = {}      # the files of each line that the selector watches
+        self._held_up: Dict[ServedLine, Berth] = {}         # lines that are not read while they are busy
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulated robots", daemon=True)
         try:
@@ -129,33 +134,33 @@ class Server:
 
     @property
     def firmware(self) -> Firmware:
-        """The first robot, where it is a simulated one."""
+        """The first robot, which must be a simulated robot."""
         firmware = self.simulation.links[0].firmware
         assert firmware is not None, "the robot of a record has no firmware"
         return firmware
 
     @property
     def url(self) -> Optional[str]:
-        """Of the first robot's TCP port, None without one."""
+        """The URL of the first robot's TCP port. None if it has no TCP port."""
         return self.berths[0].url
 
     @property
     def pty_link(self) -> Optional[str]:
-        """Path of the link to the first robot's pseudo-terminal, None without one."""
+        """The path of the link to the first robot's pseudo-terminal. None if it has no pseudo-terminal."""
         return self.berths[0].pty_link
 
     @property
     def open_to_others(self) -> bool:
-        """Whether other machines may connect."""
+        """Whether clients on other machines can connect to a TCP port of this server."""
         return any(isinstance(line, TcpLine) and not line.host.startswith("127.") for line in self._lines)
 
     def start(self) -> "Server":
-        """Let time pass, in a thread."""
+        """Start the thread that runs the robots, and return this server."""
         self._thread.start()
         return self
 
     def stop(self, timeout: float = 2.0) -> None:
-        """Switch the robots off, close their lines and wait, at most `timeout` seconds, until that is done."""
+        """Stop the thread that runs the robots, and close their lines. Wait at most `timeout` seconds for its end."""
         self._stopping.set()
         if self._thread.is_alive():
             self._thread.join(timeout)
@@ -164,7 +169,7 @@ class Server:
 
     @property
     def running(self) -> bool:
-        """Whether time passes for the robots."""
+        """Whether the thread that runs the robots is alive."""
         return self._thread.is_alive()
 
     def __enter__(self) -> "Server":
@@ -178,7 +183,7 @@ class Server:
         return [line for berth in self.berths for line in berth.lines]
 
     def _open_berths(self, tcp: Union[int, str, None], pty: Optional[str]) -> None:
-        """Open the lines of all robots."""
+        """Open the lines of all robots. For the arguments see `Server`."""
         host, port = host_and_port(tcp) if tcp is not None else ("", 0)
         for number, robot in enumerate(self.simulation.robots):
             link = "%s%d" % (pty, number + 1) if pty is not None and len(self.simulation.robots) > 1 else pty
@@ -213,7 +218,7 @@ class Server:
             self._close()
 
     def _serve(self, berth: Berth, line: ServedLine, now: float) -> None:
-        """Read from a line that has something, and let its robot answer."""
+        """Read the bytes that are ready on a line, and let its robot answer. `now` is the real time (s)."""
         line.baud = berth.robot.baud
         clients = line.clients
         data = line.read(berth.busy_elsewhere(line, now))
@@ -230,7 +235,7 @@ class Server:
         self._watch(berth, line)
 
     def _let_go(self) -> None:
-        """Read again from the lines that have carried what was read from them."""
+        """Resume reading from each line on which reading was paused and which is no longer too busy."""
         for line, berth in list(self._held_up.items()):
             if self.simulation.backlog(berth.number) <= LONGEST_BACKLOG:
                 del self._held_up[line]
@@ -249,10 +254,10 @@ class Server:
             if line is not None:
                 line.finished = True
 
-    # -- what is waited for
+    # -- the files that the selector watches
 
     def _watch(self, berth: Berth, line: ServedLine) -> None:
-        """Wait from now on for the files that a line has now; for none of a line that is held up."""
+        """Update the files of a line that the selector watches. Watch no files of a line whose reading is paused."""
         before = self._watched.get(line, set())
         now = self._watched[line] = set() if line in self._held_up else set(line.files())
         for file in before - now:

@@ -1,5 +1,5 @@
-"""Records of lines, played: ``played_robot`` says what a recorded robot said, ``played_client`` what a recorded client
-said.
+"""Playback of recordings of lines: ``played_robot`` sends what a recorded robot sent, and ``played_client`` sends what
+recorded clients sent.
 """
 
 from .played_client import compare, play_client

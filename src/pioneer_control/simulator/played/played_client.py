@@ -1,10 +1,10 @@
-"""The clients of a record, played to simulated robots, whose answers are compared with those of the recorded robots.
+"""Sends the bytes of recorded clients to simulated robots, and compares the answers with the recorded answers.
 
-The bytes of the clients come to the robots at their recorded times, over lines that take no time, as TCP. For a record
-of a simulated robot, the same robot, world, seed and faults give the same answers, byte by byte. A real robot answers
-differently where the simulation is not exact. No thread, clock of the computer or socket is in here.
+The simulated robots receive the bytes at the recorded times, over lines without delay, like TCP. If the recorded robot
+was a simulated robot, the same robot, world, seed and faults give exactly the same bytes. If it was a real robot, the
+answers differ where the simulation is not exact. This file uses no threads, no sockets and no real time.
 
-The format of a record is in `p2os.recording`.
+For the format of a recording see `p2os.recording`.
 """
 
 import math
@@ -19,33 +19,35 @@ from ..line import LineSimulation
 from ..world.poses import hypot
 
 SAME_MOMENT = 0.1
-"""SIPs that are further apart (s) are not compared."""
+"""Largest time (s) between a recorded SIP and a simulated SIP whose poses are compared."""
 
 
 class Packet(NamedTuple):
-    """What a robot said, and when it was whole (s)."""
+    """A packet that a robot sent, with the time of its last byte (s)."""
 
     time: float
     value: object
 
 
 class Comparison(NamedTuple):
-    """One robot of a record and the simulated one. Poses are the robots' own."""
+    """Differences between the answers of a recorded robot and of a simulated robot. Poses are odometry poses."""
 
     robot: int
+    """Number of the robot, from 1."""
     recorded: int
-    """packets"""
+    """Number of recorded packets."""
     simulated: int
+    """Number of packets of the simulated robot."""
     same: bool
-    """all bytes"""
+    """Whether all bytes are equal."""
     first: str
-    """the first packets that differ, in words; empty if none do"""
+    """Description of the first packets that differ. Empty if all packets are equal."""
     apart: float
-    """m, at most"""
+    """Largest distance between the positions (m)."""
     turned_apart: float
-    """rad, at most"""
+    """Largest difference between the headings (rad)."""
     apart_at_end: float
-    """m"""
+    """Distance between the last positions (m)."""
 
     def __str__(self) -> str:
         if self.same:
@@ -60,13 +62,17 @@ class Comparison(NamedTuple):
 
 
 def play_client(entries: Iterable[Entry], lines: LineSimulation) -> List[Entry]:
-    """Send the robots what the clients of a record sent.
+    """Send the bytes of recorded clients to simulated robots.
+
+    Args:
+        entries: entries of the recording.
+        lines: simulated robots with their lines.
 
     Returns:
-        The record as it is now: what their clients wrote, and what these robots answer.
+        A new recording: the bytes of the recorded clients, and the answers of the simulated robots.
 
     Raises:
-        UsageError: the record has more robots than there are.
+        UsageError: the recording has more robots than the simulation.
     """
     made: List[Entry] = []
 
@@ -89,7 +95,13 @@ def play_client(entries: Iterable[Entry], lines: LineSimulation) -> List[Entry]:
 
 
 def compare(recorded: List[Entry], simulated: List[Entry], models: List[RobotModel]) -> List[Comparison]:
-    """Compare what the robots of a record said with what simulated ones answer to the same."""
+    """Compare the bytes of recorded robots with those of simulated robots. Return one comparison for each robot.
+
+    Args:
+        recorded: entries of the recording.
+        simulated: result of `play_client`.
+        models: models of the robots, in the order of their numbers.
+    """
     found = []
     for robot, model in enumerate(models, 1):
         said_then, said_now = [[entry for entry in entries if entry.robot == robot and not entry.to_robot]
@@ -112,7 +124,10 @@ def _packets(entries: List[Entry], model: RobotModel) -> Iterator[Packet]:
 
 
 def _first(then: List[Packet], now: List[Packet]) -> str:
-    """The first packets that differ, in words."""
+    """Describe the first packets that differ between the recording (`then`) and the simulation (`now`).
+
+    Empty if all packets are equal.
+    """
     for before, after in zip(then, now):
         if before.value != after.value:
             if not isinstance(after.value, type(before.value)):
@@ -132,7 +147,10 @@ def _kind(packet: Packet) -> str:
 
 
 def _apart(then: List[Packet], now: List[Packet], model: RobotModel) -> Iterator[Tuple[float, float]]:
-    """How far (m, rad) the poses of SIPs of the same moment lie apart."""
+    """Yield the distance (m) and the angle (rad) between the odometry poses of each two SIPs with nearly equal times.
+
+    `then` are the recorded packets, `now` the simulated packets.
+    """
     sips = [(time, value) for time, value in now if isinstance(value, p2os.Sip)]
     at = 0
     for time, sip in then:

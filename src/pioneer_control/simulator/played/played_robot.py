@@ -1,11 +1,12 @@
-"""A recorded robot, for a `Server` in place of a `Firmware`: it says to a client of today what it said then.
+"""A robot that plays back a recording: it sends to a new client what the recorded robot sent. A `Server` can use it in
+place of a `Firmware`.
 
-The record is played at the pace at which it was made. It waits for the client in one case only: where the robot
-answered to SYNC0, SYNC1, SYNC2 or OPEN, the client has to send the same first. So every connection of the record is one
-of the client, too. When the client ends its session, the record goes on behind the end of the recorded session. Where
-the client sends something else than the recorded client did, it is said once in each connection, and changes nothing.
+The recording is played at its original speed. It waits for the client in only one case: where the recorded robot
+answered SYNC0, SYNC1, SYNC2 or OPEN, the client must first send the same packet. So the client connects as often as
+the recorded client did. When the client ends its session, playback continues after the end of the recorded session. If
+the client sends other commands than the recorded client, this is reported once for each connection, but has no effect.
 
-The format of a record is in `p2os.recording`. No thread, clock of the computer or socket is in here.
+For the format of a recording see `p2os.recording`. This file uses no threads, no sockets and no real time.
 """
 
 import itertools
@@ -20,43 +21,50 @@ from ..clock import NEVER_US, Clock
 from ..firmware import FirmwareState, RobotOnLine
 
 OPEN = 3
-"""The stage of a connection behind SYNC0, SYNC1 and SYNC2."""
+"""Number of the stage of a connection that follows SYNC0, SYNC1 and SYNC2."""
 IDS = (0, 1, 2, 1)
-"""Of the command that each stage waits for."""
+"""Command numbers for which the stages SYNC0, SYNC1, SYNC2 and OPEN wait."""
 HOST_BAUD = 9600
 STEP_US = 5000
-"""At least this often it is looked whether something is due."""
+"""Longest time between two steps of a played robot (microseconds)."""
 
 
 class RecordedStep(NamedTuple):
-    """Something of the record, microseconds after its beginning: bytes of the robot, or a packet of its client."""
+    """One step of a recording: bytes of the robot, or a command of its client, at a recorded time (microseconds)."""
 
     time_us: int
     data: bytes = b""
     command: Optional[ReceivedCommand] = None
     stage: Optional[int] = None
-    """SYNC0, SYNC1, SYNC2 or OPEN, where the robot answered to that: the record waits here."""
+    """The stage SYNC0, SYNC1, SYNC2 or OPEN, if this is a command of the client that the robot answered.
+
+    Playback waits here until the client sends the same command. None for all other steps.
+    """
 
     @property
     def ends_session(self) -> bool:
-        """Whether the client ended its session here. A SYNC2 has the number of CLOSE, too."""
+        """Whether this step is a CLOSE with which the client ended its session.
+
+        SYNC2 has the same command number as CLOSE, but it has a stage.
+        """
         return self.stage is None and self.command is not None and self.command.name == "CLOSE"
 
 
 class PlayedRobot(RobotOnLine):
-    """One robot of a record.
+    """A robot that plays back one robot of a recording.
 
     Args:
-        entries: of the record.
-        robot: its number in there (from 1).
-        say: told what the client does otherwise than that of the record: seconds of the record, and a sentence.
+        entries: entries of the recording.
+        robot: number of the robot in the recording (from 1).
+        say: function that is called when the client differs from the recorded client, with the time in the recording
+            (s) and a sentence.
 
     Raises:
-        UsageError: the record has no such robot, or no beginning of a connection, so that no client could connect.
+        UsageError: the recording does not have this robot, or has no beginning of a connection with it.
     """
 
     line_takes_time = False
-    """On a terminal, too: the record's times have it in them."""
+    """The line adds no delay, also on a terminal, because the recorded times already include the delay."""
 
     def __init__(
         self, entries: Iterable[Entry], robot: int = 1, say: Callable[[float, str], None] = lambda time, sentence: None,
@@ -67,26 +75,29 @@ class PlayedRobot(RobotOnLine):
                              " first, then the driver" % robot)
         self._last = max(at for at, step in enumerate(self.steps) if step.data)
         super().__init__("robot %s" % robot, Clock(), HOST_BAUD)
-        if self.steps[0].data:      # it was left open, and streams from the start
+        if self.steps[0].data:      # the recording begins in an open session
             self.session = FirmwareState.OPEN
         self._say = say
         self._at = 0
-        self._lag_us = -self.steps[0].time_us       # how much later it is played
+        self._lag_us = -self.steps[0].time_us       # simulated time minus recorded time
         self._decoder = FrameDecoder()
         self._over_told = False
-        # Commands of the client, in this connection; None once it did otherwise.
+        # Commands of the recorded client that are to come in this connection; None after the client has differed.
         self._expected: Optional[List[ReceivedCommand]] = None
-        self._counts: CounterType[str] = Counter()      # of commands: the record's less the client's
+        self._counts: CounterType[str] = Counter()      # of each command: recorded minus received
         self.next_step_us = min(self.next_sip_us, STEP_US)
 
     @property
     def over(self) -> bool:
-        """Whether the record has nothing more that the robot said."""
+        """Whether the recording has no more bytes of the robot."""
         return self._at > self._last
 
     @property
     def next_sip_us(self) -> int:
-        """When it next says something by itself; never while it waits for the client."""
+        """The simulated time (microseconds) at which the robot next sends bytes without a request.
+
+        `NEVER_US` while the playback waits for the client, or when the recording is over.
+        """
         for at in range(self._at, len(self.steps)):
             if self.steps[at].stage is not None:
                 break
@@ -95,7 +106,7 @@ class PlayedRobot(RobotOnLine):
         return NEVER_US
 
     def run_to(self, end_us: int) -> None:
-        """Let time pass until `end_us`, and say what was said then meanwhile."""
+        """Let simulated time pass until `end_us` (microseconds), and send the bytes that were recorded in this time."""
         while self._at < len(self.steps):
             step = self.steps[self._at]
             if step.stage is not None or step.time_us + self._lag_us > end_us:
@@ -109,7 +120,7 @@ class PlayedRobot(RobotOnLine):
         self.next_step_us = min(self.next_sip_us, end_us + STEP_US)
 
     def receive(self, data: bytes) -> None:
-        """Take bytes of the client."""
+        """Receive bytes from the client: connect it, or compare its commands with those of the recorded client."""
         for frame in self._decoder.feed(data):
             if self.session is FirmwareState.OPEN:
                 self._compare(p2os.decode_command(frame))
@@ -118,13 +129,16 @@ class PlayedRobot(RobotOnLine):
         self.run_to(self.clock.now_us)
 
     def close_session(self) -> None:
-        """The client ended its session, or another one has come: go on behind the record's own end of it."""
-        if not self._decoder.counts.frames:     # no client has said anything
+        """End the client's session, and continue the playback after the end of the recorded session.
+
+        If no client has sent any packet yet, restart the playback at its beginning.
+        """
+        if not self._decoder.counts.frames:     # no client has sent a packet
             self._go_to(0)
             return
         self.session, self.baud = FirmwareState.WAITING, HOST_BAUD
         self.closed_sessions += 1
-        # which commands came more or less often than in the record
+        # commands that came more or less often than in the recording
         counts = ["%s %+d" % (name, -count) for name, count in sorted(self._counts.items()) if count]
         if counts:
             self._tell("in this connection the client sent, against that of the record: %s" % ", ".join(counts))
@@ -136,15 +150,19 @@ class PlayedRobot(RobotOnLine):
     # -- the record
 
     def _go_to(self, at: int) -> None:
-        """Go on with a step of the record now."""
+        """Continue the playback now, at step number `at`."""
         self._at = at
         self._lag_us = self.clock.now_us - self.steps[max(0, at - 1)].time_us
 
     def _connect(self, number: int) -> None:
-        """Take SYNC0, SYNC1, SYNC2 or OPEN, in the order of the record. What is out of order is not answered, as then.
+        """Process SYNC0, SYNC1, SYNC2 or OPEN of the client. They are answered in the order of the recording.
 
-        Two things are let pass. The client may begin the connection again. And it may send OPEN after an answer to
-        SYNC2 that the record's client had not heard: then the record goes on at the OPEN that came later.
+        A packet out of order is not answered, with two exceptions. The client may restart the handshake with SYNC0. And
+        the client may send OPEN directly after an answer to SYNC2, even if the recorded client sent more packets before
+        its OPEN. Then the playback continues at the recorded OPEN.
+
+        Args:
+            number: command number of the packet.
         """
         stages = [(at, step.stage) for at, step in enumerate(self.steps) if step.stage is not None]
         before = [each for each in stages if each[0] < self._at]
@@ -171,7 +189,10 @@ class PlayedRobot(RobotOnLine):
             self._counts = Counter(command.name for command in self._expected)
 
     def _compare(self, command: ReceivedCommand) -> None:
-        """Compare a command of an open session with the record's."""
+        """Compare a command of an open session with the next recorded command, and report the first difference.
+
+        CLOSE ends the session, and HOSTBAUD changes the baud rate.
+        """
         if command.name == "CLOSE":
             self.close_session()
             return
@@ -190,14 +211,18 @@ class PlayedRobot(RobotOnLine):
 
 
 def steps_of(entries: Iterable[Entry], robot: int) -> List[RecordedStep]:
-    """The steps of one robot in a record, with the places where the robot answered to a connection.
+    """Return the steps of one robot in a recording. Commands that the robot answered during a handshake have a stage.
+
+    Args:
+        entries: entries of the recording.
+        robot: number of the robot in the recording (from 1).
 
     Raises:
-        UsageError: it has nothing of it.
+        UsageError: the recording has no bytes of this robot.
     """
     steps: List[RecordedStep] = []
     ears = {True: FrameDecoder(), False: FrameDecoder()}
-    # The step in which the client last asked for each stage. For OPEN: in which it first did, once SYNC2 was answered.
+    # The step with the client's last command for each stage. For OPEN: its first command after the answer to SYNC2.
     asked: Dict[Optional[int], int] = {}
     synced = False
     time_us = -NEVER_US
@@ -223,7 +248,7 @@ def steps_of(entries: Iterable[Entry], robot: int) -> List[RecordedStep]:
 
 
 def _stage_answered(frame: Frame) -> Optional[int]:
-    """Which stage of a connection a packet of the robot answers; None for any other."""
+    """Return the stage SYNC0, SYNC1, SYNC2 or OPEN that a packet of the robot answers. None for all other packets."""
     packet = p2os.decode_packet(frame)
     if isinstance(packet, p2os.SyncEcho):
         return packet.number
@@ -231,5 +256,8 @@ def _stage_answered(frame: Frame) -> Optional[int]:
 
 
 def _is_question(command: ReceivedCommand) -> bool:
-    """ENCODER 1: asked only to see whether it arrives (client.link_check), at moments that differ from run to run."""
+    """Return whether a command is ENCODER 1, with which a client checks the connection (see `client.link_check`).
+
+    Such commands are not compared, because their times differ from run to run.
+    """
     return command.name == "ENCODER" and command.value == 1
