@@ -1,12 +1,12 @@
-"""Bringing a run back: ``nodes/replay`` and ``launch/replay.launch``. None of the ways moves what was there before.
+"""Replay a recorded run: ``nodes/replay`` and ``launch/replay.launch``. No replay moves a robot that was there before.
 
-====================  =======================================================================================
-``replay``            the command, and its first way: to look, with all commands put aside
-``rerun``             a program hears the bag again ...
-``rerun_compare``     ... and does it command the same?
-``redrive``           a simulated robot is told what the recorded one was told ...
-``redrive_schedule``  ... and when
-``commands``          what a robot of the bag was told and by which nodes, and how rosbag plays it all aside
-``programs``          programs that they start and end, what the master knows, and the new bag that they write
-====================  =======================================================================================
+====================  ==============================================================================================
+``replay``            the command, and its way ``look``: play the bag, but put all commands under ``recorded/``
+``rerun``             the way ``rerun``: play the bag to a program, and record the commands of the program
+``rerun_compare``     compares the commands of that program with the recorded commands
+``redrive``           the way ``redrive``: send the recorded commands to a simulated robot, and compare the paths
+``redrive_schedule``  when the re-drive sends which command
+``commands``          reads the commands in a bag, and makes the command line of ``rosbag play``
+``programs``          what a re-run and a re-drive share: programs that they start, the ROS master, the new bag
+====================  ==============================================================================================
 """

@@ -1,6 +1,6 @@
-"""The commands in a bag: what a robot was told, and how ``rosbag play`` brings a bag back without commanding anything.
+"""Read the commands in a bag, and make a ``rosbag play`` command line that plays the bag without commanding a robot.
 
-There the commands come back under ``recorded/``.
+``rosbag play`` then publishes the commands of the bag under ``recorded/``.
 """
 
 import contextlib
@@ -19,11 +19,12 @@ from ..recording.description import description_of
 
 TOLD = {"cmd_vel": Twist, "cmd_wheels": WheelVelocities, "cmd_motor_state": MotorState,
         "gripper_control": GripperState}
-"""What a robot is told, and can be told again: message by the topic's last name."""
+"""The topics on which a robot receives commands that can be sent again: message class by the topic's last name."""
 
 RECORDED, RERUN = ASIDE = "recorded", "rerun"
-"""Namespaces below that of a command. The commands of the bag are played in the first one. A program that hears the bag
-sends its commands to the second one."""
+"""Names that are inserted into the name of a command topic, as in ``/pioneer/recorded/cmd_vel``. Under the first name
+``rosbag play`` publishes the commands of a bag. Under the second name a program publishes commands in a re-run.
+"""
 
 COMMANDS = {
     "cmd_vel": "drives",
@@ -37,69 +38,74 @@ COMMANDS = {
     "cancel": "ends that",
     "initialpose": "tells a navigation where it is",
 }
-"""Last names of topics that make a node do something, and what it would do."""
+"""Last names of topics whose messages make a node act, each with the action in words."""
 
 COMMAND_TYPES = "Twist", "TwistStamped", "WheelVelocities"
-"""Last names of message types that drive, whatever their topic is called."""
+"""Message types (without their package) that make a robot drive, on topics of any name."""
 
 QUEUE = ["--queue=100000"]
-"""Option of rosbag play: so many messages may wait on a topic. A subscriber that is busy for a moment misses none."""
+"""The option of ``rosbag play`` that sets the length of its queues, in messages for each topic.
+
+With such long queues, a subscriber that is busy for a moment misses no message.
+"""
 
 REMAPPING = re.compile(r"[\w~/]+:=")
-"""Begin of a word that ROS takes from a command line."""
+"""Matches the beginning of a word that ROS takes from a command line, such as ``cmd_vel:=`` or ``__name:=``."""
 
 NAME = re.compile("[A-Za-z/][A-Za-z0-9_/]*")
-"""What ROS takes for the name of a topic."""
+"""Matches a legal name of a ROS topic."""
 
 PREFIX = re.compile(r"--pr|-\w*p")
-"""Begin of rosbag play's option --prefix, and -p."""
+"""Matches the beginning of the ``rosbag play`` option --prefix, and of its short form -p."""
 
 
 def is_command(topic: str, type_name: str) -> bool:
-    """Whether messages of a topic are commands: a node that hears them may do something."""
+    """Return whether the messages of a topic are commands. A node that receives a command may act."""
     return topic.rpartition("/")[2] in COMMANDS or type_name.rpartition("/")[2] in COMMAND_TYPES
 
 
 def absolute(topic: str) -> str:
-    """A topic's whole name; a bag may have it without the slash."""
+    """Return the full name of a topic, with a slash at its beginning. In a bag the slash may be missing."""
     return topic if topic.startswith("/") else "/" + topic
 
 
 def aside(topic: str, folder: str = RECORDED) -> str:
-    """Another name for a topic, on which no node listens for commands.
+    """Return the name of a topic for commands that no robot is to receive.
 
-    ``/pioneer/cmd_vel`` becomes ``/pioneer/recorded/cmd_vel``. `folder`: the namespace that is put in.
+    ``/pioneer/cmd_vel`` becomes ``/pioneer/recorded/cmd_vel``. `folder` is the name that is inserted.
     """
     namespace, _, name = absolute(topic).rpartition("/")
     return "%s/%s/%s" % (namespace, folder, name)
 
 
 def player(files: Sequence[str], topics: Mapping[str, str], options: Sequence[str] = ()) -> List[str]:
-    """The command that plays bags with their own clock, in order of time: one bag, or the parts of a recording.
+    """Return the command line of a ``rosbag play`` that publishes commands only under `RECORDED`.
+
+    It plays the messages in order of time, and publishes the time of the bag as ROS time (/clock).
 
     Args:
-        files: the bags.
-        topics: {topic: type} of the bags.
-        options: more for rosbag play.
+        files: one bag, or all parts of one recording.
+        topics: the topics of the bags, {topic: type}.
+        options: more options for ``rosbag play``.
 
     Raises:
-        UsageError: an option would bring commands back elsewhere than under `RECORDED`.
+        UsageError: with one of the options, commands would be published under other names.
     """
     commands = sorted({absolute(topic) for topic, kind in topics.items() if is_command(topic, kind)})
     _check_names(options, commands)
     played = list(files)
-    if "/clock" in topics:      # recorded in simulated time: two clocks would fight
+    if "/clock" in topics:      # recorded in simulated time: rosbag play publishes /clock itself
         played = ["--topics", *sorted(set(topics) - {"/clock"}), "--bags", *files]
     return ["rosrun", "rosbag", "play", "--clock", *QUEUE, *options, *played,
             *("%s:=%s" % (topic, aside(topic)) for topic in commands)]
 
 
 def _check_names(options: Sequence[str], commands: Sequence[str]) -> None:
-    """Refuse options that give a command another name, or another topic the name of a command.
+    """Raise UsageError when an option gives a command topic another name, or another topic the name of a command.
 
     Args:
-        options: of rosbag play.
-        commands: whole names of the topics of the bag that command.
+        options: the options for ``rosbag play``.
+        commands: the full names of the command topics in the bag.
     """
     for word in options:
         source, given, target = word.partition(":=")
@@ -110,14 +116,14 @@ def _check_names(options: Sequence[str], commands: Sequence[str]) -> None:
 
 
 def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
-    """The topics of bags, {topic: type}.
+    """Return the topics of bags with their types, {topic: type}.
 
     Raises:
-        BagError: rosbag play would not play one of the bags.
+        BagError: ``rosbag play`` cannot play one of the bags. The error message says why.
     """
     import rosbag
 
-    connections = read_bag(files, lambda connection: False).connections     # says which file is no bag at all
+    connections = read_bag(files, lambda connection: False).connections     # raises BagError for a file that is no bag
     for path in files:
         try:
             rosbag.Bag(path, skip_index=True).close()
@@ -137,25 +143,28 @@ def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
 
 
 class RecordedCommands(NamedTuple):
-    """What a bag has of one robot, by the last names of topics."""
+    """What a bag contains about one robot. The keys of the dictionaries are the last names of topics."""
 
     robot: str
-    """namespace"""
+    """The namespace of the robot, without slashes at its ends."""
     messages: Dict[str, List[Tuple[float, Any]]]
-    """(s, message) in order of time"""
+    """For each topic the messages in order of time: (time in s, message)."""
     senders: Dict[str, str]
-    """the first node that published; empty where the bag does not say"""
+    """For each topic the name of the first node that published on it. An empty name if the bag does not contain it."""
     begin: float
-    """s: first message of the bag"""
+    """The time of the first message in the bag, of any topic (s)."""
 
     def newest(self, name: str) -> Any:
-        """The newest message on a topic; None where there is none."""
+        """Return the newest message on the topic with the last name ``name``. None if the bag has no message on it."""
         return self.messages[name][-1][1] if name in self.messages else None
 
     def parameters_of(self, node: str) -> Dict[str, Any]:
-        """The private parameters of a node, by the newest description of the recording that has any; else empty."""
+        """Return the private parameters of ``node`` (a full name), as the recording describes them.
+
+        When a bag has several descriptions, the newest one with parameters of the node counts. Empty if there is none.
+        """
         for _, message in reversed(self.messages.get("recording", [])):
-            with contextlib.suppress(UsageError):   # a description that makes no sense
+            with contextlib.suppress(UsageError):   # the description cannot be read
                 known = description_of(message.data).parameters_of(node)
                 if known:
                     return known
@@ -164,16 +173,19 @@ class RecordedCommands(NamedTuple):
 
 def read_commands(files: Sequence[str], robot: str, commands: Mapping[str, type],
                   others: Optional[Mapping[str, type]] = None) -> RecordedCommands:
-    """Read what a robot was told. A message is left out when its fields are not those of the type given for its topic.
+    """Read the commands that a robot received, and other messages of the robot, from a bag.
+
+    A message is left out when its type does not have the fields of the given class. If the bag is damaged, a printed
+    line says what is missing.
 
     Args:
-        files: a bag, or the parts of a recording.
-        robot: its namespace; "": the only robot that was told something.
-        commands: {last name of a topic: message class} of what a robot is told.
-        others: likewise, of what else is read.
+        files: one bag, or all parts of one recording.
+        robot: the namespace of the robot. Empty: the only robot in the bag that received commands.
+        commands: the topics on which the robot receives commands, {last name of the topic: message class}.
+        others: more topics of the robot to read, {last name of the topic: message class}.
 
     Raises:
-        BagError: the robot was told nothing; or no robot is named, and several were told something.
+        BagError: the robot received no commands. Or `robot` is empty, and several robots received commands.
     """
     wanted = {**commands, **(others or {}), "recording": String}
 

@@ -1,7 +1,4 @@
-"""What a re-run and a re-drive need of ROS.
-
-It is their node, programs that they start and end, what the master knows, and the new bag of what they hear and say.
-"""
+"""What a re-run and a re-drive share: their ROS node, programs that they start, the ROS master, and their new bag."""
 
 import contextlib
 import ctypes
@@ -23,32 +20,32 @@ from ..writer import BagWriter, serialized
 from .commands import ASIDE, TOLD, absolute
 
 PATIENCE = 30.0
-"""s until programs must be there; the slowest machine needs a few."""
+"""How long to wait for programs to be ready (s). On the slowest machine they need a few seconds."""
 MASTER_PATIENCE = 5.0
-"""s for an answer of the master, or of a node."""
+"""How long to wait for an answer of the ROS master, or of a node (s)."""
 INTERVAL = 0.05
-"""s between two looks."""
+"""The time between two checks of a condition (s)."""
 LAST_WORDS = 10.0, 5.0
-"""s that a program has after Ctrl-C, and then after SIGTERM. Then it is killed."""
+"""How long a program has to end after SIGINT, and then after SIGTERM (s). Then it gets SIGKILL."""
 DIE_WITH_PARENT = 1
-"""PR_SET_PDEATHSIG of prctl(2)"""
+"""PR_SET_PDEATHSIG of prctl(2): the kernel sends a signal to a process when its parent ends."""
 
 
 class Interrupted(PioneerError):
-    """Ctrl-C, or another request to end."""
+    """This node must end before it is done: the user pressed Ctrl-C, or ROS shut the node down."""
 
 
 def no_master() -> UsageError:
-    """What to say where no master answers."""
+    """Return the error to raise when the ROS master does not answer."""
     return UsageError("there is no ROS master at %s: start roscore, or use roslaunch pioneer_control replay.launch"
                       % rosgraph.get_master_uri())
 
 
 def become_node(name: str) -> None:
-    """Become a node of this name, or of that given with ``__name:=``.
+    """Start the ROS node of this process. ``__name:=`` on the command line replaces `name`.
 
     Raises:
-        UsageError: there is no master, or a node of that name is at work. This node would end it.
+        UsageError: the ROS master does not answer, or a node of this name runs already. The new node would end it.
     """
     name = next((word[len("__name:="):] for word in reversed(sys.argv) if word.startswith("__name:=")), name)
     try:
@@ -61,16 +58,19 @@ def become_node(name: str) -> None:
 
 
 def run_as_node(name: str, run: Callable[[], int]) -> int:
-    """Become a node and run something.
+    """Start the ROS node of this process, call `run`, and print its error if it raises one.
 
-    Where roslaunch started this program, a line says that what roslaunch then writes in red is no error.
+    If roslaunch started this program, also print that the red message of roslaunch at the end is no error.
 
     Args:
-        name: of the node.
-        run: gives the exit code.
+        name: the name of the node.
+        run: the work. It returns an exit code.
 
     Returns:
-        The exit code: that of `run`; 1 it ended before, 2 it cannot be done as asked.
+        The exit code: the value that `run` returns, 2 if it raises UsageError, and 1 after other errors.
+
+    Raises:
+        UsageError: the ROS master does not answer, or a node of this name runs already.
     """
     become_node(name)
     try:
@@ -83,27 +83,28 @@ def run_as_node(name: str, run: Callable[[], int]) -> int:
     except (*NO_ANSWER, rosgraph.MasterException):
         if rosgraph.is_master_online():
             raise
-        reason, code = no_master(), 1   # it has ended
+        reason, code = no_master(), 1   # the ROS master has ended
     print("%s: %s" % (name, reason), file=sys.stderr, flush=True)
     return code
 
 
 @contextlib.contextmanager
 def running(command: Sequence[str], namespace: str = "/", quiet: bool = False) -> Iterator[subprocess.Popen]:
-    """Run a program for as long as the ``with`` block takes. At its end the program is ended, however that came.
+    """Run a program as long as the ``with`` block lasts. ``with ... as`` gives the process.
 
-    It is ended as by Ctrl-C, and harder if that does not help.
+    At the end of the block the program gets SIGINT. If it does not end, it gets SIGTERM and then SIGKILL. The program
+    also gets SIGINT when this process is killed.
 
     Args:
         command: the program and its arguments.
-        namespace: for its relative names.
-        quiet: whether its output is left out.
+        namespace: the ROS namespace of the program.
+        quiet: whether the standard output of the program is thrown away.
     """
-    libc = ctypes.CDLL(None)  # here: nothing may be loaded in the child
+    libc = ctypes.CDLL(None)  # here, because the child process may not load a library before it runs the program
     process = subprocess.Popen(
         list(command), env=dict(os.environ, ROS_NAMESPACE=namespace), stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL if quiet else None,
-        start_new_session=True,  # Ctrl-C is for this program, which ends them in their order
+        start_new_session=True,  # Ctrl-C reaches only this process, which then ends its programs one by one
         preexec_fn=lambda: libc.prctl(DIE_WITH_PARENT, signal.SIGINT))
     try:
         yield process
@@ -121,19 +122,19 @@ def running(command: Sequence[str], namespace: str = "/", quiet: bool = False) -
 def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subprocess.Popen] = (),
                patience: float = PATIENCE, watch: Callable[[], None] = lambda: None,
                is_done: str = "it was done") -> None:
-    """Wait until a condition holds.
+    """Wait until a condition is true.
 
     Args:
-        what: the condition in words.
-        condition: is asked again and again.
-        needed: programs that must not end meanwhile.
-        patience: s.
-        watch: called again and again meanwhile; may raise an error.
-        is_done: what has not come about when this node ends, in words.
+        what: what we wait for, in words for an error message.
+        condition: returns whether the condition is true. It is called again and again.
+        needed: processes that must not end while we wait.
+        patience: how long to wait (s).
+        watch: called again and again while we wait. An exception from it ends the wait.
+        is_done: words for the message "ended before ..." of Interrupted.
 
     Raises:
-        NoAnswerError: the condition did not come to hold, or a needed program ended.
-        Interrupted: this node is to end.
+        NoAnswerError: the condition was not true in time, or one of the needed processes ended.
+        Interrupted: this node must end.
     """
     end = time.monotonic() + patience
     while not condition():
@@ -150,19 +151,23 @@ def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subproc
 
 
 def graph() -> Tuple[Dict[str, List[str]], ...]:
-    """Publishers and subscribers by topic, and servers by service, as the master knows them now."""
+    """Return three dictionaries of the ROS master: publishers by topic, subscribers by topic, and servers by service.
+
+    Publishers, subscribers and servers are full names of nodes.
+    """
     return tuple(dict(part) for part in rosgraph.Master(rospy.get_name()).getSystemState())
 
 
 def nodes() -> List[str]:
-    """Whole names of all nodes that the master knows."""
+    """Return the full names of all nodes that the ROS master knows."""
     return sorted({node for part in graph() for names in part.values() for node in names})
 
 
 def possible_robots() -> List[str]:
-    """Nodes that report motors or listen to commands, each with such a topic: each may be a robot, or move one.
+    """Return the nodes that may be a robot or may move one, each with a topic: "/pioneer/p2os (/pioneer/cmd_vel)".
 
-    Commands that a replay puts aside move no robot.
+    Such a node publishes motor_state, or subscribes to commands. Command topics under ``recorded/`` and ``rerun/`` do
+    not count, because no robot subscribes to them.
     """
     publishers, subscribers, _ = graph()
     told = {topic: names for topic, names in subscribers.items()
@@ -173,12 +178,12 @@ def possible_robots() -> List[str]:
 
 
 def connected(sender: str, listener: str, topics: Iterable[str]) -> bool:
-    """Whether a node is connected to another one.
+    """Return whether a publishing node has connections to a subscribing node for all of some topics.
 
     Args:
-        sender: whole name of the node that publishes.
-        listener: whole name of the node that listens.
-        topics: whole names. Those that the sender publishes must all be connected.
+        sender: the full name of the publishing node.
+        listener: the full name of the subscribing node.
+        topics: full names of topics. Topics that the sender does not publish are ignored.
     """
     published = {topic for topic, names in graph()[0].items() if sender in names}
     node = peer(rosgraph.Master(rospy.get_name()).lookupNode(sender), MASTER_PATIENCE)
@@ -187,8 +192,8 @@ def connected(sender: str, listener: str, topics: Iterable[str]) -> bool:
 
 
 def restore_parameter(name: str, value: Any) -> None:
-    """Set a parameter to the value that it had before; None: it was not set."""
-    # the master has ended, too, or the parameter is not there to be deleted
+    """Set a ROS parameter back to an earlier value. None means that the parameter was not set, so it is deleted."""
+    # these errors mean: the ROS master has ended too, or the parameter does not exist
     with contextlib.suppress(OSError, KeyError, rosgraph.MasterException):
         if value is not None:
             rospy.set_param(name, value)
@@ -197,22 +202,23 @@ def restore_parameter(name: str, value: Any) -> None:
 
 
 class TopicRecorder(contextlib.AbstractContextManager):
-    """Writes messages of topics, and others that it is given, into a new bag.
+    """Writes messages into a new bag. Its method `write` can be the callback of subscribers.
 
-    ``with`` closes the bag at the end. It says where the bag is if that was not reached.
+    Use it in a ``with`` block, which closes the bag at its end. When the block ends with an exception and the bag has
+    messages, the path of the bag is printed.
 
     Args:
-        path: of the bag.
-        now: the time that a message gets.
+        path: the path of the new bag.
+        now: returns the time to record with a message.
 
     Attributes:
-        path: of the bag.
-        newest: the newest message of each topic.
-        counts: how many messages of each topic are written.
-        heard_at: when the last message came; s, of the monotonic clock.
+        path: the path of the bag.
+        newest: the newest message by topic.
+        counts: the number of written messages by topic.
+        heard_at: when the newest message was written (s, ``time.monotonic()``).
 
     Raises:
-        UsageError: there is such a file already, or it cannot be written.
+        UsageError: the file exists already, or cannot be written.
     """
 
     def __init__(self, path: str, now: Callable[[], rospy.Time]) -> None:
@@ -222,7 +228,7 @@ class TopicRecorder(contextlib.AbstractContextManager):
             self._writer: Optional[BagWriter] = BagWriter(path)
         except OSError as error:
             raise UsageError("%s cannot be written: %s" % (path, error.strerror or error)) from None
-        self._connections: Dict[Tuple[str, Optional[str]], int] = {}     # by topic and publisher
+        self._connections: Dict[Tuple[str, Optional[str]], int] = {}     # connection number by topic and publisher
         self.path, self._now = path, now
         self.newest: Dict[str, Any] = {}
         self.counts: Counter[str] = Counter()
@@ -230,13 +236,14 @@ class TopicRecorder(contextlib.AbstractContextManager):
         self._lock = threading.Lock()
 
     def write(self, message: Any, topic: str) -> None:
-        """Write a message with the present time; one that was heard, with what its connection said of it.
+        """Write a message into the bag with the present time. Any thread may call this.
 
-        It can be the callback of a subscriber.
+        A received message keeps the header of its connection, with the name of its publisher. After the bag is closed,
+        messages are ignored.
 
         Args:
-            message: of any type.
-            topic: under which it is written.
+            message: a message of any type.
+            topic: the topic in the bag.
         """
         header = getattr(message, "_connection_header", None) or dict(
             type=message._type, md5sum=message._md5sum, message_definition=message._full_text)
@@ -252,7 +259,7 @@ class TopicRecorder(contextlib.AbstractContextManager):
             self.heard_at = time.monotonic()
 
     def __exit__(self, kind: Any, *about: Any) -> None:
-        """Close the bag, and remove it where nothing is in it. What comes later is dropped."""
+        """Close the bag, and delete it if it has no messages. Messages that come later are ignored."""
         if kind is not None and self.counts:
             say("What happened until it ended is in %s" % self.path)
         with self._lock:

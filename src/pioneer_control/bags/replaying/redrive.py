@@ -1,7 +1,8 @@
-"""Tell a simulated robot what the recorded one was told, and compare their paths: ``replay redrive FILE.bag``.
+"""Send recorded commands to a simulated robot, and compare its path with the recorded one: ``replay redrive FILE.bag``.
 
-The simulated robot has the model, the world and the place that the bag tells. The robot and its driver are started
-here, in a namespace of their own, and end here. What the robot did is kept in a bag, compared and drawn.
+The simulated robot gets the model, the world and the start pose of the recorded robot, as far as the bag contains them.
+This program starts the simulator and a driver in a namespace of their own, and ends them after the drive. It records
+the drive in a new bag, compares the two paths, and draws them.
 """
 
 import argparse
@@ -34,22 +35,22 @@ from .programs import INTERVAL, Interrupted, TopicRecorder, nodes, restore_param
 from .redrive_schedule import LEGAL_VALID, VALID, Order, schedule
 
 NEEDED = {"pose": Odometry, "motor_state": MotorState, "robot_info": RobotInfo, "ground_truth": Odometry}
-"""Topics of the simulated robot that must be there before it is told anything."""
+"""Topics of the simulated robot, with their message classes. The re-drive begins after a message on each of them."""
 WORLDS = os.path.join(os.path.dirname(__file__), "..", "..", "simulator", "worlds")
 SAME_ROBOT = "model", "models_file", "gripper", "rear_sonar"
-"""Parameters of the recorded simulator that the new one gets too."""
+"""Parameters of the recorded simulator that the new simulator gets too."""
 SAME_DRIVER = "cmd_vel_timeout", "max_"
-"""How the names of parameters begin that the new driver gets from the recorded one."""
+"""The new driver gets all parameters of the recorded driver whose names begin with one of these words."""
 SLOWEST = 0.05
-"""Least share of the recorded speeds."""
+"""The least legal value of --speed, as a share of the recorded speeds."""
 ON = 1
-"""MotorState.state"""
+"""The value of MotorState.state when the motors are on."""
 STOPS, STOP_AGAIN = 5, 0.05
-"""How often the last stop is said, and s between."""
+"""How many times the final stop is published, and the time after each (s)."""
 SERVICE_PATIENCE = 120.0
-"""s for the driver to offer its service, and for the motors to be on."""
+"""How long to wait for the service set_motors, and then for the motors to be on (s)."""
 STANDS = 0.005
-"""m/s and rad/s: a slower robot stands."""
+"""The robot stands when it is slower than this value (m/s and rad/s)."""
 
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
@@ -63,27 +64,27 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--name": dict(default="redrive", help="namespace of the re-driven robot (default: %(default)s)"),
     "--output": dict(default="", metavar="NEW.bag", help="where what it does is kept (default: beside the bag)"),
 }
-"""Of the command line; replay.launch has arguments of the same names."""
+"""The command-line options of ``replay redrive``, with the arguments of argparse for each."""
 
 
 class RecordedDrive:
-    """What a bag tells of a robot that was driven.
+    """The commands to a recorded robot, and the parameters for a simulator and a driver like the recorded ones.
 
     Args:
-        files: a bag, or the parts of a recording.
-        robot: its namespace; "": the only robot that was told something.
+        files: one bag, or all parts of one recording.
+        robot: the namespace of the robot. Empty: the only robot in the bag that received commands.
 
     Attributes:
-        robot: its namespace.
-        told: what it was told, in order of time; the first at the time of the bag.
-        world: name or file; empty where the bag does not tell.
-        like: parameters that make a simulated robot like it, and put it where it truly stood when it was told something
-            for the first time.
-        driver: parameters that make a driver drive like its driver.
-        valid: s for which its driver took a velocity; the driver's default where the bag has no legal value.
+        robot: the namespace of the robot.
+        told: the recorded commands in order of time. The times are those in the bag (s).
+        world: the name or the file of the recorded world. Empty if the bag does not contain it.
+        like: parameters for a simulator like the recorded robot. ``start`` is the true pose of the recorded robot at
+            its first command: x, y (m), heading (rad).
+        driver: parameters for a driver that drives like the recorded driver.
+        valid: the recorded driver's cmd_vel_timeout (s). The default if the bag contains no legal value.
 
     Raises:
-        BagError: as `read_commands` does.
+        BagError: the robot received no commands. Or `robot` is empty, and several robots received commands.
     """
 
     def __init__(self, files: Sequence[str], robot: str = "") -> None:
@@ -106,23 +107,35 @@ class RecordedDrive:
 
 
 def _place(truths: Sequence[Tuple[float, Any]], begin: float) -> List[float]:
-    """Where the robot stood last before a time (s), or first after it: x, y (m), heading (rad)."""
+    """Return the true pose of the robot at the time `begin` (s): x, y (m), heading (rad).
+
+    Args:
+        truths: (time in s, Odometry) in order of time, at least one.
+        begin: the newest message up to this time counts. If all messages are later, the first one counts.
+    """
     message = ([message for when, message in truths if when <= begin] or [truths[0][1]])[-1]
     position, turn = message.pose.pose.position, message.pose.pose.orientation
     return [position.x, position.y, heading_of(turn.x, turn.y, turn.z, turn.w)]
 
 
 def simulator_parameters(recorded: RecordedDrive, world: str, numbers_file: str, seed: int) -> Dict[str, Any]:
-    """Parameters that make the simulated robot like the recorded one, as far as the bag tells."""
+    """Return the parameters for a simulated robot like the recorded one, as far as the bag contains them.
+
+    Args:
+        recorded: the recorded robot.
+        world: the name or the file of a world. Empty: the recorded world.
+        numbers_file: a file with errors of the simulated robot, for example of its wheels. Empty: none.
+        seed: the seed of the simulator.
+    """
     return dict(recorded.like, world=world or known_world(recorded.world), seed=seed,
                 numbers_file=numbers_file and os.path.abspath(os.path.expanduser(numbers_file)))
 
 
 def known_world(named: str) -> str:
-    """The world of the recorded robot if it is still there, else the empty one; says so.
+    """Return the recorded world if it still exists on this computer. If not, print so and return "empty".
 
     Args:
-        named: its name or file; empty where the bag does not tell.
+        named: the name or the file of the recorded world. Empty if the bag does not contain it.
     """
     if os.path.isfile(os.path.join(WORLDS, named + ".yaml")) or "/" in named and os.path.isfile(named):
         return named
@@ -133,13 +146,13 @@ def known_world(named: str) -> str:
 
 
 class Redrive:
-    """One re-drive. Call `run`.
+    """One re-drive: it sends recorded commands to a simulated robot. Call `run`.
 
     Args:
-        given: the command line.
+        given: the parsed command line.
 
     Raises:
-        UsageError: the command line makes no sense. Nothing is started yet.
+        UsageError: the bag or an option is not usable. Nothing has been started then.
     """
 
     def __init__(self, given: argparse.Namespace) -> None:
@@ -157,10 +170,13 @@ class Redrive:
         self._publishing = threading.Lock()
 
     def run(self) -> int:
-        """Drive the simulated robot, and compare its path.
+        """Start the simulated robot, send it the recorded commands, and compare its path with the recorded one.
 
         Returns:
-            The exit code: 0, driven to the end and compared.
+            The exit code 0.
+
+        Raises:
+            PioneerError: the re-drive could not begin, or ended early.
         """
         self._refuse_a_shared_name()
         self._bag = TopicRecorder(self._given.output or free_name(self._files[0], "redrive"), rospy.Time.now)
@@ -185,7 +201,7 @@ class Redrive:
     # Before anything moves
 
     def _refuse_a_shared_name(self) -> None:
-        """Refuse simulated time, and a namespace in which there are nodes already."""
+        """Raise UsageError when the ROS master has simulated time, or nodes in the namespace of the re-driven robot."""
         if rospy.get_param("/use_sim_time", False):
             raise UsageError("this master has simulated time (/use_sim_time), perhaps of an earlier replay. When none "
                              "goes on: rosparam set /use_sim_time false")
@@ -195,13 +211,16 @@ class Redrive:
                              "for the re-driven robot with --name" % ", ".join(there))
 
     def _start_robot(self, at_end: contextlib.ExitStack) -> Sequence[subprocess.Popen]:
-        """Start the simulated robot and its driver.
+        """Start the simulator and its driver, and wait until the driver is ready for commands.
 
         Args:
-            at_end: ends them.
+            at_end: gets what ends the two programs.
 
         Returns:
-            Both programs. Neither may end before.
+            The processes of the simulator and of the driver.
+
+        Raises:
+            NoAnswerError: a program ended, or was not ready in time.
         """
         recorded, given = self._recorded, self._given
         line, prefix = "/tmp/pioneer_redrive_%s" % os.getpid(), self._name.strip("/") + "/"
@@ -229,13 +248,24 @@ class Redrive:
         wait_until("the motors to be on", lambda: self._newest("motor_state").state == ON, robot, SERVICE_PATIENCE)
 
     def _newest(self, name: str) -> Any:
-        """The newest message of the simulated robot's topic; None before the first."""
+        """Return the newest message on a topic of the simulated robot. None before the first message.
+
+        `name` is the last name of the topic.
+        """
         return self._bag.newest.get("%s/%s" % (self._name, name))
 
     # Moving
 
     def _drive(self, robot: Sequence[subprocess.Popen]) -> None:
-        """Give every order when it is due."""
+        """Send every command when it is due.
+
+        Args:
+            robot: the processes of the simulator and of the driver.
+
+        Raises:
+            Interrupted: this node is to end.
+            UsageError: the simulator or the driver has ended.
+        """
         begin = time.monotonic()
         for order in self._orders:
             while time.monotonic() < begin + order.time:
@@ -253,9 +283,9 @@ class Redrive:
                 self._bag.write(order.message, "%s/%s" % (self._name, order.topic))
 
     def _stop(self) -> None:
-        """Stop the robot, and tell it nothing any more. Any thread may call it, and more than once."""
+        """Publish a stop several times, and then no more commands. Any thread may call this, also more than once."""
         with self._publishing:
-            for _ in range(0 if self._silent else STOPS):   # this program may end next: give its sending thread time
+            for _ in range(0 if self._silent else STOPS):   # the process may end next: give rospy time to send
                 self._publishers["cmd_vel"].publish(Twist())
                 time.sleep(STOP_AGAIN)
             self._silent = True
@@ -267,7 +297,7 @@ class Redrive:
     # Afterwards
 
     def _compare(self) -> None:
-        """Say how far the new path is from the recorded one, and draw both."""
+        """Print how far the new path is from the recorded one, and draw both paths in one picture."""
         path = self._bag.path
         try:
             recorded = read_run(self._files, self._recorded.robot or None)
@@ -296,21 +326,28 @@ class Redrive:
 
 
 def trimmed(track: Track, begin: float) -> Track:
-    """A track from a moment on. It begins where the robot was just then, however few of its places are kept.
+    """Return the part of a track after a moment. It begins with the interpolated pose of the robot at this moment.
 
     Args:
-        track: the whole one.
-        begin: the moment, s.
+        track: the whole track.
+        begin: the moment (s).
     """
     begin = min(max(begin, float(track.time[0])), float(track.time[-1]))
     return track.at(np.append(begin, track.time[track.time > begin]))
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run it.
+    """Run ``replay redrive``.
+
+    Args:
+        arguments: the words of the command line after ``redrive``.
 
     Returns:
-        The exit code: 0 driven to the end and compared, 1 ended before, 2 it cannot be done as asked.
+        The exit code. 0: the robot received all commands. 1: the re-drive ended early. 2: it could not begin, or the
+        simulator or the driver ended.
+
+    Raises:
+        UsageError: the bag or an option is not usable, or the node cannot start.
     """
     given = parser_of("replay redrive", "Tell a simulated robot what the recorded one was told, and compare.",
                       OPTIONS).parse_args(arguments)

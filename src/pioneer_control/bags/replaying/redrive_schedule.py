@@ -1,9 +1,9 @@
-"""When to say what, so that a robot is told what the recorded one was told, slower if wanted. Pure.
+"""When a re-drive sends which command, so that a robot drives the recorded path, slower if wanted. Pure functions.
 
-Order and intervals are the recorded ones. For the recorded robot a velocity held until the next one came, but no
-longer than `VALID`: then its driver stopped it. The same holds here. With a factor k, velocities are k times as fast
-and everything lasts 1/k as long, which keeps the path. A driver stops a robot when a velocity grows old, so each
-velocity is repeated for as long as it holds, and no longer.
+The commands keep their order and their intervals. The driver of the recorded robot obeyed a velocity until the next
+one came, but no longer than its time-out (`VALID`): then it stopped the robot. The schedule stops the robot at the same
+moments. With a speed factor k, velocities are k times as fast and intervals 1/k times as long, which keeps the path.
+The driver of the simulated robot has a time-out too. So the schedule repeats each velocity for as long as it was valid.
 """
 
 import copy
@@ -13,32 +13,32 @@ from typing import Any, Iterable, List, NamedTuple
 VELOCITIES = "cmd_vel", "cmd_wheels"
 
 VALID = 0.6
-"""s: the driver's default for cmd_vel_timeout."""
+"""The driver's default for its parameter cmd_vel_timeout (s)."""
 LEGAL_VALID = 0.1, 2.0
-"""s: the least and the greatest cmd_vel_timeout."""
+"""The least and the greatest legal value of the driver's parameter cmd_vel_timeout (s)."""
 REFRESH = 0.2
-"""s between two repetitions of a velocity."""
+"""The time between two repetitions of a velocity (s)."""
 
 
 class Order(NamedTuple):
-    """Something that a robot is told."""
+    """A command to a robot, with its time and its topic."""
 
     time: float
-    """when, s"""
+    """The time at which the command was recorded, or is to be sent (s)."""
     topic: str
-    """its last name"""
+    """The last name of the topic."""
     message: Any
 
 
 def schedule(told: Iterable[Order], factor: float = 1.0, valid: float = VALID) -> List[Order]:
-    """The orders to give, in order of time, from time 0 on.
+    """Return the commands that a re-drive sends, in order of time. The first one has the time 0 s.
 
-    Velocities that are not finite numbers are left out: a driver refuses them.
+    Velocities that are not finite numbers are left out, because a driver refuses them.
 
     Args:
-        told: recorded orders, in whatever order.
-        factor: the k above, more than 0.
-        valid: s for which a velocity holds.
+        told: the recorded commands, in any order.
+        factor: the speed factor, more than 0. 0.5 means half as fast, and twice as long.
+        valid: the time for which the recorded driver obeyed a velocity (s).
     """
     told = sorted((order for order in told if order.topic not in VELOCITIES or _is_finite(order.message)),
                   key=lambda order: order.time)
@@ -52,11 +52,11 @@ def schedule(told: Iterable[Order], factor: float = 1.0, valid: float = VALID) -
         orders += [said._replace(time=said.time + number * REFRESH) for number in range(repeats)]
         if following is None or following.time - order.time > valid:
             orders.append(Order((ends - begin) / factor, order.topic, slowed(order.message, 0.0)))
-    return sorted(orders, key=lambda order: order.time)  # stable: what came together stays in its order
+    return sorted(orders, key=lambda order: order.time)  # stable: commands with equal times keep their order
 
 
 def slowed(message: Any, factor: float) -> Any:
-    """A Twist or WheelVelocities that is `factor` times as fast as another."""
+    """Return a copy of a Twist or WheelVelocities in which all velocities are multiplied by `factor`."""
     result = copy.deepcopy(message)
     if hasattr(result, "left"):
         result.left, result.right = factor * result.left, factor * result.right
@@ -67,7 +67,7 @@ def slowed(message: Any, factor: float) -> Any:
 
 
 def _is_finite(message: Any) -> bool:
-    """Whether all numbers of a Twist or WheelVelocities are finite."""
+    """Return whether all velocities in a Twist or WheelVelocities are finite numbers."""
     numbers = ((message.left, message.right) if hasattr(message, "left") else
                [value for part in (message.linear, message.angular) for value in (part.x, part.y, part.z)])
     return all(map(math.isfinite, numbers))

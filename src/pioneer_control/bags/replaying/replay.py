@@ -23,23 +23,24 @@ WAYS = "look", "rerun", "redrive"
 
 LAUNCH_ARGUMENTS = ("bag", "way", "robot", "rviz", "picture", "frame", "options", "package", "program", "args", "speed",
                     "world", "numbers_file", "seed")
-"""Those of replay.launch."""
+"""The names of the arguments of launch/replay.launch. `main` refuses words such as ``speed:=0.5`` on its command line.
+"""
 
 
 LOOK_OPTIONS: Dict[str, Dict[str, Any]] = {
     "bag": dict(help="the bag; several, or a pattern, in quotes: the parts of one recording"),
     "--picture": dict(type=yes_or_no, default=False, metavar="true|false", help="draw it first (default: false)"),
 }
-"""Of the command line, to look."""
+"""The command-line options of ``replay look``, with the arguments of argparse for each."""
 
 
 def warn_of_robots() -> None:
-    """Say which robots are on this master: what they report would mix with the bag.
+    """Print a warning when robots are on this ROS master, because their messages mix with those of the bag.
 
     Raises:
-        UsageError: there is no master. A player would wait for one for ever.
+        UsageError: no ROS master answers. ``rosbag play`` would wait for a master without end.
     """
-    from . import programs      # here: it needs all of rospy
+    from . import programs      # imported only here, because it needs rospy
 
     try:
         others = programs.possible_robots()
@@ -52,11 +53,16 @@ def warn_of_robots() -> None:
 
 
 def look(arguments: Sequence[str], ros: Sequence[str]) -> int:
-    """Become a ``rosbag play`` that commands nothing.
+    """Replace this process by a ``rosbag play`` that publishes the commands of the bag only under ``recorded/``.
+
+    The function does not return.
 
     Args:
-        arguments: of the command line.
-        ros: words of it that are for ROS.
+        arguments: the words of the command line after ``look``.
+        ros: the words of the command line that are remappings (``name:=value``). ``rosbag play`` gets them.
+
+    Raises:
+        UsageError: the bag or an option is not usable, or no ROS master answers.
     """
     given, options = parser_of(
         "replay look", "Play a bag back, its commands aside.", LOOK_OPTIONS, allow_abbrev=False,
@@ -67,24 +73,28 @@ def look(arguments: Sequence[str], ros: Sequence[str]) -> int:
         draw([*files, "--parts"])
     warn_of_robots()
     sys.stdout.flush()
-    os.environ.pop("ROS_NAMESPACE", None)   # names in the bag without a slash are not below the namespace of this shell
+    os.environ.pop("ROS_NAMESPACE", None)   # it would change topic names without a slash
     os.execvp(command[0], command)
 
 
 def main(argv: Optional[Sequence[str]] = None) -> int:
-    """Replay in the way that is named.
+    """Replay a bag in the way that the command line names: look, rerun or redrive.
+
+    Args:
+        argv: the words of the command line. None: those of this process.
 
     Returns:
-        The exit code: 0 done, 1 it came out otherwise, 2 it cannot be done as asked.
+        The exit code. 0: done. 1: a re-run gave other commands, or a re-run or re-drive ended early. 2: the command
+        line, the bag or the state of the ROS master does not allow the replay.
     """
     words = list(sys.argv[1:] if argv is None else argv)
-    ros = [word for word in words if REMAPPING.match(word)]     # names and remappings that roslaunch gives every node
+    ros = [word for word in words if REMAPPING.match(word)]     # name:=value, as roslaunch gives to each node
     way, *arguments = [word for word in words if not REMAPPING.match(word)] or ["-h"]
     try:
         refuse_launch_arguments(ros, LAUNCH_ARGUMENTS)
         if way == "look":
             return look(arguments, ros)
-        if way in WAYS:     # each needs all of rospy
+        if way in WAYS:     # imported only here, because each needs rospy
             return int(importlib.import_module("." + way, __package__).main(arguments))
         if way in ("-h", "--help"):
             print("usage: replay {%s} FILE.bag ...   (replay WAY --help tells more)\n\n%s" % (",".join(WAYS), __doc__))

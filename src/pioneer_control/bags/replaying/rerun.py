@@ -1,7 +1,8 @@
-"""Let a program hear the bag, and compare what it commands with what it commanded then: ``replay rerun FILE.bag``.
+"""Play a bag to a program, and compare its commands with the recorded commands: ``replay rerun FILE.bag``.
 
-The bag is played with its own clock. The commands in it come back under ``recorded/``; what the program commands goes
-under ``rerun/``. Neither reaches a robot. The program gets the parameters that it had, as far as the bag tells.
+``rosbag play`` publishes the bag with its own clock, and the recorded commands under ``recorded/``. The program
+publishes its commands under ``rerun/``. So no robot receives any of these commands. The program gets the parameters
+that it had in the recorded run, as far as the bag contains them.
 """
 
 import argparse
@@ -27,20 +28,23 @@ from .redrive_schedule import VELOCITIES
 from .rerun_compare import Verdict, judge_decisions, judge_others, judge_velocities, velocities_of
 
 KINDS = {"decision": Decision, **TOLD}
-"""What a program commands, and why: message by the topic's last name."""
+"""The topics that a re-run compares, decisions and commands: message class by the topic's last name."""
 SERVICES = "set_motors", "enable_motors", "disable_motors", "set_sonar", "reset_odometry"
-"""Services of a driver. The program does not reach those of a driver that is alive."""
+"""Services of a driver. They get other names for the program, so that it cannot call those of a real driver."""
 PLAYER = "/play_rerun"
 LOOK_OUT = 0.3
-"""s between two looks for robots that have come."""
+"""The time between two checks whether a robot has appeared on the ROS master (s)."""
 SETTLED = 1.0
-"""s in which the program subscribes to no more topics. Then it listens to all it is going to listen to."""
+"""When the program has made no new subscription for this time (s), it is taken as ready."""
 WAITS_FOR_TIME = 5.0
-"""s in which the program listens to the clock alone. Then it wants to see the time go on first."""
+"""A time in s. The program may subscribe to /clock, but to no topic of the bag, for so long.
+
+Then it probably waits for ROS time to run, and the bag is started.
+"""
 QUIET = 10.0
-"""s without a word from the program. Then it has nothing more to say."""
+"""When the program publishes no command for this time after the end of the bag (s), the re-run ends."""
 LAST_WORD = 0.5
-"""s without a word from a program that has made as many decisions as are in the bag."""
+"""A shorter time than `QUIET` (s), for a program that has published as many decisions as the bag contains."""
 
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
@@ -55,36 +59,38 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
                      "%(default)s)"),
     "--output": dict(default="", metavar="NEW.bag", help="where what it commands is kept (default: beside the bag)"),
 }
-"""Of the command line; replay.launch has arguments of the same names."""
+"""The command-line options of ``replay rerun``, with the arguments of argparse for each."""
 
 
 def decided(decisions: Sequence[Any]) -> Dict[str, Any]:
-    """Parameters with which a Pioneer decides the same again.
+    """Return the parameters with which a Pioneer makes the recorded decisions again.
 
-    They are the seed, and when (s) each wander decided first and last.
+    ``seed`` is the recorded seed. ``begin_at`` and ``end_at`` are the times of the first and the last decision of each
+    wander (s).
 
     Args:
-        decisions: messages, in their order.
+        decisions: the recorded Decision messages, in their order.
     """
     stamps: Dict[int, List[float]] = {}
     for decision in decisions:
         stamps.setdefault(decision.wander, []).append(decision.header.stamp.to_sec())
     parameters: Dict[str, Any] = {"begin_at": [min(each) for each in stamps.values()],
                                   "end_at": [max(each) for each in stamps.values()]}
-    if decisions and abs(decisions[0].seed) < 2 ** 31:  # the parameter server takes no more
+    if decisions and abs(decisions[0].seed) < 2 ** 31:  # the parameter server takes only 32 bits
         parameters["seed"] = decisions[0].seed
     return parameters
 
 
 def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Verdict:
-    """Compare everything that was commanded. Decisions count. Where there are none, velocities and gripper do.
+    """Compare the commands of the program in the re-run with the recorded ones.
 
-    Whether a program asks for the motors depends on whether they are on already. So that is told, but does not count.
+    If the bag contains decisions, only the decisions count. If not, velocities and gripper commands count. Commands on
+    cmd_motor_state are reported, but never count: a program sends them only when the motors are not yet on.
 
     Args:
-        live: what was commanded beside the robot: (s, message) by the topic's last name.
-        again: likewise, on the bag.
-        enough: share of the time for which velocities must be alike.
+        live: the recorded commands: lists of (time in s, message) by the topic's last name.
+        again: the commands in the re-run, in the same form.
+        enough: the share of the time for which the velocities must be alike (0 to 1).
     """
     verdicts = {name: _verdict(name, live.get(name, []), again.get(name, []), enough)
                 for name in KINDS if live.get(name) or again.get(name)}
@@ -94,25 +100,32 @@ def compare(live: Dict[str, list], again: Dict[str, list], enough: float) -> Ver
 
 
 def _verdict(name: str, before: Sequence[Any], now: Sequence[Any], enough: float) -> Verdict:
-    """Compare what was commanded on one topic; the arguments are as those of `compare`."""
+    """Compare the commands on one topic.
+
+    Args:
+        name: the last name of the topic.
+        before: the recorded commands, (time in s, message).
+        now: the commands in the re-run, (time in s, message).
+        enough: the share of the time for which velocities must be alike (0 to 1).
+    """
     if name in VELOCITIES:
         return judge_velocities(name, velocities_of(before), velocities_of(now), enough)
     messages = [message for _, message in before], [message for _, message in now]
     if name != "decision":
         return judge_others(name, *messages)
-    # recorded without decisions, or by another program: there is nothing to compare with
+    # the bag may have no decisions: then there is nothing to compare with
     return judge_decisions(*messages) if before else Verdict(
         True, ["no decisions live, %s in the re-run: what was commanded counts." % len(now)])
 
 
 class Rerun:
-    """One re-run. Call `run`.
+    """One re-run: it plays a bag to a program, and compares the commands. Call `run`.
 
     Args:
-        given: the command line.
+        given: the parsed command line.
 
     Raises:
-        UsageError: the command line makes no sense. Nothing is started yet.
+        UsageError: the bag or an option is not usable. Nothing has been started then.
     """
 
     def __init__(self, given: argparse.Namespace) -> None:
@@ -123,7 +136,7 @@ class Rerun:
         self._files = bag_files(given.bag)
         self._topics = recorded_topics(self._files)
         self._live = read_commands(self._files, given.robot, KINDS)
-        # where the bag does not say who commanded, the program's name is the node's
+        # when the bag does not contain the name of the node, the program's name is used
         self._node = next((self._live.senders[name] for name in KINDS if self._live.senders.get(name)),
                           "/" + os.path.splitext(os.path.basename(given.program))[0])
         self._parameters = self._live.parameters_of(self._node)
@@ -133,14 +146,17 @@ class Rerun:
         self._looked_out = 0.0
 
     def run(self) -> int:
-        """Let the program hear the bag.
+        """Start the program, play the bag to it, and compare its commands with the recorded ones.
 
         Returns:
-            The exit code: 0 it commands the same again, 1 it does not.
+            The exit code. 0: the commands are the same. 1: they are not.
+
+        Raises:
+            PioneerError: the re-run could not begin, or ended early.
         """
         self._refuse_company()
         recorder = TopicRecorder(self._given.output or free_name(self._files[0], "rerun"), lambda: self._time)
-        # this node began with the time of day, and keeps it
+        # this node has started without simulated time, so its own clock does not follow /clock
         rospy.Subscriber("/clock", Clock, self._hear_clock, queue_size=1)
         for name, kind in KINDS.items():
             topic = "%s/%s" % (self._robot, name)
@@ -158,7 +174,10 @@ class Rerun:
         self._time = message.clock
 
     def _refuse_company(self) -> None:
-        """Refuse a node of the program's name, and robots on this master: the program must hear the bag alone."""
+        """Raise UsageError when a robot, or a node with the name of the program, is on the ROS master.
+
+        The program must receive only messages of the bag.
+        """
         if self._node in nodes():
             raise UsageError("%s is running: a program of that name was recorded, and would end it. End it first"
                              % self._node)
@@ -169,10 +188,9 @@ class Rerun:
                              "(export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others))
 
     def _look_out(self) -> None:
-        """End the re-run when a robot comes meanwhile: a program that ignores remappings would command it.
+        """Raise UsageError when a robot has appeared on the ROS master during the re-run.
 
-        Raises:
-            UsageError: a robot has come.
+        A program that ignores remappings would command this robot. The check is made every `LOOK_OUT` s.
         """
         if time.monotonic() - self._looked_out < LOOK_OUT:
             return
@@ -183,11 +201,11 @@ class Rerun:
                              % ", ".join(others))
 
     def _play(self, recorder: TopicRecorder, at_end: contextlib.ExitStack) -> None:
-        """Start everything, and let the bag run when all is connected.
+        """Start ``rosbag play`` and the program, play the bag when they are connected, and wait for the last command.
 
         Args:
-            recorder: hears what the program commands.
-            at_end: ends what is started.
+            recorder: records the commands of the program.
+            at_end: gets what ends the two processes.
         """
         given = self._given
         own = ["%s %s" % each for each in sorted(self._parameters.items()) if not isinstance(each[1], dict)]
@@ -209,7 +227,12 @@ class Rerun:
         self._wait_for_end(bag, program, recorder)
 
     def _wait_for_subscribers(self, program: subprocess.Popen, bag: subprocess.Popen) -> None:
-        """Wait until the program listens to all it is going to, or seems to wait for the time to go on."""
+        """Wait until the program has made all its subscriptions, or seems to wait for ROS time to run.
+
+        Args:
+            program: the process of the program.
+            bag: the process of ``rosbag play``.
+        """
         played = {absolute(topic) for topic in self._topics}
         before: Any = None
         since = time.monotonic()
@@ -227,7 +250,13 @@ class Rerun:
         wait_until("%s to be there" % self._given.program, ready, [program, bag], watch=self._look_out)
 
     def _wait_for_end(self, bag: subprocess.Popen, program: subprocess.Popen, recorder: TopicRecorder) -> None:
-        """Wait until the bag is over and the program has said all it has to say."""
+        """Wait until the bag has been played, and the program has published its last command.
+
+        Args:
+            bag: the process of ``rosbag play``.
+            program: the process of the program.
+            recorder: records the commands of the program.
+        """
         wait_until("the bag to be over", lambda: bag.poll() is not None, patience=math.inf, watch=self._look_out,
                    is_done="the bag was over")
         ended = time.monotonic()
@@ -237,13 +266,13 @@ class Rerun:
             quiet = time.monotonic() - max(recorder.heard_at, ended)
             return program.poll() is not None or quiet > (LAST_WORD if all_said else QUIET)
 
-        with contextlib.suppress(Interrupted):      # what it has said until then is judged
+        with contextlib.suppress(Interrupted):      # the commands up to then are compared
             wait_until("its last word", has_ended, patience=math.inf, watch=self._look_out)
         if program.poll():
             say("%s ended with exit code %s." % (self._given.program, program.poll()))
 
     def _judge(self, recorder: TopicRecorder) -> int:
-        """Say the verdict in plain sentences; returns the exit code."""
+        """Compare the commands, and print the result. Return the exit code: 0 if the commands are the same, else 1."""
         again = read_commands([recorder.path], self._live.robot, KINDS).messages if recorder.counts else {}
         verdict = compare(self._live.messages, again, self._enough)
         same = "THE SAME on the bag as" if verdict.same else "SOMETHING ELSE on the bag than"
@@ -254,10 +283,17 @@ class Rerun:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run it.
+    """Run ``replay rerun``.
+
+    Args:
+        arguments: the words of the command line after ``rerun``.
 
     Returns:
-        The exit code: 0 it commands the same, 1 something else, 2 it cannot be done as asked.
+        The exit code. 0: the program sent the same commands. 1: it sent others, or the re-run ended early. 2: the ROS
+        master or the bag does not allow the re-run.
+
+    Raises:
+        UsageError: the bag or an option is not usable, or the node cannot start.
     """
     given = parser_of("replay rerun",
                       "Let a program hear the bag, and compare what it commands with what it commanded then.",

@@ -1,8 +1,7 @@
-"""Does a program command the same on the bag as beside the robot? Pure.
+"""Compare the commands of a program in a re-run with the recorded ones. Pure functions.
 
-Decisions (msg/Decision.msg) are compared exactly, in every field. Of any other program the velocities are compared as
-they held at each moment, with some tolerance: a program may be a little faster or slower than it was. Whatever else it
-commanded is compared by its order.
+Decisions (msg/Decision.msg) must be equal in every field. Velocities are compared over time, with a tolerance, because
+a program may be a little faster or slower than in the recorded run. Of other commands, the order is compared.
 """
 
 from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Tuple
@@ -12,46 +11,46 @@ import numpy as np
 from .redrive_schedule import VALID
 
 STEP = 0.05
-"""s between two moments that are compared."""
+"""The time between two moments at which velocities are compared (s)."""
 LATE = 0.3
-"""s by which a command may come earlier or later."""
+"""By how much a command may come earlier or later than in the recording (s)."""
 TOLERANCE = 0.02, 0.05
-"""m/s, rad/s: velocities that differ by less are as good as the same."""
+"""Velocities (m/s forward, rad/s) are alike when they differ by no more than this."""
 NOT_COMPARED = {"header.seq"}
-"""Fields of a decision that count what a publisher sent, not what it decided."""
+"""Fields of a Decision that are not compared, because they do not depend on what was decided."""
 
 
 class Difference(NamedTuple):
-    """The first elements of two sequences that are not the same."""
+    """The first difference between two sequences of messages."""
 
     place: int
-    """which, from 0"""
+    """The index of the first message that differs, counted from 0."""
     what: str
-    """what is different"""
+    """What differs, in words."""
 
 
 class Likeness(NamedTuple):
-    """How alike two commanded motions are."""
+    """How alike two series of velocity commands are."""
 
     seconds: float
-    """that were compared"""
+    """The length of the compared time (s)."""
     share: float
-    """of that time, within the tolerance"""
+    """The share of the compared time in which the velocities are alike (0 to 1)."""
     first: Optional[float]
-    """s after the first command: when they differ for the first time; None: never"""
+    """The time of the first difference, in s after the first command. None if the velocities are always alike."""
     largest: Tuple[float, float]
-    """difference of either number"""
+    """The largest difference of each of the two velocities: m/s and rad/s for a Twist, m/s for wheels."""
 
 
 class Verdict(NamedTuple):
-    """What a comparison came to."""
+    """The result of a comparison: whether the commands are the same, and sentences that report it."""
 
     same: bool
     sentences: List[str]
 
 
 def fields_of(message: Any, prefix: str = "") -> Iterator[Tuple[str, Any]]:
-    """Names and values of a message's fields, those in its parts too."""
+    """Yield the name and the value of each field of a message. A field of an inner message is named ``header.seq``."""
     for name in message.__slots__:
         value = getattr(message, name)
         if hasattr(value, "__slots__") and hasattr(value, "_type"):
@@ -61,7 +60,10 @@ def fields_of(message: Any, prefix: str = "") -> Iterator[Tuple[str, Any]]:
 
 
 def first_difference(live: Sequence[Any], again: Sequence[Any]) -> Optional[Difference]:
-    """Where two sequences of messages differ first; None when they are the same, to the last bit, and equally many."""
+    """Return the first difference between two sequences of messages. None if they are equal.
+
+    Values must be exactly equal, except in the fields in `NOT_COMPARED`.
+    """
     for index, (one, other) in enumerate(zip(live, again)):
         for (name, before), (_, now) in zip(fields_of(one), fields_of(other)):
             if before != now and name not in NOT_COMPARED:
@@ -72,27 +74,30 @@ def first_difference(live: Sequence[Any], again: Sequence[Any]) -> Optional[Diff
 
 
 def velocities_of(told: Sequence[Tuple[float, Any]]) -> np.ndarray:
-    """Velocities as numbers, (n, 3): when they were commanded (s), and their two numbers.
+    """Return velocity commands as an array (n, 3): time (s) and two velocities.
 
-    Those are m/s forward and rad/s of a Twist, m/s of either side of a WheelVelocities.
+    The velocities are forward (m/s) and turn (rad/s, counter-clockwise) of a Twist, or left and right (m/s) of a
+    WheelVelocities.
 
     Args:
-        told: (s, message).
+        told: (time in s, message) of each command.
     """
     return np.array([(time, message.left, message.right) if hasattr(message, "left")
                      else (time, message.linear.x, message.angular.z) for time, message in told]).reshape(-1, 3)
 
 
 def likeness(live: np.ndarray, again: np.ndarray, tolerance: Tuple[float, float] = TOLERANCE) -> Likeness:
-    """How alike are the velocities that hold, from the first command of either to the end of the last one?
+    """Return how alike two series of velocity commands are.
 
-    A moment is alike when what was commanded then is met, within the tolerance, at some moment not more than `LATE` s
-    away. After `redrive_schedule.VALID` without a command a robot stands.
+    The time from the first command to the end of the last one is compared in steps of `STEP` s. A moment counts as
+    alike when each series has a velocity, at most `LATE` s earlier or later, that the other series has at this moment,
+    within the tolerance. A velocity is valid until the next command, but at most for `redrive_schedule.VALID` s. Then
+    it is 0.
 
     Args:
-        live: beside the robot, as `velocities_of` has them.
-        again: on the bag, likewise.
-        tolerance: of either number.
+        live: the recorded commands, an array from `velocities_of`.
+        again: the commands in the re-run, an array from `velocities_of`.
+        tolerance: for each of the two velocities (m/s and rad/s, or m/s and m/s).
     """
     times = np.concatenate([live[:, 0], again[:, 0]])
     if not len(times):
@@ -108,7 +113,14 @@ def likeness(live: np.ndarray, again: np.ndarray, tolerance: Tuple[float, float]
 
 
 def _held(velocities: np.ndarray, moments: np.ndarray) -> np.ndarray:
-    """Which velocity held at each moment (s), (m, 2)."""
+    """Return the commanded velocities at each moment as an array (m, 2).
+
+    They are 0 before the first command, and when the last command is older than `VALID`.
+
+    Args:
+        velocities: the commands, an array from `velocities_of`.
+        moments: times, on the same clock (s).
+    """
     in_order = velocities[np.argsort(velocities[:, 0], kind="stable")]
     ordered = np.concatenate([[(-np.inf, 0.0, 0.0)], in_order])     # before the first command a robot stands
     index = np.searchsorted(ordered[:, 0], moments, side="right") - 1
@@ -117,13 +129,13 @@ def _held(velocities: np.ndarray, moments: np.ndarray) -> np.ndarray:
 
 
 def _nearest(one: np.ndarray, other: np.ndarray, around: int, tolerance: Tuple[float, float]) -> np.ndarray:
-    """How far velocities are from the nearest velocity at a moment near by, (m, 2).
+    """For each velocity in `one`, return its difference from the most similar velocity near it in `other`, as (m, 2).
 
     Args:
-        one: velocities (m, 2).
-        other: those to look for, (m, 2).
-        around: how many steps away a moment may be.
-        tolerance: the unit in which either number is compared.
+        one: velocities (m, 2), a row for each moment.
+        other: velocities (m, 2) at the same moments.
+        around: how many rows earlier or later a velocity in `other` may be.
+        tolerance: weighs the two columns against each other, to find the most similar velocity.
     """
     padded = np.pad(other, ((around, around), (0, 0)))
     shifted = np.stack([np.abs(one - padded[start:start + len(one)]) for start in range(2 * around + 1)])
@@ -132,7 +144,12 @@ def _nearest(one: np.ndarray, other: np.ndarray, around: int, tolerance: Tuple[f
 
 
 def judge_decisions(live: Sequence[Any], again: Sequence[Any]) -> Verdict:
-    """Compare the decisions of a `Pioneer`."""
+    """Compare the decisions of a `Pioneer` in a re-run with the recorded ones. They must be equal.
+
+    Args:
+        live: the recorded Decision messages.
+        again: the Decision messages of the re-run.
+    """
     found = first_difference(live, again)
     counts = "%s decisions live, %s in the re-run" % (len(live), len(again))
     if found is None:
@@ -145,13 +162,13 @@ def judge_decisions(live: Sequence[Any], again: Sequence[Any]) -> Verdict:
 
 
 def judge_velocities(topic: str, live: np.ndarray, again: np.ndarray, enough: float) -> Verdict:
-    """Compare the velocities of one topic.
+    """Compare the velocities that were commanded on one topic.
 
     Args:
-        topic: last name.
-        live: beside the robot, as `velocities_of` has them.
-        again: on the bag, likewise.
-        enough: share of the time for which they must be alike.
+        topic: the last name of the topic.
+        live: the recorded commands, an array from `velocities_of`.
+        again: the commands in the re-run, an array from `velocities_of`.
+        enough: the share of the time for which the velocities must be alike (0 to 1).
     """
     units = ("m/s", "rad/s") if topic == "cmd_vel" else ("m/s left", "m/s right")
     tolerance = TOLERANCE if topic == "cmd_vel" else (TOLERANCE[0], TOLERANCE[0])
@@ -165,7 +182,13 @@ def judge_velocities(topic: str, live: np.ndarray, again: np.ndarray, enough: fl
 
 
 def judge_others(topic: str, live: Sequence[Any], again: Sequence[Any]) -> Verdict:
-    """Compare messages that are not velocities: the same must come in the same order. Repetitions do not count."""
+    """Compare commands that are not velocities. They must come in the same order. A repeated command counts once.
+
+    Args:
+        topic: the last name of the topic.
+        live: the recorded messages.
+        again: the messages of the re-run.
+    """
     one, other = _changes(live), _changes(again)
     found = first_difference(one, other)
     if found is None:
@@ -174,6 +197,6 @@ def judge_others(topic: str, live: Sequence[Any], again: Sequence[Any]) -> Verdi
 
 
 def _changes(messages: Sequence[Any]) -> List[Any]:
-    """Messages without those that only repeat the one before."""
+    """Return the messages that differ from the message before them."""
     return [message for index, message in enumerate(messages) if index == 0
             or first_difference([messages[index - 1]], [message])]
