@@ -1,8 +1,8 @@
-"""What one robot did, as numpy arrays in SI units, on the recorder's clock: a :class:`Run`. `run.read_run` reads it.
+"""The class `Run`: what one robot did, as numpy arrays in SI units. `run.read_run` reads a Run from a bag.
 
-Only odometry is required. Whatever else is not in a bag is empty or ``None``. A Run stays small however long the run
-was: a row of a path or of values is kept where it differs from the row kept before (by 1 cm, 1 degree, ...), and an
-echo where it is new.
+All times are times (s) at which the recorder received a message. Only odometry is required. Other data that are not in
+the bag are empty or None. A Run stays small however long the recording is: a row of a path or of values is kept only if
+it differs from the row kept before (by 1 cm, 1 degree, ...), and an echo only if it is new.
 """
 
 from types import MappingProxyType
@@ -11,14 +11,17 @@ from typing import Any, Mapping, NamedTuple, Optional, Tuple
 import numpy as np
 
 ECHO_GRID = 0.01  # m
-PADDLE_MIDDLE = 0.05  # m behind the paddles' tips: where they grip
-USUAL_REACH = 0.3  # m to all sides, of a robot whose outline is not known
+PADDLE_MIDDLE = 0.05  # m from the tips of the paddles back to the point where they grip
+USUAL_REACH = 0.3  # m from the origin to each side, for a robot with an unknown outline
 
 Pose = Tuple[float, float, float]  # x, y (m), heading (rad, counter-clockwise)
 
 
 class Track(NamedTuple):
-    """Where a robot was: arrays of the same length; s, m, m, rad. The heading does not jump at half a turn."""
+    """The poses of a robot over time: arrays of the same length, in s, m, m and rad.
+
+    The heading is counter-clockwise and does not jump from pi to -pi.
+    """
 
     time: np.ndarray
     x: np.ndarray
@@ -27,26 +30,32 @@ class Track(NamedTuple):
 
     @property
     def length(self) -> float:
-        """The way driven, in m."""
+        """The length of the path (m)."""
         return float(np.hypot(np.diff(self.x), np.diff(self.y)).sum())
 
     def pose(self, index: int) -> Pose:
-        """The pose at an index: 0 is the first, -1 the last."""
+        """The pose at an index of the arrays: 0 is the first pose, -1 the last."""
         return float(self.x[index]), float(self.y[index]), float(self.heading[index])
 
     def at(self, times: np.ndarray) -> "Track":
-        """The track at other times: on straight lines in between, held still before its first and after its last."""
+        """Return the track at other times (s), by linear interpolation.
+
+        Before its first time the track has its first pose, and after its last time its last pose.
+        """
         times = np.asarray(times, dtype=float)
         return Track(times, *(np.interp(times, self.time, values) for values in (self.x, self.y, self.heading)))
 
     def seen_from(self, origin: Pose) -> "Track":
-        """The track in the frame in which its own frame lies at `origin`."""
+        """Transform the track to another frame. `origin` is the pose of the track's present frame in the other one."""
         x, y = placed(origin, self.x, self.y)
         return Track(self.time, x, y, self.heading + origin[2])
 
 
 class Echoes(NamedTuple):
-    """New echoes of the sonar: arrays of the same length; s, the transducer's number, m."""
+    """The echoes of the sonar, without repeated readings: arrays of the same length.
+
+    They hold the time (s), the number of the transducer, and the range (m) of each echo.
+    """
 
     time: np.ndarray
     number: np.ndarray
@@ -54,7 +63,10 @@ class Echoes(NamedTuple):
 
 
 class Velocities(NamedTuple):
-    """How fast a robot was or was to be: arrays of the same length; s, m/s forward, rad/s counter-clockwise."""
+    """Measured or commanded velocities over time: arrays of the same length.
+
+    They hold the time (s), the speed forward (m/s), and the speed counter-clockwise (rad/s).
+    """
 
     time: np.ndarray
     linear: np.ndarray
@@ -69,7 +81,7 @@ class Series(NamedTuple):
 
 
 class Span(NamedTuple):
-    """Something that lasted, from begin to end (s): "both wheels", "front 2, 3"."""
+    """A state that lasted from begin to end (s). `what` names the state, for example "both wheels" or "front 2, 3"."""
 
     begin: float
     end: float
@@ -80,7 +92,11 @@ WARNING, ERROR = 1, 2  # levels of diagnostic_msgs
 
 
 class Report(NamedTuple):
-    """A warning or an error: its time (s), its level, who reports it ("Link", "/pioneer/p2os"), and in which words."""
+    """A warning or an error in a recording.
+
+    `time` is in s. `level` is WARNING or ERROR. `who` is a diagnostics task ("Link") or a node ("/pioneer/p2os").
+    `what` is the text.
+    """
 
     time: float
     level: int
@@ -89,14 +105,14 @@ class Report(NamedTuple):
 
 
 class GripperEvent(NamedTuple):
-    """Something the paddles did: time in s, and "picked up", "put down" or "closed on nothing"."""
+    """What the paddles of the gripper did at a time (s): "picked up", "put down" or "closed on nothing"."""
 
     time: float
     what: str
 
 
 class CanPath(NamedTuple):
-    """Where a can was: arrays of the same length; s, m, m, and how high it was lifted (m)."""
+    """The positions of a can over time: arrays of the same length, in s, m, m and m (height above the floor)."""
 
     time: np.ndarray
     x: np.ndarray
@@ -108,9 +124,9 @@ class Map(NamedTuple):
     """An occupancy grid.
 
     Attributes:
-        cells: (rows, columns), bottom-up: 0 free to 100 occupied, -1 unknown.
-        resolution: m.
-        origin: pose of the corner of cell (0, 0).
+        cells: array of shape (rows, columns), the bottom row first. 0 is free, 100 is occupied, -1 is unknown.
+        resolution: side of a cell (m).
+        origin: pose of the corner of cell (0, 0) (m, rad; map frame).
     """
 
     cells: np.ndarray
@@ -122,59 +138,65 @@ _NOTHING = np.empty(0)
 
 
 class Run(NamedTuple):
-    """What one robot did, in the frame of its odometry unless said otherwise."""
+    """What one robot did. Poses are in the frame of its odometry, unless a comment names another frame."""
 
     path: str  # of the bag, or of its first part
     robot: str  # namespace without slashes at its ends; empty for a robot at the root
     odometry: Track
-    truth: Optional[Track]  # in the frame of the map
+    truth: Optional[Track]  # the true path in the map frame, of a simulated robot
     sonar: Echoes
     gripper: Tuple[GripperEvent, ...]
-    cans: Tuple[CanPath, ...]  # in the frame of the map
+    cans: Tuple[CanPath, ...]  # in the map frame
     map: Optional[Map]
     model: str = ""  # subtype, empty when no robot_info was recorded
     world: str = ""  # name of the simulated world, empty when none was recorded
     footprint: np.ndarray = np.empty((0, 2))  # (k, 2) outline in base_link, m; k = 0 when unknown
-    transducers: Mapping[int, Pose] = MappingProxyType({})  # by sonar number, in base_link
-    commanded: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # cmd_vel
-    measured: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # the odometry's
+    transducers: Mapping[int, Pose] = MappingProxyType({})  # pose in base_link, by number of the transducer
+    commanded: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # from cmd_vel
+    measured: Velocities = Velocities(_NOTHING, _NOTHING, _NOTHING)  # from the odometry
     battery: Series = Series(_NOTHING, _NOTHING)  # V
     motors: Series = Series(_NOTHING, _NOTHING)  # 0 off, 1 on
     e_stop: Series = Series(_NOTHING, _NOTHING)  # 1 while the STOP button is pressed
     stalls: Tuple[Span, ...] = ()
     bumps: Tuple[Span, ...] = ()
     faults: Tuple[Report, ...] = ()  # of this robot, and of nodes that belong to no robot
-    gaps: Tuple[Span, ...] = ()  # when a topic was silent that should not be; what: its name
-    doings: Tuple[Span, ...] = ()  # what a wandering program was about: "driving", "turning"
-    notes: str = ""  # how the recording describes itself (YAML)
-    damage: str = ""  # what of the bag could not be read; empty when all was
+    gaps: Tuple[Span, ...] = ()  # when a periodic topic had no messages; what: name of the topic
+    doings: Tuple[Span, ...] = ()  # what a wandering program did: "driving", "turning"
+    notes: str = ""  # the recorder's description of the recording (YAML)
+    damage: str = ""  # what could not be read from the bag, in sentences; empty if all could be read
 
     @property
     def duration(self) -> float:
-        """Seconds from the first pose to the last."""
+        """The time (s) from the first odometry pose to the last."""
         return float(self.odometry.time[-1] - self.odometry.time[0])
 
     @property
     def grip(self) -> float:
-        """How far ahead of the robot's middle the paddles grip, m."""
+        """The x coordinate (m, base_link) of the point where the paddles grip."""
         return float(self.footprint[:, 0].max() if len(self.footprint) else USUAL_REACH) - PADDLE_MIDDLE
 
     @property
     def reach(self) -> float:
-        """How far the robot reaches around its middle, m."""
+        """The largest distance (m) from the origin of base_link to the outline of the robot."""
         return float(np.hypot(*self.footprint.T).max() if len(self.footprint) else USUAL_REACH)
 
     @property
     def odometry_origin(self) -> Pose:
-        """Where the odometry's frame lies in the map when both tracks begin together. Zero without a true path."""
+        """The pose of the odometry frame in the map, so that the odometry and the true path begin at the same pose.
+
+        Zero if the run has no true path.
+        """
         if self.truth is None:
             return (0.0, 0.0, 0.0)
-        # One track may begin before the other: this is the first moment that both have.
+        # One track may begin before the other: `start` is the first time that is in both tracks.
         start = np.array([max(self.truth.time[0], self.odometry.time[0])])
         return chained(self.truth.at(start).pose(0), inverted(self.odometry.at(start).pose(0)))
 
     def echoes(self) -> np.ndarray:
-        """Where the sonar heard something: points (n, 2) in the odometry's frame, m; one in each square of 1 cm."""
+        """Return the points (m; odometry frame) where the sonar had echoes: an array of shape (n, 2).
+
+        At most one point is kept in each square of 1 cm. Empty if the poses of the transducers are not known.
+        """
         fitted = np.isin(self.sonar.number, list(self.transducers))
         if not fitted.any():
             return np.empty((0, 2))
@@ -188,18 +210,33 @@ class Run(NamedTuple):
 
 
 def placed(pose: Any, x: Any, y: Any) -> Tuple[np.ndarray, np.ndarray]:
-    """Points x, y in the frame that lies at a pose, as the frame sees them in which that pose is. All may be arrays."""
+    """Transform points from a child frame to its parent frame.
+
+    Args:
+        pose: pose of the child frame in the parent frame (x, y in m, heading in rad). The parts may be arrays.
+        x: x coordinates of the points in the child frame (m), a number or an array.
+        y: y coordinates of the points in the child frame (m), a number or an array.
+
+    Returns:
+        The x and y coordinates of the points in the parent frame (m).
+    """
     cosine, sine = np.cos(pose[2]), np.sin(pose[2])
     return pose[0] + cosine * x - sine * y, pose[1] + sine * x + cosine * y
 
 
 def chained(first: Pose, then: Pose) -> Pose:
-    """The pose `then`, which is in the frame that lies at `first`, as the frame sees it in which `first` is."""
+    """Compose two poses. `first` is the pose of a child frame in its parent frame, `then` a pose in the child frame.
+
+    Returns the pose `then` in the parent frame.
+    """
     x, y = placed(first, then[0], then[1])
     return float(x), float(y), first[2] + then[2]
 
 
 def inverted(pose: Pose) -> Pose:
-    """The pose of the outer frame, seen from the frame that lies at this pose in it."""
+    """Invert a transform. `pose` is the pose of a child frame in its parent frame.
+
+    Returns the pose of the parent frame in the child frame.
+    """
     x, y = placed((0.0, 0.0, -pose[2]), -pose[0], -pose[1])
     return float(x), float(y), -pose[2]

@@ -1,9 +1,9 @@
-"""The format of bags, version 2.0 (http://wiki.ros.org/Bags/Format/2.0), read front to back, also around damage.
+"""Read the records of a bag (format 2.0, http://wiki.ros.org/Bags/Format/2.0), and skip damaged bytes.
 
 A bag begins with ``#ROSBAG V2.0``. Then come records.
 
-A record is a header (its length, then fields ``name=value``, each after its own length) and data (their length, then
-bytes); numbers are little-endian. The field ``op`` says what it is:
+A record is a header and data. The header is its length, then fields ``name=value``, each after its own length. The data
+are their length, then bytes. Numbers are little-endian. The field ``op`` is the kind of the record:
 
 ==============  ====  ==========================================  =====================================================
 record          op    fields                                      data
@@ -16,7 +16,8 @@ chunk info      6     chunk_pos, start_time, end_time, count      how many messa
 connection      7     conn, topic                                 fields: type, md5sum, message_definition, ...
 ==============  ====  ==========================================  =====================================================
 
-All connections again, and the chunk infos, stand at ``index_pos``, which is zero until the recorder closes the bag.
+The index begins at ``index_pos``: all connection records again, and the chunk infos. ``index_pos`` is zero until the
+recorder closes the bag.
 """
 
 import bz2
@@ -37,33 +38,37 @@ FIELDS: Dict[int, Dict[bytes, Optional[int]]] = {
     CHUNK_INFO: {b"chunk_pos": 8, b"start_time": 8, b"end_time": 8, b"count": 4},
     CONNECTION: {b"conn": 4, b"topic": None},
 }
-"""Fields that a record has at least, by its op, with their length in bytes (None: any).
+"""The required fields of a record, by its op, with the length of each field in bytes (None: any length).
 
-What has them all is taken for a record."""
+Bytes that have all required fields of an op are taken for a record."""
 ENTRY = {INDEX: 12, CHUNK_INFO: 8}
-"""Bytes of data for each of ``count``."""
+"""Bytes of one entry in the data of a record, by its op. The field ``count`` is the number of entries."""
 COMPRESSIONS = (b"none", b"bz2", b"lz4")
 BETWEEN_CHUNKS = (INDEX, CHUNK, CHUNK_INFO)
 """Kinds of records that can follow a compressed chunk.
 
-A record of another kind that is found behind a damaged chunk may be a piece of the chunk: lz4 leaves some bytes as they
-are."""
+A record of another kind that is found behind a damaged chunk may be a piece of the chunk, because lz4 leaves some bytes
+uncompressed."""
 LONGEST_HEADER = 1 << 16
-"""Bytes; a topic's name is the longest thing in a header."""
+"""The largest legal length (bytes) of a header. The longest field in a header is the name of a topic."""
 OP = re.compile(rb"\x04\0\0\0op=[\x02-\x07]")
 OP_WITHIN = 64
-"""Bytes from the begin of a header to its op, at most: recorders write the fields in order of their names, or the op
-first."""
+"""The largest distance (bytes) from the begin of a header to its op.
+
+The distance is short: recorders write the op first, or the fields in order of their names."""
 USUAL_MESSAGE = re.compile(
     rb"\x26\0\0\0(?:\x09\0\0\0conn=(....)\x04\0\0\0op=\x02|\x04\0\0\0op=\x02\x09\0\0\0conn=(....))"
     rb"\x0d\0\0\0time=(........)(....)", re.DOTALL)
-"""A message's header and the length of its data, as all recorders known write them: most of a bag is this."""
+"""Matches the header of a message and the length of its data, as all known recorders write them.
+
+Most records of a bag match."""
 USUAL_LENGTH = 46
+"""The number of bytes that `USUAL_MESSAGE` matches."""
 
 BLOCK = 1 << 16
-"""Bytes read at once. Longer data is read only as far as it is needed."""
+"""The number of bytes that are usually read at once. More are read only when a record needs them."""
 LARGEST_CHUNK = 1 << 28
-"""Bytes of a chunk after decompressing; rosbag record makes them of 768 KiB, or of one message."""
+"""The largest number of bytes that a chunk is decompressed to. rosbag record makes chunks of 768 KiB or one message."""
 
 U32 = struct.Struct("<I")
 U64 = struct.Struct("<Q")
@@ -71,47 +76,53 @@ TIME = struct.Struct("<II")
 
 
 class BagError(UsageError):
-    """A file that cannot be read as a bag, or not as the run of a robot; the message says why and what to do."""
+    """A file cannot be read as a bag, or has no run of the wanted robot. The message says why and what to do."""
 
 
 class BagRecord(NamedTuple):
-    """Where a record is, in bytes from the begin of a file or of a decompressed chunk, and what its header says."""
+    """A record of a bag: its place and the content of its header.
+
+    Places are in bytes from the begin of the file or of the decompressed chunk.
+    """
 
     position: int
+    """the begin of the record"""
     op: int
+    """the kind of the record, for example `MESSAGE`"""
     fields: Dict[bytes, bytes]
-    """empty for most messages"""
+    """the fields of the header; empty for most messages"""
     connection: int
-    """number of a connection, where it has one"""
+    """the number of the connection; 0 if the record has none"""
     time: int
-    """ns, of a message"""
+    """the time of a message (ns); 0 for other records"""
     begin: int
-    """of its data"""
+    """the begin of the data"""
     end: int
-    """of its data, and so of the record"""
+    """the end of the data, which is the end of the record"""
 
     @property
     def entries(self) -> int:
-        """Entries in the data of an INDEX or CHUNK_INFO."""
+        """The number of entries in the data of an INDEX or CHUNK_INFO record."""
         return U32.unpack(self.fields[b"count"])[0]
 
     @property
     def compressed(self) -> bool:
-        """Whether it is a chunk with records that are to be decompressed."""
+        """Whether the record is a compressed chunk."""
         return self.op == CHUNK and self.fields[b"compression"] != b"none"
 
 
 class Source:
-    """Bytes by position, of a file or of a decompressed chunk, read in blocks.
+    """The bytes of a file or of a decompressed chunk, by position. It reads them in blocks.
 
     Args:
-        read_at: reads bytes: position, length.
-        size: bytes that there are.
-        block: the first of them, as far as they have been read.
+        read_at: a function that takes a position and a length, and returns the bytes there.
+        size: the number of bytes in the file or chunk.
+        block: the first bytes, if they are read already.
 
     Attributes:
-        block: the bytes that were read last.
-        base: position of the first of them.
+        block: the block that was read last.
+        base: the position of the first byte of the block.
+        size: the number of bytes. It becomes smaller if the file is cut off while it is read.
     """
 
     def __init__(self, read_at: Callable[[int, int], bytes], size: int, block: bytes = b"") -> None:
@@ -119,45 +130,45 @@ class Source:
         self.block, self.base = block, 0
 
     def load(self, position: int, length: int) -> int:
-        """Have bytes in the block.
+        """Read a new block, unless the present block has the wanted bytes already.
 
         Args:
-            position: of the first.
-            length: how many are needed; at the end there may be fewer.
+            position: the position of the first wanted byte.
+            length: the number of wanted bytes. At the end of the source the block may have fewer.
 
         Returns:
-            The index of the first in the block.
+            The index in `block` of the first wanted byte.
         """
         index = position - self.base
         if index < 0 or index + length > len(self.block) and self.base + len(self.block) < self.size:
             self.block, self.base, index = self.read_at(position, max(length, BLOCK)), position, 0
-            # the file has been cut off meanwhile
+            # the file was cut off after it was opened
             if len(self.block) < min(max(length, BLOCK), self.size - position):
                 self.size = position + len(self.block)
         return index
 
     def get(self, position: int, length: int) -> bytes:
-        """Bytes from a position on; fewer than `length` at the end."""
+        """Return `length` bytes from a position on. At the end of the source there may be fewer."""
         index = self.load(position, length)
         return self.block[index:index + length]
 
     def data(self, record: BagRecord) -> bytes:
-        """The data of a record."""
+        """Return the data of a record. At the end of the source there may be fewer bytes than the record says."""
         return self.get(record.begin, record.end - record.begin)
 
 
 def source_of_bytes(data: bytes) -> Source:
-    """A source of bytes that are there already: one block."""
+    """Make a `Source` of bytes in memory."""
     return Source(lambda position, length: data[position:position + length], len(data), data)
 
 
 def _length(data: bytes, index: int) -> int:
-    """The length that stands somewhere in bytes; where they end within it, more than they have."""
+    """Read a length: the 4-byte number at an index of `data`. A huge number if fewer than 4 bytes are left there."""
     return U32.unpack(data[index:index + 4].ljust(4, b"\xff"))[0]
 
 
 def fields_of(header: bytes) -> Dict[bytes, bytes]:
-    """The fields of a header, or of a connection's data; empty where the bytes are neither."""
+    """Split a header, or the data of a connection record, into its fields. Empty if the bytes are not fields."""
     fields, index = {}, 0
     while index < len(header):
         begin = index + 4
@@ -170,13 +181,16 @@ def fields_of(header: bytes) -> Dict[bytes, bytes]:
 
 
 def nanoseconds(field: bytes) -> int:
-    """A time in ns."""
+    """Convert a time field of a bag (8 bytes: seconds and nanoseconds) to ns."""
     seconds, rest = TIME.unpack(field)
     return seconds * 1000000000 + rest
 
 
 def record_at(source: Source, position: int) -> Optional[BagRecord]:
-    """The record that begins at a position; None if there is none. Its data may end anywhere."""
+    """Return the record that begins at a position. None if no record begins there.
+
+    Only the header is checked. The end of the data may be wrong, even behind the end of the source.
+    """
     index = source.load(position, USUAL_LENGTH)
     usual = USUAL_MESSAGE.match(source.block, index)
     if usual is None:
@@ -188,7 +202,10 @@ def record_at(source: Source, position: int) -> Optional[BagRecord]:
 
 
 def _unusual_record_at(source: Source, position: int) -> Optional[BagRecord]:
-    """The record that begins at a position, whatever it is; None if there is none."""
+    """Return the record of any kind that begins at a position. None if no record begins there.
+
+    `record_at` calls this if the bytes do not match `USUAL_MESSAGE`.
+    """
     length = _length(source.get(position, 4), 0)
     header = source.get(position + 4, length + 4) if length <= LONGEST_HEADER else b""
     if len(header) < length + 4:
@@ -208,7 +225,10 @@ def _unusual_record_at(source: Source, position: int) -> Optional[BagRecord]:
 
 
 def next_record(source: Source, position: int, searched: Collection[int] = FIELDS) -> int:
-    """Position of the first record of the kinds `searched` at or after a position; the end if there is none."""
+    """Return the position of the first record at or behind `position` whose kind is in `searched`.
+
+    Returns the size of the source if there is no such record.
+    """
     earliest = position
     while position < source.size:
         index = source.load(position, BLOCK)
@@ -227,17 +247,18 @@ def records(source: Source, position: int,
             passes_over: Callable[[Source, BagRecord], bool] = lambda source, chunk: True,
             damaged: Callable[[int, int], Any] = lambda begin, end: None,
             searched: Collection[int] = FIELDS) -> Iterator[BagRecord]:
-    """Every record from a position on.
+    """Yield every record from a position on, and skip damaged bytes.
 
-    A record counts when another one, or the end, follows where its data end. Else either its length is wrong, or what
-    follows. Then the next record is looked for from its data on.
+    A record is right if another record, or the end of the source, follows its data. If not, the length of the record is
+    wrong, or the bytes behind the record are damaged. Then the next record is searched from the begin of the data on.
 
     Args:
-        source: of the records.
-        position: of the first one.
-        passes_over: whether the records in a chunk that is not compressed are left out; unless it is given, they are.
-        damaged: is told which bytes hold no records: begin, end.
-        searched: kinds of records that are looked for behind damaged bytes.
+        source: the bytes of the records.
+        position: the position of the first record.
+        passes_over: a function that takes the source and an uncompressed chunk. It returns whether to skip the records
+            inside the chunk. The default skips them in all chunks.
+        damaged: a function that is called with the begin and the end of bytes that hold no records.
+        searched: the kinds of records that are searched behind damaged bytes.
     """
     record = record_at(source, position)
     while position < source.size:
@@ -254,7 +275,7 @@ def records(source: Source, position: int,
             found = next_record(source, position + 1, searched)
         elif record.compressed:
             found = next_record(source, record.begin, BETWEEN_CHUNKS)
-            yield record._replace(end=found)    # as much of it as there is
+            yield record._replace(end=found)    # the part of the chunk before the next record
         else:
             found = next_record(source, record.begin, searched)
             if after <= found:
@@ -264,10 +285,13 @@ def records(source: Source, position: int,
 
 
 def decompressed(source: Source, chunk: BagRecord) -> bytes:
-    """The records in a compressed chunk, as far as they can be decompressed: `LARGEST_CHUNK` bytes at most."""
+    """Decompress a chunk.
+
+    The result ends before the first damaged byte, and at about `LARGEST_CHUNK` bytes.
+    """
     decompress = _decompressor(chunk.fields[b"compression"])
     found = bytearray()
-    with contextlib.suppress(OSError, EOFError):    # damaged, or more bytes than it has
+    with contextlib.suppress(OSError, EOFError):    # the chunk is damaged, or has bytes behind its compressed data
         for position in range(chunk.begin, chunk.end, BLOCK):
             if len(found) < LARGEST_CHUNK:
                 found += decompress(source.read_at(position, min(BLOCK, chunk.end - position)),
@@ -276,7 +300,14 @@ def decompressed(source: Source, chunk: BagRecord) -> bytes:
 
 
 def _decompressor(compression: bytes) -> Callable[[bytes, int], bytes]:
-    """A function that decompresses piece after piece. It takes a piece, and how many bytes may come out of it."""
+    """Return a function that decompresses a chunk piece by piece.
+
+    The function takes the next piece and the largest number of bytes to return, and returns the decompressed bytes.
+    For lz4 it ignores this number. `compression` is b"bz2" or b"lz4".
+
+    Raises:
+        BagError: the compression is lz4, and the Python package roslz4 is not installed.
+    """
     if compression == b"bz2":
         return bz2.BZ2Decompressor().decompress
     try:
@@ -285,4 +316,4 @@ def _decompressor(compression: bytes) -> Callable[[bytes, int], bytes]:
         raise BagError("the bag is compressed with lz4: install the Python package roslz4 "
                        "(Debian: python3-roslz4)") from None
     lz4 = LZ4Decompressor()
-    return lambda piece, most: lz4.decompress(piece)    # at most 255 times as long
+    return lambda piece, most: lz4.decompress(piece)    # the result is at most 255 times as long as the piece

@@ -1,8 +1,8 @@
-"""From the messages of a bag to a `recorded_run.Run`, in bounded memory however long the bag is: `read_run`.
+"""Read a `recorded_run.Run` from a bag with `read_run`, in bounded memory however long the bag is.
 
-The table `TOPICS` says what is read, and which of the `collectors` takes it. A topic is known by the last part of its
-name and the last part of its type, so bags with ``p2os_driver/SonarArray`` or ``p2os_msgs/SonarArray`` read as ours do.
-Robots are told apart by their namespaces.
+The table `TOPICS` lists the topics that are read, and the collector of each topic. Only the last part of a topic's name
+and the last part of its type must match. So bags with ``p2os_driver/SonarArray`` or ``p2os_msgs/SonarArray`` can be
+read too. The namespace of a topic is the name of its robot.
 """
 
 from collections import defaultdict
@@ -17,21 +17,21 @@ from .reader import BagReader, BagConnection, decode, message_class, plural, rea
 from .records import BagError
 from .recorded_run import CanPath, Echoes, Run, Series, Track, Velocities
 
-CHANGE_OF_VOLTAGE = 0.05  # V
-SWITCHED = 0.5  # of a value that is 0 or 1
+CHANGE_OF_VOLTAGE = 0.05  # V: a smaller change is not kept
+SWITCHED = 0.5  # tolerance for a value that is a whole number, such as 0 or 1: each change is kept
 
 
 class Topic(NamedTuple):
-    """What is read of a robot: a topic by its last name."""
+    """How a topic of a robot is read. The key in `TOPICS` is the last part of the topic's name."""
 
     type: str
-    """last name"""
+    """the last part of the message type, for example Odometry"""
     collector: Callable[[], Any]
-    """makes what its messages are added to: ``add(time, message)``"""
+    """makes an object with a method ``add(time, message)``"""
     periodic: bool = False
-    """whether silence is a gap"""
+    """whether a long time without messages is reported as a gap"""
     shared: bool = False
-    """whether a robot that has none uses that of another namespace: several robots share a world, or a recording"""
+    """whether a robot without this topic uses the topic of another namespace (several robots share one world)"""
 
 
 TOPICS: Dict[str, Topic] = {
@@ -55,23 +55,23 @@ TOPICS: Dict[str, Topic] = {
     "world": Topic("String", lambda: LastCollector(lambda message: message.data), shared=True),
     "recording": Topic("String", lambda: LastCollector(lambda message: message.data), shared=True),
 }
-ODOMETRY = ("pose", "odom")     # the first of them that a robot has counts
+ODOMETRY = ("pose", "odom")     # the topics with odometry: the first one that has messages is used
 
 Adder = Callable[[float, Any], Any]
 
 
 class RunCollector:
-    """Takes every message of a bag that is wanted: of one robot, or of all as long as none is chosen.
+    """Passes each message of a bag to the collectors of its topic, for one robot or for all robots.
 
     Args:
-        robot: namespace of the robot; None: all.
+        robot: namespace of the robot, without slashes at its ends. None: collect for all robots.
 
     Attributes:
-        robot: the same.
-        robots: collectors by namespace, and by names of `TOPICS`.
-        silences: of the periodic topics, by namespace and topic.
-        reports: of all robots.
-        undecoded: how many messages could not be read, by topic.
+        robot: the argument `robot`.
+        robots: the collectors, by namespace and then by name in `TOPICS`.
+        silences: the collectors of gaps in periodic topics, by namespace and topic.
+        reports: the warnings and errors of all robots.
+        undecoded: the number of messages that could not be read, by topic.
     """
 
     def __init__(self, robot: Optional[str]) -> None:
@@ -81,12 +81,12 @@ class RunCollector:
         self.silences: DefaultDict[Tuple[str, str], SilenceCollector] = defaultdict(SilenceCollector)
         self.reports = ReportCollector()
         self.undecoded: Counter[str] = Counter()
-        # By the id of a connection: what takes its messages, and one message that is filled again and again, which
-        # takes half the time of making a new one.
+        # By the id of a connection: the functions that take its messages, and one message object. The object is filled
+        # again for each message, which takes half the time of making a new object.
         self._known: Dict[int, Tuple[List[Adder], Any]] = {}
 
     def adders(self, connection: BagConnection) -> List[Adder]:
-        """What takes the messages of a connection; empty where they are not read."""
+        """Return the functions to call with each message of a connection. Empty if its messages are not wanted."""
         namespace, name = _place(connection)
         key = connection.topic.strip("/"), connection.type.split("/")[-1]
         of_all = {("diagnostics", "DiagnosticArray"): self.reports.add_diagnostics,
@@ -99,7 +99,13 @@ class RunCollector:
         return adders
 
     def add(self, connection: BagConnection, data: bytes, time: float) -> None:
-        """Take a message that came at a time (s)."""
+        """Decode a message and pass it to its collectors. A message that cannot be read is counted in `undecoded`.
+
+        Args:
+            connection: the connection of the message.
+            data: the serialized message.
+            time: the time when it was recorded (s).
+        """
         try:
             if id(connection) not in self._known:   # the reader keeps the connection, so its id stays its own
                 self._known[id(connection)] = self.adders(connection), message_class(connection)()
@@ -107,13 +113,18 @@ class RunCollector:
             message = decode(connection, data, filled)
             for add in adders:
                 add(time, message)
-        except Exception:   # not such a message, numbers that cannot be, or a definition of the bag's own
+        except Exception:   # damaged data, impossible numbers, or another definition of the message type
             self.undecoded[connection.topic] += 1
 
     def nearest(self, robot: str, name: str) -> Any:
-        """What was last said on a shared topic: the robot's own, else of the innermost namespace around it, else any.
+        """Return the last value of a shared topic for a robot. None if no namespace has a value.
 
-        None where nothing was said.
+        The value of the robot's own namespace comes first, then that of the longest namespace that contains the robot,
+        then that of any other namespace.
+
+        Args:
+            robot: namespace of the robot.
+            name: name of the topic in `TOPICS`.
         """
         around = {place for place in self.robots if not place or (robot + "/").startswith(place + "/")}
         places = sorted(self.robots, key=lambda place: (place not in around, -len(place)))
@@ -126,12 +137,12 @@ def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None,
     """Read the run of a robot.
 
     Args:
-        paths: a bag, or the parts of one recording.
-        robot: its namespace; None: the only one there is.
-        progress: called with the bytes done and all bytes.
+        paths: a bag, or the parts of one recording in their order.
+        robot: namespace of the robot. None: the only robot in the bag.
+        progress: a function that is called with the number of bytes read so far and of all bytes.
 
     Raises:
-        BagError: the bag cannot be read, or has no such robot.
+        BagError: the bag cannot be read, has no such robot, or has several robots and `robot` is None.
     """
     paths = [paths] if isinstance(paths, str) else list(paths)
     collector = RunCollector(None if robot is None else robot.strip("/"))
@@ -144,22 +155,30 @@ def read_run(paths: Union[str, Sequence[str]], robot: Optional[str] = None,
 
 
 def _place(connection: BagConnection) -> Tuple[str, str]:
-    """The namespace of a topic (no slashes at its ends), and its name in `TOPICS`; empty where it is not there."""
+    """Return the namespace of a topic (without slashes at its ends), and the name of the topic in `TOPICS`.
+
+    The name is empty if `TOPICS` has no such topic, or the topic has another message type.
+    """
     namespace, _, name = connection.topic.strip("/").rpartition("/")
     is_ours = name in TOPICS and TOPICS[name].type == connection.type.split("/")[-1]
     return namespace, name if is_ours else ""
 
 
 def _robots(reader: BagReader) -> List[str]:
-    """Namespaces of the robots with odometry."""
+    """Return the namespaces of all robots with an odometry topic in a bag, sorted."""
     return sorted({namespace for namespace, name in map(_place, reader.connections) if name in ODOMETRY})
 
 
 def _choose(path: str, wanted: Optional[str], reader: BagReader) -> str:
-    """The namespace of the robot to read.
+    """Return the namespace of the robot to read.
+
+    Args:
+        path: path of the bag, for the error message.
+        wanted: namespace of the wanted robot. None: the only robot in the bag.
+        reader: the reader of the bag.
 
     Raises:
-        BagError: there is no robot, or not the wanted one, or there are several and nobody said which.
+        BagError: the bag has no robot, does not have the wanted robot, or has several robots and `wanted` is None.
     """
     robots = _robots(reader)
     names = ", ".join(name or "/" for name in robots)
@@ -175,7 +194,17 @@ def _choose(path: str, wanted: Optional[str], reader: BagReader) -> str:
 
 
 def _run(path: str, name: str, collector: RunCollector, reader: BagReader) -> Run:
-    """What was collected of a robot."""
+    """Make the Run of a robot from the collected data, after all messages are read.
+
+    Args:
+        path: path of the bag, or of its first part.
+        name: namespace of the robot.
+        collector: the collected data.
+        reader: the reader of the bag.
+
+    Raises:
+        BagError: the bag has no odometry message of the robot.
+    """
     robot = collector.robots[name]
     odometry = next((robot[topic] for topic in ODOMETRY if robot[topic].places.columns().size), None)
     if odometry is None or reader.end is None:
