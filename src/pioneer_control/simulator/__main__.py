@@ -45,7 +45,7 @@ def serve(options: argparse.Namespace) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     most_files = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
-    resource.setrlimit(resource.RLIMIT_NOFILE, (most_files, most_files))    # several hundred robots need them
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most_files, most_files))    # many robots need many open files
     robots: Union[Simulation, PlayedRobot] = simulation_of(options) if options.play is None else played_robot(options)
     server = Server(robots, options.tcp, options.pty, speed=options.speed, seed=options.seed, faults=faults_of(options),
                     record=options.record, say=say)
@@ -55,7 +55,7 @@ def serve(options: argparse.Namespace) -> int:
             print("simulator: every machine that reaches this one can drive it: the protocol knows no password",
                   file=sys.stderr)
         print("Ctrl-C ends it.", flush=True)
-        server.start()  # only now: a fault that begins at once would be told in the middle of that
+        server.start()  # last, so that the report of a fault does not come between the lines above
         while server.running and not stop.wait(0.2):
             pass
         return 0 if stop.is_set() else 1

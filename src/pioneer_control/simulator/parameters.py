@@ -14,7 +14,7 @@ from .world.poses import Pose
 
 
 class TcpAddress(NamedTuple):
-    """Check of a parameter that is a TCP address: a port number or ``"host:port"``. An empty text means no TCP port."""
+    """Checks a parameter that is a TCP address: a port number or ``"host:port"``. An empty text means no TCP port."""
 
     legal: str = "a port (0 for any free one), host:port, or an empty text for none"
 
@@ -26,7 +26,7 @@ class TcpAddress(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Check of a parameter that is a pose in the world (m, m, rad). An empty text means the world's own start."""
+    """Checks a parameter that is a pose in the world (m, m, rad). An empty text means the world's own start."""
 
     legal: str = "three numbers, as a list: x, y, heading; or an empty text for the world's own"
 
@@ -68,7 +68,7 @@ class SimulatorParameters:
 
 
 def check_parameters(given: Mapping[str, Any]) -> SimulatorParameters:
-    """Check the parameters that a user has given. All others have their defaults.
+    """Check the parameters that a user has given, and return all parameters. Those not given have their defaults.
 
     Raises:
         ParameterError: a value is not legal, or a name is unknown.

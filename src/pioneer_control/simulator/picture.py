@@ -21,11 +21,11 @@ from .world.poses import Point, Pose
 from .world.world import FREE, OCCUPIED
 
 CAN, START, DOCK, GOAL, ROBOT = "#e69f00", "#009e73", "#0072b2", "#cc79a7", "#d55e00"
-LEAST_SPAN = 4.0  # m: a world without anything is drawn this wide
-WIDEST, HIGHEST, NARROWEST = 8.0, 5.5, 3.2  # inches, of the drawing itself
-CAN_DOT = 4.5  # points across: no can is drawn smaller
+LEAST_SPAN = 4.0  # m: width of the drawing of an empty world
+WIDEST, HIGHEST, NARROWEST = 8.0, 5.5, 3.2  # inches: limits of the size of the drawing without its margins
+CAN_DOT = 4.5  # points (1/72 inch): least diameter of a can in the drawing
 DPI = 90
-CELLS = 900  # along the longer side: the shading of what cannot be reached
+CELLS = 900  # cells of the shading along the longer side of the drawing
 
 Outline = Sequence[Point]
 Standing = Tuple[Outline, Pose]
@@ -45,7 +45,7 @@ def draw_world(world: World, output: str, robots: Sequence[Standing] = (), title
 
 def figure(world: World, robots: Sequence[Standing] = (), title: Optional[str] = None) -> Any:
     """Return a matplotlib Figure of a world. For the arguments see `draw_world`."""
-    from matplotlib.figure import Figure    # here: it takes a second to load, and may be missing
+    from matplotlib.figure import Figure    # imported here, because it takes a second to load and may be missing
 
     low, high = _extent(world)
     width, height = np.maximum((high - low) * np.min((WIDEST, HIGHEST) / (high - low)), NARROWEST)
@@ -219,7 +219,7 @@ def main(arguments: Optional[List[str]] = None) -> int:
     try:
         world, model = load_world(options.world), find_model(options.model)
         places = standing_places(world, model, options.robots) if options.robots else []
-        output = options.output or "world-%s.png" % world.name    # NAME.png may be the image of a map NAME.yaml
+        output = options.output or "world-%s.png" % world.name    # not NAME.png, which may be the image of a map
         draw_world(world, output, [(model.outline(model.can_carry_gripper), pose) for pose in places])
     except PioneerError as error:
         print("picture: %s" % error, file=sys.stderr)

@@ -1,4 +1,4 @@
-"""One world with any number of robots in one simulated time. They detect each other with their sonar, and collide.
+"""One world with any number of robots in one simulated time. Robots detect each other by sonar, and collide.
 
 >>> from pioneer_control.robots import find_model
 >>> from pioneer_control.simulator.world import load_world

@@ -19,7 +19,7 @@ from .reports import GRIPPER_UNIT
 LETTERS = {family: frozenset(letters) for family, letters in dict(
     PSOS="S", P2OS="P", AmigOS="G", AROS="A", ARCOS="C", AmigoSH="C", uARCS="CU", MARCOS="CM",
 ).items()}
-"""The letters of each firmware family. They are used to list families in short.
+"""The letters of each firmware family. Strings of these letters name sets of families in `HANDLERS`.
 
 S is PSOS, P is P2OS, G is AmigOS, A is AROS, U is uARCS, M is MARCOS. C is ARCOS, AmigoSH, uARCS or MARCOS.
 
@@ -96,7 +96,7 @@ def turn_goal(robot: CommandedRobot, deg: int) -> None:
 
 
 def wheels(robot: CommandedRobot, value: int) -> None:
-    """Execute command VEL2: set the speeds of left and right wheels, which `value` has as high and low byte.
+    """Execute command VEL2: set the speeds of the left wheels (high byte of `value`) and the right wheels (low byte).
 
     It does nothing while the motors are off. Unlike other motion commands, it does not end an earlier VEL2 first.
     """
@@ -176,7 +176,9 @@ def gyro(robot: CommandedRobot, how: int) -> None:
 
 
 def compass(robot: CommandedRobot, how: int) -> None:
-    """Execute command TCM2: switch the compass on or off, and set whether TCM2pac is sent. Ignore it without a compass.
+    """Execute command TCM2: switch the compass off if `how` is 0, else on, and set whether TCM2pac is sent.
+
+    If `how` is 2 or 6, one TCM2pac is sent. If it is 3, TCM2pac is sent with every SIP. Without a compass, do nothing.
     """
     if robot.hardware.compass.numbers.fitted and 0 <= how <= 7:
         robot.hardware.compass.on = how != 0
@@ -284,7 +286,7 @@ def setting(
 
 
 def aux_baud(port: int) -> Handler:
-    """Return the row of the command that stores the baud rate of auxiliary serial port 1, 2 or 3. It has no effect."""
+    """Return the row of the command that stores the baud rate of auxiliary serial port 1, 2 or 3 for CONFIGpac only."""
     return setting("aux%d_baud" % port, ARCOS if port == 3 else NOT_PSOS, range(len(BAUD_RATES)),
                    "Shown in CONFIGpac, until the session ends; the devices hear at any speed.")
 

@@ -1,8 +1,8 @@
 """The battery and its charger. The voltage falls with time, faster while the robot drives, and rises while it charges.
 
 The robot charges while a user has plugged in a charger, or while it stands in a dock of the world and has asked for
-power. A dock is the pose (m, rad; map frame) of a robot while it charges there. The world may show the charging station
-as walls or boxes; it has no other shape.
+power. A dock is the pose (m, rad; map frame) of a robot while it charges there. The charging station itself is not
+simulated; a world may have walls or boxes in its place.
 """
 
 import math
@@ -104,7 +104,7 @@ class Charger:
         self.reset()
 
     def reset(self) -> None:
-        """Stop asking docks for power, and do not stop in docks, as at power-on."""
+        """Make the robot take no power in docks, and not stop in docks, as at power-on."""
         self.asks_dock = self.stops_in_dock = False
 
     def ask_dock(self, asks: bool) -> None:
@@ -134,5 +134,5 @@ def stands_in(dock: Pose, pose: Pose, distance: float, angle: float) -> bool:
     """
     away_x, away_y = pose[0] - dock[0], pose[1] - dock[1]
     near = away_x * away_x + away_y * away_y <= distance * distance
-    # remainder is exact: no library rounds it
+    # math.remainder is exact, so its result is the same on every computer
     return near and abs(math.remainder(pose[2] - dock[2], 2.0 * math.pi)) <= angle

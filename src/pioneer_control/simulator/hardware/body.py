@@ -149,8 +149,9 @@ class Body:
     def _is_free(self, pose: Pose) -> bool:
         """Return whether the body touches no wall and no post at `pose` (map frame).
 
-        If it is free, also store the distance that it can move from there without another test. The search starts at
-        most one margin of `SKINS` above the last one, because the distance to the walls changes slowly.
+        If it is free, also store the distance that it can move from there without another test. For this, the outline
+        is tested with the margins of `SKINS`, largest first. To save time, the first margin is at most one step larger
+        than the margin that was free in the last test.
         """
         if pose == self._refused:  # the body still presses against the same obstacle
             return False

@@ -39,7 +39,7 @@ class Drives:
     def __init__(self, model: RobotModel, numbers: DriveNumbers):
         self._numbers, self._model = numbers, model
         self.linear, self.angular = (Channel(limits, ARRIVED) for limits in limits_of(numbers, model))
-        self._wheels: Optional[List[Channel]] = None    # left, right
+        self._wheels: Optional[List[Channel]] = None    # left, right; None while not used
         self._told_by_wheels = False
 
     def reset(self) -> None:

@@ -192,7 +192,7 @@ class ParallelGripper:
         """
         half = self.opening / 2.0
         seen = [*self._held, *self._near(pose)] if half > 0.0 else []
-        if not seen:    # as nearly always
+        if not seen:    # the usual case
             return False, False
 
         def broken(beam: float) -> bool:

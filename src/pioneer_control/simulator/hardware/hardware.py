@@ -35,7 +35,7 @@ class Hardware:
         world: world in which the robot stands.
         pose: start pose (m, rad; map frame).
         gripper: whether the robot has a gripper.
-        numbers: the simulator's numbers.
+        numbers: parameters of the simulated robot.
         noise: largest random error of a sonar range (m).
         seed: seed of the sonar noise, and of the wheels' slip and noise.
 

@@ -58,7 +58,7 @@ def approach(speed: float, remaining: float, limit: float, rise: float, fall: fl
     if along < 0.0:
         after, travelled = ramp(along, 0.0, rise, fall, dt)
         return after * direction, travelled * direction
-    # The highest speed at the end of this step from which `fall` stops the drive within what is left then.
+    # The highest speed at the end of this step from which deceleration `fall` still stops the drive at the goal.
     spare = dt * dt / 4.0 + (2.0 * ahead - along * dt) / fall
     brakable = fall * (math.sqrt(spare) - dt / 2.0) if spare > 0.0 else 0.0
     after = max(0.0, min(brakable, limit, along + rise * dt), along - fall * dt)
@@ -107,8 +107,9 @@ class Limits:
         return self.limit if direction >= 0.0 or self.back_limit is None else self.back_limit
 
     def set_rate(self, value: float) -> None:
-        """Set the acceleration to a positive value, or the deceleration to minus a negative value, clipped to
-        `rate_top`. Zero changes nothing.
+        """Set the acceleration if `value` is positive, or the deceleration to -`value` if it is negative.
+
+        The result is clipped to `rate_top`. Zero changes nothing.
         """
         if value > 0.0:
             self.rise = min(value, self.rate_top)

@@ -116,8 +116,8 @@ class WheelErrors:
     def _on_floor(self, way: float) -> float:
         """Return the distance (m) that one wheel moves over the floor while it rolls `way` (m), with slip and noise.
 
-        The standard deviation of the noise grows with the square root of the distance. So its sum does not depend on
-        the size of the steps.
+        The standard deviation of the noise grows with the square root of the distance. So the noise of a long
+        distance does not depend on the number of steps.
         """
         if self._slip:
             way *= 1.0 - self._random.uniform(0.0, self._slip)

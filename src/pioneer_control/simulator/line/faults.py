@@ -35,7 +35,7 @@ class Kind(NamedTuple):
 
     name: str
     value: Union[Number, Whole, None]
-    """Check of the fault's value. None if faults of this kind have no value."""
+    """Object that checks the value of a fault. None if faults of this kind have no value."""
     unit: str
     meaning: str
     act: Optional[Callable[[RobotLink, List[Any]], None]] = None

@@ -130,7 +130,7 @@ class TcpLine(_Line):
             busy: drop the bytes of the client, and accept no client.
         """
         data = self._receive()
-        if not data and self._welcome(busy):    # not before the last bytes of this client, which may end its session
+        if not data and self._welcome(busy):    # only after the last bytes of this client, which may end its session
             data = self._receive()
         if data:
             self.finished = False
@@ -186,7 +186,7 @@ class TcpLine(_Line):
         """
         try:
             client, _ = self._listener.accept()
-        except OSError:     # nobody, or gone again
+        except OSError:     # no client, or it has disconnected
             return False
         if busy or not (self.finished or self._receive(socket.MSG_PEEK) == b""):
             client.close()
@@ -268,7 +268,7 @@ class PtyLine(_Line):
         if self.plugged:
             if self.unread > PTY_UNREAD_LIMIT:
                 termios.tcflush(self._slave, termios.TCIFLUSH)
-            if self._master.write(as_heard(data, self.baud, self.client_baud)) is None:     # it is full
+            if self._master.write(as_heard(data, self.baud, self.client_baud)) is None:     # the terminal is full
                 termios.tcflush(self._slave, termios.TCIFLUSH)
 
     def close(self) -> None:

@@ -137,11 +137,11 @@ class OneWay:
 class Ruler:
     """Finds the beginnings of packets in a stream of bytes, byte by byte.
 
-    A byte that does not belong to a packet counts as a packet.
+    A byte that does not belong to a packet counts as a packet of one byte.
     """
 
     def __init__(self) -> None:
-        self._at = 0        # bytes of the present packet so far
+        self._at = 0        # number of processed bytes of the present packet
         self._length = 0    # length of the present packet in bytes; 0 while it is not known
 
     def begins(self, byte: int) -> bool:
@@ -158,7 +158,7 @@ class Ruler:
     def skip(self, data: bytes) -> None:
         """Process several bytes of the stream. This is fast if they are exactly one packet."""
         one_packet = data[:2] == HEADER and len(data) > 2 + SMALLEST_COUNT and len(data) == 3 + data[2]
-        if self._at > 0 or not one_packet:      # nearly always it is one
+        if self._at > 0 or not one_packet:      # the usual case is exactly one packet
             for byte in data:
                 self.begins(byte)
 

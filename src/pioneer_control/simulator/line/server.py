@@ -261,7 +261,7 @@ class Server:
         before = self._watched.get(line, set())
         now = self._watched[line] = set() if line in self._held_up else set(line.files())
         for file in before - now:
-            self._selector.unregister(file)     # it may be closed already
+            self._selector.unregister(file)     # the file may be closed already
         for file in now - before:
             self._selector.register(file, selectors.EVENT_READ, (berth, line))
 

@@ -41,7 +41,7 @@ class Comparison(NamedTuple):
     same: bool
     """Whether all bytes are equal."""
     first: str
-    """Description of the first packets that differ. Empty if all packets are equal."""
+    """Description of the first packets that differ. Empty if all bytes are equal."""
     apart: float
     """Largest distance between the positions (m)."""
     turned_apart: float

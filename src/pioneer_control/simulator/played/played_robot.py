@@ -227,7 +227,7 @@ def steps_of(entries: Iterable[Entry], robot: int) -> List[RecordedStep]:
     synced = False
     time_us = -NEVER_US
     for entry in [entry for entry in entries if entry.robot == robot and not entry.note]:
-        time_us = max(time_us, round(entry.time * 1e6))     # the order counts where a clock jumped back
+        time_us = max(time_us, round(entry.time * 1e6))     # if a clock jumped back, keep the order of the entries
         for frame in ears[entry.to_robot].feed(entry.data):
             stage = None if entry.to_robot else _stage_answered(frame)
             if entry.to_robot:

@@ -30,7 +30,7 @@ OUTSIDE = 1.0
 A robot starts there when there is no room among the walls.
 """
 START_CELL = 0.1
-"""Side (m) of a cell of the grid that is searched for a start. In a world wider than 1000 cells they are larger."""
+"""Side (m) of a cell of the grid that is searched for a start. In a world wider than 1000 cells, cells are larger."""
 LEAST_CELL = 0.02
 """Least side (m) of a cell of the grid that the points of a map are put into."""
 MOST_CELLS = 10000
@@ -95,7 +95,11 @@ class AriaMap:
         raise WorldError("world file %s, line %s: %s" % (self._path, self._line, message))
 
     def numbers(self, text: str, count: int, legal: str) -> List[float]:
-        """Return the `count` finite numbers that `text` holds. An error says that `legal` was expected."""
+        """Return the `count` finite numbers in `text`.
+
+        Raises:
+            WorldError: the text does not have exactly these numbers. The message says that `legal` was expected.
+        """
         try:
             values = [float(word) for word in text.split()]
         except ValueError:

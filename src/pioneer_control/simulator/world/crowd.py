@@ -60,7 +60,7 @@ class Crowd:
 
     def __init__(self) -> None:
         self.reach = 0.0
-        self._side = 1.0    # of the smallest squares
+        self._side = 1.0    # side (m) of the smallest squares
         self._squares: Dict[Obstacle, Cell] = {}    # the smallest square that each body stands on
         self._grids: Dict[int, Grid] = {}           # by the width of their squares, in smallest squares
         self._smallest: Grid = {}

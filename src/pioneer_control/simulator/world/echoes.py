@@ -25,8 +25,8 @@ SECTORS = 32
 """Number of equal sectors of directions into which an `Earshot` sorts walls and posts."""
 SECTORS_PER_RADIAN = SECTORS / (2.0 * math.pi)
 
-_NUDGE = 1e-13  # m: a sensor exactly on a wall's line counts as this far beside it, so that it hears the wall's end
-_SPARE = 1e-6  # m: rounding must not drop what just touches a sector
+_NUDGE = 1e-13  # m: a sensor exactly on a wall's line counts as this far beside it, so that the wall's end is detected
+_SPARE = 1e-6  # m: added so that rounding does not drop a solid at the border of a sector
 
 # Candidates kept as bytes need a fifth of the memory. With many robots, access to memory takes most of the time.
 _unpacked: Callable[[bytes], Iterator[Any]] = struct.Struct("6d").iter_unpack
@@ -83,7 +83,7 @@ class Ear:
             listener: body that carries the transducer. The transducer does not detect it.
 
         Returns:
-            The distance, at most `maximum`; 0 inside a post.
+            The distance, at most the maximum range; 0 inside a post.
         """
         earshot = self._earshot(math.floor(x / SQUARE), math.floor(y / SQUARE))
         candidates = earshot[math.floor(heading * SECTORS_PER_RADIAN) % SECTORS]
@@ -99,14 +99,14 @@ class Ear:
                 to_y -= y
                 reach = body.reach
                 if right_y * to_x - right_x * to_y > reach or left_x * to_y - left_y * to_x > reach:
-                    continue    # wholly beside the cone, as most are
+                    continue    # the body is beside the cone: the usual case
                 if (to_x * to_x + to_y * to_y < room * room and body is not listener
                         and disc_echo(to_x, to_y, reach, right, left) < nearest):
                     nearest = echo(body.candidates, x, y, right, left, nearest, self._slant)
         return nearest
 
     def _listen(self, column: int, row: int) -> "Earshot":
-        """Return the `Earshot` of the square of floor in this column and row, for the cache."""
+        """Compute the `Earshot` of the square of floor in this column and row. The results are cached."""
         x, y, spread = (column + 0.5) * SQUARE, (row + 0.5) * SQUARE, SQUARE * 0.7072
         solids = self._world.within(x, y, self._maximum + spread)
         return Earshot(solids, x, y, spread, self._rights, self._lefts) if len(solids) else self._silence
@@ -115,9 +115,9 @@ class Ear:
 class Earshot(Dict[int, bytes]):
     """The walls and posts that sonar can detect from a small square of floor, by sector, for cones of one width.
 
-    A key is the number of the sector that contains the axis of a cone. The value holds all candidates that such a cone
-    can contain, and some that it cannot contain, packed as bytes and sorted by least distance. It is computed at the
-    first access.
+    A key is the number of the sector that contains the axis of a cone. The value holds all walls and posts that such
+    a cone can contain, and some that it cannot contain, as packed bytes: one `Candidate` for each, sorted by least
+    distance. A value is computed at the first access.
 
     Args:
         solids: all walls and posts within the sonar's maximum of any point of the square, and maybe more.
@@ -145,7 +145,7 @@ class Earshot(Dict[int, bytes]):
 def _audible(solids: Solids, x: float, y: float, spread: float, rights: Array, lefts: Array) -> Array:
     """Return an array (sectors, solids) that is False where no cone of a sector can contain a point of a solid.
 
-    True means that a cone may contain a point of the solid. The other arguments are those of `Earshot`.
+    True means that a cone may contain a point of the solid. For the arguments see `Earshot`.
     """
     ends_x = np.concatenate((solids.walls[:, 0::2].T, np.tile(solids.posts[:, 0], (2, 1))), axis=1) - x
     ends_y = np.concatenate((solids.walls[:, 1::2].T, np.tile(solids.posts[:, 1], (2, 1))), axis=1) - y

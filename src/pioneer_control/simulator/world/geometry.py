@@ -128,7 +128,7 @@ class Finder:
     def __init__(self, solids: Solids):
         self._solids = solids
         lengths, (post_x, post_y, radii) = solids.frames[4], solids.posts.T
-        dense_enough = lengths.max(initial=0.0) * len(lengths) / 1e6     # a few million points at most
+        dense_enough = lengths.max(initial=0.0) * len(lengths) / 1e6     # limits the number of points to a few million
         self._side = float(max(2.0, dense_enough, 4.0 * radii.max(initial=0.0)))
         steps = np.ceil(lengths / (self._side / 2.0)).astype(int)
         of_wall = np.repeat(np.arange(len(steps)), steps + 1)

@@ -34,7 +34,7 @@ def borders(walls: Array) -> List[Tuple[int, int, int, int]]:
     for ring in _rings(walls):
         corners = _straightened(ring)
         for first, second in zip(corners, corners[1:] + corners[:1]):
-            if (second, first) not in segments:  # both sides of a wall that has no thickness
+            if (second, first) not in segments:  # if both are there, the wall has no thickness
                 segments[first, second] = None
     return [first + second for first, second in segments]
 
@@ -45,7 +45,7 @@ def flood(seeds: Array, free: Array) -> Array:
     The arguments and the result are boolean arrays (rows, columns).
     """
     width = free.shape[1] + 2
-    unvisited = np.pad(free, 1).ravel()  # with a border that is not free nothing steps over the edge
+    unvisited = np.pad(free, 1).ravel()  # a border of occupied cells stops the flood at the edges
     front = np.flatnonzero(np.pad(seeds & free, 1))
     while len(front):
         unvisited[front] = False
@@ -73,7 +73,7 @@ def roomiest(free: Array, wanted: Optional[Tuple[float, float]], room: float) ->
         inside = min(wanted) >= room and high_x <= free.shape[1] and high_y <= free.shape[0]
         if inside and free[low_y:high_y, low_x:high_x].all():
             return wanted
-    least, side = 0, min(free.shape) + 1  # a square of `least` there is, one of `side` there is not
+    least, side = 0, min(free.shape) + 1  # a free square of side `least` exists, one of side `side` does not
     while side - least > 1:
         middle = (least + side) // 2
         least, side = (middle, side) if _squares(sums, middle).any() else (least, middle)
@@ -130,7 +130,7 @@ def _runs(walls: Array) -> List[Run]:
     cells = np.pad(walls, 1).astype(np.int8)
     runs = []
     for turned, step in ((cells, 1), (cells.T, -1)):
-        edges = np.diff(turned, axis=0)[:, 1:-1]  # 1: a wall begins above this line of the grid, -1: one ends
+        edges = np.diff(turned, axis=0)[:, 1:-1]  # 1 where a wall begins above a grid line, -1 where it ends
         for sign in (1, -1):
             ends = np.diff(np.pad((edges == sign).astype(np.int8), ((0, 0), (1, 1))), axis=1)
             lines, begins = np.nonzero(ends == 1)
@@ -156,7 +156,7 @@ def _straightened(ring: List[Corner]) -> List[Corner]:
     kept = {0, far, *np.flatnonzero(long & np.roll(long, 1)).tolist()}
     ends = sorted(kept) + [len(points) - 1]
     open_ends = list(zip(ends, ends[1:]))
-    sides = set(open_ends) if len(kept) == 2 else ()  # what is thin keeps its thickness
+    sides = set(open_ends) if len(kept) == 2 else ()  # a thin wall keeps its thickness
     while open_ends:
         first, last = open_ends.pop()
         if last - first < 2:

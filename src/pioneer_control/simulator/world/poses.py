@@ -54,19 +54,19 @@ class Heading:
         self._unit = 1.0, 0.0
 
     def unit(self, angle: float) -> Tuple[float, float]:
-        """Return cosine and sine of the present angle (rad)."""
+        """Return cosine and sine of `angle` (rad)."""
         if angle != self._angle:
             self._angle, self._unit = angle, unit(angle)
         return self._unit
 
 
 def hypot(x: float, y: float) -> float:
-    """Return the length of a vector. Very small or very large values underflow or overflow."""
+    """Return the length of the vector (x, y). Very small or very large values underflow or overflow."""
     return math.sqrt(x * x + y * y)
 
 
 def compose(frame: Pose, pose: Pose) -> Pose:
-    """Transform `pose`, which is relative to `frame`, into the parent frame of `frame`."""
+    """Transform `pose`, which is relative to `frame`, into the parent frame of `frame`. The heading is not wrapped."""
     cosine, sine = unit(frame[2])
     x, y, heading = pose
     return frame[0] + x * cosine - y * sine, frame[1] + x * sine + y * cosine, frame[2] + heading

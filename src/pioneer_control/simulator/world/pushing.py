@@ -35,7 +35,7 @@ def make_way(
     Args:
         world: world whose cans are moved.
         pose: pose of the robot (m, rad; map frame).
-        blocks_for: function that returns the blocks of the robot that a can of the given radius (m) meets.
+        blocks_for: function that returns the rectangles of the robot (m, base_link) that push a can of a given radius.
         held: cans in the gripper, which push the cans on the floor.
         reach: largest distance (m) from the middle of the robot at which a part of it can touch a can.
 
@@ -123,7 +123,7 @@ def _off_walls(world: World, place: Point, radius: float) -> Optional[Point]:
     """
     x, y = place
     square = ((x - radius, y - radius), (x + radius, y - radius), (x + radius, y + radius), (x - radius, y + radius))
-    if not world.touches(square):  # cheaper than to ask how far the walls are, and mostly enough
+    if not world.touches(square):  # cheaper than `clearance`, and mostly enough
         return None
     clearance = world.clearance(x, y)
     if clearance > radius - TOUCH:

@@ -66,7 +66,7 @@ class MapReader(NodeReader):
 
         The result is an array (rows from the top, columns). It is NaN where the image is transparent.
         """
-        from PIL import Image  # here: nothing else needs it
+        from PIL import Image  # imported here, because nothing else needs it
 
         path = self.path.parent / self.text(node)
         try:

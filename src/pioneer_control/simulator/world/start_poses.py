@@ -30,7 +30,7 @@ def standing_places(world: World, model: RobotModel, count: int) -> List[Pose]:
     if len(starts) == count:
         return starts
     radius = max(hypot(x, y) for x, y in model.outline(model.can_carry_gripper)) + MARGIN
-    cells = math.ceil(2.0 * radius / RESOLUTION)     # between two robots
+    cells = math.ceil(2.0 * radius / RESOLUTION)     # distance between two robots, in cells
     x0, y0, heading = starts[0]
     low_x, low_y, high_x, high_y = world.bounds
     beyond = (math.isqrt(count) + 2) * cells         # cells to add on each side: enough for all robots on open floor

@@ -64,7 +64,7 @@ class Can:
 
 
 def begin_at(start: Pose) -> str:
-    """Return the text that reports the start of the robots, for a map file that has no start."""
+    """Return a text with x and y (m, map frame) of a start. It is reported to users of a map file that has no start."""
     return "robots begin at x %.2f, y %.2f" % start[:2]
 
 
@@ -161,12 +161,12 @@ class World:
         return close if close <= _CLOSE else self._solids.nearest(x, y)
 
     def clearances(self, column_x: Array, row_y: Array, limit: float = math.inf) -> Array:
-        """Return the clearance (m) at every point of a grid, as an array (rows, columns).
+        """Return the distance (m) to the nearest wall or post from every point of a grid, as an array (rows, columns).
 
         Args:
             column_x: x of the columns (m, map frame), in increasing order.
             row_y: y of the rows (m, map frame), in increasing order.
-            limit: largest clearance (m) to return. Larger clearances are returned as `limit`. A low limit saves time.
+            limit: largest distance (m) to return. Larger distances are returned as `limit`. A low limit saves time.
         """
         grid = np.full((len(row_y), len(column_x)), limit)
         for solid in self._solids.each():

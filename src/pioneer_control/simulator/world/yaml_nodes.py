@@ -53,7 +53,9 @@ Read = Callable[[yaml.Node], Any]
 
 
 class NodeReader:
-    """Converts YAML nodes to values, with one method for each kind of value. All methods raise WorldError.
+    """Converts YAML nodes to values, with one method for each kind of value.
+
+    All methods raise a WorldError when a node is not legal.
 
     Args:
         path: path of the file, for errors.
