@@ -54,8 +54,8 @@ class Covariances(NamedTuple):
 
 def diagonal(variances: Sequence[float]) -> Tuple[float, ...]:
     """Return a row-major covariance matrix that has these variances on its diagonal, and 0 elsewhere."""
-    size = len(variances)
-    return tuple(variances[row] if row == column else 0.0 for row in range(size) for column in range(size))
+    return tuple(variance if row == column else 0.0
+                 for row, variance in enumerate(variances) for column in range(len(variances)))
 
 
 def covariances(parameters: DriverParameters) -> Dict[bool, Covariances]:

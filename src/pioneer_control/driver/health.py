@@ -145,21 +145,20 @@ def _link(facts: Facts) -> Finding:
     identity, counts, recent = facts.identity, facts.counts, facts.recent
     cycle = DEFAULT_SIP_CYCLE if identity is None else identity.sip_cycle
     rate = None if recent is None else "%.1f" % (recent.packets / recent.seconds)
-    values = {"Port": facts.port, "Baud": facts.baud}
-    if identity is not None:
-        values.update({
+    values = {
+        "Port": facts.port,
+        "Baud": facts.baud,
+        **({} if identity is None else {
             "Robot": identity.name,
             "Model": identity.subtype,
             "Firmware": identity.firmware or "not reported",
             "Serial number": identity.serial or "not reported",
-        })
-    if facts.no_link is None:
-        values.update({
+        }),
+        **({} if facts.no_link is not None else {
             "Packets a second": rate or "not known yet",
             "Packets a second the robot sends": "%.1f" % (1 / cycle),
             "Packets of this link that got lost": str(max(0, facts.lost)),
-        })
-    values.update({
+        }),
         "Packets": str(counts.sips),
         "Bad checksums": str(counts.bad_checksums),
         "Stray bytes": str(counts.discarded_bytes),
@@ -170,7 +169,7 @@ def _link(facts: Facts) -> Finding:
         "Missed by this computer": str(counts.missed),
         "Reconnects": str(counts.reconnects),
         "Last error": counts.last_error or "none",
-    })
+    }
     problems = [Problem(facts.no_link is not None, Level.ERROR, "no link: %s" % facts.no_link)]
     if recent is not None:
         problems += [

@@ -17,7 +17,7 @@ from collections import deque
 from contextlib import suppress
 from math import cos, sin
 from types import SimpleNamespace
-from typing import Any, BinaryIO, Callable, Deque, Dict, Optional, Sequence
+from typing import Any, BinaryIO, Callable, Deque, Dict, Optional
 
 import rospy
 import rospy.msg
@@ -76,8 +76,6 @@ class PromptConnection:
         threading.Thread(target=self._write_what_waits, name="waiting messages", daemon=True).start()
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
         return getattr(self._connection, name)
 
     def write_data(self, data: bytes) -> bool:
@@ -146,8 +144,11 @@ class PoseMessage:
 
     def __init__(self, odom_frame: str, base_link_frame: str, covariance: Dict[bool, Covariances]) -> None:
         self.header = Header(frame_id=odom_frame)
-        self._frames = _string(odom_frame) + _string(base_link_frame)
-        self._covariance = {moves: (_doubles(each.pose), _doubles(each.twist)) for moves, each in covariance.items()}
+        # ROS serializes a text as its length in bytes (4 bytes), then the text in UTF-8.
+        names = odom_frame.encode(), base_link_frame.encode()
+        self._frames = b"".join(struct.pack("<I%ds" % len(name), len(name), name) for name in names)
+        self._covariance = {moves: (struct.pack("<36d", *each.pose), struct.pack("<36d", *each.twist))
+                            for moves, each in covariance.items()}
         self._struct = struct.Struct("<3I%ds7d288s6d288s" % len(self._frames))
 
     def of(self, state: RobotState, stamp: Any) -> "PoseMessage":
@@ -164,16 +165,6 @@ class PoseMessage:
             self.header.seq, stamp.secs, stamp.nsecs, self._frames,
             state.x, state.y, 0.0, 0.0, 0.0, sin(half), cos(half), pose,
             state.linear, 0.0, 0.0, 0.0, 0.0, state.angular, twist))
-
-
-def _doubles(values: Sequence[float]) -> bytes:
-    return struct.pack("<%dd" % len(values), *values)
-
-
-def _string(text: str) -> bytes:
-    """Return a string as ROS serializes it: its length in bytes (4 bytes), then its text in UTF-8."""
-    data = text.encode()
-    return struct.pack("<I", len(data)) + data
 
 
 EXAMPLE: Any = SimpleNamespace(x=1.0, y=2.0, heading=0.5, linear=0.1, angular=0.2, moving=True)

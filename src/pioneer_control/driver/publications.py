@@ -56,23 +56,7 @@ class PublishedTopic(NamedTuple):
     """
 
 
-class Listeners(rospy.SubscribeListener):
-    """Notices when a subscriber connects or disconnects: then `changed` becomes true.
-
-    To check all publishers again for each packet would take longer than all other work for the packet.
-    """
-
-    def __init__(self) -> None:
-        self.changed = True
-
-    def peer_subscribe(self, *_: Any) -> None:
-        """Set `changed`. rospy calls this in one of its threads when a subscriber connects or disconnects."""
-        self.changed = True
-
-    peer_unsubscribe = peer_subscribe
-
-
-class Publications:
+class Publications(rospy.SubscribeListener):
     """All publishers of the driver for the data of the robot.
 
     Args:
@@ -84,7 +68,9 @@ class Publications:
         self._request_data = request_data
         self._topics = self._table(parameters)
         self._publishers: Dict[str, rospy.Publisher] = {}
-        self._listeners = Listeners()
+        # Whether a subscriber has come or gone. Checking all publishers again for each packet would take longer than
+        # all other work for the packet.
+        self._listeners_changed = True
         # The topics to publish now, by their source: latched topics, and topics that have a subscriber.
         self._wanted: Dict[type, List[PublishedTopic]] = {}
         self._latched: Dict[str, Any] = {}
@@ -222,8 +208,14 @@ class Publications:
         if locked:
             self._lock.release()
 
+    def peer_subscribe(self, *_: Any) -> None:
+        """Note that a subscriber has connected or disconnected. rospy calls this in one of its threads."""
+        self._listeners_changed = True
+
+    peer_unsubscribe = peer_subscribe
+
     def _publish(self, source: type, value: Any, stamp: rospy.Time) -> None:
-        if self._listeners.changed:
+        if self._listeners_changed:
             self._look_who_listens()
         for topic in self._wanted.get(source, ()):
             if topic.latch is not None:
@@ -243,16 +235,16 @@ class Publications:
             wanted = available_if is None or identity is not None and bool(available_if(identity))
             if wanted and topic.name not in self._publishers:
                 self._publishers[topic.name] = rospy.Publisher(
-                    topic.name, topic.message, self._listeners, tcp_nodelay=True, latch=topic.latch is not None,
+                    topic.name, topic.message, self, tcp_nodelay=True, latch=topic.latch is not None,
                     queue_size=QUEUE)
             elif not wanted and topic.name in self._publishers:
                 self._publishers.pop(topic.name).unregister()
                 self._latched.pop(topic.name, None)
-        self._listeners.changed = True
+        self._listeners_changed = True
 
     def _look_who_listens(self) -> None:
         """Find the topics that must be published now, and request exactly the packets that these topics need."""
-        self._listeners.changed = False     # first: a subscriber that connects during this method sets it again
+        self._listeners_changed = False     # first: a subscriber that connects during this method sets it again
         self._wanted = {}
         asked = set()
         for topic in self._topics:

@@ -36,11 +36,8 @@ def decode(config: Config) -> Dict[str, Any]:
 def description() -> ConfigDescription:
     """Return the message that describes the parameters that may change: type, meaning, limits and default."""
     defaults = values_of(DriverParameters())
-    rows = []
-    for name, value in defaults.items():
-        row = LIVE[name].metadata
-        meaning = "%(meaning)s (%(unit)s)" % row if row["unit"] else row["meaning"]
-        rows.append(ParamDescription(name, TYPES[type(value)], 0, meaning, ""))
+    rows = [ParamDescription(name, TYPES[type(entry.default)], 0, entry.metadata["meaning"] + (
+        " (%s)" % entry.metadata["unit"] if entry.metadata["unit"] else ""), "") for name, entry in LIVE.items()]
     least, most = (
         encode({name: type(value)(getattr(LIVE[name].metadata["kind"], bound)) for name, value in defaults.items()})
         for bound in ("low", "high"))

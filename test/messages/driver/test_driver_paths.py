@@ -67,7 +67,7 @@ def cmd_vel(bottle, path):
 
 def sip(bottle, path):
     bottle.listened = {"pose", "sonar"}
-    bottle.node._publications._listeners.changed = True
+    bottle.node._publications._listeners_changed = True
     yield 0.1
     read, published = bottle.line.read, []
 
