@@ -162,7 +162,8 @@ def test_how_long_connecting_takes_is_what_the_handshake_says():
 # The simulated robot: simulator/line/faults.py, simulator/parameters.py and a test are the sources.
 
 def test_the_table_of_faults_is_that_of_the_simulator():
-    wanted = [["`%s`" % name, *rest] for name, *rest in faults.rows()]
+    wanted = [["`%s`" % kind.name, kind.value.legal if kind.value else "", kind.unit, kind.meaning]
+              for kind in faults.KINDS.values()]
     assert rows(read(DOCS / "simulator.md"), "Faults") == wanted
 
 

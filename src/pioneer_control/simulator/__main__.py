@@ -13,7 +13,7 @@ from ..p2os.recording import Entry, read_record
 from ..robots import find_model, load_table
 from .hardware import load_numbers
 from .line import Fault, LineRecorder, LineSimulation, Server, fault_of, load_faults
-from .line.faults import rows
+from .line.faults import KINDS
 from .line.server import SPEEDS, STANDARD_PORT
 from .played import PlayedRobot, compare, play_client
 from .simulation import MOST_ROBOTS, Simulation, simulate
@@ -198,7 +198,8 @@ def parser() -> argparse.ArgumentParser:
             *textwrap.wrap("models: %s" % ", ".join(load_table().models), 79, break_on_hyphens=False), "",
             "faults, written as KIND [VALUE] [way to-robot|from-robot] [robot N] [from S] [to S], S in simulated"
             " seconds:",
-            *("  %-17s %s" % (name + (" " + unit if unit else ""), meaning) for name, _, unit, meaning in rows())]),
+            *("  %-17s %s" % (" ".join(filter(None, (kind.name, kind.unit))), kind.meaning)
+              for kind in KINDS.values())]),
     )
     played, fitted = result.add_mutually_exclusive_group(), result.add_mutually_exclusive_group()
     group_of = {"--play": played, "--client": played, "--gripper": fitted, "--no-gripper": fitted}

@@ -7,7 +7,7 @@ import pytest
 from pioneer_control.errors import ParameterError
 from pioneer_control.robots import find_model
 from pioneer_control.simulator.clock import NEVER_US
-from pioneer_control.simulator.line.faults import KINDS, Fault, Faults, fault_of, load_faults, rows
+from pioneer_control.simulator.line.faults import KINDS, Fault, Faults, fault_of, load_faults
 from pioneer_control.simulator.line.robot_link import WAYS, RobotLink
 from pioneer_control.simulator.firmware import Firmware, FirmwareState
 from pioneer_control.simulator.world import World
@@ -191,7 +191,7 @@ EFFECTS = {
 
 
 def test_every_kind_has_a_row_here():
-    assert [words.split()[0] for words in EFFECTS] == list(KINDS) == [row[0] for row in rows()]
+    assert [words.split()[0] for words in EFFECTS] == list(KINDS)
 
 
 @pytest.mark.parametrize("words", EFFECTS)

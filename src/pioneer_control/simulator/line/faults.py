@@ -17,7 +17,7 @@ import difflib
 import functools
 import math
 import operator
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Union
 
 from ...errors import ParameterError
 from ...parameters import Number, Whole
@@ -297,9 +297,3 @@ def _number(word: str) -> Union[int, float, str]:
         return float(word) if set(word) & set(".eEnN") else int(word)
     except ValueError:
         return word
-
-
-def rows() -> List[Tuple[str, str, str, str]]:
-    """Return the table of faults for the documentation: name, legal values, unit, and meaning of each kind."""
-    return [(kind.name, "" if kind.value is None else kind.value.legal, kind.unit, kind.meaning)
-            for kind in KINDS.values()]
