@@ -1,9 +1,9 @@
-"""Read what ``rosbag record`` wrote, front to back, in bounded memory, whole or damaged: `read_bag`.
+"""Read a whole or damaged bag of ``rosbag record`` in bounded memory, with `read_bag`.
 
 ``rosbag.Bag`` keeps an entry of every message in memory and refuses a bag that was not closed. This reader keeps little
-more than a chunk. In a bag that was closed it reads the index first, and passes over chunks without a wanted topic. In
-any other bag it reads all that is there. Where bytes are damaged it goes on behind them, and says afterwards what is
-missing. The format is in `records`.
+more than one chunk in memory. In a closed bag it reads the index first, and skips chunks without a wanted topic. In a
+bag that was not closed it reads everything. It skips damaged bytes, and can then report what is missing. The file
+`records` describes the format of bags.
 """
 
 import contextlib
@@ -20,41 +20,44 @@ from .records import (BETWEEN_CHUNKS, BLOCK, CHUNK, CHUNK_INFO, CONNECTION, FIEL
                       record_at, records, source_of_bytes)
 
 LATE = 10 ** 9
-"""ns by which a message may be recorded too late in a bag without index; it is still given in the right order."""
+"""The largest delay (ns) of a recorded message in a bag without an index that is still put in the right order."""
 HELD = 1 << 25
-"""Bytes of messages kept back at most, to put them in order."""
+"""The largest number of bytes of messages that wait in memory to be put in order of time."""
 OVERHEAD = 200
-"""Bytes that Python takes for each of them on top."""
+"""The number of bytes that Python needs for each waiting message, in addition to its data."""
 TAIL = 1 << 24
-"""Bytes at the end of a file in which its index is looked for, where its place is not known. A bag of 100 GB has an
-index about as long."""
+"""The number of bytes at the end of a file in which the index is searched, if its position is not known.
+
+The index of a bag of 100 GB is about as long."""
 LONGEST_ARRAY = 1 << 20
-"""Values of an array of fixed length that a definition may have: each message has room for all of them."""
+"""The largest legal length of a fixed-length array in a message definition.
+
+Every message object has memory for all values of such an array."""
 NEVER = 1 << 63
-"""ns: later than any message."""
+"""A time (ns) that is later than any message."""
 PLACES = 3
-"""Damaged places that are told one by one."""
+"""The number of damaged places that are reported one by one. Further places are only counted."""
 
 Progress = Callable[[int, int], Any]
 Latched = Dict[Tuple[str, str], bytes]
-"""The first latched message by topic and publisher."""
+"""The data of the first latched message of each publisher, by topic and name of the publisher."""
 
 
 class BagConnection(NamedTuple):
-    """A topic as one publisher sent it."""
+    """The connection of one publisher to a topic, as a bag describes it."""
 
     topic: str
     type: str
-    """for example nav_msgs/Odometry"""
+    """the message type, for example nav_msgs/Odometry"""
     md5sum: str
     definition: str
-    """text of the message and of all messages in it"""
+    """the definition of the message type and of all types in it"""
     latching: bool
     """whether late subscribers get the last message"""
     caller: str
-    """name of the node that published it; empty where the bag does not say"""
+    """the name of the node that published; empty if the bag does not have it"""
     header: Dict[str, str]
-    """all fields as the bag has them: what rosbag.Bag.write takes as connection_header"""
+    """all fields of the connection in the bag, as rosbag.Bag.write takes them as connection_header"""
 
 
 class Message(NamedTuple):
@@ -63,62 +66,64 @@ class Message(NamedTuple):
     topic: str
     connection: BagConnection
     data: bytes
-    """as it was sent; `decode` makes a message of it"""
+    """the serialized message; `decode` converts it to a message object"""
     time: int
-    """ns since 1970, or of simulated time: when the recorder got it"""
+    """when the recorder received it: ns since 1970, or ns of simulated time"""
 
 
 class _Place(NamedTuple):
-    """Bytes of a file that hold no records."""
+    """A damaged place in a file: bytes from `begin` to `end` that hold no records."""
 
     begin: int
     end: int
     when: str
-    """how far the run had come there, in words"""
+    """the time in the recording at this place, in words, such as after 12.3 s"""
 
 
 class _Chunk(NamedTuple):
-    """What the index says of a chunk."""
+    """The information about one chunk in the index of a bag."""
 
     start: int
-    """ns: its first message"""
+    """the time of its first message (ns)"""
     end: int
-    """ns: its last message"""
+    """the time of its last message (ns)"""
     messages: int
-    """how many are in it"""
+    """the number of messages in it"""
     foreign: bool
-    """whether nothing in it is wanted"""
+    """whether no message in it is wanted"""
     earliest: int
-    """ns: the first message in it and in all later chunks"""
+    """the time (ns) of the earliest message in this chunk and in all later chunks of the file"""
 
 
 class _Head:
-    """The first messages of a part, as long as they can be those that ``rosbag record --repeat-latched`` repeats there.
+    """Finds the head of a part of a recording: its first messages, which can be repeated latched messages.
 
-    rosbag begins a part with the first message (not the newest) of each publisher that latches, all with the time of
-    that moment. Then comes the message for which it began the part. That one waited, so its time is earlier. In the
-    connections of the repeated messages rosbag 1.15 leaves out who published, and that it latches; 1.17 keeps both.
-    (Seen with 1.15.15 and 1.17.0.)
+    ``rosbag record --repeat-latched`` begins a part with the first message (not the newest) of each latching publisher.
+    All these messages have the time at which the part begins. The next message is the message for which rosbag began
+    the part. This message waited for the new file, so its time is earlier. In the connections of the repeated messages
+    rosbag 1.15.15 leaves out the name of the publisher and the latching flag. rosbag 1.17.0 keeps both.
 
     Args:
-        is_part: whether the file is one of several parts; a bag alone has no head.
+        is_part: whether the file is one of several parts. A single file has no head.
 
     Attributes:
         open: whether the next message may still belong to the head.
-        repeats: whether the first message behind the head, if there is one, is as early as rosbag's would be.
+        repeats: False if the first message behind the head is later than the head. Then rosbag repeated nothing.
     """
 
     def __init__(self, is_part: bool) -> None:
         self.open, self.repeats = is_part, True
-        self._first: Optional[Tuple[int, bool]] = None      # message: its time, and whether its publisher is named
+        self._first: Optional[Tuple[int, bool]] = None      # the first message's time, and whether it has a publisher
         self._publishers: Set[Tuple[str, str]] = set()
 
     def takes(self, time: int, connection: BagConnection) -> bool:
-        """Whether a message is in the head. Called with all messages of the part in their order, as long as it is open.
+        """Return whether a message is in the head of the part.
+
+        Call this with every message of the part in file order, until `open` is False.
 
         Args:
-            time: of the message, ns.
-            connection: of the message.
+            time: the time of the message (ns).
+            connection: the connection of the message.
         """
         alike, publisher = (time, bool(connection.caller)), (connection.topic, connection.caller)
         self._first = self._first or alike
@@ -130,29 +135,35 @@ class _Head:
 
 
 class _Queue:
-    """Messages of a file that wait until no earlier one can come. Those that the recorder only repeats are left out.
+    """A queue that puts the messages of a file in order of time. It leaves out latched messages that rosbag repeated.
+
+    A message waits in the queue until no earlier message can come.
 
     Args:
-        head: of the file.
-        latched: what was latched in the parts before. What is new is added to it.
+        head: the head of the file.
+        latched: the latched messages of the earlier parts. The queue adds the new latched messages of this file.
 
     Attributes:
-        size: bytes that the messages take.
+        size: the memory (bytes) of the waiting messages.
     """
 
     def __init__(self, head: _Head, latched: Latched) -> None:
         self._head, self._latched = head, latched
-        # a heap, by time; of one time those in the head of a part come last, and the others as they came
+        # A heap in order of time. Of messages with the same time, those in the head of a part come last. The others
+        # keep the order in which they were added.
         self._waiting: List[Tuple[int, bool, int, Message]] = []
         self.size, self._numbers = 0, itertools.count()
 
     def add(self, message: Message, in_head: bool) -> None:
-        """Let a message wait. `in_head`: whether it is in the head of a part."""
+        """Add a message to the queue. `in_head` is whether the message is in the head of the file."""
         heapq.heappush(self._waiting, (message.time, in_head, next(self._numbers), message))
         self.size += len(message.data) + OVERHEAD
 
     def take(self, before: int) -> Iterator[Message]:
-        """Messages before a time (ns), and as many more as are too much to keep."""
+        """Remove and yield the messages before a time (ns), in order of time.
+
+        If the other messages need more memory than `HELD`, it yields the earliest of them too.
+        """
         while self._waiting and (self._waiting[0][0] < before or self.size > HELD):
             _, in_head, _, message = heapq.heappop(self._waiting)
             _, connection, data, _ = message
@@ -164,21 +175,21 @@ class _Queue:
 
 
 class _File:
-    """One file of a recording.
+    """Reads one file of a recording.
 
     Args:
-        path: of the file.
-        is_wanted: whether the messages of a connection are to be read.
-        is_part: whether it is one of several parts.
+        path: the path of the file.
+        is_wanted: a function that returns whether the messages of a connection are wanted.
+        is_part: whether the file is one of several parts.
 
     Attributes:
-        begin: ns, the earliest message so far; `NEVER` before the first.
-        end: ns, the latest message so far; -1 before the first.
-        compression: of the first chunk; empty without one.
-        indexed: whether the file has an index that is whole.
+        begin: the time of the earliest message so far (ns). `NEVER` before the first message.
+        end: the time of the latest message so far (ns). -1 before the first message.
+        compression: the compression of the first chunk: none, bz2 or lz4. Empty if no chunk was found.
+        indexed: whether the file has a complete index.
 
     Raises:
-        BagError: it cannot be read, or is not a bag.
+        BagError: the file cannot be read, or is not a bag.
     """
 
     def __init__(self, path: str, is_wanted: Callable[[BagConnection], Any], is_part: bool) -> None:
@@ -187,22 +198,26 @@ class _File:
         self.compression, self.indexed = "", False
         self.begin, self.end = NEVER, -1
         self._is_wanted = is_wanted
-        self._unwanted: Set[int] = set()        # connections
+        self._unwanted: Set[int] = set()        # numbers of connections
         self._chunks: Dict[int, _Chunk] = {}    # by position
-        self._first = len(MAGIC)                # record
-        self._index = 0                         # where it begins; 0 where the recorder did not close the bag
+        self._first = len(MAGIC)                # position of the first record
+        self._index = 0                         # position of the index; 0 if the recorder did not close the bag
         self._searched: Collection[int] = FIELDS
         self._places: List[_Place] = []
-        self._missing = 0           # messages that are listed behind their chunk, but were not in it
-        self._nameless = 0          # messages of connections that are not described
-        self._ambiguous: Set[str] = set()       # topics that are described in two ways
+        self._missing = 0           # number of messages that are listed behind their chunk, but were not in it
+        self._nameless = 0          # number of messages whose connection is not described in the file
+        self._ambiguous: Set[str] = set()       # topics with two different descriptions of the same connection
         self._head = _Head(is_part)
         with _opened(path) as source:
             self.size = source.size
             self._look(source)
 
     def _look(self, source: Source) -> None:
-        """Check that the file is a bag, and learn what its index says."""
+        """Check that the file is a bag, and read its index.
+
+        Raises:
+            BagError: the file is empty, not a bag, of an old format, or encrypted.
+        """
         magic = source.get(0, len(MAGIC))
         if not magic:
             raise BagError("%s is empty (0 bytes): its recorder wrote nothing, or the disk was full" % self.path)
@@ -231,11 +246,13 @@ class _File:
             self._read_tail(source)
 
     def _read_index(self, source: Source, head: BagRecord) -> None:
-        """Learn of all connections, and of all chunks unless something in the index is damaged or missing.
+        """Read the connections and the chunk infos in the index.
+
+        The chunk infos are used only if the index is complete. Then `indexed` becomes True.
 
         Args:
-            source: of the file.
-            head: its first record, which says how many of each the index has.
+            source: the bytes of the file.
+            head: the file header record. It has the numbers of connections and of chunks in the index.
         """
         described: Set[int] = set()
         chunks: Dict[int, _Chunk] = {}
@@ -260,14 +277,17 @@ class _File:
                             for position, first in zip(backwards, earliest)}
 
     def _read_tail(self, source: Source) -> None:
-        """Learn of the connections at the end of the file, where there is no whole index."""
+        """Search the last `TAIL` bytes of a file without a complete index for connection records, and read them."""
         position = next_record(source, max(self._first, self.size - TAIL), (CONNECTION,))
         for record in records(source, position, searched=(CONNECTION, CHUNK_INFO)):
             if record.op == CONNECTION:
                 self._know(record, source.data(record))
 
     def _know(self, record: BagRecord, data: bytes) -> bool:
-        """Learn of a connection, by its record and the data of that; returns whether they describe one."""
+        """Add the connection that a connection record describes. `data` is the data of the record.
+
+        Returns False if the data lack a required field. Then nothing is added.
+        """
         fields = {name.decode("utf-8", "replace"): value.decode("utf-8", "replace")
                   for name, value in fields_of(data).items()}
         if not {"type", "md5sum", "message_definition"} <= set(fields):
@@ -283,25 +303,25 @@ class _File:
         return True
 
     def _moment(self) -> str:
-        """How far the run has come, in words."""
+        """Return the time from the first to the latest message so far in words, for example "after 12.3 s"."""
         return "before its first message" if self.end < 0 else "after %.1f s" % ((self.end - self.begin) / 1e9)
 
     def _saw(self, first: int, last: int) -> None:
-        """Take note of messages from one time to another (ns)."""
+        """Extend `begin` and `end` to messages from time `first` to time `last` (ns)."""
         self.begin, self.end = min(self.begin, first), max(self.end, last)
 
     def _damaged(self, begin: int, end: int) -> None:
-        """Take note of bytes that hold no records."""
+        """Remember that the bytes from position `begin` to position `end` hold no records."""
         if self._places and begin <= self._places[-1].end:
             self._places[-1] = self._places[-1]._replace(end=max(end, self._places[-1].end))
         else:
             self._places.append(_Place(begin, end, self._moment()))
 
     def _passes_over(self, source: Source, chunk: BagRecord) -> bool:
-        """Whether nothing in a chunk is wanted.
+        """Return whether a chunk can be skipped because no message in it is wanted.
 
-        The index and the lists behind the chunk must both say so: then one wrong byte loses no chunk. While the head
-        of a part may go on, all chunks are read.
+        Both the index and the lists behind the chunk must have only unwanted connections for it. So a single wrong byte
+        does not lose a chunk. No chunk is skipped while the head of the part is open.
         """
         known = self._chunks.get(chunk.position)
         if known is None or not known.foreign or self._head.open:
@@ -311,21 +331,22 @@ class _File:
         return bool(listed) and listed <= self._unwanted
 
     def messages(self, progress: Callable[[int], Any], latched: Latched) -> Iterator[Message]:
-        """The wanted messages in order of time, as far as `LATE` and `HELD` allow.
+        """Yield the wanted messages of the file in order of time, within the limits `LATE` and `HELD`.
 
         Args:
-            progress: called now and then with the bytes read.
-            latched: what was latched in the parts before. What the recorder only repeats of it is left out, and what
-                is new is added to it.
+            progress: a function that is called at each chunk with the number of bytes read.
+            latched: the latched messages of the earlier parts. If rosbag repeated one of them in this file, it is left
+                out. New latched messages are added.
         """
         queue = _Queue(self._head, latched)
-        met = expected = earliest = 0   # met, expected: messages of the chunk that were there, and should have been
+        # `met` is the number of messages found in a chunk. `expected` is the number that the index or the lists give.
+        met = expected = earliest = 0
         known: Optional[_Chunk] = None
         with _opened(self.path) as file:
             for source, record in self._contents(file):
                 if record.op == MESSAGE:
                     met += 1
-                    # a time that is not in its chunk has a wrong byte
+                    # a time outside the times of its chunk comes from a damaged byte
                     if known is None or known.start <= record.time <= known.end or self.end < 0:
                         self._saw(record.time, record.time)
                     connection = self.connections.get(record.connection)
@@ -356,9 +377,9 @@ class _File:
         progress(self.size)
 
     def _contents(self, source: Source) -> Iterator[Tuple[Source, BagRecord]]:
-        """All records, each with the source that has its data.
+        """Yield each record of the file, together with the source of its data.
 
-        The records in chunks are among them, except in chunks in which nothing is wanted.
+        The records inside a chunk follow the chunk, unless no message in the chunk is wanted.
         """
         for record in records(source, self._first, self._passes_over, self._damaged, self._searched):
             yield source, record
@@ -371,7 +392,10 @@ class _File:
                     self._damaged(record.begin, record.end)
 
     def damage(self) -> str:
-        """What is missing, in sentences that call the bag "it". To be asked after all was read."""
+        """Return what is damaged or missing, in sentences that call the bag "it". Empty if the file is whole.
+
+        Call this after all messages are read.
+        """
         index = self._index if 0 < self._index < self.size else self.size
         places = [place for place in self._places if place.begin < index]
         cut = bool(places) and places[-1].end == self.size
@@ -393,7 +417,10 @@ class _File:
         return "; ".join(sentences)
 
     def _ending(self, cut: bool) -> str:
-        """How a bag ends whose index is not whole."""
+        """Return, in words, how a bag without a complete index ends.
+
+        `cut` is whether the file ends with bytes that hold no records.
+        """
         if self._index > self.size:
             return ("it is cut off %s, at %s of its length: the rest is missing"
                     % (self._moment(), _percent(self.size / self._index)))
@@ -406,10 +433,10 @@ class _File:
 
 @contextlib.contextmanager
 def _opened(path: str) -> Iterator[Source]:
-    """A file whose bytes can be read. What the disk has lost of it is zeros: what lies behind is to be read.
+    """Open a file as a `Source`, for a ``with`` block. Bytes that the disk cannot read are replaced by zeros.
 
     Raises:
-        BagError: it cannot be read.
+        BagError: the file does not exist or cannot be opened.
     """
     def read_at(position: int, length: int) -> bytes:
         try:
@@ -428,13 +455,16 @@ def _opened(path: str) -> Iterator[Source]:
 
 
 def _is_known(connection: BagConnection, data: bytes, latched: Latched) -> bool:
-    """Whether data are the first latched message of a publisher; where it is unknown, of any publisher of the topic."""
+    """Return whether `data` equal the first latched message of the publisher of a connection.
+
+    If the connection does not name its publisher, `data` are compared with all publishers of the topic.
+    """
     return any(topic == connection.topic and caller == (connection.caller or caller) and first == data
                for (topic, caller), first in latched.items())
 
 
 def plural(count: int, what: str) -> str:
-    """1 message, 2 messages."""
+    """Return a number with its noun, for example "1 message" or "2 messages". `what` is the noun in the singular."""
     return "%s %s%s" % (count, what, "s" * (count != 1))
 
 
@@ -443,10 +473,12 @@ def _percent(share: float) -> str:
 
 
 class BagReader:
-    """Iterate over it, or over `decoded`, once, for the messages of a recording. Made by `read_bag`.
+    """Reads the messages of a recording. `read_bag` makes it.
+
+    Iterate once over the reader for raw messages, or once over `decoded` for decoded messages.
 
     Attributes:
-        undecoded: how many messages `decoded` has left out so far, by topic.
+        undecoded: the number of messages that `decoded` has left out so far, by topic.
     """
 
     def __init__(self, paths: Sequence[str], is_wanted: Callable[[BagConnection], Any], progress: Progress) -> None:
@@ -461,7 +493,7 @@ class BagReader:
             except BagError as error:
                 if not self._several or not os.path.exists(path):
                     raise
-                self._refused.append(str(error))    # the other parts are there
+                self._refused.append(str(error))    # the other parts can still be read
         if not self._files:
             raise BagError(" ".join(self._refused) or "no bag is named")
 
@@ -473,7 +505,10 @@ class BagReader:
             done += file.size
 
     def decoded(self) -> Iterator[Tuple[BagConnection, Any, int]]:
-        """All messages that make sense, each with its connection and the time (ns) when the recorder got it."""
+        """Yield each wanted message: its connection, the decoded message, and the time (ns) when it was recorded.
+
+        A message that cannot be decoded is left out and counted in `undecoded`.
+        """
         for _, connection, data, time in self:
             try:
                 message = decode(connection, data)
@@ -484,37 +519,40 @@ class BagReader:
 
     @property
     def connections(self) -> List[BagConnection]:
-        """Those that are known so far: all of a bag that was closed; of another one, those in what was read."""
+        """The connections that are known so far.
+
+        In a closed bag all connections are known from the start. In another bag more become known while it is read.
+        """
         return [connection for file in self._files for connection in file.connections.values()]
 
     @property
     def indexed(self) -> bool:
-        """Whether all parts were closed and their indices are whole: then `connections` has all from the start."""
+        """Whether all files have a complete index. Then `connections` has all connections from the start."""
         return all(file.indexed for file in self._files)
 
     @property
     def begin(self) -> Optional[int]:
-        """ns: the earliest message so far, wanted or not; None before the first."""
+        """The time (ns) of the earliest message so far, wanted or not. None before the first message."""
         return min((file.begin for file in self._files if file.end >= 0), default=None)
 
     @property
     def end(self) -> Optional[int]:
-        """ns: the latest message so far, wanted or not; None before the first.
+        """The time (ns) of the latest message so far, wanted or not. None before the first message.
 
-        Of parts of a bag in which nothing is wanted, it is what the index says.
+        For chunks that are skipped, the time comes from the index.
         """
         return max((file.end for file in self._files if file.end >= 0), default=None)
 
     @property
     def compression(self) -> str:
-        """How the first chunk so far is compressed: none, bz2 or lz4; empty before it."""
+        """The compression of the first chunk: none, bz2 or lz4. Empty if no file has a chunk."""
         return next((file.compression for file in self._files if file.compression), "")
 
     @property
     def damage(self) -> str:
-        """What is missing and where, in a sentence that calls a single bag "it"; empty if nothing is missing.
+        """What is damaged or missing, in words. A single bag is called "it". Empty if nothing is missing.
 
-        To be asked after all was read.
+        Read this property after all messages are read.
         """
         told = [(os.path.basename(file.path) + ": ") * self._several + file.damage()
                 for file in self._files if file.damage()] + self._refused
@@ -523,21 +561,27 @@ class BagReader:
 
 def read_bag(paths: Union[str, Sequence[str]], is_wanted: Callable[[BagConnection], Any] = lambda connection: True,
              progress: Progress = lambda done, total: None) -> BagReader:
-    """Read a bag, or the parts of one recording in their order.
+    """Open a bag, or the parts of one recording.
 
     Args:
-        paths: one file, or several; of several, what the recorder only repeated at the begin of a part is passed over.
-        is_wanted: whether the messages of a connection are wanted; of all unless it is given.
-        progress: called with the bytes done and all bytes, for each chunk.
+        paths: the bag, or the parts in their order. Latched messages that rosbag repeated at the begin of a part are
+            left out.
+        is_wanted: a function that returns whether the messages of a connection are wanted. The default is all messages.
+        progress: a function that is called at each chunk with the number of bytes read so far and of all bytes.
 
     Raises:
-        BagError: a file is missing, empty, or not a bag. Damage in a bag raises nothing: see `BagReader.damage`.
+        BagError: a file does not exist, or no file is a readable bag. Damage inside a bag raises no error: see
+            `BagReader.damage`.
     """
     return BagReader([paths] if isinstance(paths, str) else paths, is_wanted, progress)
 
 
 def _check_arrays(definition: str) -> None:
-    """Check that messages of a definition have hardly more values than bytes. Raises ValueError where they could."""
+    """Check that no array in a message definition can have many values in a few bytes.
+
+    Raises:
+        ValueError: a fixed-length array is longer than `LONGEST_ARRAY`, or an array has elements without any field.
+    """
     if any(int(length) > LONGEST_ARRAY for length in re.findall(r"\[(\d+)\]", definition)):
         raise ValueError("an array in it is too long")
     for part in re.split("^=+$", definition, flags=re.MULTILINE):
@@ -550,40 +594,46 @@ def _check_arrays(definition: str) -> None:
 
 @functools.lru_cache(maxsize=None)
 def _class_of(type_name: str, md5sum: str, definition: str) -> type:
-    """The class of messages of a type: the installed one where it is the same, else one made of the definition."""
+    """Return the class of a message type.
+
+    If the installed class has the same MD5 sum, it is returned. If not, a class is made from the definition in the bag.
+
+    Raises:
+        BagError: the definition is damaged.
+    """
     import genpy.dynamic
     import roslib.message
 
-    with contextlib.suppress(Exception):    # whatever a broken package raises when it is imported
+    with contextlib.suppress(Exception):    # a broken package can raise any exception when it is imported
         known = roslib.message.get_message_class(type_name)
         if known is not None and known._md5sum == md5sum:
             return known
     try:
         _check_arrays(definition)
         return genpy.dynamic.generate_dynamic(type_name, definition)[type_name]
-    except Exception as error:  # it parses text of the file
+    except Exception as error:  # genpy can raise any exception when it parses a damaged definition
         raise BagError("the bag's definition of %s makes no sense: %s" % (type_name, error)) from None
 
 
 def message_class(connection: BagConnection) -> type:
-    """The class of the messages of a connection. Raises BagError when the bag's definition of it is damaged."""
+    """Return the class of the messages of a connection. Raises BagError if the bag's definition of it is damaged."""
     return _class_of(connection.type, connection.md5sum, connection.definition)
 
 
 def decode(connection: BagConnection, data: bytes, into: Any = None) -> Any:
-    """Make a message of recorded bytes.
+    """Deserialize a recorded message.
 
     Args:
-        connection: by which they came.
-        data: the bytes.
-        into: a message of that class that is filled; None: a new one.
+        connection: the connection of the message.
+        data: the bytes of the message.
+        into: a message object to fill, of the class `message_class` returns. None: a new object is made.
 
     Raises:
-        BagError: the bytes are not such a message.
+        BagError: the bytes are not a message of this type, or the definition of the type is damaged.
     """
     made = message_class(connection)() if into is None else into
     try:
         made.deserialize(data)
-    except Exception as error:  # genpy's own, or what struct and codecs raise on its way
+    except Exception as error:  # exceptions of genpy, struct or codecs
         raise BagError("a message on %s is damaged: %s" % (connection.topic, error)) from None
     return made

@@ -1,9 +1,9 @@
-"""The bytes of a robot's line in a bag, as text: ``python3 -m pioneer_control.bags.wire RUN.bag``.
+"""Write the bytes of the serial line in a bag to a text file: ``python3 -m pioneer_control.bags.wire RUN.bag``.
 
-`p2os.recording` is the format.
+The driver publishes these bytes on the topic ``wire``. `p2os.recording` describes the format of the text file.
 
-Times are seconds since the first bytes, by the driver's stamps. Each topic is a robot, and has a number. Where
-something is missing, a note says so.
+Times are seconds since the first bytes, by the driver's stamps. Each topic belongs to one robot and gets a number. A
+note marks each place where bytes are missing.
 """
 
 import datetime
@@ -24,11 +24,14 @@ HOW_TO = ("it has no bytes of a robot's line: the driver publishes them with its
 
 
 def wire_entries(reader: BagReader) -> Iterator[Entry]:
-    """What went over the robots' lines in a bag, with notes of what is missing. A bag without lines gives nothing."""
+    """Yield the bytes of the Wire messages in a bag, with notes where bytes are missing.
+
+    Yields nothing if the bag has no Wire messages. `reader` must read Wire messages only.
+    """
     begin = None
     numbers: Dict[str, int] = {}
     counts: Dict[str, int] = {}     # seq of the newest message of each topic
-    for connection, message, _ in reader.decoded():     # the number of a damaged one is missing
+    for connection, message, _ in reader.decoded():     # a damaged message is left out, so its seq is missing
         topic = connection.topic
         if begin is None:
             begin = message.header.stamp
@@ -52,14 +55,18 @@ def _note(time: float, text: str) -> Entry:
 
 
 def write_wire(bags: Sequence[str], path: str) -> str:
-    """Write into a file what the parts of a recording hold of the robots' lines.
+    """Write the bytes of the robots' serial lines in a recording to a text file.
+
+    Args:
+        bags: the bag, or the parts of one recording in their order.
+        path: the text file.
 
     Returns:
-        What is wrong with the bag, in sentences.
+        What is damaged or missing in the bag, in sentences. Empty if nothing is.
 
     Raises:
-        UsageError: the bag cannot be read, or the file cannot be written, or the bag holds nothing of a line. Then the
-            error says how to record it.
+        UsageError: the bag cannot be read, the bag has no bytes of a serial line (the error says how to record them),
+            or the file cannot be written.
     """
     if any(os.path.realpath(path) == os.path.realpath(bag) for bag in bags):
         raise UsageError("%s is the bag itself: give another file" % path)
@@ -85,11 +92,18 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
                  help="what rosbag record wrote; several are the parts of one recording, in order"),
     "-o --output": dict(metavar="FILE", help="the file to write (default: beside the bag, .wire)"),
 }
-"""Of the command line."""
+"""The options of the command line."""
 
 
 def main(arguments: Optional[List[str]] = None) -> int:
-    """Write the file; 0 when it is written, 2 when there is nothing to write."""
+    """Write the text file that the command line asks for.
+
+    Args:
+        arguments: the command line. None: that of the process.
+
+    Returns:
+        The exit status: 0 when the file is written, 2 after an error.
+    """
     options = parser_of(
         "python3 -m pioneer_control.bags.wire", "Write the line of a robot that a bag holds as text.", OPTIONS,
         epilog="python3 -m pioneer_control.p2os --record RUN.wire tells it packet by packet, "

@@ -1,7 +1,8 @@
-"""Write a bag (format 2.0, see `records`), message after message as bytes, in bounded memory.
+"""Write a bag (format 2.0, see `records`) from serialized messages, in little memory.
 
-``rosbag.Bag`` keeps an entry of every message in memory, and gives all publishers of a topic the first one's name, type
-and latching. Here each connection stays itself: a topic may have several publishers (/tf, /rosout), and types.
+``rosbag.Bag`` keeps an entry of every message in memory. It writes the name, type and latching flag of a topic's first
+publisher for all publishers of the topic. This writer keeps each connection as it is, so a topic can have several
+publishers (/tf, /rosout) and several types.
 """
 
 import bz2
@@ -11,23 +12,25 @@ from typing import Any, Callable, Dict, List, Mapping, Tuple, Union
 from .records import CHUNK, CHUNK_INFO, CONNECTION, FILE_HEADER, INDEX, MAGIC, TIME, U32, U64
 
 MESSAGE_HEADER = b"\x26\0\0\0" b"\x04\0\0\0op=\x02" b"\x09\0\0\0conn=%b" b"\x0d\0\0\0time=%b" b"%b"
-"""With op, connection, time, and the length of the message: most of a bag is messages."""
+"""The header of a message record, and the length of its data. The gaps are for connection, time and length.
+
+Most records of a bag are messages, so this header is not built by `_record`."""
 CHUNK_SIZE = 768 * 1024
-"""Bytes before compression; the same as rosbag record's."""
+"""A chunk ends when it has more bytes than this before compression, as in rosbag record."""
 FILE_HEADER_SIZE = 4096
 VERSION = U32.pack(1)
-"""Of index data and chunk infos."""
+"""The format version of index data and chunk infos."""
 
 
 def _header(fields: Mapping[str, Union[str, bytes]]) -> bytes:
-    """Fields as bytes, each after its length."""
+    """Convert fields to the bytes of a header: for each field its length, then ``name=value``."""
     written = [name.encode() + b"=" + (value if isinstance(value, bytes) else value.encode())
                for name, value in fields.items()]
     return b"".join(U32.pack(len(field)) + field for field in written)
 
 
 def _record(op: int, data: bytes, **fields: Union[str, bytes]) -> bytes:
-    """A record; its op comes first, as recorders write it."""
+    """Return the bytes of a record: its header (with `op` as the first field) and its data."""
     header = _header({"op": bytes([op]), **fields})
     return U32.pack(len(header)) + header + U32.pack(len(data)) + data
 
@@ -37,14 +40,14 @@ def _time(nanoseconds: int) -> bytes:
 
 
 def _lz4(data: bytes) -> bytes:
-    from roslz4 import LZ4Compressor    # a reader of such a bag has it
+    from roslz4 import LZ4Compressor    # imported here because only bags with lz4 need it
 
     compressor = LZ4Compressor()
     return compressor.compress(data) + compressor.flush()
 
 
 def serialized(message: Any) -> bytes:
-    """A message as it goes over the line."""
+    """Return the serialized bytes of a message object."""
     buffer = io.BytesIO()
     message.serialize(buffer)
     return buffer.getvalue()
@@ -54,19 +57,19 @@ COMPRESSIONS: Dict[str, Callable[[bytes], bytes]] = {"none": bytes, "bz2": bz2.c
 
 
 class BagWriter:
-    """Writes one bag. Until it is closed, tools do not take the file for a bag.
+    """Writes one bag. The index is written by `close`; tools refuse the file until then.
 
     Args:
-        path: of the bag.
-        compression: none, bz2 or lz4.
+        path: the path of the bag.
+        compression: the compression of the chunks: none, bz2 or lz4.
     """
 
     def __init__(self, path: str, compression: str = "none") -> None:
         self._compress, self._compression = COMPRESSIONS[compression], compression
-        self._connections: List[bytes] = []                     # their records
-        self._chunk_infos: List[bytes] = []                     # the records of the chunks, for the index
+        self._connections: List[bytes] = []                     # the connection records
+        self._chunk_infos: List[bytes] = []                     # the chunk info records, for the index
         self._chunk = bytearray()
-        # of the chunk: time and place of the messages, by connection
+        # by connection: time (ns) and position in the present chunk of each message
         self._index: Dict[int, List[Tuple[int, int]]] = {}
         self._file = open(path, "wb")
         self._file.write(MAGIC + self._file_header(0))
@@ -75,11 +78,11 @@ class BagWriter:
         """Add a connection.
 
         Args:
-            topic: its name.
-            header: fields of the connection's header.
+            topic: the name of the topic.
+            header: the fields of the connection, such as type, md5sum and message_definition.
 
         Returns:
-            The number by which `write` knows the connection.
+            The number of the connection, for `write`.
         """
         number = len(self._connections)
         record = _record(CONNECTION, _header(header), conn=U32.pack(number), topic=topic)
@@ -91,9 +94,9 @@ class BagWriter:
         """Add a message.
 
         Args:
-            connection: number of its connection.
-            data: the message as it was sent.
-            time: ns, when it was recorded.
+            connection: the number of the connection, from `connect`.
+            data: the serialized message.
+            time: the time when the message was recorded (ns).
         """
         self._index.setdefault(connection, []).append((time, len(self._chunk)))
         self._chunk += MESSAGE_HEADER % (U32.pack(connection), _time(time), U32.pack(len(data)))
@@ -102,7 +105,7 @@ class BagWriter:
             self._end_chunk()
 
     def close(self) -> None:
-        """Write the rest and the index. Afterwards the file is a bag."""
+        """Write the last chunk and the index, and close the file. Then the file is a complete bag."""
         if self._chunk:
             self._end_chunk()
         index = self._file.tell()
@@ -112,13 +115,16 @@ class BagWriter:
         self._file.close()
 
     def _file_header(self, index: int) -> bytes:
-        """The record that says where the index is; it has the same length whatever it says."""
+        """Return the file header record, which has the position of the index (bytes). 0: the bag is not closed yet.
+
+        The record always has the same length, so that `close` can overwrite it.
+        """
         fields = dict(conn_count=U32.pack(len(self._connections)), chunk_count=U32.pack(len(self._chunk_infos)),
                       index_pos=U64.pack(index))
         return _record(FILE_HEADER, b" " * (FILE_HEADER_SIZE - len(_record(FILE_HEADER, b"", **fields))), **fields)
 
     def _end_chunk(self) -> None:
-        """Write what has been collected, and where each message of it is."""
+        """Write the collected messages as a chunk, and behind it the index data of the chunk. Begin a new chunk."""
         position = self._file.tell()
         self._file.write(_record(CHUNK, self._compress(bytes(self._chunk)), compression=self._compression,
                                  size=U32.pack(len(self._chunk))))

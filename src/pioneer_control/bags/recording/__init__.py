@@ -1,11 +1,11 @@
-"""Recording: ``nodes/record`` and ``launch/record.launch``.
+"""Record robots in bags with ``nodes/record`` and ``launch/record.launch``.
 
 ==================  ======================================================================================
-``start``           the command: checks what was asked for, and becomes ``rosbag record``
-``plan``            what is recorded and where to, that nothing is overwritten, and for how long there is room
-``attendant``       runs beside it: publishes the description, says what is missing
-``topics``          which topics are kept, and why: config/record.yaml
-``description``     what a recording says of itself: versions, nodes, parameters
-``when_recording``  lets a program begin when its recorder listens: ``nodes/when_recording``
+``start``           the command: checks its arguments, then replaces itself by ``rosbag record``
+``plan``            decides what to record in which file, checks that nothing is overwritten
+``attendant``       a node beside ``rosbag record``: publishes the description, warns of missing topics
+``topics``          reads the list of the topics to record: config/record.yaml
+``description``     the description in a recording: versions, nodes, parameters
+``when_recording``  starts a program when its recorder has subscribed: ``nodes/when_recording``
 ==================  ======================================================================================
 """

@@ -1,4 +1,7 @@
-"""Runs beside ``rosbag record``, and ends with it: publishes the recording's description, and says what is missing."""
+"""The attendant: a node that runs beside ``rosbag record`` and ends with it.
+
+It publishes the description of the recording, and logs warnings about topics without a publisher.
+"""
 
 import datetime
 import os
@@ -17,15 +20,19 @@ from .plan import PATIENCE, USUAL_RATE, WHAT_TO_DO, LogLine, RecordingPlan, in_w
 from .topics import whole_name
 
 TICK = 0.2
-"""s between two checks that the recorder is there."""
+"""The time (s) between two checks that the recorder still runs."""
 LOOK = 3.0
-"""s between two looks at the nodes and parameters of the master."""
+"""The time (s) between two requests to the master for its nodes and parameters."""
 LONGER = 1.2
-"""How many times longer the wait after each published description is: a parameter that flickers fills no bag."""
+"""The factor by which the wait grows after each published description.
+
+So a parameter that changes all the time does not fill the bag with descriptions."""
 BEGIN = 5.0
-"""s that rosbag has to list all it subscribes to. What is said here then stands below that list."""
+"""The time (s) after which a bag that does not exist yet is late."""
 GRACE = 10.0
-"""s from the start until the node says which topics have no publisher; drivers start beside the recorder."""
+"""The time (s) from the start until the node logs which topics have no publisher.
+
+Drivers that start together with the recorder need some time."""
 NO_CLOCK = LogLine("warning",
                    "nothing is recorded yet: this master has simulated time (/use_sim_time), perhaps of an earlier "
                    "replay, and nothing publishes /clock. For a robot: end this, rosparam set /use_sim_time false, and "
@@ -34,11 +41,11 @@ SAY = {"info": rospy.loginfo, "warning": rospy.logwarn, "error": rospy.logerr}
 
 
 class Descriptions:
-    """Publishes the description whenever something in it has changed.
+    """Publishes the description of a recording whenever something in it has changed.
 
     Args:
-        plan: of the recording.
-        publish: takes the text.
+        plan: the plan of the recording.
+        publish: a function that publishes the text of a description.
     """
 
     def __init__(self, plan: RecordingPlan, publish: Callable[[str], Any]) -> None:
@@ -51,13 +58,15 @@ class Descriptions:
         self._parts = 1
 
     def look(self, time: float, state: Sequence[Any], parameters: Dict[str, Any], parts: int = 1) -> None:
-        """Publish the description if something in it has changed, and if it is due.
+        """Publish the description if nodes or parameters have changed and the wait since the last one is over.
+
+        If the recording has a new file, publish at once, so that each file gets the description.
 
         Args:
-            time: now, s.
-            state: what the master's getSystemState() returned.
-            parameters: of the whole parameter server.
-            parts: number of files of the recording. Each new file gets the description.
+            time: the present time (s).
+            state: the value that the master's getSystemState() returned.
+            parameters: the tree of the whole parameter server.
+            parts: the number of files of the recording.
         """
         seen = nodes_of(state), parameters
         if parts == self._parts and (seen == self._last or time < self._due):
@@ -70,11 +79,11 @@ class Descriptions:
 
 
 def silent(plan: RecordingPlan, state: Sequence[Any]) -> Iterator[LogLine]:
-    """What to say of topics that are to be recorded and have no publisher.
+    """Yield a warning for each robot that publishes nothing, and for each topic of `plan.asked_for` without publisher.
 
     Args:
-        plan: of the recording.
-        state: what the master's getSystemState() returned.
+        plan: the plan of the recording.
+        state: the value that the master's getSystemState() returned.
     """
     published = {topic for topic, nodes in state[0] if nodes}
     # the recorder itself publishes the recording's description
@@ -93,15 +102,17 @@ def silent(plan: RecordingPlan, state: Sequence[Any]) -> Iterator[LogLine]:
 
 
 def begins(plan: RecordingPlan, goes_on: Callable[[], bool], tell: Callable[[Iterable[LogLine]], None]) -> bool:
-    """Wait until there is a bag. rosbag begins one when ROS has a time.
+    """Wait until rosbag has created the bag. With simulated time, rosbag creates it after the first /clock message.
+
+    After `BEGIN` seconds without a bag it stops waiting if ROS has a time, and logs `NO_CLOCK` if ROS has no time.
 
     Args:
-        plan: of the recording.
-        goes_on: waits a moment; False when the recorder has ended.
-        tell: takes what is to be said.
+        plan: the plan of the recording.
+        goes_on: a function that waits a moment, and returns False when the recorder has ended.
+        tell: a function that logs lines.
 
     Returns:
-        Whether there is a bag before the recorder ends.
+        False if the recorder ended during the wait.
     """
     start, told = monotonic(), False
     while not plan.parts:
@@ -109,7 +120,7 @@ def begins(plan: RecordingPlan, goes_on: Callable[[], bool], tell: Callable[[Ite
             return False
         is_late = monotonic() >= start + BEGIN
         if is_late and rospy.get_time():
-            break   # it is only slow
+            break   # rosbag is only slow
         if is_late and not told:
             told = True
             tell([NO_CLOCK])
@@ -117,19 +128,19 @@ def begins(plan: RecordingPlan, goes_on: Callable[[], bool], tell: Callable[[Ite
 
 
 def say(lines: Iterable[LogLine]) -> None:
-    """Log lines."""
+    """Write lines to the ROS log, each with its severity."""
     for severity, text in lines:
         SAY[severity]("%s", text)
 
 
 def attend(plan: RecordingPlan, recorder: int, name: str, lines: Sequence[LogLine]) -> None:
-    """Run as a node, until the recorder ends.
+    """Run the attendant as a node until the recorder ends.
 
     Args:
-        plan: of the recording.
-        recorder: process id of the recorder, which is the parent of this process.
-        name: of the node.
-        lines: what is said first.
+        plan: the plan of the recording.
+        recorder: the process id of the recorder, which is the parent of this process.
+        name: the name of the node.
+        lines: lines to log first, when the bag exists.
     """
     init_node(name)
     stop = threading.Event()
@@ -164,7 +175,10 @@ def attend(plan: RecordingPlan, recorder: int, name: str, lines: Sequence[LogLin
 
 
 def first_words(plan: RecordingPlan, free: int) -> LogLine:
-    """What to say at first: what is recorded, and for how long there is room. `free`: bytes free on the disk."""
+    """Return the first line for the log: what is recorded, and how long the free disk space lasts.
+
+    `free` is the free space on the disk (bytes).
+    """
     kind, amount = plan.split
     parts = ", a new part each %s %s" % (amount, "MB" if kind == "size" else "s") if kind else ""
     return LogLine("info", "recording %s: %d topics into %s (%s%s). %s free: %s" % (
@@ -173,7 +187,10 @@ def first_words(plan: RecordingPlan, free: int) -> LogLine:
 
 
 def last_words(plan: RecordingPlan, free: int) -> LogLine:
-    """What to say when the recorder has ended and nothing asked this node to end. `free`: bytes free on the disk."""
+    """Return the last line for the log: whether the recording ended well, was killed, or filled the disk.
+
+    `attend` logs it if the recorder ended before this node was shut down. `free` is the free disk space (bytes).
+    """
     there = plan.parts
     unfinished = [path for path in there if path.endswith(".active")]
     if unfinished:

@@ -1,4 +1,6 @@
-"""What a recording says of itself: a text (YAML) on the latched topic ``recording`` of each robot in it.
+"""The description of a recording: a YAML text on the latched topic ``recording`` of each recorded robot.
+
+An example:
 
 ::
 
@@ -10,8 +12,7 @@
       /pioneer/p2os: {serves: [...], publishes: [...], hears: [...]}
     parameters:                     the whole parameter server: {pioneer: {p2os: {port: ...}}}
 
-It is published again when nodes or parameters change, so a bag may hold several descriptions. Each node that ever ran
-is in one of them.
+The attendant publishes a new description when nodes or parameters change, so a bag may have several descriptions.
 """
 
 import os
@@ -27,18 +28,21 @@ from ...errors import UsageError
 
 
 class Description(NamedTuple):
-    """A recording's description as values."""
+    """The description of a recording, read from or to be written to a YAML text."""
 
     recording: Mapping[str, Any]
-    """date, robots, file, topics"""
+    """with the keys date, robots, file and topics"""
     versions: Mapping[str, str]
     nodes: Mapping[str, Mapping[str, Sequence[str]]]
-    """node -> serves, publishes, hears"""
+    """by name of a node: its services ("serves"), publications ("publishes") and subscriptions ("hears")"""
     parameters: Mapping[str, Any]
-    """The tree of the parameter server."""
+    """the tree of the parameter server"""
 
     def parameters_of(self, node: str) -> Dict[str, Any]:
-        """The private parameters of a node, as a tree; empty where it has none. `node`: its whole name."""
+        """Return the private parameters of a node as a tree. Empty if the node has none.
+
+        `node` is the full name of the node, such as /pioneer/p2os.
+        """
         tree: Any = self.parameters
         for name in node.strip("/").split("/"):
             tree = tree.get(name, {}) if isinstance(tree, Mapping) else {}
@@ -46,7 +50,7 @@ class Description(NamedTuple):
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes also values that only XML-RPC knows, and writes what is there twice two times."""
+    """A YAML dumper for parameters. It writes XML-RPC values, such as dates, as text, and never writes aliases."""
 
     def ignore_aliases(self, data: Any) -> bool:
         return True
@@ -56,7 +60,7 @@ _Dumper.add_multi_representer(object, lambda dumper, value: dumper.represent_str
 
 
 class _Loader(yaml.SafeLoader):
-    """Reads what `_Dumper` writes. It refuses aliases: a few of them can make more values than there is memory."""
+    """A YAML loader for texts of `_Dumper`. It refuses aliases, because a few aliases can fill the memory."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         if self.check_event(yaml.AliasEvent):  # type: ignore[no-untyped-call]  # PyYAML's stubs have no types there
@@ -65,16 +69,16 @@ class _Loader(yaml.SafeLoader):
 
 
 def text_of(description: Description) -> str:
-    """The text that is published."""
+    """Convert a description to YAML text, which is then published."""
     return yaml.dump(description._asdict(), Dumper=_Dumper, sort_keys=False, allow_unicode=True,
                      default_flow_style=None, width=1000)
 
 
 def description_of(text: str) -> Description:
-    """The values of a published text.
+    """Read the YAML text of a description.
 
     Raises:
-        UsageError: the text is not a description.
+        UsageError: the text is not the description of a recording.
     """
     try:
         given = yaml.load(text, _Loader)
@@ -86,7 +90,10 @@ def description_of(text: str) -> Description:
 
 
 def nodes_of(state: Sequence[Sequence[Tuple[str, Sequence[str]]]]) -> Dict[str, Dict[str, list]]:
-    """Who publishes, hears and serves what, by node. `state`: what a ROS master's getSystemState() returned."""
+    """Return the topics that each node publishes and subscribes to ("hears"), and its services, by name of the node.
+
+    `state` is the value that the ROS master's getSystemState() returned.
+    """
     nodes: Dict[str, Dict[str, list]] = {}
     for kind, entries in zip(("publishes", "hears", "serves"), state):
         for name, there in entries:
@@ -97,7 +104,10 @@ def nodes_of(state: Sequence[Sequence[Tuple[str, Sequence[str]]]]) -> Dict[str, 
 
 
 def versions(source: str = __file__) -> Dict[str, str]:
-    """Versions of all that the run may depend on, as far as they can be known. `source`: a file of this package."""
+    """Return the versions of this package, ROS, Python and the operating system. Unknown versions are left out.
+
+    `source` is a file of this package. The key "commit" is its git commit.
+    """
     known = {
         "pioneer_control": __version__,
         "commit": commit_of(source),
@@ -111,7 +121,10 @@ def versions(source: str = __file__) -> Dict[str, str]:
 
 
 def commit_of(path: str) -> Optional[str]:
-    """The git commit of a file, with a word if it has changes; None where the file is in no repository."""
+    """Return the git commit of the repository of a file, with " and changes" if the repository has local changes.
+
+    None if git does not track the file, or is not installed.
+    """
     folder = os.path.dirname(os.path.abspath(path))
 
     def git(*arguments: str) -> str:
@@ -127,7 +140,7 @@ def commit_of(path: str) -> Optional[str]:
 
 
 def _package_version(name: str) -> Optional[str]:
-    """The version of a ROS package; None where it is not installed."""
+    """Return the version of a ROS package. None if the package is not installed."""
     import rospkg
 
     try:
@@ -137,7 +150,7 @@ def _package_version(name: str) -> Optional[str]:
 
 
 def _system() -> str:
-    """The name that the operating system gives itself."""
+    """Return the name of the operating system, for example "Debian GNU/Linux 12 (bookworm)"."""
     try:
         with open("/etc/os-release", encoding="utf-8") as file:
             return dict(line.rstrip().split("=", 1) for line in file if "=" in line).get("PRETTY_NAME", "").strip('"')

@@ -1,7 +1,7 @@
-"""What is to be recorded and where to: from a command line, checked, to the ``rosbag record`` that does it.
+"""Make the plan of a recording from a command line: the topics, the bag, and the ``rosbag record`` command.
 
-This file also sees to it that no recording is overwritten, not even an unfinished one, and says for how long there is
-room. rosbag itself warns of a full disk, and ends.
+This file also checks that no recording is overwritten, not even an unfinished one, and estimates how long the free disk
+space lasts. rosbag itself warns when the disk is almost full, and stops.
 """
 
 import argparse
@@ -17,30 +17,30 @@ from ..command_line import in_order, stem
 from .topics import NAME, load_list, topics_of
 
 PATIENCE = 3.0
-"""s for an answer of the master, or of a node."""
+"""The longest time (s) to wait for an answer of the master or of a node."""
 KB, MB, GB = 2 ** 10, 2 ** 20, 2 ** 30
 
 COMPRESSIONS = "lz4", "bz2", "none"
 UNITS: Dict[str, Tuple[str, float]] = {
     "MB": ("size", MB), "GB": ("size", GB), "s": ("duration", 1), "min": ("duration", 60), "h": ("duration", 3600)}
 CHUNK = 64
-"""kB of messages that are compressed together, and lost when the recorder is killed: about 2 s of one robot.
+"""The size (kB) of a chunk: about 2 s of messages of one robot. A killed recorder loses the last chunk.
 
-rosbag's own 768 kB make bags an eighth smaller, and lose up to half a minute: see bench/recording.md."""
+With rosbag's default of 768 kB a bag is an eighth smaller, but up to half a minute is lost: see bench/recording.md."""
 KEEP_FREE = 256 * MB
-"""Bytes that stay free on the disk, so that the computer goes on working: as much as ten hours of one robot.
+"""The default number of bytes that stay free on the disk, so that the computer goes on working.
 
-rosbag warns when less than five times as much is free."""
+One robot needs about ten hours to record as much. rosbag warns when less than five times as much is free."""
 LEFT = 60.0
-"""s after the last write. Then the recorder of an unfinished bag counts as gone."""
+"""The time (s) since the last write to an unfinished bag after which its recorder is taken to be dead."""
 USUAL_RATE = {"lz4": 25 * MB, "bz2": 22 * MB, "none": 120 * MB}
-"""Bytes an hour of one robot; bench/recording.md."""
+"""The usual number of bytes per hour for one robot, by compression: see bench/recording.md."""
 WHAT_TO_DO = ("is of a recorder that was killed: all is in it but the last seconds. draw_run reads it as it is; "
               "for rosbag: rosbag reindex '%s', and rename it to .bag")
 
 
 def in_words(size: float) -> str:
-    """A size in words. `size`: bytes."""
+    """Return a size in words, for example "1.5 GB". `size` is in bytes. The units count in steps of 1024."""
     unit, name = next((each for each in ((GB, "GB"), (MB, "MB"), (KB, "kB")) if size >= each[0]), (1, "bytes"))
     return "%.3g %s" % (size / unit, name) if size < 1000 * unit else "%.0f %s" % (size / unit, name)
 
@@ -58,52 +58,53 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
                         help="space on the disk that rosbag leaves, such as 1GB (%s)" % in_words(KEEP_FREE)),
     "--topics": dict(default="", metavar="FILE", help="another list than config/record.yaml"),
 }
-"""Of the command line. record.launch gives all of them. An empty option counts as not given."""
+"""The options of the command line. record.launch passes all options. An empty option counts as not given."""
 
 
 class LogLine(NamedTuple):
-    """A sentence for the log."""
+    """A line for the ROS log."""
 
     severity: str
-    """info, warning or error"""
+    """info, warning or error: a key of `attendant.SAY`"""
     text: str
 
 
 class RecordingPlan(NamedTuple):
-    """What is to be recorded, and where to. Sizes in bytes."""
+    """The plan of a recording: which topics of which robots are recorded, and in which file."""
 
     robots: Tuple[str, ...]
+    """the namespaces of the robots; "" is the root namespace"""
     topics: Tuple[str, ...]
-    """whole names"""
+    """the full names of all topics to record"""
     asked_for: Tuple[str, ...]
-    """those topics that are in groups which are kept only when asked for"""
+    """the full names of the topics that are recorded only because of --also"""
     stem: str
-    """absolute path without .bag"""
+    """the absolute path of the bag without .bag"""
     compression: str
     split: Tuple[str, int]
-    """("size", MB), ("duration", s) or ("", 0)"""
+    """when a new part begins: ("size", MB) or ("duration", s); ("", 0) for a single file"""
     keep_free: int
-    """whole MB"""
+    """bytes to leave free on the disk, a multiple of 1 MB"""
 
     @property
     def folder(self) -> str:
-        """The folder of the bag."""
+        """The path of the folder of the bag."""
         return os.path.dirname(self.stem)
 
     @property
     def file(self) -> str:
-        """The bag, or its first part."""
+        """The path of the bag, or of its first part."""
         return self.stem + ("_0.bag" if self.split[0] else ".bag")
 
     @property
     def parts(self) -> List[str]:
-        """The files of the recording that exist, finished or not, in their order."""
+        """The paths of the files of this recording that exist now, finished or not, in their order."""
         pattern = re.compile(re.escape(self.stem) + (r"_\d+" if self.split[0] else "") + r"\.bag(\.active)?")
         return in_order([path for path in glob.glob(glob.escape(self.stem) + "*") if pattern.fullmatch(path)])
 
     @property
     def command(self) -> List[str]:
-        """The ``rosbag record`` command that records it."""
+        """The ``rosbag record`` command that makes this recording, as a list of words."""
         how, amount = self.split
         return ["rosrun", "rosbag", "record", "--output-name=" + self.stem, "--tcpnodelay",
                 "--min-space=%sM" % (self.keep_free // MB), "--chunksize=%s" % CHUNK,
@@ -113,14 +114,14 @@ class RecordingPlan(NamedTuple):
 
 
 def plan_of(arguments: argparse.Namespace, now: time.struct_time) -> RecordingPlan:
-    """What a command line asks for.
+    """Make the plan of a recording from its command line.
 
     Args:
-        arguments: of the command line.
+        arguments: the values of `OPTIONS`.
         now: the local time, for the name of the bag.
 
     Raises:
-        UsageError: the command line makes no sense. The error says what would.
+        UsageError: an argument is not legal. The error says which values are legal.
     """
     robots = tuple(dict.fromkeys(name.strip("/") for argument in arguments.robots
                                  for name in argument.replace(",", " ").split()))
@@ -144,7 +145,15 @@ def plan_of(arguments: argparse.Namespace, now: time.struct_time) -> RecordingPl
 
 
 def amount_of(what: str, text: str) -> Tuple[str, float]:
-    """'500MB' -> ("size", bytes), '30min' -> ("duration", s)."""
+    """Read an amount with a unit: "500MB" gives ("size", number of bytes), "30min" gives ("duration", seconds).
+
+    Args:
+        what: the name of the option, for the error.
+        text: the amount.
+
+    Raises:
+        UsageError: the text is not a number with one of `UNITS`.
+    """
     found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([A-Za-z]+)\s*", text)
     if not found or found.group(2) not in UNITS:
         raise UsageError("%s %r is not legal: give a number with a unit, one of %s" % (what, text, ", ".join(UNITS)))
@@ -153,7 +162,13 @@ def amount_of(what: str, text: str) -> Tuple[str, float]:
 
 
 def split_of(text: str) -> Tuple[str, int]:
-    """What --split says -> ("size", MB) or ("duration", s), as rosbag wants it; ("", 0) for one bag."""
+    """Read the value of --split, and return it as rosbag needs it: ("size", MB) or ("duration", s).
+
+    An empty text gives ("", 0): the recording is not split.
+
+    Raises:
+        UsageError: the text is not an amount, or less than 1 MB or 1 s.
+    """
     if not text:
         return "", 0
     kind, amount = amount_of("split", text)
@@ -164,12 +179,14 @@ def split_of(text: str) -> Tuple[str, int]:
 
 
 def stem_of(bag: str, robots: Sequence[str], now: time.struct_time) -> str:
-    """The absolute path of the bag without its ending.
+    """Return the absolute path of a new bag without its ending .bag.
+
+    If `bag` does not name a file, the file is named by the robots and the local time.
 
     Args:
-        bag: a file, or a directory for it; empty: the working directory.
-        robots: their names, which a bag without a given name gets.
-        now: the local time, which it gets too.
+        bag: the file, or a directory for it. Empty: the working directory.
+        robots: the namespaces of the robots.
+        now: the local time.
     """
     path = os.path.abspath(os.path.expanduser(bag)) if bag else os.getcwd()
     if bag and not bag.endswith("/") and not os.path.isdir(path):
@@ -180,14 +197,15 @@ def stem_of(bag: str, robots: Sequence[str], now: time.struct_time) -> str:
 
 
 def check_place(plan: RecordingPlan, free: int) -> None:
-    """Check that nothing would be overwritten, and that something can be written.
+    """Check that the bag can be written, and that no file would be overwritten.
 
     Args:
-        plan: of the recording.
-        free: bytes free on the disk.
+        plan: the plan of the recording.
+        free: the free space on the disk (bytes).
 
     Raises:
-        UsageError: a file is in the way, or nothing can be written. The error says what to do.
+        UsageError: the bag exists already, the folder is not writable, or the disk is too full. The error says what to
+            do.
     """
     folder, name = os.path.split(plan.stem)
     there = plan.parts
@@ -206,19 +224,24 @@ def check_place(plan: RecordingPlan, free: int) -> None:
 
 
 def left_behind(folder: str, now: float) -> List[LogLine]:
-    """What to say of the newest bag that a killed recorder left in a folder; empty without one. `now`: s since 1970."""
+    """Return a warning about one unfinished bag of a killed recorder in a folder. Empty if there is no such bag.
+
+    Args:
+        folder: the path of the folder.
+        now: the present time (s since 1970).
+    """
     unfinished = sorted(entry.path for entry in os.scandir(folder)
                         if entry.name.endswith(".bag.active") and now - entry.stat().st_mtime > LEFT)
     return [LogLine("warning", "%s %s" % (path, WHAT_TO_DO % path)) for path in unfinished[-1:]]
 
 
 def room(free: int, keep_free: int, rate: float) -> str:
-    """For how long a recording has room, in words.
+    """Return in words how long a recording can last until rosbag stops because of the full disk.
 
     Args:
-        free: bytes on the disk.
-        keep_free: bytes below which rosbag ends.
-        rate: bytes an hour.
+        free: the free space on the disk (bytes).
+        keep_free: the free space at which rosbag stops (bytes).
+        rate: the growth of the bag (bytes per hour).
     """
     seconds = max(0, free - keep_free) / rate * 3600
     unit, name = next((each for each in ((86400, "days"), (3600, "hours"), (60, "minutes")) if seconds >= 2 * each[0]),

@@ -1,7 +1,7 @@
-"""``record``: checks what it was told, starts the attendant, and becomes ``rosbag record``.
+"""The command ``record``: it checks its arguments, starts the attendant, and replaces itself by ``rosbag record``.
 
-As it becomes rosbag, Ctrl-C, ``rosnode kill`` and the closing of the bag are rosbag's own. `plan` decides what is
-recorded, and where to.
+The process becomes rosbag (exec), so rosbag itself handles Ctrl-C and ``rosnode kill``, and closes the bag. The file
+`plan` decides what is recorded in which file.
 """
 
 import os
@@ -17,17 +17,17 @@ from .plan import OPTIONS, PATIENCE, check_place, left_behind, plan_of
 
 
 def check_alone(node: str) -> None:
-    """Check that no node of a name records already: this recorder would end that one.
+    """Check that no node with the name of this recorder runs already. A new node with this name would end it.
 
     Args:
-        node: whole name.
+        node: the full name of the node.
 
     Raises:
-        UsageError: such a node is at work, or there is no master.
+        UsageError: a node with this name runs, or no ROS master answers.
     """
     import rosgraph
 
-    from ...ros_node import NO_ANSWER, is_at_work    # here: it needs all of rospy
+    from ...ros_node import NO_ANSWER, is_at_work    # imported here because it imports all of rospy
 
     try:
         if not is_at_work(node, PATIENCE):
@@ -40,7 +40,10 @@ def check_alone(node: str) -> None:
 
 
 def main() -> NoReturn:
-    """Become the recorder."""
+    """Check the command line, start the attendant in a second process, and replace this process by rosbag.
+
+    After an error it writes the error to stderr and exits with status 1.
+    """
     own = [argument for argument in sys.argv[1:] if ":=" not in argument]
     mapped = [argument for argument in sys.argv[1:] if ":=" in argument]
     try:
@@ -55,7 +58,8 @@ def main() -> NoReturn:
         check_place(plan, shutil.disk_usage(plan.folder).free)
         namespace = os.environ.setdefault("ROS_NAMESPACE", "/" + plan.robots[0])
         name = next((argument[len("__name:="):] for argument in mapped if argument.startswith("__name:=")), "recorder")
-        # rospy reads it when it is imported. The name is the recorder's: an attendant that had it too would end that.
+        # rospy reads sys.argv when it is imported. __name is left out: an attendant with the recorder's name would
+        # end the recorder.
         sys.argv = sys.argv[:1] + [argument for argument in mapped if not argument.startswith("__")]
         check_alone("/" + ("%s/%s" % (namespace.strip("/"), name)).strip("/"))
     except UsageError as error:
@@ -64,7 +68,8 @@ def main() -> NoReturn:
     sys.stdout.flush()
     attentive = signal.getsignal(signal.SIGHUP) == signal.SIG_DFL
     if attentive:
-        # a closed terminal would kill rosbag before it closes its bag: the attendant ends it
+        # When the terminal is closed, SIGHUP would kill rosbag before it closes its bag. So rosbag ignores SIGHUP, and
+        # the attendant sends it SIGINT instead.
         signal.signal(signal.SIGHUP, signal.SIG_IGN)
     if os.fork() == 0:
         if attentive:

@@ -1,11 +1,11 @@
-"""Which topics are kept, and why: ``config/record.yaml``, read and checked.
+"""Read and check the list of the topics to record: ``config/record.yaml``.
 
 ::
 
-    always:               kept in each recording
+    always:               groups that are always recorded
       GROUP:
-        TOPIC: reason     a topic that begins with / is everybody's; any other is one of each robot's
-    also:                 groups that are kept when asked for by name
+        TOPIC: reason     /TOPIC is recorded once; TOPIC is recorded in the namespace of each robot
+    also:                 groups that are recorded only if --also names them
       GROUP:
         TOPIC: reason
 """
@@ -20,30 +20,30 @@ from ...errors import UsageError
 from ...parameters import nearest
 
 SECTIONS = {"always": False, "also": True}
-"""Of the list; whether its groups are kept only when asked for."""
+"""The sections of the list. The value is True if a group of the section is recorded only when --also names it."""
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")
-"""A robot's name, or a topic of it."""
+"""Matches the name of a robot or of a topic, without a slash at the begin."""
 
 
 class KeptTopic(NamedTuple):
-    """One row of the list."""
+    """One row of the list of topics to record."""
 
     topic: str
-    """as written: /tf, or pose, which is below each robot's namespace"""
+    """the name in the list: /tf is one topic, pose is a topic in the namespace of each robot"""
     reason: str
     group: str
     asked_for: bool
-    """kept only when its group is asked for"""
+    """whether the topic is recorded only when --also names its group"""
 
 
 def load_list(path: Optional[str] = None) -> Tuple[KeptTopic, ...]:
-    """The rows of a list of topics.
+    """Read a list of topics to record.
 
     Args:
-        path: its file; None or empty: the package's own list.
+        path: the file of the list. None or empty: config/record.yaml of this package.
 
     Raises:
-        UsageError: the file cannot be read, or makes no sense. The error says where.
+        UsageError: the file cannot be read, or is not a legal list. The error says where.
     """
     if not path:
         import rospkg
@@ -65,7 +65,11 @@ def load_list(path: Optional[str] = None) -> Tuple[KeptTopic, ...]:
 
 
 def _rows(given: Any) -> Iterator[KeptTopic]:
-    """The rows of a list, checked. `given`: what YAML read."""
+    """Check the content of a list of topics and yield its rows. `given` is the value that YAML read from the file.
+
+    Raises:
+        UsageError: the content is not a legal list.
+    """
     seen: List[str] = []
     for section, groups in _items("the list", given):
         if section not in SECTIONS:
@@ -84,7 +88,11 @@ def _rows(given: Any) -> Iterator[KeptTopic]:
 
 
 def _items(what: str, given: Any) -> Iterator[Tuple[str, Any]]:
-    """Keys and values of a mapping. `what`: its name in errors."""
+    """Yield the keys and values of a mapping. None counts as an empty mapping. `what` names the mapping in errors.
+
+    Raises:
+        UsageError: `given` is not a mapping, or a key is not a text.
+    """
     if not isinstance(given, (dict, type(None))):
         raise UsageError("%s is to have rows 'name: ...', not %r" % (what, given))
     for key, value in (given or {}).items():
@@ -94,25 +102,25 @@ def _items(what: str, given: Any) -> Iterator[Tuple[str, Any]]:
 
 
 def groups_to_ask_for(rows: Iterable[KeptTopic]) -> Tuple[str, ...]:
-    """Names of the groups that are kept only when asked for."""
+    """Return the names of the groups that are recorded only when --also names them."""
     return tuple(dict.fromkeys(row.group for row in rows if row.asked_for))
 
 
 def whole_name(robot: str, topic: str) -> str:
-    """The whole name of a topic of a robot; "" is a robot without a namespace."""
+    """Return the full name of a topic of a robot. `robot` is its namespace; "" is the root namespace."""
     return "/%s/%s" % (robot, topic) if robot else "/" + topic
 
 
 def topics_of(rows: Sequence[KeptTopic], robots: Sequence[str], also: Sequence[str] = ()) -> Tuple[str, ...]:
-    """Whole names of all topics to record.
+    """Return the full names of all topics to record.
 
     Args:
-        rows: the list.
-        robots: namespaces, without slashes at the ends; "" is a robot without a namespace.
-        also: groups that were asked for.
+        rows: the rows of the list of topics.
+        robots: the namespaces of the robots, without slashes at their ends. "" is the root namespace.
+        also: the groups that --also names.
 
     Raises:
-        UsageError: there is no such group.
+        UsageError: the list has no group with a name in `also`.
     """
     there = groups_to_ask_for(rows)
     for group in also:

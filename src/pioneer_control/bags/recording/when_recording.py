@@ -1,6 +1,7 @@
-"""Lets a program begin when its recorder listens, so that a bag holds the run from its first message on.
+"""Start a program only when its recorder has subscribed, so that the bag has all messages of the program.
 
-``launch-prefix="rosrun pioneer_control when_recording /pioneer/recorder"`` on a ``<node>`` does it in a launch file.
+In a launch file, give the ``<node>`` of the program the attribute
+``launch-prefix="rosrun pioneer_control when_recording /pioneer/recorder"``.
 """
 
 import os
@@ -8,20 +9,27 @@ import sys
 import time
 from typing import Sequence
 
-PATIENCE = 15.0  # s; a recorder is there in a fraction of one
-INTERVAL = 0.05  # s between two questions
+PATIENCE = 15.0  # s: the longest wait; a recorder needs less than 1 s
+INTERVAL = 0.05  # s between two requests to the master
 
 
 def subscribed(recorder: str, state: Sequence) -> bool:
-    """Whether a node subscribes to anything but the clock, by what a ROS master's getSystemState() returns."""
+    """Return whether a recorder subscribes to any topic except /clock.
+
+    Args:
+        recorder: the full name of the recorder's node.
+        state: the value that the ROS master's getSystemState() returned.
+    """
     return any(recorder in nodes for topic, nodes in state[1] if topic != "/clock")
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Become a program once a recorder subscribes. After `PATIENCE` without a recorder, say so and become it too.
+    """Wait until a recorder has subscribed, then replace this process by a program.
+
+    After `PATIENCE` seconds without a recorder it prints a warning and starts the program too.
 
     Args:
-        arguments: RECORDER PROGRAM [ARGUMENT ...].
+        arguments: RECORDER PROGRAM [ARGUMENT ...], where RECORDER is the full name of the recorder's node.
     """
     if len(arguments) < 2:
         sys.exit("usage: when_recording RECORDER PROGRAM [ARGUMENT ...]")
