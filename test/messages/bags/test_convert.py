@@ -25,6 +25,7 @@ from pioneer_control.bags.reader import decode, read_bag
 from pioneer_control.bags.writer import BagWriter
 from pioneer_control.client import SonarRange
 from pioneer_control.driver import conversions
+from pioneer_control.msg import BatteryState
 from pioneer_control.robots import find_model
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "driver"))
@@ -168,7 +169,8 @@ class TestMade:
         for state, stamp in zip(states, stamps):
             for topic, message in (("pose", odometry_of(state, stamp, "two/odom", "two/base_link")),
                                    ("sonar", sonar_array_of(state, stamp, "two/base_link")),
-                                   ("battery_state", conversions.battery_state(state, stamp, "two/base_link"))):
+                                   ("battery_state", BatteryState(Header(stamp=stamp, frame_id="two/base_link"),
+                                                                  state.battery_voltage))):
                 messages.append(("/two/%s" % topic, message, stamp.to_sec() + 0.001))
         path, _, _ = converted(bag(messages), "--model", "p3dx-sh", "points", "ranges", "battery")
         live = [reading for state, stamp in zip(states, stamps)
