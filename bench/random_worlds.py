@@ -11,7 +11,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
 from free_space import room
 
 from pioneer_control.errors import WorldError
-from pioneer_control.simulator.world.poses import Point, Wall, box_walls, closed, turned, unit
+from pioneer_control.simulator.world.poses import Point, Wall, box_walls, closed, compose, unit
 from pioneer_control.simulator.world.world import START_CLEARANCE, World
 
 START_ROOM = 2.0
@@ -48,11 +48,14 @@ def random_world(seed: int, kind: Optional[str] = None) -> World:
 
 
 def _turned(floor: Floor, angle: float, heading: float, name: str) -> World:
+    def turned(x: float, y: float) -> Point:
+        return compose((0.0, 0.0, angle), (x, y, 0.0))[:2]
+
     return World(
         name,
-        walls=[turned((x1, y1), angle) + turned((x2, y2), angle) for x1, y1, x2, y2 in floor.walls],
-        posts=[turned((x, y), angle) + (radius,) for x, y, radius in floor.posts],
-        starts=[turned(floor.start, angle) + (heading,)],
+        walls=[turned(x1, y1) + turned(x2, y2) for x1, y1, x2, y2 in floor.walls],
+        posts=[turned(x, y) + (radius,) for x, y, radius in floor.posts],
+        starts=[turned(*floor.start) + (heading,)],
     )
 
 

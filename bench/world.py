@@ -9,11 +9,11 @@ and that is listed apart.
 Measured on two cores that others were using too (Python 3.11, numpy 1.24), in microseconds:
 
 world             walls  posts   first look    look   contact   clearance
-tutorial             25      2          263      16       3.3         3.0
-office              160     15          566      18       3.7         3.5
-10 walls             10      0          112      13       3.5         2.1
-1000 walls         1000      0          586      16       3.6         2.6
-100000 walls     100000      0          730      19       3.7         3.0
+tutorial             25      2          123      12       5.5        12.0
+office              160     15          186      14       6.8        13.0
+10 walls             10      0           73       9       3.0        11.7
+1000 walls         1000      0          211      13       4.6        16.0
+100000 walls     100000      0         1846      15       5.1       940.7
 """
 
 import math

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from pioneer_control.simulator.world.grids import borders, place, roomiest
+from pioneer_control.simulator.world.grids import borders, roomiest
 
 
 def grid(*rows):
@@ -92,11 +92,6 @@ def distance(x, y, segment):
     return math.hypot(x1 + share * (x2 - x1) - x, y1 + share * (y2 - y1) - y)
 
 
-def test_segments_in_metres():
-    assert place([(0, 0, 4, 2)], (-1.0, 2.0), 0.05) == [(-1.0, 2.0, -0.8, 2.1)]
-    assert place([], (0.0, 0.0), 1.0) == []
-
-
 FREE = grid(
     "######....",
     "######....",
@@ -112,7 +107,6 @@ def test_the_wanted_place_if_there_is_room():
 
 
 @pytest.mark.parametrize("wanted, room", [
-    (None, 1.0),
     ((2.0, 2.0), 2.5),
     ((6.0, 2.0), 0.5),
     ((-3.0, 2.0), 0.5),
@@ -123,7 +117,7 @@ def test_else_the_middle_of_the_largest_square(wanted, room):
 
 
 def test_of_squares_alike_the_one_nearest_to_the_middle():
-    assert roomiest(grid("##.##.##", "##.##.##"), None, 1.0) == (4.0, 1.0)
+    assert roomiest(grid("##.##.##", "##.##.##"), (2.0, 1.0), 1.0) == (4.0, 1.0)
 
 
 def test_nowhere():

@@ -222,4 +222,5 @@ def test_a_floor_without_end_takes_no_memory_where_nothing_is(walls, places):
     ear = world.ear(HALF, MAXIMUM)
     assert len({id(ear._earshot(0, metres)) for metres in range(100)}) == places
     assert world.clearance(0.0, 0.0) == (walls[0][0] if walls else math.inf)
+    world.touches([(0.0, 0.0), (0.1, 0.0), (0.0, 0.1)])
     assert (world._neighbourhood.cache_info().currsize == 0) is (not walls)

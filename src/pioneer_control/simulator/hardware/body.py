@@ -89,7 +89,7 @@ class Body:
             self._free -= swept
         elif not self._is_free(pose):
             return self._stopped()
-        for body in self._world.crowd.beside(pose[0], pose[1]):
+        for body in self._world.crowd.near(pose[0], pose[1], self.reach):
             if body is not self and self._would_meet(body, pose):
                 return self._stopped()
         self.pose = pose

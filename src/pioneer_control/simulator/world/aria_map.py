@@ -19,8 +19,8 @@ from typing import Callable, Dict, List, NoReturn, Tuple
 import numpy as np
 
 from ...errors import WorldError
-from .grids import borders, place, roomiest
-from .poses import Point, Pose, Wall, closed, turned
+from .grids import borders, roomiest
+from .poses import Point, Pose, Wall, closed, placed
 from .world import START_CLEARANCE, World, begin_at
 
 FIRST_LINE = "2D-Map"
@@ -158,11 +158,12 @@ class AriaMap:
 
     def _box(self, pose: Pose, name: str, rest: str) -> None:
         x1, y1, x2, y2 = self._extent(rest, "Sim.BoxObstacle")
-        self._boxes += closed([turned(corner, pose[2]) for corner in ((x1, y1), (x2, y1), (x2, y2), (x1, y2))])
+        self._boxes += closed(placed(((x1, y1), (x2, y1), (x2, y2), (x1, y2)), (0.0, 0.0, pose[2])))
 
     def _reflector(self, pose: Pose, name: str, rest: str) -> None:
         x1, y1, x2, y2 = self._extent(rest, "Reflector")
-        self._boxes.append(turned((x1, y1), pose[2]) + turned((x2, y2), pose[2]))
+        start, end = placed(((x1, y1), (x2, y2)), (0.0, 0.0, pose[2]))
+        self._boxes.append(start + end)
 
     def _extent(self, rest: str, kind: str) -> List[float]:
         x1, y1, x2, y2 = self.numbers(rest, 4, "x1 y1 x2 y2 (mm) at the end of a %s" % kind)
@@ -186,7 +187,8 @@ class AriaMap:
         cells = np.zeros((int(rows), int(columns)), dtype=bool)
         at_column, at_row = (at - low).astype(int).T
         cells[at_row, at_column] = True
-        return place(borders(cells), (low * side).tolist(), side)
+        x, y = (low * side).tolist()
+        return [(x1 * side + x, y1 * side + y, x2 * side + x, y2 * side + y) for x1, y1, x2, y2 in borders(cells)]
 
     def _find_start(self, walls: List[Wall]) -> Pose:
         if not walls:

@@ -63,15 +63,13 @@ class Crowd:
         self._side = 1.0    # side (m) of the smallest squares
         self._squares: Dict[Obstacle, Cell] = {}    # the smallest square that each body stands on
         self._grids: Dict[int, Grid] = {}           # by the width of their squares, in smallest squares
-        self._smallest: Grid = {}
 
     def enter(self, body: Obstacle) -> None:
         """Add a body, so that it is an obstacle to all others."""
         if body.reach > self.reach:
             self.reach, self._side = body.reach, 2.0 * body.reach
             self._squares = {each: self._square(each) for each in self._squares}
-            self._grids.clear()     # the others are made again when they are needed
-            self._smallest = self._add_grid(1)
+            self._grids.clear()     # they are made again when they are needed
         square = self._squares[body] = self._square(body)
         for width, grid in self._grids.items():
             _list(body, grid, _around(square, width))
@@ -93,13 +91,6 @@ class Crowd:
                     if not grid[cell]:
                         del grid[cell]
                 _list(body, grid, new)
-
-    def beside(self, x: float, y: float) -> List[Obstacle]:
-        """Return all bodies that could touch a body whose middle is at (x, y) (m, map frame).
-
-        The list also holds some bodies that are too far away to touch, and the body at (x, y) itself if it has entered.
-        """
-        return self._smallest.get((math.floor(x / self._side), math.floor(y / self._side)), NOBODY)
 
     def near(self, x: float, y: float, reach: float) -> List[Obstacle]:
         """Return all bodies that have a point within `reach` (m) of (x, y) (m, map frame), and some farther bodies."""

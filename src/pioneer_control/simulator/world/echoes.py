@@ -33,12 +33,10 @@ _unpacked: Callable[[bytes], Iterator[Any]] = struct.Struct("6d").iter_unpack
 
 
 class Surroundings(Protocol):
-    """What an `Ear` needs of a `World`: its bodies, walls and posts."""
+    """What an `Ear` needs of a `World`: its bodies, and its walls and posts."""
 
     crowd: Crowd
-
-    def within(self, x: float, y: float, reach: float) -> Solids:
-        """Return the walls and posts that have a point within `reach` (m) of (x, y) (m, map frame)."""
+    solids: Solids
 
 
 class Ear:
@@ -108,7 +106,7 @@ class Ear:
     def _listen(self, column: int, row: int) -> "Earshot":
         """Compute the `Earshot` of the square of floor in this column and row. The results are cached."""
         x, y, spread = (column + 0.5) * SQUARE, (row + 0.5) * SQUARE, SQUARE * 0.7072
-        solids = self._world.within(x, y, self._maximum + spread)
+        solids = self._world.solids.within(x, y, self._maximum + spread)
         return Earshot(solids, x, y, spread, self._rights, self._lefts) if len(solids) else self._silence
 
 

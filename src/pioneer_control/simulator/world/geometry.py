@@ -18,34 +18,30 @@ TOUCH = 1e-5
 """Depth (m) up to which two overlapping shapes count as touching, not as overlapping."""
 
 
-_NEXT_ROW = 1 << 32
-"""Step from one row to the next in the number of a square of floor, which is row * _NEXT_ROW + column.
-
-It is larger than the number of columns of any floor.
-"""
-
-
 class Solids:
     """Walls and posts in arrays for fast computation. Sonar detects them, and they stop a body.
 
     Args:
         walls: (n, 4) array, one segment ``x1 y1 x2 y2`` (m) per row, none of length zero.
         posts: (m, 3) array, one disc ``x y radius`` (m) per row.
-        frames: (5, n) array: x and y of the start, x and y of the unit vector, and length of each wall. Computed from
-            `walls` if None.
+
+    Attributes:
+        walls, posts: as the arguments.
+        frames: (5, n) array: x and y of the start, x and y of the unit vector, and length of each wall (m).
     """
 
-    def __init__(self, walls: Array, posts: Array, frames: Optional[Array] = None):
-        self.walls = walls
-        self.posts = posts
-        self.frames = _frames(walls) if frames is None else frames
+    def __init__(self, walls: Array, posts: Array):
+        self.walls, self.posts = walls, posts
+        along_x, along_y = walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
+        length = np.sqrt(along_x * along_x + along_y * along_y)
+        self.frames = np.array([walls[:, 0], walls[:, 1], along_x / length, along_y / length, length])
 
     def __len__(self) -> int:
         return len(self.walls) + len(self.posts)
 
     def some(self, walls: Any, posts: Any) -> "Solids":
         """Return only the walls and posts that the two numpy indices select."""
-        return Solids(self.walls[walls], self.posts[posts], self.frames[:, walls])
+        return Solids(self.walls[walls], self.posts[posts])
 
     def each(self) -> Iterator["Solids"]:
         """Yield every wall, then every post, each as a `Solids` of its own."""
@@ -80,16 +76,6 @@ class Solids:
         to_x, to_y = post_x - x[..., None], post_y - y[..., None]
         return np.sqrt(aside * aside + beyond * beyond), np.sqrt(to_x * to_x + to_y * to_y) - radius
 
-    def nearest(self, x: float, y: float) -> float:
-        """Return the distance (m) from a point to the nearest wall or post.
-
-        It is infinite if there are no walls or posts, and 0 inside a post. Uses plain loops, which are fast only for
-        few walls and posts.
-        """
-        walls = (_from_origin(x1 - x, y1 - y, x2 - x, y2 - y) for x1, y1, x2, y2 in self.walls.tolist())
-        posts = (hypot(px - x, py - y) - radius for px, py, radius in self.posts.tolist())
-        return max(min(min(walls, default=math.inf), min(posts, default=math.inf)), 0.0)
-
     def overlap(self, outline: Sequence[Point], x: float, y: float, radius: float) -> bool:
         """Return whether any wall or post has a point inside a polygon.
 
@@ -108,49 +94,6 @@ class Solids:
             if near and _crosses(outline, start_x, start_y, ux, uy, length):
                 return True
         return any(_meets_disc(outline, *post) for post in self.posts.tolist())
-
-
-def _frames(walls: Array) -> Array:
-    """Return a (5, n) array: x and y of the start, x and y of the unit vector, and length of each of `walls`."""
-    along_x, along_y = walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
-    length = np.sqrt(along_x * along_x + along_y * along_y)
-    return np.array([walls[:, 0], walls[:, 1], along_x / length, along_y / length, length])
-
-
-class Finder:
-    """Finds the few walls and posts around a point among many, with an index that lists them by squares of floor.
-
-    A wall or post is listed under the squares of some sample points of it. Every other point of it is at most a quarter
-    of a square's side away from a sample point. For a post, its middle is the only sample point, because no post is
-    wider than half a square's side.
-    """
-
-    def __init__(self, solids: Solids):
-        self._solids = solids
-        lengths, (post_x, post_y, radii) = solids.frames[4], solids.posts.T
-        dense_enough = lengths.max(initial=0.0) * len(lengths) / 1e6     # limits the number of points to a few million
-        self._side = float(max(2.0, dense_enough, 4.0 * radii.max(initial=0.0)))
-        steps = np.ceil(lengths / (self._side / 2.0)).astype(int)
-        of_wall = np.repeat(np.arange(len(steps)), steps + 1)
-        share = (np.arange(len(of_wall)) - (np.cumsum(steps + 1) - steps - 1)[of_wall]) / steps[of_wall]
-        x1, y1, x2, y2 = solids.walls[of_wall].T
-        columns = np.floor(np.concatenate((x1 + (x2 - x1) * share, post_x)) / self._side).astype(np.int64)
-        rows = np.floor(np.concatenate((y1 + (y2 - y1) * share, post_y)) / self._side).astype(np.int64)
-        order = np.argsort(rows * _NEXT_ROW + columns, kind="stable")
-        self._squares = (rows * _NEXT_ROW + columns)[order]
-        self._owners = np.concatenate((of_wall, np.arange(len(lengths), len(solids))))[order]
-
-    def within(self, x: float, y: float, reach: float) -> Solids:
-        """Return the walls and posts that have a point within `reach` (m) of (x, y) (m, map frame)."""
-        wide = reach + self._side / 4.0
-        left, right, low, high = [math.floor(at / self._side) for at in (x - wide, x + wide, y - wide, y + wide)]
-        rows = np.arange(low, high + 1) * _NEXT_ROW
-        begins: Array = np.searchsorted(self._squares, rows + left)
-        ends: Array = np.searchsorted(self._squares, rows + right, side="right")
-        found = np.unique(np.concatenate(
-            [self._owners[begin:end] for begin, end in zip(begins.tolist(), ends.tolist())]))
-        walls = len(self._solids.walls)
-        return self._solids.some(found[found < walls], found[found >= walls] - walls).within(x, y, reach)
 
 
 class Block(NamedTuple):

@@ -5,12 +5,11 @@ Cells are boolean arrays ``[row, column]``; row 0 has the lowest y. All lengths 
 """
 
 import functools
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
 from .geometry import Array
-from .poses import Point, Wall
 
 STRAIGHTENED_SQUARED = 2
 """Square of the largest distance (cells) between a straightened border and the cell corners that it replaces.
@@ -54,25 +53,24 @@ def flood(seeds: Array, free: Array) -> Array:
     return free & ~unvisited.reshape(-1, width)[1:-1, 1:-1]
 
 
-def roomiest(free: Array, wanted: Optional[Tuple[float, float]], room: float) -> Optional[Tuple[float, float]]:
+def roomiest(free: Array, wanted: Tuple[float, float], room: float) -> Optional[Tuple[float, float]]:
     """Return a place (x, y) with room for a robot, in cells.
 
     Args:
         free: boolean array (rows, columns), True for the free cells.
-        wanted: preferred place (x, y), or None.
+        wanted: preferred place (x, y). It may lie outside the grid.
         room: distance from `wanted`, in cells, within which all cells must be free.
 
     Returns:
         `wanted` if there is enough room. Else the middle of the largest free square; if several free squares are
         equally large, the one nearest to the middle of the grid. None when no cell is free.
     """
+    low_x, low_y = int(wanted[0] - room), int(wanted[1] - room)
+    high_x, high_y = int(wanted[0] + room) + 1, int(wanted[1] + room) + 1
+    inside = min(wanted) >= room and high_x <= free.shape[1] and high_y <= free.shape[0]
+    if inside and free[low_y:high_y, low_x:high_x].all():
+        return wanted
     sums = np.pad(np.cumsum(np.cumsum(free, axis=0), axis=1), ((1, 0), (1, 0)))
-    if wanted is not None:
-        low_x, low_y = int(wanted[0] - room), int(wanted[1] - room)
-        high_x, high_y = int(wanted[0] + room) + 1, int(wanted[1] + room) + 1
-        inside = min(wanted) >= room and high_x <= free.shape[1] and high_y <= free.shape[0]
-        if inside and free[low_y:high_y, low_x:high_x].all():
-            return wanted
     least, side = 0, min(free.shape) + 1  # a free square of side `least` exists, one of side `side` does not
     while side - least > 1:
         middle = (least + side) // 2
@@ -176,15 +174,3 @@ def _squared_distances(points: Array, first: Array, last: Array) -> Array:
     share = np.clip((x * along_x + y * along_y) / length_squared, 0.0, 1.0)
     squared: Array = np.square(x - share * along_x) + np.square(y - share * along_y)
     return squared
-
-
-def place(segments: Sequence[Wall], origin: Point, side: float) -> List[Wall]:
-    """Convert segments from cells to walls in metres.
-
-    Args:
-        segments: segments ``x1 y1 x2 y2`` in cells.
-        origin: position (m) of the lowest corner of cell [0, 0].
-        side: side of a cell (m).
-    """
-    left, lower = origin
-    return [(x1 * side + left, y1 * side + lower, x2 * side + left, y2 * side + lower) for x1, y1, x2, y2 in segments]

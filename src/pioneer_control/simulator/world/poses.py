@@ -99,17 +99,10 @@ def along_arc(pose: Pose, distance: float, turn: float, direction: Callable[[flo
     return x + distance * share * cosine, y + distance * share * sine, heading + turn
 
 
-def placed(polygon: Sequence[Point], pose: Pose) -> List[Point]:
-    """Transform a polygon from the body's frame to the map frame, for a body at `pose` (map frame)."""
+def placed(points: Sequence[Point], pose: Pose) -> List[Point]:
+    """Transform points from the frame of a body to the map frame, for a body at `pose` (map frame)."""
     cosine, sine = unit(pose[2])
-    return [(pose[0] + x * cosine - y * sine, pose[1] + x * sine + y * cosine) for x, y in polygon]
-
-
-def turned(point: Point, angle: float) -> Point:
-    """Return a point rotated about the origin by `angle` (rad, counter-clockwise positive)."""
-    x, y = point
-    cosine, sine = unit(angle)
-    return x * cosine - y * sine, x * sine + y * cosine
+    return [(pose[0] + x * cosine - y * sine, pose[1] + x * sine + y * cosine) for x, y in points]
 
 
 def closed(corners: Sequence[Point]) -> List[Wall]:
@@ -129,7 +122,5 @@ def box_walls(centre: Point, size: Point, angle: float) -> List[Wall]:
         size: sides of the box (m) along x and y before rotation.
         angle: rotation of the box (rad, counter-clockwise positive).
     """
-    (x, y), (length, width) = centre, size
-    sides = [(ahead * length / 2.0, aside * width / 2.0) for ahead, aside in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    corners = [turned(side, angle) for side in sides]
-    return closed([(x + ahead, y + aside) for ahead, aside in corners])
+    ahead, aside = size[0] / 2.0, size[1] / 2.0
+    return closed(placed(((-ahead, -aside), (ahead, -aside), (ahead, aside), (-ahead, aside)), (*centre, angle)))

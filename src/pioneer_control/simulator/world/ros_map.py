@@ -14,8 +14,8 @@ import yaml
 
 from ...errors import WorldError
 from .geometry import Array
-from .grids import borders, place, roomiest
-from .poses import turned
+from .grids import borders, roomiest
+from .poses import placed, relative
 from .world import START_CLEARANCE, World, begin_at
 from .yaml_nodes import NodeReader
 
@@ -41,22 +41,18 @@ class MapReader(NodeReader):
             self.fail(root, "free_thresh %g must be below occupied_thresh %g"
                       % (values["free_thresh"], values["occupied_thresh"]))
         occupancy = _occupancy(values["image"], bool(values["negate"]), values.get("mode") == "raw")[::-1]
-        side, (x, y, heading) = values["resolution"], values["origin"]
-        wanted_x, wanted_y = turned((-x, -y), -heading)
+        side, origin = values["resolution"], values["origin"]
+        wanted_x, wanted_y, _ = relative(origin, (0.0, 0.0, 0.0))
         start = roomiest(occupancy < values["free_thresh"], (wanted_x / side, wanted_y / side), START_CLEARANCE / side)
         if start is None:
             self.fail(root, "no cell of the map is free: a robot has to stand somewhere")
-
-        def placed(at_x: float, at_y: float) -> Tuple[float, float]:
-            ahead, aside = turned((at_x, at_y), heading)
-            return x + ahead, y + aside
-
-        walls = place(borders(occupancy > values["occupied_thresh"]), (0.0, 0.0), side)
-        beginning = (*placed(start[0] * side, start[1] * side), 0.0)
+        walls = np.array(borders(occupancy > values["occupied_thresh"])).reshape(-1, 2) * side
+        (x, y), *ends = placed([(start[0] * side, start[1] * side), *walls.tolist()], origin)
+        beginning = x, y, 0.0
         skipped = ["line %s: %r, which means nothing here" % (key.start_mark.line + 1, key.value) for key in others]
         return World(
             name=self.path.stem,
-            walls=[placed(x1, y1) + placed(x2, y2) for x1, y1, x2, y2 in walls],
+            walls=[first + second for first, second in zip(ends[::2], ends[1::2])],
             starts=[beginning],
             skipped=[*skipped, "no start in a map of this kind: %s" % begin_at(beginning)],
         )

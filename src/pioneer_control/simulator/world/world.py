@@ -15,7 +15,7 @@ import numpy as np
 from ...errors import WorldError
 from .crowd import Crowd
 from .echoes import Ear
-from .geometry import Array, Finder, Solids
+from .geometry import Array, Solids
 from .grids import flood
 from .poses import Point, Pose, hypot
 
@@ -31,7 +31,6 @@ START_CLEARANCE = 0.55
 It is more than half the diagonal of any Pioneer.
 """
 
-_CLOSE = 0.5  # m: distance up to which clearances are computed from the few nearest walls and posts
 _SIDE = 2.0  # m: side of the squares of floor for which near walls and posts are found once and kept
 _KEPT_NEIGHBOURHOODS = 4096
 
@@ -113,9 +112,8 @@ class World:
             for number, radius in enumerate(radii, 1):
                 if not radius > 0.0:
                     raise WorldError("world %s: %s %s has radius %g; must be above 0" % (name, kind, number, radius))
-        self._solids = Solids(self.walls, self.posts)
-        self.within = Finder(self._solids).within
-        """Function that returns the walls and posts within a distance of a point: see `Finder.within`."""
+        self.solids = Solids(self.walls, self.posts)
+        """All walls and posts, in the form for computation."""
         self._neighbourhood = functools.lru_cache(_KEPT_NEIGHBOURHOODS)(self._find)
         self.ear = functools.lru_cache(maxsize=None)(functools.partial(Ear, self))
         """Function that returns the `Ear` of this world for sonar transducers with the given cone.
@@ -125,7 +123,7 @@ class World:
         self.crowd = Crowd()
         """The bodies of the robots of one `Simulation`, which are obstacles to each other."""
         places = [(x, y) for x, y, _ in (*self.starts, *self.docks, *self.goals.values())]
-        corners = np.vstack((self._solids.corners(), places + [(can.x, can.y) for can in self.cans]))
+        corners = np.vstack((self.solids.corners(), places + [(can.x, can.y) for can in self.cans]))
         (low_x, low_y), (high_x, high_y) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
         self.bounds: Tuple[float, float, float, float] = (low_x, low_y, high_x, high_y)
         """Smallest x and y, then largest x and y (m, map frame) of all walls, posts, cans, starts, docks and goals."""
@@ -157,8 +155,8 @@ class World:
 
         It is infinite in a world without walls and posts, and 0 inside a post.
         """
-        close = self._near(x, y, _CLOSE).nearest(x, y)
-        return close if close <= _CLOSE else self._solids.nearest(x, y)
+        distances = np.concatenate(self.solids.distances(np.array(x), np.array(y)))
+        return max(0.0, float(distances.min(initial=math.inf)))
 
     def clearances(self, column_x: Array, row_y: Array, limit: float = math.inf) -> Array:
         """Return the distance (m) to the nearest wall or post from every point of a grid, as an array (rows, columns).
@@ -169,7 +167,7 @@ class World:
             limit: largest distance (m) to return. Larger distances are returned as `limit`. A low limit saves time.
         """
         grid = np.full((len(row_y), len(column_x)), limit)
-        for solid in self._solids.each():
+        for solid in self.solids.each():
             corners = solid.corners()
             (low_x, low_y), (high_x, high_y) = corners.min(axis=0), corners.max(axis=0)
             columns = slice(*np.searchsorted(column_x, (low_x - limit, high_x + limit)))
@@ -213,14 +211,14 @@ class World:
 
         They are found once for each small square of floor and then kept.
         """
-        if not len(self._solids):   # an endless floor
-            return self._solids
+        if not len(self.solids):   # an endless floor
+            return self.solids
         # whole metres only, so that calls with similar reaches share the kept squares
         return self._neighbourhood(math.floor(x / _SIDE), math.floor(y / _SIDE), math.ceil(reach))
 
     def _find(self, column: int, row: int, reach: int) -> Solids:
         """Return all walls and posts within `reach` (m) of the square of floor in this column and row."""
-        return self.within((column + 0.5) * _SIDE, (row + 0.5) * _SIDE, reach + 0.7072 * _SIDE)
+        return self.solids.within((column + 0.5) * _SIDE, (row + 0.5) * _SIDE, reach + 0.7072 * _SIDE)
 
 
 def _poses(name: str, kind: str, rows: Sequence[Pose]) -> List[Pose]:
