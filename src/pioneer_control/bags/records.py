@@ -120,37 +120,22 @@ class Source:
         block: the first bytes, if they are read already.
 
     Attributes:
-        block: the block that was read last.
-        base: the position of the first byte of the block.
         size: the number of bytes. It becomes smaller if the file is cut off while it is read.
     """
 
     def __init__(self, read_at: Callable[[int, int], bytes], size: int, block: bytes = b"") -> None:
         self.read_at, self.size = read_at, size
-        self.block, self.base = block, 0
-
-    def load(self, position: int, length: int) -> int:
-        """Read a new block, unless the present block has the wanted bytes already.
-
-        Args:
-            position: the position of the first wanted byte.
-            length: the number of wanted bytes. At the end of the source the block may have fewer.
-
-        Returns:
-            The index in `block` of the first wanted byte.
-        """
-        index = position - self.base
-        if index < 0 or index + length > len(self.block) and self.base + len(self.block) < self.size:
-            self.block, self.base, index = self.read_at(position, max(length, BLOCK)), position, 0
-            # the file was cut off after it was opened
-            if len(self.block) < min(max(length, BLOCK), self.size - position):
-                self.size = position + len(self.block)
-        return index
+        self._block, self._base = block, 0      # the block that was read last, and its position
 
     def get(self, position: int, length: int) -> bytes:
         """Return `length` bytes from a position on. At the end of the source there may be fewer."""
-        index = self.load(position, length)
-        return self.block[index:index + length]
+        index = position - self._base
+        if index < 0 or index + length > len(self._block) and self._base + len(self._block) < self.size:
+            self._block, self._base, index = self.read_at(position, max(length, BLOCK)), position, 0
+            # the file was cut off after it was opened
+            if len(self._block) < min(max(length, BLOCK), self.size - position):
+                self.size = position + len(self._block)
+        return self._block[index:index + length]
 
     def data(self, record: BagRecord) -> bytes:
         """Return the data of a record. At the end of the source there may be fewer bytes than the record says."""
@@ -191,8 +176,7 @@ def record_at(source: Source, position: int) -> Optional[BagRecord]:
 
     Only the header is checked. The end of the data may be wrong, even behind the end of the source.
     """
-    index = source.load(position, USUAL_LENGTH)
-    usual = USUAL_MESSAGE.match(source.block, index)
+    usual = USUAL_MESSAGE.match(source.get(position, USUAL_LENGTH))
     if usual is None:
         return _unusual_record_at(source, position)
     first, second, time, length = usual.groups()
@@ -231,15 +215,14 @@ def next_record(source: Source, position: int, searched: Collection[int] = FIELD
     """
     earliest = position
     while position < source.size:
-        index = source.load(position, BLOCK)
-        block, base = source.block, source.base
-        for found in OP.finditer(block, index):
+        block = source.get(position, BLOCK)
+        for found in OP.finditer(block):
             if block[found.end() - 1] not in searched:
                 continue
-            for start in range(max(earliest, base + found.start() - OP_WITHIN), base + found.start() - 3):
+            for start in range(max(earliest, position + found.start() - OP_WITHIN), position + found.start() - 3):
                 if record_at(source, start):
                     return start
-        position = base + len(block) - OP_WITHIN if base + len(block) < source.size else source.size
+        position = position + len(block) - OP_WITHIN if position + len(block) < source.size else source.size
     return source.size
 
 
