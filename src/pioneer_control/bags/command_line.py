@@ -53,17 +53,6 @@ def parser_of(program: str, description: str, options: Dict[str, Dict[str, Any]]
     return parser
 
 
-def yes_or_no(text: str) -> bool:
-    """Convert the text "true" or "false" (in any case, as launch files write it) to a bool.
-
-    Raises:
-        ArgumentTypeError: the text is another word.
-    """
-    if text.lower() not in ("true", "false"):
-        raise argparse.ArgumentTypeError("%r is not legal: give true or false" % text)
-    return text.lower() == "true"
-
-
 def number(name: str, text: str, low: float, high: float) -> float:
     """Convert the text of an option to a number.
 

@@ -8,11 +8,13 @@
     also:                 groups that are recorded only if --also names them
       GROUP:
         TOPIC: reason
+
+The reason is for people. No program uses it. A topic that is listed twice is recorded once.
 """
 
 import os
 import re
-from typing import Any, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Iterable, Iterator, NamedTuple, Optional, Sequence, Tuple
 
 import yaml
 
@@ -30,7 +32,6 @@ class KeptTopic(NamedTuple):
 
     topic: str
     """the name in the list: /tf is one topic, pose is a topic in the namespace of each robot"""
-    reason: str
     group: str
     asked_for: bool
     """whether the topic is recorded only when --also names its group"""
@@ -70,21 +71,15 @@ def _rows(given: Any) -> Iterator[KeptTopic]:
     Raises:
         UsageError: the content is not a legal list.
     """
-    seen: List[str] = []
     for section, groups in _items("the list", given):
         if section not in SECTIONS:
             raise UsageError("no section is called %r; there are %s" % (section, " and ".join(SECTIONS)))
         for group, topics in _items("section %r" % section, groups):
-            for topic, reason in _items("group %r" % group, topics):
+            for topic, _ in _items("group %r" % group, topics):
                 if not NAME.fullmatch(topic[topic.startswith("/"):]):
                     raise UsageError("%r in group %r is no name of a topic: give one like pose, p2os/wire or /tf"
                                      % (topic, group))
-                if topic in seen:
-                    raise UsageError("topic %r is there twice, the second time in group %r" % (topic, group))
-                if not isinstance(reason, (str, type(None))):
-                    raise UsageError("the reason of %r must be a text, not %r" % (topic, reason))
-                seen.append(topic)
-                yield KeptTopic(topic, reason or "", group, SECTIONS[section])
+                yield KeptTopic(topic, group, SECTIONS[section])
 
 
 def _items(what: str, given: Any) -> Iterator[Tuple[str, Any]]:

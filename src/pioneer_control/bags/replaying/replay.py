@@ -15,7 +15,7 @@ import sys
 from typing import Any, Dict, Optional, Sequence
 
 from ...errors import PioneerError, UsageError
-from ..command_line import bag_files, parser_of, refuse_launch_arguments, yes_or_no
+from ..command_line import bag_files, parser_of, refuse_launch_arguments
 from ..draw import main as draw
 from .commands import REMAPPING, player, recorded_topics
 
@@ -29,7 +29,8 @@ LAUNCH_ARGUMENTS = ("bag", "way", "robot", "rviz", "picture", "frame", "options"
 
 LOOK_OPTIONS: Dict[str, Dict[str, Any]] = {
     "bag": dict(help="the bag; several, or a pattern, in quotes: the parts of one recording"),
-    "--picture": dict(type=yes_or_no, default=False, metavar="true|false", help="draw it first (default: false)"),
+    "--picture": dict(type=str.lower, choices=("true", "false"), default="false",
+                      help="draw it first (default: %(default)s)"),
 }
 """The command-line options of ``replay look``, with the arguments of argparse for each."""
 
@@ -69,7 +70,7 @@ def look(arguments: Sequence[str], ros: Sequence[str]) -> int:
         epilog="Whatever else is given goes to rosbag play: -r 2, -s 30, -l, ...").parse_known_args(arguments)
     files = bag_files(given.bag)
     command = player(files, recorded_topics(files), [*options, *ros])
-    if given.picture:
+    if given.picture == "true":
         draw([*files, "--parts"])
     warn_of_robots()
     sys.stdout.flush()

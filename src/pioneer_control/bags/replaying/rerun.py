@@ -32,8 +32,6 @@ KINDS = {"decision": Decision, **TOLD}
 SERVICES = "set_motors", "enable_motors", "disable_motors", "set_sonar", "reset_odometry"
 """Services of a driver. They get other names for the program, so that it cannot call those of a real driver."""
 PLAYER = "/play_rerun"
-LOOK_OUT = 0.3
-"""The time between two checks whether a robot has appeared on the ROS master (s)."""
 SETTLED = 1.0
 """When the program has made no new subscription for this time (s), it is taken as ready."""
 WAITS_FOR_TIME = 5.0
@@ -143,7 +141,6 @@ class Rerun:
         self._robot = "/" + self._live.robot if self._live.robot else ""
         self._decisions = [message for _, message in self._live.messages.get("decision", [])]
         self._time = rospy.Time.from_sec(self._live.begin)
-        self._looked_out = 0.0
 
     def run(self) -> int:
         """Start the program, play the bag to it, and compare its commands with the recorded ones.
@@ -190,11 +187,8 @@ class Rerun:
     def _look_out(self) -> None:
         """Raise UsageError when a robot has appeared on the ROS master during the re-run.
 
-        A program that ignores remappings would command this robot. The check is made every `LOOK_OUT` s.
+        A program that ignores remappings would command this robot.
         """
-        if time.monotonic() - self._looked_out < LOOK_OUT:
-            return
-        self._looked_out = time.monotonic()
         others = [other for other in possible_robots() if other.split()[0] not in (PLAYER, self._node)]
         if others:
             raise UsageError("%s has come to this master: the program could reach it, so the re-run ends here"
