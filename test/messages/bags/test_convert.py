@@ -389,10 +389,10 @@ class TestFiles:
         (tmp_path / "link.bag").symlink_to(old)
         wrong = [
             ("none.bag", "new.bag", "none.bag: no such file"),
-            ("old.bag", "old.bag", "old.bag is the bag to be read"),
-            ("old.bag", "link.bag", "link.bag is the bag to be read"),
+            ("old.bag", "old.bag", "old.bag exists already"),
+            ("old.bag", "link.bag", "link.bag exists already"),
             ("old.bag", "there.bag", "there.bag exists already"),
-            ("old.bag", "none/new.bag", "there is no directory"),
+            ("old.bag", "none/new.bag", "none/new.bag cannot be written: No such file or directory"),
             ("text.bag", "new.bag", "text.bag is not a bag"),
             (".", "new.bag", "cannot be read"),
         ]
@@ -427,7 +427,7 @@ class TestFiles:
 
     @pytest.mark.parametrize("error, code, text", [
         (OSError(errno.ENOSPC, "No space left on device"), 2,
-         "new.bag cannot be written: No space left on device. What was written of it is removed"),
+         "new.bag cannot be written: No space left on device. Nothing is left of it"),
         (KeyboardInterrupt(), 130, "interrupted; "),
     ])
     def test_what_ends_in_the_middle_leaves_nothing(self, monkeypatch, tmp_path, bag, converted, error, code, text):

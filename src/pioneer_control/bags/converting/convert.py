@@ -4,7 +4,6 @@
 """
 
 import argparse
-import errno
 import os
 import sys
 from contextlib import closing
@@ -47,10 +46,11 @@ def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]
         The converter, which counted, and a sentence that says what is missing in the old bag; empty where nothing is.
 
     Raises:
-        UsageError: a file or an option makes no sense; nothing is written then.
-        OSError: the new bag cannot be written; nothing is left of it then.
+        UsageError: a file or an option makes no sense. Then nothing is written.
+        OSError: the new bag cannot be written. Then nothing is left of it.
     """
-    _check_files(source, target)
+    if os.path.lexists(target):
+        raise UsageError("%s exists already: name another file for the new bag" % target)
     old, transducers, frames = survey(source)
     others = [word for word in options.what if CONVERSIONS[word].kind != "SonarArray"]
     unknown = sorted({each.topic for each in old.connections if kind_of(each) == "SonarArray"
@@ -70,17 +70,6 @@ def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]
                     numbers[outlet] = writer.connect(outlet.topic, outlet.header)
                 writer.write(numbers[outlet], data, message.time)
     return converter, reader.damage
-
-
-def _check_files(source: str, target: str) -> None:
-    """Raise UsageError when no bag can be made of another one."""
-    if os.path.exists(source) and os.path.exists(target) and os.path.samefile(source, target):
-        raise UsageError("%s is the bag to be read: name another file to be written" % target)
-    if os.path.lexists(target):
-        raise UsageError("%s exists already: name another file, or remove it" % target)
-    place = os.path.dirname(target) or "."
-    if not os.path.isdir(place):
-        raise UsageError("%s cannot be written: there is no directory %s" % (target, place))
 
 
 def report(source: str, target: str, converter: Converter, damage: str, model: str = "") -> str:
@@ -176,13 +165,12 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
         wanted = Options(list(dict.fromkeys(options.what)) or DEFAULT, model, options.gripper, options.replace,
                          _renamed(options.frame))
         converter, damage = convert(options.bag, options.output, wanted)
-    except (PioneerError, OSError) as error:
-        text = str(error)
-        if isinstance(error, OSError):
-            text = "%s cannot be written: %s" % (options.output, error.strerror)
-            if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-                text += ". What was written of it is removed: make room, or write it elsewhere"
-        print("convert_bag: %s" % text, file=sys.stderr)
+    except PioneerError as error:
+        print("convert_bag: %s" % error, file=sys.stderr)
+        return 2
+    except OSError as error:
+        print("convert_bag: %s cannot be written: %s. Nothing is left of it" % (options.output, error.strerror),
+              file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("convert_bag: interrupted; %s was not written" % options.output, file=sys.stderr)

@@ -52,9 +52,6 @@ With such long queues, a subscriber that is busy for a moment misses no message.
 REMAPPING = re.compile(r"[\w~/]+:=")
 """Matches the beginning of a word that ROS takes from a command line, such as ``cmd_vel:=`` or ``__name:=``."""
 
-NAME = re.compile("[A-Za-z/][A-Za-z0-9_/]*")
-"""Matches a legal name of a ROS topic."""
-
 PREFIX = re.compile(r"--pr|-\w*p")
 """Matches the beginning of the ``rosbag play`` option --prefix, and of its short form -p."""
 
@@ -121,25 +118,16 @@ def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
     Raises:
         BagError: ``rosbag play`` cannot play one of the bags. The error message says why.
     """
-    import rosbag
-
-    connections = read_bag(files, lambda connection: False).connections     # raises BagError for a file that is no bag
+    topics: Dict[str, str] = {}
     for path in files:
-        try:
-            rosbag.Bag(path, skip_index=True).close()
-        except rosbag.ROSBagUnindexedException:
-            raise BagError("%s has no index: its recorder is still running or was killed, or it was cut off. When it "
-                           "has ended: rosbag reindex %s" % (path, path)) from None
-        except (rosbag.ROSBagException, OSError, EOFError, ValueError) as error:
-            raise BagError("%s is damaged: %s. This makes what is left of it a bag again: rosbag reindex %s"
-                           % (path, error, path)) from None
-    odd = sorted({connection.topic for connection in connections if not NAME.fullmatch(connection.topic)})
-    if odd:
-        raise BagError("%s: %r is no name of a topic, and rosbag play takes none of the bag: leave it out with rosbag "
-                       "filter" % (" ".join(files), odd[0]))
-    if not connections:
+        reader = read_bag(path, lambda connection: False)
+        if not reader.indexed:
+            raise BagError("%s has no whole index: it is damaged or cut off, or its recorder still runs or was killed. "
+                           "When the recorder has ended: rosbag reindex %s" % (path, path))
+        topics.update((connection.topic, connection.type) for connection in reader.connections)
+    if not topics:
         raise BagError("%s: there is nothing in it" % " ".join(files))
-    return {connection.topic: connection.type for connection in connections}
+    return topics
 
 
 class RecordedCommands(NamedTuple):

@@ -23,8 +23,8 @@ PATIENCE = 30.0
 """How long to wait for programs to be ready (s). On the slowest machine they need a few seconds."""
 MASTER_PATIENCE = 5.0
 """How long to wait for an answer of the ROS master, or of a node (s)."""
-INTERVAL = 0.05
-"""The time between two checks of a condition (s)."""
+INTERVAL = 0.1
+"""The usual time between two checks of a condition (s)."""
 LAST_WORDS = 10.0, 5.0
 """How long a program has to end after SIGINT, and then after SIGTERM (s). Then it gets SIGKILL."""
 DIE_WITH_PARENT = 1
@@ -121,7 +121,7 @@ def running(command: Sequence[str], namespace: str = "/", quiet: bool = False) -
 
 def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subprocess.Popen] = (),
                patience: float = PATIENCE, watch: Callable[[], None] = lambda: None,
-               is_done: str = "it was done") -> None:
+               is_done: str = "it was done", interval: float = INTERVAL) -> None:
     """Wait until a condition is true.
 
     Args:
@@ -131,6 +131,7 @@ def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subproc
         patience: how long to wait (s).
         watch: called again and again while we wait. An exception from it ends the wait.
         is_done: words for the message "ended before ..." of Interrupted.
+        interval: the time between two checks of the condition (s).
 
     Raises:
         NoAnswerError: the condition was not true in time, or one of the needed processes ended.
@@ -147,7 +148,7 @@ def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subproc
         if time.monotonic() > end:
             raise NoAnswerError("waited %.0f s in vain for %s" % (patience, what))
         watch()
-        time.sleep(INTERVAL)
+        time.sleep(interval)
 
 
 def graph() -> Tuple[Dict[str, List[str]], ...]:
