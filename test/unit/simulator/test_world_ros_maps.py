@@ -137,16 +137,16 @@ def test_a_large_map_is_few_walls(tmp_path):
 
 @pytest.mark.parametrize("values, message", [
     ({"resolution": None, "negate": None}, "line 1: a map needs resolution and negate"),
-    ({"resolution": 0}, "line 2: must be above 0, not 0"),
-    ({"resolution": "fine"}, "line 2: a finite number is needed here, not 'fine'"),
-    ({"origin": [1, 2]}, r"line 3: origin must be three numbers, \[x, y, yaw\]: m, m, rad"),
-    ({"origin": [1, 2, ".nan"]}, "line 3: a finite number is needed here, not '.nan'"),
-    ({"occupied_thresh": 65}, "line 4: a threshold must be from 0 to 1, not 65"),
-    ({"free_thresh": -0.1}, "line 5: a threshold must be from 0 to 1, not -0.1"),
+    ({"resolution": 0}, "line 2: resolution is 0; it must be a number from 0.0001 up"),
+    ({"resolution": "fine"}, "line 2: resolution is 'fine'; it must be a number from 0.0001 up"),
+    ({"origin": [1, 2]}, r"line 3: origin is \[1, 2\]; it must be 3 numbers, as a list"),
+    ({"origin": [1, 2, ".nan"]}, r"line 3: origin is \[1, 2, '.nan'\]; it must be 3 numbers, as a list"),
+    ({"occupied_thresh": 65}, "line 4: occupied_thresh is 65; it must be a number from 0 to 1"),
+    ({"free_thresh": -0.1}, "line 5: free_thresh is -0.1; it must be a number from 0 to 1"),
     ({"free_thresh": 0.65}, "line 1: free_thresh 0.65 must be below occupied_thresh 0.65"),
-    ({"negate": 2}, "line 6: negate must be 0 or 1, not 2"),
-    ({"mode": "binary"}, "line 7: mode must be one of trinary, scale, raw, not 'binary'"),
-    ({"image": "[]", "cells": None}, "line 1: text is needed here"),
+    ({"negate": 2}, "line 6: negate is 2; it must be one of 0, 1"),
+    ({"mode": "binary"}, "line 7: mode is 'binary'; it must be one of trinary, scale, raw"),
+    ({"image": "[]", "cells": None}, r"line 1: image is \[\]; it must be a text, not empty"),
     ({"image": "none.pgm", "cells": None}, "line 1: image .*none.pgm cannot be read: No such file"),
     ({"image": "lab.yaml", "cells": None}, "line 1: image .*lab.yaml cannot be read: cannot identify image file"),
     ({"image": "cells.bmp"}, "line 1: image .*cells.bmp is a BMP; it must be a PGM or a PNG"),
@@ -199,7 +199,7 @@ def test_goals_and_docks_of_the_map_stay(tmp_path):
 @pytest.mark.parametrize("name, message", [
     ("own.yaml", "line 1: map: .*own.yaml is neither an ARIA map .first line 2D-Map. nor one of map_server"),
     ("none.map", "line 1: map: world file .*none.map cannot be read: No such file"),
-    ("[]", "line 1: text is needed here"),
+    ("[]", r"line 1: map is \[\]; it must be a text, not empty"),
 ])
 def test_a_wrong_map_under_a_world(tmp_path, name, message):
     with pytest.raises(WorldError, match=message):

@@ -3,25 +3,41 @@
 import functools
 import os
 from dataclasses import dataclass
-from typing import Any, Dict, Optional, Tuple, get_type_hints
+from typing import Any, Dict, Mapping, NamedTuple, Optional, Tuple, get_type_hints
 
 from ...errors import ParameterError
 from ...p2os import BAUD_RATES
+from ...parameters import Choice, Number, Switch, Text, Whole
 from ..world.yaml_nodes import read_values
 
-LEGAL = {
-    "gyro.kind": (0, 2),
-    "wheels.larger": (-0.5, 0.5),
-    "wheels.right_larger": (-0.5, 0.5),
-    "wheels.wider_apart": (-0.5, 0.5),
-    "wheels.slip": (0, 0.9),
-    "wheels.noise": (0, 0.1),
-    "sonar.maximum": (0.2, 30),
-    "sonar.cone_deg": (1, 90),
-    "sonar.specular_deg": (1, 90),
-    "sonar.noise": (0, 1),
+
+class Subtypes(NamedTuple):
+    """Checks a list of robot models, given by their subtypes."""
+
+    legal: str = "a list of texts"
+
+    def accept(self, value: Any) -> Tuple[str, ...]:
+        """Return the subtypes. Raise ValueError if the value is not a list of texts."""
+        return tuple(Text().accept(each) for each in (value if isinstance(value, list) else [None]))
+
+
+LEGAL: Mapping[str, Any] = {
+    "session.host_baud": Choice(tuple(BAUD_RATES)),
+    "gyro.kind": Whole(0, 2),
+    "wheels.larger": Number(-0.5, 0.5),
+    "wheels.right_larger": Number(-0.5, 0.5),
+    "wheels.wider_apart": Number(-0.5, 0.5),
+    "wheels.slip": Number(0, 0.9),
+    "wheels.noise": Number(0, 0.1),
+    "sonar.maximum": Number(0.2, 30),
+    "sonar.cone_deg": Whole(1, 90),
+    "sonar.specular_deg": Whole(1, 90),
+    "sonar.noise": Number(0, 1),
 }
-"""Smallest and largest legal values of some numbers. All other numbers must be above 0."""
+"""Checks of some values. The type of the value in ``robot.yaml`` decides the check of all others; see `LEGAL_BY_TYPE`.
+"""
+LEGAL_BY_TYPE: Mapping[type, Any] = {
+    bool: Switch(), int: Whole(1), float: Number(1e-6), str: Text(), list: Subtypes()}
 OWN_FILE = os.path.join(os.path.dirname(os.path.dirname(__file__)), "robot.yaml")
 
 
@@ -191,17 +207,9 @@ def _read(path: str) -> Dict[str, Dict[str, Any]]:
 def _checked(path: str, section: str, name: str, value: Any, known: Dict[str, Any]) -> Any:
     if name not in known:
         raise ParameterError("%s: no number %s.%s; there are %s" % (path, section, name, ", ".join(known)))
-    own, limits = known[name], LEGAL.get("%s.%s" % (section, name))
-    wanted = (int, float) if isinstance(own, float) else (type(own),)
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not isinstance(value, wanted) or isinstance(value, bool) != isinstance(own, bool):
-        problem = "wanted something like %r" % own
-    elif is_number and limits is not None and not limits[0] <= value <= limits[1]:
-        problem = "legal: from %g to %g" % limits
-    elif is_number and limits is None and not 0 < value < float("inf"):
-        problem = "wanted a positive number"
-    elif name == "host_baud" and value not in BAUD_RATES:
-        problem = "legal: %s" % ", ".join(map(str, BAUD_RATES))
-    else:
-        return value
-    raise ParameterError("%s: %s.%s is %r, %s" % (path, section, name, value, problem))
+    check = LEGAL.get("%s.%s" % (section, name)) or LEGAL_BY_TYPE[type(known[name])]
+    try:
+        return check.accept(value)
+    except ValueError:
+        raise ParameterError(
+            "%s: %s.%s is %r: give %s" % (path, section, name, value, check.legal)) from None

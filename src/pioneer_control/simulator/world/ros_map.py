@@ -7,25 +7,25 @@ free place.
 """
 
 import math
-from typing import List, Tuple
+from typing import List
 
 import numpy as np
 import yaml
 
 from ...errors import WorldError
+from ...parameters import Choice, Number, Numbers, Text
 from .geometry import Array
 from .grids import borders, roomiest
 from .poses import placed, relative
 from .world import START_CLEARANCE, World, begin_at
-from .yaml_nodes import NodeReader
+from .yaml_nodes import LENGTH, NodeReader
 
-MODES = ("trinary", "scale", "raw")
 FORMATS = ("PPM", "PNG")
 """Image formats that can be read, by their names in Pillow. Pillow's PPM includes PGM."""
 
 
 class MapReader(NodeReader):
-    """Reads the YAML file of a map, with one method for each kind of value, and makes a world of it."""
+    """Reads the YAML file of a map and its image, and makes a world of them."""
 
     def world(self, root: yaml.Node) -> World:
         """Return the world of the map. `root` is the root node of its YAML file.
@@ -34,9 +34,9 @@ class MapReader(NodeReader):
             WorldError: the file or its image is not legal, or no cell is free.
         """
         others: List[yaml.Node] = []
-        needs = {"image": self.image, "resolution": self.positive, "origin": self.pose, "occupied_thresh": self.share,
-                 "free_thresh": self.share, "negate": self.zero_or_one}
-        values = self.mapping(root, "a map", needs, may={"mode": self.mode}, others=others)
+        needs = {"image": self.image, "resolution": LENGTH, "origin": Numbers(3, -math.inf, math.inf),
+                 "occupied_thresh": Number(0.0, 1.0), "free_thresh": Number(0.0, 1.0), "negate": Choice((0, 1))}
+        values = self.mapping(root, "a map", needs, may={"mode": Choice(("trinary", "scale", "raw"))}, others=others)
         if values["free_thresh"] >= values["occupied_thresh"]:
             self.fail(root, "free_thresh %g must be below occupied_thresh %g"
                       % (values["free_thresh"], values["occupied_thresh"]))
@@ -64,7 +64,7 @@ class MapReader(NodeReader):
         """
         from PIL import Image  # imported here, because nothing else needs it
 
-        path = self.path.parent / self.text(node)
+        path = self.path.parent / self.checked("image", node, Text())
         try:
             with Image.open(path) as image:
                 if image.format not in FORMATS:
@@ -77,24 +77,6 @@ class MapReader(NodeReader):
         except Exception as error:  # for a broken file Pillow raises many kinds of exceptions
             self.fail(node, "image %s cannot be read: %s" % (path, getattr(error, "strerror", None) or error))
         return np.where(pixels[:, :, 3] > 0, (pixels[:, :, 0] + pixels[:, :, 1] + pixels[:, :, 2]) / 3.0, math.nan)
-
-    def pose(self, node: yaml.Node) -> Tuple[float, ...]:
-        """Return the pose in a node: x (m), y (m), yaw (rad)."""
-        return self.numbers(node, 3, "origin must be three numbers, [x, y, yaw]: m, m, rad")
-
-    def share(self, node: yaml.Node) -> float:
-        """Return the number in a node, which must be from 0 to 1."""
-        return self.legal_number(node, lambda value: 0.0 <= value <= 1.0, "a threshold must be from 0 to 1, not %g")
-
-    def zero_or_one(self, node: yaml.Node) -> float:
-        """Return the number in a node, which must be 0 or 1."""
-        return self.legal_number(node, lambda value: value in (0, 1), "negate must be 0 or 1, not %g")
-
-    def mode(self, node: yaml.Node) -> str:
-        """Return the map mode in a node, which must be one of `MODES`. It defines the meaning of grey values."""
-        if node.value not in MODES:
-            self.fail(node, "mode must be one of %s, not %r" % (", ".join(MODES), node.value))
-        return str(node.value)
 
 
 def _occupancy(grey: Array, negate: bool, raw: bool) -> Array:

@@ -3,7 +3,6 @@
 Our own format is a YAML file of walls, furniture, cans and poses. `load_world` documents its keys.
 """
 
-import difflib
 import math
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Tuple, Union
@@ -11,15 +10,19 @@ from typing import Any, Dict, List, Optional, Tuple, Union
 import yaml
 
 from ...errors import WorldError
+from ...parameters import Number, Numbers, Switch, Text, nearest
 from .aria_map import FIRST_LINE, AriaMap
 from .poses import Pose, Wall, box_walls
 from .ros_map import MapReader
 from .world import SONAR_PLANE, Can, World, begin_at
-from .yaml_nodes import NodeReader, compose
+from .yaml_nodes import LENGTH, NodeReader, compose
 
 GALLERY = Path(__file__).parents[1] / "worlds"
 ENDINGS = (".yaml", ".yml", ".map")
 PICTURES = (".pgm", ".png")
+POINT, ANGLE = Numbers(2, -math.inf, math.inf), Number(-math.inf)
+PLACED = {"position_m": POINT, "heading_deg": ANGLE}
+"""Keys of a pose."""
 
 
 def known_worlds() -> List[str]:
@@ -104,8 +107,8 @@ def _find(name_or_path: Union[str, Path]) -> Path:
             raise WorldError("world file %s %s; worlds known by name: %s" % (name, what, ", ".join(known_worlds())))
         return path
     if name not in known_worlds():
-        near = difflib.get_close_matches(name, known_worlds(), n=1)
-        hint = "did you mean %r? " % near[0] if near else ""
+        near = nearest(name, known_worlds())
+        hint = "did you mean %r? " % near if near else ""
         raise WorldError("no world named %r; %sknown: %s; or give the path of a file (.yaml, .map)"
                          % (name, hint, ", ".join(known_worlds())))
     return GALLERY / ("%s.yaml" % name)
@@ -118,10 +121,6 @@ class _WorldReader(NodeReader):
         path: path of the file.
     """
 
-    def __init__(self, path: Path):
-        super().__init__(path)
-        self._placed = {"position_m": self.point, "heading_deg": self.number}
-
     def world(self, root: Optional[yaml.Node]) -> World:
         """Return the world of the file. `root` is the root node of its YAML, None for an empty file.
 
@@ -131,7 +130,7 @@ class _WorldReader(NodeReader):
         if root is None:
             raise WorldError("world file %s is empty; it needs at least 'starts'" % self.path)
         sections = self.mapping(root, "a world", needs={"starts": self.starts}, may={
-            "description": self.text, "map": self.map, "walls": self.walls, "boxes": self.boxes, "posts": self.posts,
+            "description": Text(), "map": self.map, "walls": self.walls, "boxes": self.boxes, "posts": self.posts,
             "cans": self.cans, "docks": self.docks, "goals": self.goals,
         })
         below = sections.get("map") or World("nothing")
@@ -149,7 +148,7 @@ class _WorldReader(NodeReader):
     def walls(self, node: yaml.Node) -> List[Wall]:
         """Return the segments (m) of section `walls`."""
         segments = []
-        needs, may = {"corners_m": self.corners}, {"closed": self.boolean}
+        needs, may = {"corners_m": self.corners}, {"closed": Switch()}
         for entry, wall in self.mappings(node, "walls", "a wall", needs, may):
             corners = wall["corners_m"] + (wall["corners_m"][:1] if wall.get("closed") else [])
             for first, second in zip(corners, corners[1:]):
@@ -161,38 +160,38 @@ class _WorldReader(NodeReader):
 
     def boxes(self, node: yaml.Node) -> List[Wall]:
         """Return the walls (m) of section `boxes`, four for each box."""
-        needs, may = {"centre_m": self.point, "size_m": self.size}, {"angle_deg": self.number}
+        needs, may = {"centre_m": POINT, "size_m": Numbers(2, LENGTH.low, math.inf)}, {"angle_deg": ANGLE}
         return [wall for _, box in self.mappings(node, "boxes", "a box", needs, may)
                 for wall in box_walls(box["centre_m"], box["size_m"], math.radians(box.get("angle_deg", 0.0)))]
 
     def posts(self, node: yaml.Node) -> List[Tuple[float, ...]]:
         """Return x, y and radius (m) of each post in section `posts`."""
-        needs = {"centre_m": self.point, "diameter_m": self.positive}
+        needs = {"centre_m": POINT, "diameter_m": LENGTH}
         return [post["centre_m"] + (post["diameter_m"] / 2.0,)
                 for _, post in self.mappings(node, "posts", "a post", needs)]
 
     def cans(self, node: yaml.Node) -> List[Can]:
         """Return the cans of section `cans`."""
-        sizes = {"diameter_m": self.positive, "height_m": self.can_height}
-        cans = self.mappings(node, "cans", "a can", {"centre_m": self.point}, sizes)
+        sizes = {"diameter_m": LENGTH, "height_m": self.can_height}
+        cans = self.mappings(node, "cans", "a can", {"centre_m": POINT}, sizes)
         return [Can(can["centre_m"][0], can["centre_m"][1], can.get("diameter_m", 2.0 * Can.radius) / 2.0,
                     can.get("height_m", Can.height)) for _, can in cans]
 
     def starts(self, node: yaml.Node) -> List[Pose]:
         """Return the poses (m, rad) of section `starts`, which must not be empty."""
-        starts = [_pose(start) for _, start in self.mappings(node, "starts", "a start", self._placed)]
+        starts = [_pose(start) for _, start in self.mappings(node, "starts", "a start", PLACED)]
         if not starts:
             self.fail(node, "starts is empty; a robot has to stand somewhere")
         return starts
 
     def docks(self, node: yaml.Node) -> List[Pose]:
         """Return the poses (m, rad) of section `docks`."""
-        return [_pose(dock) for _, dock in self.mappings(node, "docks", "a dock", self._placed)]
+        return [_pose(dock) for _, dock in self.mappings(node, "docks", "a dock", PLACED)]
 
     def goals(self, node: yaml.Node) -> Dict[str, Pose]:
         """Return the poses (m, rad) of section `goals`, by name."""
         goals: Dict[str, Pose] = {}
-        for entry, goal in self.mappings(node, "goals", "a goal", {"name": self.text, **self._placed}):
+        for entry, goal in self.mappings(node, "goals", "a goal", {"name": Text(), **PLACED}):
             if goal["name"] in goals:
                 self.fail(entry, "there are two goals named %r; names must differ" % goal["name"])
             goals[goal["name"]] = _pose(goal)
@@ -201,23 +200,24 @@ class _WorldReader(NodeReader):
     def map(self, node: yaml.Node) -> World:
         """Load the map that the key `map` names, and return its world. The path is relative to this world file."""
         try:
-            return _read(self.path.parent / self.text(node))
+            return _read(self.path.parent / self.checked("map", node, Text()))
         except WorldError as error:
             self.fail(node, "map: %s" % error)
 
     def corners(self, node: yaml.Node) -> List[Tuple[float, ...]]:
         """Return the corners (m) of a wall, two or more."""
-        corners = [self.point(entry) for entry in self.items(node, "corners_m")]
+        corners = [self.checked("a point of corners_m", entry, POINT) for entry in self.items(node, "corners_m")]
         if len(corners) < 2:
             self.fail(node, "corners_m needs two points or more, [[x, y], [x, y], ...]")
         return corners
 
     def can_height(self, node: yaml.Node) -> float:
         """Return the height (m) of a can, which must be below the sonar plane."""
-        self.positive(node)
-        return self.legal_number(
-            node, lambda value: value < SONAR_PLANE,
-            "a can must be lower than the sonar, %s m, not %%g; a post is what the sonar sees" % SONAR_PLANE)
+        height: float = self.checked("height_m", node, LENGTH)
+        if height >= SONAR_PLANE:
+            self.fail(node, "a can must be lower than the sonar, %s m, not %g; a post is what the sonar sees"
+                      % (SONAR_PLANE, height))
+        return height
 
 
 def _pose(entry: Dict[str, Any]) -> Pose:

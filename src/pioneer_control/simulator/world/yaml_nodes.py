@@ -1,13 +1,12 @@
 """Reads YAML files as plain values, or node by node, so that an error message can name the line of the error."""
 
-import difflib
-import math
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, NoReturn, Optional, Tuple
 
 import yaml
 
 from ...errors import ParameterError, WorldError
+from ...parameters import Number, nearest
 
 
 def read_values(path: str) -> Any:
@@ -48,14 +47,18 @@ def compose(path: Path, text: str) -> Optional[yaml.Node]:
                          % (path, line, problem or " ".join(str(error).split()))) from error
 
 
-Read = Callable[[yaml.Node], Any]
-"""A function that converts a YAML node to a value, or raises a WorldError."""
+LENGTH = Number(0.0001)
+"""Legal lengths (m)."""
+SafeConstructor: Any = yaml.constructor.SafeConstructor     # some stubs of PyYAML have no types for its methods
+Read = Any
+"""How to read the value of a key: an instance of a class of `pioneer_control.parameters`, which checks the plain value.
+
+Or, for other values, a function that gets the node, and returns the value or raises a WorldError.
+"""
 
 
 class NodeReader:
-    """Converts YAML nodes to values, with one method for each kind of value.
-
-    All methods raise a WorldError when a node is not legal.
+    """Converts YAML nodes to values. All methods raise a WorldError when a node is not legal.
 
     Args:
         path: path of the file, for errors.
@@ -77,8 +80,8 @@ class NodeReader:
         Args:
             node: node of the mapping.
             what: name of the mapping in errors, such as "a wall".
-            needs: functions that read the values of required keys, by key.
-            may: functions that read the values of optional keys, by key.
+            needs: how to read the values of required keys, by key.
+            may: how to read the values of optional keys, by key.
             others: list to which the nodes of all other keys are appended. If None, other keys are an error.
 
         Raises:
@@ -95,12 +98,13 @@ class NodeReader:
             if key in values:
                 self.fail(key_node, "%s has %r twice" % (what, key))
             if key in legal:
-                values[key] = legal[key](value_node)
+                read = legal[key]
+                values[key] = read(value_node) if callable(read) else self.checked(key, value_node, read)
             elif others is not None:
                 others.append(key_node)
             else:
-                near = difflib.get_close_matches(key, legal, n=1)
-                hint = "did you mean %r?" % near[0] if near else "known: %s" % ", ".join(legal)
+                near = nearest(key, legal)
+                hint = "did you mean %r?" % near if near else "known: %s" % ", ".join(legal)
                 self.fail(key_node, "%s has no %r; %s" % (what, key, hint))
         missing = [key for key in needs if key not in values]
         if missing:
@@ -120,63 +124,17 @@ class NodeReader:
         """Return node and values of each entry of a list of mappings. For the arguments see `items` and `mapping`."""
         return [(entry, self.mapping(entry, what, needs, may)) for entry in self.items(node, name)]
 
-    def numbers(self, node: yaml.Node, count: int, legal: str, read: Optional[Read] = None) -> Tuple[float, ...]:
-        """Return the numbers of a list that has `count` of them.
+    def checked(self, name: str, node: yaml.Node, kind: Any) -> Any:
+        """Return the value in a node.
 
         Args:
-            node: node of the list.
-            count: required length of the list.
-            legal: error message when the node is not a list of this length.
-            read: function that reads each number, `NodeReader.number` if None.
+            name: name of the value, for errors.
+            node: node of the value.
+            kind: what is legal: an instance of a class of `pioneer_control.parameters`, such as ``Number(0, 1)``.
         """
-        if not isinstance(node, yaml.SequenceNode) or len(node.value) != count:
-            self.fail(node, legal)
-        return tuple(map(read or self.number, node.value))
-
-    def point(self, node: yaml.Node) -> Tuple[float, ...]:
-        """Return the two numbers of a point, [x, y]."""
-        return self.numbers(node, 2, "a point must be two numbers, [x, y]")
-
-    def size(self, node: yaml.Node) -> Tuple[float, ...]:
-        """Return the two numbers of a size, [along x, along y], which must be above 0."""
-        return self.numbers(node, 2, "a size must be two numbers above 0, [along x, along y]", self.positive)
-
-    def number(self, node: yaml.Node) -> float:
-        """Return the number in a node, which must be finite."""
+        value = node.value
         try:
-            value = float(node.value) if node.tag in ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float") else math.nan
-        except ValueError:  # YAML's own spellings, such as 0x10 and 1:30
-            value = math.nan
-        if not math.isfinite(value):
-            given = repr(node.value) if isinstance(node, yaml.ScalarNode) else "a list or mapping"
-            self.fail(node, "a finite number is needed here, not %s" % given)
-        return value
-
-    def legal_number(self, node: yaml.Node, is_legal: Callable[[float], bool], otherwise: str) -> float:
-        """Return the finite number in a node, which must be legal.
-
-        Args:
-            node: node of the number.
-            is_legal: function that returns whether a number is legal.
-            otherwise: error message when the number is not legal, with a %g for the number.
-        """
-        value = self.number(node)
-        if not is_legal(value):
-            self.fail(node, otherwise % value)
-        return value
-
-    def positive(self, node: yaml.Node) -> float:
-        """Return the number in a node, which must be above 0."""
-        return self.legal_number(node, lambda value: value > 0.0, "must be above 0, not %g")
-
-    def boolean(self, node: yaml.Node) -> bool:
-        """Return the boolean value of a node, such as ``true``, ``no`` or ``on``."""
-        if node.tag != "tag:yaml.org,2002:bool":
-            self.fail(node, "true or false is needed here")
-        return node.value.lower() in ("true", "yes", "on")
-
-    def text(self, node: yaml.Node) -> str:
-        """Return the text in a node, which must not be empty."""
-        if node.tag != "tag:yaml.org,2002:str" or not node.value:
-            self.fail(node, "text is needed here")
-        return str(node.value)
+            value = SafeConstructor().construct_document(node)
+            return kind.accept(value)
+        except (ValueError, OverflowError, yaml.YAMLError):
+            self.fail(node, "%s is %r; it must be %s" % (name, value, kind.legal))
