@@ -1,5 +1,6 @@
 """A sheet of paper to draw on, A4 wide, with places given in inches from its upper left corner."""
 
+import textwrap
 from typing import Any, List, Tuple
 
 from ...pictures import INK
@@ -9,6 +10,7 @@ WIDTH, HEIGHT = 8.27, 11.69  # inches: A4
 LEFT, RIGHT, TOP, BOTTOM = 0.55, 7.92, 0.35, 0.42
 BODY, SMALL = 8.5, 7.5  # points
 MORE = "…"
+FILLED = 0.94  # share of a line that is filled with letters of average width: some lines have wider ones
 
 
 class Sheet:
@@ -60,28 +62,19 @@ class Sheet:
         return text.get_window_extent(self.figure.canvas.get_renderer()).width / self.figure.dpi
 
     def lines(self, words: str, room: float, most: int, size: float = BODY, **look: Any) -> List[str]:
-        """Words broken into lines.
+        """Break a text into lines.
 
         Args:
-            words: of the text.
-            room: inches that a line may take.
-            most: lines; where there are more, the last one ends in dots.
-            size: points.
-            look: what else matplotlib is told.
+            words: the text.
+            room: the largest width of a line (inches).
+            most: the largest number of lines. If the text has more, the last line ends in dots.
+            size: the size of the letters (points).
+            look: more properties of a matplotlib Text.
         """
-        probe, lines = self.figure.text(0, 0, "", fontsize=size, **look), [""]
-        for word in words.split():
-            longer = ("%s %s" % (lines[-1], word)).strip()
-            probe.set_text(plain(longer + MORE))
-            if not lines[-1] or self.wide(probe) <= room:
-                lines[-1] = longer
-            elif len(lines) < most:
-                lines.append(word)
-            else:
-                lines[-1] += MORE
-                break
+        probe = self.figure.text(0, 0, plain(words) or MORE, fontsize=size, **look)
+        letters = len(words) * room / self.wide(probe)      # on a line, with letters of average width
         probe.remove()
-        return lines
+        return textwrap.wrap(words, int(FILLED * letters) + 1, max_lines=most, placeholder=MORE, break_on_hyphens=False)
 
 
 def plain(words: str) -> str:
