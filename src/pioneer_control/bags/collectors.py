@@ -16,7 +16,9 @@ from ..message_values import NO_ECHO, NOT_HEARD, GripStatus, heading_of
 from .recorded_run import ERROR, WARNING, GripperEvent, Map, Report, Span
 
 ROWS = 1 << 16
-"""The largest number of rows that a `Thinned` or `Sampled` keeps."""
+"""The largest number of rows that a `Thinned`, and of echoes that an `EchoCollector` keeps.
+
+A `SilenceCollector` keeps the first so many periods."""
 TEXTS = 1000
 """The largest number of cans that are kept. The limit for the gaps of one topic is twice this number.
 
@@ -79,32 +81,6 @@ def _every_second(rows: array, width: int) -> array:
     return array("d", np.array(rows).reshape(-1, width)[::2].tobytes())
 
 
-class Sampled:
-    """Rows of numbers. It keeps all rows up to `ROWS` of them, then only every second, every fourth, ... row.
-
-    Args:
-        width: how many numbers a row has.
-
-    Attributes:
-        rows: the numbers of the kept rows in one flat array, row after row.
-    """
-
-    def __init__(self, width: int) -> None:
-        self.rows = array("d")
-        self._width = width
-        self._share = 1     # every row with a number divisible by this is kept
-        self._count = 0
-
-    def keep(self, *row: float) -> None:
-        """Add a row of `width` numbers. It may be left out when there are many rows."""
-        self._count += 1
-        if self._count % self._share == 0:
-            self.rows.extend(row)
-        if len(self.rows) > ROWS * self._width:
-            self.rows = _every_second(self.rows, self._width)
-            self._share *= 2
-
-
 def speed_of(twist: Any) -> Tuple[float, float]:
     """The speeds of a Twist: forward (m/s) and to the left (rad/s).
 
@@ -143,14 +119,19 @@ class OdometryCollector:
             self.speeds.add(time, message.twist.twist)
 
 
-class EchoCollector(Sampled):
-    """Keeps the echoes in SonarArray messages: rows of time (s), number of the transducer, and range (m).
+class EchoCollector:
+    """Keeps the echoes in SonarArray messages.
 
-    A driver repeats the reading of a transducer until there is a new one. Only the first of equal readings is kept.
+    A driver repeats the reading of a transducer until there is a new one. Only the first of equal readings is kept. Of
+    more than `ROWS` echoes only every second, then every fourth, ... is kept.
+
+    Attributes:
+        rows: time (s), number of the transducer, and range (m) of each kept echo, one after the other in a flat array.
     """
 
     def __init__(self) -> None:
-        super().__init__(3)
+        self.rows = array("d")
+        self._share, self._count = 1, 0     # of all echoes so far (`_count`), each `_share`-th is kept
         self._ranges: Sequence[float] = ()
 
     def add(self, time: float, message: Any) -> None:
@@ -158,7 +139,12 @@ class EchoCollector(Sampled):
         before, self._ranges = self._ranges, message.ranges
         for number, reading in enumerate(self._ranges):
             if NOT_HEARD < reading < NO_ECHO and reading not in before[number:number + 1]:
-                self.keep(time, number, reading)
+                self._count += 1
+                if self._count % self._share == 0:
+                    self.rows.extend((time, number, reading))
+        if len(self.rows) > 3 * ROWS:
+            self.rows = _every_second(self.rows, 3)
+            self._share *= 2
 
 
 def grip_of(message: Any) -> Tuple[int, bool]:
@@ -394,13 +380,14 @@ class SilenceCollector:
 
     def __init__(self) -> None:
         self._last: Optional[float] = None
-        self._periods = Sampled(1)
+        self._periods = array("d")
         self._silences: List[Span] = []     # the longest
 
     def add(self, time: float, _: Any = None) -> None:
         """Add a message that was recorded at `time` (s)."""
         if self._last is not None:
-            self._periods.keep(time - self._last)
+            if len(self._periods) < ROWS:
+                self._periods.append(time - self._last)
             if time - self._last > SHORTEST_GAP:
                 self._silences = _longest([*self._silences, Span(self._last, time, "")], TEXTS)
         self._last = time
@@ -412,9 +399,9 @@ class SilenceCollector:
             topic: name of the topic. Each span gets it as its text.
             end: time of the end of the recording (s).
         """
-        if self._last is None or len(self._periods.rows) < FEWEST:
+        if self._last is None or len(self._periods) < FEWEST:
             return []
-        most = max(SHORTEST_GAP, SILENCE * float(np.median(np.array(self._periods.rows))))
+        most = max(SHORTEST_GAP, SILENCE * float(np.median(self._periods)))
         return [Span(begin, until, topic) for begin, until, _ in [*self._silences, Span(self._last, end, "")]
                 if until - begin > most]
 

@@ -11,7 +11,7 @@ from .incidents import Incident, made, silences
 from .sheet import RIGHT, Sheet, plain
 from .timeline import Timeline, spread
 
-CURVE, BATTERY, LANE = 0.8, 0.45, 0.19  # inches high
+CURVE, BATTERY, LANE = 0.7, 0.4, 0.19  # inches high
 BETWEEN = 0.09  # inches between two strips
 NAMES = 1.15  # inches from the left edge of the sheet: room for the strips' names
 TICKS_APART = 0.65  # inches, on the axis of time

@@ -25,7 +25,6 @@ NARROW, WIDEST = 1.6, 3.2
 SIGNS, EVENTS_LISTED = 7, 8  # in a legend, at most
 MANY = -1  # so many events of the gripper that they have signs in the legend, and no numbers
 EVENTS_BESIDE = {7: 4, 2: 2, 1: 1}  # columns of events in a legend, by its columns of signs
-SQUEEZED = 0.75  # share of their height that curves keep where the map gains by it
 FULL, FEWEST = 20, 4  # lanes and lines of text on a page, at most; lines of text that are always allowed
 LINES = 3  # of one text, at most
 WORDS = LEFT + 1.15  # inches: where the words of a fault begin, behind its letter and time
@@ -65,11 +64,8 @@ def figure(run: Run, title: Optional[str] = None) -> Any:
     head = [(line, look) for text, look in said for line in probe.lines(text, RIGHT - LEFT, LINES, **look) if text]
 
     events = min(len(run.gripper), EVENTS_LISTED) if len(run.gripper) <= from_above.BADGES else MANY
-    lower = [each._replace(height=SQUEEZED * each.height) for each in shown]
-    span, above_map = view.high - view.low, TOP + 0.62 + LINE * len(head) + GAP
-    where, squeezed = (plan(span, above_map, over_time.height(each, lanes), lines, events) for each in (shown, lower))
-    if squeezed.map[2] > where.map[2]:
-        where, shown = squeezed, lower
+    where = plan(view.high - view.low, TOP + 0.62 + LINE * len(head) + GAP, over_time.height(shown, lanes), lines,
+                 events)
 
     sheet = Sheet(where.height)
     _write_head(sheet, run, timeline, title, summary(run, view, wrong))
