@@ -383,7 +383,7 @@ class Record(unittest.TestCase):
 
     def test_a_second_recorder_of_the_same_name_does_not_end_the_first(self):
         self.assertEqual(self.second.returncode, 1)
-        self.assertIn("/robot1/recorder records already", self.second.stderr)
+        self.assertIn("/robot1/recorder runs already", self.second.stderr)
 
 
 if __name__ == "__main__":

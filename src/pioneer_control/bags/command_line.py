@@ -18,6 +18,8 @@ from .records import BagError
 
 PATIENCE = 1.0
 """Time (s) after which a progress bar appears."""
+MASTER_PATIENCE = 5.0
+"""The longest time (s) to wait for an answer of the ROS master, or of a node."""
 
 
 def refuse_launch_arguments(words: Iterable[str], names: Iterable[str]) -> None:
@@ -35,6 +37,30 @@ def refuse_launch_arguments(words: Iterable[str], names: Iterable[str]) -> None:
     for word in words:
         if word.partition(":=")[0] in names:
             raise UsageError("%s: this is the form for roslaunch; --help lists the options here" % word)
+
+
+def no_master() -> UsageError:
+    """Return the error to raise when the ROS master does not answer."""
+    import rosgraph
+
+    return UsageError("there is no ROS master at %s: start roscore, or use the launch file of this program"
+                      % rosgraph.get_master_uri())
+
+
+def check_alone(node: str) -> None:
+    """Check that no node with this full name runs. A new node with the name would end it.
+
+    Raises:
+        UsageError: a node with this name runs, or the ROS master does not answer.
+    """
+    from ..ros_node import NO_ANSWER, is_at_work    # imported here because it imports all of rospy
+
+    try:
+        if is_at_work(node, MASTER_PATIENCE):
+            raise UsageError("%s runs already. To end it: rosnode kill %s. To keep it, give the new node another name "
+                             "with __name:=" % (node, node))
+    except NO_ANSWER:
+        raise no_master() from None
 
 
 def parser_of(program: str, description: str, options: Dict[str, Dict[str, Any]],

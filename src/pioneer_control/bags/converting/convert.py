@@ -7,7 +7,7 @@ import argparse
 import os
 import sys
 from contextlib import closing
-from typing import Any, Counter, Dict, Optional, Sequence, Set, Tuple
+from typing import Any, Counter, Dict, List, Optional, Sequence, Set, Tuple
 
 from ...errors import PioneerError, UsageError
 from ...robots import Transducer, find_model
@@ -39,11 +39,12 @@ def survey(path: str) -> Tuple[BagReader, Dict[str, Sequence[Transducer]], Set[s
     return reader, transducers, frames
 
 
-def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]:
+def convert(source: str, target: str, options: Options) -> Tuple[Converter, List[Outlet], str]:
     """Write a new bag.
 
     Returns:
-        The converter, which counted, and a sentence that says what is missing in the old bag; empty where nothing is.
+        The converter, which has counted messages; the connections of the new bag in order of their first message; and a
+        sentence that says what is missing in the old bag (empty if nothing is missing).
 
     Raises:
         UsageError: a file or an option makes no sense. Then nothing is written.
@@ -69,22 +70,22 @@ def convert(source: str, target: str, options: Options) -> Tuple[Converter, str]
                 if outlet not in numbers:
                     numbers[outlet] = writer.connect(outlet.topic, outlet.header)
                 writer.write(numbers[outlet], data, message.time)
-    return converter, reader.damage
+    return converter, list(numbers), reader.damage
 
 
-def report(source: str, target: str, converter: Converter, damage: str, model: str = "") -> str:
-    """What was converted into what, what was kept, and what is wrong, in plain words.
+def report(source: str, target: str, converter: Converter, outlets: Sequence[Outlet], damage: str, model: str) -> str:
+    """Return, in plain words, what was converted into what, what was kept, and what is wrong.
 
     Args:
-        source, target: names of the old bag and the new one.
-        converter: after the last message.
-        damage: what is missing in the old bag, a sentence.
-        model: that was named on the command line.
+        source, target: the paths of the old bag and of the new bag.
+        converter: the converter after the last message.
+        outlets: the connections of the new bag.
+        damage: a sentence that says what is missing in the old bag. Empty if nothing is missing.
+        model: the value of --model. Empty if it was not given.
     """
-    made = [outlet for outlet in converter.outlets if outlet.made]
-    renamed = [outlet for outlet in converter.outlets if not outlet.made
-               and outlet.header["type"] != outlet.source.type]
-    kept = [outlet for outlet in converter.outlets if not outlet.made and outlet not in renamed]
+    made = [outlet for outlet in outlets if outlet.made]
+    renamed = [outlet for outlet in outlets if not outlet.made and outlet.header["type"] != outlet.source.type]
+    kept = [outlet for outlet in outlets if not outlet.made and outlet not in renamed]
     read = Counter(converter.dropped)
     for outlet in renamed + kept:
         read[outlet.topic] += outlet.count
@@ -164,7 +165,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
             raise UsageError("--gripper: a model %s carries no gripper" % model.subtype)
         wanted = Options(list(dict.fromkeys(options.what)) or DEFAULT, model, options.gripper, options.replace,
                          _renamed(options.frame))
-        converter, damage = convert(options.bag, options.output, wanted)
+        converter, outlets, damage = convert(options.bag, options.output, wanted)
     except PioneerError as error:
         print("convert_bag: %s" % error, file=sys.stderr)
         return 2
@@ -175,7 +176,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     except KeyboardInterrupt:
         print("convert_bag: interrupted; %s was not written" % options.output, file=sys.stderr)
         return 130
-    print(report(options.bag, options.output, converter, damage, options.model))
+    print(report(options.bag, options.output, converter, outlets, damage, options.model))
     return 1 if damage or converter.damaged else 0
 
 

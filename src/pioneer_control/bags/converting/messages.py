@@ -148,19 +148,21 @@ class SonarHistory:
 
     def __init__(self) -> None:
         self._last: Dict[int, Tuple[float, float]] = {}     # by number: range, and when it was heard
-        self._time = -math.inf
 
     def readings(self, ranges: Sequence[float], transducers: Iterable[Transducer], time: float) -> List[Reading]:
-        """The newest reading of each transducer that was heard, in an array that came at a time (s)."""
-        if time < self._time:   # time began anew
-            self._last.clear()
-        self._time = time
+        """Return the newest reading of each transducer that was heard.
+
+        Args:
+            ranges: the array of ranges (m).
+            transducers: the transducers of the robot.
+            time: the time (s) at which the array came. It may jump back: then all readings are new.
+        """
         found = []
         for transducer in transducers:
             heard = ranges[transducer.number] if transducer.number < len(ranges) else NOT_HEARD
             if heard > NOT_HEARD:   # and is not NaN
                 before, since = self._last.get(transducer.number, (None, time))
-                since = since if heard == before and time - since < ROUND else time
+                since = since if heard == before and 0 <= time - since < ROUND else time
                 self._last[transducer.number] = heard, since
                 found.append(Reading(transducer, heard, time - since))
             else:
@@ -216,7 +218,6 @@ class Converter:
         static_frames: child frames in /tf_static of the old bag. Frames of transducers among them are not made again.
 
     Attributes:
-        outlets: of the new bag, in order of their first message.
         dropped: how many messages were left out, by topic.
         already_there: topics that are not made because the bag has them.
         not_fitted: how many readings came from transducers that the robot does not have.
@@ -225,7 +226,6 @@ class Converter:
 
     def __init__(self, options: Options, topics: Collection[str], transducers: Mapping[str, Sequence[Transducer]],
                  static_frames: Iterable[str]) -> None:
-        self.outlets: List[Outlet] = []
         self.dropped: Counter[str] = Counter()
         self.already_there: Set[str] = set()
         self.not_fitted = 0
@@ -243,8 +243,6 @@ class Converter:
             self._sources[id(connection)] = kind_of(connection), self._outlets_of(connection), SonarHistory()
         try:
             for outlet, data in self._written(message, *self._sources[id(connection)]):
-                if not outlet.count:
-                    self.outlets.append(outlet)
                 outlet.count += 1
                 yield outlet, data
         except BagError:

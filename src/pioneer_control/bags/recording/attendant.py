@@ -15,8 +15,9 @@ import rospy
 from std_msgs.msg import String
 
 from ...ros_node import NO_ANSWER, init_node, peer
+from ..command_line import MASTER_PATIENCE
 from .description import Description, nodes_of, text_of, versions
-from .plan import PATIENCE, USUAL_RATE, WHAT_TO_DO, LogLine, RecordingPlan, in_words, room
+from .plan import USUAL_RATE, WHAT_TO_DO, LogLine, RecordingPlan, in_words, room
 from .topics import whole_name
 
 TICK = 0.2
@@ -156,7 +157,7 @@ def attend(plan: RecordingPlan, recorder: int, name: str, lines: Sequence[LogLin
     publishers = [rospy.Publisher(whole_name(robot, "recording"), String, queue_size=1, latch=True)
                   for robot in plan.robots]
     descriptions = Descriptions(plan, lambda text: [publisher.publish(text) for publisher in publishers])
-    master = peer(rosgraph.get_master_uri(), PATIENCE)
+    master = peer(rosgraph.get_master_uri(), MASTER_PATIENCE)
     node, told = rospy.get_name(), False
     while goes_on():
         if monotonic() < due:

@@ -16,8 +16,6 @@ from ...errors import UsageError
 from ..command_line import in_order, stem
 from .topics import NAME, load_list, topics_of
 
-PATIENCE = 3.0
-"""The longest time (s) to wait for an answer of the master or of a node."""
 KB, MB, GB = 2 ** 10, 2 ** 20, 2 ** 30
 
 COMPRESSIONS = "lz4", "bz2", "none"

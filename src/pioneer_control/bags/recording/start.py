@@ -12,31 +12,8 @@ import time
 from typing import NoReturn
 
 from ...errors import UsageError
-from ..command_line import parser_of, refuse_launch_arguments
-from .plan import OPTIONS, PATIENCE, check_place, left_behind, plan_of
-
-
-def check_alone(node: str) -> None:
-    """Check that no node with the name of this recorder runs already. A new node with this name would end it.
-
-    Args:
-        node: the full name of the node.
-
-    Raises:
-        UsageError: a node with this name runs, or no ROS master answers.
-    """
-    import rosgraph
-
-    from ...ros_node import NO_ANSWER, is_at_work    # imported here because it imports all of rospy
-
-    try:
-        if not is_at_work(node, PATIENCE):
-            return
-    except NO_ANSWER as error:
-        raise UsageError("no ROS master answers at %s: start the robot first, or roscore"
-                         % rosgraph.get_master_uri()) from error
-    raise UsageError("%s records already. To end that one: rosnode kill %s. To record beside it: rosrun "
-                     "pioneer_control record __name:=another_recorder" % (node, node))
+from ..command_line import check_alone, parser_of, refuse_launch_arguments
+from .plan import OPTIONS, check_place, left_behind, plan_of
 
 
 def main() -> NoReturn:

@@ -14,15 +14,13 @@ import rosgraph
 import rospy
 
 from ...errors import NoAnswerError, PioneerError, UsageError
-from ...ros_node import NO_ANSWER, init_node, is_at_work, peer
-from ..command_line import say
+from ...ros_node import NO_ANSWER, init_node, peer
+from ..command_line import MASTER_PATIENCE, check_alone, no_master, say
 from ..writer import BagWriter, serialized
 from .commands import ASIDE, TOLD, absolute
 
 PATIENCE = 30.0
 """How long to wait for programs to be ready (s). On the slowest machine they need a few seconds."""
-MASTER_PATIENCE = 5.0
-"""How long to wait for an answer of the ROS master, or of a node (s)."""
 INTERVAL = 0.1
 """The usual time between two checks of a condition (s)."""
 LAST_WORDS = 10.0, 5.0
@@ -35,12 +33,6 @@ class Interrupted(PioneerError):
     """This node must end before it is done: the user pressed Ctrl-C, or ROS shut the node down."""
 
 
-def no_master() -> UsageError:
-    """Return the error to raise when the ROS master does not answer."""
-    return UsageError("there is no ROS master at %s: start roscore, or use roslaunch pioneer_control replay.launch"
-                      % rosgraph.get_master_uri())
-
-
 def become_node(name: str) -> None:
     """Start the ROS node of this process. ``__name:=`` on the command line replaces `name`.
 
@@ -48,12 +40,7 @@ def become_node(name: str) -> None:
         UsageError: the ROS master does not answer, or a node of this name runs already. The new node would end it.
     """
     name = next((word[len("__name:="):] for word in reversed(sys.argv) if word.startswith("__name:=")), name)
-    try:
-        if is_at_work("/" + name, MASTER_PATIENCE):
-            raise UsageError("/%s is at work on this master already: end it first, or give this one another name with "
-                             "__name:=" % name)
-    except NO_ANSWER:
-        raise no_master() from None
+    check_alone("/" + name)
     init_node(name)
 
 

@@ -15,7 +15,7 @@ import sys
 from typing import Any, Dict, Optional, Sequence
 
 from ...errors import PioneerError, UsageError
-from ..command_line import bag_files, parser_of, refuse_launch_arguments
+from ..command_line import bag_files, no_master, parser_of, refuse_launch_arguments
 from ..draw import main as draw
 from .commands import REMAPPING, player, recorded_topics
 
@@ -46,7 +46,7 @@ def warn_of_robots() -> None:
     try:
         others = programs.possible_robots()
     except OSError:
-        raise programs.no_master() from None
+        raise no_master() from None
     if others:
         print("replay: %s is on this master. No command of the bag reaches it, but what it reports mixes with the bag: "
               "a replay is better done on a master of its own "
