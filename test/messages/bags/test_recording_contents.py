@@ -388,7 +388,7 @@ class TestParts:
 
 class TestSilent:
     def texts(self, published):
-        return [notice.text for notice in attendant.silent(MADE, [[[topic, ["/node"]] for topic in published], [], []])]
+        return list(attendant.silent(MADE, [[[topic, ["/node"]] for topic in published], [], []]))
 
     def test_nothing_to_say(self):
         assert self.texts(["/a/pose", "/b/pose", "/a/wire"]) == []
@@ -415,18 +415,18 @@ class TestBegins:
         monkeypatch.setattr(attendant, "BEGIN", 0.0)
         monkeypatch.setattr(attendant.rospy, "get_time", lambda: time)
         made, left, told = MADE._replace(stem=str(tmp_path / "x")), list(range(moments)), []
+        monkeypatch.setattr(attendant.rospy, "logwarn", told.append)
 
         def goes_on():
             if left.pop(0) == appears:
                 (tmp_path / "x.bag.active").write_bytes(b"")
             return bool(left)
 
-        return attendant.begins(made, goes_on, told.extend), told
+        return attendant.begins(made, goes_on), told
 
     def test_without_a_clock_it_is_said_once(self, monkeypatch, tmp_path):
-        began, (notice,) = self.told(monkeypatch, tmp_path, 0.0, 9)
-        assert not began and "nothing is recorded yet" in notice.text
-        assert "rosparam set /use_sim_time false" in notice.text
+        began, (text,) = self.told(monkeypatch, tmp_path, 0.0, 9)
+        assert not began and "nothing is recorded yet" in text and "rosparam set /use_sim_time false" in text
 
     def test_the_clock_comes_later(self, monkeypatch, tmp_path):
         began, told = self.told(monkeypatch, tmp_path, 0.0, 9, appears=5)
@@ -437,20 +437,35 @@ class TestBegins:
 
 
 class TestLookingBack:
+    @pytest.fixture
+    def last_words(self, monkeypatch):
+        """The severity and the text of the last words about a plan, with so many bytes free on the disk."""
+
+        def last_words(plan, free):
+            said = []
+            for name in ("info", "err"):
+                monkeypatch.setattr(attendant.rospy, "log" + name,
+                                    lambda text, *parts, name=name: said.append((name, text % parts)))
+            attendant.last_words(plan, free)
+            (words,) = said
+            return words
+
+        return last_words
+
     def made(self, tmp_path, *there):
         for name in there:
             (tmp_path / name).write_bytes(b"")
         return MADE._replace(stem=str(tmp_path / "x"), split=("size", 1) if "x_0.bag" in there else ("", 0))
 
-    def test_a_bag_that_was_closed(self, tmp_path):
-        severity, text = attendant.last_words(self.made(tmp_path, "x_0.bag", "x_1.bag"), 1)
+    def test_a_bag_that_was_closed(self, tmp_path, last_words):
+        severity, text = last_words(self.made(tmp_path, "x_0.bag", "x_1.bag"), 1)
         assert severity == "info" and text.endswith("x_1.bag is closed")
 
-    def test_a_full_disk(self, tmp_path):
-        severity, text = attendant.last_words(self.made(tmp_path, "x.bag"), 0)
-        assert severity == "error" and "because the disk is full" in text and "x.bag is closed and whole" in text
+    def test_a_full_disk(self, tmp_path, last_words):
+        severity, text = last_words(self.made(tmp_path, "x.bag"), 0)
+        assert severity == "err" and "because the disk is full" in text and "x.bag is closed and whole" in text
 
     @pytest.mark.parametrize("free", [0, 1])
-    def test_a_recorder_that_was_killed(self, tmp_path, free):
-        severity, text = attendant.last_words(self.made(tmp_path, "x_0.bag", "x_1.bag.active"), free)
-        assert severity == "error" and "was killed" in text and "x_1.bag.active" in text and "reindex" in text
+    def test_a_recorder_that_was_killed(self, tmp_path, last_words, free):
+        severity, text = last_words(self.made(tmp_path, "x_0.bag", "x_1.bag.active"), free)
+        assert severity == "err" and "was killed" in text and "x_1.bag.active" in text and "reindex" in text

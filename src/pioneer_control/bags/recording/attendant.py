@@ -8,7 +8,7 @@ import os
 import shutil
 import threading
 from time import monotonic
-from typing import Any, Callable, Dict, Iterable, Iterator, Sequence
+from typing import Any, Callable, Dict, Iterator, Sequence
 
 import rosgraph
 import rospy
@@ -17,7 +17,7 @@ from std_msgs.msg import String
 from ...ros_node import NO_ANSWER, init_node, peer
 from ..command_line import MASTER_PATIENCE
 from .description import Description, nodes_of, text_of, versions
-from .plan import USUAL_RATE, WHAT_TO_DO, LogLine, RecordingPlan, in_words, room
+from .plan import USUAL_RATE, WHAT_TO_DO, RecordingPlan, in_words, room
 from .topics import whole_name
 
 TICK = 0.2
@@ -34,11 +34,8 @@ GRACE = 10.0
 """The time (s) from the start until the node logs which topics have no publisher.
 
 Drivers that start together with the recorder need some time."""
-NO_CLOCK = LogLine("warning",
-                   "nothing is recorded yet: this master has simulated time (/use_sim_time), perhaps of an earlier "
-                   "replay, and nothing publishes /clock. For a robot: end this, rosparam set /use_sim_time false, and "
-                   "start it again")
-SAY = {"info": rospy.loginfo, "warning": rospy.logwarn, "error": rospy.logerr}
+NO_CLOCK = ("nothing is recorded yet: this master has simulated time (/use_sim_time), perhaps of an earlier replay, "
+            "and nothing publishes /clock. For a robot: end this, rosparam set /use_sim_time false, and start it again")
 
 
 class Descriptions:
@@ -79,7 +76,7 @@ class Descriptions:
         self._wait *= LONGER
 
 
-def silent(plan: RecordingPlan, state: Sequence[Any]) -> Iterator[LogLine]:
+def silent(plan: RecordingPlan, state: Sequence[Any]) -> Iterator[str]:
     """Yield a warning for each robot that publishes nothing, and for each topic of `plan.asked_for` without publisher.
 
     Args:
@@ -94,15 +91,15 @@ def silent(plan: RecordingPlan, state: Sequence[Any]) -> Iterator[LogLine]:
     robots = sorted({topic.rpartition("/")[0].strip("/") for topic in published if topic.endswith("/pose")})
     there = "There are: " + ", ".join(robots) if robots else "There is no robot at all yet"
     for robot in gone:
-        yield LogLine("warning", "nothing is published under /%s: is that the robot's name, and does its driver run? "
-                      "%s. What comes later is recorded" % (robot, there))
+        yield ("nothing is published under /%s: is that the robot's name, and does its driver run? %s. What comes "
+               "later is recorded" % (robot, there))
     for topic in plan.asked_for:
         if topic not in published and not any(topic.startswith("/%s/" % robot) for robot in gone):
-            yield LogLine("warning", "nothing publishes %s, which was asked for%s"
-                          % (topic, " (set the driver's publish_wire)" if topic.endswith("/wire") else ""))
+            yield ("nothing publishes %s, which was asked for%s"
+                   % (topic, " (set the driver's publish_wire)" if topic.endswith("/wire") else ""))
 
 
-def begins(plan: RecordingPlan, goes_on: Callable[[], bool], tell: Callable[[Iterable[LogLine]], None]) -> bool:
+def begins(plan: RecordingPlan, goes_on: Callable[[], bool]) -> bool:
     """Wait until rosbag has created the bag. With simulated time, rosbag creates it after the first /clock message.
 
     After `BEGIN` seconds without a bag it stops waiting if ROS has a time, and logs `NO_CLOCK` if ROS has no time.
@@ -110,7 +107,6 @@ def begins(plan: RecordingPlan, goes_on: Callable[[], bool], tell: Callable[[Ite
     Args:
         plan: the plan of the recording.
         goes_on: a function that waits a moment, and returns False when the recorder has ended.
-        tell: a function that logs lines.
 
     Returns:
         False if the recorder ended during the wait.
@@ -124,24 +120,18 @@ def begins(plan: RecordingPlan, goes_on: Callable[[], bool], tell: Callable[[Ite
             break   # rosbag is only slow
         if is_late and not told:
             told = True
-            tell([NO_CLOCK])
+            rospy.logwarn(NO_CLOCK)
     return True
 
 
-def say(lines: Iterable[LogLine]) -> None:
-    """Write lines to the ROS log, each with its severity."""
-    for severity, text in lines:
-        SAY[severity]("%s", text)
-
-
-def attend(plan: RecordingPlan, recorder: int, name: str, lines: Sequence[LogLine]) -> None:
+def attend(plan: RecordingPlan, recorder: int, name: str, warning: str) -> None:
     """Run the attendant as a node until the recorder ends.
 
     Args:
         plan: the plan of the recording.
         recorder: the process id of the recorder, which is the parent of this process.
         name: the name of the node.
-        lines: lines to log first, when the bag exists.
+        warning: a warning to log when the bag exists. Empty: none.
     """
     init_node(name)
     stop = threading.Event()
@@ -151,9 +141,11 @@ def attend(plan: RecordingPlan, recorder: int, name: str, lines: Sequence[LogLin
         return os.getppid() == recorder and not stop.wait(TICK)
 
     start = due = monotonic()
-    if not begins(plan, goes_on, say):
+    if not begins(plan, goes_on):
         return
-    say([*lines, first_words(plan, shutil.disk_usage(plan.folder).free)])
+    if warning:
+        rospy.logwarn(warning)
+    rospy.loginfo(first_words(plan, shutil.disk_usage(plan.folder).free))
     publishers = [rospy.Publisher(whole_name(robot, "recording"), String, queue_size=1, latch=True)
                   for robot in plan.robots]
     descriptions = Descriptions(plan, lambda text: [publisher.publish(text) for publisher in publishers])
@@ -170,36 +162,36 @@ def attend(plan: RecordingPlan, recorder: int, name: str, lines: Sequence[LogLin
         descriptions.look(monotonic(), state, parameters, max(1, len(plan.parts)))
         if not told and monotonic() > start + GRACE:
             told = True
-            say(silent(plan, state))
+            for text in silent(plan, state):
+                rospy.logwarn(text)
     if not stop.is_set():
-        say([last_words(plan, shutil.disk_usage(plan.folder).free)])
+        last_words(plan, shutil.disk_usage(plan.folder).free)
 
 
-def first_words(plan: RecordingPlan, free: int) -> LogLine:
+def first_words(plan: RecordingPlan, free: int) -> str:
     """Return the first line for the log: what is recorded, and how long the free disk space lasts.
 
     `free` is the free space on the disk (bytes).
     """
     kind, amount = plan.split
     parts = ", a new part each %s %s" % (amount, "MB" if kind == "size" else "s") if kind else ""
-    return LogLine("info", "recording %s: %d topics into %s (%s%s). %s free: %s" % (
+    return "recording %s: %d topics into %s (%s%s). %s free: %s" % (
         ", ".join("/" + robot for robot in plan.robots), len(plan.topics), plan.file, plan.compression, parts,
-        in_words(free), room(free, plan.keep_free, USUAL_RATE[plan.compression] * len(plan.robots))))
+        in_words(free), room(free, plan.keep_free, USUAL_RATE[plan.compression] * len(plan.robots)))
 
 
-def last_words(plan: RecordingPlan, free: int) -> LogLine:
-    """Return the last line for the log: whether the recording ended well, was killed, or filled the disk.
+def last_words(plan: RecordingPlan, free: int) -> None:
+    """Log the last line: whether the recording ended well, was killed, or filled the disk.
 
     `attend` logs it if the recorder ended before this node was shut down. `free` is the free disk space (bytes).
     """
     there = plan.parts
     unfinished = [path for path in there if path.endswith(".active")]
-    if unfinished:
-        return LogLine("error", "the recorder was killed, or failed. %s %s"
-                       % (unfinished[-1], WHAT_TO_DO % unfinished[-1]))
     last = there[-1] if there else "no bag"
-    if free <= plan.keep_free:
-        return LogLine("error",
-                       "the recording has ended because the disk is full: %s is closed and whole. Make room, and "
-                       "start another one" % last)
-    return LogLine("info", "the recording has ended: %s is closed" % last)
+    if unfinished:
+        rospy.logerr("the recorder was killed, or failed. %s %s", unfinished[-1], WHAT_TO_DO % unfinished[-1])
+    elif free <= plan.keep_free:
+        rospy.logerr("the recording has ended because the disk is full: %s is closed and whole. Make room, and start "
+                     "another one", last)
+    else:
+        rospy.loginfo("the recording has ended: %s is closed", last)

@@ -59,14 +59,6 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
 """The options of the command line. record.launch passes all options. An empty option counts as not given."""
 
 
-class LogLine(NamedTuple):
-    """A line for the ROS log."""
-
-    severity: str
-    """info, warning or error: a key of `attendant.SAY`"""
-    text: str
-
-
 class RecordingPlan(NamedTuple):
     """The plan of a recording: which topics of which robots are recorded, and in which file."""
 
@@ -221,7 +213,7 @@ def check_place(plan: RecordingPlan, free: int) -> None:
                          "leave less (keep_free:=100MB)" % (in_words(free), folder, in_words(plan.keep_free)))
 
 
-def left_behind(folder: str, now: float) -> List[LogLine]:
+def left_behind(folder: str, now: float) -> str:
     """Return a warning about one unfinished bag of a killed recorder in a folder. Empty if there is no such bag.
 
     Args:
@@ -230,7 +222,7 @@ def left_behind(folder: str, now: float) -> List[LogLine]:
     """
     unfinished = sorted(entry.path for entry in os.scandir(folder)
                         if entry.name.endswith(".bag.active") and now - entry.stat().st_mtime > LEFT)
-    return [LogLine("warning", "%s %s" % (path, WHAT_TO_DO % path)) for path in unfinished[-1:]]
+    return "%s %s" % (unfinished[-1], WHAT_TO_DO % unfinished[-1]) if unfinished else ""
 
 
 def room(free: int, keep_free: int, rate: float) -> str:
