@@ -177,7 +177,7 @@ def throw(make: Callable[[random.Random], bytes], number: int, seed: int, longes
     return Counts(
         number, time.monotonic() - begin, sum(robot.time for robot in robots),
         sum(subject.packets for subject in subjects),
-        sum(robot.command_counts.obeyed for robot in robots), held[1] - held[0], resident_kb() - held[1])
+        sum(robot.command_counts["obeyed"] for robot in robots), held[1] - held[0], resident_kb() - held[1])
 
 
 KINDS = {"strings": (any_string, 0.05), "commands": (any_command, 0.2)}

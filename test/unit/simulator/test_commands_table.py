@@ -125,7 +125,7 @@ def test_each_family_counts_what_it_knows_as_obeyed_and_all_else_as_unknown(fami
         bench.robot.receive(p2os.encode_command(command.name, *sensible(command)))
         after = bench.robot.command_counts
         known = command.name in HANDLERS and HANDLERS[command.name].known_to(family)
-        assert (after.obeyed - before.obeyed, after.unknown - before.unknown) == (known, not known), command.name
+        assert after - before == {"obeyed" if known else "unknown": 1}, command.name
         bench.wait(0.02)
     assert bench.wait(1.0).sips
 
@@ -134,6 +134,6 @@ def test_a_command_without_the_value_it_needs_changes_nothing():
     bench = Bench().open()
     for name, handler in HANDLERS.items():
         if handler.value is not None and handler.known_to("ARCOS"):
-            before = bench.robot.command_counts.senseless
+            before = bench.robot.command_counts["senseless"]
             bench.robot.receive(p2os.encode_frame(COMMANDS[name].number))
-            assert bench.robot.command_counts.senseless == before + 1, name
+            assert bench.robot.command_counts["senseless"] == before + 1, name

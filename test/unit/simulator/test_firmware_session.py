@@ -123,7 +123,7 @@ def test_unknown_and_senseless_commands_are_counted_and_ignored():
     bench.robot.receive(b"".join(p2os.encode_frame(number, data) for number, data in frames))
     bench.wait(0.2)
     counts = bench.robot.command_counts
-    assert (counts.unknown, counts.senseless) == (2, 2) and bench.robot.velocity == (0.0, 0.0)
+    assert (counts["unknown"], counts["senseless"]) == (2, 2) and bench.robot.velocity == (0.0, 0.0)
 
 
 def test_noise_on_the_line_is_counted_and_the_robot_still_drives():
@@ -144,7 +144,7 @@ def test_it_obeys_the_good_half_of_what_comes():
         bench.robot.receive(bytes(packet))
         bench.send("VEL", 200).wait(0.05)
     assert bench.robot.velocity[0] == 0.2
-    assert bench.robot.command_counts.obeyed == 301 and bench.robot.decoder.counts.bad_checksums >= 300
+    assert bench.robot.command_counts["obeyed"] == 301 and bench.robot.decoder.counts.bad_checksums >= 300
 
 
 def test_config_tells_what_is_fitted_and_allowed():

@@ -82,13 +82,13 @@ def test_a_robot_as_it_comes_counts_what_it_drives():
 @pytest.mark.parametrize("subtype, known", [("p3dx-sh", 132), ("amigo-sh", 132), ("p3dx", None), ("p2dx", None)])
 def test_ticks_of_a_mm_are_for_arcos(subtype, known):
     bench = Bench(subtype).open().send("TICKSMM", 132)
-    assert shown(bench, "ticks_per_mm") == known and bench.robot.command_counts.unknown == (known is None)
+    assert shown(bench, "ticks_per_mm") == known and bench.robot.command_counts["unknown"] == (known is None)
     assert bench.robot.hardware.wheels.ticks_per_mm == known or known is None
 
 
 def test_a_pioneer_1_knows_no_ramps():
     bench = Bench("pion1m").open().send("SETA", 500).send("SETRA", 50).send("ROTKP", 1).send("BUMPSTALL", 0)
-    assert bench.robot.command_counts.unknown == 4 and bench.robot.hardware.drives.linear.limits.rise == 0.3
+    assert bench.robot.command_counts["unknown"] == 4 and bench.robot.hardware.drives.linear.limits.rise == 0.3
 
 
 def test_the_table_of_old_firmware_names_commands_and_families_that_there_are():

@@ -3,8 +3,9 @@
 The subclass `Firmware` adds the decoding of the client's bytes.
 """
 
+from collections import Counter
 from dataclasses import dataclass, field
-from typing import Dict, Iterator, Optional, Set, Tuple
+from typing import Counter as CounterType, Dict, Iterator, Optional, Set, Tuple
 
 from ... import p2os
 from ...errors import ParameterError
@@ -24,15 +25,6 @@ SETTINGS = dict(
     gyro_cw=0, gyro_ccw=0, aux1_baud=0, aux2_baud=0, aux3_baud=0, sounds_on=1,
 )
 """Power-on values of the numbers that a client may set without any effect on the hardware, by names of CONFIGpac."""
-
-
-@dataclass
-class CommandCounts:
-    """Numbers of received commands since power-on: obeyed, unknown, and with a value of the wrong type (senseless)."""
-
-    obeyed: int = 0
-    unknown: int = 0
-    senseless: int = 0
 
 
 @dataclass
@@ -87,7 +79,7 @@ class CommandedRobot(RobotOnLine):
             self.model, world, world.starts[0] if pose is None else pose, gripper, self.numbers, noise, seed)
         self.next_step_us += self.numbers.physics.step_us
         self.decoder = FrameDecoder()
-        self.command_counts = CommandCounts()
+        self.command_counts: CounterType[str] = Counter()
         self.unknown_commands: Set[str] = set()
         self._last_byte_us = self.clock.now_us
         self._booted_us = 0

@@ -79,20 +79,15 @@ def motion(act: Callable[[Hardware, float], None]) -> Callable[[CommandedRobot, 
     return obey
 
 
-def turn_by(hardware: Hardware, angle: float) -> None:
-    """Start to turn by an angle (rad, counter-clockwise positive) from the present heading."""
-    hardware.drives.angular.set_distance(angle)
-
-
 def head(hardware: Hardware, deg: float) -> None:
     """Execute command HEAD: start to turn to the heading `deg` (degrees, odometry frame), the shortest way."""
-    turn_by(hardware, math.remainder(math.radians(deg) - hardware.odometry.pose[2], 2.0 * math.pi))
+    hardware.drives.angular.set_distance(
+        math.remainder(math.radians(deg) - hardware.odometry.pose[2], 2.0 * math.pi))
 
 
-def turn_goal(robot: CommandedRobot, deg: int) -> None:
+def turn_goal(hardware: Hardware, deg: float) -> None:
     """Execute command DCHEAD: start to turn by `deg` degrees from the heading to which the robot turns now."""
-    hardware = robot.hardware
-    motion(turn_by)(robot, hardware.heading_goal - hardware.odometry.pose[2] + math.radians(deg))
+    hardware.drives.angular.set_distance((hardware.drives.angular.remaining or 0.0) + math.radians(deg))
 
 
 def wheels(robot: CommandedRobot, value: int) -> None:
@@ -327,9 +322,9 @@ HANDLERS: Dict[str, Handler] = {
     "MOVE": Handler(int, motion(lambda hardware, mm: hardware.drives.linear.set_distance(mm / 1000.0)), NOT_PSOS,
                     "Translate this far (mm; negative: backward) at SETV, with the ramps of SETA, and stop there."),
     "HEAD": Handler(int, motion(head), ALL, "Turn to this heading (deg) of the robot's own frame, the shortest way."),
-    "DHEAD": Handler(int, motion(lambda hardware, deg: turn_by(hardware, math.radians(deg))), ALL,
+    "DHEAD": Handler(int, motion(lambda hardware, deg: hardware.drives.angular.set_distance(math.radians(deg))), ALL,
                      "Turn by this angle (deg) from the present heading."),
-    "DCHEAD": Handler(int, turn_goal, NOT_PSOS, "Turn by this angle (deg) from the heading it is turning to."),
+    "DCHEAD": Handler(int, motion(turn_goal), NOT_PSOS, "Turn by this angle (deg) from the heading it is turning to."),
     "STOP": Handler(None, stop, NOT_PSOS, "Ramp down; the motors stay on."),
     "E_STOP": Handler(None, emergency_stop, NOT_PSOS, _EMERGENCY_STOP),
     "QSTOP": Handler(None, emergency_stop, "M", _EMERGENCY_STOP),
@@ -400,7 +395,7 @@ HANDLERS: Dict[str, Handler] = {
     "AUX3BAUD": aux_baud(3),
     "DOCK": Handler(int, dock, "PG",
                     "0 off; 1, 2: takes power where it stands in a dock of the world; 2 also stops then."),
-    "CHARGE": Handler(int, lambda robot, on: robot.hardware.charger.ask_dock(bool(on)), LATER,
+    "CHARGE": Handler(int, lambda robot, on: dock(robot, int(on != 0)), LATER,
                       "1: takes power where it stands in a dock of the world, 0: no longer."),
     "BUMPSTALL": Handler(int, bump_stall, NOT_PSOS,
                          "Which bumpers stop the wheels at once: bit 0 the front ones, bit 1 the rear ones; at first"

@@ -43,7 +43,8 @@ class Firmware(CommandedRobot):
         settings: numbers that a client may set without any effect on the hardware, by their names in CONFIGpac.
         decoder: decoder of the received bytes. It has the frame counts since power-on.
         open_session: state of the open session. None while no session is open.
-        command_counts: numbers of the commands since power-on.
+        command_counts: numbers of received commands since power-on: "obeyed", "unknown", and with a value of the wrong
+            type ("senseless").
         unknown_commands: names of received commands that the firmware does not know.
         baud: see `RobotOnLine`, as for `session`, `closed_sessions` and `next_step_us`.
 
@@ -109,11 +110,11 @@ class Firmware(CommandedRobot):
     def _obey(self, command: ReceivedCommand) -> None:
         handler, counts = HANDLERS.get(command.name), self.command_counts
         if handler is None or not handler.known_to(self.model.firmware_family):
-            counts.unknown += 1
+            counts["unknown"] += 1
             self.unknown_commands.add(command.name)
         elif handler.value is not None and not isinstance(command.value, handler.value):
-            counts.senseless += 1
+            counts["senseless"] += 1
         else:
-            counts.obeyed += 1
+            counts["obeyed"] += 1
             if handler.value is not int or command.value in handler.legal:
                 handler.act(self, command.value)

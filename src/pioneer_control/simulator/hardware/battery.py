@@ -107,10 +107,6 @@ class Charger:
         """Make the robot take no power in docks, and not stop in docks, as at power-on."""
         self.asks_dock = self.stops_in_dock = False
 
-    def ask_dock(self, asks: bool) -> None:
-        """Set whether the robot takes power when it stands in a dock."""
-        self.asks_dock = asks
-
     def plug(self, in_: bool) -> None:
         """Plug in the charger if `in_`, or else unplug it."""
         self.plugged_in = in_

@@ -4,7 +4,7 @@ All values are in SI units. This file does not depend on packets. Only `Hardware
 devices.
 """
 
-from typing import List, Optional, Protocol
+from typing import Optional
 
 from ...errors import ParameterError
 from ...robots import RobotModel
@@ -18,13 +18,6 @@ from .gripper import ParallelGripper
 from .robot_numbers import RobotNumbers
 from .sonar import Sonar
 from .wheels import DeadReckoning, WheelErrors, Wheels
-
-
-class Device(Protocol):
-    """A device with parameters that a client may change."""
-
-    def reset(self) -> None:
-        """Set the parameters to their power-on values."""
 
 
 class Hardware:
@@ -99,11 +92,11 @@ class Hardware:
 
     def reset_parameters(self) -> None:
         """Set limits, calibration, sonar sequence, safety settings and modes to their power-on values."""
-        devices: List[Device] = [
-            self.drives, self.motors, self.wheels, self.bumpers, self.sonar, self.gyro, self.compass, self.charger,
-            self._joystick_drive, self.ports, *self.aux]
-        for device in devices:
-            device.reset()
+        for reset in (
+                self.drives.reset, self.motors.reset, self.wheels.reset, self.bumpers.reset, self.sonar.reset,
+                self.gyro.reset, self.compass.reset, self.charger.reset, self._joystick_drive.reset, self.ports.reset,
+                *(port.reset for port in self.aux)):
+            reset()
 
     def reset_odometry(self) -> None:
         """Make the present pose the origin of the odometry."""

@@ -171,36 +171,26 @@ def load_faults(path: str) -> List[Fault]:
     return faults
 
 
-class _Timed(NamedTuple):
-    """A fault with the simulated times of its beginning and its end (microseconds)."""
-
-    fault: Fault
-    start_us: int
-    end_us: int
-
-
 class Faults:
     """The present and future faults of all robots in a simulation. Begins and ends the faults at their times.
 
     Args:
         links: all robots with their lines.
         say: function that is called when a fault begins or ends, with the simulated time (s) and a sentence.
+
+    Attributes:
+        on: the faults that have begun and have not ended, oldest first. Their times are simulated seconds.
     """
 
     def __init__(self, links: Sequence[RobotLink], say: Callable[[float, str], None] = lambda time, sentence: None):
         self._links = links
         self._say = say
-        self._waiting: List[_Timed] = []
-        self._on: List[_Timed] = []
-
-    @property
-    def on(self) -> List[Fault]:
-        """The faults that have begun and have not ended, oldest first."""
-        return [timed.fault for timed in self._on]
+        self._waiting: List[Fault] = []     # the first to begin is the first
+        self.on: List[Fault] = []
 
     def told(self, now_us: int) -> List[str]:
         """Return texts of the active faults, then of the future faults with the time until they begin."""
-        waits = [(fault, (start_us - now_us) / 1e6) for fault, start_us, _ in self._waiting]
+        waits = [(fault, fault.start - now_us / 1e6) for fault in self._waiting]
         to_come = ["%s, in %.1f s" % (fault, wait) if wait > 0.0 else str(fault) for fault, wait in waits]
         return [str(fault) for fault in self.on] + to_come
 
@@ -217,9 +207,9 @@ class Faults:
         if of_robot and any(link.firmware is None for link in self._links):
             raise ParameterError("fault '%s': a played robot only says what the record has; its line can have faults"
                                  % str(fault))
-        end_us = NEVER_US if math.isinf(fault.end) else now_us + round(fault.end * 1e6)
-        self._waiting.append(_Timed(fault, now_us + round(fault.start * 1e6), end_us))
-        self._waiting.sort(key=lambda timed: timed.start_us)
+        now = now_us / 1e6
+        self._waiting.append(fault._replace(start=now + fault.start, end=now + fault.end))
+        self._waiting.sort(key=lambda waiting: waiting.start)
 
     def clear(self, now_us: int) -> int:
         """End all active faults at `now_us` (simulated microseconds), and drop all future faults.
@@ -227,31 +217,31 @@ class Faults:
         Returns:
             The number of ended and dropped faults.
         """
-        count = len(self._waiting) + len(self._on)
+        count = len(self._waiting) + len(self.on)
         self._waiting.clear()
-        self._end(self._on[:], now_us)
+        self._end(self.on[:], now_us)
         return count
 
     @property
     def next_us(self) -> int:
         """The simulated time at which the next fault begins or ends (microseconds). `NEVER_US` if there is none."""
-        return min([timed.start_us for timed in self._waiting[:1]] + [timed.end_us for timed in self._on],
-                   default=NEVER_US)
+        return min([_microseconds(fault.start) for fault in self._waiting[:1]]
+                   + [_microseconds(fault.end) for fault in self.on], default=NEVER_US)
 
     def step(self, now_us: int) -> None:
         """Begin and end all faults that are due at `now_us` (simulated microseconds)."""
-        while self._waiting and self._waiting[0].start_us <= now_us:
-            timed = self._waiting.pop(0)
-            self._on.append(timed)
-            self._say(now_us / 1e6, "fault begins: %s" % str(timed.fault))
-            self._act(timed.fault)
-        self._end([timed for timed in self._on if timed.end_us <= now_us], now_us)
+        while self._waiting and _microseconds(self._waiting[0].start) <= now_us:
+            fault = self._waiting.pop(0)
+            self.on.append(fault)
+            self._say(now_us / 1e6, "fault begins: %s" % str(fault))
+            self._act(fault)
+        self._end([fault for fault in self.on if _microseconds(fault.end) <= now_us], now_us)
 
-    def _end(self, ended: List[_Timed], now_us: int) -> None:
-        for timed in ended:
-            self._on.remove(timed)
-            self._say(now_us / 1e6, "fault ends: %s" % str(timed.fault))
-            self._act(timed.fault)
+    def _end(self, ended: List[Fault], now_us: int) -> None:
+        for fault in ended:
+            self.on.remove(fault)
+            self._say(now_us / 1e6, "fault ends: %s" % str(fault))
+            self._act(fault)
 
     def _act(self, fault: Fault) -> None:
         """Apply all active faults of the same kind as `fault` to the robots or lines that `fault` concerns.
@@ -270,6 +260,10 @@ class Faults:
                 values = [True if each.value is None else each.value for each in same if each.way in (None, way)]
                 newest = values[-1] if values else getattr(LineErrors(), fault.kind)
                 link.wires[way].errors = link.wires[way].errors._replace(**{fault.kind: newest})
+
+
+def _microseconds(seconds: float) -> int:
+    return round(min(seconds * 1e6, NEVER_US))
 
 
 def _split(text: str, fail: Callable[[str], ParameterError]) -> Dict[str, Any]:
