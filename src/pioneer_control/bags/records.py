@@ -287,16 +287,10 @@ def _decompressor(compression: bytes) -> Callable[[bytes, int], bytes]:
 
     The function takes the next piece and the largest number of bytes to return, and returns the decompressed bytes.
     For lz4 it ignores this number. `compression` is b"bz2" or b"lz4".
-
-    Raises:
-        BagError: the compression is lz4, and the Python package roslz4 is not installed.
     """
     if compression == b"bz2":
         return bz2.BZ2Decompressor().decompress
-    try:
-        from roslz4 import LZ4Decompressor
-    except ImportError:
-        raise BagError("the bag is compressed with lz4: install the Python package roslz4 "
-                       "(Debian: python3-roslz4)") from None
+    from roslz4 import LZ4Decompressor    # imported here because only bags with lz4 need it
+
     lz4 = LZ4Decompressor()
     return lambda piece, most: lz4.decompress(piece)    # the result is at most 255 times as long as the piece

@@ -7,6 +7,7 @@ import run_factory as make
 from pioneer_control.bags.pages import over_time
 from pioneer_control.bags.pages.incidents import incidents
 from pioneer_control.bags.recorded_run import GripperEvent, Report, Span
+from pioneer_control.bags.pages.sheet import Sheet
 from pioneer_control.bags.pages.timeline import Timeline
 
 LINE = Timeline(make.BEGIN, make.BEGIN + 20.0)
@@ -95,16 +96,24 @@ class TestPacked:
     (-0.01, 0.11),
     (12.5, 13.5),
     (10.9, 13.1),
-    (0.0, 1e-6),
+    (0.0, 0.1),
     (-3e4, 5.0),
     (-1.0, 24.0),
 ])
-@pytest.mark.parametrize("most", [2, 3, 5])
-def test_values_on_an_axis_are_round_and_few_and_inside(low, high, most):
-    ticks = over_time.value_ticks(low, high, most)
-    assert 1 <= len(ticks) <= most
-    assert ticks.min() > low and ticks.max() < high
+@pytest.mark.parametrize("name, height", [("forward", over_time.CURVE), ("battery", over_time.BATTERY)])
+def test_values_on_an_axis_are_round_and_few_and_inside(low, high, name, height):
+    axes = Sheet(2.0).axes(1.0, 0.5, 5.0, height)
+    values = np.array([low, high])
+    over_time.draw_curves(axes, over_time.Curves(name, height, ((values, values, {}),), 1e-9, False), 5.0)
+    over_time.draw_time(axes, LINE, 5, None)    # it chooses the size of the numbers
+    (bottom, top), ticks = axes.get_ylim(), axes.get_yticks()
+    ticks = ticks[(ticks >= bottom) & (ticks <= top)]
+    assert 1 <= len(ticks) <= height / over_time.VALUES_APART
     assert np.allclose(ticks, [float("%.6g" % tick) for tick in ticks], atol=1e-9)
+    beyond = axes.yaxis.get_tightbbox(axes.figure.canvas.get_renderer())
+    frame = axes.get_window_extent()
+    least = max(frame.y0 - beyond.y0, beyond.y1 - frame.y1) / axes.figure.dpi
+    assert least < over_time.BETWEEN / 2, "numbers of two strips do not touch"
 
 
 def test_what_was_not_heard_of_is_not_drawn():

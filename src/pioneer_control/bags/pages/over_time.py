@@ -203,7 +203,9 @@ def draw(sheet: Sheet, left: float, top: float, shown: Sequence[Curves], rows: S
 
 
 def draw_curves(axes: Any, strip: Curves, width: float) -> None:
-    """The lines of one strip, which is so many inches wide."""
+    """Draw the lines of one strip. `width` is the width of the strip (inches)."""
+    from matplotlib.ticker import MaxNLocator
+
     for time, value, look in strip.lines:
         axes.plot(time, value, **look)
     values = np.concatenate([*(value[np.isfinite(value)] for _, value, _ in strip.lines), [0.0] * strip.zero])
@@ -211,23 +213,13 @@ def draw_curves(axes: Any, strip: Curves, width: float) -> None:
     missing = max(strip.least - (high - low), 0.0)
     low, high = (low, high + missing) if strip.zero and low >= 0.0 else (low - missing / 2, high + missing / 2)
     low, high = low - 0.12 * (high - low), high + 0.12 * (high - low)
-    axes.set(ylim=(low, high), yticks=value_ticks(low, high, int(strip.height / VALUES_APART)))
+    axes.set_ylim(low, high)
+    # the outermost numbers are left out: they would touch those of the next strip
+    axes.yaxis.set_major_locator(MaxNLocator(int(strip.height / VALUES_APART), steps=(1, 2, 5, 10), prune="both"))
     if strip.zero:
         axes.axhline(0.0, color=FAINT, linewidth=0.6, zorder=1)
     axes.set_ylabel(strip.name, rotation=0, ha="right", va="center", multialignment="right", fontsize=7.5, color=INK)
     axes.yaxis.set_label_coords(-0.42 / width, 0.5)
-
-
-def value_ticks(low: float, high: float, most: int) -> np.ndarray:
-    """Round values for an axis from low to high, at most so many.
-
-    They lie well inside, so that no number touches one of the next strip.
-    """
-    edge = 0.08 * (high - low)
-    power = 10.0 ** np.floor(np.log10((high - low) / most))
-    steps = (ten * power * np.arange(np.ceil((low + edge) / ten / power), np.floor((high - edge) / ten / power) + 1)
-             for ten in (1, 2, 5, 10, 20))
-    return min((ticks for ticks in steps if 1 <= len(ticks) <= most), key=lambda ticks: len(ticks) < 2)
 
 
 def draw_lanes(axes: Any, rows: Sequence[Lane], timeline: Timeline, width: float) -> None:
