@@ -51,7 +51,7 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
                    help="groups of topics that are not kept unless asked for, such as 'wire packets'"),
     "--split": dict(default="", metavar="AMOUNT",
                     help="a new part each so often, such as 1h, 30min, 500MB: FILE_0.bag, FILE_1.bag, ..."),
-    "--compression": dict(default="", help="lz4 (default), bz2 or none"),
+    "--compression": dict(default="", choices=("", *COMPRESSIONS), metavar="KIND", help="lz4 (default), bz2 or none"),
     "--keep-free": dict(default="", metavar="SIZE",
                         help="space on the disk that rosbag leaves, such as 1GB (%s)" % in_words(KEEP_FREE)),
     "--topics": dict(default="", metavar="FILE", help="another list than config/record.yaml"),
@@ -121,9 +121,6 @@ def plan_of(arguments: argparse.Namespace, now: time.struct_time) -> RecordingPl
                              "them; / if it has none" % robot)
     if not robots:
         raise UsageError("no robot is named: give its namespace, like pioneer")
-    compression = arguments.compression or COMPRESSIONS[0]
-    if compression not in COMPRESSIONS:
-        raise UsageError("compression %r is not legal: give one of %s" % (compression, ", ".join(COMPRESSIONS)))
     rows = load_list(arguments.topics)
     usual, topics = (topics_of(rows, robots, also) for also in ((), arguments.also.replace(",", " ").split()))
     kind, keep_free = amount_of("keep_free", arguments.keep_free or "%sMB" % (KEEP_FREE // MB))
@@ -131,7 +128,7 @@ def plan_of(arguments: argparse.Namespace, now: time.struct_time) -> RecordingPl
         raise UsageError("keep_free %r is not legal: give a size like 500MB or 1GB" % arguments.keep_free)
     return RecordingPlan(
         robots, topics, tuple(topic for topic in topics if topic not in usual), stem_of(arguments.bag, robots, now),
-        compression, split_of(arguments.split), max(1, int(keep_free / MB)) * MB)
+        arguments.compression or COMPRESSIONS[0], split_of(arguments.split), max(1, int(keep_free / MB)) * MB)
 
 
 def amount_of(what: str, text: str) -> Tuple[str, float]:
