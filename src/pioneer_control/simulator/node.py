@@ -183,7 +183,7 @@ class Node:
         clock_period = min(max(CLOCK_STEP / parameters.speed, CLOCK_PERIODS[0]), CLOCK_PERIODS[1])
         self._period = clock_period if self._own_clock else PERIOD
         self._stop = threading.Event()
-        self._cans_told: Optional[CanPlaces] = None
+        self._cans_published: Optional[CanPlaces] = None
         self._epoch = time.time()
         robots = range(1, parameters.robots + 1)
         prefixes = ["robot%d/" % number for number in robots] if parameters.robots > 1 else [""]
@@ -240,8 +240,8 @@ class Node:
             shoves = self._shoves.look(self._lines.clock.seconds, robots)
         for sentence in shoves:
             rospy.loginfo("%s", sentence)
-        if cans != self._cans_told:
-            self._cans_told = cans
+        if cans != self._cans_published:
+            self._cans_published = cans
             self._cans.publish(PoseArray(
                 Header(stamp=now, frame_id=self._frame), [Pose(Point(*place), UP) for place in cans]))
         if self._markers.get_num_connections():

@@ -53,13 +53,15 @@ class ShoveWatch:
             elif place != before:
                 nearest, _ = min(robots, key=lambda robot: _distance(robot[1], place))
                 self._shoves[number] = self._shoves.get(number, _Shove(before, nearest, now))._replace(moved_at=now)
-        return self._told([number for number, shove in self._shoves.items() if now - shove.moved_at >= REST])
+        return self._end([number for number, shove in self._shoves.items() if now - shove.moved_at >= REST])
 
     def finish(self) -> List[str]:
         """End all shoves that are not over yet, and return a sentence for each."""
-        return self._told(list(self._shoves))
+        return self._end(list(self._shoves))
 
-    def _told(self, numbers: List[int]) -> List[str]:
+    def _end(self, numbers: List[int]) -> List[str]:
+        """End the shoves of the cans with these numbers (from 0), and return a sentence for each that was long enough.
+        """
         sentences = []
         for number in numbers:
             begin, robot, _ = self._shoves.pop(number)

@@ -11,9 +11,8 @@
 """
 
 import math
-import operator
+import numbers
 import time
-from contextlib import suppress
 from typing import List, Optional, Sequence, Tuple
 
 import rospy
@@ -369,10 +368,8 @@ class Pioneer:
 
 def _whole(name: str, value: int) -> int:
     """Return the value as int. Raises UsageError with `name` when it is not a whole number of at most 64 bits."""
-    with suppress(TypeError):
-        number = operator.index(value)
-        if -2 ** 63 <= number < 2 ** 63:
-            return number
+    if isinstance(value, numbers.Integral) and -2 ** 63 <= value < 2 ** 63:
+        return int(value)
     raise UsageError("%s is %r: it must be a whole number of at most 64 bits" % (name, value))
 
 

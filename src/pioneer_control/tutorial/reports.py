@@ -53,14 +53,14 @@ class Reports:
         self._news = threading.Condition()
         self._ended = False
         self._subscribers = [  # pose, sonar and stall have no queue_size: so rospy drops none of their messages
-            rospy.Subscriber(prefix + "pose", Odometry, self._hear_pose),
-            rospy.Subscriber(prefix + "sonar", SonarArray, self._hear_sonar),
-            rospy.Subscriber(prefix + "stall", Stall, self._hear_stall),
-            rospy.Subscriber(prefix + "gripper_state", GripperState, self._hear_gripper, queue_size=1),
-            rospy.Subscriber(prefix + "motor_state", MotorState, self._hear_motors, queue_size=1),
+            rospy.Subscriber(prefix + "pose", Odometry, self._take_pose),
+            rospy.Subscriber(prefix + "sonar", SonarArray, self._take_sonar),
+            rospy.Subscriber(prefix + "stall", Stall, self._take_stall),
+            rospy.Subscriber(prefix + "gripper_state", GripperState, self._take_gripper, queue_size=1),
+            rospy.Subscriber(prefix + "motor_state", MotorState, self._take_motors, queue_size=1),
             rospy.Subscriber(
-                prefix + "e_stop", Bool, lambda message: self._hear(stop_button=message.data), queue_size=1),
-            rospy.Subscriber(prefix + "robot_info", RobotInfo, self._hear_info, queue_size=1),
+                prefix + "e_stop", Bool, lambda message: self._store(stop_button=message.data), queue_size=1),
+            rospy.Subscriber(prefix + "robot_info", RobotInfo, self._take_info, queue_size=1),
         ]
 
     def why_motors_off(self) -> str:
@@ -109,7 +109,7 @@ class Reports:
         """End every call of `wait`. A signal handler may call this method, because it takes no lock."""
         self._ended = True
 
-    def _hear(self, sights: Iterable[Sight] = (), **what: Any) -> None:
+    def _store(self, sights: Iterable[Sight] = (), **what: Any) -> None:
         """Store new data, and wake up the threads in `wait`.
 
         Args:
@@ -121,45 +121,45 @@ class Reports:
             self.heard = self.heard._replace(**what)
             self._news.notify_all()
 
-    def _hear_pose(self, message: Odometry) -> None:
+    def _take_pose(self, message: Odometry) -> None:
         position, turn = message.pose.pose.position, message.pose.pose.orientation
         pose = Pose(position.x, position.y, heading_of(turn.x, turn.y, turn.z, turn.w))
         now = time.monotonic()
         with self._news:
-            sights = self._sights.hear_pose(message.header.stamp.to_nsec(), pose, rospy.Time.now().to_nsec())
+            sights = self._sights.add_pose(message.header.stamp.to_nsec(), pose, rospy.Time.now().to_nsec())
             driven, silence = self.heard.driven, self.heard.silence
             if self.heard.pose is not None:
                 step = math.hypot(pose.x - self.heard.pose.x, pose.y - self.heard.pose.y)
                 driven += step if step < NO_STEP else 0.0
                 silence = max(silence, now - self.heard.pose_time)
-            self._hear(sights, pose=pose, pose_time=now, driven=driven, silence=silence)
+            self._store(sights, pose=pose, pose_time=now, driven=driven, silence=silence)
 
-    def _hear_sonar(self, message: SonarArray) -> None:
+    def _take_sonar(self, message: SonarArray) -> None:
         ranges = tuple(message.ranges)
         with self._news:
-            self._hear(self._sights.hear_sonar(message.header.stamp.to_nsec(), ranges),
-                       ranges=ranges, ranges_time=time.monotonic())
+            sights = self._sights.add_sonar(message.header.stamp.to_nsec(), ranges)
+            self._store(sights, ranges=ranges, ranges_time=time.monotonic())
 
-    def _hear_stall(self, message: Stall) -> None:
+    def _take_stall(self, message: Stall) -> None:
         stalled = message.left or message.right
         with self._news:
-            sights = self._sights.hear_stall(message.header.stamp.to_nsec(), stalled)
+            sights = self._sights.add_stall(message.header.stamp.to_nsec(), stalled)
             begins = stalled and not self.heard.stalled and self.heard.motors
-            self._hear(sights, stalled=stalled, stalls=self.heard.stalls + bool(begins))
+            self._store(sights, stalled=stalled, stalls=self.heard.stalls + bool(begins))
 
-    def _hear_gripper(self, message: GripperState) -> None:
+    def _take_gripper(self, message: GripperState) -> None:
         grip, lift = message.grip, message.lift
-        self._hear(
+        self._store(
             grip=Grip(
                 grip.state, grip.dir, grip.inner_beam, grip.outer_beam, grip.left_contact, grip.right_contact),
             lift=Lift(lift.state, lift.dir, lift.position))
 
-    def _hear_motors(self, message: MotorState) -> None:
+    def _take_motors(self, message: MotorState) -> None:
         motors = message.state == MOTORS_ON
-        self._hear(motors=motors, silence=0.0 if motors else self.heard.silence)
+        self._store(motors=motors, silence=0.0 if motors else self.heard.silence)
 
-    def _hear_info(self, message: RobotInfo) -> None:
-        self._hear(has_gripper=message.has_gripper, robot=RobotShape(
+    def _take_info(self, message: RobotInfo) -> None:
+        self._store(has_gripper=message.has_gripper, robot=RobotShape(
             [Transducer(number, pose.x, pose.y, pose.theta)
              for number, pose in zip(message.sonar_numbers, message.sonar_poses)],
             [(point.x, point.y) for point in message.footprint.points]))

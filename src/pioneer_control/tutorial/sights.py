@@ -11,7 +11,8 @@ from .snapshot import Pose
 
 #: ns; when a stamp is earlier than the stamp before it by more than this, time has jumped back: a bag starts again.
 JUMP_BACK = 1_000_000_000
-SPEAKS = 10_000_000_000  #: ns; for this time after a stall message we expect a stall message for each sonar message
+#: ns; for this time after a stall message we expect a stall message for each sonar message
+STALL_EXPECTED = 10_000_000_000
 KEPT = 6000  #: how many messages of one topic may wait (ten minutes); then the oldest are dropped
 
 
@@ -98,7 +99,7 @@ class Sights:
         self._sonar, self._poses, self._stalls = _Topic(), _Topic(), _Topic()
         self._posed: Deque[Tuple[_Stamped, Sight]] = deque()  #: sights with a pose that wait for their stall message
 
-    def hear_pose(self, stamp: int, pose: Pose, now: int) -> Iterator[Sight]:
+    def add_pose(self, stamp: int, pose: Pose, now: int) -> Iterator[Sight]:
         """Add a message of the topic ``pose``.
 
         Args:
@@ -110,9 +111,9 @@ class Sights:
             The `Sight` objects whose messages have all arrived.
         """
         self._poses.add(stamp or now, pose)
-        return self._seen()
+        return self._complete()
 
-    def hear_sonar(self, stamp: int, ranges: Tuple[float, ...]) -> Iterator[Sight]:
+    def add_sonar(self, stamp: int, ranges: Tuple[float, ...]) -> Iterator[Sight]:
         """Add a message of the topic ``sonar`` and yield the `Sight` objects whose messages have all arrived.
 
         Args:
@@ -123,9 +124,9 @@ class Sights:
         stamp = stamp or (newest.stamp if newest else 0)
         if stamp:
             self._sonar.add(stamp, ranges)
-        return self._seen()
+        return self._complete()
 
-    def hear_stall(self, stamp: int, stalled: bool) -> Iterator[Sight]:
+    def add_stall(self, stamp: int, stalled: bool) -> Iterator[Sight]:
         """Add a message of the topic ``stall`` and yield the `Sight` objects whose messages have all arrived.
 
         Args:
@@ -134,22 +135,22 @@ class Sights:
         """
         if stamp:
             self._stalls.add(stamp, stalled)
-        return self._seen()
+        return self._complete()
 
-    def _seen(self) -> Iterator[Sight]:
+    def _complete(self) -> Iterator[Sight]:
         """Yield the `Sight` objects whose messages have all arrived, in the order of the sonar messages."""
         while self._sonar.waiting and self._poses.take_until(self._sonar.waiting[0]):
             sonar, pose = self._sonar.waiting.popleft(), self._poses.taken
             if pose is not None and pose.stamp < sonar.stamp + JUMP_BACK:
                 self._posed.append((sonar, Sight(
                     sonar.stamp, max(0, sonar.stamp - pose.stamp) * 1e-9, pose.value, sonar.value)))
-        while self._posed and (self._stalls.take_until(self._posed[0][0]) or not self._tells_of_stalls()):
+        while self._posed and (self._stalls.take_until(self._posed[0][0]) or not self._expects_stalls()):
             sonar, sight = self._posed.popleft()
             stall = self._stalls.taken
             stalled = stall is not None and abs(stall.stamp - sonar.stamp) < JUMP_BACK and stall.value
             yield sight._replace(stalled=stalled)
 
-    def _tells_of_stalls(self) -> bool:
-        """Return whether stall messages are expected: the newest one is at most SPEAKS older than the newest sonar."""
+    def _expects_stalls(self) -> bool:
+        """Return whether a stall message is expected for the newest sonar message; see STALL_EXPECTED."""
         stall, sonar = self._stalls.newest, self._sonar.newest
-        return stall is not None and sonar is not None and sonar.stamp < stall.stamp + SPEAKS
+        return stall is not None and sonar is not None and sonar.stamp < stall.stamp + STALL_EXPECTED

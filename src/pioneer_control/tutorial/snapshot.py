@@ -108,7 +108,7 @@ class RobotShape:
 
         The line is `distance` [m] ahead of the origin (`direction` 1) or behind it (-1).
         """
-        seen = (_seen(each, direction, distance) for each in self.transducers)
+        seen = (_covered(each, direction, distance) for each in self.transducers)
         covered = -self.outline.half_width
         for right, left in sorted(interval for interval in seen if interval):
             if right > covered + BLIND_GAP:
@@ -117,7 +117,7 @@ class RobotShape:
         return covered >= self.outline.half_width - BLIND_GAP
 
 
-def _seen(transducer: Transducer, direction: int, distance: float) -> Optional[Tuple[float, float]]:
+def _covered(transducer: Transducer, direction: int, distance: float) -> Optional[Tuple[float, float]]:
     """Return which part of a line across the robot's path a sonar cone covers: its least and greatest y [m].
 
     The line is `distance` [m] ahead of the origin (`direction` 1) or behind it (-1). None when the cone does not cover

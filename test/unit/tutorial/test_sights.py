@@ -27,9 +27,9 @@ def seen(events):
         number, nanoseconds = counts[topic], 0 if stamp is None else FIRST + round(stamp * SECOND / 10)
         counts[topic] += 1
         if topic == "pose":
-            new = sights.hear_pose(nanoseconds, pose_of(number), FIRST + place * SECOND)
+            new = sights.add_pose(nanoseconds, pose_of(number), FIRST + place * SECOND)
         else:
-            new = sights.hear_sonar(nanoseconds, (float(number),))
+            new = sights.add_sonar(nanoseconds, (float(number),))
         found += [((sight.stamp - FIRST) * 10 / SECOND, int(sight.pose.x), int(sight.ranges[0])) for sight in new]
     return found
 
@@ -54,9 +54,9 @@ def test_where_the_pose_is_missing_the_last_before_it_serves_and_tells_its_age()
     assert seen(events) == [(1, 0, 0), (2, 0, 1), (3, 1, 2)]
     assert seen(events[:3]) == [(1, 0, 0)]     # it may still come
     sights = Sights()
-    assert [sight.pose_age for stamp in (1, 2) for sight in sights.hear_pose(stamp * SECOND, pose_of(0), 0)] == []
-    assert [sight.pose_age for sight in sights.hear_sonar(3 * SECOND // 2, ())] == [0.5]
-    assert [sight.pose_age for sight in sights.hear_sonar(2 * SECOND, ())] == [0.0]
+    assert [sight.pose_age for stamp in (1, 2) for sight in sights.add_pose(stamp * SECOND, pose_of(0), 0)] == []
+    assert [sight.pose_age for sight in sights.add_sonar(3 * SECOND // 2, ())] == [0.5]
+    assert [sight.pose_age for sight in sights.add_sonar(2 * SECOND, ())] == [0.0]
 
 
 def test_a_pose_without_sonar_is_passed_over():
@@ -79,8 +79,8 @@ def test_stamps_that_go_back_a_little_are_no_jump():
     assert seen(both(5) + [("sonar", 4.99), ("pose", 5.1), ("sonar", 5.1)])[1:] == [(4.99, 0, 1), (5.1, 1, 2)]
     sights = Sights()
     found = [
-        *sights.hear_pose(5 * SECOND, pose_of(0), 0), *sights.hear_sonar(5 * SECOND, ()),
-        *sights.hear_sonar(5 * SECOND - 10 ** 6, ()), *sights.hear_pose(6 * SECOND, pose_of(1), 0)]
+        *sights.add_pose(5 * SECOND, pose_of(0), 0), *sights.add_sonar(5 * SECOND, ()),
+        *sights.add_sonar(5 * SECOND - 10 ** 6, ()), *sights.add_pose(6 * SECOND, pose_of(1), 0)]
     assert [sight.pose_age for sight in found] == [0.0, 0.0], "a pose is never older than it is"
 
 
@@ -130,9 +130,9 @@ def stalls_seen(events):
     for topic, tenth in events:
         stamp = FIRST + round(tenth * SECOND / 10)
         if topic in ("stall", "free"):
-            new = sights.hear_stall(stamp, topic == "stall")
+            new = sights.add_stall(stamp, topic == "stall")
         else:
-            new = sights.hear_pose(stamp, pose_of(0), 0) if topic == "pose" else sights.hear_sonar(stamp, (5.0,))
+            new = sights.add_pose(stamp, pose_of(0), 0) if topic == "pose" else sights.add_sonar(stamp, (5.0,))
         found += [((sight.stamp - FIRST) * 10 / SECOND, sight.stalled) for sight in new]
     return found
 
@@ -165,10 +165,10 @@ def test_without_stamps_it_is_the_newest_pose_and_its_arrival():
 
 def test_it_keeps_no_more_than_it_is_told_to():
     sights = Sights()
-    assert list(sights.hear_pose(1, pose_of(0), 0)) == []
+    assert list(sights.add_pose(1, pose_of(0), 0)) == []
     for number in range(KEPT + 5):
-        assert list(sights.hear_sonar(number + 2, ())) == []
-    seen_stamps = [sight.stamp for sight in sights.hear_pose(KEPT + 100, pose_of(1), 0)]
+        assert list(sights.add_sonar(number + 2, ())) == []
+    seen_stamps = [sight.stamp for sight in sights.add_pose(KEPT + 100, pose_of(1), 0)]
     assert seen_stamps == list(range(7, KEPT + 7)), "the oldest are dropped"
 
 
@@ -194,9 +194,9 @@ def test_which_topic_is_faster_changes_nothing(steps, data):
             stamp = waiting[topic].pop(0)
             count = float(len(waiting[topic]))
             if topic == "pose":
-                found += sights.hear_pose(stamp, Pose(count, 0, 0), 0)
+                found += sights.add_pose(stamp, Pose(count, 0, 0), 0)
             else:
-                found += sights.hear_sonar(stamp, (count,))
+                found += sights.add_sonar(stamp, (count,))
         return found
 
     in_turn = [topic for topic, messages in topics.items() for _ in messages]

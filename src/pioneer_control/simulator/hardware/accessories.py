@@ -51,7 +51,7 @@ class RateGyro:
         self.drift = 0.0
         self._unit = math.radians(5.0 / 1023.0 * 300.0 / 2.5 * numbers.scaler)
         self._readings: Deque[int] = collections.deque(maxlen=GYRO_KEPT)
-        self._angle = self._told = self._left_over = 0.0
+        self._angle = self._angle_read = self._left_over = 0.0
         self._next_us = 0
         self.reset()
 
@@ -91,11 +91,11 @@ class RateGyro:
         before, self._angle = self._angle, self._angle + turned
         if self._next_us <= now_us - step_us:
             self._next_us = now_us - step_us + GYRO_PERIOD_US
-            self._told = before
+            self._angle_read = before
         while self._next_us <= now_us:
             angle = before + turned * ((self._next_us - now_us + step_us) / step_us)
-            self._read((angle - self._told) / (GYRO_PERIOD_US * 1e-6))
-            self._told = angle
+            self._read((angle - self._angle_read) / (GYRO_PERIOD_US * 1e-6))
+            self._angle_read = angle
             self._next_us += GYRO_PERIOD_US
 
     def _read(self, rate: float) -> None:

@@ -40,12 +40,12 @@ class Drives:
         self._numbers, self._model = numbers, model
         self.linear, self.angular = (Channel(limits, ARRIVED) for limits in limits_of(numbers, model))
         self._wheels: Optional[List[Channel]] = None    # left, right; None while not used
-        self._told_by_wheels = False
+        self._wheels_commanded = False
 
     def reset(self) -> None:
         """Set speed limits and accelerations to their power-on values."""
         self.linear.limits, self.angular.limits = limits_of(self._numbers, self._model)
-        self._told_by_wheels = False
+        self._wheels_commanded = False
 
     @property
     def moving(self) -> bool:
@@ -65,7 +65,7 @@ class Drives:
 
     def turn_wheels(self, left: float, right: float) -> None:
         """Set the speeds of the left wheels and the right wheels (m/s), until the next motion command."""
-        self._told_by_wheels = True
+        self._wheels_commanded = True
         if self._model.firmware_family in TRUE_WHEELS:
             limits = replace(self.linear.limits, limit=self.linear.limits.top, back_limit=None)
             if self._wheels is None:
@@ -82,8 +82,8 @@ class Drives:
 
         Every other motion command calls this first.
         """
-        if self._told_by_wheels:
-            self._told_by_wheels = False
+        if self._wheels_commanded:
+            self._wheels_commanded = False
             self.set_speeds(0.0, 0.0)
 
     def set_speeds(self, linear: float, angular: float) -> None:

@@ -120,7 +120,7 @@ class LineSimulation:
                 self._step()
             while self._due and self._due[0][0] <= clock.now_us:
                 _, robot, way = heapq.heappop(self._due)
-                self._take(robot, way)
+                self._deliver(robot, way)
         clock.now_us = max(clock.now_us, end_us)
         arrived, self._out = self._out, []
         return arrived
@@ -158,20 +158,20 @@ class LineSimulation:
         waited = wire.next_us != NEVER_US
         wire.send(data, self.clock.now_us, baud)
         if not waited:
-            self._take(robot, way)
+            self._deliver(robot, way)
 
-    def _take(self, robot: int, way: str) -> None:
+    def _deliver(self, robot: int, way: str) -> None:
         """Deliver the bytes that have arrived over one direction of a line, and schedule its next delivery."""
         wire = self.links[robot].wires[way]
         for burst in wire.arrived(self.clock.now_us):
             if way == TO_ROBOT:
-                self._hear(robot, burst.data)
+                self._receive(robot, burst.data)
             else:
                 self._out.append(Arrival(robot, self.clock.now_us, burst.baud, burst.data))
         if wire.next_us != NEVER_US:
             heapq.heappush(self._due, (wire.next_us, robot, way))
 
-    def _hear(self, robot: int, data: bytes) -> None:
+    def _receive(self, robot: int, data: bytes) -> None:
         """Let a robot (number from 0) receive bytes now, and put its answer on its line."""
         self._simulation.run_to(self.clock.now_us)
         firmware = self.robots[robot]

@@ -113,12 +113,12 @@ class Server:
         """
         self._say = say
         self._recording = LineRecorder(None)
-        self.simulation = LineSimulation(robots, seed, faults, self._tell)
+        self.simulation = LineSimulation(robots, seed, faults, self._report)
         """The robots with their lines and faults."""
         self.berths: List[Berth] = []
         self._selector = selectors.DefaultSelector()
         self._watched: Dict[ServedLine, Set[Any]] = {}      # the files of each line that the selector watches
-        self._held_up: Dict[ServedLine, Berth] = {}         # lines that are not read while they are busy
+        self._paused: Dict[ServedLine, Berth] = {}          # lines that are not read while they are busy
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulated robots", daemon=True)
         try:
@@ -213,7 +213,7 @@ class Server:
                     for key, _ in ready:
                         berth, line = key.data
                         self._serve(berth, line, now)
-                    self._let_go()
+                    self._resume()
         finally:
             self._close()
 
@@ -231,14 +231,14 @@ class Server:
             # Before another client takes the place of this one:
             self._deliver(self.simulation.run_to(self.simulation.clock.now_us))
             if line.client_baud and self.simulation.backlog(berth.number) > LONGEST_BACKLOG:
-                self._held_up[line] = berth
+                self._paused[line] = berth
         self._watch(berth, line)
 
-    def _let_go(self) -> None:
+    def _resume(self) -> None:
         """Resume reading from each line on which reading was paused and which is no longer too busy."""
-        for line, berth in list(self._held_up.items()):
+        for line, berth in list(self._paused.items()):
             if self.simulation.backlog(berth.number) <= LONGEST_BACKLOG:
-                del self._held_up[line]
+                del self._paused[line]
                 self._watch(berth, line)
 
     def _deliver(self, arrivals: Sequence[Arrival]) -> None:
@@ -259,7 +259,7 @@ class Server:
     def _watch(self, berth: Berth, line: ServedLine) -> None:
         """Update the files of a line that the selector watches. Watch no files of a line whose reading is paused."""
         before = self._watched.get(line, set())
-        now = self._watched[line] = set() if line in self._held_up else set(line.files())
+        now = self._watched[line] = set() if line in self._paused else set(line.files())
         for file in before - now:
             self._selector.unregister(file)     # the file may be closed already
         for file in now - before:
@@ -269,12 +269,12 @@ class Server:
         try:
             for line in berth.lines:
                 line.plug(not unplugged)
-                self._held_up.pop(line, None)
+                self._paused.pop(line, None)
                 self._watch(berth, line)
         except LinkError as error:
-            self._tell(self.simulation.clock.seconds, str(error))
+            self._report(self.simulation.clock.seconds, str(error))
 
-    def _tell(self, time: float, sentence: str) -> None:
+    def _report(self, time: float, sentence: str) -> None:
         self._recording.put(Entry(time, 0, False, b"", sentence))
         self._say("%.3f s: %s" % (time, sentence))
 

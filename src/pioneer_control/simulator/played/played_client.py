@@ -57,8 +57,7 @@ class Comparison(NamedTuple):
             "robot %d: %d packets in the record, %d of the simulated robot;"
             " poses at most %.3f m and %.1f degrees apart, %.3f m at the end\n  the first that differ: %s" % (
                 self.robot, self.recorded, self.simulated, self.apart, math.degrees(self.turned_apart),
-                self.apart_at_end,
-                self.first))
+                self.apart_at_end, self.first))
 
 
 def play_client(entries: Iterable[Entry], lines: LineSimulation) -> List[Entry]:
@@ -104,15 +103,16 @@ def compare(recorded: List[Entry], simulated: List[Entry], models: List[RobotMod
     """
     found = []
     for robot, model in enumerate(models, 1):
-        said_then, said_now = [[entry for entry in entries if entry.robot == robot and not entry.to_robot]
-                               for entries in (recorded, simulated)]
-        same = b"".join(entry.data for entry in said_then) == b"".join(entry.data for entry in said_now)
-        then, now = [[*_packets(entries, model)] for entries in (said_then, said_now)]
-        ways, turns = zip(*_apart(then, now, model), (0.0, 0.0))
+        sent_then, sent_now = [
+            [entry for entry in entries if entry.robot == robot and not entry.to_robot]
+            for entries in (recorded, simulated)]
+        same = b"".join(entry.data for entry in sent_then) == b"".join(entry.data for entry in sent_now)
+        then, now = [[*_packets(entries, model)] for entries in (sent_then, sent_now)]
+        ways, turns = zip(*_pose_differences(then, now, model), (0.0, 0.0))
         found.append(Comparison(
-            robot, len(then), len(now), same, _first(then, now) or ("" if same else "bytes of no packet"), max(ways),
-            max(turns),
-            ways[-2] if len(ways) > 1 else 0.0))
+            robot, len(then), len(now), same,
+            _first_difference(then, now) or ("" if same else "bytes of no packet"),
+            max(ways), max(turns), ways[-2] if len(ways) > 1 else 0.0))
     return found
 
 
@@ -123,7 +123,7 @@ def _packets(entries: List[Entry], model: RobotModel) -> Iterator[Packet]:
             yield Packet(entry.time, p2os.decode_packet(frame, model.grip_state_first))
 
 
-def _first(then: List[Packet], now: List[Packet]) -> str:
+def _first_difference(then: List[Packet], now: List[Packet]) -> str:
     """Describe the first packets that differ between the recording (`then`) and the simulation (`now`).
 
     Empty if all packets are equal.
@@ -131,22 +131,23 @@ def _first(then: List[Packet], now: List[Packet]) -> str:
     for before, after in zip(then, now):
         if before.value != after.value:
             if not isinstance(after.value, type(before.value)):
-                return "at %.3f s %s, simulated at %.3f s %s" % (before.time, _kind(before), after.time, _kind(after))
+                return "at %.3f s %s, simulated at %.3f s %s" % (
+                    before.time, _type_name(before), after.time, _type_name(after))
             simulated = vars(after.value)
             fields = ["%s %s, simulated %s" % (name, value, simulated[name])
                       for name, value in vars(before.value).items() if value != simulated[name]]
-            return "%s at %.3f s: %s" % (_kind(before), before.time, "; ".join(fields))
+            return "%s at %.3f s: %s" % (_type_name(before), before.time, "; ".join(fields))
     for rest, whose in ((then[len(now):], "the record"), (now[len(then):], "the simulated robot")):
         if rest:
-            return "%s at %.3f s, only of %s" % (_kind(rest[0]), rest[0].time, whose)
+            return "%s at %.3f s, only of %s" % (_type_name(rest[0]), rest[0].time, whose)
     return ""
 
 
-def _kind(packet: Packet) -> str:
+def _type_name(packet: Packet) -> str:
     return type(packet.value).__name__
 
 
-def _apart(then: List[Packet], now: List[Packet], model: RobotModel) -> Iterator[Tuple[float, float]]:
+def _pose_differences(then: List[Packet], now: List[Packet], model: RobotModel) -> Iterator[Tuple[float, float]]:
     """Yield the distance (m) and the angle (rad) between the odometry poses of each two SIPs with nearly equal times.
 
     `then` are the recorded packets, `now` the simulated packets.

@@ -81,7 +81,7 @@ class PlayedRobot(RobotOnLine):
         self._at = 0
         self._lag_us = -self.steps[0].time_us       # simulated time minus recorded time
         self._decoder = FrameDecoder()
-        self._over_told = False
+        self._end_reported = False
         # Commands of the recorded client that are to come in this connection; None after the client has differed.
         self._expected: Optional[List[ReceivedCommand]] = None
         self._counts: CounterType[str] = Counter()      # of each command: recorded minus received
@@ -114,9 +114,9 @@ class PlayedRobot(RobotOnLine):
             self._sent.append(step.data)
             self._at += 1
         self.clock.now_us = end_us
-        if self.over and not self._over_told:
-            self._over_told = True
-            self._tell("the record is over: the robot says nothing more")
+        if self.over and not self._end_reported:
+            self._end_reported = True
+            self._report("the record is over: the robot says nothing more")
         self.next_step_us = min(self.next_sip_us, end_us + STEP_US)
 
     def receive(self, data: bytes) -> None:
@@ -141,7 +141,7 @@ class PlayedRobot(RobotOnLine):
         # commands that came more or less often than in the recording
         counts = ["%s %+d" % (name, -count) for name, count in sorted(self._counts.items()) if count]
         if counts:
-            self._tell("in this connection the client sent, against that of the record: %s" % ", ".join(counts))
+            self._report("in this connection the client sent, against that of the record: %s" % ", ".join(counts))
         self._counts.clear()
         ahead = [(at, self.steps[at]) for at in range(self._at, len(self.steps))]
         behind = (at + 1 if step.ends_session else at for at, step in ahead if step.ends_session or step.stage == SYNC0)
@@ -204,9 +204,9 @@ class PlayedRobot(RobotOnLine):
         if self._expected is not None and (not self._expected or self._expected.pop(0) != command):
             self._expected = None
             told = command.name if command.value is None else "%s %s" % (command.name, str(command.value))
-            self._tell("here the client sends %s, and that of the record did not" % told)
+            self._report("here the client sends %s, and that of the record did not" % told)
 
-    def _tell(self, sentence: str) -> None:
+    def _report(self, sentence: str) -> None:
         self._say((self.clock.now_us - self._lag_us) * 1e-6, sentence)
 
 
