@@ -1,7 +1,7 @@
-"""Bags of p2os, and older ones of this package, with standard messages: ``nodes/convert_bag``.
+"""Convert bags of p2os, and older bags of this package, to bags with standard messages: ``nodes/convert_bag``.
 
-============  =====================================================================================
-``convert``   the command: reads one bag and writes another
-``messages``  what becomes of each message; arrays of sonar ranges, as what each transducer heard and when
-============  =====================================================================================
+============  =================================================
+``convert``   the command: reads one bag and writes another one
+``messages``  converts each message; reads new echoes from arrays of sonar ranges
+============  =================================================
 """

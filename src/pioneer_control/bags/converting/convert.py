@@ -1,6 +1,7 @@
-"""Bags of p2os, and of this package, with standard messages: ``rosrun pioneer_control convert_bag IN.bag OUT.bag``.
+"""Convert a bag of p2os, or of this package: ``rosrun pioneer_control convert_bag IN.bag OUT.bag``.
 
-`messages` says what becomes of a message; here are the files, the command line and the report.
+The file `messages` converts the messages. This file reads the old bag and writes the new one, and has the command line
+and the report.
 """
 
 import argparse
@@ -20,11 +21,13 @@ from .messages import (CONVERSIONS, DEFAULT, STATIC_FRAMES, Converter, Options, 
 
 
 def survey(path: str) -> Tuple[BagReader, Dict[str, Sequence[Transducer]], Set[str]]:
-    """Look through a bag for what has to be known before its first message is converted; quick where it has an index.
+    """Read what must be known before the first message of a bag is converted.
+
+    This is quick if the bag has an index.
 
     Returns:
-        The reader, which knows all connections now; transducers by the robot's namespace, where a robot_info tells; and
-        the child frames in /tf_static.
+        The reader, which now knows all connections of the bag; the transducers in the first robot_info of each robot,
+        by the robot's namespace; and the child frames in /tf_static.
     """
     transducers: Dict[str, Sequence[Transducer]] = {}
     frames: Set[str] = set()
@@ -136,7 +139,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _renamed(texts: Sequence[str]) -> Dict[str, str]:
-    """Frames, old name -> new name, of the values of --frame. Raises UsageError."""
+    """Read the values of --frame, OLD=NEW, into a dictionary {old name: new name}. Raises UsageError."""
     renamed = {}
     for text in texts:
         old, equal, new = (part.strip().lstrip("/") for part in text.partition("="))
@@ -147,11 +150,14 @@ def _renamed(texts: Sequence[str]) -> Dict[str, str]:
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """Convert a bag.
+    """Convert the bag that the command line names.
+
+    Args:
+        arguments: the command line. None: that of the process.
 
     Returns:
-        0 when the new bag is written, 1 when the old one is damaged and the new one has what could be read of it, 2
-        when nothing is written.
+        The exit status. 0: the new bag is written. 1: the old bag is damaged, and the new bag has what could be read.
+        2: nothing is written. 130: interrupted, and nothing is written.
     """
     options = _parser().parse_intermixed_args(arguments)
     try:

@@ -1,7 +1,7 @@
-"""What becomes of each message of an old bag: the new name of its type, and standard messages. No files in here.
+"""Convert the messages of an old bag: give their types new names, and make standard messages. Reads and writes no file.
 
-Drivers repeat readings in their arrays of sonar ranges. Here the arrays are read as what each transducer heard, and
-when.
+A driver repeats the reading of a transducer in its arrays of sonar ranges until there is a new one. `SonarHistory`
+tells new readings from repeated ones.
 """
 
 import math
@@ -27,26 +27,29 @@ from ..writer import serialized
 OLD_PACKAGES = ("p2os_driver", "p2os_msgs")
 MESSAGES = ("AIO", "BatteryState", "DIO", "GripState", "GripperState", "LiftState", "MotorState", "PTZState",
             "SonarArray")
-"""What p2os has too, with the same fields."""
+"""The message types that p2os has too, with the same fields."""
 KINDS = {("%s/%s" % (package, name), getattr(msg, name)._md5sum): name
          for name in MESSAGES for package in (*OLD_PACKAGES, "pioneer_control")}
-"""The name of each of them by its type in all packages that have it, and its md5."""
+"""The name in `MESSAGES` of each type in each package, by the full name of the type and its MD5 sum."""
 BASE_LINK = "base_link"
-"""The frame that is meant where p2os left it empty."""
+"""The frame of messages in which p2os left the frame empty."""
 STATIC_FRAMES = "/tf_static"
 ROUND = 0.32
-"""s in which each transducer of an array has its turn. A reading that stays the same for so long was heard again."""
+"""The time (s) in which each transducer measures once.
+
+A reading that stays the same for this time was measured again."""
 BEAMS = 360
-"""Directions of a scan, a degree apart: as seen from the robot's middle, near and far echoes of one transducer lie in
-different directions.
-"""
+"""The number of beams of a scan: one for each degree.
+
+It is more than the number of transducers, because a transducer is not in the middle of the robot. Seen from the middle,
+its near and far echoes lie in different directions."""
 
 
 def kind_of(connection: BagConnection) -> str:
-    """What the messages of a connection are to a converter; empty where it does nothing with them.
+    """Return the kind of the messages of a connection. Empty if the converter does not read them.
 
-    Returns:
-        One of `MESSAGES`, of p2os or of this package; ``RobotInfo``; or ``pose``: odometry under p2os's name.
+    The kind is a name in `MESSAGES` for a type of p2os or of this package, or ``RobotInfo``, or ``pose`` for odometry
+    on a topic with p2os's name.
     """
     if connection.md5sum == msg.RobotInfo._md5sum:
         return "RobotInfo"
@@ -55,15 +58,18 @@ def kind_of(connection: BagConnection) -> str:
 
 
 class Conversion(NamedTuple):
-    """What one word of the command line asks for."""
+    """The conversion that a word of the command line asks for."""
 
     meaning: str
+    """what is made, in words, for --help"""
     kind: str = ""
-    """of the messages that something is made of"""
+    """the kind of the old messages, see `kind_of`"""
     made: Optional[type] = None
+    """the class of the new messages. None: no new messages are made"""
     topic: str = ""
-    """last name of the new topic, in the namespace of the old one: /alice/sonar -> /alice/sonar_ranges"""
+    """the last name of the new topic, in the namespace of the old topic: /alice/sonar -> /alice/sonar_ranges"""
     by_default: bool = True
+    """whether it is made if the command line has no word"""
 
 
 CONVERSIONS: Dict[str, Conversion] = {
@@ -82,34 +88,34 @@ DEFAULT = tuple(word for word, conversion in CONVERSIONS.items() if conversion.b
 
 
 class Options(NamedTuple):
-    """What is wanted."""
+    """The options of a conversion."""
 
     what: Sequence[str] = DEFAULT
-    """names of CONVERSIONS"""
+    """the wanted conversions: keys of `CONVERSIONS`"""
     model: Optional[RobotModel] = None
-    """of the robots of which no robot_info tells where their sonar looks"""
+    """the model of all robots that have no robot_info in the bag"""
     gripper: bool = False
-    """whether these have a gripper"""
+    """whether these robots have a gripper"""
     replace: bool = False
-    """leave out what was converted, instead of keeping it beside what is made of it"""
+    """whether to leave out the old topics that were converted. If not, they stay beside the new topics"""
     renamed: Mapping[str, str] = MappingProxyType({})
-    """frames, old name -> new name, in every message"""
+    """the frames to rename in every message: {old name: new name}"""
 
 
 class Outlet:
     """A connection of the new bag.
 
     Args:
-        source: the connection that its messages come from.
-        topic: of the new bag.
-        type_: class of its messages; None: that of the source.
-        made: whether its messages are made of the source's; else they are the source's, as they were.
-        latched: whether it latches; else it does as the source does.
+        source: the connection of the old bag from which its messages come.
+        topic: the topic in the new bag.
+        type_: the class of its messages. None: the class of the messages of the source.
+        made: True if its messages are made from the messages of the source. False if they are these messages.
+        latched: True if the connection latches. False: it latches if the source does.
 
     Attributes:
-        source, topic, made: the same.
+        source, topic, made: the arguments.
         header: all fields of the connection.
-        count: messages so far.
+        count: the number of its messages so far.
     """
 
     def __init__(self, source: BagConnection, topic: str, type_: Any = None, made: bool = True,
@@ -125,18 +131,18 @@ Written = Tuple[Outlet, bytes]
 
 
 def namespace_of(topic: str) -> str:
-    """The robot a topic belongs to: /alice/sonar -> /alice."""
+    """Return the namespace of the robot to which a topic belongs: /alice/sonar -> /alice."""
     return topic.rpartition("/")[0]
 
 
 def transducers_of(info: msg.RobotInfo) -> Tuple[Transducer, ...]:
-    """Where the sonar of a robot looks, by its robot_info."""
+    """Return the transducers that a RobotInfo message describes."""
     return tuple(Transducer(number, pose.x, pose.y, pose.theta)
                  for number, pose in zip(info.sonar_numbers, info.sonar_poses))
 
 
 class Reading(NamedTuple):
-    """What a transducer heard last: its range (m), and its age (s); 0 where it was just heard."""
+    """The last reading of a transducer: its range (m) and its age (s). The age is 0 when the reading is new."""
 
     transducer: Transducer
     range: float
@@ -177,14 +183,17 @@ def sonar_scan(
     stamp: Any,
     base_link_frame: str,
 ) -> LaserScan:
-    """A scan all round base_link (REP 117).
+    """Return a scan in all directions around base_link.
+
+    A beam has the range (m) of the nearest echo in its direction. It has infinity (REP 117) if a transducer looks there
+    and has no echo, and NaN if no transducer looks there.
 
     Args:
-        points: echoes (x, y); m.
-        silent: transducers that hear nothing: infinity in their direction. Where no transducer looks there is NaN.
-        transducers: of the robot.
-        stamp: of the message.
-        base_link_frame: of the message.
+        points: the echoes (x, y) in base_link (m).
+        silent: the transducers that have no echo.
+        transducers: all transducers of the robot.
+        stamp: the stamp of the message.
+        base_link_frame: the frame of the message.
     """
     step = 2 * math.pi / BEAMS
     ranges = np.full(BEAMS, math.nan)
@@ -204,24 +213,24 @@ def sonar_scan(
 
 
 def _beam(x: float, y: float) -> int:
-    """The beam that goes through a point (m), or next to it."""
+    """Return the number of the beam that is nearest to a point (m)."""
     return round((math.atan2(y, x) + math.pi) / (2 * math.pi) * BEAMS) % BEAMS
 
 
 class Converter:
-    """Turns the messages of a bag, one after the other, into those of the new one.
+    """Converts the messages of a bag. Call it with each message of the old bag, in order of time.
 
     Args:
-        options: what is wanted.
-        topics: of the old bag. Those are not made again.
-        transducers: by the robot's namespace, where a robot_info of the old bag tells.
-        static_frames: child frames in /tf_static of the old bag. Frames of transducers among them are not made again.
+        options: the options of the conversion.
+        topics: the topics of the old bag. They are not made again.
+        transducers: the transducers by the robot's namespace, for robots with a robot_info in the old bag.
+        static_frames: the child frames in /tf_static of the old bag. Their transforms are not made again.
 
     Attributes:
-        dropped: how many messages were left out, by topic.
-        already_there: topics that are not made because the bag has them.
-        not_fitted: how many readings came from transducers that the robot does not have.
-        damaged: how many messages were so damaged that nothing could be made of them, by topic.
+        dropped: the number of messages that were left out, by topic.
+        already_there: the topics that are not made because the old bag has them.
+        not_fitted: the number of readings from transducers that the robot does not have.
+        damaged: the number of messages from which nothing was made because they are damaged, by topic.
     """
 
     def __init__(self, options: Options, topics: Collection[str], transducers: Mapping[str, Sequence[Transducer]],
@@ -237,7 +246,7 @@ class Converter:
         self._sources: Dict[int, Tuple[str, Dict[str, Outlet], SonarHistory]] = {}
 
     def __call__(self, message: Message) -> Iterator[Written]:
-        """What is to be written at the time of a message."""
+        """Yield what the new bag gets at the time of a message: for each new message its connection and its bytes."""
         connection = message.connection
         if id(connection) not in self._sources:
             self._sources[id(connection)] = kind_of(connection), self._outlets_of(connection), SonarHistory()
@@ -249,11 +258,11 @@ class Converter:
             self.damaged[message.topic] += 1
 
     def _outlets_of(self, connection: BagConnection) -> Dict[str, Outlet]:
-        """What the new bag has of a connection.
+        """Return the connections of the new bag for one connection of the old bag.
 
         Returns:
-            Outlets by word of the command line. Two have names of their own: ``kept`` takes the messages as they were,
-            where nothing replaces them, and ``frames`` the places of the transducers.
+            The outlets by the word of the command line that asks for them. Two outlets have other keys: ``kept`` gets
+            the old messages themselves, unless they are replaced, and ``frames`` gets the transforms of transducers.
         """
         outlets = {}
         space, slash, _ = connection.topic.rpartition("/")
@@ -276,7 +285,7 @@ class Converter:
 
     def _written(self, message: Message, kind: str, outlets: Dict[str, Outlet],
                  history: SonarHistory) -> Iterator[Written]:
-        """What becomes of a message, and what it says of its robot for later ones."""
+        """Yield the new messages for an old message. Remember the transducers and the velocity that it reports."""
         if "kept" in outlets:
             yield outlets["kept"], self._kept(message)
         else:
@@ -301,20 +310,20 @@ class Converter:
                 yield outlets[word], serialized(each)
 
     def _kept(self, message: Message) -> bytes:
-        """The bytes of a message, which change only where frames get new names."""
+        """Return the bytes of a message. They are the old bytes unless frames are renamed."""
         if self._options.renamed and "frame_id" in message.connection.definition:
             with suppress(BagError):
                 return serialized(self._decoded(message))
         return message.data
 
     def _decoded(self, message: Message) -> Any:
-        """A message whose frames have their new names."""
+        """Decode a message and rename its frames. Raises BagError if it is damaged."""
         made = decode(message.connection, message.data)
         self._rename_frames(made)
         return made
 
     def _rename_frames(self, part: Any) -> None:
-        """Give frames their new names, in a message and in all messages in it."""
+        """Rename the frames in a message and in all messages in it."""
         for field in part.__slots__:
             value = getattr(part, field)
             if field in ("frame_id", "child_frame_id") and isinstance(value, str):
@@ -325,7 +334,7 @@ class Converter:
 
     def _sonar(self, outlets: Dict[str, Outlet], history: SonarHistory, robot: str, ranges: Sequence[float],
                stamp: genpy.Time, base_link: str) -> Iterator[Tuple[str, Any]]:
-        """What is made of an array of ranges (m), by the names of the outlets."""
+        """Yield the new messages for an array of ranges (m), each with the key of its outlet."""
         model = self._options.model
         if "info" in outlets and not outlets["info"].count and model is not None:
             yield "info", standard_messages.robot_info(model, self._options.gripper, stamp, base_link)
