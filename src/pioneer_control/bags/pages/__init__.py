@@ -1,12 +1,12 @@
-"""Pages of runs, A4 wide, as `pioneer_control.bags.draw` has them drawn.
+"""Draw recorded runs on a page as wide as A4, for `pioneer_control.bags.draw`.
 
 ================  =================================================================================
-``page``          the report of one run: all of the others on one page
+``page``          the report of one run, on one page
 ``side_by_side``  several runs compared on one page
-``from_above``    where the robot went, what it heard and gripped
+``from_above``    where the robot went, heard echoes and gripped cans
 ``over_time``     what changed over time, on one axis
-``incidents``     errors and warnings, alike ones together, each with a letter
-``timeline``      how time is written
-``sheet``         the paper: sizes and places
+``incidents``     collects equal errors and warnings, and gives each a letter
+``timeline``      writes times
+``sheet``         the paper: sizes, places and texts
 ================  =================================================================================
 """

@@ -1,4 +1,4 @@
-"""What went wrong in a run, as a page shows it: warnings and errors, what a simulator was asked to break, silences."""
+"""Find what went wrong in a run: warnings and errors, what a simulator was asked to break, and gaps in the data."""
 
 import re
 from collections import defaultdict
@@ -6,30 +6,30 @@ from typing import DefaultDict, Dict, List, NamedTuple, Sequence, Tuple
 
 from ..recorded_run import Report, Run, Span
 
-LISTED = 10  # incidents that get a letter, where nobody says how many
-AT_ONCE = 1.0  # s: reports that follow each other so soon are one
-CONNECTING = 3.0  # s before the first pose: a driver that finds no robot yet has only just begun to look
+LISTED = 10  # the default number of incidents that get a letter
+AT_ONCE = 1.0  # s: reports that follow each other so soon count as one
+CONNECTING = 3.0  # s before the first pose: reports do not count, because the driver has only just begun to connect
 NUMBER = re.compile(r"\d+(\.\d+)?")
-# how the simulator says what it was asked to break
+# matches what the simulator says when it begins or ends a fault that it was asked for
 MADE = re.compile(r"(?:simulated [\d.]+ s: )?fault (begins|ends): (.*)")
 TOPICS_NAMED = 3
 
 
 class Incident(NamedTuple):
-    """One kind of warning or error."""
+    """Equal warnings or errors. Texts that differ only in their numbers are equal."""
 
-    letter: str  # empty where the page has no room to list it
+    letter: str  # empty if the page has no room to list it
     level: int
     times: Tuple[float, ...]  # s
     words: str
 
 
 def incidents(run: Run, listed: int = LISTED) -> Tuple[Incident, ...]:
-    """Warnings and errors in order of time. Reports that say the same are one incident.
+    """Return the warnings and errors of a run in order of time. Equal reports are one incident.
 
     Args:
-        run: what is shown.
-        listed: how many get a letter, errors first.
+        run: the run.
+        listed: how many incidents get a letter. Errors get one before warnings.
     """
     same: Dict[str, List[Report]] = {}
     for fault in sorted(run.faults):
@@ -44,14 +44,14 @@ def incidents(run: Run, listed: int = LISTED) -> Tuple[Incident, ...]:
 
 
 def _says(longer: str, shorter: str) -> bool:
-    """Whether words are the same, apart from words before a colon or after a semicolon."""
+    """Return whether two texts are equal, or `longer` has more words before a colon or after a semicolon."""
     return longer == shorter or longer.endswith(": " + shorter) or longer.startswith(shorter + "; ")
 
 
 def _incident(same: Sequence[Report]) -> Incident:
-    """One incident of reports that differ only in their numbers.
+    """Make one incident of equal reports, which are in order of time.
 
-    Reports at the same time count once, because a node and its diagnostics both say the same.
+    Reports at the same time count once, because a node and its diagnostics both report the same.
     """
     who = same[0].who.rsplit("/", 1)[-1]
     times = [fault.time for fault, before in zip(same, [None, *same])
@@ -60,7 +60,12 @@ def _incident(same: Sequence[Report]) -> Incident:
 
 
 def made(faults: Sequence[Report], end: float) -> Tuple[Span, ...]:
-    """When something was broken that a simulator was asked to break: until it was mended, else until `end` (s)."""
+    """Return the spans of time of the faults that a simulator was asked for.
+
+    Args:
+        faults: the warnings and errors of the run.
+        end: the end (s) of faults that did not end in the run.
+    """
     spans: List[Span] = []
     begun: DefaultDict[str, List[float]] = defaultdict(list)    # since when (s) each thing is broken
     for fault in sorted(faults):
@@ -73,7 +78,7 @@ def made(faults: Sequence[Report], end: float) -> Tuple[Span, ...]:
 
 
 def silences(gaps: Sequence[Span]) -> Tuple[Span, ...]:
-    """Gaps in the data. Gaps that overlap are one, with the names of all topics that were silent."""
+    """Join gaps that overlap to one gap, with the names of all topics that had no messages."""
     found: List[Tuple[float, float, List[str]]] = []
     for begin, end, topic in sorted(gaps):
         first, last, topics = found.pop() if found and begin < found[-1][1] else (begin, end, [])
@@ -82,7 +87,7 @@ def silences(gaps: Sequence[Span]) -> Tuple[Span, ...]:
 
 
 def _named(topics: Sequence[str]) -> str:
-    """The last names of the first few topics, and how many more there are."""
+    """Return the last names of the first few topics, and how many more topics there are."""
     names = list(dict.fromkeys(topic.rsplit("/", 1)[-1] for topic in topics))
     more = len(names) - TOPICS_NAMED
     return ", ".join(names[:TOPICS_NAMED]) + (" and %s more" % more if more > 0 else "")

@@ -1,4 +1,4 @@
-"""A sheet of paper to draw on, A4 wide, with places given in inches from its upper left corner."""
+"""A sheet of paper to draw on, as wide as A4. Places are given in inches from its upper left corner."""
 
 import textwrap
 from typing import Any, List, Tuple
@@ -6,7 +6,7 @@ from typing import Any, List, Tuple
 from ...pictures import INK
 
 WIDTH, HEIGHT = 8.27, 11.69  # inches: A4
-# inches: where the drawing begins and ends, and what stays free above and below
+# inches: the left and the right end of the drawing, and the free space above and below
 LEFT, RIGHT, TOP, BOTTOM = 0.55, 7.92, 0.35, 0.42
 BODY, SMALL = 8.5, 7.5  # points
 MORE = "…"
@@ -14,15 +14,18 @@ FILLED = 0.94  # share of a line that is filled with letters of average width: s
 
 
 class Sheet:
-    """A sheet of a height in inches.
+    """A sheet to draw on.
+
+    Args:
+        height: the height of the sheet (inches).
 
     Attributes:
-        height: the same.
+        height: the argument.
         figure: the matplotlib Figure.
     """
 
     def __init__(self, height: float) -> None:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg  # here: it takes a second to load
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # imported here: it takes a second to load
         from matplotlib.figure import Figure
 
         self.height = height
@@ -30,24 +33,30 @@ class Sheet:
         FigureCanvasAgg(self.figure)
 
     def axes(self, left: float, top: float, width: float, height: float) -> Any:
-        """Axes, by their upper left corner and size."""
+        """Add axes. `left` and `top` are the place of their upper left corner. All arguments are in inches."""
         return self.figure.add_axes((left / WIDTH, 1.0 - (top + height) / self.height, width / WIDTH,
                                      height / self.height))
 
     def at(self, left: float, top: float) -> Tuple[float, float]:
-        """A place in inches as the figure's own place: shares of its width and height, from the lower left corner."""
+        """Convert a place (inches) to the coordinates of the Figure.
+
+        These are shares of its width and height, from the lower left corner.
+        """
         return left / WIDTH, 1.0 - top / self.height
 
     def text(self, left: float, middle: float, words: str, room: float = WIDTH, size: float = BODY, **look: Any) -> Any:
-        """One line of text, cut off with dots where it is too long.
+        """Write one line of text. A text that is too long is cut off, and ends in dots.
 
         Args:
-            left: inches, its left end.
-            middle: inches, its middle height.
-            words: of the text.
-            room: inches that it may take.
-            size: points.
-            look: what else matplotlib is told.
+            left: the place of its left end (inches).
+            middle: the height of its middle (inches from above).
+            words: the text.
+            room: the largest width (inches).
+            size: the size of the letters (points).
+            look: more properties of a matplotlib Text.
+
+        Returns:
+            The matplotlib Text.
         """
         words = plain(words)
         text = self.figure.text(*self.at(left, middle), words,
@@ -58,7 +67,7 @@ class Sheet:
         return text
 
     def wide(self, text: Any) -> float:
-        """How wide a text is, inches."""
+        """Return the width of a matplotlib Text (inches)."""
         return text.get_window_extent(self.figure.canvas.get_renderer()).width / self.figure.dpi
 
     def lines(self, words: str, room: float, most: int, size: float = BODY, **look: Any) -> List[str]:
@@ -78,5 +87,5 @@ class Sheet:
 
 
 def plain(words: str) -> str:
-    """Words of a bag or a user, written so that matplotlib shows them on one line, and dollars as dollars."""
+    """Convert a text of a bag or a user, so that matplotlib writes it on one line and takes no dollar for a formula."""
     return "".join(sign if sign.isprintable() else " " for sign in words).replace("$", r"\$")

@@ -1,4 +1,4 @@
-"""Several runs compared on one page, A4 wide: their paths laid over each other, figures, velocities and distances."""
+"""Compare several runs on one page: their paths on one drawing, a table, and velocities and distances over time."""
 
 import os
 import re
@@ -16,7 +16,7 @@ from .incidents import incidents
 from .sheet import BOTTOM, HEIGHT, LEFT, MORE, RIGHT, SMALL, TOP, Sheet
 from .timeline import Timeline, how_long
 
-# Colour and line style of each run; the first lies wide under the others.
+# Colour and line style of each run. The line of the first run is wide, and lies under the others.
 LOOKS = (
     dict(color=BLUE, linewidth=3.2, alpha=0.55, linestyle="-"),
     dict(color=VERMILLION, linewidth=1.3, linestyle=(0, (5, 2))),
@@ -30,22 +30,22 @@ MOST = len(LOOKS)
 
 AXIS, ROW = 0.36, 0.2  # inches
 LARGEST_SCALE = 2.5  # inches on paper for each metre
-FEWEST_METRES = 0.1  # the axis of distances shows at least so much
-LONGEST_NAME = 25  # letters, in the table
+FEWEST_METRES = 0.1  # m: the shortest axis of distances
+LONGEST_NAME = 25  # letters of a name in the table
 COLUMNS = ("time", "way", "mean speed", "stops", "faults", "farthest from first", "at the end")
 ENDS = (3.35, 4.0, 4.8, 5.25, 5.7, 6.85, 7.92)  # inches from the left edge of the sheet to the right end of each column
 
 
 class Compared(NamedTuple):
-    """A run as it is compared with others."""
+    """A run that is compared with others."""
 
     name: str
     run: Run
-    track: Track  # the true path where those of all runs are known, else the odometry's; in a frame of its own
+    track: Track  # the true path if the true paths of all runs are known, else the path of the odometry
 
 
 def compared(runs: Sequence[Run]) -> Tuple[Compared, ...]:
-    """Runs as they are compared, each with the first.
+    """Choose the name and the track of each run.
 
     Raises:
         UsageError: there are too many runs for a page.
@@ -57,13 +57,13 @@ def compared(runs: Sequence[Run]) -> Tuple[Compared, ...]:
 
 
 def check_number(runs: int) -> None:
-    """Raise UsageError when so many runs are too many for a page."""
+    """Raise UsageError if this number of runs is too large for a page."""
     if runs > MOST:
         raise UsageError("%s runs are too many to be told apart on one page; compare up to %s" % (runs, MOST))
 
 
 def names(runs: Sequence[Run]) -> List[str]:
-    """Names of the files without their ending. Where two are the same, the robot or the directory is named too."""
+    """Return the names of the files without their ending. If two are equal, the robot or the folder is added."""
     files = [stem(os.path.basename(run.path)) for run in runs]
     if len(set(files)) == len(files):
         return files
@@ -74,11 +74,11 @@ def names(runs: Sequence[Run]) -> List[str]:
 
 
 def shortened(long: Sequence[str]) -> List[str]:
-    """Names of at most `LONGEST_NAME` letters. They differ where the long ones do."""
+    """Shorten names to at most `LONGEST_NAME` letters. Names that differ still differ afterwards."""
     if max(map(len, long)) <= LONGEST_NAME:
         return list(long)
     alike = os.path.commonprefix(list(long))
-    words = [0, *(found.end() for found in re.finditer("[-_./ ]", alike))]  # where they begin
+    words = [0, *(found.end() for found in re.finditer("[-_./ ]", alike))]  # where words begin
     begin = next((word for word in words if max(map(len, long)) - word < LONGEST_NAME), words[-1])
     rest = [MORE * (begin > 0) + name[begin:] for name in long]
     half = (LONGEST_NAME - 1) // 2
@@ -90,7 +90,15 @@ def shortened(long: Sequence[str]) -> List[str]:
 
 
 def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
-    """The matplotlib Figure of a comparison."""
+    """Draw a comparison of runs, and return the matplotlib Figure.
+
+    Args:
+        runs: the runs. All are compared with the first.
+        title: the title of the page. None: a title made from the runs.
+
+    Raises:
+        UsageError: there are too many runs for a page.
+    """
     rows = compared(runs)
     laid = [from_its_start(row.track).seen_from(rows[0].track.pose(0)) for row in rows]
     walls = (runs[0].map if all(run.truth is not None for run in runs) and len({run.world for run in runs}) == 1
@@ -115,7 +123,7 @@ def figure(runs: Sequence[Run], title: Optional[str] = None) -> Any:
 
 
 def _curves(rows: Sequence[Compared]) -> List[over_time.Curves]:
-    """Velocities of all runs, and how far each is from the first, over the time since each began to move."""
+    """Return the strips: velocities, and distances from the first run, over the time since each robot began to move."""
     measured = [over_time.measured(row.run) for row in rows]
     shifted = [(each._replace(time=each.time - first_movement(row.track)), look)
                for each, row, look in zip(measured, rows, LOOKS)]
@@ -125,7 +133,7 @@ def _curves(rows: Sequence[Compared]) -> List[over_time.Curves]:
 
 
 def _write_head(sheet: Sheet, rows: Sequence[Compared], title: Optional[str]) -> None:
-    """Title, and what is compared with what."""
+    """Write the title, and how the paths are compared."""
     models = [row.run.model for row in rows]
     same = " (%s)" % models[0] if len(set(models)) == 1 and models[0] else ""   # said once, behind the names
     own = ["" if same or not model else " (%s)" % model for model in models]
@@ -143,7 +151,7 @@ def _write_head(sheet: Sheet, rows: Sequence[Compared], title: Optional[str]) ->
 
 def _draw_paths(axes: Any, laid: Sequence[Track], walls: Optional[Map], low: np.ndarray, high: np.ndarray,
                 inches: float) -> None:
-    """All paths, on axes so many inches wide, and a mark where each ends."""
+    """Draw all paths, with a mark at the end of each. `inches` is the width of the axes."""
     from_above.draw_map(axes, walls, low, high)
     for number, (track, look) in enumerate(zip(laid, LOOKS)):
         axes.plot(track.x, track.y, zorder=3, **look)
@@ -154,7 +162,7 @@ def _draw_paths(axes: Any, laid: Sequence[Track], walls: Optional[Map], low: np.
 
 
 def _write_table(sheet: Sheet, top: float, rows: Sequence[Compared]) -> None:
-    """A line of figures for each run, with its line as the drawings have it."""
+    """Write the table: for each run its line as in the drawing, its name and its figures. `top` is in inches."""
     from matplotlib.lines import Line2D
 
     for name, end in zip(COLUMNS, ENDS):
@@ -169,7 +177,7 @@ def _write_table(sheet: Sheet, top: float, rows: Sequence[Compared]) -> None:
 
 
 def figures(first: Compared, row: Compared) -> Tuple[str, ...]:
-    """What the table says of a run, by `COLUMNS`. The first run is not compared with itself."""
+    """Return the texts in the table for a run, by `COLUMNS`. The first run is not compared with itself."""
     way, apart = driven(row.track), deviation(first.track, row.track)
     faults = sum(len(each.times) for each in incidents(row.run))
     own = how_long(way.time), "%.2f m" % way.length, "%.2f m/s" % way.mean_speed, str(way.stops), str(faults)
@@ -178,5 +186,5 @@ def figures(first: Compared, row: Compared) -> Tuple[str, ...]:
 
 
 def length(metres: float) -> str:
-    """A distance for people."""
+    """Return a distance in words, in cm below one metre."""
     return "%.1f cm" % (100 * metres) if metres < 1.0 else "%.2f m" % metres

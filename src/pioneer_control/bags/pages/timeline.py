@@ -1,35 +1,38 @@
-"""How the time of a run is written: in seconds, minutes or hours, whichever it is made of."""
+"""Write the times of a run in seconds, minutes or hours. Its length chooses the unit."""
 
 from typing import List, NamedTuple, Sequence
 
 import numpy as np
 
-# s
+# s: the steps between two times on an axis
 STEPS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 4 * 3600, 8 * 3600, 24 * 3600)
 
 
 class Timeline(NamedTuple):
-    """The time of a run, from its first message to its last, s."""
+    """The times (s) of the first and the last message of a run."""
 
     begin: float
     end: float
 
     @property
     def span(self) -> float:
-        """How long the run is, s; never 0."""
+        """The length of the run (s), at least 0.1 s."""
         return max(self.end - self.begin, 0.1)
 
     @property
     def unit(self) -> str:
-        """The unit in which moments are written."""
+        """The unit of the written times."""
         return "s" if self.span < 200 else "min:s" if self.span < 7200 else "h:min:s"
 
     def write(self, time: float) -> str:
-        """A moment, counted from the begin of the run: ``7.5 s``, ``68 s``, ``12:05``, ``1:12:05``."""
+        """Return a time in words, counted from the begin: ``7.5 s``, ``68 s``, ``12:05``, ``1:12:05``.
+
+        `time` is in s, as `begin`.
+        """
         return self.number(time) + (" s" if self.unit == "s" else "")
 
     def number(self, time: float) -> str:
-        """A moment without its unit."""
+        """Return the same as `write`, without the unit."""
         seconds = time - self.begin
         if self.unit == "s":
             return "%g" % (round(seconds, 1) + 0.0) if self.span < 10 else str(round(seconds))
@@ -39,14 +42,14 @@ class Timeline(NamedTuple):
         return "%s:%02d:%02d" % (minutes // 60, minutes % 60, second)
 
     def ticks(self, most: int) -> np.ndarray:
-        """Moments (s) at round steps from the begin of the run, at most so many steps."""
+        """Return times (s) at round steps from the begin of the run, with at most `most` steps."""
         step = next((step for step in STEPS if self.span <= most * step),
                     STEPS[-1] * np.ceil(self.span / STEPS[-1] / most))
         return self.begin + np.arange(0.0, self.span + step / 1000, step)
 
 
 def how_long(seconds: float) -> str:
-    """A length of time for people: ``7.5 s``, ``78 s``, ``12 min 5 s``, ``3 h 12 min``."""
+    """Return a length of time in words: ``7.5 s``, ``78 s``, ``12 min 5 s``, ``3 h 12 min``."""
     if seconds < 200:
         return "%g s" % round(seconds, 1) if seconds < 10 else "%.0f s" % seconds
     minutes, second = divmod(int(round(seconds)), 60)
@@ -54,13 +57,13 @@ def how_long(seconds: float) -> str:
 
 
 def spread(places: Sequence[float], apart: float, low: float, high: float) -> List[float]:
-    """Places moved as little as needed, so that they lie apart.
+    """Move places as little as needed, so that they lie apart.
 
     Args:
-        places: rising.
-        apart: least distance, unless there is less room.
-        low: lower end of the room.
-        high: upper end of the room.
+        places: the places in rising order.
+        apart: the smallest distance between two of them. If there is too little room, it is smaller.
+        low: the lower end of the room.
+        high: the upper end of the room.
     """
     steps = min(apart, (high - low) / max(len(places) - 1, 1)) * np.arange(len(places))
     # first each place moves up until it is a step above the one before, then down until the rest has room above it
