@@ -1,4 +1,4 @@
-"""A run over time: strips of curves (velocities, battery) and of lanes (what was on, what happened) on one axis."""
+"""Draw a run over time: strips of curves (velocities, battery) and lanes (states, events) above one axis of time."""
 
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
@@ -11,71 +11,74 @@ from .incidents import Incident, made, silences
 from .sheet import RIGHT, Sheet, plain
 from .timeline import Timeline, spread
 
-CURVE, BATTERY, LANE = 0.7, 0.4, 0.19  # inches high
+CURVE, BATTERY, LANE = 0.7, 0.4, 0.19  # inches: heights
 BETWEEN = 0.09  # inches between two strips
-NAMES = 1.15  # inches from the left edge of the sheet: room for the strips' names
-TICKS_APART = 0.65  # inches, on the axis of time
-LEAST_SPEED, LEAST_VOLTS = 0.1, 1.0  # m/s or rad/s, V: an axis shows at least so much, so that noise looks small
-BADGES_APART, VALUES_APART = 0.17, 0.12  # inches
-# steps: a command holds until the next one
+NAMES = 1.15  # inches from the left edge of the sheet: room for the names of the strips
+TICKS_APART = 0.65  # inches between two times on the axis
+LEAST_SPEED, LEAST_VOLTS = 0.1, 1.0  # m/s or rad/s, V: the shortest range of an axis, so that noise looks small
+BADGES_APART, VALUES_APART = 0.17, 0.12  # inches between two badges, and between two numbers on an axis of values
+# drawn in steps, because a command holds until the next one
 COMMANDED = dict(label="commanded", color=ORANGE, linewidth=3.0, alpha=0.7, drawstyle="steps-post")
 MEASURED = dict(label="measured", color=BLUE, linewidth=1.0)  # thin and dark over wide and light
 VOLTAGE = dict(color=INK, linewidth=1.0)
-DOINGS = 5  # lanes of what a program was about, at most
+DOINGS = 5  # the largest number of lanes for what a program decided
 SAID = {ERROR: "errors", WARNING: "warnings"}
 SAID_COLOUR = {ERROR: VERMILLION, WARNING: ORANGE}
 BROKEN, SILENT, SILENCE = "made to fail", "no data", "#b4b4b4"
-ROWS, LETTER = 3, 0.053  # lanes of one kind, at most; inches that a letter on them takes
+ROWS, LETTER = 3, 0.053  # the largest number of lanes of one kind; inches: the width of a letter on them
 
 Look = Dict[str, Any]
-"""How matplotlib draws a line."""
+"""Properties of a matplotlib line."""
 
 
 class Lane(NamedTuple):
-    """A row of spans of time (s), and badges."""
+    """A row of spans of time (s), with badges and texts on it."""
 
     name: str
     colour: str
     hatch: str
     spans: Tuple[Tuple[float, float], ...]
-    badges: Tuple[Tuple[float, str, str], ...] = ()  # signs: time (s), what is written in it, and its colour
-    words: Tuple[Tuple[float, str], ...] = ()  # what is written on it, and at which time (s) that begins
+    badges: Tuple[Tuple[float, str, str], ...] = ()  # of each badge: its time (s), its text and its colour
+    words: Tuple[Tuple[float, str], ...] = ()  # of each text: the time (s) of its left end, and the text
 
 
 class Curves(NamedTuple):
-    """A strip of lines: times (s), values, and the look of each."""
+    """A strip of lines."""
 
     name: str
-    height: float
-    lines: Tuple[Tuple[np.ndarray, np.ndarray, Look], ...]
-    least: float  # the axis shows at least so much
+    height: float  # inches
+    lines: Tuple[Tuple[np.ndarray, np.ndarray, Look], ...]  # of each line: times (s), values, and how it is drawn
+    least: float  # the shortest range of the axis, in the unit of the values
     zero: bool  # whether the axis shows zero
 
 
 def ink_on(colour: str) -> str:
-    """The colour of letters that can be read on this colour."""
+    """Return a colour for letters that can be read on this colour."""
     return INK if colour == ORANGE else "white"
 
 
 def curves(run: Run) -> List[Curves]:
-    """What a run has to show as lines."""
+    """Return the strips of a run: its velocities and its battery, as far as they are known."""
     time, volts = broken(run.battery, run.gaps, "battery", "battery_state")
     battery = Curves("battery\n(V)", BATTERY, ((time, volts, VOLTAGE),), LEAST_VOLTS, False)
     return velocities([(run.commanded, COMMANDED), (measured(run), MEASURED)]) + [battery] * bool(len(time))
 
 
 def measured(run: Run) -> Velocities:
-    """The velocities that a robot measured, with NaN where its bag has a gap."""
+    """Return the measured velocities, with NaN where the bag has a gap."""
     return Velocities(*broken(run.measured, run.gaps, "pose", "odom"))
 
 
 def broken(lines: Sequence[np.ndarray], gaps: Sequence[Span], *topics: str) -> List[np.ndarray]:
-    """Times and values with NaN in each gap, so that no line is drawn there.
+    """Add NaN in each gap of the data, so that no line is drawn across it.
 
     Args:
-        lines: times (s), and values at these times.
-        gaps: of all topics.
-        topics: last names of those whose gaps count.
+        lines: an array of times (s), and arrays of values at these times.
+        gaps: the gaps of all topics.
+        topics: the last names of the topics whose gaps count.
+
+    Returns:
+        The longer arrays.
     """
     time = lines[0]
     silent = [gap for gap in silences([gap for gap in gaps if gap.what.rsplit("/", 1)[-1] in topics])
@@ -89,7 +92,7 @@ def broken(lines: Sequence[np.ndarray], gaps: Sequence[Span], *topics: str) -> L
 
 
 def velocities(each: Sequence[Tuple[Velocities, Look]]) -> List[Curves]:
-    """Strips of velocities, each with its look; no strip where there are no velocities."""
+    """Return two strips, forward and turn, with velocities and their looks. Empty if there are no velocities."""
     some = [(v, look) for v, look in each if len(v.time)]
     return [
         Curves("forward\n(m/s)", CURVE, tuple((v.time, v.linear, look) for v, look in some), LEAST_SPEED, True),
@@ -98,9 +101,15 @@ def velocities(each: Sequence[Tuple[Velocities, Look]]) -> List[Curves]:
 
 
 def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float = RIGHT - NAMES) -> List[Lane]:
-    """What a run has to show as rows that are so many inches wide. What never happened has no row.
+    """Return the lanes of a run. What never happened has no lane.
 
-    But the motors have one wherever it is known whether they were on.
+    The motors always have a lane if the bag contains their state.
+
+    Args:
+        run: the run.
+        wrong: the warnings and errors of the run.
+        timeline: the timeline of the run.
+        inches: the width of the lanes.
     """
     end = timeline.end
     held_by = tuple((event.time, str(number), EVENT[event.what]) for number, event in enumerate(run.gripper, 1))
@@ -121,7 +130,10 @@ def lanes(run: Run, wrong: Sequence[Incident], timeline: Timeline, inches: float
 
 
 def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, inches: float) -> List[Lane]:
-    """Spans with words on them, in as few rows as keep them apart. Where `ROWS` rows are full, spans have no words."""
+    """Put spans with texts on as few lanes as possible, so that they do not overlap.
+
+    There are at most `ROWS` lanes. When they are full, more spans are put on the last lane, without a text.
+    """
     rows = [Lane("" if row else name, colour, "", ()) for row in range(ROWS)]
     ends = [timeline.begin] * ROWS
     for span in sorted(spans):
@@ -136,20 +148,20 @@ def packed(name: str, colour: str, spans: Sequence[Span], timeline: Timeline, in
 
 
 def on(series: Series, end: float) -> Tuple[Tuple[float, float], ...]:
-    """Spans of time (s) in which a value is not zero; it keeps its last value until the end (s)."""
+    """Return the spans of time (s) in which a value is not zero. The last value holds until `end` (s)."""
     time = np.append(series.time, max([end, *series.time[-1:]]))
     edges = np.flatnonzero(np.diff(np.concatenate(([0], series.value != 0, [0]))))
     return tuple((float(time[begin]), float(time[until])) for begin, until in zip(edges[::2], edges[1::2]))
 
 
 def held(run: Run, end: float) -> Tuple[Tuple[float, float], ...]:
-    """Spans of time (s) in which the gripper held something that it picked up in the run."""
+    """Return the spans of time (s) in which the gripper held something that it had picked up in the run."""
     changes = [(event.time, event.what == "picked up") for event in run.gripper]
     return on(Series(*np.array(changes, dtype=float).reshape(-1, 2).T), end)
 
 
 def doings(run: Run) -> List[Lane]:
-    """A lane for each of the commonest things that a program was about."""
+    """Return a lane for each of the commonest decisions of a program: "driving", "turning", ..."""
     spans: Dict[str, List[Tuple[float, float]]] = {}
     for begin, end, what in run.doings:
         spans.setdefault(what, []).append((begin, end))
@@ -158,29 +170,29 @@ def doings(run: Run) -> List[Lane]:
 
 
 def _said(level: int, wrong: Sequence[Incident]) -> Lane:
-    """The lane of all warnings or all errors, with its letter where each was first said."""
+    """Return the lane of all warnings or all errors, with a letter at the first report of each incident."""
     mine = [each for each in wrong if each.level == level]
     return Lane(SAID[level], SAID_COLOUR[level], "", tuple((time, time) for each in mine for time in each.times),
                 tuple((each.times[0], each.letter, SAID_COLOUR[level]) for each in mine if each.letter))
 
 
 def height(shown: Sequence[Curves], lanes: int) -> float:
-    """Inches that the strips take, without the axis of time."""
+    """Return the height (inches) of strips and of a number of lanes, without the axis of time."""
     return sum(each.height + BETWEEN for each in shown) + LANE * lanes
 
 
 def draw(sheet: Sheet, left: float, top: float, shown: Sequence[Curves], rows: Sequence[Lane], timeline: Timeline,
          since: str = "the start") -> None:
-    """Draw strips under each other, and the axis of time below the last.
+    """Draw strips under each other, and the axis of time below the last strip.
 
     Args:
-        sheet: to draw on.
-        left: inches, of the axes.
-        top: inches, of the first strip.
-        shown: strips of curves.
-        rows: lanes, below them.
-        timeline: of the axis.
-        since: what the axis counts from.
+        sheet: the sheet to draw on.
+        left: the left end of the axes (inches).
+        top: the upper end of the first strip (inches).
+        shown: the strips of curves.
+        rows: the lanes, which are drawn below the curves.
+        timeline: the timeline of the axis.
+        since: when the time is zero, in words.
     """
     width = RIGHT - left
     drawn = []
@@ -223,7 +235,7 @@ def draw_curves(axes: Any, strip: Curves, width: float) -> None:
 
 
 def draw_lanes(axes: Any, rows: Sequence[Lane], timeline: Timeline, width: float) -> None:
-    """Rows from the top down, with their names at the left. The axes are `width` inches wide."""
+    """Draw lanes from the top down, with their names at the left. `width` is the width of the axes (inches)."""
     for number, lane in enumerate(rows):
         middle = len(rows) - 0.5 - number
         look = dict(facecolor="white", hatch=lane.hatch) if lane.hatch else dict(facecolor=lane.colour)
@@ -245,7 +257,14 @@ def draw_lanes(axes: Any, rows: Sequence[Lane], timeline: Timeline, width: float
 
 
 def draw_time(axes: Any, timeline: Timeline, most: int, name: Optional[str]) -> None:
-    """The frame of a strip, and its axis of time with at most so many steps; times are written where it has a name."""
+    """Draw the frame of a strip, and its axis of time.
+
+    Args:
+        axes: the axes of the strip.
+        timeline: the timeline of the axis.
+        most: the largest number of steps on the axis.
+        name: the name of the axis. None: no name and no times are written.
+    """
     ticks = timeline.ticks(most)
     axes.set(xlim=(timeline.begin, timeline.begin + timeline.span), xticks=ticks,
              xticklabels=[timeline.number(tick) for tick in ticks] if name else [])

@@ -1,4 +1,4 @@
-"""The report of one run on one page, A4 wide: figures, the view from above, strips over time, and what went wrong."""
+"""Draw the report of one run on one page: figures, the view from above, strips over time, and what went wrong."""
 
 import os
 from datetime import datetime, timezone
@@ -16,29 +16,29 @@ from .incidents import Incident, incidents, silences
 from .sheet import BODY, BOTTOM, HEIGHT, LEFT, RIGHT, SMALL, TOP, Sheet
 from .timeline import Timeline, how_long
 
-GAP, AXIS = 0.28, 0.36  # inches above the map for its scale bar; below the map and below the strips for their axes
-LINE, EVENT_LINE = 0.175, 0.22  # inches from one line of text to the next; the same where lines have badges
-LEAST_MAP, LARGEST_SCALE = 2.4, 2.5  # inches high; inches on paper for each metre
-BESIDE = 1.9  # inches that a legend beside the map takes
-# a map that is so many times as high as wide has the strips beside it, and is at most so many inches wide
+GAP, AXIS = 0.28, 0.36  # inches above the map for its scale bar; inches below the map and the strips for their axes
+LINE, EVENT_LINE = 0.175, 0.22  # inches from one line of text to the next, without and with badges
+LEAST_MAP, LARGEST_SCALE = 2.4, 2.5  # inches: the lowest map; inches on paper for each metre
+BESIDE = 1.9  # inches: the width of a legend beside the map
+# a map with a larger ratio of height to width has the strips beside it, and is at most WIDEST inches wide
 NARROW, WIDEST = 1.6, 3.2
-SIGNS, EVENTS_LISTED = 7, 8  # in a legend, at most
-MANY = -1  # so many events of the gripper that they have signs in the legend, and no numbers
+SIGNS, EVENTS_LISTED = 7, 8  # the largest numbers of signs and of events in a legend
+MANY = -1  # stands for more events of the gripper than badges: they have signs in the legend, and no numbers
 EVENTS_BESIDE = {7: 4, 2: 2, 1: 1}  # columns of events in a legend, by its columns of signs
-FULL, FEWEST = 20, 4  # lanes and lines of text on a page, at most; lines of text that are always allowed
-LINES = 3  # of one text, at most
-WORDS = LEFT + 1.15  # inches: where the words of a fault begin, behind its letter and time
-REAL = 1e8  # s: a clock beyond that tells the date, and is not that of a simulation
-# how versions are written, by their names in a recording's description
+FULL, FEWEST = 20, 4  # the largest number of lanes and lines of text together; lines of text that are always allowed
+LINES = 3  # the largest number of lines of one text
+WORDS = LEFT + 1.15  # inches: the left end of the text of a fault, behind its letter and time
+REAL = 1e8  # s: a later time is a date. Simulated times are earlier
+# how versions are written, by their names in the description of a recording
 VERSIONS = {"pioneer_control": "pioneer_control %s", "rospy": "rospy %s", "python": "python %s",
             "commit": "commit %.10s", "system": "%s"}
-EXACT = 0.01  # m by which odometry may be off and still be called exact
+EXACT = 0.01  # m: odometry with a smaller error at the end is called exact
 ECHO_NOTE = ("* A sonar hears in a cone, and its echo is drawn in the cone's middle: a wall that is met slantwise also "
              "shows beside itself. Odometry places the echoes.")
 
 
 class Plan(NamedTuple):
-    """Where things go on a page: inches from its upper left corner."""
+    """The places of the parts of a page: inches from its upper left corner."""
 
     height: float  # of the page
     map: Tuple[float, float, float, float]  # left, top, width, height
@@ -48,7 +48,12 @@ class Plan(NamedTuple):
 
 
 def figure(run: Run, title: Optional[str] = None) -> Any:
-    """The matplotlib Figure of a run."""
+    """Draw the report of a run, and return the matplotlib Figure.
+
+    Args:
+        run: the run.
+        title: the title of the page. None: the names of the robot, the model and the world.
+    """
     view, timeline, probe = from_above.view_of(run), timeline_of(run), Sheet(1.0)
     shown = over_time.curves(run)
     lanes = len(over_time.lanes(run, (), timeline))
@@ -84,7 +89,13 @@ def figure(run: Run, title: Optional[str] = None) -> Any:
 
 
 def _listed(run: Run, room: int, probe: Sheet) -> Tuple[Tuple[Incident, ...], Dict[str, List[str]]]:
-    """What went wrong, and by letter the lines that say it. Letters go to as many as fit into so many lines."""
+    """Return what went wrong, and by letter the lines of its text.
+
+    Args:
+        run: the run.
+        room: how many lines there may be. As many incidents get a letter as have room.
+        probe: a sheet on which texts are measured.
+    """
     for number in range(room, 0, -1):
         wrong = incidents(run, number)
         words = {each.letter: probe.lines(each.words, RIGHT - WORDS, LINES, SMALL) for each in wrong if each.letter}
@@ -94,14 +105,14 @@ def _listed(run: Run, room: int, probe: Sheet) -> Tuple[Tuple[Incident, ...], Di
 
 
 def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: int) -> Plan:
-    """Where things go.
+    """Lay out a page.
 
     Args:
-        span: width and height of what is drawn from above, m.
-        head: inches that the head takes.
-        strips_high: inches that the strips take.
-        lines: of the list of what went wrong.
-        events: in the legend.
+        span: the width and the height of the view from above (m).
+        head: the height of the head (inches).
+        strips_high: the height of the strips (inches).
+        lines: the number of lines of text below the strips.
+        events: the number of events in the legend, or `MANY`.
     """
     below = (strips_high + AXIS + 0.1) * bool(strips_high)
     listed = (lines * LINE + 0.12) * bool(lines)
@@ -111,7 +122,7 @@ def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: 
         end = max(head + height + AXIS, head + below + legend_height(events, 2))
         return Plan(end + listed + BOTTOM, (LEFT, head, width, height), (left, head + below, 2), (left, head), end)
     room = HEIGHT - head - AXIS - below - listed - BOTTOM
-    # inches for each metre of the map, with the legend beside it or below it
+    # inches for each metre of the map: with the legend beside it, and with the legend below it
     beside = min((RIGHT - LEFT - BESIDE) / span[0], max(room, LEAST_MAP) / span[1], LARGEST_SCALE)
     alone = min((RIGHT - LEFT) / span[0], (room - legend_height(events, 7)) / span[1], LARGEST_SCALE)
     width, height = max(beside, alone) * span
@@ -124,13 +135,13 @@ def plan(span: np.ndarray, head: float, strips_high: float, lines: int, events: 
 
 
 def legend_height(events: int, columns: int) -> float:
-    """Inches of a legend: signs, and events of the gripper."""
+    """Return the height (inches) of a legend with this number of events, or `MANY`, and of columns of signs."""
     signs = SIGNS + len(from_above.EVENT) * (events == MANY)
     return -(-signs // columns) * LINE + (0.06 + EVENT_LINE * -(-events // EVENTS_BESIDE[columns])) * (events > 0)
 
 
 def timeline_of(run: Run) -> Timeline:
-    """From the first thing that is known of a run to the last."""
+    """Return the timeline from the earliest to the latest time in the data of a run."""
     times = np.concatenate([
         run.odometry.time, run.commanded.time, run.measured.time, run.battery.time, run.sonar.time, run.motors.time,
         run.e_stop.time, [each.time for each in run.faults], [end for gap in run.gaps for end in (gap.begin, gap.end)]])
@@ -138,7 +149,7 @@ def timeline_of(run: Run) -> Timeline:
 
 
 def _write_head(sheet: Sheet, run: Run, timeline: Timeline, title: Optional[str], figures: Sequence[str]) -> None:
-    """Title, when and from which file, and figures."""
+    """Write the title, the name of the file, the date, and the figures."""
     model, world = (" (%s)" % run.model) * bool(run.model), (" in %s" % run.world) * bool(run.world)
     sheet.text(LEFT, TOP + 0.1, title or (run.robot or "robot") + model + world, room=RIGHT - LEFT - 2.4, size=15,
                fontweight="bold")
@@ -150,7 +161,7 @@ def _write_head(sheet: Sheet, run: Run, timeline: Timeline, title: Optional[str]
 
 
 def recorded_with(notes: str) -> str:
-    """By which versions a run was recorded, as the recording describes itself; empty where it does not tell."""
+    """Return in words with which versions a run was recorded. Empty if `notes` is no description of a recording."""
     try:
         versions = description_of(notes).versions
     except UsageError:
@@ -160,7 +171,7 @@ def recorded_with(notes: str) -> str:
 
 
 def summary(run: Run, view: from_above.TopView, wrong: Sequence[Incident]) -> List[str]:
-    """The figures of a run, in words: how long, how far, how exact, and how many errors, warnings and gaps."""
+    """Return the figures of a run in words: its duration, its length, its error, and its errors, warnings and gaps."""
     off = np.hypot(view.odometry.x[-1] - view.path.x[-1], view.odometry.y[-1] - view.path.y[-1])
     odometry = "odometry exact: ideal wheels" if off < EXACT else "odometry %.0f cm off at the end" % (100 * off)
     errors, warnings = (sum(len(each.times) for each in wrong if each.level == level) for level in (ERROR, WARNING))
@@ -174,7 +185,16 @@ def summary(run: Run, view: from_above.TopView, wrong: Sequence[Incident]) -> Li
 
 
 def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: float, top: float, columns: int) -> None:
-    """Signs of the view from above, and what the gripper's numbers mean."""
+    """Write the signs of the view from above, and what the numbers of the gripper mean.
+
+    Args:
+        sheet: the sheet to write on.
+        axes: the axes of the view from above.
+        run: the run.
+        timeline: the timeline of the run.
+        left, top: the place of the upper left corner (inches).
+        columns: the number of columns of signs.
+    """
     shown = {label: handle for handle, label in zip(*axes.get_legend_handles_labels())
              if not label.startswith("robot at")}
     legend = sheet.figure.legend(
@@ -182,7 +202,7 @@ def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: f
         borderpad=0, ncol=columns, frameon=False, fontsize=SMALL, handlelength=1.8, columnspacing=1.2,
         handletextpad=0.5)
     for line in legend.get_lines():
-        line.set_markersize(max(line.get_markersize(), 5))  # the dot of a single echo is too small to be seen
+        line.set_markersize(max(line.get_markersize(), 5))  # the dot of an echo is too small to be seen alone
     if len(run.gripper) > from_above.BADGES:
         return
     top += -(-len(shown) // columns) * LINE + 0.1
@@ -194,14 +214,14 @@ def _write_legend(sheet: Sheet, axes: Any, run: Run, timeline: Timeline, left: f
 
 
 def _badge(sheet: Sheet, left: float, middle: float, words: str, colour: str) -> None:
-    """A badge as in the drawings, to stand before its explanation."""
+    """Draw a badge as in the drawings. Its explanation stands behind it."""
     sheet.text(left, middle, words, size=6.5, color=over_time.ink_on(colour), fontweight="bold", ha="center",
                bbox=dict(boxstyle="circle,pad=0.18", facecolor=colour, edgecolor="none"))
 
 
 def _write_wrong(sheet: Sheet, top: float, wrong: Sequence[Incident], words: Dict[str, List[str]],
                  timeline: Timeline) -> None:
-    """Under the strips: what the letters mean."""
+    """Write under the strips what the letters mean. `top` is in inches, `words` has the lines of text by letter."""
     row = top + LINE / 2
     for each in wrong:
         if each.letter:
