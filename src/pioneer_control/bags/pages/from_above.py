@@ -1,6 +1,6 @@
-"""A run from above: the way with headings and times, sonar echoes, the map, cans, and where the gripper did something.
+"""Draw a run from above: the path with headings and times, sonar echoes, the map, the cans, and the gripper's events.
 
-Sizes in points and inches are those of the page; whatever is drawn to scale is in m.
+Sizes in points and inches are sizes on the page. Sizes in m are drawn to scale.
 """
 
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
@@ -17,33 +17,36 @@ MARKERS = {"picked up": "^", "put down": "v", "closed on nothing": "s"}
 LABEL_BOX = dict(boxstyle="round,pad=0.12", facecolor="white", edgecolor="none", alpha=0.8)
 
 CAN_RADIUS = 0.033  # m
-CAN_MOVED = 0.05  # m: a can that went farther is drawn with its way
-NEAR_A_WALL = 0.12  # m: an echo that is farther from all walls is drawn as one beside its wall
-LONGEST_NOSE = 0.16  # m, of the triangle that shows a heading
-MOST = 0.4  # share of the map: where the robot saw more of it, the whole map is drawn
-FEWEST_METRES = 1.0  # across, that are seen at least: else a robot that never moved would fill the page
+CAN_MOVED = 0.05  # m: a can that moved farther is drawn with its path
+NEAR_A_WALL = 0.12  # m: an echo that is farther from all walls is drawn as an echo beside its wall
+LONGEST_NOSE = 0.16  # m: the greatest length of the triangle that shows a heading
+MOST = 0.4  # share of the map: if the robot saw more, the whole map is drawn
+FEWEST_METRES = 1.0  # m: the least width and height of the view, so that a robot that never moved does not fill it
 
-ARROW, ARROW_EVERY = 0.1, 0.7  # inches: length of an arrow, and way between two of them
-STROKE = 0.11  # inches, from a dot in the direction of the robot's heading
-TIMES, TIMES_APART = 12, 0.36  # so many times, at most, are written beside the path, so many inches apart
-NAMES_APART = 0.3  # inches: a robot that ends nearer to its start than that gets one name for both
-BADGES = 24  # numbers on the drawing, at most: more would hide it
+ARROW, ARROW_EVERY = 0.1, 0.7  # inches: the length of an arrow, and the way between two arrows
+STROKE = 0.11  # inches: the length of a stroke from a dot in the direction of the robot's heading
+TIMES, TIMES_APART = 12, 0.36  # the largest number of times beside the path; inches between two of them
+NAMES_APART = 0.3  # inches: if start and end are nearer to each other, one name is written for both
+BADGES = 24  # the largest number of badges on the drawing: more would hide it
 
 
 class TopView(NamedTuple):
-    """What is to be seen of a run, m; in the map's frame where the true path is known, else in the odometry's."""
+    """What is drawn of a run, in m.
+
+    The frame is that of the map if the true path is known, and that of the odometry if not.
+    """
 
     run: Run
-    path: Track  # the true path where it is known, else the odometry's
+    path: Track  # the true path if it is known, else the path of the odometry
     odometry: Track
-    echoes: np.ndarray
+    echoes: np.ndarray  # (n, 2)
     walls: Optional[Map]
-    low: np.ndarray  # lower left corner
-    high: np.ndarray  # upper right corner
+    low: np.ndarray  # (2,), the lower left corner of the view
+    high: np.ndarray  # (2,), the upper right corner of the view
 
 
 def view_of(run: Run) -> TopView:
-    """A run as it will be drawn."""
+    """Return what is to be drawn of a run."""
     odometry = run.odometry.seen_from(run.odometry_origin)
     path = odometry if run.truth is None else run.truth
     echoes = np.column_stack(placed(run.odometry_origin, *run.echoes().T))
@@ -53,15 +56,15 @@ def view_of(run: Run) -> TopView:
 
 def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map],
            reach: float) -> Tuple[np.ndarray, np.ndarray]:
-    """Lower left and upper right corner of what is to be seen, m, with a margin.
+    """Return the lower left and the upper right corner (m) of a view of tracks and echoes, with a margin.
 
-    A map is shown whole, unless most of the page would show places where the robot never was.
+    The view has the whole map, unless most of the page would show places where no robot was.
 
     Args:
-        tracks: where robots were.
-        echoes: points (n, 2) where they heard something.
-        walls: the map.
-        reach: how far a robot reaches around its middle, m.
+        tracks: the tracks of the robots.
+        echoes: the points (n, 2) of their echoes (m).
+        walls: the map. None: no map is drawn.
+        reach: the largest distance from the middle of a robot to its outline (m).
     """
     points = np.concatenate([echoes, *(np.column_stack((track.x + side, track.y + side))
                                        for track in tracks for side in (-reach, reach))])
@@ -77,7 +80,11 @@ def extent(tracks: Sequence[Track], echoes: np.ndarray, walls: Optional[Map],
 
 
 def beside_things(view: TopView) -> np.ndarray:
-    """Whether each echo (n,) is farther than `NEAR_A_WALL` from all walls, and twice as far from all cans."""
+    """Return for each echo whether it is far from all things on the map, as an array of bool (n,).
+
+    Far means: more than `NEAR_A_WALL` from all walls, and more than twice as far from all cans. All are False if there
+    is no map.
+    """
     points = view.echoes
     if view.walls is None or not len(points):
         return np.zeros(len(points), dtype=bool)
@@ -97,8 +104,8 @@ def beside_things(view: TopView) -> np.ndarray:
 
 
 def draw(axes: Any, view: TopView, timeline: Timeline, inches: float) -> None:
-    """Draw a run on axes that are so many inches wide."""
-    scale = (view.high - view.low)[0] / inches  # m in an inch
+    """Draw a run. `inches` is the width of the axes."""
+    scale = (view.high - view.low)[0] / inches  # m for each inch on the page
     draw_map(axes, view.walls, view.low, view.high)
     if view.run.truth is not None:
         axes.plot(view.path.x, view.path.y, color=BLUE, linewidth=3.4, alpha=0.55, zorder=3, label="true path",
@@ -115,12 +122,12 @@ def draw(axes: Any, view: TopView, timeline: Timeline, inches: float) -> None:
 
 
 def draw_map(axes: Any, walls: Optional[Map], low: np.ndarray, high: np.ndarray) -> None:
-    """Walls, posts and boxes, from the occupancy grid if there is one, to scale.
+    """Draw the map, and set the limits of the axes.
 
     Args:
-        axes: to draw on.
-        walls: the map.
-        low, high: lower left and upper right corner of what is to be seen, m.
+        axes: the matplotlib axes to draw on.
+        walls: the map. None: only the limits are set.
+        low, high: the lower left and the upper right corner of the view (m).
     """
     from matplotlib.colors import to_rgb
     from matplotlib.transforms import Affine2D
@@ -137,12 +144,14 @@ def draw_map(axes: Any, walls: Optional[Map], low: np.ndarray, high: np.ndarray)
 
 
 def draw_arrows(axes: Any, path: Track, scale: float) -> None:
-    """Draw arrows along a path, one in each square of the drawing. They point where the robot went, even backwards.
+    """Draw arrows along a path. They point where the robot went, also when it went backwards.
+
+    There is at most one arrow in each small square of the drawing.
 
     Args:
-        axes: to draw on.
+        axes: the matplotlib axes to draw on.
         path: the path.
-        scale: m in an inch.
+        scale: how many m an inch on the page shows.
     """
     from matplotlib.collections import PolyCollection
 
@@ -152,14 +161,14 @@ def draw_arrows(axes: Any, path: Track, scale: float) -> None:
     course = np.arctan2(ahead.y - behind.y, ahead.x - behind.x)
     middle = (behind.x + ahead.x) / 2, (behind.y + ahead.y) / 2
     cells = np.floor(np.column_stack(middle) / (ARROW_EVERY * scale / 2))
-    _, first = np.unique(cells, axis=0, return_index=True)  # arrow in each square
+    _, first = np.unique(cells, axis=0, return_index=True)  # one arrow in each square
     arrow = ARROW * scale * np.array([(0.6, 0.0), (-0.4, 0.5), (-0.15, 0.0), (-0.4, -0.5)])
     shapes = [np.column_stack(placed(pose, *arrow.T)) for pose in np.column_stack((*middle, course))[first]]
     axes.add_collection(PolyCollection(shapes, facecolor=INK, edgecolor="white", linewidth=0.4, zorder=5))
 
 
 def _draw_echoes(axes: Any, view: TopView) -> None:
-    """Echoes; those beside their walls are paler."""
+    """Draw the echoes. Those beside their walls are paler."""
     beside = beside_things(view)
     for chosen, name, size, alpha in ((~beside, "sonar echo" if view.walls is not None else "sonar echo *", 2.0, 0.7),
                                       (beside, "echo beside its wall *", 1.3, 0.35)):
@@ -169,14 +178,17 @@ def _draw_echoes(axes: Any, view: TopView) -> None:
 
 
 def _draw_cans(axes: Any, view: TopView) -> None:
-    """Cans where they were first and last, if any is in sight. A can that was moved has its way and its number."""
+    """Draw the cans at their first and last places, if any of them is in the view.
+
+    A can that was moved is drawn with its path and its number.
+    """
     from matplotlib.patches import Circle
 
     cans = view.run.cans
     before, after = (np.array([(can.x[end], can.y[end]) for can in cans]).reshape(-1, 2) for end in (0, -1))
     if not any(((view.low < place) & (place < view.high)).all() for place in (*before, *after)):
         return
-    # dots that are large enough to be found; in a large drawing the circles to scale, below, are larger
+    # these dots are large enough to be found; in a large drawing the circles to scale, below, are larger
     dots = dict(linestyle="none", marker="o")
     axes.plot(*before.T, **dots, markersize=7, markerfacecolor="none", markeredgecolor=CAN_BEFORE, label="can before",
               zorder=6.6)
@@ -192,7 +204,7 @@ def _draw_cans(axes: Any, view: TopView) -> None:
 
 
 def _draw_robots(axes: Any, view: TopView, scale: float) -> None:
-    """The robot at the start and at the end, to scale; one name for both where they would lie on each other."""
+    """Draw the robot to scale at the start and at the end. If they are near each other, one name is written for both."""
     start, end = view.path.pose(0), view.path.pose(-1)
     together = np.hypot(start[0] - end[0], start[1] - end[1]) < NAMES_APART * scale
     for pose, name, written, alpha in ((start, "start", "" if together else "start", 0.15),
@@ -210,7 +222,7 @@ def _draw_robots(axes: Any, view: TopView, scale: float) -> None:
 
 
 def _draw_gripper(axes: Any, view: TopView) -> None:
-    """A badge with a number where the paddles did something; where that was too often, a mark without a number."""
+    """Draw a badge with a number at each event of the gripper. If there are too many, draw signs without numbers."""
     events = view.run.gripper
     robot = view.path.at(np.array([event.time for event in events]))
     x, y = placed((robot.x, robot.y, robot.heading), view.run.grip, 0.0)
@@ -222,7 +234,7 @@ def _draw_gripper(axes: Any, view: TopView) -> None:
         return
     for number, event in enumerate(events):
         near = (np.hypot(x[:number] - x[number], y[:number] - y[number]) < 0.6).sum()
-        # the badges of one place lie to the left of the paddles, to the right, ahead on the left, ...
+        # badges of events at one place lie to the left of the paddles, then to the right, then ahead on the left, ...
         angle = robot.heading[number] + np.pi / 2 * (-1) ** near * (1 - 0.25 * (near // 2))
         axes.annotate(
             str(number + 1), (x[number], y[number]), (26 * np.cos(angle), 26 * np.sin(angle)),
@@ -233,7 +245,7 @@ def _draw_gripper(axes: Any, view: TopView) -> None:
 
 
 def _draw_times(axes: Any, path: Track, timeline: Timeline, scale: float) -> None:
-    """Times beside the path, each with a dot where the robot was, and a stroke in the direction of its heading."""
+    """Write times beside the path, each with a dot at the place of the robot and a stroke that shows its heading."""
     shown: List[Pose] = [path.pose(0), path.pose(-1)]
     for time in timeline.ticks(TIMES)[1:]:
         x, y, heading = path.at(np.array([time])).pose(0)
