@@ -173,8 +173,8 @@ def run(fault: Optional[str], numbers: RobotNumbers, seed: int, picks: bool) -> 
     lines = LineSimulation(firmware, seed, [fault_of(fault)] if fault else [])
     client = Insistent(picks)
     track, echoes, data = [], [], b""
-    while lines.clock.seconds < LONGEST and (client.arrived is None or lines.clock.seconds < client.arrived + 3.0):
-        out = client.tick(data, lines.clock.seconds)
+    while lines.time < LONGEST and (client.arrived is None or lines.time < client.arrived + 3.0):
+        out = client.tick(data, lines.time)
         track.append(firmware.true_pose)
         echoes += [_echo(number, distance, track[-1]) for number, distance in client.heard if number in MOUNTS and
                    distance < numbers.sonar.maximum]

@@ -86,7 +86,7 @@ def test_a_program_of_its_own_over_tcp_five_times_as_fast():
     robot = simulation.add(find_model("p3dx-sh"))
     with Server(simulation, tcp=0, speed=5) as server:
         host, port = server.url[len("socket://"):].split(":")
-        run_their_program(host, int(port), lambda: robot.true_pose[0] > 2.0 or server.simulation.clock.seconds > 300)
+        run_their_program(host, int(port), lambda: robot.true_pose[0] > 2.0 or server.simulation.time > 300)
         with server.lock:
             assert robot.true_pose[0] > 2.0 and robot.contacts == 0
 

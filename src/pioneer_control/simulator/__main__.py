@@ -120,17 +120,17 @@ def faults_of(options: argparse.Namespace) -> List[Fault]:
 
 def welcome(server: Server, robots: Union[Simulation, PlayedRobot]) -> List[str]:
     """Return lines of text to print at the start: which robots there are, and where clients connect to each of them."""
-    count = len(server.berths)
+    single = len(server.berths) == 1
     if isinstance(robots, PlayedRobot):
-        lines = ["A robot that says what %s of the record said. Connect to it at" % robots.name]
+        lines = ["A robot that plays back %s of the record. Connect to it at" % robots.name]
     else:
         kind = robots.robots[0].model.subtype, robots.world.name
         lines = ["World file, skipped: %s" % skipped for skipped in robots.world.skipped]
-        lines += ["A simulated %s stands in the world %r. Connect to it at" % kind if count == 1 else
-                  "%d simulated %s stand in the world %r. Connect to them at" % (count, *kind)]
+        lines += ["A simulated %s stands in the world %r. Connect to it at" % kind if single else
+                  "%d simulated %s stand in the world %r. Connect to them at" % (len(server.berths), *kind)]
     for berth in server.berths:
         places = [place for place in (berth.url, berth.pty_link) if place is not None]
-        lines += ["    " + words for words in (places if count == 1 else ["  ".join([berth.robot.name, *places])])]
+        lines += ["    " + words for words in (places if single else ["  ".join([berth.robot.name, *places])])]
     return lines
 
 
@@ -154,30 +154,32 @@ OPTIONS: Dict[str, Dict[str, Any]] = {
     "--model": dict(default="p3dx-sh", help="robot model, by its subtype: see below (default: %(default)s)"),
     "--world": dict(default="tutorial",
                     help="name of a world, or path of a world file or a map: see below (default: %(default)s)"),
-    "--robots": dict(type=count, default=1, metavar="N", help="so many of them (default: %(default)s)"),
+    "--robots": dict(type=count, default=1, metavar="N", help="number of robots (default: %(default)s)"),
     "--tcp": dict(metavar="PORT",
-                  help="TCP port of the first robot, the next ones for the others; 0 for any free ones; for this"
-                       " machine only unless HOST:PORT is given, such as 0.0.0.0:8101 (default: %s, unless --pty is"
-                       " given)" % STANDARD_PORT),
+                  help="TCP port of the first robot; the other robots have the next ports; 0: any free ports. Only"
+                       " clients on this machine can connect, unless you give HOST:PORT, such as 0.0.0.0:8101"
+                       " (default: %s, unless --pty is given)" % STANDARD_PORT),
     "--pty": dict(metavar="LINK",
-                  help="make a pseudo-terminal, and this link to it; of several robots LINK1, LINK2, ..."),
-    "--seed": dict(type=int, default=0, help="of all that is left to chance (default: %(default)s)"),
+                  help="make a pseudo-terminal with this link to it; several robots have LINK1, LINK2, ..."),
+    "--seed": dict(type=int, default=0,
+                   help="random seed of sonar noise, wheel slip and damaged packets (default: %(default)s)"),
     "--speed": dict(type=float, default=1.0, metavar="X",
-                    help="simulated seconds in a real one, %g to %g (default: %%(default)s)" % SPEEDS),
+                    help="simulated seconds per real second, %g to %g (default: %%(default)s)" % SPEEDS),
     "--record": dict(metavar="FILE",
-                     help="write there what goes over the lines; python3 -m pioneer_control.p2os --record FILE explains"
-                          " it"),
+                     help="record all bytes on the lines to this file; python3 -m pioneer_control.p2os --record FILE"
+                          " explains them"),
     "--play": dict(metavar="FILE",
-                   help="no simulated robot, but the one in this record: it says again what it said; see docs/wire.md"),
+                   help="play back the robot in this record, instead of a simulated robot; see docs/wire.md"),
     "--client": dict(metavar="FILE",
-                     help="tell the simulated robots what those in this record were told, and say how they differ"),
+                     help="send the simulated robots what the clients in this record sent, and print how the answers"
+                          " differ"),
     "--robot": dict(type=count, default=1, metavar="N",
-                    help="which robot of the record is played (default: %(default)s)"),
+                    help="number of the robot in the record that --play plays back (default: %(default)s)"),
     "--fault": dict(action="append", default=[], metavar="WORDS",
                     help="such as 'loss 0.1 from 10 to 20'; may be given again; see below"),
     "--faults": dict(action="append", default=[], metavar="FILE", help="a YAML list of faults; may be given again"),
     "--noise": dict(type=float, metavar="M",
-                    help="sonar ranges are off by up to this much (default: as robot.yaml says)"),
+                    help="largest random error of a sonar range (default: that of robot.yaml)"),
     "--gripper": dict(action="store_true", default=None, help="fit a gripper (default: on a p3dx-sh)"),
     "--no-gripper": dict(action="store_false", dest="gripper", help="fit no gripper"),
     "--no-rear-sonar": dict(action="store_false", dest="rear_sonar", help="fit no rear sonar array"),

@@ -229,7 +229,7 @@ class Node:
 
     def _now(self) -> rospy.Time:
         """Return the time for stamps: ROS time, or the simulated time if this node publishes /clock."""
-        return rospy.Time.from_sec(self._epoch + self._lines.clock.seconds) if self._own_clock else rospy.Time.now()
+        return rospy.Time.from_sec(self._epoch + self._lines.time) if self._own_clock else rospy.Time.now()
 
     def _publish(self, now: rospy.Time) -> None:
         for truth in self._truths:
@@ -237,7 +237,7 @@ class Node:
         with self._server.lock:
             cans = can_places(self._simulation)
             robots = [(name, robot.true_pose[:2]) for name, robot in zip(self._names, self._simulation.robots)]
-            shoves = self._shoves.look(self._lines.clock.seconds, robots)
+            shoves = self._shoves.look(self._lines.time, robots)
         for sentence in shoves:
             rospy.loginfo("%s", sentence)
         if cans != self._cans_published:

@@ -45,26 +45,26 @@ class SimulatorParameters:
     start: Optional[Pose] = parameter(None, Place(), "where the first robot stands at first", "m, m, rad")
     robots: int = parameter(1, Whole(1, MOST_ROBOTS), "number of robots in the world")
     tcp: Union[int, str, None] = parameter(None, TcpAddress(),
-                                           "TCP port of the robot's line; of several robots, of the first one's")
+                                           "TCP port of the first robot; the other robots have the next ports")
     pty: str = parameter("", Text(empty=True),
-                         "path of a link to a pseudo-terminal, of several robots with their numbers behind it; empty"
-                         " for none")
-    seed: int = parameter(0, Whole(), "of all that is left to chance")
+                         "path of a link to a pseudo-terminal; several robots have their numbers behind the path;"
+                         " empty for none")
+    seed: int = parameter(0, Whole(), "random seed of sonar noise, wheel slip and damaged packets")
     speed: float = parameter(1.0, Number(*SPEEDS),
-                             "simulated seconds in a real one; if not 1, the node publishes /clock")
-    fault: str = parameter("", Text(empty=True), "a fault in words, several with semicolons between them")
+                             "simulated seconds per real second; if not 1, the node publishes /clock")
+    fault: str = parameter("", Text(empty=True), "faults as text, with semicolons between them")
     faults_file: str = parameter("", Text(empty=True), "a YAML list of faults; empty for none")
     record: str = parameter("", Text(empty=True), "file for a record of the lines; empty for none")
     gripper: Optional[bool] = parameter(None, AutoSwitch(), "is a gripper fitted? auto: as usual for the model")
     rear_sonar: bool = parameter(True, Switch(), "whether the rear sonar array is fitted")
-    name: str = parameter("sim_0001", Text(), "the robot's own name; several robots have sim_0001 and up")
+    name: str = parameter("sim_0001", Text(), "name of the robot; several robots are sim_0001, sim_0002, ...")
     models_file: str = parameter("", Text(empty=True),
                                  "a models file that overrides or adds robot models; empty for none")
     numbers_file: str = parameter("", Text(empty=True), "a file that overrides numbers of robot.yaml; empty for none")
     map_frame: str = parameter("map", Text(slash=False), "frame of the world")
     odom_frame_id: str = parameter("odom", Text(slash=False), "frame of the robot's odometry")
     base_link_frame_id: str = parameter("base_link", Text(slash=False), "frame of the robot")
-    frame_prefix: str = parameter("", Text(empty=True, slash=False), "put before the robot's frames")
+    frame_prefix: str = parameter("", Text(empty=True, slash=False), "prefix of the robots' frames")
 
 
 def check_parameters(given: Mapping[str, Any]) -> SimulatorParameters:

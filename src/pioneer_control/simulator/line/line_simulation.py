@@ -83,6 +83,11 @@ class LineSimulation:
             self.faults.add(fault)
 
     @property
+    def time(self) -> float:
+        """The simulated time (s)."""
+        return self.clock.seconds
+
+    @property
     def next_us(self) -> int:
         """The simulated time (microseconds) of the next event: a step, the arrival of bytes, or a change of faults."""
         return min(self._step_us, self._due[0][0] if self._due else NEVER_US, self.faults.next_us)

@@ -226,7 +226,7 @@ class Server:
             berth.robot.close_session()
         if data:
             berth.line, berth.heard = line, now
-            self._recording.put(Entry(self.simulation.clock.seconds, berth.number + 1, True, data))
+            self._recording.put(Entry(self.simulation.time, berth.number + 1, True, data))
             self.simulation.send(berth.number, data, line.client_baud)
             # Before another client takes the place of this one:
             self._deliver(self.simulation.run_to(self.simulation.clock.now_us))
@@ -272,7 +272,7 @@ class Server:
                 self._paused.pop(line, None)
                 self._watch(berth, line)
         except LinkError as error:
-            self._report(self.simulation.clock.seconds, str(error))
+            self._report(self.simulation.time, str(error))
 
     def _report(self, time: float, sentence: str) -> None:
         self._recording.put(Entry(time, 0, False, b"", sentence))
