@@ -154,7 +154,7 @@ def request(kind: str, what: str, families: str) -> Handler:
         families: letters of the firmware families that know the command.
     """
     return Handler(int, lambda robot, how: robot.request(kind, how), families,
-                   "0 no %s, 1 one with the next SIP, more: one with every SIP." % what)
+                   "0: send no %s. 1: one with the next SIP. More: one with every SIP." % what)
 
 
 def gyro(robot: CommandedRobot, how: int) -> None:
@@ -191,7 +191,8 @@ def aux_write(port: int) -> Handler:
     """Return the row of the command that sends bytes to the device at auxiliary serial port 1, 2 or 3."""
     return Handler(
         bytes, lambda robot, data: robot.hardware.aux[port - 1].write(data), ARCOS if port == 3 else NOT_PSOS,
-        "Bytes to the device at AUX%d (none, unless a program connects one: `robot.hardware.aux[%d].device`)."
+        "Send bytes to the device at AUX%d. There is none, unless a program connects one:"
+        " `robot.hardware.aux[%d].device`."
         % (port, port - 1))
 
 
@@ -199,8 +200,8 @@ def aux_read(port: int) -> Handler:
     """Return the row of the command that requests bytes from the device at auxiliary serial port 1, 2 or 3."""
     return Handler(
         int, lambda robot, count: robot.hardware.aux[port - 1].want(count), ARCOS if port == 3 else NOT_PSOS,
-        "So many bytes (197 at most) of the device at AUX%d in one packet behind the SIP, once they are there; 0"
-        " flushes." % port)
+        "Request so many bytes (197 at most) from the device at AUX%d. They come in one packet behind the SIP, as soon"
+        " as all have arrived. 0: empty the buffer." % port)
 
 
 # -- docking, sounds, gripper
@@ -267,7 +268,7 @@ def ticks_per_mm(robot: CommandedRobot, ticks: int) -> None:
 
 def setting(
     name: str, families: str, legal: range = range(0x8000),
-    does: str = "Shown in CONFIGpac, until the session ends; it drives no differently.",
+    does: str = "Shown in CONFIGpac until the session ends. It does not change how the robot drives.",
 ) -> Handler:
     """Return the row of a command that only stores a number, which CONFIGpac shows. It does not change the motion.
 
@@ -283,7 +284,7 @@ def setting(
 def aux_baud(port: int) -> Handler:
     """Return the row of the command that stores the baud rate of auxiliary serial port 1, 2 or 3 for CONFIGpac only."""
     return setting("aux%d_baud" % port, ARCOS if port == 3 else NOT_PSOS, range(len(BAUD_RATES)),
-                   "Shown in CONFIGpac, until the session ends; the devices hear at any speed.")
+                   "Shown in CONFIGpac until the session ends. The devices receive at any baud rate.")
 
 
 _ROTATE = motion(lambda hardware, deg_s: hardware.drives.angular.set_speed(math.radians(deg_s)))
@@ -291,45 +292,48 @@ _ROTATES = "Rotate at this speed (deg/s), within SETRV, with the ramps of SETRA.
 _EMERGENCY_STOP = "Stop as fast as the drives can, until the next motion command."
 _TURNING_LIMIT = Handler(
     int, lambda robot, deg_s: robot.hardware.drives.angular.limits.set_limit_towards(math.radians(deg_s)), ARCOS,
-    "Speed limit (deg/s) of later turns counter-clockwise, or when negative clockwise. Sources give it two numbers,"
-    " both are obeyed.")
+    "Speed limit (deg/s) of later turns: a positive value counter-clockwise, a negative value clockwise. The sources"
+    " give this command two different numbers; the robot obeys both.")
 
 HANDLERS: Dict[str, Handler] = {
     "PULSE": Handler(None, lambda robot, _: None, ALL,
-                     "Feeds the watchdog, as every packet does; a robot that it stopped takes up its old set points."),
+                     "Restarts the time of the watchdog, as every packet does. If the watchdog had stopped the robot,"
+                     " it drives on with its old set points."),
     "OPEN": Handler(None, lambda robot, _: None, ALL,
-                    "Begins a session after SYNC0, SYNC1, SYNC2: motors off, sonar on, pose 0, a SIP every 100 ms."
-                    " Inside a session: nothing."),
+                    "After SYNC0, SYNC1, SYNC2: begin a session, with motors off, sonar on, pose 0, and a SIP every"
+                    " 100 ms. Inside a session: nothing."),
     "CLOSE": Handler(None, lambda robot, _: robot.close_session(), ALL,
-                     "Ends the session: motors and sonar off, no more packets, parameters as at power-on; the next"
-                     " client is welcome at once."),
+                     "End the session: motors and sonar off, no more packets, parameters as at power-on. The next"
+                     " client can connect at once."),
     "RESET": Handler(None, lambda robot, _: robot.restart(), ARCOS,
-                     "Ends the session as a fresh start of the controller, and says so with 0xFF."),
+                     "End the session, restart the controller, and send packet 0xFF."),
     "HOSTBAUD": Handler(int, host_baud, NOT_PSOS,
-                        "Another speed of the line (a pseudo-terminal garbles what comes at the old one), until the"
-                        " session ends.", range(len(BAUD_RATES))),
+                        "Set the baud rate of the line until the session ends. A pseudo-terminal then garbles bytes"
+                        " that have the old baud rate.", range(len(BAUD_RATES))),
     "ENABLE": Handler(int, enable, ALL,
-                      "Motor power on, unless the STOP button or an empty battery forbids it, or off."),
+                      "1: switch the motors on, unless the STOP button or an empty battery prevents it. 0: switch them"
+                      " off."),
     "VEL": Handler(int, motion(lambda hardware, mm_s: hardware.drives.linear.set_speed(mm_s / 1000.0)), ALL,
-                   "Translate at this speed (mm/s), within SETV, with the ramps of SETA; forgotten while the motors are"
-                   " off, as all motion commands."),
+                   "Translate at this speed (mm/s), within SETV, with the ramps of SETA. Ignored while the motors are"
+                   " off, as all motion commands are."),
     "RVEL": Handler(int, _ROTATE, ALL, _ROTATES),
     "ROTATE": Handler(int, _ROTATE, NOT_PSOS, _ROTATES),
     "VEL2": Handler(int, wheels, ALL,
-                    "Left wheel in the high byte, right in the low one, in the model's VEL2 unit. ARCOS makes"
-                    " translation and rotation of it, with their limits; before, each wheel has its own speed, and only"
-                    " SETA counts."),
+                    "Speeds of the left wheels (high byte) and the right wheels (low byte), in the VEL2 unit of the"
+                    " model. ARCOS converts them to translation and rotation, with their limits. Older firmware"
+                    " controls each wheel, with the ramps of SETA and no other limit than the highest speed."),
     "MOVE": Handler(int, motion(lambda hardware, mm: hardware.drives.linear.set_distance(mm / 1000.0)), NOT_PSOS,
                     "Translate this far (mm; negative: backward) at SETV, with the ramps of SETA, and stop there."),
-    "HEAD": Handler(int, motion(head), ALL, "Turn to this heading (deg) of the robot's own frame, the shortest way."),
+    "HEAD": Handler(int, motion(head), ALL, "Turn to this heading (deg) in the odometry frame, the shortest way."),
     "DHEAD": Handler(int, motion(lambda hardware, deg: hardware.drives.angular.set_distance(math.radians(deg))), ALL,
                      "Turn by this angle (deg) from the present heading."),
-    "DCHEAD": Handler(int, motion(turn_goal), NOT_PSOS, "Turn by this angle (deg) from the heading it is turning to."),
-    "STOP": Handler(None, stop, NOT_PSOS, "Ramp down; the motors stay on."),
+    "DCHEAD": Handler(int, motion(turn_goal), NOT_PSOS,
+                      "Turn by this angle (deg) from the heading to which the robot turns now."),
+    "STOP": Handler(None, stop, NOT_PSOS, "Slow down to a stop. The motors stay on."),
     "E_STOP": Handler(None, emergency_stop, NOT_PSOS, _EMERGENCY_STOP),
     "QSTOP": Handler(None, emergency_stop, "M", _EMERGENCY_STOP),
     "SETO": Handler(None, lambda robot, _: robot.hardware.reset_odometry(), ALL,
-                    "The robot's own pose becomes 0, 0, 0."),
+                    "Set the pose of the odometry to 0, 0, 0."),
     "SETV": Handler(int, lambda robot, mm_s: robot.hardware.drives.linear.limits.set_limit(mm_s / 1000.0), ALL,
                     "Speed limit (mm/s) of later commands."),
     "SETRV": Handler(int, lambda robot, deg_s: robot.hardware.drives.angular.limits.set_limit(math.radians(deg_s)), ALL,
@@ -337,22 +341,23 @@ HANDLERS: Dict[str, Handler] = {
     "SETRVDIR_ARCOS": _TURNING_LIMIT,
     "SETRVDIR": _TURNING_LIMIT,
     "SETA": Handler(int, lambda robot, mm_s2: robot.hardware.drives.linear.limits.set_rate(mm_s2 / 1000.0), NOT_PSOS,
-                    "Acceleration, or when negative deceleration (mm/s^2)."),
+                    "A positive value sets the acceleration, a negative value the deceleration (mm/s^2)."),
     "SETRA": Handler(int, lambda robot, deg_s2: robot.hardware.drives.angular.limits.set_rate(math.radians(deg_s2)),
                      NOT_PSOS,
-                     "Acceleration, or when negative deceleration (deg/s^2)."),
+                     "A positive value sets the acceleration, a negative value the deceleration (deg/s^2)."),
     "SONAR": Handler(int, sonar, ALL,
-                     "Bit 0: on or off; bits 1 to 4: which of arrays 1 to 4, as FLAGS numbers them (AROS and later; our"
-                     " reading), none set: all."),
+                     "Bit 0: on or off. Bits 1 to 4 select arrays 1 to 4, with the numbers of FLAGS (AROS and later,"
+                     " as we read the manuals). If none is set: all arrays."),
     "POLLING": Handler(bytes, lambda robot, numbers: robot.hardware.sonar.set_sequence(
                            [number - 1 for number in numbers if 1 <= number <= 32], robot.clock.now_us), ALL,
-                       "A new firing sequence of the arrays that it names (numbers count from 1, repeats allowed, 16"
-                       " for an array); empty: sonar off, sequences kept."),
-    "SONARCYCLE": Handler(int, sonar_cycle, LATER, "Time of a firing, 2 to 120 ms, in every array.",
+                       "Set the firing sequence of the arrays whose transducers it names. Transducers are numbered"
+                       " from 1 and may be repeated, at most 16 for each array. Empty: switch the sonar off, and keep"
+                       " the sequences."),
+    "SONARCYCLE": Handler(int, sonar_cycle, LATER, "Set the time between two firings of each array, 2 to 120 ms.",
                           range(2, 121)),
     "DIGOUT": Handler(int, digital_out, ALL,
-                      "Mask of the outputs to change in the high byte, their new states in the low one."),
-    "ADSEL": Handler(int, analog_select, NOT_PSOS, "The analog port that the SIP shows: 1 to 5, on ARCOS 0 to 7."),
+                      "High byte: mask of the outputs to change. Low byte: their new states."),
+    "ADSEL": Handler(int, analog_select, NOT_PSOS, "Select the analog port in the SIP: 1 to 5, on ARCOS 0 to 7."),
     "CONFIG": Handler(None, lambda robot, _: robot.send(
         reports.config(robot.hardware, robot.name, robot.numbers, robot.settings)), NOT_PSOS,
                       "Send CONFIGpac, at once."),
@@ -362,28 +367,31 @@ HANDLERS: Dict[str, Handler] = {
     "BATTERYINFO": request("battery", "battery information", ARCOS),
     "JOYREQUEST": request("joystick", "JOYSTICKpac (before the SIP)", LATER),
     "JOYDRIVE": Handler(int, lambda robot, on: robot.hardware.allow_joystick(bool(on)), NOT_PSOS,
-                        "Whether a joystick that is plugged in (`robot.hardware.joystick`) drives while its first"
-                        " button is pressed."),
+                        "1: a plugged-in joystick (`robot.hardware.joystick`) drives the robot while its first button"
+                        " is pressed. 0: it does not."),
     "GYRO": Handler(int, gyro, LATER,
-                    "Gyro read by the client (HasGyro 1): 1 sends GYROpac before every SIP, 0 ends that. Gyro in the"
-                    " robot (2): the heading is made of 0 the encoders, 1 both, 2 the gyro alone. Without a gyro:"
-                    " nothing."),
+                    "Gyro read by the client (HasGyro 1): 1 sends GYROpac before every SIP, 0 ends this. Gyro read by"
+                    " the robot (HasGyro 2): source of the heading, 0 encoders, 1 both, 2 only the gyro. Without a"
+                    " gyro: nothing."),
     "GYROCALCW": setting("gyro_cw", ARCOS),
     "GYROCALCCW": setting("gyro_ccw", ARCOS),
     "TCM2": Handler(int, compass, NOT_PSOS,
-                    "Where a compass is fitted: 0 off, 1 shown in the SIP, 2 one TCM2pac, 3 one with every SIP, 6 one"
-                    " and then as 1, 7 as after power-on. 4 and 5 calibrate, which changes nothing here."),
+                    "With a compass: 0 off, 1 heading in the SIP, 2 also one TCM2pac, 3 one with every SIP, 6 as 2, 7"
+                    " as after power-on. 4 and 5 calibrate the compass, which has no effect here. Without a compass:"
+                    " nothing."),
     "PLAYLIST": Handler(int, lambda robot, number: robot.send(*reports.playlist(
                             robot.model.firmware_family, number, robot.settings["sounds_on"])), "GPA",
-                        "Send PLAYLIST: AmigOS its sounds, all for 0; the others 25 zero bytes."),
+                        "Send PLAYLIST: on AmigOS the sound with this number (0: all sounds), on other firmware 25"
+                        " zero bytes."),
     "SOUNDTOG": Handler(int, lambda robot, on: robot.settings.update(sounds_on=int(on != 0)), "GAC",
-                        "Shown in PLAYLIST; nobody hears anything."),
+                        "Shown in PLAYLIST. The simulated robot makes no sounds."),
     "GRIPPER": Handler(int, gripper, NOT_PSOS,
-                       "One of the sub-commands 1 to 8 and 15 at once; 16 and 17 wait for their GRIPPERVAL. Without a"
-                       " gripper: nothing."),
+                       "Sub-commands 1 to 8 and 15 act at once; 16 and 17 act with the GRIPPERVAL that follows."
+                       " Without a gripper: nothing."),
     "GRIPPERVAL": Handler(int, gripper_value, NOT_PSOS,
-                          "Right behind GRIPPER 16: the grasp time, 1 to 100; behind 17: how far the lift goes, -255 to"
-                          " 255; anywhere else nothing."),
+                          "Directly after GRIPPER 16: the grasp time, 1 to 100. Directly after GRIPPER 17: the time"
+                          " for which the lift moves, -255 to 255, negative for down. Elsewhere: nothing. The unit is"
+                          " 20 ms."),
     "TTY2": aux_write(1),
     "TTY3": aux_write(2),
     "TTY4": aux_write(3),
@@ -394,17 +402,19 @@ HANDLERS: Dict[str, Handler] = {
     "AUX2BAUD": aux_baud(2),
     "AUX3BAUD": aux_baud(3),
     "DOCK": Handler(int, dock, "PG",
-                    "0 off; 1, 2: takes power where it stands in a dock of the world; 2 also stops then."),
+                    "1 or 2: charge when the robot stands in a dock of the world. 2: also stop when a dock starts to"
+                    " charge. 0: do not charge in docks."),
     "CHARGE": Handler(int, lambda robot, on: dock(robot, int(on != 0)), LATER,
-                      "1: takes power where it stands in a dock of the world, 0: no longer."),
+                      "1: charge when the robot stands in a dock of the world. 0: do not charge in docks."),
     "BUMPSTALL": Handler(int, bump_stall, NOT_PSOS,
-                         "Which bumpers stop the wheels at once: bit 0 the front ones, bit 1 the rear ones; at first"
-                         " both."),
+                         "Bumpers that stall the wheels at once: bit 0 the front bumper, bit 1 the rear bumper. At"
+                         " power-on both."),
     "E_STALL": Handler(int, lambda robot, on: robot.hardware.motors.set_stop_button_stalls(bool(on)), NOT_PSOS,
-                       "Whether the STOP button takes the power from the motors: at first it does, before AROS it does"
-                       " not."),
+                       "1: the STOP button switches the motors off. 0: it does not. At power-on 1, on firmware before"
+                       " AROS 0."),
     "BATTEST": Handler(int, lambda robot, decivolts: robot.hardware.battery.pretend(decivolts / 10.0), ARCOS,
-                       "Pretend a battery voltage (0.1 V), 0 for the real one.", AT_LEAST_0),
+                       "Report this battery voltage (0.1 V) instead of the real one. 0: report the real voltage.",
+                       AT_LEAST_0),
     "ROTKP": setting("rotation_kp", NOT_PSOS),
     "ROTKV": setting("rotation_kv", NOT_PSOS),
     "ROTKI": setting("rotation_ki", NOT_PSOS),
@@ -412,30 +422,32 @@ HANDLERS: Dict[str, Handler] = {
     "TRANSKV": setting("translation_kv", NOT_PSOS),
     "TRANSKI": setting("translation_ki", NOT_PSOS),
     "REVCOUNT": Handler(int, rev_count, NOT_PSOS,
-                        "Encoder count of a turn: a greater one makes wider turns of the same angle told.", AT_LEAST_1),
+                        "Encoder ticks of a full turn. With a greater number, the robot turns farther for the same"
+                        " angle.", AT_LEAST_1),
     "TICKSMM": Handler(int, ticks_per_mm, ARCOS,
-                       "Encoder ticks of a mm: more make longer metres of the same distance told.", AT_LEAST_1),
+                       "Encoder ticks per mm. With a greater number, the robot drives farther for the same distance.",
+                       AT_LEAST_1),
     "DRIFTFACTOR": setting("drift_factor", ARCOS, range(-0x7FFF, 0x8000)),
     "ARM_INFO": Handler(None, lambda robot, _: robot.send(reports.NO_ARM_INFO), NOT_PSOS, "Send ARMINFOpac: no arm."),
     "ARM_STATUS": request("arm", "ARMpac (no arm)", NOT_PSOS),
 }
 
 _NO_ARM = "no arm is fitted"
-_NO_SUPPLY = "no supplies that could be switched"
-_OTHER_ROBOT = "the robots that know it are simulated only as far as they are Pioneers"
+_NO_SUPPLY = "there are no supplies to switch"
+_OTHER_ROBOT = "only robots that are not Pioneers know it, and what they have beyond a Pioneer is not simulated"
 
 IGNORED: Dict[str, str] = {
     "IMUREQUEST": "no inertial unit is fitted, and no source describes its packet",
-    "SAY": "nobody hears anything",
-    "SOUND": "nobody hears anything",
+    "SAY": "the simulated robot makes no sounds",
+    "SOUND": "the simulated robot makes no sounds",
     "TIMER": _NO_SUPPLY,
     "PTUPOS": "no servo is fitted",
-    "MOVINGBLINK": "no lights",
-    "LCDWRITE": "no display; the meaning of its control bytes is not known for sure",
+    "MOVINGBLINK": "there are no lights",
+    "LCDWRITE": "there is no display, and the meaning of the control bytes is not known for sure",
     "CALCOMP": "the compass needs no calibration",
     "POWER_PC": _NO_SUPPLY, "POWER_LRF": _NO_SUPPLY, "POWER_5V": _NO_SUPPLY, "POWER_12V": _NO_SUPPLY,
-    "MAINTENANCE": "a robot in maintenance hears nothing until somebody opens it: nobody can want that of a simulated"
-                   " one",
+    "MAINTENANCE": "it would make the robot ignore all commands until somebody opens it, which is of no use for a"
+                   " simulated robot",
     "ARM_INIT": _NO_ARM, "ARM_CHECK": _NO_ARM, "ARM_POWER": _NO_ARM, "ARM_HOME": _NO_ARM, "ARM_PARK": _NO_ARM,
     "ARM_POS": _NO_ARM,
     "ARM_SPEED": _NO_ARM, "ARM_STOP": _NO_ARM, "ARM_AUTOPARK": _NO_ARM, "ARM_GRIPPARK": _NO_ARM,
