@@ -57,8 +57,8 @@ def check_alone(node: str) -> None:
 
     try:
         if is_at_work(node, MASTER_PATIENCE):
-            raise UsageError("%s runs already. To end it: rosnode kill %s. To keep it, give the new node another name "
-                             "with __name:=" % (node, node))
+            raise UsageError("%s runs already, and a new node of this name would end it. End it first (rosnode kill "
+                             "%s), or give a node that you start yourself another name (__name:=NAME)" % (node, node))
     except NO_ANSWER:
         raise no_master() from None
 

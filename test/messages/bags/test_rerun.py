@@ -163,7 +163,7 @@ class TestARobotThatComesMeanwhile:
         return look_out
 
     def test_ends_it(self, look_out):
-        with pytest.raises(UsageError, match="/alice/p2os .* has come to this master"):
+        with pytest.raises(UsageError, match="/alice/p2os .* is on this master"):
             look_out("/alice/p2os (/alice/cmd_vel)", rerun.PLAYER + " (/pioneer/motor_state)")
 
     def test_player_and_program_are_none(self, look_out):

@@ -204,7 +204,7 @@ def _draw_cans(axes: Any, view: TopView) -> None:
 
 
 def _draw_robots(axes: Any, view: TopView, scale: float) -> None:
-    """Draw the robot to scale at the start and at the end. If they are near each other, one name is written for both."""
+    """Draw the robot to scale at the start and at the end. If they are near each other, both get one name."""
     start, end = view.path.pose(0), view.path.pose(-1)
     together = np.hypot(start[0] - end[0], start[1] - end[1]) < NAMES_APART * scale
     for pose, name, written, alpha in ((start, "start", "" if together else "start", 0.15),

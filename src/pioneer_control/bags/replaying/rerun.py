@@ -20,9 +20,9 @@ from std_srvs.srv import SetBool
 
 from ...errors import UsageError
 from ...msg import Decision
-from ..command_line import bag_files, free_name, number, parser_of, say
+from ..command_line import bag_files, check_alone, free_name, number, parser_of, say
 from .commands import RERUN, TOLD, absolute, aside, player, read_commands, recorded_topics
-from .programs import (PATIENCE, Interrupted, TopicRecorder, connected, graph, nodes, possible_robots,
+from .programs import (PATIENCE, Interrupted, TopicRecorder, connected, graph, possible_robots,
                        restore_parameter, run_as_node, running, wait_until)
 from .redrive_schedule import VELOCITIES
 from .rerun_compare import Verdict, judge_decisions, judge_others, judge_velocities, velocities_of
@@ -151,7 +151,8 @@ class Rerun:
         Raises:
             PioneerError: the re-run could not begin, or ended early.
         """
-        self._refuse_company()
+        check_alone(self._node)
+        self._look_out()
         recorder = TopicRecorder(self._given.output or free_name(self._files[0], "rerun"), lambda: self._time)
         # this node has started without simulated time, so its own clock does not follow /clock
         rospy.Subscriber("/clock", Clock, self._hear_clock, queue_size=1)
@@ -170,29 +171,16 @@ class Rerun:
     def _hear_clock(self, message: Clock) -> None:
         self._time = message.clock
 
-    def _refuse_company(self) -> None:
-        """Raise UsageError when a robot, or a node with the name of the program, is on the ROS master.
-
-        The program must receive only messages of the bag.
-        """
-        if self._node in nodes():
-            raise UsageError("%s is running: a program of that name was recorded, and would end it. End it first"
-                             % self._node)
-        others = possible_robots()
-        if others:
-            raise UsageError("%s is on this master: the program could reach it, and what it reports would mix with the "
-                             "bag. End that first, or take a master of its own "
-                             "(export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others))
-
     def _look_out(self) -> None:
-        """Raise UsageError when a robot has appeared on the ROS master during the re-run.
+        """Raise UsageError when a robot is on the ROS master, before or during the re-run.
 
         A program that ignores remappings would command this robot.
         """
         others = [other for other in possible_robots() if other.split()[0] not in (PLAYER, self._node)]
         if others:
-            raise UsageError("%s has come to this master: the program could reach it, so the re-run ends here"
-                             % ", ".join(others))
+            raise UsageError("%s is on this master: the program could reach it, and what it reports would mix with the "
+                             "bag. End that first, or take a master of its own "
+                             "(export ROS_MASTER_URI=http://localhost:11411)" % ", ".join(others))
 
     def _play(self, recorder: TopicRecorder, at_end: contextlib.ExitStack) -> None:
         """Start ``rosbag play`` and the program, play the bag when they are connected, and wait for the last command.
