@@ -74,7 +74,8 @@ KINDS: Dict[str, Kind] = {kind.name: kind for kind in (
          lambda link, values: link.hardware.motors.press_stop_button(bool(values))),
     Kind("stall", None, "", "something holds the wheels", lambda link, values: link.hardware.stall.hold(bool(values))),
     Kind("battery", Number(0.0, 40.0), "V",
-         "another battery with this voltage, which then falls; at the end of the fault the robot gets its own battery back",
+         "another battery with this voltage, which then falls; at the end of the fault the robot gets its own battery"
+         " back",
          lambda link, values: link.set_voltage(values[-1] if values else None)),
     Kind("transducer", Whole(0, 31), "number", "this sonar transducer is dead: it detects no echo",
          lambda link, values: link.hardware.sonar.deafen(values)),
