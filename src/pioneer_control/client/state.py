@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from operator import attrgetter
+from operator import itemgetter
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 from .. import p2os
@@ -16,7 +16,7 @@ NO_TEMPERATURE = (-128, -127)
 NO_ECHO = 5.0           # m: the range that the firmware reports when there is no echo
 LARGEST_COMPASS = 180   # units of 2 degrees; 0 and what is larger mean that there is no compass
 ARRAYS = Flags.SONAR_1 | Flags.SONAR_2 | Flags.SONAR_3 | Flags.SONAR_4
-STATUS = attrgetter(
+STATUS = itemgetter(
     "flags", "left_stall_bits", "right_stall_bits", "battery_dv", "battery_x10_dv", "compass", "grip_state",
     "digital_in", "digital_out", "analog_port",
     "charge_state", "fault_flags", "temperature_c", "state_of_charge_percent")
@@ -138,7 +138,7 @@ class StateReader:
             return None
         self._read_at = time
         self._take_sonar(sip, time)
-        said = STATUS(sip)
+        said = STATUS(vars(sip))
         if said != self._said:      # rarely
             self._said, self._status = said, self._read_status(sip)
         x, y, heading = odometry.pose
@@ -150,6 +150,7 @@ class StateReader:
         else:
             angular = math.radians(sip.rotation_velocity_ddeg_s / 10)
         state: RobotState = made(RobotState, {
+            **self._status,
             "time": time,
             "sent_time": sent_time,
             "x": x,
@@ -163,7 +164,6 @@ class StateReader:
             "y_counts": odometry.y_counts,
             "sonar": tuple(self._sonar),
             "analog_voltage": None if sip.analog is None else sip.analog * 5 / 255,
-            **self._status,
         })
         return state
 

@@ -106,7 +106,7 @@ class Connection:
     def send(self) -> None:
         """Carry out the actions of the session: write bytes, change the line speed.
 
-        Raises LinkLostError when the line broke. Then the session is over.
+        If the line is broken, this ends the session with the error, and raises nothing.
         """
         if not self.is_open:    # the file descriptor may belong to another file by now
             return
@@ -118,22 +118,15 @@ class Connection:
                     self.transport.write(action)
         except LinkLostError as error:
             self.session.fail(error)
-            raise
-        finally:
-            if self.read_until and (self.session.finished or self.session.wake_at < self.read_until):
-                self.read_until = 0.0
-                self.transport.wake()
-
-    def try_send(self) -> None:
-        """Do the same as send(), but do not raise LinkLostError: the threads will notice that the line is dead."""
-        with contextlib.suppress(LinkLostError):
-            self.send()
+        if self.read_until and (self.session.finished or self.session.wake_at < self.read_until):
+            self.read_until = 0.0
+            self.transport.wake()
 
     def give_up(self, error: LinkError) -> None:
         """End the session at once with this error, unless it is finished already."""
         if not self.session.finished:
             self.session.fail(error)
-            self.try_send()
+            self.send()
 
 
 class LinkThreads:
@@ -193,7 +186,7 @@ class LinkThreads:
             self._closing = True
             if self.connection is not None:
                 self.connection.session.close(monotonic())
-                self.connection.try_send()
+                self.connection.send()
             self.changed.notify_all()
         if not wait:
             return
@@ -211,7 +204,7 @@ class LinkThreads:
             self.settings = replace(self.settings, **settings)
             if self.connection is not None:
                 self.connection.session.use(self.settings, monotonic())
-                self.connection.try_send()
+                self.connection.send()
 
     @property
     def connected(self) -> Optional[Connected]:
@@ -231,11 +224,13 @@ class LinkThreads:
                 raise self.failure(LinkLostError("%s: no link to the robot" % self.url))
             yield connected
             connection.send()
+            if connection.session.error is not None:    # the line broke just now
+                raise connection.session.error
             # A signal handler may have closed the connection meanwhile. Its STOP went out before this command. So STOP,
             # motors off and CLOSE (the last words) go out again, behind this command.
             if self._closing and not connection.session.finished:
                 connection.session.line.say(connected.last_words)
-                connection.try_send()
+                connection.send()
 
     def failure(self, otherwise: PioneerError) -> BaseException:
         """Return the error that a failed call raises: why there is no link, if this is known; else ``otherwise``.
@@ -342,7 +337,7 @@ class LinkThreads:
                 session.close(now)
             if now >= due:      # what has become due since then is done in the next round, which does not wait
                 session.tick(now)
-            connection.try_send()
+            connection.send()
             events = session.events()
             self._notice(session, events)
             connection.is_open = not session.finished
@@ -357,11 +352,11 @@ class LinkThreads:
         for event in events:
             if isinstance(event, RobotState):
                 self.state = event
-            elif isinstance(event, Ready):
-                self._reconnects += 1
-        connected = session.connected
-        if connected is not None:
-            self.identity, self._baud = connected.identity, connected.own_baud or self._baud
+                continue
+            self._reconnects += isinstance(event, Ready)
+            connected = session.connected
+            if connected is not None:
+                self.identity, self._baud = connected.identity, connected.own_baud or self._baud
         if events or session.finished:
             self.changed.notify_all()
 
