@@ -19,14 +19,14 @@ from .run import read_run
 DPI = 160
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
-    "bag": dict(nargs="+", help="what rosbag record wrote; of several the others are compared with the first"),
+    "bag": dict(nargs="+", help="the bag; if there are several, the others are compared with the first"),
     "-o --output": dict(metavar="FILE",
                         help="the picture to write: .png, .pdf or .svg (default: beside the first bag, .png)"),
     "--parts": dict(action="store_true", help="the bags are the parts of one recording (rosbag record --split)"),
     "--robot": dict(action="append", default=[], metavar="NAME",
-                    help="namespace of the robot, when a bag holds several; again: one for each bag, or robots of one "
-                    "bag, to be compared"),
-    "--title": dict(help="instead of the robot's and the world's name"),
+                    help="namespace of the robot, if a bag has several. Give it once for each bag, or several times "
+                    "for one bag to compare its robots"),
+    "--title": dict(help="title of the page (default: the names of the robot and the world)"),
 }
 
 
@@ -94,7 +94,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     Returns:
         The exit status: 0 when the picture is written, 2 after an error, 130 after Ctrl-C.
     """
-    options = parser_of("draw_run", "Make a report of a recorded run, on one page; of several, compare them.",
+    options = parser_of("draw_run", "Draw a report of a recorded run on one page, or compare several runs.",
                         OPTIONS).parse_args(arguments)
     try:
         chosen = wanted(options.bag, options.robot, options.parts)

@@ -89,7 +89,7 @@ def write_wire(bags: Sequence[str], path: str) -> str:
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
     "bags": dict(metavar="BAG", nargs="+",
-                 help="what rosbag record wrote; several are the parts of one recording, in order"),
+                 help="the bag, or the parts of one recording in order"),
     "-o --output": dict(metavar="FILE", help="the file to write (default: beside the bag, .wire)"),
 }
 """The options of the command line."""
@@ -105,9 +105,9 @@ def main(arguments: Optional[List[str]] = None) -> int:
         The exit status: 0 when the file is written, 2 after an error.
     """
     options = parser_of(
-        "python3 -m pioneer_control.bags.wire", "Write the line of a robot that a bag holds as text.", OPTIONS,
-        epilog="python3 -m pioneer_control.p2os --record RUN.wire tells it packet by packet, "
-               "python3 -m pioneer_control.simulator --play RUN.wire is the robot in it.").parse_args(arguments)
+        "python3 -m pioneer_control.bags.wire", "Write the bytes of the serial lines in a bag as text.", OPTIONS,
+        epilog="python3 -m pioneer_control.p2os --record RUN.wire explains the text packet by packet. "
+               "python3 -m pioneer_control.simulator --play RUN.wire plays the robot in it.").parse_args(arguments)
     output = options.output or stem(options.bags[0]) + ".wire"
     try:
         damage = write_wire(options.bags, output)

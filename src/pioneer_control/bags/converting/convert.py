@@ -114,24 +114,23 @@ def report(source: str, target: str, converter: Converter, outlets: Sequence[Out
 OPTIONS: Dict[str, Dict[str, Any]] = {
     "bag": dict(metavar="IN.bag"),
     "output": dict(metavar="OUT.bag", help="must not exist yet"),
-    "what": dict(metavar="WHAT", nargs="*", default=[], help="see below"),
-    "--model": dict(default="", help="which robot it is, where no robot_info says so: p3dx-sh for example"),
+    "what": dict(metavar="WHAT", nargs="*", default=[], help="what to convert, see below"),
+    "--model": dict(default="", help="model of the robots that have no robot_info in the bag: p3dx-sh for example"),
     "--models-file": dict(default="", metavar="FILE", help="your own table of models"),
-    "--gripper": dict(action="store_true", help="that robot has a gripper"),
-    "--replace": dict(action="store_true",
-                      help="leave out the topics that were converted; else they stay, beside the new ones"),
+    "--gripper": dict(action="store_true", help="these robots have a gripper"),
+    "--replace": dict(action="store_true", help="leave out the old topics that were converted"),
     "--frame": dict(action="append", default=[], metavar="OLD=NEW",
                     help="rename a frame in every message; may be given again"),
 }
 
 
 def _parser() -> argparse.ArgumentParser:
-    words = ["  %-8s %s%s" % (word, conversion.meaning, "" if conversion.by_default else " (only when named)")
+    words = ["  %-8s %s%s" % (word, conversion.meaning, "" if conversion.by_default else " (only if you name it)")
              for word, conversion in CONVERSIONS.items()]
     return parser_of(
         "convert_bag",
-        "Write a new bag in which messages of p2os have the names of pioneer_control, with standard messages beside "
-        "them.",
+        "Write a new bag in which the message types of p2os have the names of pioneer_control, with standard messages "
+        "beside them.",
         OPTIONS,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="\n".join(["WHAT to convert, by default %s:" % ", ".join(DEFAULT), *words, "",

@@ -73,15 +73,16 @@ class Conversion(NamedTuple):
 
 
 CONVERSIONS: Dict[str, Conversion] = {
-    "types": Conversion("p2os_driver/X and p2os_msgs/X are called pioneer_control/X; no byte of a message changes"),
-    "info": Conversion("what robot it is, as --model says, where the bag does not tell", "SonarArray", msg.RobotInfo,
-                       "robot_info"),
-    "ranges": Conversion("a sensor_msgs/Range of each new reading, and the transducers' frames", "SonarArray", Range,
-                         "sonar_ranges"),
-    "points": Conversion("where the echoes were, sensor_msgs/PointCloud2", "SonarArray", PointCloud2, "sonar_points"),
-    "battery": Conversion("voltage as sensor_msgs/BatteryState", "BatteryState", BatteryState, "battery"),
+    "types": Conversion("types p2os_driver/X and p2os_msgs/X become pioneer_control/X; no byte of a message changes"),
+    "info": Conversion("a RobotInfo of the model that --model names, for robots without one", "SonarArray",
+                       msg.RobotInfo, "robot_info"),
+    "ranges": Conversion("a sensor_msgs/Range for each new reading, and the frames of the transducers", "SonarArray",
+                         Range, "sonar_ranges"),
+    "points": Conversion("the places of the echoes as sensor_msgs/PointCloud2", "SonarArray", PointCloud2,
+                         "sonar_points"),
+    "battery": Conversion("the voltage as sensor_msgs/BatteryState", "BatteryState", BatteryState, "battery"),
     "scan": Conversion("the echoes as sensor_msgs/LaserScan", "SonarArray", LaserScan, "sonar_scan", by_default=False),
-    "odom": Conversion("`pose` under the name that most programs look for", "pose", Odometry, "odom",
+    "odom": Conversion("the messages of `pose` again as `odom`, which most programs expect", "pose", Odometry, "odom",
                        by_default=False),
 }
 DEFAULT = tuple(word for word, conversion in CONVERSIONS.items() if conversion.by_default)

@@ -44,17 +44,19 @@ def in_words(size: float) -> str:
 
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
-    "robots": dict(nargs="*", default=["pioneer"], metavar="ROBOT", help="namespaces of the robots (pioneer)"),
+    "robots": dict(nargs="*", default=["pioneer"], metavar="ROBOT", help="namespaces of the robots (default: pioneer)"),
     "--bag": dict(default="", metavar="FILE",
-                  help="the bag, or a directory for it; otherwise it is named by robots and time"),
+                  help="the bag, or a directory for it (default: the robots and the time name the bag)"),
     "--also": dict(default="", metavar="GROUPS",
-                   help="groups of topics that are not kept unless asked for, such as 'wire packets'"),
+                   help="groups of topics that are recorded only if you name them, such as 'wire packets'"),
     "--split": dict(default="", metavar="AMOUNT",
-                    help="a new part each so often, such as 1h, 30min, 500MB: FILE_0.bag, FILE_1.bag, ..."),
-    "--compression": dict(default="", choices=("", *COMPRESSIONS), metavar="KIND", help="lz4 (default), bz2 or none"),
+                    help="begin a new part after each 1h, 30min, 500MB, ...: FILE_0.bag, FILE_1.bag, ..."),
+    "--compression": dict(default="", choices=("", *COMPRESSIONS), metavar="KIND",
+                          help="lz4, bz2 or none (default: lz4)"),
     "--keep-free": dict(default="", metavar="SIZE",
-                        help="space on the disk that rosbag leaves, such as 1GB (%s)" % in_words(KEEP_FREE)),
-    "--topics": dict(default="", metavar="FILE", help="another list than config/record.yaml"),
+                        help="space on the disk that rosbag leaves free, such as 1GB (default: %s)"
+                        % in_words(KEEP_FREE)),
+    "--topics": dict(default="", metavar="FILE", help="the list of topics (default: config/record.yaml)"),
 }
 """The options of the command line. record.launch passes all options. An empty option counts as not given."""
 

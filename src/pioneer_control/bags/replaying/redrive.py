@@ -56,15 +56,15 @@ STANDS = 0.005
 
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
-    "bag": dict(help="the bag; several, or a pattern, in quotes: the parts of one recording"),
-    "--robot": dict(default="", help="namespace of the recorded robot (default: the only one that was told something)"),
-    "--speed": dict(default="", metavar="K", help="so many times as fast, and as much longer (default: 1)"),
-    "--world": dict(default="", help="of the simulated robot (default: as the bag tells)"),
-    "--numbers-file": dict(default="",
-                           help="of the simulated robot: errors of its wheels, for example (default: none)"),
-    "--seed": dict(type=int, default=0, help="of the simulated robot (default: %(default)s)"),
-    "--name": dict(default="redrive", help="namespace of the re-driven robot (default: %(default)s)"),
-    "--output": dict(default="", metavar="NEW.bag", help="where what it does is kept (default: beside the bag)"),
+    "bag": dict(help="the bag; or, in quotes, the parts of one recording or a pattern for them"),
+    "--robot": dict(default="", help="namespace of the recorded robot (default: the only one that received commands)"),
+    "--speed": dict(default="", metavar="K", help="K times as fast, so the drive lasts 1/K as long (default: 1)"),
+    "--world": dict(default="", help="world of the simulated robot (default: the recorded world)"),
+    "--numbers-file": dict(default="", metavar="FILE",
+                           help="numbers of the simulated robot, for example errors of its wheels (default: none)"),
+    "--seed": dict(type=int, default=0, help="seed of the simulated robot (default: %(default)s)"),
+    "--name": dict(default="redrive", help="namespace of the simulated robot (default: %(default)s)"),
+    "--output": dict(default="", metavar="NEW.bag", help="the bag to write (default: beside the old bag)"),
 }
 """The command-line options of ``replay redrive``, with the arguments of argparse for each."""
 
@@ -347,6 +347,6 @@ def main(arguments: Sequence[str]) -> int:
     Raises:
         UsageError: the bag or an option is not usable, or the node cannot start.
     """
-    given = parser_of("replay redrive", "Tell a simulated robot what the recorded one was told, and compare.",
+    given = parser_of("replay redrive", "Send the recorded commands to a simulated robot, and compare the paths.",
                       OPTIONS).parse_args(arguments)
     return run_as_node("redrive", Redrive(given).run)

@@ -1,12 +1,12 @@
-"""Bring a run back, in one of three ways: ``rosrun pioneer_control replay WAY FILE.bag``, or ``launch/replay.launch``.
+"""Replay a recorded run in one of three ways: ``rosrun pioneer_control replay WAY FILE.bag``, or ``replay.launch``.
 
-===========  ===============================================================================================
-``look``     all of the bag comes back, with its own clock and no driver; its commands under ``recorded/``
-``rerun``    a program hears the bag, and what it commands is compared with what was commanded then
-``redrive``  a simulated robot is told what the recorded robot was told, and their paths are compared
-===========  ===============================================================================================
+===========  =================================================================================================
+``look``     plays the whole bag with its own clock and without a robot. Its commands come under ``recorded/``
+``rerun``    plays the bag to a program, and compares the commands of the program with the recorded commands
+``redrive``  sends the recorded commands to a simulated robot, and compares its path with the recorded path
+===========  =================================================================================================
 
-No command of the bag reaches a node that was there before.
+No command of the bag reaches a node that ran before.
 """
 
 import importlib
@@ -28,9 +28,9 @@ LAUNCH_ARGUMENTS = ("bag", "way", "robot", "rviz", "picture", "frame", "options"
 
 
 LOOK_OPTIONS: Dict[str, Dict[str, Any]] = {
-    "bag": dict(help="the bag; several, or a pattern, in quotes: the parts of one recording"),
+    "bag": dict(help="the bag; or, in quotes, the parts of one recording or a pattern for them"),
     "--picture": dict(type=str.lower, choices=("true", "false"), default="false",
-                      help="draw it first (default: %(default)s)"),
+                      help="draw the bag first (default: %(default)s)"),
 }
 """The command-line options of ``replay look``, with the arguments of argparse for each."""
 
@@ -66,8 +66,8 @@ def look(arguments: Sequence[str], ros: Sequence[str]) -> int:
         UsageError: the bag or an option is not usable, or no ROS master answers.
     """
     given, options = parser_of(
-        "replay look", "Play a bag back, its commands aside.", LOOK_OPTIONS, allow_abbrev=False,
-        epilog="Whatever else is given goes to rosbag play: -r 2, -s 30, -l, ...").parse_known_args(arguments)
+        "replay look", "Play a bag. Its commands come under recorded/.", LOOK_OPTIONS, allow_abbrev=False,
+        epilog="All other options go to rosbag play: -r 2, -s 30, -l, ...").parse_known_args(arguments)
     files = bag_files(given.bag)
     command = player(files, recorded_topics(files), [*options, *ros])
     if given.picture == "true":

@@ -46,16 +46,17 @@ LAST_WORD = 0.5
 
 
 OPTIONS: Dict[str, Dict[str, Any]] = {
-    "bag": dict(help="the bag; several, or a pattern, in quotes: the parts of one recording"),
-    "--robot": dict(default="", help="namespace of the robot (default: the only one that was commanded something)"),
-    "--package": dict(default="pioneer_control", help="of the program (default: %(default)s)"),
-    "--program": dict(default="rosPioneer2.py", help="as rosrun knows it (default: %(default)s)"),
-    "--args": dict(default="", help="of the program, in one text (default: none; of rosPioneer2.py the robot)"),
-    "--options": dict(default="", help="of rosbag play, in one text: '-r 2'"),
+    "bag": dict(help="the bag; or, in quotes, the parts of one recording or a pattern for them"),
+    "--robot": dict(default="", help="namespace of the robot (default: the only one that received commands)"),
+    "--package": dict(default="pioneer_control", help="package of the program (default: %(default)s)"),
+    "--program": dict(default="rosPioneer2.py", help="name of the program for rosrun (default: %(default)s)"),
+    "--args": dict(default="", help="arguments of the program, as one text (default: none; for rosPioneer2.py the "
+                   "robot)"),
+    "--options": dict(default="", help="options of rosbag play, as one text: '-r 2'"),
     "--enough": dict(default="0.95", metavar="SHARE",
-                     help="of the time that commands must be alike, of a program without decisions (default: "
-                     "%(default)s)"),
-    "--output": dict(default="", metavar="NEW.bag", help="where what it commands is kept (default: beside the bag)"),
+                     help="share of the time for which velocities must be alike, if the program publishes no decisions "
+                     "(default: %(default)s)"),
+    "--output": dict(default="", metavar="NEW.bag", help="the bag to write (default: beside the old bag)"),
 }
 """The command-line options of ``replay rerun``, with the arguments of argparse for each."""
 
@@ -278,6 +279,6 @@ def main(arguments: Sequence[str]) -> int:
         UsageError: the bag or an option is not usable, or the node cannot start.
     """
     given = parser_of("replay rerun",
-                      "Let a program hear the bag, and compare what it commands with what it commanded then.",
+                      "Play a bag to a program, and compare its commands with the recorded commands.",
                       OPTIONS).parse_args(arguments)
     return run_as_node("rerun", Rerun(given).run)
