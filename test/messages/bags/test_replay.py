@@ -163,6 +163,13 @@ class TestBags:
         with pytest.raises(BagError, match="nothing in it"):
             commands.recorded_topics([make.write_bag(tmp_path / "empty.bag", [])])
 
+    @pytest.mark.parametrize("topic", ["/pi$on/pose", "/a\x1b[31m/pose", "/a\nb", "/nul\0", "/%s", "/p\u00f6se", "1st"])
+    def test_a_topic_that_ros_cannot_have(self, tmp_path, topic):
+        messages = [("/pioneer/pose", make.odometry(0, 0, 0), 1.0), (topic, Twist(), 1.0)]
+        path = make.write_bag(tmp_path / "odd.bag", messages)
+        with pytest.raises(BagError, match="is no name of a topic.*rosbag filter"):
+            commands.recorded_topics([path])
+
     def test_one_that_was_cut_off(self, bag):
         with pytest.raises(BagError, match="told.bag has no whole index.*rosbag reindex"):
             commands.recorded_topics([make.cut(bag, 0.99)])

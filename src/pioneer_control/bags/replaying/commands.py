@@ -52,6 +52,9 @@ With such long queues, a subscriber that is busy for a moment misses no message.
 REMAPPING = re.compile(r"[\w~/]+:=")
 """Matches the beginning of a word that ROS takes from a command line, such as ``cmd_vel:=`` or ``__name:=``."""
 
+NAME = re.compile("[A-Za-z/][A-Za-z0-9_/]*")
+"""Matches a legal name of a ROS topic."""
+
 PREFIX = re.compile(r"--pr|-\w*p")
 """Matches the beginning of the ``rosbag play`` option --prefix, and of its short form -p."""
 
@@ -127,6 +130,10 @@ def recorded_topics(files: Sequence[str]) -> Dict[str, str]:
         topics.update((connection.topic, connection.type) for connection in reader.connections)
     if not topics:
         raise BagError("%s: there is nothing in it" % " ".join(files))
+    for topic in topics:
+        if not NAME.fullmatch(topic):
+            raise BagError("%s: %r is no name of a topic, and rosbag play takes none of the bag: leave it out with "
+                           "rosbag filter" % (" ".join(files), topic))
     return topics
 
 

@@ -108,7 +108,7 @@ def running(command: Sequence[str], namespace: str = "/", quiet: bool = False) -
 
 def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subprocess.Popen] = (),
                patience: float = PATIENCE, watch: Callable[[], None] = lambda: None,
-               is_done: str = "it was done", interval: float = INTERVAL) -> None:
+               is_done: str = "it was done") -> None:
     """Wait until a condition is true.
 
     Args:
@@ -118,7 +118,6 @@ def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subproc
         patience: how long to wait (s).
         watch: called again and again while we wait. An exception from it ends the wait.
         is_done: words for the message "ended before ..." of Interrupted.
-        interval: the time between two checks of the condition (s).
 
     Raises:
         NoAnswerError: the condition was not true in time, or one of the needed processes ended.
@@ -135,7 +134,7 @@ def wait_until(what: str, condition: Callable[[], Any], needed: Sequence[subproc
         if time.monotonic() > end:
             raise NoAnswerError("waited %.0f s in vain for %s" % (patience, what))
         watch()
-        time.sleep(interval)
+        time.sleep(INTERVAL)
 
 
 def graph() -> Tuple[Dict[str, List[str]], ...]:

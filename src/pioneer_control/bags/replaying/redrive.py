@@ -31,7 +31,7 @@ from ..recorded_run import Track
 from ..recording.topics import NAME, load_list, topics_of
 from ..run import read_run
 from .commands import TOLD, read_commands
-from .programs import TopicRecorder, nodes, restore_parameter, run_as_node, running, wait_until
+from .programs import INTERVAL, Interrupted, TopicRecorder, nodes, restore_parameter, run_as_node, running, wait_until
 from .redrive_schedule import LEGAL_VALID, VALID, Order, schedule
 
 NEEDED = {"pose": Odometry, "motor_state": MotorState, "robot_info": RobotInfo, "ground_truth": Odometry}
@@ -49,8 +49,6 @@ STOPS, STOP_AGAIN = 5, 0.05
 """How many times the final stop is published, and the time after each (s)."""
 SERVICE_PATIENCE = 120.0
 """How long to wait for the service set_motors, and then for the motors to be on (s)."""
-PUNCTUAL = 0.002
-"""The time between two checks whether a command is due (s)."""
 STANDS = 0.005
 """The robot stands when it is slower than this value (m/s and rad/s)."""
 
@@ -266,13 +264,16 @@ class Redrive:
 
         Raises:
             Interrupted: this node must end.
-            NoAnswerError: the simulator or the driver has ended.
+            UsageError: the simulator or the driver has ended.
         """
         begin = time.monotonic()
         for order in self._orders:
-            due = begin + order.time
-            wait_until("the next command to be due", lambda: time.monotonic() >= due, robot, np.inf,
-                       is_done="it was done; the robot was stopped", interval=PUNCTUAL)
+            while time.monotonic() < begin + order.time:
+                if rospy.is_shutdown():
+                    raise Interrupted("ended before it was done; the robot was stopped")
+                if any(process.poll() is not None for process in robot):
+                    raise UsageError("the robot is gone: the last lines of its programs above say why")
+                time.sleep(max(0.0, min(begin + order.time - time.monotonic(), INTERVAL)))
             self._give(order)
 
     def _give(self, order: Order) -> None:
@@ -342,7 +343,8 @@ def main(arguments: Sequence[str]) -> int:
         arguments: the words of the command line after ``redrive``.
 
     Returns:
-        The exit code. 0: the robot received all commands. 1: the re-drive ended early. 2: it could not begin.
+        The exit code. 0: the robot received all commands. 1: the re-drive ended early. 2: it could not begin, or the
+        simulator or the driver ended.
 
     Raises:
         UsageError: the bag or an option is not usable, or the node cannot start.
