@@ -55,8 +55,8 @@ NODES = {"floor": [sys.executable, os.path.join(HERE, "relay_node.py"), "{port}"
          "floor3": [sys.executable, os.path.join(HERE, "relay_node.py"), "{port}", "three"],
          "ours": [sys.executable, os.path.join(HERE, "..", "nodes", "p2os_driver"), "_port:={port}"]}
 PIECES = {name: [sys.executable, os.path.join(HERE, "driver_without.py"), name, "_port:={port}"]
-          for name in ("plain_connection", "plain_messages", "plain_both")}
-"""Further nodes: the driver without a piece, or without both."""
+          for name in ("plain_connection", "plain_messages", "plain_order", "plain_all")}
+"""Further nodes: the driver without a piece, or without all of them."""
 ENOUGH = 115200         # baud: 9600 carries 53 pairs of VEL and RVEL a second
 DRIFT = 1.013           # commands come so much more often than said
 SLOWEST, FASTEST = 100, 499     # mm/s: each command of a second has a speed of its own, to be known by on the wire
@@ -498,7 +498,7 @@ def pieces(seconds: float, load: float) -> str:
                 "%.2f" % gains[name][-1] for name in NODES if name != "ours")))
     lines += ["| median of all | | | %s |" % " | ".join(
         "%.2f" % median(gains[name]) for name in NODES if name != "ours"), "",
-        "A piece that gains less than 0.05 goes. So went giving way after each message: 0.94 to 1.02",
+        "A piece that gains less than 0.05 goes. So went giving way after each message (sched_yield): 0.94 to 1.02",
         "without it. Telling the pose before the rest of its packet was read gained 0.28 (100 ms) and 0.23 (20 ms),",
         "and went all the same: each SIP was decoded twice for it."]
     return "\n".join(lines) + "\n"

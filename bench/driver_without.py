@@ -6,7 +6,7 @@
 
 import sys
 
-from pioneer_control.driver import node, prompt
+from pioneer_control.driver import node, prompt, publications
 
 
 def plain_connection() -> None:
@@ -19,13 +19,19 @@ def plain_messages() -> None:
     prompt.PoseMessage._md5sum = ""     # then rospy does not publish a PoseMessage
 
 
-def plain_both() -> None:
-    """Neither piece."""
+def plain_order() -> None:
+    """The pose leaves together with all other messages of its SIP."""
+    publications.POSE_AHEAD = 0.0
+
+
+def plain_all() -> None:
+    """No piece."""
     plain_connection()
     plain_messages()
+    plain_order()
 
 
-PIECES = {piece.__name__: piece for piece in (plain_connection, plain_messages, plain_both)}
+PIECES = {piece.__name__: piece for piece in (plain_connection, plain_messages, plain_order, plain_all)}
 
 if __name__ == "__main__":
     word = sys.argv.pop(1) if len(sys.argv) > 1 else ""

@@ -144,7 +144,9 @@ class Session:
             if isinstance(packet, p2os.Sip):
                 link.sips += 1
                 link.last_sip = link.now
-            self._follow(self.phase.take(packet, link.now - frame.length * byte_time))
+            outcome = self.phase.take(packet, link.now - frame.length * byte_time)
+            if outcome is not None:
+                self._follow(outcome)
 
     def _follow(self, outcome: Optional[Outcome]) -> None:
         """Go on to the phase that TRANSITIONS has for this outcome. The new phase begins at once."""

@@ -2,7 +2,7 @@
 
 import math
 import threading
-from time import monotonic, time
+from time import monotonic, sleep, time
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Set, Tuple
 
 import rospy
@@ -22,7 +22,7 @@ from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, MotorState,
 from ..robots import RobotModel
 from . import conversions
 from .parameters import DriverParameters
-from .prompt import pose_converter
+from .prompt import POSE_AHEAD, pose_converter
 
 QUEUE = 10
 CLOSE_TIMEOUT = 0.1
@@ -54,6 +54,8 @@ class PublishedTopic(NamedTuple):
     The topic is published whenever this part changes, also without a subscriber. A topic that is not latched (None) is
     published with each source object while it has a subscriber.
     """
+    ahead: float = 0.0
+    """The time (s) to wait after this message, before the messages of the next topics are made."""
 
 
 class Publications(rospy.SubscribeListener):
@@ -100,7 +102,7 @@ class Publications(rospy.SubscribeListener):
             return message() if state.sonar_enabled else None
 
         return (
-            PublishedTopic("pose", Odometry, RobotState, pose),
+            PublishedTopic("pose", Odometry, RobotState, pose, ahead=POSE_AHEAD),
             *([PublishedTopic(
                 "/tf", TFMessage, RobotState, lambda state, stamp: conversions.transform(state, stamp, odom, base),
             )] if parameters.publish_tf else []),
@@ -227,6 +229,8 @@ class Publications(rospy.SubscribeListener):
             if messages is not None:
                 for message in messages if isinstance(messages, list) else (messages,):
                     self._publishers[topic.name].publish(message)
+                if topic.ahead:
+                    sleep(topic.ahead)
 
     def _advertise(self) -> None:
         """Advertise the topics for which the robot has data, and unregister all others."""

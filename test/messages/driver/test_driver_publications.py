@@ -78,6 +78,19 @@ def test_no_message_is_held_back_until_the_one_before_is_acknowledged(driver):
     assert all(publisher.tcp_nodelay for publisher in Publisher.all.values())
 
 
+def test_the_pose_leaves_a_little_before_the_other_messages_of_its_packet(driver, topics, monkeypatch):
+    waits = []
+
+    def sleep(seconds):
+        waits.append((seconds, {name for name, topic in topics.items() if topic.published}))
+
+    monkeypatch.setattr(publications, "sleep", sleep)
+    listen(topics)
+    driver.state(STATE)
+    assert waits == [(prompt.POSE_AHEAD, {"pose"})]
+    assert topics["/tf"].published
+
+
 def test_it_closes_while_somebody_waits_for_a_master_that_hangs(topics, monkeypatch):
     driver = publications.Publications(DriverParameters(), lambda kind, on: None)
     hangs, answers, closed = threading.Event(), threading.Event(), threading.Event()
