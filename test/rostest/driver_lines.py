@@ -323,6 +323,12 @@ class DriverLines(unittest.TestCase):
         for number in counted.groups():
             self.assertGreater(int(number), 0)
 
+    def kill(self, driver, firmware):
+        """Kill a driver, and wait until the robot has read what the driver wrote last."""
+        driver.end(signal.SIGKILL)
+        killed_at = firmware.time
+        self.until("the robot reads the last commands", lambda: firmware.time > killed_at + 0.1)
+
     def test_killed_while_driving_and_restarted_while_the_robot_streams(self):
         """On a serial line: the simulated robot ends a session when another TCP client connects."""
         firmware = OverheardFirmware()
@@ -332,7 +338,7 @@ class DriverLines(unittest.TestCase):
         self.motors_on(first)
         with self.commanding(0.2, "/first"):
             self.until("it drives", lambda: firmware.velocity[0] > 0.15)
-            first.end(signal.SIGKILL)
+            self.kill(first, firmware)
         self.assertEqual(firmware.session, FirmwareState.OPEN)
         before = len(firmware.heard)
         seen = self.witness(motor_state=MotorState)
@@ -348,7 +354,7 @@ class DriverLines(unittest.TestCase):
         self.motors_on(driver)
         with self.commanding(0.2):
             self.until("it drives", lambda: firmware.velocity[0] > 0.15)
-            driver.end(signal.SIGKILL)
+            self.kill(driver, firmware)
             last = len(firmware.heard)
             self.until("it stands", lambda: firmware.velocity == (0.0, 0.0))
         self.assertTrue(firmware.watchdog_expired)
@@ -539,6 +545,8 @@ class DriverLines(unittest.TestCase):
             self.assertEqual(node.process.wait(PATIENCE), 0, said)
             node.end()
             self.assertNotIn("Traceback", node.printed, said)
+            # The master still knows these nodes. It would go on to ask their ports, which may soon be another program's.
+            rosnode.cleanup_master_blacklist(rosgraph.Master("/cleanup"), rosnode.get_node_names(node.namespace))
 
     def test_whom_a_hanging_master_did_not_introduce_is_refused_unless_he_stops(self):
         master = HangingMaster()
