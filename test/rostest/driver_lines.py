@@ -545,7 +545,7 @@ class DriverLines(unittest.TestCase):
             self.assertEqual(node.process.wait(PATIENCE), 0, said)
             node.end()
             self.assertNotIn("Traceback", node.printed, said)
-            # The master still knows these nodes. It would go on to ask their ports, which may soon be another program's.
+            # The master still knows these nodes. It would go on to ask their ports, soon perhaps of another program.
             rosnode.cleanup_master_blacklist(rosgraph.Master("/cleanup"), rosnode.get_node_names(node.namespace))
 
     def test_whom_a_hanging_master_did_not_introduce_is_refused_unless_he_stops(self):
