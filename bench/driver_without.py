@@ -15,8 +15,9 @@ def plain_connection() -> None:
 
 
 def plain_messages() -> None:
-    """Ordinary messages of genpy."""
-    prompt.PoseMessage._md5sum = ""     # then rospy does not publish a PoseMessage
+    """Ordinary messages of genpy on all topics."""
+    for kind in (prompt.PoseMessage, prompt.TransformMessage, prompt.SonarMessage):
+        kind._md5sum = ""       # then rospy does not publish it
 
 
 def plain_order() -> None:

@@ -82,16 +82,21 @@ def transform(state: RobotState, stamp: Any, odom_frame: str, base_link_frame: s
         Transform(Vector3(state.x, state.y, 0.0), Quaternion(*quaternion_of(state.heading))))])
 
 
-def sonar(state: RobotState, stamp: Any, base_link_frame: str) -> SonarArray:
-    """Return the message for the topic ``sonar``: the ranges (m) by transducer number.
+def ranges(state: RobotState) -> List[float]:
+    """Return the ranges (m) for the topic ``sonar``, by transducer number.
 
     The range is NO_ECHO when there was no echo. It is NOT_HEARD when the last reading is older than SONAR_LIFETIME, or
     when there is none.
     """
     oldest = state.time - SONAR_LIFETIME
-    ranges = [NOT_HEARD if reading is None or reading.time < oldest else min(reading.range, NO_ECHO)
-              for reading in state.sonar]
-    return SonarArray(Header(stamp=stamp, frame_id=base_link_frame), len(ranges), ranges)
+    return [NOT_HEARD if reading is None or reading.time < oldest else min(reading.range, NO_ECHO)
+            for reading in state.sonar]
+
+
+def sonar(state: RobotState, stamp: Any, base_link_frame: str) -> SonarArray:
+    """Return the message for the topic ``sonar``: see `ranges`."""
+    found = ranges(state)
+    return SonarArray(Header(stamp=stamp, frame_id=base_link_frame), len(found), found)
 
 
 def sonar_ranges(state: RobotState, stamp: Any, frame_prefix: str, no_echo: float) -> List[Range]:

@@ -2,7 +2,8 @@
 
 * rospy passes each message to one thread for each subscriber, and this thread must wake up first. Here the thread that
   publishes writes to the socket itself, if the socket takes the bytes at once.
-* genpy serializes a message field by field. Here the pose is serialized with one `struct` call.
+* genpy makes and serializes a message field by field. Here the pose, its transform and the sonar array are serialized
+  with one `struct` call each.
 * A program that subscribes to several topics reads each of them in a thread of its own. When the messages of all topics
   come at once, these threads delay one another. So the pose leaves a little earlier than the others (POSE_AHEAD).
 
@@ -15,6 +16,7 @@ import io
 import socket
 import struct
 import threading
+from abc import ABC, abstractmethod
 from collections import deque
 from contextlib import suppress
 from math import cos, sin
@@ -26,9 +28,11 @@ import rospy.msg
 import rospy.topics
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 
-from ..client import RobotState
-from .conversions import Covariances, odometry
+from ..client import RobotState, SonarRange
+from ..msg import SonarArray
+from .conversions import Covariances, ranges
 
 POSE_AHEAD = 0.0003
 """The time (s) by which the pose leaves before the other messages that are made from the same SIP."""
@@ -135,8 +139,33 @@ class PromptConnection:
                 self._writing, self._error = False, error or self._error
 
 
-class PoseMessage:
-    """A fast replacement for nav_msgs/Odometry: pose in the odom frame (m, rad), twist in base_link (m/s, rad/s).
+class PromptMessage(ABC):
+    """Base class: a fast replacement for the messages of one topic that are made from a state of the robot.
+
+    The converter fills and returns the same object for each state, because rospy serializes a message at once.
+
+    Args:
+        frames: the names of the frames in the message. The first one is the frame of its header.
+    """
+
+    def __init__(self, *frames: str) -> None:
+        self.header = Header(frame_id=frames[0])
+        # ROS serializes a text as its length in bytes (4 bytes), then the text in UTF-8.
+        names = [name.encode() for name in frames]
+        self._frames = b"".join(struct.pack("<I%ds" % len(name), len(name), name) for name in names)
+
+    def of(self, state: RobotState, stamp: Any) -> "PromptMessage":
+        """Fill this message with a state of the robot and its stamp, and return the message."""
+        self._state, self.header.stamp = state, stamp
+        return self
+
+    @abstractmethod
+    def serialize(self, buffer: BinaryIO) -> None:
+        """Write the serialized message to ``buffer``. rospy has set header.seq before, if the message has a header."""
+
+
+class PoseMessage(PromptMessage):
+    """Replaces nav_msgs/Odometry: pose in the odom frame (m, rad), twist in base_link (m/s, rad/s).
 
     Args:
         odom_frame: the name of the odom frame.
@@ -147,21 +176,12 @@ class PoseMessage:
     _type, _md5sum, _has_header = Odometry._type, Odometry._md5sum, True
 
     def __init__(self, odom_frame: str, base_link_frame: str, covariance: Dict[bool, Covariances]) -> None:
-        self.header = Header(frame_id=odom_frame)
-        # ROS serializes a text as its length in bytes (4 bytes), then the text in UTF-8.
-        names = odom_frame.encode(), base_link_frame.encode()
-        self._frames = b"".join(struct.pack("<I%ds" % len(name), len(name), name) for name in names)
+        super().__init__(odom_frame, base_link_frame)
         self._covariance = {moves: (struct.pack("<36d", *each.pose), struct.pack("<36d", *each.twist))
                             for moves, each in covariance.items()}
         self._struct = struct.Struct("<3I%ds7d288s6d288s" % len(self._frames))
 
-    def of(self, state: RobotState, stamp: Any) -> "PoseMessage":
-        """Fill this message with a state of the robot and its stamp, and return the message."""
-        self._state, self.header.stamp = state, stamp
-        return self
-
     def serialize(self, buffer: BinaryIO) -> None:
-        """Write the serialized message to ``buffer``. rospy has set header.seq before."""
         stamp, state = self.header.stamp, self._state
         half = state.heading / 2
         pose, twist = self._covariance[state.moving]
@@ -171,28 +191,61 @@ class PoseMessage:
             state.linear, 0.0, 0.0, 0.0, 0.0, state.angular, twist))
 
 
-EXAMPLE: Any = SimpleNamespace(x=1.0, y=2.0, heading=0.5, linear=0.1, angular=0.2, moving=True)
+class TransformMessage(PromptMessage):
+    """Replaces tf2_msgs/TFMessage with one transform: the pose of base_link in the odom frame (m, rad).
 
-
-def pose_converter(odom_frame: str, base_link_frame: str,
-                   covariance: Dict[bool, Covariances]) -> Callable[[RobotState, Any], Any]:
-    """Return a function that converts a state of the robot and its stamp to a message for the topic ``pose``.
-
-    The message is a PoseMessage. It is the ordinary ROS message when rospy does not publish exactly the same bytes for
-    both.
+    Args:
+        frames: the names of the odom frame and of the frame base_link.
     """
-    def plain(state: RobotState, stamp: Any) -> Odometry:
-        return odometry(state, stamp, odom_frame, base_link_frame, covariance[state.moving])
 
-    prompt = PoseMessage(odom_frame, base_link_frame, covariance).of
+    _type, _md5sum, _has_header = TFMessage._type, TFMessage._md5sum, False
+
+    def __init__(self, *frames: str) -> None:
+        super().__init__(*frames)
+        self._struct = struct.Struct("<4I%ds7d" % len(self._frames))
+
+    def serialize(self, buffer: BinaryIO) -> None:
+        stamp, state = self.header.stamp, self._state
+        half = state.heading / 2
+        buffer.write(self._struct.pack(     # one transform; nobody counts the header inside it
+            1, 0, stamp.secs, stamp.nsecs, self._frames, state.x, state.y, 0.0, 0.0, 0.0, sin(half), cos(half)))
+
+
+class SonarMessage(PromptMessage):
+    """Replaces SonarArray: the ranges (m) by transducer number, as in conversions.ranges.
+
+    Args:
+        frames: the name of the frame base_link.
+    """
+
+    _type, _md5sum, _has_header = SonarArray._type, SonarArray._md5sum, True
+
+    def serialize(self, buffer: BinaryIO) -> None:
+        stamp, found = self.header.stamp, ranges(self._state)
+        buffer.write(struct.pack(
+            "<3I%dsiI%dd" % (len(self._frames), len(found)),
+            self.header.seq, stamp.secs, stamp.nsecs, self._frames, len(found), len(found), *found))
+
+
+EXAMPLE: Any = SimpleNamespace(x=1.0, y=2.0, heading=0.5, linear=0.1, angular=0.2, moving=True, time=9.0,
+                               sonar=(None, SonarRange(1.5, 8.9)))
+
+
+def converter(prompt: PromptMessage, plain: Callable[[RobotState, Any], Any]) -> Callable[[RobotState, Any], Any]:
+    """Return a function that converts a state of the robot and its stamp to a message.
+
+    The message is ``prompt``. It is the ordinary ROS message, which ``plain`` makes, when rospy does not publish
+    exactly the same bytes for both.
+    """
     with suppress(Exception):       # any exception: another version of rospy may raise anything
-        if _published(prompt(EXAMPLE, rospy.Time(1, 2))) == _published(plain(EXAMPLE, rospy.Time(1, 2))):
-            return prompt
+        ordinary = plain(EXAMPLE, rospy.Time(1, 2))
+        if _published(prompt.of(EXAMPLE, rospy.Time(1, 2)), type(ordinary)) == _published(ordinary, type(ordinary)):
+            return prompt.of
     return plain
 
 
-def _published(message: Any) -> bytes:
-    """Return the bytes that rospy publishes for a message on a topic with the type nav_msgs/Odometry."""
+def _published(message: Any, kind: type) -> bytes:
+    """Return the bytes that rospy publishes for a message on a topic of this type."""
     buffer = io.BytesIO()
-    rospy.msg.serialize_message(buffer, 1, rospy.msg.args_kwds_to_message(Odometry, (message,), {}))
+    rospy.msg.serialize_message(buffer, 1, rospy.msg.args_kwds_to_message(kind, (message,), {}))
     return buffer.getvalue()

@@ -22,7 +22,7 @@ from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, MotorState,
 from ..robots import RobotModel
 from . import conversions
 from .parameters import DriverParameters
-from .prompt import POSE_AHEAD, pose_converter
+from .prompt import POSE_AHEAD, PoseMessage, SonarMessage, TransformMessage, converter
 
 QUEUE = 10
 CLOSE_TIMEOUT = 0.1
@@ -90,7 +90,12 @@ class Publications(rospy.SubscribeListener):
     def _table(self, parameters: DriverParameters) -> Tuple[PublishedTopic, ...]:
         odom, base, prefix = parameters.odom_frame, parameters.base_link_frame, parameters.frame_prefix
         no_echo = math.inf if parameters.sonar_no_echo == "inf" else NO_ECHO
-        pose = pose_converter(odom, base, conversions.covariances(parameters))
+        covariance = conversions.covariances(parameters)
+        pose = converter(PoseMessage(odom, base, covariance), lambda state, stamp: conversions.odometry(
+            state, stamp, odom, base, covariance[state.moving]))
+        transform = converter(TransformMessage(odom, base), lambda state, stamp: conversions.transform(
+            state, stamp, odom, base))
+        sonar = converter(SonarMessage(base), lambda state, stamp: conversions.sonar(state, stamp, base))
 
         def header(stamp: rospy.Time) -> Header:
             return Header(stamp=stamp, frame_id=base)
@@ -98,24 +103,19 @@ class Publications(rospy.SubscribeListener):
         def has_sonar(identity: RobotIdentity) -> Any:
             return identity.model.sonar
 
-        def if_on(state: RobotState, message: Callable[[], Any]) -> Any:
-            return message() if state.sonar_enabled else None
-
         return (
             PublishedTopic("pose", Odometry, RobotState, pose, ahead=POSE_AHEAD),
-            *([PublishedTopic(
-                "/tf", TFMessage, RobotState, lambda state, stamp: conversions.transform(state, stamp, odom, base),
-            )] if parameters.publish_tf else []),
+            *([PublishedTopic("/tf", TFMessage, RobotState, transform)] if parameters.publish_tf else []),
             PublishedTopic(
                 "sonar", SonarArray, RobotState,
-                lambda state, stamp: if_on(state, lambda: conversions.sonar(state, stamp, base)), has_sonar),
+                lambda state, stamp: sonar(state, stamp) if state.sonar_enabled else None, has_sonar),
             PublishedTopic(
                 "sonar_ranges", Range, RobotState,
                 lambda state, stamp: conversions.sonar_ranges(state, stamp, prefix, no_echo), has_sonar),
             PublishedTopic(
                 "sonar_points", PointCloud2, RobotState,
-                lambda state, stamp: if_on(state, lambda: conversions.sonar_points(
-                    state, stamp, base, self._model.sonar)), has_sonar),
+                lambda state, stamp: conversions.sonar_points(state, stamp, base, self._model.sonar)
+                if state.sonar_enabled else None, has_sonar),
             PublishedTopic(
                 "/tf_static", TFMessage, RobotIdentity,
                 lambda identity, stamp: standard_messages.sonar_frames(identity.model.sonar, stamp, base, prefix),

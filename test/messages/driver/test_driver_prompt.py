@@ -12,10 +12,12 @@ import pytest
 import rospy.msg
 import rospy.topics
 from nav_msgs.msg import Odometry
+from tf2_msgs.msg import TFMessage
 
 from pioneer_control.driver import conversions, prompt
 from pioneer_control.driver.parameters import DriverParameters
 from pioneer_control.driver.prompt import PromptConnection
+from pioneer_control.msg import SonarArray
 
 from robot_reports import STAMP, STATE
 
@@ -260,32 +262,39 @@ def test_a_rospy_that_makes_connections_in_another_way_is_left_as_it_is(rospys_o
     assert not prompt.send_promptly() and not hasattr(rospy.topics, "QueuedConnection")
 
 
-@pytest.fixture
-def converter():
-    return lambda: prompt.pose_converter("odom", "base_link", conversions.covariances(DriverParameters()))
+COVARIANCE = conversions.covariances(DriverParameters())
+PROMPT = {
+    Odometry: (prompt.PoseMessage("odom", "base_link", COVARIANCE), lambda state, stamp: conversions.odometry(
+        state, stamp, "odom", "base_link", COVARIANCE[state.moving])),
+    TFMessage: (prompt.TransformMessage("odom", "base_link"), lambda state, stamp: conversions.transform(
+        state, stamp, "odom", "base_link")),
+    SonarArray: (prompt.SonarMessage("base_link"), lambda state, stamp: conversions.sonar(state, stamp, "base_link")),
+}
+kinds = pytest.mark.parametrize("kind", PROMPT)
 
 
-def test_a_pose_writes_itself_where_rospy_publishes_it_so(converter):
-    assert type(converter()(STATE, STAMP)) is prompt.PoseMessage
+@kinds
+def test_a_message_writes_itself_where_rospy_publishes_it_so(kind):
+    message, plain = PROMPT[kind]
+    assert prompt.converter(message, plain)(STATE, STAMP) is message
 
 
 @pytest.mark.parametrize("name, instead", [
-    ("serialize_message", lambda buffer, sequence, message: buffer.write(message.child_frame_id.encode())),
+    ("serialize_message", lambda buffer, sequence, message: buffer.write(message.__slots__[0].encode())),
     ("args_kwds_to_message", lambda kind, given, named: kind(*[getattr(given[0], name) for name in kind.__slots__])),
     ("serialize_message", None), ("args_kwds_to_message", None)])
-def test_where_rospy_is_another_ordinary_messages_are_published(converter, monkeypatch, name, instead):
+@kinds
+def test_where_rospy_is_another_ordinary_messages_are_published(kind, monkeypatch, name, instead):
     if instead is None:
         monkeypatch.delattr(rospy.msg, name)
     else:
         monkeypatch.setattr(rospy.msg, name, instead)
-    assert type(converter()(STATE, STAMP)) is Odometry
+    assert type(prompt.converter(*PROMPT[kind])(STATE, STAMP)) is kind
 
 
-@pytest.mark.parametrize("state", [STATE, dataclasses.replace(STATE, linear=0.0, angular=0.0, heading=-3.0)])
-def test_both_kinds_of_messages_say_the_same(converter, monkeypatch, state):
-    with monkeypatch.context() as another_rospy:
-        another_rospy.delattr(rospy.msg, "serialize_message")
-        plain = converter()
-    one, other = converter()(state, STAMP), plain(state, STAMP)
-    assert isinstance(other, Odometry) and not isinstance(one, Odometry)
-    assert prompt._published(one) == prompt._published(other)
+@pytest.mark.parametrize("state", [
+    STATE, dataclasses.replace(STATE, linear=0.0, angular=0.0, heading=-3.0), dataclasses.replace(STATE, sonar=())])
+@kinds
+def test_both_kinds_of_messages_say_the_same(kind, state):
+    message, plain = PROMPT[kind]
+    assert prompt._published(message.of(state, STAMP), kind) == prompt._published(plain(state, STAMP), kind)

@@ -152,7 +152,7 @@ def test_another_robot_brings_its_own_topics_and_takes_those_of_the_one_before(d
 
 def test_nothing_is_made_for_nobody(driver, topics, monkeypatch):
     driver.identity(identity_of("peoplebot-sh", gripper=True, has_gyro=1))
-    for module, name in ((prompt, "sin"), (publications, "Header"), (publications, "MotorState"),
+    for module, name in ((prompt, "sin"), (prompt, "ranges"), (publications, "Header"), (publications, "MotorState"),
                          (publications, "DIO"), (publications, "AIO")):
         monkeypatch.setattr(module, name, None)     # calling it would raise
     for name, function in list(vars(conversions).items()):
