@@ -93,6 +93,35 @@ class Audience:
                 self._telling = False
 
 
+class Ending:
+    """Whether something has ended. It is used as a threading.Event, but wait() takes half the processor time.
+
+    Only one thread at a time may call set().
+    """
+
+    def __init__(self) -> None:
+        self._goes_on = threading.Lock()    # held until set()
+        self._goes_on.acquire()
+        self._is_set = False
+
+    def is_set(self) -> bool:
+        """Return whether set() was called."""
+        return self._is_set
+
+    def set(self) -> None:
+        """Say that it has ended, and wake all threads that wait. A second call has no effect."""
+        if not self._is_set:
+            self._is_set = True
+            self._goes_on.release()
+
+    def wait(self, timeout: Optional[float] = None) -> bool:
+        """Wait for set(), at most ``timeout`` s; None waits for ever. Returns whether set() was called."""
+        ended = self._goes_on.acquire(timeout=-1 if timeout is None else max(0.0, timeout))
+        if ended:
+            self._goes_on.release()     # for the other threads
+        return ended
+
+
 class Connection:
     """An open port and the session on it. The caller of any method must hold the lock of the link."""
 
@@ -157,7 +186,7 @@ class LinkThreads:
         self.identity: Optional[RobotIdentity] = None
         self.state: Optional[RobotState] = None
         self.error: Optional[BaseException] = None
-        self.ended = threading.Event()
+        self.ended = Ending()
         self._baud = baud
         self._audience = audience
         self._reconnect = reconnect

@@ -356,6 +356,7 @@ class Health:
         self._facts = Facts(port, how_to_enable, None if baud is None else str(baud))
         self._window = LinkWindow()
         self._levels: List[Level] = []      # of all tasks but the link, after the last state
+        self._judged: Optional[Tuple[Any, ...]] = None      # values of JUDGED after the last state of this link
 
     @property
     def hardware_id(self) -> str:
@@ -372,8 +373,8 @@ class Health:
         self._facts = before._replace(
             state=state, lost=lost, motors_gone=before.motors_gone and not state.motors_enabled,
             unmoved=0.0 if state.moving else before.unmoved)
-        is_news = before.state is None or _judged(before) != _judged(self._facts)
-        return is_news and self._changed()
+        judged_before, self._judged = self._judged, _judged(self._facts)
+        return self._judged != judged_before and self._changed()
 
     def _changed(self) -> bool:
         """Compute the levels of all tasks but Link, and return whether one has changed since the last call."""
@@ -390,7 +391,7 @@ class Health:
         if type(event) in TOLD:
             self._facts = before._replace(**TOLD[type(event)](event))
         if isinstance(event, LinkDown):
-            self._levels = []
+            self._levels, self._judged = [], None
             return before.no_link in (None, NOT_YET)
         return isinstance(event, (MotionCleared, Unmoved)) and self._changed()
 

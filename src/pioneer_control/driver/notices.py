@@ -48,10 +48,11 @@ def low_battery(voltage: float, levels: BatteryLevels) -> str:
 
 def stalled_wheels(state: RobotState) -> str:
     """Return the warning about stalled wheels. Empty when no wheel is stalled, or when the STOP button is pressed."""
+    if state.stop_button or not (state.left_stall or state.right_stall):
+        return ""
     stalled = [name for name, stall in (("left", state.left_stall), ("right", state.right_stall)) if stall]
-    text = "the %s wheel%s stalled: something holds the robot" % (
+    return "the %s wheel%s stalled: something holds the robot" % (
         " and the ".join(stalled), "s are" if len(stalled) > 1 else " is")
-    return text if stalled and not state.stop_button else ""
 
 
 def stop_button_pressed(how_to_enable: str) -> str:

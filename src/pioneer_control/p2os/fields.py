@@ -102,11 +102,14 @@ class NumberRun:
 
         Raises TooShort when another value is missing.
         """
-        number = bisect_right(self._sizes, len(data) - at) - 1
-        layout, missing = self._layouts[number], self._rows[number:]
-        if missing and not missing[0].optional:
+        layout = self._layouts[bisect_right(self._sizes, len(data) - at) - 1]
+        values = layout.unpack_from(data, at)
+        if len(values) == self.length:
+            return values, at + layout.size
+        missing = self._rows[len(values):]
+        if not missing[0].optional:
             missing[0].read(data, at + layout.size)     # raises TooShort, with its name
-        return layout.unpack_from(data, at) + (None,) * len(missing), len(data) if missing else at + layout.size
+        return values + (None,) * len(missing), len(data)
 
     def write(self, values: Sequence[Any], owner: str) -> bytes:
         """The bytes of `values`, which are the values of the first rows, or of all rows.
