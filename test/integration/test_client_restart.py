@@ -41,6 +41,17 @@ def test_a_waiting_robot_of_any_age_is_connected(subtype, baud, share):
     assert rig.state is not None and not rig.state.motors_enabled
 
 
+@pytest.mark.parametrize("baud", [None, 9600])
+def test_a_robot_left_open_is_connected_within_two_seconds(baud):
+    rig = Rig(baud=baud and (baud, baud))
+    rig.run_until(lambda: rig.ready)
+    rig.switch_motors_on()
+    rig.kill(WATCHED)
+    rig.run(WATCHED)
+    assert rig.firmware.session is FirmwareState.OPEN and not rig.ready
+    assert rig.run_until(lambda: rig.ready) < 2.0
+
+
 def moves_after_a_restart(seed, share, baud):
     """m that the robot goes, from the start of a new driver on."""
     rig = Rig(seed=seed, baud=baud and (baud, baud))
