@@ -116,10 +116,9 @@ class Ending:
 
     def wait(self, timeout: Optional[float] = None) -> bool:
         """Wait for set(), at most ``timeout`` s; None waits for ever. Returns whether set() was called."""
-        ended = self._goes_on.acquire(timeout=-1 if timeout is None else max(0.0, timeout))
-        if ended:
+        if self._goes_on.acquire(timeout=-1 if timeout is None else max(0.0, timeout)):
             self._goes_on.release()     # for the other threads
-        return ended
+        return self._is_set     # another thread may have held the lock for a moment
 
 
 class Connection:

@@ -23,3 +23,10 @@ def test_all_who_wait_are_woken_and_later_ones_need_not_wait():
         thread.join(LIMIT)
     assert woken == [True] * 3
     assert ending.is_set() and ending.wait() and ending.wait(0.0)
+
+
+def test_who_does_not_wait_hears_of_it_while_another_thread_wakes_up():
+    ending = Ending()
+    ending.set()
+    with ending._goes_on:
+        assert ending.wait(0.0)
