@@ -89,7 +89,7 @@ class Body:
             self._free -= swept
         elif not self._is_free(pose):
             return self._stopped()
-        for body in self._world.crowd.near(pose[0], pose[1], self.reach):
+        for body in self._world.crowd.near(pose[0], pose[1], self.reach, self):
             if body is not self and self._would_meet(body, pose):
                 return self._stopped()
         self.pose = pose
@@ -138,7 +138,7 @@ class Body:
         The polygon is given in base_link (m) and placed at the present pose of the body.
         """
         corners = placed(polygon, self.pose)
-        near = self._world.crowd.near(self.pose[0], self.pose[1], self.reach)
+        near = self._world.crowd.near(self.pose[0], self.pose[1], self.reach, self)
         return self._world.touches(corners) or any(
             outlines_meet(corners, body.outline) for body in near if body is not self)
 

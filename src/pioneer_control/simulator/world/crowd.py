@@ -5,7 +5,7 @@ Lengths are in metres, coordinates in the map frame.
 
 import collections
 import math
-from typing import Dict, List, Protocol, Sequence, Tuple
+from typing import Dict, List, Optional, Protocol, Sequence, Tuple
 
 from .geometry import Block
 from .poses import Point, Pose
@@ -92,9 +92,12 @@ class Crowd:
                         del grid[cell]
                 _list(body, grid, new)
 
-    def near(self, x: float, y: float, reach: float) -> List[Obstacle]:
-        """Return all bodies that have a point within `reach` (m) of (x, y) (m, map frame), and some farther bodies."""
-        if not self._squares:
+    def near(self, x: float, y: float, reach: float, asker: Optional[Obstacle] = None) -> List[Obstacle]:
+        """Return all bodies that have a point within `reach` (m) of (x, y) (m, map frame), and some farther bodies.
+
+        `asker` is a body that asks for others. It may be in the list, but not when no other body has entered.
+        """
+        if self._squares.keys() <= {asker}:     # nobody else has entered
             return NOBODY
         width = math.ceil((reach + self.reach) / self._side)
         grid = self._grids.get(width) or self._add_grid(width)
