@@ -173,7 +173,7 @@ def write_fields(table: Table, packet: Any) -> bytes:
     Raises:
         EncodingError: a value does not fit its field, or a value is None although a later value is not.
     """
-    values = [getattr(packet, name) for name in table.names]
+    values = list(map(vars(packet).get, table.names))
     while values and values[-1] is None and table[len(values) - 1].optional:
         values.pop()
     data, at, owner = b"", 0, type(packet).__name__
@@ -350,10 +350,10 @@ class Many:
 
     def _write_numbers(self, items: Sequence[Any]) -> Optional[bytes]:
         """The bytes of `items` if all are records of numbers, in one go. None for other items and illegal numbers."""
-        if self._layout is None or any(type(item) is not self.item.record_class for item in items):
+        if self._layout is None or set(map(type, items)) - {self.item.record_class}:
             return None
-        pieces = [packed(self._layout, vars(item).values()) or b"" for item in items]
-        return b"".join(pieces) if all(pieces) else None
+        layout = struct.Struct("<" + self._layout.format[1:] * len(items))
+        return packed(layout, [number for item in items for number in vars(item).values()])
 
 
 BYTE, UINT16, UINT32 = NumberField("B"), NumberField("H"), NumberField("I")

@@ -223,7 +223,7 @@ class ParallelGripper:
         self._stuck_for = 0.0
         if self._held and self.paddle_motion > 0:
             self._release()
-        if self.is_closed and self.paddle_motion < 0:
+        if self.paddle_motion < 0 and self.is_closed:
             self._pressing_s -= dt
             if self._pressing_s <= 1e-9:
                 self.stop()
