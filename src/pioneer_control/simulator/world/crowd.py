@@ -68,7 +68,6 @@ class Crowd:
         """Add a body, so that it is an obstacle to all others."""
         if body.reach > self.reach:
             self.reach, self._side = body.reach, 2.0 * body.reach
-            self._squares = {each: self._square(each) for each in self._squares}
             self._grids.clear()     # they are made again when they are needed
         square = self._squares[body] = self._square(body)
         for width, grid in self._grids.items():
@@ -76,10 +75,9 @@ class Crowd:
 
     def moved(self, body: Obstacle) -> None:
         """List a body under its new pose, after it moved. Ignore a body that has not entered."""
-        before = self._squares.get(body)
-        if before is None:
+        if not self._grids or body not in self._squares:
             return
-        square = self._square(body)
+        before, square = self._squares[body], self._square(body)
         if square == before:
             return
         self._squares[body] = square
@@ -108,6 +106,7 @@ class Crowd:
         return math.floor(x / self._side), math.floor(y / self._side)
 
     def _add_grid(self, width: int) -> Grid:
+        self._squares = {body: self._square(body) for body in self._squares}    # not kept while there was no grid
         grid = self._grids[width] = collections.defaultdict(list)
         for body, square in self._squares.items():
             _list(body, grid, _around(square, width))
