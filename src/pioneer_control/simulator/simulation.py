@@ -84,10 +84,12 @@ class Simulation:
         """
         while self.next_step_us <= end_us:  # all robots finish one step before any robot begins the next step
             now_us = self.clock.now_us = self.next_step_us
+            self.next_step_us = NEVER_US
             for robot in self.robots:
                 if robot.next_step_us <= now_us:
                     robot.step()
-            self.next_step_us = min([robot.next_step_us for robot in self.robots])
+                if robot.next_step_us < self.next_step_us:
+                    self.next_step_us = robot.next_step_us
         self.clock.now_us = end_us
 
 

@@ -85,7 +85,9 @@ class Ear:
         """
         earshot = self._earshot(math.floor(x / SQUARE), math.floor(y / SQUARE))
         candidates = earshot[math.floor(heading * SECTORS_PER_RADIAN) % SECTORS]
-        nearest = echo(_unpacked(candidates), x, y, right, left, self._maximum, self._slant)
+        nearest = self._maximum
+        if candidates:
+            nearest = echo(_unpacked(candidates), x, y, right, left, nearest, self._slant)
         others = self._world.crowd.near(x, y, nearest, listener)
         if others:
             room = nearest + self._world.crowd.reach
