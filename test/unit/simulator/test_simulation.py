@@ -154,6 +154,19 @@ def test_a_crowd_knows_who_is_near_wherever_they_go(seed):
     assert listed < 40 * 20, "not simply all of them"
 
 
+def test_a_body_alone_has_nobody_near_but_others_find_it_where_it_went():
+    crowd, body = Crowd(), Standing((0.0, 0.0, 0.0), reach=0.3)
+    crowd.enter(body)
+    body.pose = (50.0, 0.0, 0.0)
+    crowd.moved(body)
+    assert crowd.near(50.0, 0.0, 1.0, body) == []
+    assert crowd.near(50.0, 0.0, 1.0) == [body] and crowd.near(0.0, 0.0, 1.0) == []
+    other = Standing((50.5, 0.0, 0.0), reach=0.3)
+    assert crowd.near(50.5, 0.0, 1.0, other) == [body], "also one that has not entered"
+    crowd.enter(other)
+    assert other in crowd.near(50.0, 0.0, 1.0, body)
+
+
 def test_a_robot_larger_than_any_of_ours_is_minded_from_afar():
     large = dataclasses.replace(MODEL, length_front=3.0, length_rear=3.0)
     simulation = Simulation(World("two", starts=((0.0, 0.0, 0.0), (4.5, 0.0, math.pi / 2), (4.5, 5.0, 0.0))))

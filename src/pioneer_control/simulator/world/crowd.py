@@ -61,7 +61,7 @@ class Crowd:
     def __init__(self) -> None:
         self.reach = 0.0
         self._side = 1.0    # side (m) of the smallest squares
-        self._squares: Dict[Obstacle, Cell] = {}    # the smallest square that each body stands on
+        self._squares: Dict[Obstacle, Cell] = {}    # each body's smallest square, kept up only while there is a grid
         self._grids: Dict[int, Grid] = {}           # by the width of their squares, in smallest squares
 
     def enter(self, body: Obstacle) -> None:
@@ -106,7 +106,7 @@ class Crowd:
         return math.floor(x / self._side), math.floor(y / self._side)
 
     def _add_grid(self, width: int) -> Grid:
-        self._squares = {body: self._square(body) for body in self._squares}    # not kept while there was no grid
+        self._squares = {body: self._square(body) for body in self._squares}
         grid = self._grids[width] = collections.defaultdict(list)
         for body, square in self._squares.items():
             _list(body, grid, _around(square, width))
