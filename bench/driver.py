@@ -2,7 +2,7 @@
 """How fast the driver is and what it costs, side by side with the least a rospy node can do on the same bytes:
 the floor, bench/relay_node.py.
 
-    ./pioneer shell /usr/bin/python3 bench/driver.py            # four minutes; writes bench/driver.md
+    ./pioneer shell /usr/bin/python3 bench/driver.py            # seven minutes; writes bench/driver.md
     ./pioneer shell /usr/bin/python3 bench/driver.py --quick    # one minute; writes nothing
     ./pioneer shell /usr/bin/python3 bench/driver.py --pieces   # six minutes; writes bench/driver_pieces.md: the driver
                                                                 # with and without each piece of driver/prompt.py
@@ -15,8 +15,9 @@ Commands drift slowly against the SIPs, and so meet every phase of the cycle.
 
 A time begins right before the write of a SIP or the publish() of a command, and ends when the subscriber's callback is
 called or the robot has read the last byte of RVEL. On a machine that does other work too, all figures are upper bounds;
-the ratios to the floor say more. A real line of
-9600 baud adds 1.04 ms for each byte, and so about 0.3 s to the start.
+the ratios to the floor say more. Where a process happens to have its memory changes its times by up to a tenth. So all
+nodes are started anew for each round, and a median is the median of the medians of the rounds. A real line of 9600 baud
+adds 1.04 ms for each byte, and so about 0.3 s to the start.
 
 Exit status 1 when a limit is exceeded.
 """
@@ -51,6 +52,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 RESULTS = os.path.join(HERE, "driver.md")
 PIECES_RESULTS = os.path.join(HERE, "driver_pieces.md")
 ROUNDS = 5              # of --pieces
+DRIVES = (20.0, 20.0, 60.0)     # s in each phase, of each round; the last round shows whether memory grows
 NODES = {"floor": [sys.executable, os.path.join(HERE, "relay_node.py"), "{port}"],
          "floor3": [sys.executable, os.path.join(HERE, "relay_node.py"), "{port}", "three"],
          "ours": [sys.executable, os.path.join(HERE, "..", "nodes", "p2os_driver"), "_port:={port}"]}
@@ -112,10 +114,8 @@ class Node:
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
 
     def cpu(self) -> float:
-        """s of processor time so far."""
-        with open("/proc/%d/stat" % self.process.pid) as stat:
-            fields = stat.read().rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        """s of processor time so far, of all threads."""
+        return time.clock_gettime(~self.process.pid << 3 | 2)      # the clock that clock_getcpuclockid(3) returns
 
     def rss(self) -> float:
         """MiB in memory."""
@@ -399,11 +399,25 @@ def median(values: Sequence[float]) -> float:
     return share(values, 50)
 
 
-def rows(drives: Dict[Tuple[str, Phase], Drive], starts: Dict[str, List[float]],
+Rounds = Dict[Tuple[str, Phase], List[Drive]]
+"""By node and phase: what was measured in each round."""
+
+
+def typical(rounds: List[Drive], figure: Callable[[Drive], float]) -> float:
+    """The median of a figure over the rounds."""
+    return median([figure(each) for each in rounds])
+
+
+def pooled(rounds: List[Drive], times: Callable[[Drive], List[float]]) -> List[float]:
+    """The times of all rounds."""
+    return [each for drive in rounds for each in times(drive)]
+
+
+def rows(drives: Rounds, starts: Dict[str, List[float]],
          signals: Dict[str, Tuple[List[float], List[float]]]) -> List[Row]:
     """The limits and what became of them."""
     def compared(what: str, phase: Phase, figure: Callable[[Drive], float], form: str, factor: float) -> Row:
-        floor, ours = figure(drives["floor", phase]), figure(drives["ours", phase])
+        floor, ours = typical(drives["floor", phase], figure), typical(drives["ours", phase], figure)
         return Row(what, "%g x floor" % factor, form % floor, (form + " (%.2f x)") % (ours, ours / floor),
                    ours <= factor * floor)
 
@@ -414,11 +428,11 @@ def rows(drives: Dict[Tuple[str, Phase], Drive], starts: Dict[str, List[float]],
     for phase in (SLOW, FAST):
         what = "SIP to Odometry, %.0f ms cycle: " % (phase.cycle * 1000)
         found += [compared(what + "median", phase, lambda each: median(each.pose), "%.2f ms", 1.2),
-                  within(what + "p99", 5.0, "%.2f ms", share(drives["ours", phase].pose, 99),
-                         "%.2f ms" % share(drives["floor", phase].pose, 99))]
+                  within(what + "p99", 5.0, "%.2f ms", share(pooled(drives["ours", phase], lambda each: each.pose), 99),
+                         "%.2f ms" % share(pooled(drives["floor", phase], lambda each: each.pose), 99))]
     for phase in (SLOW, MANY):
         what = "cmd_vel to wire, %g Hz: " % phase.rate
-        arrived = {name: 100 * drives[name, phase].arrived for name in NODES}
+        arrived = {name: 100 * min(each.arrived for each in drives[name, phase]) for name in NODES}
         found += [compared(what + "median", phase, lambda each: median(each.command), "%.2f ms", 1.5),
                   Row(what + "commands that arrive", "100 %", "%.1f %%" % arrived["floor"], "%.1f %%" % arrived["ours"],
                       arrived["ours"] == 100)]
@@ -428,8 +442,8 @@ def rows(drives: Dict[Tuple[str, Phase], Drive], starts: Dict[str, List[float]],
     for name, (zeros, exits) in signals.items():
         found += [within("%s while driving to zero velocity on the wire: worst" % name, 50.0, "%.0f ms", max(zeros)),
                   within("%s to clean exit: worst" % name, 1.0, "%.2f s", max(exits))]
-    cpu = [drives[name, SLOW].usage.cpu for name in ("floor3", "ours")]
-    growth = sum(drives["ours", phase].usage.growth for phase in PHASES)
+    cpu = [typical(drives[name, SLOW], lambda each: each.usage.cpu) for name in ("floor3", "ours")]
+    growth = sum(drives["ours", phase][-1].usage.growth for phase in PHASES)
     return found + [
         compared("CPU a minute, 10 Hz, pose, sonar, tf subscribed", SLOW, lambda each: each.usage.cpu, "%.2f s", 1.9),
         Row("the same against three topics, for comparison", "-", "%.2f s" % cpu[0],
@@ -439,16 +453,18 @@ def rows(drives: Dict[Tuple[str, Phase], Drive], starts: Dict[str, List[float]],
     ]
 
 
-def report(limits: List[Row], drives: Dict[Tuple[str, Phase], Drive], starts: Dict[str, List[float]],
-           signals: Dict[str, Tuple[List[float], List[float]]], seconds: float, load: float) -> str:
+def report(limits: List[Row], drives: Rounds, starts: Dict[str, List[float]],
+           signals: Dict[str, Tuple[List[float], List[float]]], load: float) -> str:
     """The text of bench/driver.md."""
     lines = [
         "# What `bench/driver.py` measured", "",
-        "Written by the program. Python %s, %d cores, load average %.1f before the start; %.0f s in each phase of "
-        "driving, SIPs of %d bytes. The"
-        % (platform.python_version(), os.cpu_count() or 1, load, seconds, SIP_LENGTH),
-        "floor is `bench/relay_node.py`, measured at the same time. On a machine that does other work too, figures "
-        "are upper bounds.", "",
+        "Written by the program. Python %s, %d cores, load average %.1f before the start; %s s in each phase of "
+        "driving, with all nodes"
+        % (platform.python_version(), os.cpu_count() or 1, load, ", then ".join("%.0f" % each for each in DRIVES)),
+        "started anew before each; SIPs of %d bytes. Medians, CPU and memory: the median of these rounds. The floor is"
+        % SIP_LENGTH,
+        "`bench/relay_node.py`, measured at the same time. On a machine that does other work too, figures are upper "
+        "bounds.", "",
         "| what | limit | floor | ours | |", "|---|---|---|---|---|",
         *("| %s | %s | %s | %s | %s |" % (row[:4] + (
             "**exceeded**" if not row.kept else "" if row.limit == "-" else "kept",)) for row in limits), "",
@@ -457,14 +473,17 @@ def report(limits: List[Row], drives: Dict[Tuple[str, Phase], Drive], starts: Di
     for what, of in (("SIP to Odometry", lambda each: each.pose), ("cmd_vel to wire", lambda each: each.command)):
         for phase in PHASES:
             for name in NODES:
-                values = of(drives[name, phase])
-                figures = (len(values), median(values), share(values, 95), share(values, 99),
-                           max(values, default=math.nan))
+                values = pooled(drives[name, phase], of)
+                figures = (len(values), typical(drives[name, phase], lambda each: median(of(each))),
+                           share(values, 95), share(values, 99), max(values, default=math.nan))
                 lines.append("| %s; %s | %s | %d | %.2f | %.2f | %.2f | %.2f |" % (what, phase, name, *figures))
     lines += ["", "| driving | node | CPU, s a minute | memory, MiB | growth, MiB |", "|---|---|---|---|---|"]
     for phase in PHASES:
         for name in NODES:
-            lines.append("| %s | %s | %.2f | %.1f | %.2f |" % (phase, name, *drives[name, phase].usage))
+            rounds = drives[name, phase]
+            lines.append("| %s | %s | %.2f | %.1f | %.2f |" % (
+                phase, name, typical(rounds, lambda each: each.usage.cpu), typical(rounds, lambda each: each.usage.rss),
+                rounds[-1].usage.growth))
     lines += ["", "| once | n | median | worst |", "|---|---|---|---|"]
     once = [("start to first pose, %s (s)" % name, "%.2f", values) for name, values in starts.items()]
     for name, (zeros, exits) in signals.items():
@@ -512,12 +531,11 @@ def main() -> int:
     parser.add_argument("--pieces", action="store_true",
                         help="only the driver with and without each piece of driver/prompt.py")
     options = parser.parse_args()
-    seconds, times, load = (10.0, 2, os.getloadavg()[0]) if options.quick else (60.0, 5, os.getloadavg()[0])
+    load = os.getloadavg()[0]
     if options.pieces:
         NODES.update(PIECES)
-        seconds = min(seconds, 20.0)
         with master():
-            text = pieces(seconds, load)
+            text = pieces(DRIVES[0], load)
         print(text)
         with open(PIECES_RESULTS, "w", encoding="utf-8") as file:
             file.write(text)
@@ -525,11 +543,13 @@ def main() -> int:
     with master():
         bench = Bench()
         bench.connect()
-        drives = drive(bench, seconds)
+        rounds = [drive(bench, seconds) for seconds in ((10.0,) if options.quick else DRIVES)]
+        drives = {key: [each[key] for each in rounds] for key in rounds[0]}
+        times = 2 if options.quick else 5
         starts = start_times(bench, times)
         signals = {number.name: ends(bench, number, times) for number in (signal.SIGINT, signal.SIGTERM)}
     limits = rows(drives, starts, signals)
-    text = report(limits, drives, starts, signals, seconds, load)
+    text = report(limits, drives, starts, signals, load)
     print(text)
     if not options.quick:
         with open(RESULTS, "w", encoding="utf-8") as file:
