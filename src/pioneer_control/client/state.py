@@ -203,10 +203,9 @@ class StateReader:
 
     def _take_sonar(self, sip: p2os.Sip, time: float) -> None:
         mm_per_unit, fitted, sonar = self._mm_per_range_unit, self._fitted, self._sonar
-        for reading in sip.sonar:
-            number = reading.number
+        for number, range_units in sip.sonar:
             if number in fitted:
-                sonar[number] = SonarRange(reading.range_units * mm_per_unit / 1000, time)
+                sonar[number] = SonarRange(range_units * mm_per_unit / 1000, time)
             else:
                 self.unknown_sonar += 1
 

@@ -197,7 +197,7 @@ def _value(value: Any, row: Optional[Row] = None) -> str:
 
 def _item(item: Any) -> str:
     """One item of a tuple as text: a number such as ``7``, or a record such as ``number 3, range_units 1500``."""
-    return str(item) if isinstance(item, int) else ", ".join("%s %s" % each for each in vars(item).items())
+    return str(item) if isinstance(item, int) else ", ".join("%s %s" % each for each in item._asdict().items())
 
 
 def _in_units(value: int, row: Optional[Row]) -> str:

@@ -4,7 +4,7 @@ The two large packets, `Sip` and `Config`, have their own files.
 """
 
 from dataclasses import dataclass
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, NamedTuple, Tuple
 
 from ..errors import EncodingError
 from .config import Config
@@ -68,8 +68,7 @@ class IO:
     analog: Tuple[int, ...] = wire(Many(UINT16), "", "AROS: 5 values of 12 bits; ARCOS: 9 of 10 bits, 1023 is 5 V")
 
 
-@dataclass(frozen=True)
-class GyroReading:
+class GyroReading(NamedTuple):
     """One reading of the gyro, over 25 ms."""
 
     rate: int = wire(UINT16, "", "0..1023, about 512 at rest, below it counter-clockwise; full scale 300 deg/s")
@@ -96,8 +95,7 @@ class Arm:
     positions: Tuple[int, ...] = wire(Many(BYTE, count=6), "ticks", "servos 1..6")
 
 
-@dataclass(frozen=True)
-class ArmJoint:
+class ArmJoint(NamedTuple):
     """Speed and positions of one joint of the arm. Positions are in servo ticks."""
 
     speed_ms: int = wire(BYTE, "ms", "time of one tick")
@@ -158,8 +156,7 @@ class Playlist:
     length: int = wire(UINT32, "", "")
 
 
-@dataclass(frozen=True)
-class Battery:
+class Battery(NamedTuple):
     """State of one battery that measures its own charge."""
 
     flags1: int = wire(BYTE, "", "")
@@ -196,8 +193,7 @@ class SimulatedLaser:
     ranges_mm: Tuple[int, ...] = wire(Many(UINT16), "mm", "")
 
 
-@dataclass(frozen=True)
-class LaserReading:
+class LaserReading(NamedTuple):
     """One reading of a simulated laser, with reflectance."""
 
     range_mm: int = wire(UINT16, "mm", "")
@@ -237,8 +233,7 @@ class SimulatorStatus:
     error_heading: int = wire(INT32, "", "odometry error")
 
 
-@dataclass(frozen=True)
-class SimulatedDevice:
+class SimulatedDevice(NamedTuple):
     """One device of a simulated robot."""
 
     name: str = wire(STRING, "", "")

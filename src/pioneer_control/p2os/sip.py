@@ -1,7 +1,7 @@
 """The standard SIP: what the robot reports of itself ten times a second (protocol sheet 4)."""
 
 from dataclasses import dataclass
-from typing import Optional, Tuple
+from typing import NamedTuple, Optional, Tuple
 
 from .fields import BYTE, INT8, INT16, UINT16, UINT32, Many, Record, later, wire
 from .flags import ChargeState, DigitalIn, FaultFlags, Flags, Flags3, GripState, StallBits
@@ -15,8 +15,7 @@ COUNT_RANGE = 0x8000
 """The number of counts at which x and y of a SIP wrap (protocol sheet 4.3)."""
 
 
-@dataclass(frozen=True)
-class SonarReading:
+class SonarReading(NamedTuple):
     """One reading of a sonar since the last SIP."""
 
     number: int = wire(BYTE, "", "sonar number, from 0")

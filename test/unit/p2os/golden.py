@@ -43,9 +43,9 @@ def matches(value, expected, names=None) -> bool:
         return value == sum(names[name] for name in expected)
     if isinstance(value, bytes):
         return value == bytes.fromhex(expected)
-    if isinstance(value, tuple):
+    if isinstance(value, tuple) and not isinstance(expected, dict):
         return len(value) == len(expected) and all(map(matches, value, expected))
     if isinstance(expected, dict):
-        fields = vars(value)
+        fields = value._asdict()
         return set(fields) == set(expected) and all(matches(fields[name], expected[name]) for name in fields)
     return value == expected
