@@ -213,7 +213,7 @@ class Robot:
         The velocities are clamped to the limits of the identity. On an idle line the command is written before this
         returns. Raises UsageError for NaN and infinity, and then sends nothing. Raises LinkError when there is no link.
         """
-        with self._link.commanding() as robot:
+        with self._link as robot:
             robot.drive.set_velocity(linear, angular, monotonic())
 
     def set_wheel_velocities(self, left: float, right: float) -> None:
@@ -223,7 +223,7 @@ class Robot:
         limit of a wheel or of the robot both velocities are made smaller by the same factor, so that the curve stays.
         Raises the same errors as set_velocity().
         """
-        with self._link.commanding() as robot:
+        with self._link as robot:
             robot.drive.set_wheel_velocities(left, right, monotonic())
 
     def set_limits(self, max_linear: Optional[float], max_angular: Optional[float], command_timeout: float) -> None:
@@ -248,7 +248,7 @@ class Robot:
 
         Without a link this does nothing and raises no error: every link begins with a stop.
         """
-        with contextlib.suppress(PioneerError), self._link.commanding() as robot:
+        with contextlib.suppress(PioneerError), self._link as robot:
             robot.drive.stop(monotonic())
 
     def enable_motors(self, timeout: float = 2.0) -> None:
@@ -272,7 +272,7 @@ class Robot:
         Returns a function that waits for the result, and raises the same errors as enable_motors(). The result also
         comes as the event MotorsAnswered.
         """
-        with self._link.commanding() as robot:
+        with self._link as robot:
             request = robot.drive.request_motors(on, monotonic(), timeout)
 
         def wait() -> None:
@@ -296,7 +296,7 @@ class Robot:
         LinkError without a link.
         """
         packets = gripper_packets(command, value)
-        with self._link.commanding() as robot:
+        with self._link as robot:
             if not robot.identity.has_gripper:
                 raise RefusedError("%s: the robot reports no gripper" % self.url)
             robot.command(monotonic(), *packets)
@@ -320,9 +320,9 @@ class Robot:
 
     def reset_odometry(self) -> None:
         """Set the pose to x 0, y 0, heading 0 from the next state on. Raises LinkError without a link."""
-        with self._link.commanding() as robot:
+        with self._link as robot:
             robot.odometry.reset()
 
     def _command(self, *packets: bytes) -> None:
-        with self._link.commanding() as robot:
+        with self._link as robot:
             robot.command(monotonic(), *packets)

@@ -7,11 +7,10 @@ listeners are called, and so most likely when a listener takes long. Then the tw
 can delay the line for TURN seconds at most, whatever it does. Listeners are called one at a time, and in order.
 """
 
-import contextlib
 import threading
 from dataclasses import replace
 from time import monotonic
-from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
+from typing import Any, Callable, Dict, List, Optional, Tuple
 
 from ..errors import LinkError, LinkLostError, PioneerError
 from .events import Event, LinkDown, PacketReceived, Ready, StatesMissed
@@ -160,6 +159,9 @@ class Connection:
 class LinkThreads:
     """The two threads of a link, and the data that they share with the program.
 
+    For each command the program enters the link as a context: ``with link as robot: robot.drive.stop(now)``. The
+    context has the lock, gives the connected robot, and writes the command at its end.
+
     Args:
         url, baud, reconnect, on_wire: see Robot.
         settings: the user's settings, until change() is called.
@@ -240,25 +242,37 @@ class LinkThreads:
         connection = self.connection
         return None if connection is None else connection.session.connected
 
-    @contextlib.contextmanager
-    def commanding(self) -> Iterator[Connected]:
-        """A context that holds the lock and gives the connected robot. At its end the commands are written to the line.
+    def __enter__(self) -> Connected:
+        """Take the lock for one command, and return the connected robot. The end of the context writes the command.
 
         Without a connected robot it raises the error that says why, mostly a LinkError.
         """
-        with self._lock:
-            connection, connected = self.connection, self.connected
-            if connection is None or connected is None:
-                raise self.failure(LinkLostError("%s: no link to the robot" % self.url))
-            yield connected
+        self._lock.acquire()
+        connected = self.connected
+        if connected is None:
+            self._lock.release()
+            raise self.failure(LinkLostError("%s: no link to the robot" % self.url))
+        return connected
+
+    def __exit__(self, kind: Optional[type], *_: object) -> None:
+        """Write the command to the line, unless an exception has ended the context.
+
+        Raises the error that has broken the line, if there is one.
+        """
+        try:
+            connection = self.connection
+            if kind is not None or connection is None:
+                return
             connection.send()
             if connection.session.error is not None:    # the line broke just now
                 raise connection.session.error
             # A signal handler may have closed the connection meanwhile. Its STOP went out before this command. So STOP,
             # motors off and CLOSE (the last words) go out again, behind this command.
             if self._closing and not connection.session.finished:
-                connection.session.line.say(connected.last_words)
+                connection.session.line.say(connection.session.phase.last_words)
                 connection.send()
+        finally:
+            self._lock.release()
 
     def failure(self, otherwise: PioneerError) -> BaseException:
         """Return the error that a failed call raises: why there is no link, if this is known; else ``otherwise``.
