@@ -322,15 +322,13 @@ class LinkWindow:
 
 
 JUDGED = (
-    "motors_gone", "unmoved", "state.flags", "state.motors_enabled", "state.stop_button", "state.fault_flags",
-    "state.left_stall", "state.right_stall", "state.front_bumpers", "state.rear_bumpers", "state.battery_voltage",
-    "state.charge_state", "state.temperature", "state.state_of_charge")
-"""The fields of Facts that a new state can change, and on which levels depend. Most states change none of them."""
+    "flags", "motors_enabled", "stop_button", "fault_flags", "left_stall", "right_stall", "front_bumpers",
+    "rear_bumpers", "battery_voltage", "charge_state", "temperature", "state_of_charge")
+"""The fields of a state on which levels depend. Most states change none of them."""
 _judged = attrgetter(*JUDGED)
 
 TOLD: Dict[type, Callable[[Any], Dict[str, Any]]] = {
-    Ready: lambda event: dict(
-        identity=event.identity, no_link=None, state=None, lost=0, motors_gone=False, unmoved=0.0),
+    Ready: lambda event: dict(identity=event.identity, no_link=None, motors_gone=False, unmoved=0.0),
     LinkDown: lambda event: dict(no_link=str(event.error)),
     BaudFound: lambda event: dict(baud=str(event.baud)),
     LineSpeed: lambda event: dict(baud="%d (%s)" % event if event.problem else str(event.baud)),
@@ -353,10 +351,12 @@ class Health:
     """
 
     def __init__(self, port: str, baud: Optional[int], how_to_enable: str) -> None:
-        self._facts = Facts(port, how_to_enable, None if baud is None else str(baud))
+        self._facts = Facts(port, how_to_enable, None if baud is None else str(baud))   # without state and lost
+        self._state: Optional[RobotState] = None    # the newest state of this link
+        self._lost = 0
         self._window = LinkWindow()
         self._levels: List[Level] = []      # of all tasks but the link, after the last state
-        self._judged: Optional[Tuple[Any, ...]] = None      # values of JUDGED after the last state of this link
+        self._judged: Any = None            # values of JUDGED in the last state; None to judge the next one anyway
 
     @property
     def hardware_id(self) -> str:
@@ -366,19 +366,21 @@ class Health:
 
     def state(self, state: RobotState) -> bool:
         """Take a new state of the robot. Return whether it changes the level of a task."""
-        before, lost = self._facts, self._facts.lost
-        if before.state is not None and before.identity is not None:
+        facts, before, self._state = self._facts, self._state, state
+        if before is not None and facts.identity is not None:
             # When late packets come together after a pause, the sum is right again.
-            lost += round((state.time - before.state.time) / before.identity.sip_cycle) - 1
-        self._facts = before._replace(
-            state=state, lost=lost, motors_gone=before.motors_gone and not state.motors_enabled,
-            unmoved=0.0 if state.moving else before.unmoved)
-        judged_before, self._judged = self._judged, _judged(self._facts)
-        return self._judged != judged_before and self._changed()
+            self._lost += round((state.time - before.time) / facts.identity.sip_cycle) - 1
+        if facts.motors_gone and state.motors_enabled or facts.unmoved and state.moving:
+            self._facts = facts._replace(motors_gone=facts.motors_gone and not state.motors_enabled,
+                                         unmoved=0.0 if state.moving else facts.unmoved)
+            self._judged = None
+        judged_before, self._judged = self._judged, _judged(state)
+        return bool(self._judged != judged_before) and self._changed()
 
     def _changed(self) -> bool:
         """Compute the levels of all tasks but Link, and return whether one has changed since the last call."""
-        before, self._levels = self._levels, [find(task, self._facts).level for task in ABOUT_THE_ROBOT]
+        before, self._levels = self._levels, [
+            find(task, self._facts._replace(state=self._state)).level for task in ABOUT_THE_ROBOT]
         return self._levels != before
 
     def event(self, event: Event) -> bool:
@@ -390,9 +392,9 @@ class Health:
         before = self._facts
         if type(event) in TOLD:
             self._facts = before._replace(**TOLD[type(event)](event))
-        if isinstance(event, LinkDown):
-            self._levels, self._judged = [], None
-            return before.no_link in (None, NOT_YET)
+        if isinstance(event, (Ready, LinkDown)):
+            self._state, self._lost, self._levels, self._judged = None, 0, [], None
+            return isinstance(event, LinkDown) and before.no_link in (None, NOT_YET)
         return isinstance(event, (MotionCleared, Unmoved)) and self._changed()
 
     def report(self, now: float, counts: LinkCounts) -> Dict[str, Finding]:
@@ -402,7 +404,7 @@ class Health:
             now: the current time (monotonic, s).
             counts: the counters of the link.
         """
-        facts = self._facts._replace(counts=counts)
+        facts = self._facts._replace(counts=counts, state=self._state, lost=self._lost)
         if facts.no_link is None:
             facts = facts._replace(recent=self._window.recent(now, counts))
         return {task: find(task, facts) for task in TASKS}

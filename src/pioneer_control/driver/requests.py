@@ -7,7 +7,7 @@ import math
 from functools import partial
 from operator import attrgetter
 from time import monotonic
-from typing import Any, Callable, Mapping, NamedTuple, Sequence
+from typing import Any, Callable, Mapping, NamedTuple
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -28,8 +28,12 @@ CONFIRM_TIMEOUT = 2.0
 """The time (s) that the robot has to confirm that its motors or its sonar are on or off."""
 ANSWER_WITHIN = 3
 """How many states after a command to wait until a state shows its effect. Then the command is sent again."""
-AXES = ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z")
-WHEELS = ("left", "right")
+NUMBERS = {
+    "cmd_vel": ("linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z"),
+    "cmd_wheels": ("left", "right"),
+}
+"""The numbers in a velocity message, by topic."""
+_get_numbers = {topic: attrgetter(*names) for topic, names in NUMBERS.items()}
 
 
 class Requests:
@@ -83,13 +87,13 @@ class Requests:
 
     def drive(self, message: Twist) -> None:
         """Obey cmd_vel: forward speed (m/s) and turn rate (rad/s). Raises PioneerError when the command is refused."""
-        check_finite("cmd_vel", message, AXES)
+        check_finite("cmd_vel", message)
         self._robot.set_velocity(message.linear.x, message.angular.z)
         self._show(message.linear.x, message.angular.z)
 
     def drive_wheels(self, message: WheelVelocities) -> None:
         """Obey cmd_wheels: the speeds of both wheels (m/s). Raises PioneerError when the command is refused."""
-        check_finite("cmd_wheels", message, WHEELS)
+        check_finite("cmd_wheels", message)
         self._robot.set_wheel_velocities(message.left, message.right)
         self._show(message.left, message.right)
 
@@ -181,20 +185,19 @@ class Requests:
         return response(True, text) if tells else response()
 
 
-def check_finite(topic: str, message: Any, names: Sequence[str]) -> None:
+def check_finite(topic: str, message: Any) -> None:
     """Refuse a velocity message when a number in it is not finite.
 
     This includes numbers that the driver does not use, because then something is wrong with the sender.
 
     Args:
-        topic: the name of the topic.
+        topic: the name of the topic, a key of NUMBERS.
         message: the velocity message.
-        names: the names of the numbers in the message, for example "linear.x".
 
     Raises:
         UsageError: a number is not finite. The error message names it.
     """
-    for name, value in zip(names, attrgetter(*names)(message)):
+    for name, value in zip(NUMBERS[topic], _get_numbers[topic](message)):
         if not math.isfinite(value):
             raise UsageError("%s refused: %s is %s, and a velocity must be finite" % (topic, name, value))
 
