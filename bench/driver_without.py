@@ -6,7 +6,7 @@
 
 import sys
 
-from pioneer_control.driver import node, prompt, publications
+from pioneer_control.driver import node, publications
 
 
 def plain_connection() -> None:
@@ -16,8 +16,7 @@ def plain_connection() -> None:
 
 def plain_messages() -> None:
     """Ordinary messages of genpy on all topics."""
-    for kind in (prompt.PoseMessage, prompt.TransformMessage, prompt.SonarMessage):
-        kind._md5sum = ""       # then rospy does not publish it
+    publications.converter = lambda _, plain: plain
 
 
 def plain_order() -> None:

@@ -2,8 +2,9 @@
 
 * rospy passes each message to one thread for each subscriber, and this thread must wake up first. Here the thread that
   publishes writes to the socket itself, if the socket takes the bytes at once.
-* genpy makes and serializes a message field by field. Here the pose, its transform and the sonar array are serialized
-  with one `struct` call each.
+* genpy makes and serializes a message field by field, and rospy checks each message and writes it to a buffer first.
+  Here the pose, its transform and the sonar array are serialized with one `struct` call each, and go to the connections
+  of the topic at once.
 * A program that subscribes to several topics reads each of them in a thread of its own. When the messages of all topics
   come at once, these threads delay one another. So the pose leaves a little earlier than the others (POSE_AHEAD).
 
@@ -12,7 +13,6 @@ publishes with rospy's own code.
 """
 
 import inspect
-import io
 import socket
 import struct
 import threading
@@ -21,10 +21,9 @@ from collections import deque
 from contextlib import suppress
 from math import cos, sin
 from types import SimpleNamespace
-from typing import Any, BinaryIO, Callable, Deque, Dict, Optional
+from typing import Any, BinaryIO, Callable, Deque, Dict, List, Optional
 
 import rospy
-import rospy.msg
 import rospy.topics
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
@@ -159,9 +158,13 @@ class PromptMessage(ABC):
         self._state, self.header.stamp = state, stamp
         return self
 
-    @abstractmethod
     def serialize(self, buffer: BinaryIO) -> None:
-        """Write the serialized message to ``buffer``. rospy has set header.seq before, if the message has a header."""
+        """Write the serialized message to ``buffer``, as messages of genpy do."""
+        buffer.write(self.serialized())
+
+    @abstractmethod
+    def serialized(self) -> bytes:
+        """Return the serialized message, with the number that header.seq has now, if the message has a header."""
 
 
 class PoseMessage(PromptMessage):
@@ -181,14 +184,14 @@ class PoseMessage(PromptMessage):
                             for moves, each in covariance.items()}
         self._struct = struct.Struct("<3I%ds7d288s6d288s" % len(self._frames))
 
-    def serialize(self, buffer: BinaryIO) -> None:
-        stamp, state = self.header.stamp, self._state
+    def serialized(self) -> bytes:
+        header, state = self.header, self._state
         half = state.heading / 2
         pose, twist = self._covariance[state.moving]
-        buffer.write(self._struct.pack(
-            self.header.seq, stamp.secs, stamp.nsecs, self._frames,
+        return self._struct.pack(
+            header.seq, header.stamp.secs, header.stamp.nsecs, self._frames,
             state.x, state.y, 0.0, 0.0, 0.0, sin(half), cos(half), pose,
-            state.linear, 0.0, 0.0, 0.0, 0.0, state.angular, twist))
+            state.linear, 0.0, 0.0, 0.0, 0.0, state.angular, twist)
 
 
 class TransformMessage(PromptMessage):
@@ -204,11 +207,11 @@ class TransformMessage(PromptMessage):
         super().__init__(*frames)
         self._struct = struct.Struct("<4I%ds7d" % len(self._frames))
 
-    def serialize(self, buffer: BinaryIO) -> None:
+    def serialized(self) -> bytes:
         stamp, state = self.header.stamp, self._state
         half = state.heading / 2
-        buffer.write(self._struct.pack(     # one transform; nobody counts the header inside it
-            1, 0, stamp.secs, stamp.nsecs, self._frames, state.x, state.y, 0.0, 0.0, 0.0, sin(half), cos(half)))
+        return self._struct.pack(       # one transform; nobody counts the header inside it
+            1, 0, stamp.secs, stamp.nsecs, self._frames, state.x, state.y, 0.0, 0.0, 0.0, sin(half), cos(half))
 
 
 class SonarMessage(PromptMessage):
@@ -220,11 +223,34 @@ class SonarMessage(PromptMessage):
 
     _type, _md5sum, _has_header = SonarArray._type, SonarArray._md5sum, True
 
-    def serialize(self, buffer: BinaryIO) -> None:
+    def serialized(self) -> bytes:
         stamp, found = self.header.stamp, ranges(self._state)
-        buffer.write(struct.pack(
+        return struct.pack(
             "<3I%dsiI%dd" % (len(self._frames), len(found)),
-            self.header.seq, stamp.secs, stamp.nsecs, self._frames, len(found), len(found), *found))
+            self.header.seq, stamp.secs, stamp.nsecs, self._frames, len(found), len(found), *found)
+
+
+def publish(publisher: Any, message: Any) -> None:
+    """Publish a message on the topic of a rospy.Publisher.
+
+    A PromptMessage takes the same way as in rospy, but without its checks and its buffer.
+    """
+    topic: Any = getattr(publisher, "impl", None)
+    lock = getattr(topic, "publock", None)      # None: rospy has closed the topic
+    if lock is None or not isinstance(message, PromptMessage):
+        publisher.publish(message)
+        return
+    with lock:
+        topic.seq = message.header.seq = topic.seq + 1
+        serialized = message.serialized()
+        data = len(serialized).to_bytes(4, "little") + serialized
+        topic.message_data_sent += len(data)
+        for connection in topic.connections:
+            try:
+                connection.write_data(data)
+            except Exception:       # any exception: the subscriber is gone
+                with suppress(Exception):
+                    connection.close()      # it takes itself off the topic
 
 
 EXAMPLE: Any = SimpleNamespace(x=1.0, y=2.0, heading=0.5, linear=0.1, angular=0.2, moving=True, time=9.0,
@@ -234,18 +260,20 @@ EXAMPLE: Any = SimpleNamespace(x=1.0, y=2.0, heading=0.5, linear=0.1, angular=0.
 def converter(prompt: PromptMessage, plain: Callable[[RobotState, Any], Any]) -> Callable[[RobotState, Any], Any]:
     """Return a function that converts a state of the robot and its stamp to a message.
 
-    The message is ``prompt``. It is the ordinary ROS message, which ``plain`` makes, when rospy does not publish
+    The message is ``prompt``. It is the ordinary ROS message, which ``plain`` makes, when a subscriber would not get
     exactly the same bytes for both.
     """
     with suppress(Exception):       # any exception: another version of rospy may raise anything
         ordinary = plain(EXAMPLE, rospy.Time(1, 2))
-        if _published(prompt.of(EXAMPLE, rospy.Time(1, 2)), type(ordinary)) == _published(ordinary, type(ordinary)):
+        if _sent(prompt.of(EXAMPLE, rospy.Time(1, 2)), type(ordinary)) == _sent(ordinary, type(ordinary)):
             return prompt.of
     return plain
 
 
-def _published(message: Any, kind: type) -> bytes:
-    """Return the bytes that rospy publishes for a message on a topic of this type."""
-    buffer = io.BytesIO()
-    rospy.msg.serialize_message(buffer, 1, rospy.msg.args_kwds_to_message(kind, (message,), {}))
-    return buffer.getvalue()
+def _sent(message: Any, kind: type) -> List[bytes]:
+    """Return the bytes that a subscriber gets when this message is published on a topic of this type."""
+    sent: List[bytes] = []
+    topic = rospy.topics._PublisherImpl("/example", kind)
+    topic.connections = [SimpleNamespace(write_data=sent.append)]
+    publish(SimpleNamespace(impl=topic, publish=topic.publish), message)
+    return sent

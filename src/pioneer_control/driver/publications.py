@@ -22,7 +22,7 @@ from ..msg import AIO, DIO, IO, BatteryState, Bumpers, GripperState, MotorState,
 from ..robots import RobotModel
 from . import conversions
 from .parameters import DriverParameters
-from .prompt import POSE_AHEAD, PoseMessage, SonarMessage, TransformMessage, converter
+from .prompt import POSE_AHEAD, PoseMessage, SonarMessage, TransformMessage, converter, publish
 
 QUEUE = 10
 CLOSE_TIMEOUT = 0.1
@@ -228,7 +228,7 @@ class Publications(rospy.SubscribeListener):
             messages = topic.convert(value, stamp)
             if messages is not None:
                 for message in messages if isinstance(messages, list) else (messages,):
-                    self._publishers[topic.name].publish(message)
+                    publish(self._publishers[topic.name], message)
                 if topic.ahead:
                     sleep(topic.ahead)
 

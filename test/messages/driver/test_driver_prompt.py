@@ -7,9 +7,9 @@ import dataclasses
 import errno
 import socket
 import threading
+from types import SimpleNamespace
 
 import pytest
-import rospy.msg
 import rospy.topics
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
@@ -279,17 +279,53 @@ def test_a_message_writes_itself_where_rospy_publishes_it_so(kind):
     assert prompt.converter(message, plain)(STATE, STAMP) is message
 
 
-@pytest.mark.parametrize("name, instead", [
-    ("serialize_message", lambda buffer, sequence, message: buffer.write(message.__slots__[0].encode())),
-    ("args_kwds_to_message", lambda kind, given, named: kind(*[getattr(given[0], name) for name in kind.__slots__])),
-    ("serialize_message", None), ("args_kwds_to_message", None)])
+def writes_other_bytes(monkeypatch):
+    monkeypatch.setattr(rospy.topics, "serialize_message", lambda buffer, number, message: buffer.write(b"other"))
+
+
+def has_no_such_topic(monkeypatch):
+    monkeypatch.delattr(rospy.topics, "_PublisherImpl")
+
+
+@pytest.mark.parametrize("change", [writes_other_bytes, has_no_such_topic])
 @kinds
-def test_where_rospy_is_another_ordinary_messages_are_published(kind, monkeypatch, name, instead):
-    if instead is None:
-        monkeypatch.delattr(rospy.msg, name)
-    else:
-        monkeypatch.setattr(rospy.msg, name, instead)
+def test_where_rospy_is_another_ordinary_messages_are_published(kind, monkeypatch, change):
+    change(monkeypatch)
     assert type(prompt.converter(*PROMPT[kind])(STATE, STAMP)) is kind
+
+
+class Subscriber:
+    """A connection to one subscriber, which may be gone."""
+
+    def __init__(self, is_gone=False):
+        self.is_gone, self.is_closed, self.heard = is_gone, False, []
+
+    def write_data(self, data):
+        if self.is_gone:
+            raise BrokenPipeError
+        self.heard.append(data)
+
+    def close(self):
+        self.is_closed = True
+
+
+@kinds
+def test_each_subscriber_gets_each_message_and_one_that_is_gone_is_closed(kind):
+    topic = rospy.topics._PublisherImpl("/somewhere", kind)
+    before, gone, behind = topic.connections = [Subscriber(), Subscriber(is_gone=True), Subscriber()]
+    for _ in range(2):
+        prompt.publish(SimpleNamespace(impl=topic), PROMPT[kind][0].of(STATE, STAMP))
+    assert before.heard == behind.heard and len(before.heard) == topic.seq == 2
+    assert topic.message_data_sent == sum(map(len, before.heard))
+    assert (before.is_closed, gone.is_closed, behind.is_closed) == (False, True, False)
+
+
+@kinds
+def test_a_topic_that_rospy_has_closed_is_left_to_rospy(kind):
+    topic, message, told = rospy.topics._PublisherImpl("/somewhere", kind), PROMPT[kind][0].of(STATE, STAMP), []
+    topic.close()
+    prompt.publish(SimpleNamespace(impl=topic, publish=told.append), message)
+    assert told == [message]
 
 
 @pytest.mark.parametrize("state", [
@@ -297,4 +333,4 @@ def test_where_rospy_is_another_ordinary_messages_are_published(kind, monkeypatc
 @kinds
 def test_both_kinds_of_messages_say_the_same(kind, state):
     message, plain = PROMPT[kind]
-    assert prompt._published(message.of(state, STAMP), kind) == prompt._published(plain(state, STAMP), kind)
+    assert prompt._sent(message.of(state, STAMP), kind) == prompt._sent(plain(state, STAMP), kind)
