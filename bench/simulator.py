@@ -184,7 +184,7 @@ with Server(many, tcp=0) as server:
 
 
 def memory() -> float:
-    """What this process has of it at present (MB)."""
+    """The memory that this process takes at present (MB)."""
     with open("/proc/self/statm", encoding="ascii") as file:
         return int(file.read().split()[1]) * resource.getpagesize() / 1e6
 
