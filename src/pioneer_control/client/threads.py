@@ -362,6 +362,7 @@ class LinkThreads:
         """
         session = connection.session
         with self._lock:
+            self.changed.notify_all()       # of the newest state; listeners got it first, without this delay
             due = connection.read_until = session.wake_at
         data, lost = b"", None
         try:
@@ -390,7 +391,7 @@ class LinkThreads:
         return events
 
     def _notice(self, session: Session, events: List[Event]) -> None:
-        """Keep the newest state and identity for the program, and notify calls that wait for them."""
+        """Keep the newest state and identity for the program, and notify calls that wait for an event or the end."""
         for event in events:
             if isinstance(event, RobotState):
                 self.state = event
@@ -399,7 +400,8 @@ class LinkThreads:
             connected = session.connected
             if connected is not None:
                 self.identity, self._baud = connected.identity, connected.own_baud or self._baud
-        if events or session.finished:
+            self.changed.notify_all()
+        if session.finished:
             self.changed.notify_all()
 
     def _failed(self, error: PioneerError) -> List[Event]:

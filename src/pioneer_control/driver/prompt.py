@@ -97,25 +97,18 @@ class PromptConnection:
             if self._rest or self._waiting or self._writing:
                 self._waiting.append(data)
             else:
-                self._writing = True        # a signal handler may publish during the next line
-                self._rest = data[self._written_at_once(data):]
-                self._writing = False
+                self._writing = True        # a signal handler may publish during the next lines
+                try:
+                    count = self._connection.socket.send(data, socket.MSG_DONTWAIT)
+                    self._connection.stat_bytes += count
+                    self._connection.stat_num_msg += 1
+                # The connection is broken or, with AttributeError, closed. The thread below gets the error then.
+                except (OSError, AttributeError):
+                    count = 0
+                self._rest, self._writing = data[count:], False
             if self._rest or self._waiting:
                 self._changed.notify()
         return True
-
-    def _written_at_once(self, data: bytes) -> int:
-        """Write as many bytes as the socket takes without waiting, and return their number.
-
-        Return 0 when the connection is broken. The thread that writes waiting bytes gets the error then.
-        """
-        try:
-            count: int = self._connection.socket.send(data, socket.MSG_DONTWAIT)
-        except (OSError, AttributeError):       # AttributeError: the connection is closed
-            return 0
-        self._connection.stat_bytes += count
-        self._connection.stat_num_msg += 1
-        return count
 
     def _closed(self, _: Any) -> None:
         with self._changed:

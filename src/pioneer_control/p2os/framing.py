@@ -86,7 +86,7 @@ class FrameDecoder:
     """
 
     def __init__(self) -> None:
-        self._held = bytearray()
+        self._held = b""
         self._frames = self._bad_checksums = self._bad_counts = self._discarded = 0
 
     @property
@@ -104,19 +104,19 @@ class FrameDecoder:
 
         Bytes that cannot become a frame are dropped. An unfinished frame is kept.
         """
-        self._held += data
-        held, frames = self._held, []   # type: bytearray, List[Frame]
-        while held:
-            end = self._frame_end()
+        held, at, frames = self._held + data, 0, []     # type: bytes, int, List[Frame]
+        while at < len(held):
+            end = self._frame_end(held, at)
             if end is None:
                 break
             if end:
-                frames.append(Frame(held[3], bytes(held[4:end - 2])))
+                frames.append(Frame(held[at + 3], held[at + 4:end - 2]))
             else:
-                next_start = held.find(HEADER[:1], 1)
+                next_start = held.find(HEADER[:1], at + 1)
                 end = next_start if next_start >= 0 else len(held)
-                self._discarded += end
-            del held[:end]      # it moves no bytes
+                self._discarded += end - at
+            at = end
+        self._held = held[at:]
         self._frames += len(frames)
         return frames
 
@@ -128,26 +128,25 @@ class FrameDecoder:
         """
         frames: List[Frame] = []
         while self._held:
-            del self._held[0]
+            self._held = self._held[1:]
             self._discarded += 1
             frames += self.feed(b"")
         return frames
 
-    def _frame_end(self) -> Optional[int]:
-        """The length of the frame at the start of the held bytes; 0 if none is there; None if more bytes are needed."""
-        held = self._held
-        if not HEADER.startswith(held[:2]):
+    def _frame_end(self, held: bytes, at: int) -> Optional[int]:
+        """The index behind the frame at index `at`; 0 if no frame is there; None if more bytes are needed."""
+        if not HEADER.startswith(held[at:at + 2]):
             return 0
-        if len(held) < 3:
+        if len(held) < at + 3:
             return None
-        count = held[2]
+        count = held[at + 2]
         if count < SMALLEST_COUNT:
             self._bad_counts += 1
             return 0
-        end = 3 + count
+        end = at + 3 + count
         if end > len(held):
             return None
-        if checksum(held[3:end - 2]) != held[end - 2] << 8 | held[end - 1]:
+        if checksum(held[at + 3:end - 2]) != held[end - 2] << 8 | held[end - 1]:
             self._bad_checksums += 1
             return 0
         return end
