@@ -50,8 +50,13 @@ class DataRequests:
         self._wanted: Dict[str, bool] = {}
         self._asked_at: Dict[str, float] = {}
         self._tries = dict.fromkeys(DATA, 0)        # requests that are left, for packets that have not come yet
-        self.due = math.inf
+
+    @property
+    def due(self) -> float:
         """Time (monotonic, s) by which tick() must be called; infinity when nothing is due."""
+        if not any(self._tries.values()):       # nearly always
+            return math.inf
+        return min(self._asked_at[kind] for kind, left in self._tries.items() if left) + AGAIN
 
     def want(self, kinds: AbstractSet[str], now: float) -> None:
         """Ask for packets of these kinds with every SIP, and stop packets of all other kinds. The kinds are in DATA.
@@ -72,7 +77,6 @@ class DataRequests:
             self._tries[kind] = 0
             if self._wanted.get(kind) is False and now >= self._asked_at[kind] + AGAIN:
                 self._ask(kind, now)
-            self._look_ahead()
 
     def tick(self, now: float) -> None:
         """Repeat the requests for packets that have not come."""
@@ -80,13 +84,9 @@ class DataRequests:
             if left and now >= self._asked_at[kind] + AGAIN:
                 self._ask(kind, now)
 
-    def _look_ahead(self) -> None:
-        self.due = min((self._asked_at[kind] for kind, left in self._tries.items() if left), default=math.inf) + AGAIN
-
     def _ask(self, kind: str, now: float) -> None:
         self._asked_at[kind] = now
         if not self._line.full:     # if it is full, tick() tries again after AGAIN
             self._tries[kind] = max(0, self._tries[kind] - 1)
             data = DATA[kind]
             self._line.command(now, p2os.encode_command(data.command, data.on if self._wanted[kind] else data.off))
-        self._look_ahead()

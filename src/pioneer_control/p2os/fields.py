@@ -319,10 +319,7 @@ class Many:
 
     def read(self, data: bytes, at: int) -> Tuple[Tuple[Any, ...], int]:
         """The items from index `at` on, and the index of the next field. Raises TooShort when the data end before."""
-        if self.count is BYTE and at < len(data):       # nearly always
-            number, at = data[at], at + 1
-        else:
-            number, at = (self.count, at) if isinstance(self.count, int) else self.count.read(data, at)
+        number, at = (self.count, at) if isinstance(self.count, int) else self.count.read(data, at)
         if self._layout is not None and at + number * self._layout.size <= len(data):
             end = at + number * self._layout.size
             return tuple(map(partial(tuple.__new__, self.item.record_class),    # faster than its own __new__

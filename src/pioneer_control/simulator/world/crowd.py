@@ -106,7 +106,8 @@ class Crowd:
         return math.floor(x / self._side), math.floor(y / self._side)
 
     def _add_grid(self, width: int) -> Grid:
-        self._squares = {body: self._square(body) for body in self._squares}
+        if not self._grids:     # until now nobody kept the squares up
+            self._squares = {body: self._square(body) for body in self._squares}
         grid = self._grids[width] = collections.defaultdict(list)
         for body, square in self._squares.items():
             _list(body, grid, _around(square, width))
