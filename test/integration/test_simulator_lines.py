@@ -335,6 +335,30 @@ def test_who_comes_before_the_end_of_the_session_was_read_is_let_in_after_it():
             until(lambda: line.read(False) == b"hello", "the next client")
 
 
+def test_who_comes_while_the_end_of_the_session_is_read_is_let_in_after_it():
+    with contextlib.ExitStack() as stack:
+        line = stack.enter_context(contextlib.closing(TcpLine(0)))
+        first = stack.enter_context(contextlib.closing(dial(line)))
+        until(lambda: line.read(False) or line.client, "connection")
+        second = []
+        receive = line._receive
+
+        def just_before_the_end_comes(*flags):
+            data = receive(*flags)
+            if not second:
+                first.sendall(b"bye")
+                first.close()
+                second.append(stack.enter_context(contextlib.closing(dial(line))))
+            return data
+
+        line._receive = just_before_the_end_comes
+        assert line.read(False) == b""
+        until(lambda: line.read(False) == b"bye", "the end")
+        line.finished = True
+        second[0].sendall(b"hello")
+        until(lambda: line.read(False) == b"hello", "the next client")
+
+
 def test_clients_that_follow_at_once_are_all_let_in():
     opening = b"".join(map(p2os.encode_frame, (0, 1, 2, 1)))
     with Server(robot(), tcp=0, speed=20.0) as server:

@@ -8,6 +8,7 @@ import collections
 import errno
 import fcntl
 import os
+import select
 import socket
 import struct
 import termios
@@ -129,8 +130,9 @@ class TcpLine(_Line):
         Args:
             busy: drop the bytes of the client, and accept no client.
         """
+        another_waits = bool(self._waiting.poll(0))     # what this client sent before the other came is here now
         data = self._receive()
-        if not data and self._welcome(busy):    # only after the last bytes of this client, which may end its session
+        if another_waits and not data and self._welcome(busy):      # the last bytes of a client may end its session
             data = self._receive()
         if data:
             self.finished = False
@@ -173,6 +175,8 @@ class TcpLine(_Line):
             self._listener.close()
             problem = TCP_PROBLEMS.get(error.errno or 0, "cannot open TCP port %(port)d of %(host)s: %(why)s")
             raise PortError(problem % dict(port=self.port, host=self.host, why=error.strerror or error)) from error
+        self._waiting = select.poll()
+        self._waiting.register(self._listener, select.POLLIN)
         self.host, self.port = self._listener.getsockname()
 
     def _welcome(self, busy: bool) -> bool:
