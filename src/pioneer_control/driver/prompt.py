@@ -21,16 +21,13 @@ from collections import deque
 from contextlib import suppress
 from math import cos, sin
 from types import SimpleNamespace
-from typing import Any, BinaryIO, Callable, Deque, Dict, List, Optional
+from typing import Any, Callable, Deque, Dict, List, Optional
 
 import rospy
 import rospy.topics
-from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
-from tf2_msgs.msg import TFMessage
 
 from ..client import RobotState, SonarRange
-from ..msg import SonarArray
 from .conversions import Covariances, ranges
 
 POSE_AHEAD = 0.0003
@@ -151,10 +148,6 @@ class PromptMessage(ABC):
         self._state, self.header.stamp = state, stamp
         return self
 
-    def serialize(self, buffer: BinaryIO) -> None:
-        """Write the serialized message to ``buffer``, as messages of genpy do."""
-        buffer.write(self.serialized())
-
     @abstractmethod
     def serialized(self) -> bytes:
         """Return the serialized message, with the number that header.seq has now, if the message has a header."""
@@ -168,8 +161,6 @@ class PoseMessage(PromptMessage):
         base_link_frame: the name of the frame base_link.
         covariance: the covariances for a moving robot (True) and a standing robot (False).
     """
-
-    _type, _md5sum, _has_header = Odometry._type, Odometry._md5sum, True
 
     def __init__(self, odom_frame: str, base_link_frame: str, covariance: Dict[bool, Covariances]) -> None:
         super().__init__(odom_frame, base_link_frame)
@@ -194,8 +185,6 @@ class TransformMessage(PromptMessage):
         frames: the names of the odom frame and of the frame base_link.
     """
 
-    _type, _md5sum, _has_header = TFMessage._type, TFMessage._md5sum, False
-
     def __init__(self, *frames: str) -> None:
         super().__init__(*frames)
         self._struct = struct.Struct("<4I%ds7d" % len(self._frames))
@@ -213,8 +202,6 @@ class SonarMessage(PromptMessage):
     Args:
         frames: the name of the frame base_link.
     """
-
-    _type, _md5sum, _has_header = SonarArray._type, SonarArray._md5sum, True
 
     def serialized(self) -> bytes:
         stamp, found = self.header.stamp, ranges(self._state)

@@ -63,9 +63,17 @@ def state_of(text, identity=None):
 
 def received(message, kind):
     """What a subscriber has of a message of this kind."""
+    return kind().deserialize(written(message, message.header.seq if hasattr(message, "header") else 0))
+
+
+def written(message, count):
+    """The bytes of a message that a subscriber gets, the ``count``-th of its topic."""
+    if isinstance(message, prompt.PromptMessage):
+        message.header.seq = count
+        return message.serialized()
     buffer = io.BytesIO()
-    message.serialize(buffer)
-    return kind().deserialize(buffer.getvalue())
+    rospy.msg.serialize_message(buffer, count, message)
+    return buffer.getvalue()[4:]    # behind its length
 
 
 def odometry_of(motion, stamp=STAMP, odom_frame="odom", base_link_frame="base_link", parameters=DriverParameters()):

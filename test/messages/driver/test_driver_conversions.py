@@ -1,11 +1,9 @@
 """State to messages: every field, by hand-made states with known numbers."""
 
 import dataclasses
-import io
 import math
 
 import pytest
-import rospy.msg
 from geometry_msgs.msg import (
     Point, Pose, PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist, TwistWithCovariance, Vector3)
 from nav_msgs.msg import Odometry
@@ -19,7 +17,8 @@ from pioneer_control.p2os import ChargeState, Flags
 from sensor_msgs.msg import BatteryState as Battery
 
 from robot_reports import (
-    IO, OLD, READING, STALLED, STAMP, STATE, identity_of, odometry_of, packet_of, received, state_of)
+    IO, OLD, READING, STALLED, STAMP, STATE, identity_of, odometry_of, packet_of, received, state_of,
+    written)
 
 
 def gripper_message(reporter=None, **true):
@@ -70,18 +69,11 @@ def test_the_transform_says_what_the_pose_says():
     assert message.transform.rotation == pose.pose.pose.orientation
 
 
-def written(message, count=7):
-    """The bytes that rospy sends."""
-    buffer = io.BytesIO()
-    rospy.msg.serialize_message(buffer, count, message)
-    return buffer.getvalue()
-
-
 @pytest.mark.parametrize("count", [0, 3, 5])
 def test_the_sonar_has_a_range_for_each_transducer(count):
     plain = SonarArray(Header(stamp=STAMP, frame_id="zwei/ödom"), count, [1.5, 5.0, 0.0, 0.0, 5.0][:count])
     state = dataclasses.replace(STATE, sonar=STATE.sonar[:count])
-    assert written(conversions.sonar(state, STAMP, "zwei/ödom")) == written(plain)
+    assert written(conversions.sonar(state, STAMP, "zwei/ödom"), 7) == written(plain, 7)
 
 
 def test_a_pose_is_written_as_the_message_that_it_stands_for():
@@ -95,11 +87,10 @@ def test_a_pose_is_written_as_the_message_that_it_stands_for():
         speed = Twist(Vector3(0.2, 0.0, 0.0), Vector3(0.0, 0.0, -0.1))
         twist = TwistWithCovariance(speed, conversions.diagonal(parameters.twist_covariance_moving))
         plain = Odometry(header, child, pose, twist)
-        assert written(message.of(state, STAMP)) == written(plain)
+        assert written(message.of(state, STAMP), 7) == written(plain, 7)
         header.seq = 0      # nobody counts what is inside
         plain = TFMessage([TransformStamped(header, child, Transform(Vector3(1.5, -0.25, 0.0), place.orientation))])
-        assert written(conversions.transform(state, STAMP, "zwei/ödom", "zwei/base_link")) == written(plain)
-    assert rospy.msg.args_kwds_to_message(Odometry, (message,), {}) is message
+        assert written(conversions.transform(state, STAMP, "zwei/ödom", "zwei/base_link"), 7) == written(plain, 7)
 
 
 def test_joint_states_of_the_wheels():

@@ -13,6 +13,7 @@ from pioneer_control import p2os
 from pioneer_control.client import PacketReceived
 from pioneer_control.driver import conversions, prompt, publications
 from pioneer_control.driver.parameters import DriverParameters
+from pioneer_control.driver.prompt import PromptMessage
 
 from robot_reports import (
     DRIVING, GRIPPER_SWITCHES, GYRO, IO, OLD, STALLED, STATE, identity_of, packet_of, received, state_of)
@@ -35,7 +36,7 @@ class Publisher:
         return self.listeners
 
     def publish(self, message):
-        assert (message._type, message._md5sum) == (self.message_class._type, self.message_class._md5sum)
+        assert isinstance(message, (self.message_class, PromptMessage))
         self.published.append(received(message, self.message_class))    # it is written at once
 
     def unregister(self):
