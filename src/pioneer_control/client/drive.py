@@ -105,7 +105,7 @@ class Drive:
         The velocities are clamped to the limits. Raises UsageError when a velocity is not a finite number. Then nothing
         changes.
         """
-        self._want(self._body, (_finite("linear", linear), _finite("angular", angular)), now)
+        self._want(self._body, (linear, angular), now)
 
     def set_wheel_velocities(self, left: float, right: float, now: float) -> None:
         """Drive the wheels at these velocities (m/s, forward positive) until command_timeout.
@@ -113,7 +113,7 @@ class Drive:
         Beyond a limit both velocities are made smaller by the same factor, so that the curve stays. Raises UsageError
         when a velocity is not a finite number. Then nothing changes.
         """
-        self._want(self._wheels, (_finite("left", left), _finite("right", right)), now)
+        self._want(self._wheels, (left, right), now)
 
     def follow(self, identity: RobotIdentity) -> None:
         """Use the limits of this new identity from now on."""
@@ -185,6 +185,8 @@ class Drive:
             self._answer_motors(self._motors, error)
 
     def _want(self, driven: Velocity, wanted: Tuple[float, float], now: float) -> None:
+        if not (math.isfinite(wanted[0]) and math.isfinite(wanted[1])):
+            raise UsageError("velocities are %r and %r; finite numbers are needed" % wanted)
         if wanted == (0, 0):
             self.stop(now, ZERO_VELOCITY)
         else:
@@ -259,9 +261,3 @@ class Drive:
         """
         self._motors = MotorsRequest(False, now, TAKE_BACK, changes=True, asked=False)
         self._send_motors(self._motors, now)
-
-
-def _finite(name: str, value: float) -> float:
-    if not math.isfinite(value):
-        raise UsageError("%s velocity is %r; a finite number is needed" % (name, value))
-    return value

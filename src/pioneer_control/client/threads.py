@@ -382,26 +382,26 @@ class LinkThreads:
                 session.tick(now)
             connection.send()
             events = session.events()
-            self._notice(session, events)
             connection.is_open = not session.finished
+            self._notice(connection, events)
         if not connection.is_open:
             connection.transport.close()
             if session.error is not None and not self._closing:
                 events += self._failed(session.error)
         return events
 
-    def _notice(self, session: Session, events: List[Event]) -> None:
+    def _notice(self, connection: Connection, events: List[Event]) -> None:
         """Keep the newest state and identity for the program, and notify calls that wait for an event or the end."""
         for event in events:
             if isinstance(event, RobotState):
                 self.state = event
                 continue
             self._reconnects += isinstance(event, Ready)
-            connected = session.connected
+            connected = connection.session.connected
             if connected is not None:
                 self.identity, self._baud = connected.identity, connected.own_baud or self._baud
             self.changed.notify_all()
-        if session.finished:
+        if not connection.is_open:
             self.changed.notify_all()
 
     def _failed(self, error: PioneerError) -> List[Event]:

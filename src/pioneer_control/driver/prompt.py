@@ -16,7 +16,6 @@ import inspect
 import socket
 import struct
 import threading
-from abc import ABC, abstractmethod
 from collections import deque
 from contextlib import suppress
 from math import cos, sin
@@ -128,7 +127,7 @@ class PromptConnection:
                 self._writing, self._error = False, error or self._error
 
 
-class PromptMessage(ABC):
+class PromptMessage:
     """Base class: a fast replacement for the messages of one topic that are made from a state of the robot.
 
     The converter fills and returns the same object for each state, because rospy serializes a message at once.
@@ -148,9 +147,9 @@ class PromptMessage(ABC):
         self._state, self.header.stamp = state, stamp
         return self
 
-    @abstractmethod
     def serialized(self) -> bytes:
         """Return the serialized message, with the number that header.seq has now, if the message has a header."""
+        raise NotImplementedError
 
 
 class PoseMessage(PromptMessage):
