@@ -126,8 +126,8 @@ class ScriptedRobot:
 
 def _serve(line: int, control, phase: float, is_open: bool) -> None:
     script, record, next_sip = Script(is_open), Record([], []), 0.0
-    sip = script.sip()
-    while True:
+    sip, parent = script.sip(), os.getppid()
+    while os.getppid() == parent:       # a robot that a killed bench left would disturb the next measurement
         now = monotonic()
         if now >= next_sip:
             next_sip = (math.floor(now / script.cycle - phase) + 1 + phase) * script.cycle

@@ -15,7 +15,7 @@ Source: protocol sheet 4.3.
 import math
 from typing import Optional, Tuple
 
-from ..p2os import COUNT_RANGE
+from ..p2os import COUNT_RANGE, wrapped
 
 FASTEST = 5.0, 10.0         # m/s, rad/s: more than any robot does
 SLACK = 0.5, 0.5            # m, rad: allowed in addition, because late packets arrive together
@@ -81,10 +81,11 @@ class Odometry:
 
     def _steps(self, raw: Tuple[int, int, int], x_raw: int, y_raw: int, heading_raw: int) -> Tuple[int, int, int]:
         """Return the steps from ``raw`` to these numbers: along x, along y, turned (robot's units, robot's frame)."""
+        half_range, turn = COUNT_RANGE // 2, self._units_per_turn
         return (
-            _wrapped(x_raw - raw[0], COUNT_RANGE),
-            _wrapped(y_raw - raw[1], COUNT_RANGE),
-            _wrapped(heading_raw - raw[2], self._units_per_turn))
+            (x_raw - raw[0] + half_range) % COUNT_RANGE - half_range,
+            (y_raw - raw[1] + half_range) % COUNT_RANGE - half_range,
+            (heading_raw - raw[2] + turn // 2) % turn - turn // 2)
 
     def _possible(self, forward: int, left: int, turn: int, seconds: float) -> bool:
         """Return whether a robot can make these steps in ``seconds``."""
@@ -116,7 +117,7 @@ class Odometry:
         x_tie, y_tie, heading_tie = self._tie_pose
         forward = (self.x_counts - x_counts) * self._mm_per_count / 1000
         left = (self.y_counts - y_counts) * self._mm_per_count / 1000
-        heading = heading_tie + _wrapped(self.heading_units - units, self._units_per_turn) * self._rad_per_unit
+        heading = heading_tie + wrapped(self.heading_units - units, self._units_per_turn) * self._rad_per_unit
         return (
             x_tie + self._cosine * forward - self._sine * left,
             y_tie + self._sine * forward + self._cosine * left,
@@ -127,11 +128,5 @@ class Odometry:
         """Declare that the counts of the last packet mean this pose (m, m, rad) in the odometry frame."""
         self._tie_counts = (self.x_counts, self.y_counts, self.heading_units)
         self._tie_pose = (x, y, heading)
-        rotation = heading - _wrapped(self._raw[2], self._units_per_turn) * self._rad_per_unit
+        rotation = heading - wrapped(self._raw[2], self._units_per_turn) * self._rad_per_unit
         self._cosine, self._sine = math.cos(rotation), math.sin(rotation)
-
-
-def _wrapped(difference: int, full: int) -> int:
-    """Return ``difference`` on a circle of ``full`` units, taken the short way: -full/2 <= result < full/2."""
-    half = full // 2
-    return (difference + half) % full - half
