@@ -212,12 +212,15 @@ class SonarMessage(PromptMessage):
 def publish(publisher: Any, message: Any) -> None:
     """Publish a message on the topic of a rospy.Publisher.
 
-    A PromptMessage takes the same way as in rospy, but without its checks and its buffer.
+    A PromptMessage takes the same way as in rospy, but without its checks and its buffer. It goes nowhere when rospy
+    has closed the topic, as it does at a shutdown.
     """
     topic: Any = getattr(publisher, "impl", None)
-    lock = getattr(topic, "publock", None)      # None: rospy has closed the topic
-    if lock is None or not isinstance(message, PromptMessage):
+    if topic is None or not isinstance(message, PromptMessage):
         publisher.publish(message)
+        return
+    lock = topic.publock
+    if lock is None:    # closed
         return
     with lock:
         topic.seq = message.header.seq = topic.seq + 1

@@ -321,11 +321,12 @@ def test_each_subscriber_gets_each_message_and_one_that_is_gone_is_closed(kind):
 
 
 @kinds
-def test_a_topic_that_rospy_has_closed_is_left_to_rospy(kind):
-    topic, message, told = rospy.topics._PublisherImpl("/somewhere", kind), PROMPT[kind][0].of(STATE, STAMP), []
+def test_on_a_topic_that_rospy_has_closed_nobody_gets_a_message(kind):
+    topic, subscriber = rospy.topics._PublisherImpl("/somewhere", kind), Subscriber()
     topic.close()
-    prompt.publish(SimpleNamespace(impl=topic, publish=told.append), message)
-    assert told == [message]
+    topic.connections = [subscriber]
+    prompt.publish(SimpleNamespace(impl=topic), PROMPT[kind][0].of(STATE, STAMP))
+    assert not subscriber.heard and topic.seq == 0
 
 
 @pytest.mark.parametrize("state", [
