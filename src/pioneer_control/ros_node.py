@@ -28,6 +28,8 @@ MASTER_PATIENCE = 0.5
 """Seconds that a node waits for the master when it ends. The time begins after the program's own shutdown hooks."""
 MAIN_PATIENCE = 0.4
 """Seconds that the main thread has to end after MASTER_PATIENCE, when the master does not answer."""
+SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
+"""The signals that end a node."""
 WAITING_CONNECTIONS = 128
 """The length of the listen queue: how many connections to a node may wait until rospy accepts them."""
 
@@ -41,12 +43,18 @@ def init_node(name: str) -> None:
     it can wait for ever for a lock that the main thread itself holds. Even `rospy.loginfo` holds a lock while it sends
     a request to the master (seen with rospy 1.15.15).
 
+    The main thread also cannot take the signal itself. Python runs a handler there, but not while the thread waits for
+    a lock. So a signal that comes in the moment before this wait would be lost. But Python writes the number of a
+    signal to a pipe at once, in whatever thread it comes. A separate thread reads it there.
+
     A signal that comes while this function runs ends the program with exit code 0. A master that does not answer
     delays neither the end of the node nor a thread that logs something.
     """
     _send_each_line(sys.stdout, sys.stderr)
-    # Each entry asks the node to end, and holds the reason. A SimpleQueue is safe to use in a signal handler.
-    asked: "queue.SimpleQueue[str]" = queue.SimpleQueue()
+    handled = [number for number in SIGNALS if number != signal.SIGHUP or signal.getsignal(number) == signal.SIG_DFL]
+    # Each byte is the number of a signal, or 0 when the program has ended.
+    asked, ask = os.pipe()
+    os.set_blocking(ask, False)
     hooks_ran, over, ended = threading.Event(), threading.Event(), threading.Event()
     signals: List[int] = []
     log = logging.handlers.QueueListener(queue.SimpleQueue())
@@ -57,7 +65,11 @@ def init_node(name: str) -> None:
         log.stop()          # when all is published
 
     def end() -> None:
-        shutdown = threading.Thread(target=rospy.signal_shutdown, args=(asked.get(),), daemon=True)
+        number = os.read(asked, 1)[0]
+        while number not in (0, *handled):      # the program has a handler of its own for this one
+            number = os.read(asked, 1)[0]
+        reason = "signal %d" % number if number else "the program has ended"
+        shutdown = threading.Thread(target=rospy.signal_shutdown, args=(reason,), daemon=True)
         shutdown.start()
         hooks_ran.wait()
         shutdown.join(MASTER_PATIENCE)
@@ -68,19 +80,18 @@ def init_node(name: str) -> None:
 
     def on_signal(number: int, frame: Any) -> None:
         signals.append(number)
-        asked.put("signal %d" % number)
 
     def at_exit() -> None:
         over.set()
-        asked.put("the program has ended")
+        os.write(ask, b"\0")
         ended.wait()
 
     rospy.core.add_preshutdown_hook(follow_hooks)   # runs before rospy's own hooks, which send requests to the master
     threading.Thread(target=end, name="signals", daemon=True).start()
     atexit.register(at_exit)
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        if number != signal.SIGHUP or signal.getsignal(number) == signal.SIG_DFL:
-            signal.signal(number, on_signal)
+    signal.set_wakeup_fd(ask, warn_on_full_buffer=False)
+    for number in handled:
+        signal.signal(number, on_signal)
     try:
         rospy.init_node(name, disable_signals=True)
     except Exception:

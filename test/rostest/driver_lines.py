@@ -5,6 +5,7 @@ What parameters put on the wire, bad lines, bad parameters, a driver that is kil
 """
 
 import contextlib
+import ctypes
 import dataclasses
 import os
 import re
@@ -399,6 +400,15 @@ class DriverLines(unittest.TestCase):
 
     def test_sigint_stops_the_robot(self):
         self.ended_while_driving(lambda driver: driver.process.send_signal(signal.SIGINT))
+
+    def test_a_signal_that_the_main_thread_does_not_notice_stops_the_robot(self):
+        """It goes to another thread here, so the main thread, which waits for a lock, goes on to wait."""
+        def signal_another_thread(driver):
+            main = driver.process.pid
+            another = max(thread for thread in map(int, os.listdir("/proc/%d/task" % main)) if thread != main)
+            self.assertEqual(ctypes.CDLL(None).tgkill(main, another, signal.SIGINT), 0)
+
+        self.ended_while_driving(signal_another_thread)
 
     def test_sigterm_stops_the_robot(self):
         self.ended_while_driving(lambda driver: driver.process.send_signal(signal.SIGTERM))
