@@ -404,13 +404,14 @@ def test_each_robot_has_its_own_lines(three, tmp_path):
 
 
 def test_several_robots_have_ports_that_follow_each_other():
-    with contextlib.closing(socket.create_server(("127.0.0.1", 0))) as placeholder:
+    host = "127.%d.%d.%d" % tuple(os.getpid().to_bytes(3, "big"))      # where no other test takes the port that follows
+    with contextlib.closing(socket.create_server((host, 0))) as placeholder:
         port = placeholder.getsockname()[1]
     simulation = Simulation(World("hall", starts=[(0.0, 0.0, 0.0), (0.0, 3.0, 0.0)]))
     for _ in range(2):
         simulation.add(find_model("amigo-sh"))
-    with Server(simulation, tcp="127.0.0.1:%d" % port) as server:
-        expected = ["socket://127.0.0.1:%d" % each for each in (port, port + 1)]
+    with Server(simulation, tcp="%s:%d" % (host, port)) as server:
+        expected = ["socket://%s:%d" % (host, each) for each in (port, port + 1)]
         assert [berth.url for berth in server.berths] == expected
         assert not server.open_to_others
 
