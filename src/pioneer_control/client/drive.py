@@ -225,9 +225,8 @@ class Drive:
         The time does not run while the motors are off, a wheel is stalled, or the velocity is below SURE_TO_MOVE. The
         event comes again only after the robot has moved.
         """
-        moving = state.moving
-        self._unmoved = self._unmoved and not moving
-        if (moving or self.wanted is None or all(abs(rate) < SURE_TO_MOVE for rate in self.wanted)
+        self._unmoved = self._unmoved and not state.moving
+        if (state.moving or self.wanted is None or all(abs(rate) < SURE_TO_MOVE for rate in self.wanted)
                 or not state.motors_enabled or state.left_stall or state.right_stall):
             self._excused_at = now
         elif now > self._excused_at + MOVES_WITHIN and not self._unmoved:

@@ -79,8 +79,8 @@ class Line:
     @property
     def due(self) -> float:
         """Time (monotonic, s) at which tick() has something to send; infinity when nothing waits."""
-        if self._velocity and (self._velocity_next or not self._commands):
-            ahead = max(0.0, AHEAD_OF_LINE - sum(map(len, self._velocity.packets)) * self.byte_time)
+        if self._velocity and self._velocity_has_its_turn:
+            ahead = max(0.0, AHEAD_OF_LINE - self.transfer_time(sum(map(len, self._velocity.packets))))
             return max(self._carried_at - ahead, self.free_at - AHEAD_OF_ROBOT)
         return self.free_at if self._commands else math.inf
 
@@ -152,7 +152,7 @@ class Line:
         if self._velocity and now >= self._velocity.until:      # only after a hold-up of the whole process
             self._velocity = None
         while now >= self.due:
-            if self._velocity and (self._velocity_next or not self._commands):
+            if self._velocity and self._velocity_has_its_turn:
                 velocity, self._velocity = self._velocity, None
                 self._put(now, (*velocity.packets, *velocity.companion(now)))
                 self._stopped = self._velocity_next = False
@@ -160,11 +160,15 @@ class Line:
                 self._put(now, self._commands.popleft())
                 self._velocity_next = True
 
+    @property
+    def _velocity_has_its_turn(self) -> bool:
+        return self._velocity_next or not self._commands
+
     def _put(self, now: float, packets: Sequence[bytes]) -> None:
         if now - self.last_sent > self.watchdog:
             packets = (*self._revival, *packets)
         data = b"".join(packets)
-        seconds = len(data) * self.byte_time
+        seconds = self.transfer_time(len(data))
         self._carried_at = max(now, self._carried_at) + seconds
         self.free_at = max(now, self.free_at) + max(seconds, len(packets) * GAP)
         self.last_sent = now

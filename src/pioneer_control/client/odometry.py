@@ -81,11 +81,10 @@ class Odometry:
 
     def _steps(self, raw: Tuple[int, int, int], x_raw: int, y_raw: int, heading_raw: int) -> Tuple[int, int, int]:
         """Return the steps from ``raw`` to these numbers: along x, along y, turned (robot's units, robot's frame)."""
-        half_range, turn = COUNT_RANGE // 2, self._units_per_turn
         return (
-            (x_raw - raw[0] + half_range) % COUNT_RANGE - half_range,
-            (y_raw - raw[1] + half_range) % COUNT_RANGE - half_range,
-            (heading_raw - raw[2] + turn // 2) % turn - turn // 2)
+            wrapped(x_raw - raw[0], COUNT_RANGE),
+            wrapped(y_raw - raw[1], COUNT_RANGE),
+            wrapped(heading_raw - raw[2], self._units_per_turn))
 
     def _possible(self, forward: int, left: int, turn: int, seconds: float) -> bool:
         """Return whether a robot can make these steps in ``seconds``."""

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from functools import partial
 from operator import itemgetter
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
@@ -204,10 +203,9 @@ class StateReader:
 
     def _take_sonar(self, sip: p2os.Sip, time: float) -> None:
         mm_per_unit, fitted, sonar = self._mm_per_range_unit, self._fitted, self._sonar
-        sonar_range: Any = partial(tuple.__new__, SonarRange)       # faster than its own __new__
         for number, range_units in sip.sonar:
             if number in fitted:
-                sonar[number] = sonar_range((range_units * mm_per_unit / 1000, time))
+                sonar[number] = SonarRange(range_units * mm_per_unit / 1000, time)
             else:
                 self.unknown_sonar += 1
 

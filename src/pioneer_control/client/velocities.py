@@ -45,8 +45,7 @@ class FairRounding:
 
     def units(self, wanted: float, limit: int, now: float) -> int:
         """Return the whole number to send at ``now`` (s) for a rate of ``wanted`` units, within +-``limit`` units."""
-        aim = self.aim(min(max(wanted, -limit), limit), now)
-        self.sent = round(min(max(aim, -limit), limit))
+        self.sent = round(clamped(self.aim(clamped(wanted, limit), now), limit))
         return self.sent
 
     def aim(self, wanted: float, now: float) -> float:
@@ -54,7 +53,7 @@ class FairRounding:
 
         The caller must set ``sent`` to the whole number that it sends for this rate.
         """
-        self._owed = min(max(self._owed + (self._wanted - self.sent) * (now - self._since), -1), 1)
+        self._owed = clamped(self._owed + (self._wanted - self.sent) * (now - self._since), 1)
         self._wanted, self._since = wanted, now
         if wanted == 0:
             self._owed = 0.0
@@ -142,6 +141,11 @@ class WheelVelocities(Velocity):
         first, second = (range(math.floor(aim) - 1, math.floor(aim) + 3) for aim in (left, right))
         legal = (choice for choice in itertools.product(first, second) if self._excess(*choice) <= LEGAL)
         return min(legal, key=lambda choice: (choice[0] - left) ** 2 + (choice[1] - right) ** 2, default=(0, 0))
+
+
+def clamped(rate: float, limit: float) -> float:
+    """Return ``rate``, clamped to +-``limit``."""
+    return min(max(rate, -limit), limit)
 
 
 def _units(limit: float) -> int:

@@ -17,8 +17,7 @@ from pioneer_control.p2os import ChargeState, Flags
 from sensor_msgs.msg import BatteryState as Battery
 
 from robot_reports import (
-    IO, OLD, READING, STALLED, STAMP, STATE, identity_of, odometry_of, packet_of, received, state_of,
-    written)
+    IO, OLD, READING, STALLED, STAMP, STATE, identity_of, odometry_of, packet_of, received, state_of, written)
 
 
 def gripper_message(reporter=None, **true):

@@ -13,7 +13,6 @@ from pioneer_control import p2os
 from pioneer_control.client import PacketReceived
 from pioneer_control.driver import conversions, prompt, publications
 from pioneer_control.driver.parameters import DriverParameters
-from pioneer_control.driver.prompt import PromptMessage
 
 from robot_reports import (
     DRIVING, GRIPPER_SWITCHES, GYRO, IO, OLD, STALLED, STATE, identity_of, packet_of, received, state_of)
@@ -36,7 +35,7 @@ class Publisher:
         return self.listeners
 
     def publish(self, message):
-        assert isinstance(message, (self.message_class, PromptMessage))
+        assert isinstance(message, (self.message_class, prompt.PromptMessage))
         self.published.append(received(message, self.message_class))    # it is written at once
 
     def unregister(self):
