@@ -66,6 +66,17 @@ SIGNALLED_AT = (
 
 The question is a regular expression.
 """
+HANDLES_ITSELF = """
+import os, signal, rospy
+from pioneer_control.ros_node import init_node
+signal.signal(signal.SIGUSR1, lambda *_: None)
+init_node("handles_itself")
+rospy.core.add_preshutdown_hook(print)
+os.kill(os.getpid(), signal.SIGUSR1)
+os.kill(os.getpid(), signal.SIGTERM)
+rospy.spin()
+"""
+"""A node with a signal handler of its own. It prints why it ends."""
 GLOBAL = {"/rosout", "/tf", "/tf_static", "/clock", "/diagnostics"}
 """What all nodes share: all of the names of a driver that do not begin with its namespace."""
 
@@ -409,6 +420,11 @@ class DriverLines(unittest.TestCase):
             self.assertEqual(ctypes.CDLL(None).tgkill(main, another, signal.SIGINT), 0)
 
         self.ended_while_driving(signal_another_thread)
+
+    def test_a_signal_that_a_program_handles_itself_does_not_end_its_node(self):
+        """The node ends with the next signal, and says that it was this one."""
+        ended = subprocess.run([sys.executable, "-c", HANDLES_ITSELF], stdout=subprocess.PIPE, timeout=PATIENCE)
+        self.assertEqual((ended.returncode, ended.stdout), (0, b"signal %d\n" % signal.SIGTERM))
 
     def test_sigterm_stops_the_robot(self):
         self.ended_while_driving(lambda driver: driver.process.send_signal(signal.SIGTERM))
